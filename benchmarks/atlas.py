@@ -97,7 +97,7 @@ def keep(place: Path, drawn: cases.Map, case: int, row: cases.Row) -> None:
 def measurements(place: Path, name: str) -> str:
     """Solve the cases of a measured map, if it lies in the domain of the formulas."""
     surface, about = cases.measured(place)
-    domain = estimate.stored().domain["ceiling"]
+    domain = estimate.load_atlas().domain["ceiling"]
     skewness, kurtosis = float(about["Ssk"]), float(about["Sku"])
     known = {
         "breadth": about["breadth"], "texture": about["Str"], "skewness": skewness,
@@ -161,7 +161,7 @@ def to_do(most: int | None) -> list[Task]:
 
 def compute(most: int | None, kind: str, workers: int | None, scheduler: str | None) -> None:
     """Solve what is missing."""
-    with runner.opened(lambda: to_do(most), len, kind, workers, scheduler) as (engine, tasks):
+    with runner.open_project(lambda: to_do(most), len, kind, workers, scheduler) as (engine, tasks):
         working = {
             engine.executor.submit(cases.within, engine.threads, *task[1:]): task for task in tasks
         }

@@ -368,5 +368,5 @@ def within(
     """Return what is missing of a map, by `ceilings` or `volumes`, solved on so many cores."""
     from roughcontact.halfspace import fft
 
-    with fft.at_most(threads):
+    with fft.limit_threads(threads):
         return work(drawn, done)

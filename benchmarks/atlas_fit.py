@@ -17,7 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from roughcontact.analyses.estimate.model import CONTACT, GAP, SATURATED, VOLUME, Formula, Groups
+from roughcontact.analyses.estimate.model import (
+    CONTACT,
+    GAP,
+    SATURATED,
+    VOLUME,
+    DimensionlessGroups,
+    Formula,
+)
 
 Array = NDArray[np.float64]
 
@@ -67,14 +74,14 @@ class Cases:
     """
 
     maps: NDArray[np.str_]
-    groups: Groups
+    groups: DimensionlessGroups
     found: dict[str, Array]
     table: dict[str, Array]
 
     def taken(self, chosen: Any) -> Cases:
         return Cases(
             self.maps[chosen],
-            self.groups.taken(chosen),
+            self.groups.select(chosen),
             {name: values[chosen] for name, values in self.found.items()},
             {name: values[chosen] for name, values in self.table.items()},
         )
@@ -97,7 +104,7 @@ def read(place: Path) -> Cases:
     }
     volume = "volume" in table
     index = table["index"]
-    groups = Groups(
+    groups = DimensionlessGroups(
         pressure=table["pressure"],
         ratio=index / 3,
         breadth=table["breadth"],
@@ -132,22 +139,24 @@ def fitted(quantity: str, cases: Cases, with_Sal: bool = True) -> Formula:
     if not with_Sal:
         groups = replace(groups, breadth=np.full_like(groups.pressure, np.nan))
     usable = np.isfinite(formulas_design(quantity, terms, groups)).all(axis=1)
-    groups, found = groups.taken(usable), cases.found[quantity][usable]
+    groups, found = groups.select(usable), cases.found[quantity][usable]
     maps = cases.maps[usable]
     whole = solved(quantity, terms, groups, found)
     missed = np.empty_like(found)
     for train, test in parts(maps):
-        one = solved(quantity, terms, groups.taken(train), found[train])
-        part = groups.taken(test)
-        missed[test] = one.missed(one.value(part), found[test])
+        one = solved(quantity, terms, groups.select(train), found[train])
+        part = groups.select(test)
+        missed[test] = one.overestimate(one.value(part), found[test])
     return scattered(whole, groups, missed)
 
 
-def formulas_design(quantity: str, terms: tuple[str, ...], groups: Groups) -> Array:
+def formulas_design(quantity: str, terms: tuple[str, ...], groups: DimensionlessGroups) -> Array:
     return Formula(quantity, KNEES[quantity], terms, ()).design(groups)
 
 
-def solved(quantity: str, terms: tuple[str, ...], groups: Groups, found: Array) -> Formula:
+def solved(
+    quantity: str, terms: tuple[str, ...], groups: DimensionlessGroups, found: Array
+) -> Formula:
     """Return a formula by least squares."""
     start = Formula(quantity, KNEES[quantity], terms, (0.0,) * len(terms))
     design = start.design(groups)
@@ -155,7 +164,7 @@ def solved(quantity: str, terms: tuple[str, ...], groups: Groups, found: Array) 
     def residuals(coefficients: Array) -> Array:
         one = replace(start, coefficients=tuple(coefficients))
         value = np.maximum(one.value(groups, design), 1e-9)
-        return one.missed(value, found)
+        return one.overestimate(value, found)
 
     begin = np.zeros(len(terms))
     begin[0] = {GAP: 0.2, VOLUME: 0.0}.get(quantity, np.log(0.7))
@@ -172,7 +181,7 @@ def parts(maps: NDArray[np.str_]) -> Iterator[tuple[NDArray[np.bool_], NDArray[n
         yield ~test, test
 
 
-def scattered(formula: Formula, groups: Groups, missed: Array) -> Formula:
+def scattered(formula: Formula, groups: DimensionlessGroups, missed: Array) -> Formula:
     """Return a formula with the scatter of what it missed on maps that it had not seen."""
     formula = replace(formula, scatter_terms=_SCATTER[formula.quantity])
     # Where nothing or all is saturated the theory is exact, and says nothing of the rest.
@@ -218,7 +227,7 @@ def wider(fitted: dict[str, Formula], cases: Cases) -> float:
     shares = []
     for quantity, found in cases.found.items():
         formula, groups = fitted[quantity], cases.groups
-        missed = np.abs(formula.missed(formula.value(groups), found))
+        missed = np.abs(formula.overestimate(formula.value(groups), found))
         spread = np.sum(formula.spread_design(groups) * np.array(formula.scatter), axis=1)
         off = missed > _FLOOR
         shares.append((missed / (formula.factor * np.exp(spread)))[off])
@@ -229,7 +238,7 @@ def judged(formula: Formula, cases: Cases, wider: float = 1.0) -> dict[str, floa
     """Return how far a formula is off on cases, and how many its interval holds."""
     groups = cases.groups
     found = cases.found[formula.quantity]
-    value, low, high = formula.ranged(groups, wider)
+    value, low, high = formula.with_interval(groups, wider)
     relative = formula.quantity in (CONTACT, VOLUME)
     scale = found if relative else 1.0
     missed = np.abs(value - found) / scale

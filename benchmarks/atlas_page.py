@@ -45,7 +45,7 @@ def measured(place: Path) -> str:
         "| cases in the interval |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
-    atlas = estimate.stored()
+    atlas = estimate.load_atlas()
     for name in np.unique(cases.maps):
         one = cases.taken(cases.maps == name)
         area, gap = (

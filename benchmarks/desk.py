@@ -34,9 +34,9 @@ import roughcontact as rc
 from browsing import PATIENCE, Seat, Served, browser, lacking
 from roughcontact.analyses.tasks import from_text
 from roughcontact.desk.projects import ProjectStore
-from roughcontact.desk.session import State
+from roughcontact.desk.session import SessionState
 from roughcontact.request import maps
-from roughcontact.request.run import solved
+from roughcontact.request.run import solve_request
 from visiting import Visitor
 
 # From the event of the slider to the second frame after the data of the pressure map changed.
@@ -140,7 +140,7 @@ def alone(path: Path, loads: list[str]) -> list[float]:
     times = []
     for request in requests:
         start = time.perf_counter()
-        solved(request, surfaces, ignored, ignored)
+        solve_request(request, surfaces, ignored, ignored)
         times.append(time.perf_counter() - start)
     return times
 
@@ -252,9 +252,9 @@ def beside(started: Any, served: Served, path: Path, pages: int) -> None:
 
 def visitor(served: Served, path: Path) -> Visitor:
     """Return a visitor of a new project with a contact on a map."""
-    state = State().bringing(path)
+    state = SessionState().with_map(path)
     for name, value in (("material", "100Cr6"), ("boundary", "free"), ("load", "20 MPa")):
-        state = state.having(name, value)
+        state = state.with_option(name, value)
     work = ProjectStore(served.folder).create()
     work.project.write_text(state.script, encoding="utf-8")
     return Visitor(f"{served.home}&work={work.key}")

@@ -90,7 +90,7 @@ def dask(workers: int, watch: list[psutil.Process] | None = None) -> Iterator[En
         ) for _ in range(workers)]  # fmt: skip
         if watch is not None:
             watch.append(psutil.Process(begun[0].pid))
-        with executors.connected(address, workers) as engine:
+        with executors.connect_cluster(address, workers) as engine:
             while engine.slots() < workers:
                 time.sleep(0.1)
             yield engine
@@ -98,10 +98,10 @@ def dask(workers: int, watch: list[psutil.Process] | None = None) -> Iterator[En
 
 def timed(path: Path, engine: Engine, backwards: bool = False) -> list[float]:
     """Work through a project; return the seconds after which each contact was done."""
-    entries = project.load(path)
+    entries = project.read_project(path)
     begun = time.perf_counter()
     at: list[float] = []
-    reports = runner.run(
+    reports = runner.run_project(
         entries[::-1] if backwards else entries, lambda _: at.append(time.perf_counter() - begun),
         engine,
     )  # fmt: skip
@@ -142,10 +142,12 @@ def throughput(folder: Path, sizes: list[int], loads: int) -> dict[str, float]:
 
 def overhead(folder: Path, contacts: int) -> dict[str, float]:
     """Return the seconds that a contact takes on engines beyond what it takes without one."""
-    entries = project.load(written(folder / "alone", [32], contacts))
+    entries = project.read_project(written(folder / "alone", [32], contacts))
     entries[0].summary.parent.mkdir()
     tasks = [
-        jobs.Task((jobs.Part(k, one, "", tuple(str(p) for _, p in one.request.places)),), 1)
+        jobs.BatchTask(
+            (jobs.SubtaskRequest(k, one, "", tuple(str(p) for _, p in one.request.places)),), 1
+        )
         for k, one in enumerate(entries)
     ]
     jobs.run_task(tasks[0])
@@ -170,16 +172,16 @@ def many(folder: Path, contacts: int) -> dict[str, float]:
     path = written(folder / "many", [32], contacts)
     largest = 0
     with dask(2, watch) as engine:
-        entries = project.load(path)
+        entries = project.read_project(path)
         begun, at = time.perf_counter(), []
 
-        def told(report: plan.Report) -> None:
+        def told(report: plan.ContactReport) -> None:
             nonlocal largest
             at.append(time.perf_counter() - begun)
             if len(at) % 10 == 0:
                 largest = max(largest, watch[0].memory_info().rss)
 
-        runner.run(entries, told, engine)
+        runner.run_project(entries, told, engine)
     part = contacts // 10
     return {
         "scheduler [MB]": largest / 1e6,

@@ -162,7 +162,7 @@ def _heights(kind: str, rolloff: float, wave: float, rng: np.random.Generator) -
 def _holes(heights: Array, share: float, rng: np.random.Generator) -> NDArray[np.bool_]:
     """Return clusters of points on steep places."""
     slope = np.hypot(*np.gradient(heights))
-    chance = filters.gaussian(rng.random(heights.shape), (1.0, 1.0), 4.0)
+    chance = filters.gaussian_lowpass(rng.random(heights.shape), (1.0, 1.0), 4.0)
     score = chance / chance.std() + slope / slope.std()
     return score > np.quantile(score, 1 - share) if share else np.zeros(heights.shape, bool)
 

@@ -27,7 +27,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID
 from roughcontact.surface import filters
 from roughcontact.uncertainty import intervals as uncertainty
-from roughcontact.uncertainty.resolution import part_of
+from roughcontact.uncertainty.resolution import study_part
 
 PAGE = Path(__file__).parents[1] / "docs" / "howto" / "study.md"
 START, END = "<!-- intervals -->", "<!-- intervals end -->"
@@ -118,7 +118,7 @@ def told(case: Case, points: int = POINTS) -> dict[str, uncertainty.Interval]:
         surface, material=MATERIAL, load=case.load, ceiling=case.ceiling, boundary=case.boundary,
         tolerance=TOLERANCE,
     )  # fmt: skip
-    found = uncertainty.uncertainty_intervals(result, part_of("grids", pair, terms))
+    found = uncertainty.uncertainty_intervals(result, study_part("grids", pair, terms))
     # At the ceiling it is known.
     at = result.max_pressure == case.ceiling
     return {one.name: one for one in found if not (at and one.name == "max_pressure")}

@@ -31,7 +31,7 @@ from roughcontact.analyses.stress import model as subsurface_stress
 from roughcontact.contact import memory, validation
 from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.pair import Pair
-from roughcontact.contact.solve import press
+from roughcontact.contact.solve import solve_pair
 from roughcontact.elastoplastic import problem as volume_memory
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.surface.shapes import paraboloid
@@ -153,13 +153,13 @@ def task_of(
     if task in ("solve", "sweep", "history"):
         stated = validation.build_problem(pair, terms)
         fraction = memory.coarse_contact_guess(pair, stated.problem, stated.scale)
-        fraction = max(fraction, memory.started(stated.problem, None, task == "sweep"))
+        fraction = max(fraction, memory.start_fraction(stated.problem, None, task == "sweep"))
         del stated
-        held = {"solve": 0, "sweep": 3, "history": load_history.HELD}[task]
-        estimate = memory.Room.of(pair, terms, held).estimate(fraction)
+        held = {"solve": 0, "sweep": 3, "history": load_history.MAX_HELD_RESULTS}[task]
+        estimate = memory.MemoryNeed.from_pair(pair, terms, held).estimate(fraction)
         load = terms.load or 0.0
         if task == "solve":
-            return estimate, fraction, lambda: press(pair, terms).contact_fraction
+            return estimate, fraction, lambda: solve_pair(pair, terms).contact_fraction
         if task == "sweep":
             loads = [load / 2, load]
 
@@ -174,7 +174,7 @@ def task_of(
             return rc.history(pair.surface, path, **options).last.contact_fraction
 
         return estimate, fraction, history
-    result = press(pair, terms)
+    result = solve_pair(pair, terms)
     if task == "stress":
         below = {
             "friction": case.get("friction", 0.0),

@@ -13,7 +13,7 @@ import argparse
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.uncertainty.resolution import coarsened
+from roughcontact.uncertainty.resolution import coarsen_pair
 
 SIDE, RMS = 0.5e-3, 0.5e-6
 STEEL = rc.Material(210e9, 0.3, 1e9)
@@ -52,7 +52,7 @@ def main() -> None:
     fine = rc.solve(rc.Surface(heights, (pixel, pixel)), load=1.0, **steel).pair
     pairs = [fine]
     while len(pairs) < 4:
-        pairs.append(coarsened(pairs[-1]))
+        pairs.append(coarsen_pair(pairs[-1]))
     for ceiling, pressure in ((None, 300e6), (None, 6e9), (3e9, 300e6), (3e9, 1e9)):
         rows = [told(pair, pressure, ceiling) for pair in pairs]
         share = rows[0]["contact area"]

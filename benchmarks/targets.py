@@ -390,8 +390,8 @@ def _read_project(whole: dict[str, bytes], folder: Path, file: str) -> Reading:
     def work() -> Reading:
         found: dict[str, str] = {}
         again = False
-        for entry in project.load("project.toml"):
-            told = plan.complete(entry, plan.digest_of(entry))
+        for entry in project.read_project("project.toml"):
+            told = plan.find_complete(entry, plan.request_digest(entry))
             if told is None:
                 again = True
                 continue
@@ -406,7 +406,7 @@ def _read_project(whole: dict[str, bytes], folder: Path, file: str) -> Reading:
 
 def _read_project_file(folder: Path, file: str) -> Reading:
     def work() -> Reading:
-        entries = project.load("project.toml")
+        entries = project.read_project("project.toml")
         return Reading(facts={e.name: repr(sorted(e.request.specified.items())) for e in entries})
 
     return _reading(work)

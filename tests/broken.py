@@ -12,6 +12,6 @@ from roughcontact.halfspace import boundary
 
 def replace_free(patch: pytest.MonkeyPatch, make: Callable[..., Any]) -> None:
     """Let another maker of operators serve maps that end at their edges."""
-    entry = boundary._BEYOND[boundary.Boundary.FREE]
+    entry = boundary._MODELS[boundary.Boundary.FREE]
     wrong = entry._replace(operator=lambda *problem, datum, **options: make(*problem, **options))
-    patch.setitem(boundary._BEYOND, boundary.Boundary.FREE, wrong)
+    patch.setitem(boundary._MODELS, boundary.Boundary.FREE, wrong)

@@ -46,19 +46,19 @@ def without_lines_of_progress(monkeypatch):
     """What a command says on a slow machine after ten seconds is not what it says of its work."""
     from roughcontact.cli import terminal
 
-    monkeypatch.setattr(terminal, "EVERY", 3600.0)
+    monkeypatch.setattr(terminal, "PROGRESS_INTERVAL", 3600.0)
 
 
 @pytest.fixture(scope="session", autouse=True)
 def short_messages():
     """Every message that any test makes the program produce is short; files may hold others."""
-    from roughcontact.cautions import Caution, Kind
+    from roughcontact.cautions import Caution, CautionTag
 
     created = Caution.__init__
 
     def checked(self, *args, **more):
         created(self, *args, **more)
-        assert not (isinstance(self.kind, Kind) and fault(self)), fault(self)
+        assert not (isinstance(self.kind, CautionTag) and fault(self)), fault(self)
 
     Caution.__init__ = checked
     yield
@@ -153,7 +153,7 @@ def undrawn(monkeypatch):
 
     # Width and height, as a PNG file has them.
     empty = bytes(16) + (640).to_bytes(4, "big") + (480).to_bytes(4, "big")
-    monkeypatch.setattr(export, "pngs", lambda drawings, *_: [empty] * len(drawings))
+    monkeypatch.setattr(export, "draw_pngs", lambda drawings, *_: [empty] * len(drawings))
 
 
 @pytest.fixture
@@ -165,4 +165,4 @@ def quick(monkeypatch):
         assert all(draw().axes for draw in drawings)
         return [bytes(24)] * len(drawings)
 
-    monkeypatch.setattr(export, "pngs", undrawn)
+    monkeypatch.setattr(export, "draw_pngs", undrawn)

@@ -98,7 +98,7 @@ def below():
     yield "first yield", rc.first_yield_load(small, material=STEEL).solution.load
     ball, metal = bent(rough((40, 36)), 2e3, 2e3), rc.Material(210e9, 0.3, hardening=Perfect(1e9))
     # So small a volume would be left to one thread.
-    volume_solve.LEAST_SHARED = 0
+    volume_solve.MIN_SHARED_POINTS = 0
     volume = rc.solve_elastoplastic(ball, material=metal, increments=1, loads=[0.05])
     pressure, body = volume.solution.pressure, volume.bodies[0]
     yield "volume", [pressure, body.plastic_strain, body.stress, body.mean_residual_stress]

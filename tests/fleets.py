@@ -54,21 +54,21 @@ ROOM = 2**26
 """Bytes of a starved worker beyond what it takes when it begins."""
 
 
-def limited(task: jobs.Task) -> jobs.Answer:
+def limited(task: jobs.BatchTask) -> jobs.TaskResult:
     """Work with little memory, where the estimate of what is needed is wrong."""
     import resource
 
     if task.parts[0].entry.name != "large":
         return jobs.run_task(task)
     before = resource.getrlimit(resource.RLIMIT_AS)
-    free = memory.free
+    free = memory.free_bytes
     try:
         resource.setrlimit(resource.RLIMIT_AS, (memory.address_space_bytes() + ROOM, before[1]))
-        memory.free = lambda: 2**40  # type: ignore[assignment]
+        memory.free_bytes = lambda: 2**40  # type: ignore[assignment]
         return jobs.run_task(task)
     finally:
         resource.setrlimit(resource.RLIMIT_AS, before)
-        memory.free = free
+        memory.free_bytes = free
 
 
 LARGE = """

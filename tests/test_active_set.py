@@ -9,22 +9,24 @@ import pytest
 
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.solvers.active_set import Iterate, Viewer, step_along_arc
+from roughcontact.solvers.active_set import Evaluator, Iterate, step_along_arc
 from roughcontact.solvers.preconditioner import Patches
-from roughcontact.solvers.problem import Problem
+from roughcontact.solvers.problem import BoundedProblem
 
 SHAPE, TOLERANCE = (12, 16), 1e-8
 
 
-def begun(height: float, limit: float, total: float) -> tuple[Iterate, Viewer, Patches]:
+def begun(height: float, limit: float, total: float) -> tuple[Iterate, Evaluator, Patches]:
     """Return a start at random on every pixel of a rough periodic map."""
     rng = np.random.default_rng(3)
     family = Boundary.PERIODIC.operators(SHAPE, (1.0, 1.3), 1.0, workspace=Workspace(1))
     operator = family(SHAPE, (1, 1))
-    viewer = Viewer(Problem(height * rng.random(SHAPE), limit, total), operator, TOLERANCE)
+    viewer = Evaluator(
+        BoundedProblem(height * rng.random(SHAPE), limit, total), operator, TOLERANCE
+    )
     pressure = rng.uniform(0.5, 1.5, math.prod(SHAPE))
     pressure *= total / pressure.sum()
-    now = viewer.look(np.arange(pressure.size), pressure)
+    now = viewer.evaluate(np.arange(pressure.size), pressure)
     return now, viewer, Patches(operator, family, (1, 1))
 
 

@@ -70,7 +70,9 @@ def test_angles_that_are_none(angle) -> None:
 )
 def test_every_point_is_where_it_belongs(offset, angle, mirrored) -> None:
     shape, pixel, new_shape, new_pixel = (20, 30), (2.0, 1.0), (17, 9), (0.7, 1.3)
-    matrix, start = alignment.place(shape, pixel, new_shape, new_pixel, offset, angle, mirrored)
+    matrix, start = alignment.grid_positions(
+        shape, pixel, new_shape, new_pixel, offset, angle, mirrored
+    )
     y, x = points(new_shape, new_pixel)
     old_y, old_x = moved(y, x, offset, angle, mirrored)
     i, j = np.indices(new_shape)
@@ -81,14 +83,16 @@ def test_every_point_is_where_it_belongs(offset, angle, mirrored) -> None:
 
 
 def test_a_tiny_pixel_is_no_rounding() -> None:
-    matrix, _ = alignment.place((9, 9), (1.0, 1.0), (5, 5), (1e-10, 2e-10))
+    matrix, _ = alignment.grid_positions((9, 9), (1.0, 1.0), (5, 5), (1e-10, 2e-10))
     np.testing.assert_allclose(matrix, np.diag([1e-10, 2e-10]), rtol=1e-12)
 
 
 @given(st.floats(-180, 180), st.tuples(st.floats(-9, 9), st.floats(-9, 9)), st.booleans())
 def test_spans_are_the_points_on_the_map(angle, offset, mirrored) -> None:
     shape, new_shape = (9, 14), (16, 12)
-    placement = alignment.place(shape, (1.0, 1.0), new_shape, (1.0, 1.0), offset, angle, mirrored)
+    placement = alignment.grid_positions(
+        shape, (1.0, 1.0), new_shape, (1.0, 1.0), offset, angle, mirrored
+    )
     first, last = alignment.spans(shape, placement, new_shape)
     matrix, start = placement
     i, j = np.indices(new_shape)
@@ -114,8 +118,8 @@ def test_spans_are_the_points_on_the_map(angle, offset, mirrored) -> None:
 def test_the_common_rectangle_is_the_largest(angle, offset, shape) -> None:
     new_shape = (11, 13)
     maps = [
-        (new_shape, alignment.place(new_shape, (1.0, 1.0), new_shape, (1.0, 1.0))),
-        (shape, alignment.place(shape, (1.0, 1.0), new_shape, (1.0, 1.0), offset, angle)),
+        (new_shape, alignment.grid_positions(new_shape, (1.0, 1.0), new_shape, (1.0, 1.0))),
+        (shape, alignment.grid_positions(shape, (1.0, 1.0), new_shape, (1.0, 1.0), offset, angle)),
     ]
     both = np.ones(new_shape, bool)
     for one, placement in maps:
@@ -303,7 +307,7 @@ def test_interpolation_is_linear_and_keeps_constants(seed, angle, constant) -> N
 def test_points_next_to_a_hole_are_missing(seed, angle, offset) -> None:
     heights = rough(seed, (9, 12), holes=0.1)
     shape = (11, 10)
-    placement = alignment.place((9, 12), (1.0, 1.0), shape, (0.7, 0.8), offset, angle)
+    placement = alignment.grid_positions((9, 12), (1.0, 1.0), shape, (0.7, 0.8), offset, angle)
     new = alignment.sample(heights, placement, shape)
     matrix, start = placement
     for i in range(shape[0]):
@@ -378,7 +382,9 @@ def test_only_the_axis_that_coarsens_is_filtered() -> None:
 @pytest.mark.parametrize(("ratio", "filtered"), [(1.0, False), (1.41, False), (1.42, True)])
 @pytest.mark.parametrize("angle", [0.0, 30.0, 90.0])
 def test_similar_pixels_are_not_filtered(ratio: float, filtered: bool, angle: float) -> None:
-    placement = alignment.place((50, 60), (1.0, 1.0), (30, 30), (ratio, ratio), angle=angle)
+    placement = alignment.grid_positions(
+        (50, 60), (1.0, 1.0), (30, 30), (ratio, ratio), angle=angle
+    )
     expected = 2 * ratio if filtered else 0.0
     assert alignment.cutoffs(placement) == pytest.approx((expected, expected))
 

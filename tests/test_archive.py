@@ -13,7 +13,7 @@ import xarray
 
 import damages
 import roughcontact as rc
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.contact import archive
 from roughcontact.contact.archive import save_result
 from roughcontact.drawing.sections import linear_bins
@@ -153,7 +153,7 @@ def test_a_file_from_before_steps_were_data(tmp_path: Path) -> None:
         assert all(step.method == NOTE for step in after.operations)
     # It has no checksums either, and says so.
     told, note = again.summary(), again.cautions[-1]
-    assert note.kind == Kind.NO_CHECKSUMS
+    assert note.kind == CautionTag.NO_CHECKSUMS
     cautions = [caution.summary() for caution in (*result.cautions, note)]
     more = {"warnings": [*result.warnings, note.text], "cautions": cautions}
     assert told == result.summary() | more
@@ -340,7 +340,7 @@ def test_short_of_memory_the_same_file_goes_straight_to_the_disk(
     tmp_path: Path, result: rc.ContactResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     result.save(tmp_path / "out.nc")
-    monkeypatch.setattr("roughcontact._tools.memory.free", lambda: 0)
+    monkeypatch.setattr("roughcontact._tools.memory.free_bytes", lambda: 0)
     result.save(tmp_path / "direct.nc")
     direct, held = (
         np.frombuffer((tmp_path / name).read_bytes(), np.uint8) for name in ("direct.nc", "out.nc")
@@ -582,7 +582,7 @@ def test_the_note_on_a_file_without_checksums_stays(tmp_path: Path) -> None:
     result.to_xarray().to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
     old = load_result(tmp_path / "old.nc")
     assert old.cautions[:-1] == result.cautions
-    assert old.cautions[-1].kind == Kind.NO_CHECKSUMS
+    assert old.cautions[-1].kind == CautionTag.NO_CHECKSUMS
     # Saved again it has checksums, which prove nothing of what was before.
     old.save(tmp_path / "new.nc")
     assert load_result(tmp_path / "new.nc").cautions == old.cautions

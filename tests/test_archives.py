@@ -40,9 +40,9 @@ def state_sizes(path: Path, size: int) -> None:
 
 
 def test_a_sound_archive(x3p: Path) -> None:
-    source.check(x3p)
+    source.check_archive(x3p)
     add(x3p, "flat.bin", bytes(2**24))
-    source.check(x3p)
+    source.check_archive(x3p)
 
 
 def test_what_would_unpack_to_more_than_any_map(x3p: Path) -> None:
@@ -50,28 +50,28 @@ def test_what_would_unpack_to_more_than_any_map(x3p: Path) -> None:
         add(x3p, f"{number}.bin", bytes(2 * 10**6))
     state_sizes(x3p, 2**32 - 2)
     with pytest.raises(FormatError, match=r"^map.x3p holds 12.0 GiB, more than the 8 GiB"):
-        source.check(x3p)
+        source.check_archive(x3p)
     # Fewer bytes, of which as many are packed in as few as nothing that was measured is.
     state_sizes(x3p, 10**9)
     with pytest.raises(FormatError, match=r"holds 2.8 GiB or more, packed into 0.0 MiB"):
-        source.check(x3p)
+        source.check_archive(x3p)
     # Read no further than stated, and not to the end then.
     state_sizes(x3p, 10**6 + 1)
     with pytest.raises(ValueError, match=r"the checksum of '0.bin' in the archive is wrong"):
-        source.check(x3p)
+        source.check_archive(x3p)
 
 
 def test_a_header_too_long_for_a_tree(x3p: Path) -> None:
     add(x3p, "notes.xml", b"<a>" + b"<b/>" * 2**22)
     with pytest.raises(FormatError, match=r"the text 'notes.xml' of 16 MiB, too long for a head"):
-        source.check(x3p)
+        source.check_archive(x3p)
 
 
 @pytest.mark.parametrize("packing", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
 def test_packings_that_have_no_bounds(x3p: Path, packing: int) -> None:
     add(x3p, "more.bin", bytes(100), packing)
     with pytest.raises(FormatError, match=r"'more.bin' packed by another method than deflate"):
-        source.check(x3p)
+        source.check_archive(x3p)
 
 
 @needs_reader

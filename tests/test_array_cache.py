@@ -42,7 +42,7 @@ def test_what_is_too_large_is_not_kept():
 
 @pytest.mark.parametrize("boundary", ["free", "periodic-x", "periodic-y"])
 def test_a_second_operator_makes_no_kernel(boundary, monkeypatch):
-    monkeypatch.setattr(convolution, "SPECTRA", ArrayCache(convolution.MOST))
+    monkeypatch.setattr(convolution, "SPECTRA", ArrayCache(convolution.MAX_CACHE_BYTES))
     calls, rng = [], np.random.default_rng(0)
     for name in ("love", "strip"):
         real = getattr(kernels, name)

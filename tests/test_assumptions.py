@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.contact import plausibility
 from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.result import ContactResult
@@ -39,7 +39,7 @@ def solved(surface: rc.Surface, **problem: Any) -> ContactResult:
 
 def stated(result: ContactResult) -> dict[str, str]:
     """Return what is assumed in the case of a result, by name."""
-    rows = assumptions.rows(assumptions.ASSUMPTIONS, assumptions.of_contact(result))
+    rows = assumptions.assumption_rows(assumptions.ASSUMPTIONS, assumptions.of_contact(result))
     assert len({name for name, _, _ in rows}) == len(rows)
     assert all(len(row) == 3 and all(row) for row in rows)
     return {name: case for name, case, _ in rows}
@@ -188,10 +188,10 @@ def stiffened(result: ContactResult, modulus: float) -> ContactResult:
 def test_large_strains_are_doubted() -> None:
     elastic = solved(rough(points=128), ceiling=None, load=1.0)
     result = stiffened(elastic, 5 * elastic.max_pressure)
-    (told,) = (c for c in result.cautions if c.kind == Kind.STRAIN)
+    (told,) = (c for c in result.cautions if c.kind == CautionTag.STRAIN)
     assert told.numbers["strain"] == pytest.approx(0.2)
     result = stiffened(elastic, elastic.max_pressure / 2)
-    (told,) = (c for c in result.cautions if c.kind == Kind.STRAIN)
+    (told,) = (c for c in result.cautions if c.kind == CautionTag.STRAIN)
     assert told.numbers["strain"] == pytest.approx(2.0)
     result = stiffened(elastic, 100 * elastic.max_pressure)
     assert stated(result)["Small strains"] == "peak pressure / E* = 0.01"
@@ -308,7 +308,7 @@ def loaded_ball(ratio: float, **more: Any) -> ContactResult:
 
 
 def caution(result: ContactResult) -> str:
-    return " ".join(c.text for c in result.cautions if c.kind == Kind.CEILING)
+    return " ".join(c.text for c in result.cautions if c.kind == CautionTag.CEILING)
 
 
 @pytest.mark.parametrize(
@@ -326,7 +326,7 @@ def test_a_ceiling_that_does_not_fit_has_the_calibrated_one_beside_it(
     assert caution(result) == ""
     # Without its numbers one caution tells of it.
     (told,) = (c for c in loaded_ball(ratio, calibrated=False, **more).cautions
-               if c.kind == Kind.CEILING)  # fmt: skip
+               if c.kind == CautionTag.CEILING)  # fmt: skip
     assert told.numbers["recommended_ceiling"] == pytest.approx(factor * 1e9, rel=0.01)
 
 

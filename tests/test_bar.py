@@ -7,11 +7,11 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.analyses.tasks import from_text
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.report import phrases
-from roughcontact.request.run import run
+from roughcontact.request.run import run_request
 from roughcontact.solvers import progress
-from roughcontact.solvers.progress import Bar, Forecast, Progress, Step, one_of_several
+from roughcontact.solvers.progress import Forecast, Progress, ProgressBar, Step, one_of_several
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 
@@ -22,7 +22,7 @@ def rough():
 
 def test_a_bar_shows_the_share_that_is_done():
     stream = io.StringIO()
-    bar = Bar(stream)
+    bar = ProgressBar(stream)
     for certificate, done in ((1e-1, 0.0), (1e-2, 0.25), (1e-4, 0.75), (1e-6, 1.0)):
         bar(Progress(1, 2, Step((8, 8), 0, 1, certificate, 1e-5, done)))
     bar(Progress(2, 2, None, "map", kept=True))
@@ -81,7 +81,7 @@ def test_ctrl_c_returns_the_last_state_where_asked(after):
     # It is a state of this contact: load, ceiling, and the gap of this pressure.
     assert cut.load_error < 1e-10
     assert cut.max_pressure <= cut.ceiling
-    assert Kind.NOT_CONVERGED in {caution.kind for caution in cut.cautions}
+    assert CautionTag.NOT_CONVERGED in {caution.kind for caution in cut.cautions}
     # And a start for going on.
     again = rc.solve(rough(), material=STEEL, load=0.5, initial_guess=cut)
     np.testing.assert_allclose(again.pressure, whole.pressure, atol=1e-4 * whole.max_pressure)
@@ -98,14 +98,14 @@ def test_ctrl_c_ends_what_was_not_asked_to_return():
 
 def test_a_part_that_was_kept_counts_as_whole():
     stream = io.StringIO()
-    Bar(stream)(Progress(1, 2, None, kept=True))
+    ProgressBar(stream)(Progress(1, 2, None, kept=True))
     assert stream.getvalue().count("█") * 2 == _width(stream.getvalue())
     assert "kept from before" in stream.getvalue()
 
 
 def _width(line):
     stream = io.StringIO()
-    Bar(stream)(Progress(2, 2, None, kept=True))
+    ProgressBar(stream)(Progress(2, 2, None, kept=True))
     return stream.getvalue().count("█")
 
 
@@ -193,7 +193,7 @@ def test_a_comparison_tells_its_time_after_the_first_map(tmp_path):
     given = {"group": [f"a={names[0]}", f"b={names[1]}", f"c={names[2]}"], "load": "20 MPa",
              "material": "100Cr6", "steps": "2"}  # fmt: skip
     told = []
-    run(from_text("compare", None, given), lambda text: None, told.append)
+    run_request(from_text("compare", None, given), lambda text: None, told.append)
     numbers = [state.number for state in told]
     assert {state.count for state in told} == {6}
     assert sorted(numbers) == numbers
@@ -205,7 +205,7 @@ def told_of(task, folder, **more):
     rc.Surface(*rc.reference_map(64, 3)).save(folder / "map.npz")
     given = {"material": "100Cr6", "boundary": "periodic", **more}
     told = []
-    run(from_text(task, folder / "map.npz", given), lambda text: None, told.append)
+    run_request(from_text(task, folder / "map.npz", given), lambda text: None, told.append)
     return told
 
 
@@ -222,7 +222,7 @@ def test_the_depths_of_a_stress_and_the_figures_of_a_report_are_told(tmp_path):
     told = told_of("stress", tmp_path, load="20 MPa", report=report)
     for label in ("stress below the surface", f"writing {report}, figures"):
         assert_one_series([state for state in told if state.label == label])
-    assert phrases.described(told[-1]) == (
+    assert phrases.progress_text(told[-1]) == (
         f"writing {report}, figures: {told[-1].number} of {told[-1].count}"
     )
 

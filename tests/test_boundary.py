@@ -9,7 +9,7 @@ import pytest
 import xarray
 
 import roughcontact as rc
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.contact import spots
 from roughcontact.contact.memory import memory_estimate
@@ -68,10 +68,10 @@ def test_the_operator_wraps_along_the_periodic_axes(boundary):
 
 def test_a_boundary_is_one_entry_and_nothing_is_said_below_a_new_one(monkeypatch):
     made = Boundary.PERIODIC.operator((4, 6), PIXEL, MODULUS)
-    new = boundary_room._BEYOND[Boundary.PERIODIC]._replace(
+    new = boundary_room._MODELS[Boundary.PERIODIC]._replace(
         periodic_axes=(), operator=lambda *_, **__: made, known_below=False
     )
-    monkeypatch.setitem(boundary_room._BEYOND, Boundary.FREE, new)
+    monkeypatch.setitem(boundary_room._MODELS, Boundary.FREE, new)
     assert Boundary.FREE.operator((4, 6), PIXEL, MODULUS) is made
     for require in (Boundary.FREE.require_stress, Boundary.FREE.require_volume):
         with pytest.raises(InputError, match=r"'free' is not available .* solve with 'periodic'$"):
@@ -104,7 +104,7 @@ def soft_bed(monkeypatch):
     monkeypatch.setattr(Boundary, "_member_names_", [*Boundary._member_names_, "SOFT_BED"])
     monkeypatch.setitem(Boundary._member_map_, "SOFT_BED", member)
     monkeypatch.setitem(Boundary._value2member_map_, "soft-bed", member)
-    monkeypatch.setitem(boundary_room._BEYOND, member, made["entry"])
+    monkeypatch.setitem(boundary_room._MODELS, member, made["entry"])
     return member
 
 
@@ -243,7 +243,7 @@ def test_what_is_not_available_on_a_strip_says_so(boundary):
     with pytest.raises(InputError, match=advice):
         stress.slices(np.ones((8, 8)), PIXEL, [1.0], 0.3, boundary=boundary)
     with pytest.raises(InputError, match=advice):
-        plastic_halfspace.HalfSpace(
+        plastic_halfspace.PlasticHalfSpace(
             (8, 8), PIXEL, [1.0], shear_modulus=1.0, poisson=0.3, boundary=str(boundary)
         )
 
@@ -311,7 +311,7 @@ def test_spots_and_rims_of_a_strip_wrap_along_its_period(rough):
     pressure[2, [0, -1]] = pressure[[0, -1], 4] = 1.0
     counts = {}
     for boundary in Boundary:
-        counts[str(boundary)] = spots.find(pressure, PIXEL, boundary.periodic_axes).count
+        counts[str(boundary)] = spots.find_spots(pressure, PIXEL, boundary.periodic_axes).count
     assert counts == {"free": 4, "periodic": 2, "periodic-x": 3, "periodic-y": 3}
     touching = pressure > 0
     edges = {str(b): spots.rim_excess(touching, touching, b) for b in Boundary}
@@ -342,7 +342,7 @@ def test_only_an_edge_where_the_map_ends_is_flagged(place, flagged):
     found = set()
     for boundary in Boundary:
         result = rc.solve(surface, material=STEEL, load=1e-3, boundary=boundary)
-        if Kind.EDGE in {caution.kind for caution in result.cautions}:
+        if CautionTag.EDGE in {caution.kind for caution in result.cautions}:
             found.add(str(boundary))
     assert found == flagged
 

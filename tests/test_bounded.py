@@ -10,8 +10,8 @@ from hypothesis import given, settings, strategies as st
 from roughcontact.halfspace import convolution
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.solvers.bounded import _BURSTS, Status, _lost, solve
-from roughcontact.solvers.problem import Problem
+from roughcontact.solvers.bounded import _BURSTS, Status, _is_stagnant, solve
+from roughcontact.solvers.problem import BoundedProblem
 
 MODULUS = 1.0
 PIXEL = (0.7, 1.0)
@@ -23,7 +23,7 @@ def press(
     tolerance=1e-6, max_iterations=300, **options,
 ):  # fmt: skip
     operator = Boundary(boundary).operators(h0.shape, pixel, MODULUS, workspace=Workspace(1))
-    problem = Problem(h0, limit, total, approach)
+    problem = BoundedProblem(h0, limit, total, approach)
     return solve(problem, operator, tolerance=tolerance, max_iterations=max_iterations, **options)
 
 
@@ -338,8 +338,8 @@ def test_a_tolerance_below_rounding_ends_as_stalled():
     [(1e-12, 0, True), (9.9e-12, 0, True), (1.01e-11, 0, False), (1e-3, _BURSTS, True)],
 )
 def test_ten_times_what_rounding_leaves_is_worth_no_other_try(certificate, bursts, lost):
-    assert _lost(certificate, 1e-12, bursts) == lost
-    assert not _lost(1e-3, 1e-12, _BURSTS - 1)
+    assert _is_stagnant(certificate, 1e-12, bursts) == lost
+    assert not _is_stagnant(1e-3, 1e-12, _BURSTS - 1)
 
 
 @pytest.mark.parametrize("kind", ["white", "walk"])

@@ -14,13 +14,13 @@ from reading import measurement
 from roughcontact import cautions
 from roughcontact.cautions import (
     Caution,
-    Kind,
+    CautionTag,
     Severity,
     as_caution,
     as_note,
     as_warning,
-    of_several,
-    ordered,
+    merge_cautions,
+    sort_cautions,
 )
 from roughcontact.contact import plausibility
 from roughcontact.contact.result import Regime
@@ -49,7 +49,7 @@ def test_a_sound_result_needs_no_caution() -> None:
 
 def test_each_caution_has_its_tag_and_its_numbers() -> None:
     result = rc.solve(ball(16), material=STEEL, load=2.0, ceiling=None)
-    assert kinds(result) == [Kind.ABOVE_CEILING, Kind.EDGE]
+    assert kinds(result) == [CautionTag.ABOVE_CEILING, CautionTag.EDGE]
     assert result.regime is Regime.BEYOND_CEILING
     first = result.cautions[0]
     assert first.numbers["ratio"] == pytest.approx(result.max_pressure / 3e9)
@@ -58,17 +58,17 @@ def test_each_caution_has_its_tag_and_its_numbers() -> None:
     heights[0, 0] = np.nan
     holed = rc.solve(rc.Surface(heights, PIXEL).masked(), material=STEEL, load=1e-2)
     (missing,) = holed.cautions
-    assert (missing.kind, missing.severity) == (Kind.MISSING, Severity.NOTE)
+    assert (missing.kind, missing.severity) == (CautionTag.MISSING, Severity.NOTE)
     assert missing.numbers == {"share": 1 / 1024, "missing": 1}
 
 
 def test_every_tag_has_one_paragraph() -> None:
     """The house cannot say of a tag what it does not explain, nor explain what it never says."""
     text = Path(cautions.__file__).with_name("explanations.toml").read_text(encoding="utf-8")
-    assert list(tomllib.loads(text)) == [str(kind) for kind in Kind]
-    assert all(len(cautions.explanation(kind)) > 60 for kind in Kind)
+    assert list(tomllib.loads(text)) == [str(kind) for kind in CautionTag]
+    assert all(len(cautions.explain_tag(kind)) > 60 for kind in CautionTag)
     with pytest.raises(InputError, match="not-converged, units"):
-        cautions.explanation("edges")
+        cautions.explain_tag("edges")
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_messages_are_held_to_be_short(text: str, words: str) -> None:
     assert fault(old).startswith(words) if words else fault(old) == ""
     if words:
         with pytest.raises(AssertionError):
-            Caution(Kind.EDGE, (text,))
+            Caution(CautionTag.EDGE, (text,))
 
 
 def test_no_two_messages_ask_for_two_values_of_one_option() -> None:
@@ -111,9 +111,9 @@ def test_no_two_messages_ask_for_two_values_of_one_option() -> None:
         assert len(set(kinds(result))) == len(result.cautions)
         several.add(tuple(kinds(result)))
     # The edge of the map and the ends of the roller ask for one boundary.
-    assert any({Kind.EDGE, Kind.HERTZ} <= {*of} for of in several)
-    assert any(Kind.ABOVE_CEILING in of for of in several)
-    assert any(Kind.HARDNESS in of for of in several)
+    assert any({CautionTag.EDGE, CautionTag.HERTZ} <= {*of} for of in several)
+    assert any(CautionTag.ABOVE_CEILING in of for of in several)
+    assert any(CautionTag.HARDNESS in of for of in several)
 
 
 @pytest.mark.parametrize(
@@ -125,13 +125,13 @@ def test_only_edges_at_which_the_map_ends_are_told_of(boundary: str, edges: int)
     for axis in (0, 1):
         pressure = np.zeros((32, 32))
         pressure[(0, 5) if axis == 0 else (5, 0)] = 1e8
-        told += Kind.EDGE in kinds(dataclasses.replace(result, pressure=pressure))
+        told += CautionTag.EDGE in kinds(dataclasses.replace(result, pressure=pressure))
     assert told == edges
 
 
 def test_a_result_that_did_not_converge_says_so_in_the_words_of_any_edge() -> None:
     result = rc.solve(ball(64), material=STEEL, load=1e-2, max_iterations=2, on_failure="return")
-    (caution,) = (c for c in result.cautions if c.kind == Kind.NOT_CONVERGED)
+    (caution,) = (c for c in result.cautions if c.kind == CautionTag.NOT_CONVERGED)
     assert caution.numbers["certificate"] == result.certificate
     assert ArgumentRef("max_iterations") in caution.parts
     assert "Increase --max-iterations." in render_message(
@@ -143,14 +143,18 @@ def test_cautions_of_the_stress_are_those_of_the_contact_and_its_own() -> None:
     result = rc.solve(ball(16), material=STEEL, load=2.0, ceiling=None)
     stress = rc.subsurface_stress(result)
     assert set(stress.cautions) == {*result.cautions, *stress.own_cautions}
-    assert Kind.YIELDED in kinds(stress)
-    assert stress.cautions == ordered(stress.cautions)
+    assert CautionTag.YIELDED in kinds(stress)
+    assert stress.cautions == sort_cautions(stress.cautions)
     assert stress.warnings == tuple(caution.text for caution in stress.cautions)
 
 
 def test_cautions_are_equal_where_they_say_the_same() -> None:
-    assert Caution(Kind.EDGE, ("At the edge.",)) == Caution(Kind.EDGE, ("At the edge.",))
-    assert Caution(Kind.EDGE, ("At the edge.",)) != Caution(Kind.MISSING, ("At the edge.",))
+    assert Caution(CautionTag.EDGE, ("At the edge.",)) == Caution(
+        CautionTag.EDGE, ("At the edge.",)
+    )
+    assert Caution(CautionTag.EDGE, ("At the edge.",)) != Caution(
+        CautionTag.MISSING, ("At the edge.",)
+    )
 
 
 def test_the_regime_looks_at_both_bodies() -> None:
@@ -185,7 +189,7 @@ def test_every_face_tells_the_same_cautions(tmp_path: Path) -> None:
     heights[10:20, 3:12] = np.nan
     surface = rc.Surface(heights, PIXEL).filled()
     result = rc.solve(surface, material=STEEL, load=1e-7)
-    assert {Kind.PIXEL, Kind.MOSTLY_FILLED} <= set(kinds(result))
+    assert {CautionTag.PIXEL, CautionTag.MOSTLY_FILLED} <= set(kinds(result))
     result.save(tmp_path / "result.nc")
     result.report(tmp_path / "result.html")
     again = rc.read_result(tmp_path / "result.nc")
@@ -198,7 +202,9 @@ def test_every_face_tells_the_same_cautions(tmp_path: Path) -> None:
 
 
 def test_remarks_stay_with_a_result(tmp_path: Path) -> None:
-    remark = Caution(Kind.RESOLUTION, ("The tip was blunt.",), Severity.NOTE, {"radius": 1e-8})
+    remark = Caution(
+        CautionTag.RESOLUTION, ("The tip was blunt.",), Severity.NOTE, {"radius": 1e-8}
+    )
     result = dataclasses.replace(
         rc.solve(ball(), material=STEEL, load=1e-2), extra_cautions=(remark,)
     )
@@ -208,12 +214,15 @@ def test_remarks_stay_with_a_result(tmp_path: Path) -> None:
 
 
 def test_the_severest_comes_first_and_each_tag_once() -> None:
-    note, warning = as_note(Kind.RESOLUTION, "A."), as_warning(Kind.EDGE, "B.", edge_load=0.02)
-    worse = as_warning(Kind.EDGE, "C.", edge_load=0.2)
+    note, warning = (
+        as_note(CautionTag.RESOLUTION, "A."),
+        as_warning(CautionTag.EDGE, "B.", edge_load=0.02),
+    )
+    worse = as_warning(CautionTag.EDGE, "C.", edge_load=0.2)
     old = Caution("contact at the edge of the map", ("of version 0.2.0",))
-    assert ordered([note, warning, old, worse, note]) == (worse, old, note)
-    every = [as_caution(kind, "A.") for kind in Kind]
-    assert ordered(reversed(every)) == tuple(every)
+    assert sort_cautions([note, warning, old, worse, note]) == (worse, old, note)
+    every = [as_caution(kind, "A.") for kind in CautionTag]
+    assert sort_cautions(reversed(every)) == tuple(every)
 
 
 def test_results_of_version_0_2_0_keep_their_kinds_and_texts() -> None:
@@ -228,10 +237,13 @@ def test_results_of_version_0_2_0_keep_their_kinds_and_texts() -> None:
 def test_of_several_the_worst_is_told_with_their_number() -> None:
     def at(*shares: float) -> tuple[Caution, ...]:
         several = [
-            (f"{n} N", [as_warning(Kind.EDGE, "So. Use ", ArgumentRef("a"), ".", share=share)])
+            (
+                f"{n} N",
+                [as_warning(CautionTag.EDGE, "So. Use ", ArgumentRef("a"), ".", share=share)],
+            )
             for n, share in enumerate(shares, start=1)
         ]
-        return of_several([*several, ("9 N", [])], "loads")
+        return merge_cautions([*several, ("9 N", [])], "loads")
 
     (worst,) = at(0.1, 0.3, 0.2)
     assert (worst.numbers["share"], worst.place) == (0.3, "2 N")
@@ -239,14 +251,14 @@ def test_of_several_the_worst_is_told_with_their_number() -> None:
     assert ArgumentRef("a") in worst.text.parts
     (one,) = at(0.1)
     assert one.text == "So (1 of 2 loads, 1 N). Use a."
-    (maps,) = of_several([("a.x3p", at(0.1)), ("b.x3p", at(0.2, 0.3))], "maps")
+    (maps,) = merge_cautions([("a.x3p", at(0.1)), ("b.x3p", at(0.2, 0.3))], "maps")
     assert maps.text == "So (2 of 2 maps, worst b.x3p at 2 N). Use a."
     # What is the same everywhere needs no place; the fewest pixels are the worst.
-    same = as_note(Kind.ONE_ROUGH_FACE, "A.")
-    assert of_several([("a", [same]), ("b", [same])], "maps") == (same,)
-    assert of_several([("a", [same]), ("b", [])], "maps")[0].text == "A (1 of 2 maps)."
-    few, many = (as_warning(Kind.PIXEL, f"{n}.", pixels=n) for n in (2, 9))
-    assert of_several([("a", [many]), ("b", [few])], "maps")[0].place == "b"
+    same = as_note(CautionTag.ONE_ROUGH_FACE, "A.")
+    assert merge_cautions([("a", [same]), ("b", [same])], "maps") == (same,)
+    assert merge_cautions([("a", [same]), ("b", [])], "maps")[0].text == "A (1 of 2 maps)."
+    few, many = (as_warning(CautionTag.PIXEL, f"{n}.", pixels=n) for n in (2, 9))
+    assert merge_cautions([("a", [many]), ("b", [few])], "maps")[0].place == "b"
 
 
 def test_many_filled_points_are_told_with_their_share() -> None:
@@ -257,9 +269,9 @@ def test_many_filled_points_are_told_with_their_share() -> None:
     heights[10:30, 2:12] = np.nan
     many = rc.solve(rc.Surface(heights, PIXEL).filled(), material=STEEL, load=1e-7)
     first = many.cautions[0]
-    assert (first.kind, first.severity) == (Kind.MOSTLY_FILLED, Severity.WARNING)
+    assert (first.kind, first.severity) == (CautionTag.MOSTLY_FILLED, Severity.WARNING)
     assert first.numbers["filled"] == 206 / 1024
-    assert Kind.PIXEL in kinds(many)
+    assert CautionTag.PIXEL in kinds(many)
 
 
 def test_the_share_of_filled_points_is_that_of_the_file() -> None:
@@ -300,10 +312,12 @@ def test_large_strains_warn_before_all_but_wrong_units() -> None:
         factor = strain * modulus / result.max_pressure
         scaled = dataclasses.replace(result, pressure=result.pressure * factor)
         told = {caution.kind: caution for caution in scaled.cautions}
-        assert (told[Kind.STRAIN].severity if severity else told.get(Kind.STRAIN)) is severity
+        assert (
+            told[CautionTag.STRAIN].severity if severity else told.get(CautionTag.STRAIN)
+        ) is severity
         if severity:
-            assert told[Kind.STRAIN].numbers["strain"] == pytest.approx(strain)
-    assert scaled.cautions[0].kind == Kind.STRAIN
+            assert told[CautionTag.STRAIN].numbers["strain"] == pytest.approx(strain)
+    assert scaled.cautions[0].kind == CautionTag.STRAIN
 
 
 def test_adhesion_is_told_where_it_decides() -> None:
@@ -311,11 +325,11 @@ def test_adhesion_is_told_where_it_decides() -> None:
     rubber = rc.Material(3e6, 0.5)
     soft = rc.solve(big, material=rubber, load=1e-2)
     first = soft.cautions[0]
-    assert (first.kind, first.severity) == (Kind.ADHESION, Severity.WARNING)
+    assert (first.kind, first.severity) == (CautionTag.ADHESION, Severity.WARNING)
     # 1.5 π w R = 2.36 mN (Johnson, Kendall and Roberts 1971), with w = 50 mJ/m².
     assert first.numbers["pull_off_over_load"] == pytest.approx(0.236, rel=0.05)
     less = rc.solve(big, material=rubber, load=0.05)
-    (milder,) = (c for c in less.cautions if c.kind == Kind.ADHESION)
+    (milder,) = (c for c in less.cautions if c.kind == CautionTag.ADHESION)
     assert milder.severity is Severity.CAUTION
     # The roughness of a smooth metal, too short for any map, keeps it from sticking.
     assert rc.solve(ball(), material=STEEL, load=1e-3).cautions == ()
@@ -325,28 +339,28 @@ def test_spots_of_few_atoms_are_no_continuum() -> None:
     pixel = (2e-10, 2e-10)
     tip = rc.Surface(shapes.paraboloid((32, 32), pixel, 1e-8), pixel)
     result = rc.solve(tip, material=STEEL, load=1e-9)
-    (caution,) = (c for c in result.cautions if c.kind == Kind.FEW_ATOMS)
+    (caution,) = (c for c in result.cautions if c.kind == CautionTag.FEW_ATOMS)
     assert caution.severity is Severity.WARNING
     assert caution.numbers["atoms"] == pytest.approx(result.contact_area / 6.25e-20)
-    assert Kind.ADHESION in kinds(result)
+    assert CautionTag.ADHESION in kinds(result)
 
 
 def test_the_caveat_of_a_material_goes_where_the_material_goes(tmp_path: Path) -> None:
     bearing = catalog.material("PTFE")
     result = rc.solve(ball(), material=bearing, counter_material=bearing, load=1e-2)
-    (told,) = (caution for caution in result.cautions if caution.kind == Kind.MATERIAL)
+    (told,) = (caution for caution in result.cautions if caution.kind == CautionTag.MATERIAL)
     assert told.severity is Severity.WARNING
     assert told.text.startswith("PTFE is viscoelastic: ")
     result.save(tmp_path / "result.nc")
     again = rc.read_result(tmp_path / "result.nc")
     assert again.material == bearing
     assert again.cautions == result.cautions
-    assert Kind.MATERIAL not in kinds(rc.solve(ball(), material=STEEL, load=1e-2))
+    assert CautionTag.MATERIAL not in kinds(rc.solve(ball(), material=STEEL, load=1e-2))
 
 
 def test_a_contact_at_the_edge_says_what_it_means_and_what_to_do() -> None:
     result = rc.solve(ball(16), material=STEEL, load=0.5)
-    (caution,) = (c for c in result.cautions if c.kind == Kind.EDGE)
+    (caution,) = (c for c in result.cautions if c.kind == CautionTag.EDGE)
     assert ArgumentRef("boundary", "periodic") in caution.parts
     assert caution.severity is Severity.WARNING
     inner = float(result.pressure[1:-1, 1:-1].sum() / result.pressure.sum())
@@ -367,7 +381,7 @@ def test_yield_strength_hardness_and_law_give_one_answer() -> None:
         assert told.ceiling == pytest.approx(own.ceiling, rel=5e-3)
         assert told.contact_area == pytest.approx(own.contact_area, rel=0.02)
     for result in (usual, full, own):
-        assert not {Kind.HARDNESS, Kind.CEILING} & set(kinds(result))
+        assert not {CautionTag.HARDNESS, CautionTag.CEILING} & set(kinds(result))
 
 
 def test_a_ceiling_above_the_hardness_is_told() -> None:
@@ -377,7 +391,9 @@ def test_a_ceiling_above_the_hardness_is_told() -> None:
     assert mixed.tabor_ratio == pytest.approx(9.75 / 7)
     small = rc.Surface(shapes.paraboloid((32, 32), PIXEL, 1e-4), PIXEL)
     (caution,) = (
-        c for c in rc.solve(small, material=mixed, load=1.0).cautions if c.kind == Kind.HARDNESS
+        c
+        for c in rc.solve(small, material=mixed, load=1.0).cautions
+        if c.kind == CautionTag.HARDNESS
     )
     assert caution.numbers["hardness"] == 7e9
     law = rc.hardening.Linear(3.25e9, 1e9)
@@ -394,13 +410,13 @@ def test_spikes_of_a_measurement_are_told_with_what_takes_them_out() -> None:
     heights[20:30:3, 40] += 1e-5
     pressed = {"material": STEEL, "load": 0.1, "boundary": "periodic", "ceiling": None}
     spiky = rc.solve(rc.Surface(heights, PIXEL), **pressed)
-    (caution,) = (c for c in spiky.cautions if c.kind == Kind.SPIKES)
+    (caution,) = (c for c in spiky.cautions if c.kind == CautionTag.SPIKES)
     assert ArgumentRef("outliers", 6.0) in caution.parts
     assert caution.numbers["kurtosis"] > 20
     assert caution.numbers["peak"] > 10
     cleaned = rc.Surface(heights, PIXEL).without_outliers(6.0).filled()
     sound = rc.solve(cleaned, **pressed)
-    assert Kind.SPIKES not in kinds(sound)
+    assert CautionTag.SPIKES not in kinds(sound)
     # The spikes alone carry a light load.
     assert sound.contact_fraction > 10 * spiky.contact_fraction
 
@@ -411,7 +427,7 @@ def test_pits_and_single_bumps_are_no_spikes() -> None:
     bump = np.zeros((128, 128))
     bump[60:64, 60:64] = 1e-6
     for heights in (rough(), pitted, bump):
-        assert plausibility.spikes(rc.Surface(heights, PIXEL)) is None
+        assert plausibility.spike_statistics(rc.Surface(heights, PIXEL)) is None
 
 
 @pytest.mark.parametrize(
@@ -424,9 +440,9 @@ def test_pits_and_single_bumps_are_no_spikes() -> None:
 )  # fmt: skip
 def test_measured_maps_are_spiky_only_until_their_outliers_are_out(name: str, spiky: bool) -> None:
     surface = rc.read_surface(measurement(name)).leveled()
-    assert (plausibility.spikes(surface) is not None) == spiky
+    assert (plausibility.spike_statistics(surface) is not None) == spiky
     if spiky:
-        assert plausibility.spikes(surface.without_outliers(6.0).leveled()) is None
+        assert plausibility.spike_statistics(surface.without_outliers(6.0).leveled()) is None
 
 
 def test_a_spike_that_touches_first_is_told_though_the_surface_is_wavy() -> None:
@@ -438,13 +454,13 @@ def test_a_spike_that_touches_first_is_told_though_the_surface_is_wavy() -> None
     spiked = waves.copy()
     spiked[32, 16] += 9e-6
     result = rc.solve(rc.Surface(spiked, PIXEL), material=STEEL, load=0.05, boundary="periodic")
-    assert plausibility.spikes(result.surface) is None
-    (caution,) = (c for c in result.cautions if c.kind == Kind.SPIKES)
+    assert plausibility.spike_statistics(result.surface) is None
+    (caution,) = (c for c in result.cautions if c.kind == CautionTag.SPIKES)
     lead = np.sort(spiked.ravel())[-1] - np.sort(spiked.ravel())[-2]
     assert caution.numbers["lead"] == pytest.approx(lead)
     assert caution.severity is Severity.WARNING
     before = rc.solve(sound, material=STEEL, load=0.05, boundary="periodic")
-    assert Kind.SPIKES not in kinds(before)
+    assert CautionTag.SPIKES not in kinds(before)
     assert before.approach < 0.5 * result.approach
 
 
@@ -456,4 +472,4 @@ def test_the_summits_of_a_rough_surface_are_no_spikes(load: float) -> None:
             rng=np.random.default_rng(seed),
         )  # fmt: skip
         result = rc.solve(rc.Surface(rough, PIXEL), material=STEEL, load=load, boundary="periodic")
-        assert Kind.SPIKES not in kinds(result)
+        assert CautionTag.SPIKES not in kinds(result)

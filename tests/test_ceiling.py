@@ -9,9 +9,9 @@ from hypothesis import given, settings, strategies as st
 import roughcontact as rc
 from roughcontact.analyses.history.model import history as load_history
 from roughcontact.contact.ceiling import (
-    AGREEMENT,
-    MOST_SOLVES,
-    _judged,
+    CEILING_TOLERANCE,
+    MAX_SOLVES,
+    _recommend,
     ceiling_factor,
     recommended_ceiling,
 )
@@ -246,8 +246,8 @@ def test_on_rough_maps_it_settles_or_says_by_how_much_not(
         np.testing.assert_array_equal(result.pressure, usual.pressure)
         return
     found = result.calibration
-    assert found.solves <= MOST_SOLVES
-    assert abs(found.mismatch) <= AGREEMENT or found.solves == MOST_SOLVES
+    assert found.solves <= MAX_SOLVES
+    assert abs(found.mismatch) <= CEILING_TOLERANCE or found.solves == MAX_SOLVES
     assert body.first_yield_pressure * (1 - 1e-9) <= result.ceiling <= 3 * body.yield_strength
     assert found.usual_contact_area == usual.contact_area
     assert result.contact_area >= usual.contact_area
@@ -373,7 +373,7 @@ def test_it_is_stored_and_told(tmp_path: Path) -> None:
     (row,) = (row for row in kinds.rows(result) if row.key == "calibration")
     assert "(−2" in row.text
     assert row.name == "with three yield strengths"
-    lines = python_script.repeating(result)
+    lines = python_script.script_of_result(result)
     assert 'ceiling="calibrated"' in lines
 
 
@@ -389,7 +389,7 @@ def test_a_ceiling_is_recommended_for_any_moduli(
     )
     pair = Pair(FLAT, material=first, counter_material=second)
     for mean in (1e-6, 1e3, 1e12):
-        found = _judged(pair, pair.softer, 0.01, mean)
+        found = _recommend(pair, pair.softer, 0.01, mean)
         assert 0 < found.ceiling < math.inf
         assert 0 < found.slope < math.inf
 
@@ -400,6 +400,6 @@ def test_a_body_far_stiffer_than_the_other_is_rigid(stiff: float) -> None:
     for bodies in ((metal, punch), (punch, metal)):
         pair = Pair(FLAT, material=bodies[0], counter_material=bodies[1])
         alone = Pair(FLAT, material=metal, counter_material=rc.RIGID)
-        found, expected = (_judged(p, p.softer, 0.05, 0.02) for p in (pair, alone))
+        found, expected = (_recommend(p, p.softer, 0.05, 0.02) for p in (pair, alone))
         assert found.ceiling == pytest.approx(expected.ceiling, rel=1e-8)
         assert found.slope == pytest.approx(expected.slope, rel=1e-8)

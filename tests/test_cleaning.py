@@ -17,7 +17,7 @@ def rough(seed: int, shape: tuple[int, int], holes: float = 0.0) -> np.ndarray:
 
 def test_crop() -> None:
     heights = np.arange(20.0).reshape(4, 5)
-    part = cleaning.crop(heights, (1, 3), (0, 4))
+    part = cleaning.crop_map(heights, (1, 3), (0, 4))
     np.testing.assert_array_equal(part, [[5, 6, 7, 8], [10, 11, 12, 13]])
     part[:] = 0
     assert heights[1, 0] == 5
@@ -26,9 +26,9 @@ def test_crop() -> None:
 @pytest.mark.parametrize("rows", [(-1, 3), (0, 5), (2, 3), (3, 1)])
 def test_crop_refuses_what_is_not_on_the_map(rows: tuple[int, int]) -> None:
     with pytest.raises(InputError, match="rows must be"):
-        cleaning.crop(np.zeros((4, 5)), rows, (0, 5))
+        cleaning.crop_map(np.zeros((4, 5)), rows, (0, 5))
     with pytest.raises(InputError, match="columns must be"):
-        cleaning.crop(np.zeros((5, 4)), (0, 5), rows)
+        cleaning.crop_map(np.zeros((5, 4)), (0, 5), rows)
 
 
 @given(st.integers(0, 10**6), st.integers(2, 7), st.integers(2, 7), st.floats(0, 0.7))
@@ -50,7 +50,7 @@ def test_the_largest_rectangle_is_the_largest(seed: int, ny: int, nx: int, holes
         with pytest.raises(InputError, match="2 × 2"):
             cleaning.largest_rectangle(heights)
         return
-    part = cleaning.crop(heights, *cleaning.largest_rectangle(heights))
+    part = cleaning.crop_map(heights, *cleaning.largest_rectangle(heights))
     assert np.isfinite(part).all()
     assert part.size == best
 
@@ -112,10 +112,10 @@ def test_four_quarter_turns_are_none(seed: int, turns: int) -> None:
     heights = rough(seed, (5, 8), holes=0.3)
     turned = heights
     for _ in range(4):
-        turned = cleaning.rotate(turned, 90 * turns)
+        turned = cleaning.rotate_map(turned, 90 * turns)
     assert turned.tobytes() == heights.tobytes()
-    assert not np.shares_memory(cleaning.rotate(heights, 0), heights)
-    once, ny, nx = cleaning.rotate(heights), *heights.shape
+    assert not np.shares_memory(cleaning.rotate_map(heights, 0), heights)
+    once, ny, nx = cleaning.rotate_map(heights), *heights.shape
     assert once.shape == (nx, ny)
     for i, j in ((0, 0), (3, 2), (7, 4)):
         np.testing.assert_array_equal(once[i, j], heights[j, nx - 1 - i])
@@ -124,4 +124,4 @@ def test_four_quarter_turns_are_none(seed: int, turns: int) -> None:
 def test_rotate_refuses_part_turns() -> None:
     for angle in (1, 45.0, np.nan, True, "90"):
         with pytest.raises(InputError, match="angle must be a multiple of 90 degrees, got"):
-            cleaning.rotate(np.zeros((2, 2)), angle)
+            cleaning.rotate_map(np.zeros((2, 2)), angle)

@@ -16,7 +16,7 @@ import pytest
 import roughcontact
 from roughcontact import read_result
 from roughcontact._tools import memory
-from roughcontact.cautions import Kind, explanation
+from roughcontact.cautions import CautionTag, explain_tag
 from roughcontact.cli import app
 from roughcontact.contact import archive, solve as contact
 from roughcontact.drawing import maps
@@ -238,11 +238,11 @@ def test_ceiling_is_automatic_given_or_none(rough: Path, capsys: Capture) -> Non
 def test_a_tag_is_explained(capsys: Capture) -> None:
     assert app.main(["--explain", "edge"]) == app.SOLVED
     lines = capsys.readouterr().out.splitlines()
-    assert " ".join(lines) == explanation(Kind.EDGE)
+    assert " ".join(lines) == explain_tag(CautionTag.EDGE)
     assert max(map(len, lines)) <= 80
     assert app.main(["--explain", "edges"]) == app.BAD_INPUT
     told = capsys.readouterr().err
-    assert all(f" {kind}" in told for kind in Kind)
+    assert all(f" {kind}" in told for kind in CautionTag)
 
 
 @pytest.mark.parametrize(
@@ -302,7 +302,7 @@ def test_a_recommended_ceiling_is_told_beside_three(tmp_path: Path, capsys: Capt
     assert app.main(["history", *more, "--path", "10 N, 0 N", "--json"]) == app.SOLVED
     found = json.loads(capsys.readouterr().out)
     assert found["calibration"]["factor"] == pytest.approx(found["ceiling"] / 1e9)
-    assert Kind.INDENTATION in {caution["kind"] for caution in found["cautions"]}
+    assert CautionTag.INDENTATION in {caution["kind"] for caution in found["cautions"]}
     assert app.main(["stress", *more, "--load", "10 N", "--json"]) == app.SOLVED
     assert json.loads(capsys.readouterr().out)["calibration"]["load"] == 10
     words = "--ceiling calibrated is read from the yield strength of the softer body"
@@ -748,7 +748,7 @@ def test_an_interruption_names_few_of_many_files(
     def stop(*arguments: Any, **named: Any) -> Any:
         raise outputs.UnfinishedError([Path(f"{number}.json") for number in range(1000)])
 
-    monkeypatch.setattr(run, "run", stop)
+    monkeypatch.setattr(run, "run_request", stop)
     assert solve(rough, *STEEL) == app.INTERRUPTED
     err = capsys.readouterr().err
     assert err.endswith("6.json, 7.json and 992 more were written\n")
@@ -759,7 +759,7 @@ def test_too_little_memory_is_one_sentence(
     rough: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as scarce:
-        scarce.setattr(memory, "free", lambda: 10**6)
+        scarce.setattr(memory, "free_bytes", lambda: 10**6)
         refused(capsys, solve(rough, *STEEL), "40 × 64 points", "GiB are free", "fits")
 
     def exhausted(*_: object, **__: object) -> None:
@@ -1479,7 +1479,7 @@ def test_a_volume_run_is_kept_and_goes_on(
 def test_a_volume_run_that_fails_says_what_is_kept(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(increments, "_CUTS", 0)
+    monkeypatch.setattr(increments, "_MAX_CUTS", 0)
     original = elastoplastic.solve_elastoplastic
     monkeypatch.setattr(
         elastoplastic, "solve_elastoplastic", lambda *a, **k: original(*a, max_iterations=1, **k)

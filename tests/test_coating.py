@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.material import catalog
 from roughcontact.request import parsing
@@ -117,7 +117,9 @@ def test_formulas_for_bare_bodies_are_absent() -> None:
     assert ball.hertz is None
     curve = rc.sweep(ROUGH, material=TOOL, loads=[0.5, 1.0], ceiling=None)
     assert np.isnan(curve.persson[0]).all()
-    assert not {Kind.ADHESION, Kind.CEILING} & {caution.kind for caution in solved().cautions}
+    assert not {CautionTag.ADHESION, CautionTag.CEILING} & {
+        caution.kind for caution in solved().cautions
+    }
 
 
 def test_stress_is_told_by_layer() -> None:

@@ -14,7 +14,7 @@ import pytest
 import roughcontact as rc
 from roughcontact._tools import statistics
 from roughcontact.analyses.compare import report as comparison
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.errors import ArgumentRef
 from roughcontact.surface import form
@@ -65,7 +65,7 @@ def test_intervals_hold_over_groups_of_contacts() -> None:
     # Drawn from few maps, but often: 4000 leave a third of a per cent to chance.
     for _ in range(4000):
         a, b = rng.choice(rough, 4), rng.choice(smooth, 5)
-        found = statistics.mean(a)
+        found = statistics.mean_with_interval(a)
         means += found.low <= rough.mean() <= found.high
         apart = statistics.differences([a, b])[0, 1]
         differences += apart.low <= smooth.mean() - rough.mean() <= apart.high
@@ -110,7 +110,7 @@ def test_every_number_is_that_of_a_solve_under_the_same_nominal_pressure() -> No
     both = [one.numbers["mean_gap"] for one in group.samples]
     assert found.mean(0, "mean_gap").value == pytest.approx(np.mean(both))
     assert found.curve(0, "mean_gap")[-1] == found.mean(0, "mean_gap")
-    (sizes,) = (c for c in found.cautions if c.kind == Kind.UNLIKE_SIZE)
+    (sizes,) = (c for c in found.cautions if c.kind == CautionTag.UNLIKE_SIZE)
     assert sizes.numbers["smallest"] == pytest.approx(1e-8)
     assert sizes.numbers["largest"] == pytest.approx(2e-8)
 
@@ -134,7 +134,7 @@ def test_the_smoother_surface_touches_more_and_the_interval_says_so() -> None:
     # Holm: the smallest p of all numbers counts as often as there are numbers.
     smallest = min(found.differences(name)[0, 1].p for name in found.names)
     assert min(found.corrected.values()) == pytest.approx(len(found.names) * smallest)
-    assert not {Kind.FEW_MAPS, Kind.UNLIKE_PIXEL, Kind.UNLIKE_SIZE} & {*kinds}
+    assert not {CautionTag.FEW_MAPS, CautionTag.UNLIKE_PIXEL, CautionTag.UNLIKE_SIZE} & {*kinds}
 
 
 @pytest.mark.slow
@@ -145,8 +145,8 @@ def test_three_groups_are_compared_in_pairs() -> None:
     assert list(found.differences("Sdq")) == [(0, 1), (0, 2), (1, 2)]
     told = {caution.kind: caution for caution in found.cautions}
     assert len(found.corrected) == 14 * 3
-    assert told[Kind.FEW_MAPS].numbers == {"maps": 2}
-    assert "of a, b, c" in told[Kind.FEW_MAPS].text
+    assert told[CautionTag.FEW_MAPS].numbers == {"maps": 2}
+    assert "of a, b, c" in told[CautionTag.FEW_MAPS].text
     assert len(comparison.differences(found)[1]) == 42
 
 
@@ -170,12 +170,12 @@ def test_before_and_after_a_first_loading_are_pairs() -> None:
 def test_other_pixels_and_other_waves_are_told() -> None:
     coarse = MAPS[1].resampled((32, 32))
     found = rc.compare([MAPS[0], coarse], material=STEEL, pressure=1e8, steps=1)
-    (pixels,) = (c for c in found.cautions if c.kind == Kind.UNLIKE_PIXEL)
+    (pixels,) = (c for c in found.cautions if c.kind == CautionTag.UNLIKE_PIXEL)
     assert pixels.numbers["largest"] == pytest.approx(3.125e-6)
     assert ArgumentRef("pixel") in pixels.parts
     smoothed = MAPS[1].filtered(s="40 um")
     found = rc.compare([MAPS[0], smoothed], material=STEEL, pressure=1e8, steps=1)
-    (waves,) = (c for c in found.cautions if c.kind == Kind.UNLIKE_PIXEL)
+    (waves,) = (c for c in found.cautions if c.kind == CautionTag.UNLIKE_PIXEL)
     assert ArgumentRef("s") in waves.parts
 
 
@@ -290,7 +290,7 @@ def test_quarters_and_the_area_that_is_needed(folder: Path, capsys: Capture) -> 
     assert 0 <= told["components"]["Sq"]["share"] <= 1
     assert [study["source"] for study in told["sampling"]] == ["g1.npy", "h1.npy"]
     kinds = [caution["kind"] for caution in told["cautions"]]
-    assert kinds.count(Kind.PARTS) == 1
+    assert kinds.count(CautionTag.PARTS) == 1
     # One map has a mean, and no interval.
     alone = ["compare", "--group", f"a={files[0]}", "--group", f"b={files[1]}", *OPTIONS]
     assert app.main([*alone, "--steps", "1", "--json"]) == app.SOLVED

@@ -10,14 +10,14 @@ import pytest
 import roughcontact as rc
 from roughcontact.analyses.conductance.model import (
     CASES,
-    CORRELATED,
-    SPOTTED,
+    CORRELATION_RANGE,
+    GREENWOOD_RANGE,
     filling_of,
     gap_conductance,
     spreading,
 )
 from roughcontact.analyses.conductance.report import sentences
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.contact.series import ONE_ROUGH_FACE
 from roughcontact.report import kinds as report_kinds
@@ -175,8 +175,8 @@ def test_radiation_is_told_where_little_else_conducts() -> None:
     for conductor, told in ((COPPER, False), (poor, True)):
         found = rc.conductance(RESULT, conductor, conductor, gap="vacuum")
         assert found.radiation == pytest.approx(6.01, rel=1e-3)
-        assert (Kind.RADIATION in kinds(found)) == told
-    (text,) = (caution for caution in found.cautions if caution.kind == Kind.RADIATION)
+        assert (CautionTag.RADIATION in kinds(found)) == told
+    (text,) = (caution for caution in found.cautions if caution.kind == CautionTag.RADIATION)
     assert text.numbers["share"] == pytest.approx(6.01 / found.joint_conductance[0], rel=1e-3)
     hot = rc.conductance(RESULT, COPPER, COPPER, gap="vacuum", temperature="323.15 °C")
     assert hot.radiation == pytest.approx(8 * found.radiation, rel=1e-3)
@@ -190,7 +190,7 @@ def test_a_current_heats_the_spots() -> None:
         found = rc.conductance(RESULT, silver, silver, current=voltage / resistance)
         assert found.voltage[0] == pytest.approx(voltage)
         assert found.hottest[0] == pytest.approx(math.hypot(298.15, voltage / 2 / 2.44e-8**0.5))
-        told = [caution for caution in found.cautions if caution.kind == Kind.HOT_SPOTS]
+        told = [caution for caution in found.cautions if caution.kind == CautionTag.HOT_SPOTS]
         assert [str(caution.severity) for caution in told] == severities
     assert np.isnan(rc.conductance(RESULT, silver, silver).voltage).all()
     with pytest.raises(rc.InputError, match="current needs the resistivity of both bodies"):
@@ -221,14 +221,14 @@ def test_a_ball_that_was_not_declared_has_no_correlation_of_flat_joints() -> Non
     result = rc.solve(rc.Surface(ball + bumps, (4e-6, 4e-6)), material=STEEL, load=1.0)
     found = rc.conductance(result, COPPER, COPPER)
     assert math.isnan(found.steps[0].correlation_length)
-    (caution,) = (caution for caution in found.cautions if caution.kind == Kind.CURVED)
+    (caution,) = (caution for caution in found.cautions if caution.kind == CautionTag.CURVED)
     assert caution.numbers["curved"] > 0.95
     # Without its form it is a flat rough face, and so is any that is rough enough.
     flat = rc.Surface(bumps, (4e-6, 4e-6)).leveled("quadric")
     found = rc.conductance(rc.solve(flat, material=STEEL, load=1.0), COPPER, COPPER)
     assert found.steps[0].correlation_length > 0
-    assert Kind.CURVED not in kinds(found)
-    assert Kind.CURVED not in kinds(rc.conductance(RESULT, COPPER, COPPER))
+    assert CautionTag.CURVED not in kinds(found)
+    assert CautionTag.CURVED not in kinds(rc.conductance(RESULT, COPPER, COPPER))
 
 
 def test_greenwoods_formula_is_left_out_where_spots_are_no_discs() -> None:
@@ -257,7 +257,7 @@ def test_the_scatter_of_the_estimates_is_that_of_the_stored_cases() -> None:
     path = Path(__file__).parents[1] / "benchmarks" / "constriction.json"
     cases = json.loads(path.read_text("utf-8"))["cases"]
     assert len(cases) == CASES
-    for name, told in (("correlation", CORRELATED), ("greenwood", SPOTTED)):
+    for name, told in (("correlation", CORRELATION_RANGE), ("greenwood", GREENWOOD_RANGE)):
         found = np.quantile([case[name] for case in cases], (0.025, 0.975))
         assert found == pytest.approx(told, abs=0.006)
 

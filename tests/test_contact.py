@@ -10,8 +10,8 @@ from hypothesis import given, settings, strategies as st
 import broken
 import roughcontact as rc
 from roughcontact._tools import memory
-from roughcontact.cautions import Kind
-from roughcontact.contact.memory import Room
+from roughcontact.cautions import CautionTag
+from roughcontact.contact.memory import MemoryNeed
 from roughcontact.halfspace import convolution
 from roughcontact.halfspace.boundary import Boundary
 
@@ -310,7 +310,7 @@ def test_masked_pixels_never_touch(independent, missing, ceiling, boundary):
     assert (result.pressure[holes] == 0).all()
     assert np.isnan(result.gap[holes]).all()
     assert not np.isnan(result.gap[~holes]).any()
-    assert Kind.MISSING in kinds(result)
+    assert CautionTag.MISSING in kinds(result)
     assert math.isfinite(result.mean_gap)
 
 
@@ -387,7 +387,7 @@ def test_holes_of_either_body_never_touch():
     assert np.isnan(result.gap[3, 4])
     assert np.isnan(result.gap[20, 30])
     # Both are told.
-    (caution,) = (caution for caution in result.cautions if caution.kind == Kind.MISSING)
+    (caution,) = (caution for caution in result.cautions if caution.kind == CautionTag.MISSING)
     assert caution.numbers["missing"] == 2
 
 
@@ -490,7 +490,7 @@ def test_flat_everywhere(independent, filling, boundary):
         # Zero, but for 1e-6 of what one pixel displaces itself.
         assert abs(result.approach) <= 1e-6 * mean / 231e9 * 2e-6
     else:
-        assert Kind.EDGE in kinds(result)
+        assert CautionTag.EDGE in kinds(result)
 
 
 @pytest.mark.parametrize("boundary", BOUNDARIES)
@@ -651,7 +651,7 @@ def test_not_converged_is_an_error_with_the_best_result_attached(independent):
         assert found.certificate == pytest.approx(result.certificate, rel=1e-3, abs=1e-9)
         assert found.bounded
         assert found.load == pytest.approx(LOAD, rel=1e-10)
-        assert Kind.NOT_CONVERGED in kinds(result)
+        assert CautionTag.NOT_CONVERGED in kinds(result)
     np.testing.assert_array_equal(caught.value.result.pressure, returned.pressure)
 
 
@@ -717,7 +717,7 @@ def test_regimes():
     assert press(4.0).regime == "saturated at the surface"
     assert press(4.0).saturated_fraction > 0
     assert press(4.0, ceiling=None).regime.startswith("elastic pressure beyond three")
-    assert Kind.ABOVE_CEILING in kinds(press(4.0, ceiling=None))
+    assert CautionTag.ABOVE_CEILING in kinds(press(4.0, ceiling=None))
     assert press(0.3, material=STEEL).regime.startswith("unknown")
     # Of a ceramic, which has no yield strength, the hardness is the ceiling.
     ceramic = rc.Material(210e9, 0.3, hardness=3e9)
@@ -725,7 +725,7 @@ def test_regimes():
     assert press(4.0, material=ceramic).regime == "saturated at the surface"
     beyond = press(4.0, material=ceramic, ceiling=None)
     assert beyond.regime == "elastic pressure beyond the hardness"
-    assert Kind.ABOVE_CEILING in kinds(beyond)
+    assert CautionTag.ABOVE_CEILING in kinds(beyond)
     # The softer of the two yields.
     soft = rc.Material(210e9, 0.3, yield_strength=0.4e9)
     result = press(0.3, counter_material=soft)
@@ -775,11 +775,11 @@ def test_contact_at_the_edge_is_flagged_on_a_free_map_only():
     surface = rc.Surface(np.zeros((8, 9)), (1e-6, 1e-6))
     for boundary in BOUNDARIES:
         result = rc.solve(surface, material=STEEL, load=1e-3, boundary=boundary)
-        assert (Kind.EDGE in kinds(result)) == (boundary == "free")
+        assert (CautionTag.EDGE in kinds(result)) == (boundary == "free")
     ball = np.zeros((9, 9))
     ball[4, 4] = 1e-6
     inner = rc.solve(rc.Surface(ball, (1e-6, 1e-6)), material=STEEL, load=1e-3)
-    assert Kind.EDGE not in kinds(inner)
+    assert CautionTag.EDGE not in kinds(inner)
 
 
 # --- bad input: what, got, do ----------------------------------------------------------------
@@ -923,10 +923,10 @@ def test_capacity_names_the_load_and_what_can_be_carried():
 
 def test_memory_is_said_before_starting(monkeypatch):
     def room(points):
-        return Room((points, points), Boundary.FREE)
+        return MemoryNeed((points, points), Boundary.FREE)
 
     least = room(1000).estimate(0.0)
-    monkeypatch.setattr(memory, "free", lambda: least - 1)
+    monkeypatch.setattr(memory, "free_bytes", lambda: least - 1)
     with pytest.raises(rc.InsufficientMemoryError, match=r"1000 × 1000.*GiB.*fits"):
         room(1000).require()
     # A hundredth of the points fits, and the grid that is advised does too.

@@ -54,21 +54,23 @@ def measured(surface: rc.Surface) -> np.ndarray:
 def test_the_curvature_told_is_that_of_the_heights(name: str, prepared: Any) -> None:
     surface = prepared(BODIES[name])
     # Spheres deviate from their paraboloid by 1e-5 at this size; splines by a little more.
-    found = nominal_hertz.of(surface.provenance)
+    found = nominal_hertz.curvature_of_map(surface.provenance)
     np.testing.assert_allclose(found, measured(surface), rtol=1e-4, atol=3e-3)
 
 
 def test_what_has_no_curvature_or_none_that_is_known() -> None:
     for body in (nominal_bodies.cone(slope=0.1, **GRID), nominal_bodies.punch(radius=1e-5, **GRID)):
-        assert nominal_hertz.of(body.provenance) is None
+        assert nominal_hertz.curvature_of_map(body.provenance) is None
     ball = BODIES["sphere"]
-    assert nominal_hertz.of(ball.without_form("sphere").provenance) is None
-    assert nominal_hertz.of(ball.filtered(l=20e-6).provenance) is None
-    flat = nominal_hertz.of(ball.leveled("quadric").provenance)
+    assert nominal_hertz.curvature_of_map(ball.without_form("sphere").provenance) is None
+    assert nominal_hertz.curvature_of_map(ball.filtered(l=20e-6).provenance) is None
+    flat = nominal_hertz.curvature_of_map(ball.leveled("quadric").provenance)
     assert flat is not None
     assert not flat.any()
     rough = rc.Surface(np.zeros(GRID["shape"]), GRID["pixel"])
-    plain = nominal_hertz.of(rough.without_form("polynomial", 2).filtered(l=20e-6).provenance)
+    plain = nominal_hertz.curvature_of_map(
+        rough.without_form("polynomial", 2).filtered(l=20e-6).provenance
+    )
     assert plain is not None
     assert not plain.any()
 
@@ -76,19 +78,23 @@ def test_what_has_no_curvature_or_none_that_is_known() -> None:
 def test_the_curvature_survives_a_file() -> None:
     made = BODIES["flat"].with_form(BODIES["ellipsoid"]).provenance
     again = provenance.from_text(provenance.to_text(made))
-    np.testing.assert_array_equal(nominal_hertz.of(again), nominal_hertz.of(made))
+    np.testing.assert_array_equal(
+        nominal_hertz.curvature_of_map(again), nominal_hertz.curvature_of_map(made)
+    )
 
 
 @pytest.mark.parametrize("angle", [0, 30, 90, 135])
 def test_the_principal_radii_and_their_direction(angle: float) -> None:
     # R_y and R_x before the turn: the larger one lies along y then.
     body = nominal_bodies.ellipsoid(radii=(0.01, 0.004), angle=angle, **GRID)
-    found = nominal_hertz.of(body.provenance)
+    found = nominal_hertz.curvature_of_map(body.provenance)
     assert found is not None
-    radii, direction = nominal_hertz.principal(found)
+    radii, direction = nominal_hertz.principal_radii(found)
     assert radii == pytest.approx((0.01, 0.004))
     assert direction == pytest.approx((90 + angle) % 180)
-    line = nominal_hertz.of(nominal_bodies.cylinder(radius=0.01, angle=angle, **GRID).provenance)
+    line = nominal_hertz.curvature_of_map(
+        nominal_bodies.cylinder(radius=0.01, angle=angle, **GRID).provenance
+    )
     assert line is not None
-    (along, across), axis = nominal_hertz.principal(line)
+    (along, across), axis = nominal_hertz.principal_radii(line)
     assert (along, across, axis) == (math.inf, pytest.approx(0.01), pytest.approx(angle % 180))

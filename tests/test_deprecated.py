@@ -57,7 +57,7 @@ def test_an_old_argument_warns_its_caller(function: str, old: str) -> None:
     assert warned[0].filename == __file__
 
 
-class Result(deprecated.Renamed):
+class Result(deprecated.RenamedAttributes):
     """A result whose new names are set."""
 
 
@@ -66,7 +66,7 @@ def classes() -> set[type]:
     found = {getattr(rc.results, name) for name in dir(rc.results) if name[0].isupper()}
     modules = [sys.modules[kind.__module__] for kind in (*found, rc.Material)]
     every = {kind for module in modules for kind in vars(module).values() if inspect.isclass(kind)}
-    return {kind for kind in every if issubclass(kind, deprecated.Renamed)}
+    return {kind for kind in every if issubclass(kind, deprecated.RenamedAttributes)}
 
 
 @pytest.mark.parametrize("old", deprecated.ATTRIBUTES)
@@ -129,5 +129,5 @@ def test_an_old_key_of_a_project_is_read(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     with pytest.warns(DeprecationWarning, match="missing"):
-        (entry,) = project.load(path)
+        (entry,) = project.read_project(path)
     assert entry.request.specified["missing"] == "mask"

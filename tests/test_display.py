@@ -80,7 +80,7 @@ def test_a_leak_rate_names_the_arguments_that_scale_it(objects: dict[str, Any]) 
 
 def test_the_load_of_first_yield_is_the_answer() -> None:
     first = rc.first_yield_load(surface(), material=STEEL)
-    load = phrases.size(first.solution.load, "N")
+    load = phrases.format_short(first.solution.load, "N")
     assert repr(first).splitlines()[1].startswith(f"  First yield at {load} (")
 
 

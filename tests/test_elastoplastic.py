@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.contact.archive import load_contact
 from roughcontact.contact.pair import Pair
 from roughcontact.elastoplastic import increments, problem as contact_solver, solve
 from roughcontact.elastoplastic.archive import load_elastoplastic
-from roughcontact.elastoplastic.problem import Problem, memory_estimate
+from roughcontact.elastoplastic.problem import ElastoplasticProblem, memory_estimate
 from roughcontact.elastoplastic.solve import solve_elastoplastic
 from roughcontact.errors import (
     ArgumentRef,
@@ -316,7 +316,7 @@ def test_layers_that_are_too_few_are_reported() -> None:
     result = solve_elastoplastic(
         ball(), material=SWIFT, increments=1, loads=[0.65], layers=[0.5e-6] * 14
     )
-    assert [caution.kind for caution in result.cautions] == [Kind.PLASTIC_EDGE]
+    assert [caution.kind for caution in result.cautions] == [CautionTag.PLASTIC_EDGE]
     assert ArgumentRef("depth") in result.cautions[0].parts
     assert result.bodies[0].thickness.size == 14
 
@@ -326,7 +326,7 @@ def test_contact_at_the_edge_is_reported() -> None:
     result = solve_elastoplastic(
         ball((10, 10)), material=PERFECT, increments=1, loads=[0.45], **MORE
     )
-    assert Kind.EDGE in [caution.kind for caution in result.cautions]
+    assert CautionTag.EDGE in [caution.kind for caution in result.cautions]
     assert result.converged
 
 
@@ -402,7 +402,7 @@ def test_progress_and_cut_increments() -> None:
     assert result.contact.load == result.increments[-1].load < 0.65
     assert len({at.step.load for at in steps}) > 3  # halved again and again
     assert {(at.number, at.count) for at in steps} == {(1, 2), (2, 2)}
-    (caution,) = [c for c in result.cautions if c.kind == Kind.NOT_CONVERGED]
+    (caution,) = [c for c in result.cautions if c.kind == CautionTag.NOT_CONVERGED]
     assert "halved 5 times" in result.status
     assert ArgumentRef("max_iterations") in caution.parts
 
@@ -498,7 +498,7 @@ def test_stress_far_above_the_yield_strength_is_told() -> None:
     )
     assert result.converged
     assert result.yield_excess > 1
-    (caution,) = (c for c in result.cautions if c.kind == Kind.YIELD_EXCESS)
+    (caution,) = (c for c in result.cautions if c.kind == CautionTag.YIELD_EXCESS)
     assert caution.numbers == {"yield_excess": result.yield_excess}
     assert ArgumentRef("tolerance") in caution.parts
 
@@ -571,7 +571,7 @@ def test_too_large_is_said_before_it_starts(monkeypatch) -> None:
         available = 1000
 
     monkeypatch.setattr("psutil.virtual_memory", Little)
-    monkeypatch.setattr(solve, "untouched", pytest.fail)
+    monkeypatch.setattr(solve, "solve_without_load", pytest.fail)
     with pytest.raises(InsufficientMemoryError, match="GiB"):
         solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.1])
 
@@ -586,8 +586,10 @@ def test_more_than_a_map_can_carry_is_refused() -> None:
         solve_elastoplastic(
             ball(), material=PERFECT, counter_material=table, load=3.6 * 800e6 * area
         )
-    problem = Problem(Pair(ball(), SWIFT), 1e-4, 9, "single")
-    contact = contact_solver.untouched(problem, SingleProcess(workspace := Workspace()), workspace)
+    problem = ElastoplasticProblem(Pair(ball(), SWIFT), 1e-4, 9, "single")
+    contact = contact_solver.solve_without_load(
+        problem, SingleProcess(workspace := Workspace()), workspace
+    )
     solve.check_capacity(problem, contact, 10 * 1656e6 * area)
 
 
@@ -610,12 +612,12 @@ def test_a_volume_that_would_not_fit_does_not_grow(monkeypatch) -> None:
         progress=fill,
     )
     assert result.bodies[0].thickness.sum() < 4e-6
-    assert Kind.PLASTIC_EDGE in {caution.kind for caution in result.cautions}
+    assert CautionTag.PLASTIC_EDGE in {caution.kind for caution in result.cautions}
 
 
 def test_a_contact_without_certificate_settles_nothing(monkeypatch) -> None:
     monkeypatch.setattr(contact_solver, "_CONTACT_CONVOLUTIONS", 2)
-    monkeypatch.setattr(increments, "_CUTS", 0)
+    monkeypatch.setattr(increments, "_MAX_CUTS", 0)
     with pytest.raises(ConvergenceError, match="the contact did not settle"):
         solve_elastoplastic(
             ball(),

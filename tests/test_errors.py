@@ -94,4 +94,6 @@ def test_a_sentence_is_a_text_that_knows_its_mentions() -> None:
     assert (again, again.parts) == (said, said.parts)
     assert message_parts("plain") == ("plain",)
     error = ConvergenceError(said, None)
-    assert error.worded(lambda mention: f"--{mention.name}") == "raise --max_iterations, or stop"
+    assert (
+        error.message_for(lambda mention: f"--{mention.name}") == "raise --max_iterations, or stop"
+    )

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.analyses.estimate.model import LEVEL, Estimate, stored
-from roughcontact.cautions import Kind
+from roughcontact.analyses.estimate.model import LEVEL, Estimate, load_atlas
+from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.errors import ArgumentRef
 from roughcontact.report.formulas import BESIDE
@@ -42,7 +42,7 @@ def test_the_formulas_meet_their_goals_on_maps_never_seen() -> None:
         cases = atlas_fit.read(place)
         held = cases.taken(cases.held)
         for quantity in held.found:
-            judged = atlas_fit.judged(stored().formula(quantity, True), held)
+            judged = atlas_fit.judged(load_atlas().formula(quantity, True), held)
             assert judged["cases"] > 90
             assert judged["median"] <= goals.get(quantity, 0.10)
             # The cases of a map go together, so that the share of so few maps scatters.
@@ -163,7 +163,7 @@ def test_the_plastic_volume_is_told_where_its_formula_holds() -> None:
     found = of_steel(200e6, material=swift)
     assert found.plastic_volume is None
     (caution,) = found.cautions
-    assert caution.kind == Kind.ESTIMATE_DOMAIN
+    assert caution.kind == CautionTag.ESTIMATE_DOMAIN
     assert ArgumentRef("model", "elastoplastic") in caution.parts
 
 
@@ -247,7 +247,7 @@ def test_intervals_hold_saturated_area_at_every_plasticity() -> None:
     cases = atlas_fit.read(atlas.CEILING)
     held = cases.taken(cases.held)
     for quantity in held.found:
-        _, low, high = stored().formula(quantity, True).ranged(held.groups)
+        _, low, high = load_atlas().formula(quantity, True).with_interval(held.groups)
         inside = (held.found[quantity] >= low) & (held.found[quantity] <= high)
         for least, most in ((0.3, 1), (1, 2), (2, 4), (4, 10), (10, 100)):
             chosen = (held.groups.ratio > least) & (held.groups.ratio <= most)
@@ -262,7 +262,7 @@ def test_intervals_hold_any_kurtosis() -> None:
     held = cases.taken(cases.held & (np.abs(np.log(cases.groups.tails)) > 0.1))
     assert held.maps.size > 120
     for quantity, found in held.found.items():
-        _, low, high = stored().formula(quantity, True).ranged(held.groups)
+        _, low, high = load_atlas().formula(quantity, True).with_interval(held.groups)
         assert np.mean((found >= low) & (found <= high)) >= LEVEL - 0.03
 
 
@@ -270,13 +270,13 @@ def test_intervals_of_measured_maps_hold_maps_that_did_not_widen_them() -> None:
     import atlas
     import atlas_fit
 
-    cases, known = atlas_fit.read(atlas.MEASURED), stored().formulas
+    cases, known = atlas_fit.read(atlas.MEASURED), load_atlas().formulas
     inside = []
     for name in np.unique(cases.maps):
         one = cases.taken(cases.maps == name)
         wider = atlas_fit.wider(known, cases.taken(cases.maps != name))
         for quantity, found in one.found.items():
-            _, low, high = known[quantity].ranged(one.groups, wider)
+            _, low, high = known[quantity].with_interval(one.groups, wider)
             inside.append((found >= low) & (found <= high))
     assert np.mean(inside) >= LEVEL
 

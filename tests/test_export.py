@@ -174,16 +174,20 @@ def test_maps_pressure_and_numbers_of_a_volume(
 
 def test_one_table_knows_every_format() -> None:
     for kind, known in (
-        (export.Kind.SURFACE, SURFACE_SUFFIXES),
-        (export.Kind.CONTACT, RESULT_SUFFIXES),
-        (export.Kind.VOLUME, VOLUME_SUFFIXES),
+        (export.ContentType.SURFACE, SURFACE_SUFFIXES),
+        (export.ContentType.CONTACT, RESULT_SUFFIXES),
+        (export.ContentType.VOLUME, VOLUME_SUFFIXES),
     ):
         assert sorted(export.suffixes(kind)) == sorted(known)
         assert all(f"{suffix} " in export.format_list_text(kind) for suffix in known)
-    assert export.format_list_text(export.Kind.SURFACE).startswith(".nc heights and provenance")
-    assert ".csv pressure, " in export.format_list_text(export.Kind.CONTACT, export.Kind.VOLUME)
+    assert export.format_list_text(export.ContentType.SURFACE).startswith(
+        ".nc heights and provenance"
+    )
+    assert ".csv pressure, " in export.format_list_text(
+        export.ContentType.CONTACT, export.ContentType.VOLUME
+    )
     assert ".vtr strain and stress" in export.format_list_text(
-        export.Kind.CONTACT, export.Kind.VOLUME
+        export.ContentType.CONTACT, export.ContentType.VOLUME
     )
 
 

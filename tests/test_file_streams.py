@@ -82,7 +82,7 @@ def test_every_format_is_read_from_a_pipe(tmp_path: Path) -> None:
 def test_whoever_writes_may_take_their_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(files, "_PATIENCE", 0.0)
+    monkeypatch.setattr(files, "_PIPE_TIMEOUT", 0.0)
 
     def slow(path: Path) -> None:
         with path.open("w", buffering=1) as stream:
@@ -101,7 +101,7 @@ def test_whoever_writes_may_take_their_time(
 
 
 def test_a_pipe_that_nobody_writes_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(files, "_PATIENCE", 0.01)
+    monkeypatch.setattr(files, "_PIPE_TIMEOUT", 0.01)
     refused(fifo(tmp_path, "map.csv"), "map.csv is a pipe that nobody writes to", **GIVEN)
     refused(fifo(tmp_path, "map.opd"), "map.opd is a pipe that nobody writes to")
     with pytest.raises(FormatError, match="nobody writes to"):
@@ -109,7 +109,7 @@ def test_a_pipe_that_nobody_writes_to(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_a_pipe_without_an_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(files, "MOST", 2**20)
+    monkeypatch.setattr(files, "MAX_PIPE_BYTES", 2**20)
 
     def endless(path: Path) -> None:
         with path.open("wb", buffering=0) as stream:

@@ -13,7 +13,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact._tools import files
-from roughcontact._tools.files import atomic_write, clear, write
+from roughcontact._tools.files import atomic_write, remove_unfinished, write_atomically
 
 SOURCE = str(Path(rc.__file__).parents[1])
 
@@ -63,25 +63,25 @@ def test_a_failure_names_the_file_wanted(tmp_path: Path) -> None:
         fail()
     assert caught.value.filename == str(tmp_path / "out.txt")
     with pytest.raises(FileNotFoundError) as missing:
-        write(tmp_path / "absent" / "out.txt", "text")
+        write_atomically(tmp_path / "absent" / "out.txt", "text")
     assert missing.value.filename == str(tmp_path / "absent" / "out.txt")
     (tmp_path / "folder").mkdir()
     with pytest.raises(OSError) as taken:  # noqa: PT011 - the kind differs between systems
-        write(tmp_path / "folder", "text")
+        write_atomically(tmp_path / "folder", "text")
     assert (taken.value.filename, taken.value.filename2) == (str(tmp_path / "folder"), None)
     assert names(tmp_path) == ["folder"]
 
 
 def test_text_and_bytes_are_written_as_they_are(tmp_path: Path) -> None:
-    write(tmp_path / "text", "µm\n")
-    write(tmp_path / "bytes", memoryview(b"\r\n"))
+    write_atomically(tmp_path / "text", "µm\n")
+    write_atomically(tmp_path / "bytes", memoryview(b"\r\n"))
     assert (tmp_path / "text").read_bytes() == "µm\n".encode()
     assert (tmp_path / "bytes").read_bytes() == b"\r\n"
 
 
 def test_names_as_long_as_the_system_takes(tmp_path: Path) -> None:
     path = tmp_path / ("n" * 251 + ".txt")
-    write(path, "text")
+    write_atomically(path, "text")
     assert path.read_text() == "text"
 
 
@@ -114,12 +114,12 @@ def writer(tmp_path: Path):
 @locks
 def test_what_a_killed_process_left_is_removed_by_the_next_writer(writer, tmp_path: Path) -> None:
     (left,) = names(tmp_path)
-    write(tmp_path / "other.txt", "text")
+    write_atomically(tmp_path / "other.txt", "text")
     # Its writer lives.
     assert names(tmp_path) == sorted([left, "other.txt"])
     writer.send_signal(signal.SIGKILL)
     writer.wait()
-    write(tmp_path / "other.txt", "text")
+    write_atomically(tmp_path / "other.txt", "text")
     assert names(tmp_path) == ["other.txt"]
 
 
@@ -136,9 +136,9 @@ def test_only_unfinished_files_are_removed(tmp_path: Path) -> None:
     folder.mkdir()
     link = tmp_path / ".roughcontact-eeeeeeeeeeeeeeee.part"
     link.symlink_to(tmp_path / ".hidden")
-    clear(tmp_path)
+    remove_unfinished(tmp_path)
     assert names(tmp_path) == sorted([*kept, folder.name, link.name])
-    clear(tmp_path / "absent")
+    remove_unfinished(tmp_path / "absent")
 
 
 @locks
@@ -148,10 +148,10 @@ def test_a_writer_looks_at_few_files_of_a_large_folder(
     left = [f".roughcontact-{number:016x}.part" for number in range(50)]
     for name in left:
         (tmp_path / name).touch()
-    monkeypatch.setattr(files, "_FEW", 10)
-    write(tmp_path / "out.txt", "text")
+    monkeypatch.setattr(files, "_MAX_LISTED", 10)
+    write_atomically(tmp_path / "out.txt", "text")
     assert len(names(tmp_path)) == 41
-    clear(tmp_path)
+    remove_unfinished(tmp_path)
     assert names(tmp_path) == ["out.txt"]
 
 
@@ -159,17 +159,17 @@ def test_a_writer_looks_at_few_files_of_a_large_folder(
 def test_a_file_taken_for_a_left_one_gets_another_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    locked, removed = files._locked, []
+    locked, removed = files._try_lock, []
 
     def late(stream) -> bool:
         # Another process looks between the making of the file and its lock.
         if not removed:
             removed.extend(names(tmp_path))
-            clear(tmp_path)
+            remove_unfinished(tmp_path)
         return locked(stream)
 
-    monkeypatch.setattr(files, "_locked", late)
-    write(tmp_path / "out.txt", "text")
+    monkeypatch.setattr(files, "_try_lock", late)
+    write_atomically(tmp_path / "out.txt", "text")
     assert len(removed) == 1
     assert names(tmp_path) == ["out.txt"]
     assert (tmp_path / "out.txt").read_text() == "text"

@@ -27,7 +27,7 @@ def test_fill_keeps_bits_and_stays_within_the_rim(
     there = ~np.isnan(heights)
     if not there.any():
         return
-    filled = cleaning.fill(heights, (ratio, 1.0))
+    filled = cleaning.fill_missing(heights, (ratio, 1.0))
     assert filled[there].tobytes() == heights[there].tobytes()
     label, count = ndimage.label(~there)
     for hole in range(1, count + 1):
@@ -52,7 +52,7 @@ def test_fill_is_exact_for_discretely_harmonic_heights(
     heights = expected.copy()
     heights[10:70, 20:75] = np.nan
     heights[80:85, 5:9] = np.nan
-    filled = cleaning.fill(heights, pixel)
+    filled = cleaning.fill_missing(heights, pixel)
     # The iteration stops at a residual of 1e-10 of the right-hand side.
     np.testing.assert_allclose(filled, expected, atol=1e-7 * np.ptp(expected))
 
@@ -60,7 +60,7 @@ def test_fill_is_exact_for_discretely_harmonic_heights(
 def test_fill_has_no_slope_across_the_edge() -> None:
     heights = np.full((6, 9), np.nan)
     heights[:, 0], heights[:, 4] = 1.0, 3.0
-    filled = cleaning.fill(heights, (1.0, 2.0))
+    filled = cleaning.fill_missing(heights, (1.0, 2.0))
     # Between the columns a straight line; beyond the last one nothing pulls.
     expected = np.array([1, 1.5, 2, 2.5, 3, 3, 3, 3, 3]) + np.zeros((6, 1))
     np.testing.assert_allclose(filled, expected, atol=1e-12)
@@ -71,23 +71,23 @@ def test_fill_within_a_level_rim_is_level_to_the_bit() -> None:
     heights[:, 25:] = 7.1
     expected = heights.copy()
     heights[3:17, 3:22] = heights[5:9, 30:45] = np.nan
-    np.testing.assert_array_equal(cleaning.fill(heights, (1.0, 0.3)), expected)
+    np.testing.assert_array_equal(cleaning.fill_missing(heights, (1.0, 0.3)), expected)
 
 
 def test_fill_of_a_whole_map_and_of_nothing() -> None:
     heights = rough(7, (4, 4))
-    assert cleaning.fill(heights, (1.0, 1.0)).tobytes() == heights.tobytes()
+    assert cleaning.fill_missing(heights, (1.0, 1.0)).tobytes() == heights.tobytes()
     with pytest.raises(InputError, match="nothing to fill"):
-        cleaning.fill(np.full((4, 4), np.nan), (1.0, 1.0))
+        cleaning.fill_missing(np.full((4, 4), np.nan), (1.0, 1.0))
 
 
 def test_fill_by_multigrid_agrees_with_the_direct_solution(monkeypatch: pytest.MonkeyPatch) -> None:
     heights = rough(8, (300, 260), holes=0.3)
     heights[40:250, 30:200] = np.nan
-    direct = cleaning.fill(heights, (1.0, 2.5))
+    direct = cleaning.fill_missing(heights, (1.0, 2.5))
     monkeypatch.setattr(cleaning, "_DIRECT_LIMIT", 0)
     monkeypatch.setattr(cleaning, "_COARSEST", 500)
-    np.testing.assert_allclose(cleaning.fill(heights, (1.0, 2.5)), direct, atol=1e-7)
+    np.testing.assert_allclose(cleaning.fill_missing(heights, (1.0, 2.5)), direct, atol=1e-7)
 
 
 def test_fill_of_a_measured_map_with_large_holes() -> None:

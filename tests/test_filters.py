@@ -29,7 +29,7 @@ def transmission(wavelength: float, cutoff: float, axis: int) -> float:
     t = np.arange(length) - length // 2
     wave = np.cos(2 * np.pi * t / wavelength)
     heights = np.tile(wave, (across, 1))
-    smooth = filters.gaussian(heights if axis else heights.T, (1.0, 1.0), cutoff)
+    smooth = filters.gaussian_lowpass(heights if axis else heights.T, (1.0, 1.0), cutoff)
     return float((smooth if axis else smooth.T)[across // 2, length // 2])
 
 
@@ -53,7 +53,7 @@ def test_transmission_is_alike_in_all_directions_and_in_metres() -> None:
     y = (np.arange(301) - 150)[:, None] * pixel[0]
     x = (np.arange(201) - 100) * pixel[1]
     wave = np.cos(2 * np.pi * (0.6 * x + 0.8 * y) / cutoff)
-    assert filters.gaussian(wave, pixel, cutoff)[150, 100] == pytest.approx(0.5, abs=1e-8)
+    assert filters.gaussian_lowpass(wave, pixel, cutoff)[150, 100] == pytest.approx(0.5, abs=1e-8)
 
 
 def test_agrees_with_the_sum_over_all_points() -> None:
@@ -62,7 +62,7 @@ def test_agrees_with_the_sum_over_all_points() -> None:
     there = np.isfinite(heights)
     y, x = (np.arange(n) * edge for n, edge in zip(shape, pixel, strict=True))
     alpha = np.sqrt(np.log(2) / np.pi)
-    smooth = filters.gaussian(heights, pixel, cutoff)
+    smooth = filters.gaussian_lowpass(heights, pixel, cutoff)
     np.testing.assert_array_equal(np.isnan(smooth), ~there)
     for j, i in np.argwhere(there)[::7]:
         square = ((y[:, None] - y[j]) ** 2 + (x - x[i]) ** 2) / (alpha * cutoff) ** 2
@@ -74,7 +74,7 @@ def test_agrees_with_the_sum_over_all_points() -> None:
 @given(st.integers(0, 1000), st.floats(2, 20), st.floats(-1e3, 1e3), st.sampled_from([0, 0.3]))
 def test_constants_pass_everywhere(seed: int, cutoff: float, value: float, holes: float) -> None:
     heights = np.where(np.isfinite(rough(seed, (24, 21), holes)), value, np.nan)
-    smooth = filters.gaussian(heights, (1.0, 1.0), cutoff)
+    smooth = filters.gaussian_lowpass(heights, (1.0, 1.0), cutoff)
     np.testing.assert_allclose(smooth, heights, atol=1e-12 * abs(value), rtol=0)
 
 
@@ -84,7 +84,7 @@ def test_planes_pass_in_the_interior(cutoff: float, slope_y: float, slope_x: flo
     plane = slope_y * y + slope_x * x
     reach = int(np.ceil(1.5 * cutoff))
     inside = (slice(reach, 60 - reach), slice(reach, 50 - reach))
-    smooth = filters.gaussian(plane, (1.0, 1.0), cutoff)
+    smooth = filters.gaussian_lowpass(plane, (1.0, 1.0), cutoff)
     np.testing.assert_allclose(smooth[inside], plane[inside], atol=1e-11)
     if max(abs(slope_y), abs(slope_x)) > 0.1:
         assert np.abs(smooth - plane).max() > 1e-3  # the edge is not of first order
@@ -92,7 +92,7 @@ def test_planes_pass_in_the_interior(cutoff: float, slope_y: float, slope_x: flo
 
 def test_the_end_effect_is_the_one_stated() -> None:
     x = np.tile(np.arange(400.0), (200, 1))
-    error = (filters.gaussian(x, (1.0, 1.0), 100) - x)[50]
+    error = (filters.gaussian_lowpass(x, (1.0, 1.0), 100) - x)[50]
     # The sum over pixels against the integral: half a pixel of 100.
     assert error[0] == pytest.approx(0.1495 * 100, abs=0.5)
     assert error[-1] == pytest.approx(-error[0], rel=1e-9)
@@ -103,7 +103,7 @@ def test_the_end_effect_is_the_one_stated() -> None:
 @given(st.integers(0, 1000), st.floats(6, 40), st.sampled_from([0, 0.2]))
 def test_what_the_filters_part_adds_up(seed: int, cutoff: float, holes: float) -> None:
     heights = rough(seed, (30, 27), holes)
-    parts = filters.band(heights, PIXEL, s=cutoff * 1e-6) + filters.band(
+    parts = filters.gaussian_band(heights, PIXEL, s=cutoff * 1e-6) + filters.gaussian_band(
         heights, PIXEL, l=cutoff * 1e-6
     )
     np.testing.assert_allclose(parts, heights, atol=1e-14)
@@ -114,33 +114,33 @@ def test_filter_of_the_transpose(seed: int, cutoff: float, holes: float) -> None
     heights = rough(seed, (18, 27), holes)
     cutoff *= 1e-6
     np.testing.assert_allclose(
-        filters.gaussian(heights.T, PIXEL[::-1], cutoff),
-        filters.gaussian(heights, PIXEL, cutoff).T,
+        filters.gaussian_lowpass(heights.T, PIXEL[::-1], cutoff),
+        filters.gaussian_lowpass(heights, PIXEL, cutoff).T,
         atol=1e-12,
     )
 
 
 def test_band_is_one_filter_after_the_other() -> None:
     heights = rough(3, (40, 30), 0.1)
-    smooth = filters.gaussian(heights, PIXEL, 9e-6)
-    expected = smooth - filters.gaussian(smooth, PIXEL, 4e-5)
-    np.testing.assert_array_equal(filters.band(heights, PIXEL, 9e-6, 4e-5), expected)
+    smooth = filters.gaussian_lowpass(heights, PIXEL, 9e-6)
+    expected = smooth - filters.gaussian_lowpass(smooth, PIXEL, 4e-5)
+    np.testing.assert_array_equal(filters.gaussian_band(heights, PIXEL, 9e-6, 4e-5), expected)
 
 
 def test_filter_by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     heights = rough(5, (37, 23), holes=0.1)
-    whole = filters.gaussian(heights, PIXEL, 2e-5)
+    whole = filters.gaussian_lowpass(heights, PIXEL, 2e-5)
     monkeypatch.setattr(filters, "_BLOCK", 200)
-    np.testing.assert_allclose(filters.gaussian(heights, PIXEL, 2e-5), whole, atol=1e-14)
+    np.testing.assert_allclose(filters.gaussian_lowpass(heights, PIXEL, 2e-5), whole, atol=1e-14)
 
 
 @pytest.mark.parametrize("cutoff", [5.9e-6, 7e-5, 0.0, -1e-5, np.nan, "2 mm"])
 def test_cutoffs_the_map_cannot_hold(cutoff) -> None:
     # Two pixels are 6 µm, the sides 80 and 60 µm.
     for call in (
-        lambda: filters.gaussian(np.zeros((40, 20)), PIXEL, cutoff),
-        lambda: filters.band(np.zeros((40, 20)), PIXEL, s=cutoff),
-        lambda: filters.band(np.zeros((40, 20)), PIXEL, l=cutoff),
+        lambda: filters.gaussian_lowpass(np.zeros((40, 20)), PIXEL, cutoff),
+        lambda: filters.gaussian_band(np.zeros((40, 20)), PIXEL, s=cutoff),
+        lambda: filters.gaussian_band(np.zeros((40, 20)), PIXEL, l=cutoff),
     ):
         with pytest.raises(InputError, match="cutoff must"):
             call()
@@ -148,9 +148,9 @@ def test_cutoffs_the_map_cannot_hold(cutoff) -> None:
 
 def test_band_refuses() -> None:
     with pytest.raises(InputError, match="s or l must be given"):
-        filters.band(np.zeros((40, 20)), PIXEL)
+        filters.gaussian_band(np.zeros((40, 20)), PIXEL)
     with pytest.raises(InputError, match="s must be below l"):
-        filters.band(np.zeros((40, 20)), PIXEL, 2e-5, 1e-5)
+        filters.gaussian_band(np.zeros((40, 20)), PIXEL, 2e-5, 1e-5)
 
 
 # --- resampling --------------------------------------------------------------------------------
@@ -335,7 +335,7 @@ def test_equal_cutoffs_along_both_axes_are_the_areal_filter(
 ) -> None:
     heights = rough(seed, (15, 18), holes)
     smooth = filters.along_axes(heights, (cutoff, cutoff))
-    np.testing.assert_array_equal(smooth, filters.gaussian(heights, (1.0, 1.0), cutoff))
+    np.testing.assert_array_equal(smooth, filters.gaussian_lowpass(heights, (1.0, 1.0), cutoff))
 
 
 def test_an_axis_may_be_left_alone() -> None:
@@ -343,7 +343,7 @@ def test_an_axis_may_be_left_alone() -> None:
     smooth = filters.along_axes(heights, (0.0, 6.0))
     # Each row by itself: a map of one row repeated.
     for row in (0, 7, 19):
-        alone = filters.gaussian(np.tile(heights[row], (30, 1)), (1.0, 1.0), 6.0)
+        alone = filters.gaussian_lowpass(np.tile(heights[row], (30, 1)), (1.0, 1.0), 6.0)
         np.testing.assert_allclose(smooth[row], alone[0], rtol=0, atol=1e-13)
     across = filters.along_axes(heights.T, (6.0, 0.0)).T
     np.testing.assert_allclose(across, smooth, rtol=0, atol=1e-14)

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.analyses.generate.report import unmet
-from roughcontact.cautions import Kind, Severity
+from roughcontact.analyses.generate.report import missed_notes
+from roughcontact.cautions import CautionTag, Severity
 from roughcontact.cli import app
 from roughcontact.report import python_script
 from roughcontact.surface import (
@@ -37,7 +37,7 @@ def made(shape: tuple[int, int] = SMALL, **asked: Any) -> rc.Surface:
 
 
 def missed(surface: rc.Surface) -> dict[str, float]:
-    return {one.name: one.missed for one in generation.compared(surface) if not one.met}
+    return {one.name: one.missed for one in generation.compare_parameters(surface) if not one.met}
 
 
 @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ def missed(surface: rc.Surface) -> dict[str, float]:
 def test_a_map_has_the_parameters_asked_for(asked: dict[str, Any]) -> None:
     surface = made(**asked)
     assert missed(surface) == {}
-    named = {one.name: one for one in generation.compared(surface)}
+    named = {one.name: one for one in generation.compare_parameters(surface)}
     values = surface.roughness()
     for name, one in named.items():
         if name != "hurst":
@@ -72,16 +72,16 @@ def test_all_at_once_on_a_large_map() -> None:
         hurst=0.7,
     )  # fmt: skip
     assert missed(surface) == {}
-    assert len(generation.compared(surface)) == 7
+    assert len(generation.compare_parameters(surface)) == 7
     # The waves of its spectrum span little more than an octave, which a note says.
-    assert {item.kind for item in unmet(surface)} == {Kind.NARROW_SPECTRUM}
+    assert {item.kind for item in missed_notes(surface)} == {CautionTag.NARROW_SPECTRUM}
 
 
 def test_a_map_that_shows_what_was_asked_is_left_as_it_is() -> None:
     spectrum_asked = Spectrum(SMALL, PIXEL, 12e-6, 3e-6, 0.8, 0.5)
     heights = made(Str=0.5).heights
     Sal, Str, _ = spectrum.texture(heights, PIXEL)
-    asked = generation._Asked(
+    asked = generation._RequestedParameters(
         0.5e-6, Sal, None, 0.8, None, 3e-6, Str, 0.0, (0.0, 3.0), None
     )  # fmt: skip
     near = 1 + generation._CLOSE / 2
@@ -144,7 +144,7 @@ def test_the_lay_is_counter_clockwise_as_drawn(lay: float) -> None:
     surface = made(Str=0.3, lay=lay)
     apart = (longest_direction(surface.heights) - lay + 90) % 180 - 90
     assert abs(apart) < 4
-    turned = marks.turned((200, 200), PIXEL, 20e-6, 1e-3, lay)
+    turned = marks.turned_heights((200, 200), PIXEL, 20e-6, 1e-3, lay)
     assert abs((longest_direction(turned[5:-5, 5:-5]) - lay + 90) % 180 - 90) < 6
 
 
@@ -163,24 +163,25 @@ def test_honing_crosses_at_its_angle() -> None:
 
 def test_turning_leaves_cusps_and_roughness_between_them() -> None:
     shape, feed, radius = (64, 250), 50e-6, 0.4e-3
-    grooves = marks.turned(shape, PIXEL, feed, radius, lay=90.0)
+    grooves = marks.turned_heights(shape, PIXEL, feed, radius, lay=90.0)
     assert np.ptp(grooves) == pytest.approx(feed**2 / (8 * radius), rel=0.05)
     np.testing.assert_allclose(grooves[:, :50], grooves[:, 50:100], rtol=0, atol=1e-14)
     surface = rc.generate(shape, PIXEL, Sq=0.4e-6, turning=(feed, radius), lay=90.0)
     assert surface.Sq == pytest.approx(0.4e-6, rel=1e-9)
     assert np.corrcoef(surface.heights.ravel(), grooves.ravel())[0, 1] > 0.3
-    assert [one.name for one in generation.compared(surface)] == ["Sq"]
+    assert [one.name for one in generation.compare_parameters(surface)] == ["Sq"]
 
 
 def test_a_lay_turned_half_around_is_the_same() -> None:
     # Along an axis the grooves close on themselves, whichever way the axis is named.
     for lay in (0.0, 90.0):
         one, other = (
-            marks.turned((100, 250), PIXEL, 30e-6, 0.4e-3, lay=lay + half) for half in (0, 180)
+            marks.turned_heights((100, 250), PIXEL, 30e-6, 0.4e-3, lay=lay + half)
+            for half in (0, 180)
         )
         np.testing.assert_allclose(other, one[::-1, ::-1], rtol=0, atol=1e-14)
-    down = marks.turned((100, 250), PIXEL, 30e-6, 0.4e-3, lay=-90.0)
-    across = marks.turned((100, 250), PIXEL, 30e-6, 0.4e-3, lay=90.0)
+    down = marks.turned_heights((100, 250), PIXEL, 30e-6, 0.4e-3, lay=-90.0)
+    across = marks.turned_heights((100, 250), PIXEL, 30e-6, 0.4e-3, lay=90.0)
     np.testing.assert_allclose(down, across[:, ::-1], rtol=0, atol=1e-14)
 
 
@@ -221,20 +222,21 @@ def test_moments_that_few_waves_cannot_have_are_refused() -> None:
 @pytest.mark.slow
 def test_what_is_missed_is_said_with_its_reason() -> None:
     grooves = made((96, 96), Str=0.05)
-    told = unmet(grooves)[0]
-    assert (told.kind, told.severity) == (Kind.GENERATE_MISSED, Severity.NOTE)
+    told = missed_notes(grooves)[0]
+    assert (told.kind, told.severity) == (CautionTag.GENERATE_MISSED, Severity.NOTE)
     assert "Str is at most 0.1" in told.text
     few = made((96, 96), Sal=16e-6, Str=1.0, cutoff_wavelength="16 um")
-    told = unmet(few)[0]
+    told = missed_notes(few)[0]
     assert "correlation areas fit" in told.text
 
 
 def test_a_narrow_spectrum_is_said_with_its_ends() -> None:
-    (told,) = unmet(made((96, 96), cutoff_wavelength="8 um"))
-    assert told.kind == Kind.NARROW_SPECTRUM
+    (told,) = missed_notes(made((96, 96), cutoff_wavelength="8 um"))
+    assert told.kind == CautionTag.NARROW_SPECTRUM
     assert told.numbers["span"] == pytest.approx(1.6, rel=0.2)
     assert (
-        unmet(made((96, 96), rolloff_wavelength="16 um", Sal=None, cutoff_wavelength="4 um")) == ()
+        missed_notes(made((96, 96), rolloff_wavelength="16 um", Sal=None, cutoff_wavelength="4 um"))
+        == ()
     )
 
 
@@ -248,10 +250,10 @@ def test_its_provenance_says_how_to_make_it_again() -> None:
     assert told.startswith("generated: Sq 500 nm, Sal 5 µm, Str 0.5, Ssk -0.5, Hurst exponent 0.8")
     assert "numpy.random.default_rng(7)" in told
     names: dict[str, Any] = {}
-    exec(python_script.preparing(surface), names)
+    exec(python_script.script_of_map(surface), names)
     assert names["surface"].heights.tobytes() == surface.heights.tobytes()
     with pytest.raises(rc.InputError, match="as it was generated"):
-        generation.compared(surface.leveled())
+        generation.compare_parameters(surface.leveled())
 
 
 @pytest.mark.parametrize("lay", [0.0, 90.0])

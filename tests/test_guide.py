@@ -17,9 +17,9 @@ from roughcontact.cli import app
 Capture = pytest.CaptureFixture[str]
 
 FIRST = {
-    name: [option.name for option in command.first]
+    name: [option.name for option in command.short_help]
     for name, command in COMMANDS.items()
-    if command.first
+    if command.short_help
 }
 SOURCE = Path(app.__file__).parents[2]
 

@@ -10,7 +10,7 @@ import pytest
 import roughcontact as rc
 from reading import needs_reader, refused
 from roughcontact._tools import memory
-from roughcontact._tools.netcdf import check
+from roughcontact._tools.netcdf import check_hdf5
 from roughcontact.errors import FormatError, InsufficientMemoryError
 from roughcontact.formats import matrices, netcdf
 from roughcontact.formats.read import read_surface
@@ -41,7 +41,7 @@ def other(tmp_path: Path) -> Path:
 
 
 def test_arrays_are_told_and_not_read(other: Path) -> None:
-    assert check(other) == {
+    assert check_hdf5(other) == {
         "height": ((30, 40), 9600, "f"), "x": ((40,), 320, "f"), "y": ((30,), 240, "f"),
     }  # fmt: skip
     np.testing.assert_array_equal(read_surface(other).heights, HEIGHTS)
@@ -90,8 +90,8 @@ def test_links_within_the_file(tmp_path: Path) -> None:
         file["group/again"] = file["height"]
         file["group/soft"] = h5py.SoftLink("/height")
         file["type"] = np.dtype("f8")
-    assert {"height", "x", "y", "group/again"} >= set(check(path)) >= {"x", "y"}
-    assert set(check(path)) & {"height", "group/again"}
+    assert {"height", "x", "y", "group/again"} >= set(check_hdf5(path)) >= {"x", "y"}
+    assert set(check_hdf5(path)) & {"height", "group/again"}
 
 
 def test_arrays_of_which_little_is_stored(tmp_path: Path) -> None:
@@ -119,13 +119,13 @@ def test_what_exceeds_the_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
             "height", data=HEIGHTS, chunks=(3000, 4000), maxshape=(None, None)
         ),
     )
-    monkeypatch.setattr(memory, "free", lambda: 8 * 3000 * 4000 - 1)
+    monkeypatch.setattr(memory, "free_bytes", lambda: 8 * 3000 * 4000 - 1)
     with pytest.raises(InsufficientMemoryError, match=r"one block of 'height' in map.nc needs"):
         read_surface(path)
-    monkeypatch.setattr(memory, "free", lambda: 8 * 3000 * 4000)
+    monkeypatch.setattr(memory, "free_bytes", lambda: 8 * 3000 * 4000)
     assert read_surface(path).shape == (30, 40)
     path = map_file(tmp_path / "map.nc", lambda file: file.create_dataset("height", data=HEIGHTS))
-    monkeypatch.setattr(memory, "free", lambda: 9600)
+    monkeypatch.setattr(memory, "free_bytes", lambda: 9600)
     with pytest.raises(InsufficientMemoryError, match=r"the 30 × 40 points of map.nc needs"):
         read_surface(path)
     with pytest.raises(InsufficientMemoryError, match=r"reading map.nc needs"):
@@ -201,7 +201,7 @@ def test_blocks_that_unpack_to_more_than_they_state(
         (300, 400),
     )
     # Looked at, and sound.
-    monkeypatch.setattr(memory, "free", lambda: 20 * 300 * 400)
+    monkeypatch.setattr(memory, "free_bytes", lambda: 20 * 300 * 400)
     np.testing.assert_array_equal(read_surface(path).heights, heights)
     with h5py.File(path, "a") as file:
         file["height"].id.write_direct_chunk((0, 100), zlib.compress(bytes(10**8)))
@@ -221,14 +221,14 @@ def test_a_block_that_states_more_bytes_than_the_file_has(tmp_path: Path) -> Non
     assert content.count(stated) == 1
     path.write_bytes(content.replace(stated, other))
     with pytest.raises(FormatError, match=r"states 2147483647 bytes for a block of '/?z'"):
-        check(path)
+        check_hdf5(path)
 
 
 @pytest.mark.parametrize("chunks", [None, (100, 100)])
 def test_a_map_of_which_nothing_is_stored_is_refused_unread(
     chunks: tuple[int, int] | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(memory, "free", lambda: 2**60)
+    monkeypatch.setattr(memory, "free_bytes", lambda: 2**60)
     path = tmp_path / "bomb.nc"
     with h5netcdf.File(path, "w") as file:
         file.dimensions = {"y": 30000, "x": 30000}
@@ -241,7 +241,7 @@ def test_a_map_of_which_nothing_is_stored_is_refused_unread(
     # A field over the depth may be zero nearly everywhere.
     with h5py.File(tmp_path / "field.h5", "w") as file:
         file.create_dataset("strain", (1000, 1000, 200), "f8", chunks=(100, 100, 100))
-    assert check(tmp_path / "field.h5")["strain"].size == 1_600_000_000
+    assert check_hdf5(tmp_path / "field.h5")["strain"].size == 1_600_000_000
 
 
 def test_heights_over_other_axes_are_refused_unread(tmp_path: Path) -> None:

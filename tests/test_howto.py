@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.halfspace import convolution
 
@@ -96,4 +96,4 @@ def test_the_example_of_another_program_runs_here() -> None:
     # Hyun et al. 2004: 1.8 to 2.3 times the pressure over E* h', of pixels a little more.
     assert 0.18 < result.contact_fraction < 0.23
     assert result.pressure.mean() == pytest.approx(0.1)
-    assert Kind.UNITS in {caution.kind for caution in result.cautions}
+    assert CautionTag.UNITS in {caution.kind for caution in result.cautions}

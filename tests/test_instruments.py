@@ -128,7 +128,7 @@ def test_a_size_a_million_times_too_large_is_replaced(tmp_path: Path) -> None:
     np.testing.assert_array_equal(surface.heights, sound.heights)
     (step,) = surface.provenance.steps
     assert "30 m × 44 m, as the file gives them, replaced by 30 µm × 44 µm" in step
-    assert 'size="30 um x 44 um", override_size=True)' in python_script.preparing(surface)
+    assert 'size="30 um x 44 um", override_size=True)' in python_script.script_of_map(surface)
 
 
 @needs_reader

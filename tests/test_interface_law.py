@@ -12,9 +12,9 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.analyses.law import curve as law_curve
-from roughcontact.analyses.law.curve import Curve, thinned
+from roughcontact.analyses.law.curve import Curve, thin_points
 from roughcontact.analyses.law.model import LOADING, UNLOADING
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 
 SOFT = rc.Material(210e9, 0.3, 1e9)
@@ -99,11 +99,11 @@ def test_a_thinned_table_is_right_to_one_per_cent_and_monotone(branch: str) -> N
 
 def test_thinning_keeps_what_a_straight_line_needs() -> None:
     x = np.linspace(0, 1, 101)
-    assert thinned(x, 1 + x, 0.01).tolist() == [0, 100]
+    assert thin_points(x, 1 + x, 0.01).tolist() == [0, 100]
     bent = np.where(x < 0.5, 1 + x, 1.5 + 4 * (x - 0.5))
-    assert 50 in thinned(x, bent, 1e-9)
+    assert 50 in thin_points(x, bent, 1e-9)
     x = np.linspace(0, 1, 10001)
-    rows = thinned(x, np.exp(5 * x), 0.01)
+    rows = thin_points(x, np.exp(5 * x), 0.01)
     # Each line spans √(8 · 0.01) of the exponent.
     assert rows.size == pytest.approx(1 + 5 / math.sqrt(0.08), abs=1.5)
 
@@ -149,13 +149,13 @@ def test_the_range_ends_where_too_few_spots_or_too_much_touch() -> None:
     found = law_curve.resolved(p, means, 1.5)
     assert math.isnan(found.low)
     kinds = {str(caution.kind) for caution in LAW.cautions}
-    assert Kind.FEW_MAPS in kinds
+    assert CautionTag.FEW_MAPS in kinds
 
 
 def test_a_law_says_that_its_counter_face_is_smooth() -> None:
-    assert sum(caution.kind == Kind.ONE_ROUGH_FACE for caution in LAW.cautions) == 1
+    assert sum(caution.kind == CautionTag.ONE_ROUGH_FACE for caution in LAW.cautions) == 1
     rough = rc.interface_law(solved(MAPS[0], counter_surface=MAPS[1]))
-    assert Kind.ONE_ROUGH_FACE not in {caution.kind for caution in rough.cautions}
+    assert CautionTag.ONE_ROUGH_FACE not in {caution.kind for caution in rough.cautions}
 
 
 @pytest.mark.long
@@ -173,11 +173,11 @@ def test_parts_tell_whether_a_map_is_large_enough() -> None:
     assert law.part_size is not None
     assert law.part_size.sufficient
     assert law.part_size.off < 1e-3
-    assert Kind.LAW_SIZE not in {caution.kind for caution in law.cautions}
+    assert CautionTag.LAW_SIZE not in {caution.kind for caution in law.cautions}
     # A hill as wide as the map, which its quarters lack.
     x = np.cos(2 * np.pi * np.arange(128) / 128)
     wavy = rc.Surface(tiled.heights + 0.6e-6 * x * x[:, None], tiled.pixel)
-    (other,) = (caution for caution in told(wavy).cautions if caution.kind == Kind.LAW_SIZE)
+    (other,) = (caution for caution in told(wavy).cautions if caution.kind == CautionTag.LAW_SIZE)
     assert other.severity == "caution"
     assert other.numbers["off"] > other.numbers["chance"]
 
@@ -548,7 +548,7 @@ def test_the_tangential_stiffness_is_that_of_all_that_sticks() -> None:
     assert 1 / (3 * math.sqrt(3)) < found.friction.sliding < 0.2
     slip = found.friction.sliding * last.pressure / last.tangential_stiffness
     assert found.elastic_slip()[-1] == pytest.approx(slip)
-    assert Kind.SHEAR_YIELD in [item.kind for item in found.cautions]
+    assert CautionTag.SHEAR_YIELD in [item.kind for item in found.cautions]
     assert found.friction.shear_strength == pytest.approx(1e9 / math.sqrt(3))
 
 

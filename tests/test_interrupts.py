@@ -13,7 +13,7 @@ import pytest
 from roughcontact._tools import netcdf
 from roughcontact._tools.processes import redeliver_interrupts
 from roughcontact.batch.executors import LocalExecutor, LostWorkerError
-from roughcontact.cli.terminal import stoppable
+from roughcontact.cli.terminal import handle_stop_signals
 
 
 class Dropping:
@@ -53,7 +53,7 @@ def test_what_is_half_made_at_an_interrupt_is_not_told_of(
         pytest.skip(f"no {number} on this system")
     told: list[type[BaseException]] = []
     monkeypatch.setattr(sys, "unraisablehook", lambda given: told.append(given.exc_type))
-    with redeliver_interrupts(), stoppable():
+    with redeliver_interrupts(), handle_stop_signals():
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(getattr(signal, number))
         Dropping(AttributeError)

@@ -194,7 +194,7 @@ def test_requests_together_are_what_each_is_alone(tmp_path: Path, solves: list[f
     assert solves == [0.3, 0.1, 0.3]
     assert both[0].result.largest.surface is both[1].result.largest.surface
     for one, outcome in zip(requests, both, strict=True):
-        assert running.run(one, lambda _: None).record() == outcome.record()
+        assert running.run_request(one, lambda _: None).record() == outcome.record()
     # Another preparation is another map.
     with running.shared_runner() as carry_out:
         for one in (request(tmp_path), request(tmp_path, level="plane")):
@@ -216,7 +216,7 @@ def joint_project(folder: Path, tasks: str, *more: str) -> Path:
 
 def test_a_contact_may_have_a_list_of_tasks_and_of_loads(tmp_path: Path) -> None:
     path = joint_project(tmp_path, '["conductance"]', 'load = ["0.1 N, 0.3 N", "1 N"]')
-    entries = project.load(path)
+    entries = project.read_project(path)
     assert [entry.name for entry in entries] == ["joint 0.1 N, 0.3 N", "joint 1 N"]
     assert [entry.contact for entry in entries] == [1, 2]
 
@@ -252,7 +252,7 @@ def test_all_that_is_asked_of_a_joint_under_the_same_pressures_is_solved_once(
     # Elastic, so that the law has no second branch of its own.
     more = ('from = "1 MPa"', 'to = "30 MPa"', "steps = 3", 'ceiling = "none"')
     listed = ", ".join(f'"{task}"' for task in JOINTS)
-    entries = project.load(joint_project(tmp_path, f"[{listed}]", *more))
+    entries = project.read_project(joint_project(tmp_path, f"[{listed}]", *more))
     assert [entry.name for entry in entries] == [f"joint {task}" for task in JOINTS]
     assert len({entry.contact for entry in entries}) == 1
     requests = [entry.request for entry in entries]
@@ -261,7 +261,7 @@ def test_all_that_is_asked_of_a_joint_under_the_same_pressures_is_solved_once(
         together = [to_json(carry_out(one, lambda _: None).record()) for one in requests]
     assert len(solves) == len(set(solves)) == 3
     for one, record in zip(requests, together, strict=True):
-        assert to_json(running.run(one, lambda _: None).record()) == record
+        assert to_json(running.run_request(one, lambda _: None).record()) == record
 
 
 @pytest.mark.long

@@ -13,13 +13,13 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.analyses.solve import task as solve
-from roughcontact.cautions import Caution, Kind as CautionKind, as_caution
+from roughcontact.cautions import Caution, CautionTag as CautionKind, as_caution
 from roughcontact.cli import console
-from roughcontact.cli.terminal import Display
-from roughcontact.references import cited
+from roughcontact.cli.terminal import DisplayOptions
+from roughcontact.references import make_use
 from roughcontact.report import kinds, surface
 from roughcontact.report.figures import Illustration
-from roughcontact.report.kind import PROBLEM, Column, Kind, Quantity
+from roughcontact.report.kind import PROBLEM, Column, Presentation, Quantity
 from roughcontact.result import Result
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def pitches(found: Squeaking, colour: str = "k") -> Figure:
     return figure
 
 
-KIND = Kind(
+KIND = Presentation(
     Squeaking,
     (
         Quantity("grease", "grease", of=lambda _: "none", part=PROBLEM),
@@ -70,7 +70,7 @@ KIND = Kind(
     figures=(Illustration("pitches", pitches, "Pitch over the step."),),
     plots=(pitches,),
     contact=lambda found: found.largest,
-    works=lambda _: (cited("squeaks", "Johnson1985"),),
+    works=lambda _: (make_use("squeaks", "Johnson1985"),),
 )
 
 
@@ -100,7 +100,7 @@ def test_the_console_shows_it(squeaking: Squeaking, capsys: Capture) -> None:
         written=(Path("a.json"),),
         extra_results={},
     )
-    console.show(outcome, Display.VERBOSE)
+    console.print_outcome(outcome, DisplayOptions.VERBOSE)
     shown = " ".join(capsys.readouterr().out.split())
     for told in ("loudest pitch 880 Hz", "440 Hz", "A sentence about squeaks.", "a.json"):
         assert told in shown
@@ -156,17 +156,19 @@ def test_a_kind_without_a_question_has_no_report(
 
 
 def test_every_kind_is_listed_once_and_the_narrower_first() -> None:
-    listed = kinds.every()
+    listed = kinds.all_presentations()
     assert len(set(map(id, listed))) == len(listed)
     for name, places in kinds.KINDS.items():
         assert {kinds._loaded(place).result.__name__ for place in places} == {name}
-    usual = Kind(object, ()).when
+    usual = Presentation(object, ()).when
     for at, kind in enumerate(listed):
         later = [other for other in listed[at + 1 :] if other.result is kind.result]
         # Only the last of a class takes all that is left of it.
         assert bool(later) == (kind.when is not usual)
     trace = rc.Surface(np.array([0.0, 1e-7, 0.0]), 1e-6)
-    assert kinds.of(trace) is not kinds.of(rc.Surface(*rc.reference_map(32)))
+    assert kinds.presentation_of(trace) is not kinds.presentation_of(
+        rc.Surface(*rc.reference_map(32))
+    )
 
 
 @pytest.mark.long

@@ -12,7 +12,7 @@ from roughcontact.analyses.conductance.model import slip_factor
 from roughcontact.analyses.leak.flow import flow
 from roughcontact.analyses.leak.model import flow_gap
 from roughcontact.analyses.leak.task import GAS
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.material import fluids
 from roughcontact.report import kinds
@@ -108,7 +108,7 @@ def test_a_gas_in_a_rough_gap_slips_as_if_it_were_solved_with_it(pressure: float
 
 def test_a_gas_is_told_by_how_much_it_slips() -> None:
     found = rc.leakage(RESULT, **HELIUM)
-    (caution,) = (caution for caution in found.cautions if caution.kind == Kind.RAREFIED)
+    (caution,) = (caution for caution in found.cautions if caution.kind == CautionTag.RAREFIED)
     # λ = η/p √(π R T/2M) at 20 °C.
     speed = math.sqrt(math.pi * 8.314462618 * 293.15 / 2)
     for name, mass, p in (("air", 28.96e-3, 151325.0), ("helium", 4.003e-3, 5e4)):
@@ -120,10 +120,10 @@ def test_a_gas_is_told_by_how_much_it_slips() -> None:
     assert caution.numbers["helium"] > 2
     # A liquid does not slip, and nothing is told of what has no rate.
     for other in (rc.leakage(RESULT, **WATER), rc.leakage(RESULT)):
-        assert Kind.RAREFIED not in [caution.kind for caution in other.cautions]
+        assert CautionTag.RAREFIED not in [caution.kind for caution in other.cautions]
     # Under a high pressure the molecules are near each other.
     dense = rc.leakage(RESULT, viscosity=19.6e-6, pressure_difference=1e9)
-    assert Kind.RAREFIED not in [caution.kind for caution in dense.cautions]
+    assert CautionTag.RAREFIED not in [caution.kind for caution in dense.cautions]
 
 
 SEAL = {"gas": "helium", "inlet": "2 bar", "outlet": "1 mbar", "temperature": "20 °C"}
@@ -146,7 +146,7 @@ def test_a_named_gas_leaks_in_units_of_leak_detection() -> None:
         assert found.throughput(axis, "sccm")[0] == near(60 * 22413.97 * moles)
         assert found.summary()[f"throughput_{'yx'[axis]}"] == [flow]
     # Slip is in the rate, and no caution tells it again; nothing differs of the gap.
-    assert Kind.RAREFIED not in [caution.kind for caution in found.cautions]
+    assert CautionTag.RAREFIED not in [caution.kind for caution in found.cautions]
     assert found.permeability(0) == rc.leakage(RESULT).permeability(0)
     # A dense gas is viscous: its volume at the mean pressure is that of a liquid as thin.
     dense = {"inlet": "2001 bar", "outlet": "2000 bar", "gas": "helium"}
@@ -179,7 +179,7 @@ def test_a_fluid_that_carries_the_load_opens_the_gap() -> None:
     for difference, carried in (("1 bar", 5e4), ("200 bar", 1e7)):
         found = rc.leakage(RESULT, viscosity=1e-3, pressure_difference=difference)
         assert found.fluid_share[0] == near(carried * area / 1.0)
-        told = [caution for caution in found.cautions if caution.kind == Kind.FLUID_PRESSURE]
+        told = [caution for caution in found.cautions if caution.kind == CautionTag.FLUID_PRESSURE]
         assert bool(told) == (found.fluid_share[0] > 0.05)
     # Solved under what the fluid leaves, the loads are the whole ones again.
     fluid = carried * area
@@ -187,7 +187,7 @@ def test_a_fluid_that_carries_the_load_opens_the_gap() -> None:
     opened = rc.leakage(rest, viscosity=1e-3, pressure_difference="200 bar").with_fluid_load(fluid)
     assert opened.column("load") == near(1.0)
     assert opened.rate(0) > 1.05 * found.rate(0)
-    assert Kind.FLUID_PRESSURE not in [caution.kind for caution in opened.cautions]
+    assert CautionTag.FLUID_PRESSURE not in [caution.kind for caution in opened.cautions]
 
 
 def test_where_no_way_leads_through_is_an_answer() -> None:
@@ -206,13 +206,13 @@ def test_without_contact_the_gap_is_open() -> None:
     none = dataclasses.replace(RESULT, pressure=np.zeros(ROUGH.shape), load=0.0)
     found = rc.leakage(none)
     assert found.permeability(0)[0] > 0
-    assert Kind.OPEN_GAP in [caution.kind for caution in found.cautions]
+    assert CautionTag.OPEN_GAP in [caution.kind for caution in found.cautions]
 
 
 def test_near_the_threshold_one_constriction_decides() -> None:
     result = rc.solve(ROUGH, material=STEEL, load=24.0, ceiling=8e9, boundary="periodic")
     assert 0.32 < result.contact_fraction < 0.52
-    assert Kind.NEAR_THRESHOLD in {caution.kind for caution in rc.leakage(result).cautions}
+    assert CautionTag.NEAR_THRESHOLD in {caution.kind for caution in rc.leakage(result).cautions}
 
 
 def test_a_coarser_grid_tells_what_it_hangs_on() -> None:

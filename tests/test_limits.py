@@ -16,7 +16,7 @@ from roughcontact.errors import (
     InputError,
     InsufficientMemoryError,
     require_count,
-    shown,
+    short_repr,
 )
 from roughcontact.surface import shapes
 
@@ -26,7 +26,7 @@ MAP = rc.Surface(np.eye(16) * 1e-9, (1e-6, 1e-6))
 
 
 def leave(monkeypatch: pytest.MonkeyPatch, size: int) -> None:
-    monkeypatch.setattr(memory, "free", lambda: size)
+    monkeypatch.setattr(memory, "free_bytes", lambda: size)
 
 
 # What files announce
@@ -70,7 +70,9 @@ def test_a_count_says_name_value_and_bounds(value: object) -> None:
     require_count(1, 10, first=1, last=10, numpy=np.int64(4))
     with pytest.raises(InputError) as caught:
         require_count(1, 10, good=3, turns=value)
-    assert str(caught.value) == f"turns must be a whole number from 1 to 10, got {shown(value)}"
+    assert (
+        str(caught.value) == f"turns must be a whole number from 1 to 10, got {short_repr(value)}"
+    )
     assert (caught.value.argument, caught.value.value) == ("turns", value)
 
 
@@ -127,7 +129,7 @@ def test_no_count_is_taken_that_nothing_could_hold(
 )
 def test_options_have_the_same_bounds(command: str, name: str, text: str) -> None:
     with pytest.raises(InputError) as caught:
-        COMMANDS[command].parsed({name: text})
+        COMMANDS[command].parse_options({name: text})
     assert caught.value.argument == name.replace("-", "_")
 
 

@@ -16,7 +16,7 @@ from hypothesis import given, strategies as st
 import roughcontact as rc
 from roughcontact.analyses.sweep.model import LoadStep
 from roughcontact.contact import load_case
-from roughcontact.contact.stiffness import growth, predict_pressure, stiffness
+from roughcontact.contact.stiffness import contact_growth, predict_pressure, stiffness
 from roughcontact.halfspace.convolution import Convolution
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.solvers.progress import Progress
@@ -149,7 +149,7 @@ def test_a_contact_grows_as_its_stiffness_says(ceiling: float | None, boundary: 
     options = {"material": STEEL, "ceiling": ceiling, "boundary": boundary, "tolerance": 1e-10}
     here = rc.solve(rough(), load=1.0, **options)
     there = rc.solve(rough(), load=1.001, **options)
-    grown = growth(here)
+    grown = contact_growth(here)
     change = np.linalg.norm(there.pressure - here.pressure)
     for start in (
         predict_pressure(here, grown, load=1.001),

@@ -46,7 +46,7 @@ def pair(surface: rc.Surface, counter: rc.Surface | None = None) -> Pair:
 )
 def test_a_text_is_a_load_by_its_unit(text: str, value: object) -> None:
     assert load_case.parse_load(text) == value
-    assert load_case.required(text, "load") == value
+    assert load_case.parse_required_load(text, "load") == value
 
 
 def test_a_quantity_of_pint_is_a_load_by_its_unit() -> None:
@@ -63,7 +63,7 @@ def test_a_quantity_of_pint_is_a_load_by_its_unit() -> None:
 @pytest.mark.parametrize("text", ["5", "5 m", "hertz 5 N", "hertz", "-20 MPa", "0 N/mm", "0 N"])
 def test_what_is_no_load_is_refused(text: str) -> None:
     with pytest.raises(rc.InputError) as refused:
-        load_case.required(text, "load")
+        load_case.parse_required_load(text, "load")
     assert refused.value.argument == "load"
 
 
@@ -76,23 +76,33 @@ def test_a_form_needs_a_positive_number_of_its_dimension(form: Any) -> None:
 
 def test_the_force_of_each_form() -> None:
     area = 64e-6 * 24e-6
-    assert load_case.force(rc.NominalPressure("20 MPa"), pair(ROUGH)) == 20e6 * 64e-6 * 24e-6
-    assert load_case.force(rc.LineLoad("600 N/mm"), pair(ROLLER)) == pytest.approx(6e5 * 24e-6)
+    assert (
+        load_case.force_on_pair(rc.NominalPressure("20 MPa"), pair(ROUGH)) == 20e6 * 64e-6 * 24e-6
+    )
+    assert load_case.force_on_pair(rc.LineLoad("600 N/mm"), pair(ROLLER)) == pytest.approx(
+        6e5 * 24e-6
+    )
     upright = nominal_bodies.cylinder(radius=0.01, angle=90, **GRID)
-    assert load_case.force(rc.LineLoad("600 N/mm"), pair(upright)) == pytest.approx(6e5 * 64e-6)
+    assert load_case.force_on_pair(rc.LineLoad("600 N/mm"), pair(upright)) == pytest.approx(
+        6e5 * 64e-6
+    )
     line = hertz.line_load(1e9, 0.01, MODULUS) * 64e-6
-    assert load_case.force(rc.HertzPressure("1 GPa"), pair(ROUGH, upright)) == pytest.approx(line)
+    assert load_case.force_on_pair(
+        rc.HertzPressure("1 GPa"), pair(ROUGH, upright)
+    ) == pytest.approx(line)
     ball = nominal_bodies.sphere(radius=0.01, **GRID)
     expected = hertz.load_at_pressure(1e9, 0.01, MODULUS)
-    assert load_case.force(rc.HertzPressure("1 GPa"), pair(ball)) == pytest.approx(expected)
+    assert load_case.force_on_pair(rc.HertzPressure("1 GPa"), pair(ball)) == pytest.approx(expected)
     # Two parallel cylinders are one of their relative radius, crossed ones an ellipse.
     parallel = hertz.line_load(1e9, 0.005, MODULUS) * 24e-6
-    assert load_case.force(rc.HertzPressure(1e9), pair(ROLLER, ROLLER)) == pytest.approx(parallel)
-    crossed = load_case.force(rc.HertzPressure(1e9), pair(ROLLER, upright))
+    assert load_case.force_on_pair(rc.HertzPressure(1e9), pair(ROLLER, ROLLER)) == pytest.approx(
+        parallel
+    )
+    crossed = load_case.force_on_pair(rc.HertzPressure(1e9), pair(ROLLER, upright))
     assert crossed == pytest.approx(expected, rel=1e-9)
     barrel = nominal_bodies.ellipsoid(radii=(0.004, 0.03), angle=20, **GRID)
     ellipse = hertz.elliptic_load(1e9, (0.03, 0.004), MODULUS)
-    assert load_case.force(rc.HertzPressure(1e9), pair(barrel)) == pytest.approx(ellipse)
+    assert load_case.force_on_pair(rc.HertzPressure(1e9), pair(barrel)) == pytest.approx(ellipse)
     assert area > 0
 
 
@@ -133,7 +143,7 @@ def test_the_result_keeps_how_its_load_was_given(load: Any, tmp_path: Path) -> N
     assert (
         result.load
         == result.specified_load.force
-        == load_case.force(result.specified_load.form, result.pair)
+        == load_case.force_on_pair(result.specified_load.form, result.pair)
     )
     told = result.summary()["given_load"]
     assert told["load"] == result.load
@@ -250,7 +260,7 @@ def test_a_project_takes_lists_of_peaks(tmp_path: Path) -> None:
         'size = "0.1 mm x 25 um"\nmaterial = "100Cr6"\nhertz = ["1 GPa", "2 GPa"]\n',
         encoding="utf-8",
     )
-    entries = project.load(path)
+    entries = project.read_project(path)
     assert [entry.name for entry in entries] == ["roller 1 GPa", "roller 2 GPa"]
     assert [entry.request.load[0] for entry in entries] == [
         rc.HertzPressure(1e9), rc.HertzPressure(2e9),

@@ -4,12 +4,12 @@ from dataclasses import FrozenInstanceError, replace
 import pytest
 from hypothesis import given, strategies as st
 
-from roughcontact.errors import InputError, shown
+from roughcontact.errors import InputError, short_repr
 from roughcontact.material.material import (
     RIGID,
     Material,
     contact_modulus,
-    softer,
+    softer_material,
 )
 
 STEEL = Material(young=210e9, poisson=0.3, yield_strength=1e9)
@@ -68,7 +68,7 @@ def test_constants_that_no_material_has(argument: str, value: float) -> None:
         Material(**{"young": 210e9, "poisson": 0.3, argument: value})
     assert caught.value.argument == argument
     assert caught.value.value is value
-    assert shown(value) in str(caught.value)
+    assert short_repr(value) in str(caught.value)
 
 
 @pytest.mark.parametrize("poisson", [-0.999, 0.0, 0.5])
@@ -114,21 +114,21 @@ def test_the_ceiling_is_three_yield_strengths_or_the_hardness() -> None:
 
 
 def test_softer_is_the_body_with_the_smaller_ceiling() -> None:
-    assert softer(ALUMINA, STEEL) is STEEL
-    assert softer(STEEL, ALUMINA) is STEEL
+    assert softer_material(ALUMINA, STEEL) is STEEL
+    assert softer_material(STEEL, ALUMINA) is STEEL
     hard = replace(STEEL, yield_strength=6e9)
-    assert softer(ALUMINA, hard) is ALUMINA
-    assert softer(ALUMINA, GLASS) is ALUMINA
+    assert softer_material(ALUMINA, hard) is ALUMINA
+    assert softer_material(ALUMINA, GLASS) is ALUMINA
 
 
 def test_softer_is_the_body_that_yields_first() -> None:
     weak = Material(young=600e9, poisson=0.2, yield_strength=0.3e9)
     # Stiffness does not matter, nor does the order.
-    assert softer(STEEL, weak) is weak
-    assert softer(weak, STEEL) is weak
-    assert softer(STEEL, GLASS) is STEEL
-    assert softer(GLASS, STEEL) is STEEL
-    assert softer(GLASS, RIGID) is None
+    assert softer_material(STEEL, weak) is weak
+    assert softer_material(weak, STEEL) is weak
+    assert softer_material(STEEL, GLASS) is STEEL
+    assert softer_material(GLASS, STEEL) is STEEL
+    assert softer_material(GLASS, RIGID) is None
 
 
 def test_frozen() -> None:

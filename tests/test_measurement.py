@@ -22,7 +22,7 @@ from roughcontact.surface.random_surfaces import self_affine
 from roughcontact.uncertainty import measurement
 from roughcontact.uncertainty.intervals import Cause
 from roughcontact.uncertainty.reconstruction import Reconstruction, periodic_part, require_octaves
-from roughcontact.units import changed_by
+from roughcontact.units import format_change
 
 UM = 1e-6
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
@@ -168,7 +168,7 @@ def test_the_largest_pressure_at_a_step_between_the_edges_has_no_interval() -> N
 
 
 def test_equal_quantiles_in_each_column_have_unit_variance() -> None:
-    strata = measurement._strata(3, 8, np.random.default_rng(0))
+    strata = measurement._stratified_normals(3, 8, np.random.default_rng(0))
     np.testing.assert_allclose(strata.std(axis=0, ddof=1), 1)
     np.testing.assert_allclose(strata.mean(axis=0), 0, atol=1e-15)
 
@@ -413,7 +413,7 @@ def test_choices_are_told_outside_the_intervals() -> None:
     known = result.uncertainty(tool, 4 * UM, draws=4)
     form, volume = known.remarks[-2:]
     other = pressed(curved.leveled("quadric"), load="200 MPa")
-    change = changed_by(other.mean_gap / result.mean_gap - 1)
+    change = format_change(other.mean_gap / result.mean_gap - 1)
     assert form.startswith("A choice outside the intervals: leveling a quadric changes contact")
     assert f"mean gap {change}" in form
     assert "plasticity of the volume changes contact area" in volume
@@ -441,4 +441,4 @@ def test_a_step_between_the_edges_of_a_periodic_map_is_told() -> None:
         measured = measurement._measured(surface, rc.measure.Instrument(resolution=2e-6), None)
         measured = replace(measured, form="plane")
         result = rc.solve(surface, material=STEEL, load=1e-3, boundary="periodic")
-        assert bool(list(measurement._seam(result, measured))) == told
+        assert bool(list(measurement._seam_remark(result, measured))) == told

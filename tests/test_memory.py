@@ -12,12 +12,12 @@ import roughcontact as rc
 from roughcontact._tools import memory
 from roughcontact.cli import app
 from roughcontact.contact import memory as contact_memory, solve
-from roughcontact.contact.memory import Room, memory_estimate, overhead
+from roughcontact.contact.memory import MemoryNeed, fixed_bytes, memory_estimate
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.stiffness import stiffness
 from roughcontact.halfspace import convolution, fft
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.halfspace.convolution import MOST, ArrayCache
+from roughcontact.halfspace.convolution import MAX_CACHE_BYTES, ArrayCache
 from roughcontact.surface import nominal_bodies, random_surfaces
 
 GIB = 2**30
@@ -27,11 +27,13 @@ NO_LIMIT = 9223372036854771712
 
 
 def leave(monkeypatch: pytest.MonkeyPatch, size: float) -> None:
-    monkeypatch.setattr(memory, "free", lambda: int(size))
+    monkeypatch.setattr(memory, "free_bytes", lambda: int(size))
 
 
 def require(shape: tuple[int, int], contact_fraction: float = 0.0, **options: str) -> None:
-    Room(shape, Boundary(options.pop("boundary", "free")), **options).require(contact_fraction)
+    MemoryNeed(shape, Boundary(options.pop("boundary", "free")), **options).require(
+        contact_fraction
+    )
 
 
 # What is free ----------------------------------------------------------------------------------
@@ -130,12 +132,12 @@ def test_unlimited_groups_leave_the_machine(
 ) -> None:
     tree(tmp_path, "4:memory:/", first("", NO_LIMIT, GIB))
     assert left(tmp_path) == []
-    assert 0 < memory.free() < 2**60
+    assert 0 < memory.free_bytes() < 2**60
     monkeypatch.setattr(memory, "left_in_containers", lambda root: iter([GIB, 5, 7]))
-    assert memory.free() == 5
+    assert memory.free_bytes() == 5
     # A group may use more than it was allowed later.
     monkeypatch.setattr(memory, "left_in_containers", lambda root: iter([-3]))
-    assert memory.free() == 0
+    assert memory.free_bytes() == 0
 
 
 def limited(kind: str, script: str, size: int = 8 * GIB) -> str:
@@ -173,7 +175,7 @@ def test_estimate_grows_with_the_points(boundary: str, precision: str) -> None:
     sizes = [memory_estimate((n, n), **options) for n in (64, 128, 257, 1024, 4096)]
     assert sizes == sorted(set(sizes))
     # In proportion, but for rims, and for the gaps between arrays that are not large.
-    larger, smaller = (size - overhead() for size in sizes[:-3:-1])
+    larger, smaller = (size - fixed_bytes() for size in sizes[:-3:-1])
     assert 14 < larger / smaller < 16.2
     assert memory_estimate((100, 300), **options) < memory_estimate((101, 300), **options)
     assert memory_estimate((100, 300), **options) < memory_estimate((100, 302), **options)
@@ -184,13 +186,13 @@ def test_single_and_periodic_need_less(shape: tuple[int, int]) -> None:
     for boundary in Boundary:
         double, single = (
             memory_estimate(shape, boundary=boundary, precision=kind, contact_fraction=0.0)
-            - overhead()
+            - fixed_bytes()
             for kind in ("double", "single")
         )
         assert 0.4 * double < single < 0.8 * double
         # What each touching pixel takes is double in both.
         full = memory_estimate(shape, boundary=boundary, precision="single")
-        assert full > double + overhead()
+        assert full > double + fixed_bytes()
     assert memory_estimate(shape, boundary="periodic") < memory_estimate(shape)
 
 
@@ -350,7 +352,7 @@ def test_a_coarse_grid_foresees_no_smaller_contact(
     ceiling: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     surface = rough(128)
-    monkeypatch.setattr(contact_memory, "_SCOUTED", 32**2)
+    monkeypatch.setattr(contact_memory, "_PREVIEW_PIXELS", 32**2)
     for load in (0.03, 1.0, 10.0):
         pair, foreseen = Pair(surface, STEEL), []
         scout = contact_memory.coarse_contact_guess
@@ -364,7 +366,7 @@ def test_a_coarse_grid_foresees_no_smaller_contact(
         result = rc.solve(surface, material=STEEL, load=load, ceiling=ceiling)
         assert 0.9 * result.contact_fraction <= foreseen[0] <= 4 * result.contact_fraction
         monkeypatch.undo()
-        monkeypatch.setattr(contact_memory, "_SCOUTED", 32**2)
+        monkeypatch.setattr(contact_memory, "_PREVIEW_PIXELS", 32**2)
 
 
 def test_the_stiffness_asks_for_its_own_memory(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -606,8 +608,8 @@ def test_arrays_take_no_more_than_the_estimate(
     steel, n = rc.Material(210e9, 0.3, 1e9), 1024
     options = {"boundary": boundary, "precision": precision}
     surface = rc.Surface(*rc.reference_map(n))
-    monkeypatch.setattr(convolution, "SPECTRA", ArrayCache(MOST))
-    with fft.at_most(1):
+    monkeypatch.setattr(convolution, "SPECTRA", ArrayCache(MAX_CACHE_BYTES))
+    with fft.limit_threads(1):
         tracemalloc.start()
         try:
             result = rc.solve(surface, load=0.5, material=steel, calibrated=False, **options)
@@ -622,7 +624,9 @@ def test_a_map_needs_eight_bytes_a_point(monkeypatch):
     from roughcontact.surface import grid
 
     asked = []
-    monkeypatch.setattr(memory, "require", lambda needed, *what, advice: asked.append(needed))
+    monkeypatch.setattr(
+        memory, "require_memory", lambda needed, *what, advice: asked.append(needed)
+    )
     grid.require_memory((2048, 1024), 3)
     grid.require_memory((64, 64), 3)
     assert asked == [8 * 3 * 2048 * 1024]

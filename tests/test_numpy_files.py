@@ -54,7 +54,7 @@ def test_what_nobody_wants_is_not_read(tmp_path: Path, monkeypatch: pytest.Monke
     # More than is looked at for a head.
     path = archive(tmp_path / "map.npz", {"more.npy": npy(np.full((1000, 99), 7.25))})
     damage(path, struct.pack("<d", 7.25))
-    monkeypatch.setattr(memory, "free", lambda: 1000)
+    monkeypatch.setattr(memory, "free_bytes", lambda: 1000)
     np.testing.assert_array_equal(read_surface(path).heights, HEIGHTS)
     assert [entry.shape for entry in channels(path)] == [(3, 4), (2,), (), (1000, 99)]
     with pytest.raises(InsufficientMemoryError, match=r"reading the 1000 × 99 points of map.npz"):

@@ -12,7 +12,7 @@ import pytest
 from roughcontact.halfspace import convolution, kernels
 from roughcontact.halfspace.convolution import LocalSums
 from roughcontact.solvers import active_set, bounded, preconditioner, rigid_tilt
-from roughcontact.solvers.problem import Problem, project, without_dust
+from roughcontact.solvers.problem import BoundedProblem, project, remove_rounding
 from roughcontact.solvers.progress import Status
 
 SHAPE, PIXEL, MODULUS = (24, 31), (0.7, 1.0), 1.0
@@ -65,7 +65,7 @@ class GroupSums:
     def smallest(self, values, limit=math.inf):
         return float(min(self._parts(np.min(values, initial=limit))))
 
-    def added(self, parts):
+    def allreduce(self, parts):
         return np.sum(self._parts(np.asarray(parts)), axis=0)
 
 
@@ -78,7 +78,7 @@ class Dense:
     """A symmetric matrix that keeps the protocol and nothing more: one block of rows, no FFT."""
 
     real = np.float64
-    wrapped, bends = (True, True), False
+    periodic_axes, is_long_wave_soft = (True, True), False
 
     def __init__(self, matrix, shape, rows, sums):
         self.matrix, self.shape, self.rows, self.sums = matrix, shape, rows, sums
@@ -107,7 +107,7 @@ class Dense:
     def __call__(self, pressure):
         return (self.matrix @ pressure.ravel()).reshape(self.shape)
 
-    def in_single(self):
+    def to_single_precision(self):
         return self
 
     def approximate_inverse(self):
@@ -221,11 +221,11 @@ def on_edges(case, edges):
     wanted = {name: options[name] for name in ("total", "approach") if name in options}
     more = {"tolerance": options.get("tolerance", 1e-9), "max_iterations": 300}
     if edges is None:
-        return [bounded.solve(Problem(h0, limit, **wanted), by_fft, **more)]
+        return [bounded.solve(BoundedProblem(h0, limit, **wanted), by_fft, **more)]
 
     def run(family, rows):
         here = limit[rows] if isinstance(limit, np.ndarray) else limit
-        return bounded.solve(Problem(h0[rows], here, **wanted, whole=SHAPE), family, **more)
+        return bounded.solve(BoundedProblem(h0[rows], here, **wanted, whole=SHAPE), family, **more)
 
     solutions, calls = on_processes(edges, run)
     assert calls > 20
@@ -271,13 +271,13 @@ def test_a_wave_that_nothing_resists_on_several_processes() -> None:
     problem = {"approach": 0.5, "whole": SHAPE}
 
     def run(family, rows):
-        here = Problem(np.zeros(SHAPE)[rows], limit[rows], **problem)
+        here = BoundedProblem(np.zeros(SHAPE)[rows], limit[rows], **problem)
         return bounded.solve(here, family, tolerance=1e-9, max_iterations=300)
 
     def way(family, rows):
         full = np.ones(limit[rows].size)
         sums = family((1, 1), (1, 1)).sums
-        return active_set._way(0 * full, full, limit[rows].ravel(), sums)
+        return active_set._feasible_length(0 * full, full, limit[rows].ravel(), sums)
 
     assert on_processes((0, 16, 24), way)[0] == [0.3, 0.3]
     alone, _ = on_processes((0, 24), run, waves)
@@ -293,12 +293,12 @@ def test_projection_on_several_processes(edges, limit):
     values[3] = 1e-14
     total = min(3.0, 0.5 * 24 * limit)
     expected = project(values, limit, total, LocalSums())
-    clean = without_dust(expected, limit, LocalSums())
+    clean = remove_rounding(expected, limit, LocalSums())
 
     def run(family, rows):
         sums = family((1, 1), (1, 1)).sums
         found = project(values[rows], limit, total, sums)
-        return found, without_dust(found, limit, sums)
+        return found, remove_rounding(found, limit, sums)
 
     parts, _ = on_processes(edges, run)
     np.testing.assert_allclose(np.concatenate([part[0] for part in parts]), expected, atol=1e-14)
@@ -306,7 +306,7 @@ def test_projection_on_several_processes(edges, limit):
     # What counts as dust is measured by the largest pressure of all.
     dusty = np.array([5e-13] + 22 * [0.2] + [1.0])
     parts, _ = on_processes(
-        edges, lambda family, rows: without_dust(dusty[rows], 1.0, family((1, 1), (1, 1)).sums)
+        edges, lambda family, rows: remove_rounding(dusty[rows], 1.0, family((1, 1), (1, 1)).sums)
     )
     assert np.concatenate(parts)[0] == 0
 
@@ -316,11 +316,11 @@ def test_a_tilted_map_on_several_processes(several_levels, edges):
     h0 = gap("rough")
     arguments = (np.array([0.05, -0.02]), PIXEL)
     more = {"tolerance": 1e-8, "max_iterations": 300}
-    expected, slope = rigid_tilt.solve(Problem(h0, 0.5, 60.0), by_fft, *arguments, **more)
+    expected, slope = rigid_tilt.solve(BoundedProblem(h0, 0.5, 60.0), by_fft, *arguments, **more)
 
     def run(family, rows):
         return rigid_tilt.solve(
-            Problem(h0[rows], 0.5, 60.0, whole=SHAPE), family, *arguments, **more
+            BoundedProblem(h0[rows], 0.5, 60.0, whole=SHAPE), family, *arguments, **more
         )
 
     found, _ = on_processes(edges, run)

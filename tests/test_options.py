@@ -67,7 +67,7 @@ def test_a_command_offers_the_options_that_fit_it_and_no_other(
     command: str, capsys: Capture
 ) -> None:
     # Built anew: a command remembers the context in which it is parsed first.
-    known = app._commands.__wrapped__(command).commands[command]
+    known = app._build_program.__wrapped__(command).commands[command]
     there = {word for parameter in known.params for word in parameter.opts if word.startswith("--")}
     assert there - {"--help-all"} == {f"--{name}" for name in COMMANDS[command].by_name}
     subject = [] if command in ("generate", "materials", "demo") else ["subject"]
@@ -87,12 +87,12 @@ def test_a_command_offers_the_options_that_fit_it_and_no_other(
 @pytest.mark.parametrize("task", TASKS)
 def test_no_option_is_parsed_as_another(task: str) -> None:
     for name, option in TASKS[task].by_name.items():
-        if option.is_flag or option.parse in (parsing.words, parsing.path, parsing.paths):
+        if option.is_flag or option.parse in (parsing.as_text, parsing.path, parsing.paths):
             continue
         with pytest.raises(InputError) as caught:
             from_text(task, None, {**BALL, **NEEDED[task], name: "rubbish"})
-        assert caught.value.worded(TASKS[task].spelled).startswith(f"--{name}"), name
-        assert caught.value.worded(lambda m: spell_key(m, TASKS[task])).startswith(name)
+        assert caught.value.message_for(TASKS[task].spell_argument).startswith(f"--{name}"), name
+        assert caught.value.message_for(lambda m: spell_key(m, TASKS[task])).startswith(name)
 
 
 @pytest.mark.parametrize("task", TASKS)
@@ -142,10 +142,10 @@ def test_arguments_are_spelled_at_each_edge() -> None:
         (ArgumentRef("s"), "--s-filter", "s-filter"),
         (ArgumentRef("heights"), "heights", "heights"),
     ):
-        assert (solve.TASK.spelled(mention), spell_key(mention, solve.TASK)) == (option, key)
+        assert (solve.TASK.spell_argument(mention), spell_key(mention, solve.TASK)) == (option, key)
     # A sweep has no load of its own to speak of.
-    assert COMMANDS["sweep"].spelled(ArgumentRef("load")) == "load"
-    assert COMMANDS["history"].named("load") is None
+    assert COMMANDS["sweep"].spell_argument(ArgumentRef("load")) == "load"
+    assert COMMANDS["history"].option_of_argument("load") is None
 
 
 @pytest.mark.long

@@ -9,19 +9,19 @@ from roughcontact.halfspace import tangential
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.convolution import LocalSums
 from roughcontact.solvers import partial_slip
-from roughcontact.solvers.partial_slip import Problem, project, within
+from roughcontact.solvers.partial_slip import PartialSlipProblem, project_to_discs, project_with_sum
 from roughcontact.solvers.progress import Status
 
 SHAPE = 8, 9
 
 
-def problem(total: float | None = 0.5, shift: float | None = None) -> Problem:
+def problem(total: float | None = 0.5, shift: float | None = None) -> PartialSlipProblem:
     """Return bounds on some pixels of a small map with a force, or a shift, oblique to the axes."""
     rng = np.random.default_rng(5)
     index = np.flatnonzero(rng.random(SHAPE[0] * SHAPE[1]) < 0.5)
     bound = rng.random(index.size) * 1e8
     direction = np.array([0.6, 0.8])
-    return Problem(
+    return PartialSlipProblem(
         index, bound, np.zeros((2, index.size)),
         total=None if total is None else total * bound.sum() * direction,
         shift=None if shift is None else shift * direction,
@@ -63,13 +63,13 @@ def test_no_admissible_traction_has_less_energy() -> None:
     assert lowest < 0
     for size in (1e-3, 0.1, 1.0):
         change = size * stated.bound.max() * rng.normal(size=(20, *best.shape))
-        assert min(energy(within(best + step, stated.bound)) for step in change) > lowest
+        assert min(energy(project_to_discs(best + step, stated.bound)) for step in change) > lowest
 
 
 def test_a_shift_and_its_force_give_one_traction() -> None:
     pushed = partial_slip.solve(operator(), problem(0.6), 1e-10)
     index, bound = problem().index, problem().bound
-    moved = Problem(index, bound, np.zeros((2, index.size)), shift=pushed.shift)
+    moved = PartialSlipProblem(index, bound, np.zeros((2, index.size)), shift=pushed.shift)
     again = partial_slip.solve(operator(), moved, 1e-10)
     assert again.force_error == 0
     np.testing.assert_allclose(again.traction, pushed.traction, rtol=0, atol=1e-6 * bound.max())
@@ -79,7 +79,7 @@ def test_the_certificate_notices_a_wrong_traction() -> None:
     stated = problem()
     solver = partial_slip._Solver(operator(), stated)
     state = solver.placed(solver.total[:, None] / solver.bound.sum() * solver.bound, np.zeros(2))
-    assert solver.judged(state, 0).certificate > 1e-3
+    assert solver.certified(state, 0).certificate > 1e-3
 
 
 @pytest.mark.parametrize("part", [0.0, 0.3, 0.999999])
@@ -88,9 +88,9 @@ def test_projection_gives_the_sum(part: float) -> None:
     bound = rng.random(200)
     values = rng.normal(size=(2, 200)) * 3
     total = part * bound.sum() * np.array([0.8, -0.6])
-    result, shift = project(values, bound, total, LocalSums())
+    result, shift = project_with_sum(values, bound, total, LocalSums())
     np.testing.assert_allclose(result.sum(axis=1), total, atol=1e-9 * bound.sum())
-    np.testing.assert_allclose(result, within(values + shift[:, None], bound), atol=1e-12)
+    np.testing.assert_allclose(result, project_to_discs(values + shift[:, None], bound), atol=1e-12)
 
 
 def test_full_stick_is_stiffer_than_partial_slip() -> None:

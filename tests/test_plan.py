@@ -19,7 +19,10 @@ Capture = pytest.CaptureFixture[str]
 
 
 def states(path: Path) -> list[str]:
-    return [report.state for report in runner.run(project.load(path), lambda report: None)]
+    return [
+        report.state
+        for report in runner.run_project(project.read_project(path), lambda report: None)
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -105,10 +108,10 @@ PRESSURE = b'"max_pressure": [\n    '
 def test_a_damaged_file_is_not_taken_for_solved(
     damage: Callable[[Path], object], moved: Path
 ) -> None:
-    (entry,) = project.load(moved / "p.toml")
-    assert plan.complete(entry, plan.digest_of(entry)) is not None
+    (entry,) = project.read_project(moved / "p.toml")
+    assert plan.find_complete(entry, plan.request_digest(entry)) is not None
     damage(moved)
-    assert plan.complete(entry, plan.digest_of(entry)) is None
+    assert plan.find_complete(entry, plan.request_digest(entry)) is None
 
 
 @pytest.mark.parametrize(
@@ -121,11 +124,11 @@ def test_a_damaged_file_is_not_taken_for_solved(
     ],
 )
 def test_content_and_options_decide(change: Callable[[Path], object], moved: Path) -> None:
-    (entry,) = project.load(moved / "p.toml")
-    before = plan.digest_of(entry)
+    (entry,) = project.read_project(moved / "p.toml")
+    before = plan.request_digest(entry)
     change(moved)
-    (entry,) = project.load(moved / "p.toml")
-    assert plan.digest_of(entry) != before
+    (entry,) = project.read_project(moved / "p.toml")
+    assert plan.request_digest(entry) != before
 
 
 @pytest.mark.slow
@@ -206,29 +209,31 @@ def test_a_profile_with_pictures_is_known_again(tmp_path: Path) -> None:
 def test_what_has_no_checksum_is_never_the_same(moved: Path) -> None:
     (moved / "maps" / "rough.npy").unlink()
     os.mkfifo(moved / "maps" / "rough.npy")
-    (entry,) = project.load(moved / "p.toml")
-    assert plan.digest_of(entry) != plan.digest_of(entry)
+    (entry,) = project.read_project(moved / "p.toml")
+    assert plan.request_digest(entry) != plan.request_digest(entry)
 
 
 def test_a_file_that_cannot_be_read_fails_alone(
     moved: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (entry,) = project.load(moved / "p.toml")
-    before = plan.digest_of(entry)
+    (entry,) = project.read_project(moved / "p.toml")
+    before = plan.request_digest(entry)
 
     def refused(path: Path) -> str:
         raise PermissionError(13, "Permission denied", str(path))
 
-    monkeypatch.setattr("roughcontact._tools.checksums.of_file", refused)
-    assert plan.digest_of(entry) != before
-    assert plan.complete(entry, before) is None
+    monkeypatch.setattr("roughcontact._tools.checksums.checksum_file", refused)
+    assert plan.request_digest(entry) != before
+    assert plan.find_complete(entry, before) is None
 
 
 def test_no_number_has_a_name_that_the_file_keeps_for_itself() -> None:
     told: dict[str, object] = {"load": 1.0}
-    assert plan.sealed(told, "digest", []).keys() == {"load", *plan.OWN}
+    assert plan.seal_summary(told, "digest", []).keys() == {"load", *plan.RUN_KEYS}
     with pytest.raises(ValueError, match="keeps seal"):
-        plan.sealed({**told, "seal": 2.0}, "digest", [])
-    told = [quantity for kind in kinds.every() for quantity in (*kind.table, *kind.columns)]
+        plan.seal_summary({**told, "seal": 2.0}, "digest", [])
+    told = [
+        quantity for kind in kinds.all_presentations() for quantity in (*kind.table, *kind.columns)
+    ]
     assert len(told) > 100
-    assert not plan.OWN & {quantity.key for quantity in told}
+    assert not plan.RUN_KEYS & {quantity.key for quantity in told}

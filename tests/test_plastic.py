@@ -135,7 +135,9 @@ def layers_of(operator, strain, pressure=None, trace=False):
 
 def operator_of(shape, pixel, thickness, **more):
     arguments = dict(shear_modulus=MU, poisson=NU, workspace=Workspace(2)) | more
-    return plastic_halfspace.HalfSpace(shape, pixel, np.asarray(thickness, float), **arguments)
+    return plastic_halfspace.PlasticHalfSpace(
+        shape, pixel, np.asarray(thickness, float), **arguments
+    )
 
 
 CASES = [
@@ -269,7 +271,7 @@ def test_far_images_are_taken_off(place) -> None:
     strain = five[:, None, None] * blob[:, None]
     pressure = np.exp(-flat / width**2)
     shape = (points, points)
-    whole = layers.Layers(
+    whole = layers.PeriodicHalfSpace(
         shape, (1, 1), thickness, MU, NU, (16 * points, 16 * points),
         isolated=True, workspace=Workspace(2),
     )  # fmt: skip
@@ -314,7 +316,7 @@ def test_strain_cut_off_at_the_edge_of_the_map() -> None:
     strain = five[:, None, None] * blob[:, None]
     even, odd = (
         layers_of(
-            layers.Layers(
+            layers.PeriodicHalfSpace(
                 (20, 20), (1, 1), thickness, MU, NU, (period, period),
                 isolated=True, workspace=Workspace(2),
             ), strain, blob[0], trace=True,

@@ -27,7 +27,7 @@ from roughcontact.material.material import Material
 from roughcontact.surface import roughness
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
-from roughcontact.units import percent
+from roughcontact.units import format_percent
 
 GIGA = 1e9
 
@@ -308,8 +308,8 @@ def test_pressures_say_how_much_of_the_picture_they_mark() -> None:
     cells = style.cell_points(result.pressure.shape, (3, 3))
     marked = float(cells[~np.ma.getmaskarray(drawn(axes))].sum()) / result.pressure.size
     assert marked > 2 * result.contact_fraction
-    assert f"marks {percent(marked)} of the picture" in texts(figure)
-    assert f"{percent(result.contact_fraction)} of the map touches" in texts(figure)
+    assert f"marks {format_percent(marked)} of the picture" in texts(figure)
+    assert f"{format_percent(result.contact_fraction)} of the map touches" in texts(figure)
     assert "of the picture" not in texts(plots.pressure(result_of(spotted())))
 
 
@@ -443,7 +443,7 @@ def test_histogram_integrates_to_the_area_below_the_ceiling() -> None:
         # No bin of the limited contact reaches beyond its ceiling.
         assert np.all(stairs[0].values[stairs[0].edges[1:] > 3 + 1e-9] == 0)
         assert "ceiling 3 GPa" in texts(figure)
-        assert f"{percent(share)} of it at the 3 GPa ceiling" in texts(figure)
+        assert f"{format_percent(share)} of it at the 3 GPa ceiling" in texts(figure)
 
 
 @pytest.mark.parametrize("spike", [20, 100])

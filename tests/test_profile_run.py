@@ -197,7 +197,7 @@ def test_the_script_of_a_report_repeats_a_profile(trace, monkeypatch):
     monkeypatch.chdir(trace.parent)
     surface = rc.read_surface(trace.name).leveled()
     first = rc.solve(surface, material=rc.Material(210e9, 0.3, 1e9), load="20 N/mm")
-    lines = python_script.repeating(first)
+    lines = python_script.script_of_result(first)
     assert "boundary" not in lines
     found = {}
     exec(lines, found)

@@ -143,7 +143,7 @@ def test_contacts_of_the_volume_model_are_kept_apart(tmp_path: Path, capsys: Cap
 
 
 def test_a_project_names_contacts_materials_and_files(folder: Path) -> None:
-    entries = project.load(folder / "project.toml")
+    entries = project.read_project(folder / "project.toml")
     assert [entry.name for entry in entries] == ["one 0.1 N", "one 1 N", "two"]
     one, other, two = (entry.request for entry in entries)
     assert (one[LOAD], other[LOAD], two[LOAD]) == (0.1, 1.0, 0.5)
@@ -189,7 +189,7 @@ def test_a_material_of_its_own_comes_before_constants_of_all(folder: Path) -> No
     text += own.format("known", 'material = "6061-T6"')
     text += own.format("part", 'material = "soft"\npoisson = 0.3')
     (folder / "project.toml").write_text(text, encoding="utf-8")
-    entries = project.load(folder / "project.toml")
+    entries = project.read_project(folder / "project.toml")
     found = {entry.name: entry.request.bodies()[0] for entry in entries}
     constants = {name: (body.young, body.poisson) for name, body in found.items()}
     assert constants["two"] == (70e9, 0.2)
@@ -217,7 +217,7 @@ def test_one_failure_does_not_stop_the_rest(folder: Path, capsys: Capture) -> No
 
 def test_a_process_that_dies_is_a_failure(folder: Path) -> None:
     child = "import os; os._exit(9)"
-    entries = project.load(folder / "project.toml")[:1]
+    entries = project.read_project(folder / "project.toml")[:1]
     # A spawned process imports this module first.
     (folder / "sitecustomize.py").write_text(child, encoding="utf-8")
     before = os.environ.get("PYTHONPATH")
@@ -225,7 +225,7 @@ def test_a_process_that_dies_is_a_failure(folder: Path) -> None:
     resource_tracker.ensure_running()
     os.environ["PYTHONPATH"] = str(folder)
     try:
-        reports = runner.run(entries, lambda report: None)
+        reports = runner.run_project(entries, lambda report: None)
     finally:
         if before is None:
             del os.environ["PYTHONPATH"]
@@ -292,8 +292,8 @@ def test_an_interrupted_project_goes_on(folder: Path, number: int, start) -> Non
         assert hidden(folder) == []
     done = {p: p.stat().st_mtime_ns for p in results.glob("*.json")}
     assert 2 <= len(done) < 41
-    entries = project.load(path)[: len(done) + 1]
-    reports = runner.run(entries, lambda report: None)
+    entries = project.read_project(path)[: len(done) + 1]
+    reports = runner.run_project(entries, lambda report: None)
     assert all(report.state != plan.FAILED for report in reports)
     assert {plan.KEPT, plan.SOLVED} == {report.state for report in reports}
     assert all(p.stat().st_mtime_ns == stamp for p, stamp in done.items())
@@ -333,7 +333,7 @@ def test_what_a_killed_step_left_is_removed(folder: Path) -> None:
         (kept / "pass-0001").mkdir(parents=True, exist_ok=True)
         for place in (kept, kept / "pass-0001"):
             (place / left).touch()
-        reports = runner.run(project.load(path), lambda report: None)
+        reports = runner.run_project(project.read_project(path), lambda report: None)
         assert {report.state for report in reports} == {state}
         assert hidden(folder) == []
 
@@ -439,9 +439,9 @@ def test_a_file_that_is_no_project(
 
 def test_a_byte_order_mark_is_no_part_of_a_project(folder: Path) -> None:
     path = folder / "project.toml"
-    expected = project.load(path)
+    expected = project.read_project(path)
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
-    assert project.load(path) == expected
+    assert project.read_project(path) == expected
 
 
 @pytest.mark.parametrize(
@@ -458,7 +458,7 @@ def test_names_too_long_for_a_file_are_refused_before_anything_is_solved(
     old: str, new: str, folder: Path
 ) -> None:
     with pytest.raises(rc.InputError, match="too many for the file system"):
-        project.load(changed(folder, old, new))
+        project.read_project(changed(folder, old, new))
     with pytest.raises(rc.InputError, match="303 characters"):
         outputs.check_place(folder / f"{300 * 'x'}.nc", "output")
 
@@ -601,20 +601,20 @@ def test_a_project_that_comes_by_a_pipe(folder: Path, monkeypatch: pytest.Monkey
     os.mkfifo(path)
     text = (folder / "project.toml").read_text(encoding="utf-8")
     threading.Thread(target=path.write_text, args=(text,), daemon=True).start()
-    assert [entry.name for entry in project.load(path)] == ["one 0.1 N", "one 1 N", "two"]
-    monkeypatch.setattr(files, "_PATIENCE", 0.01)
+    assert [entry.name for entry in project.read_project(path)] == ["one 0.1 N", "one 1 N", "two"]
+    monkeypatch.setattr(files, "_PIPE_TIMEOUT", 0.01)
     with pytest.raises(rc.FormatError, match=r"piped\.toml is a pipe that nobody writes to"):
-        project.load(path)
+        project.read_project(path)
 
 
 def test_a_project_without_an_end(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if Path("/dev/zero").exists():
         with pytest.raises(rc.FormatError, match="/dev/zero is no regular file"):
-            project.load("/dev/zero")
+            project.read_project("/dev/zero")
     with (folder / "project.toml").open("ab") as stream:
         stream.truncate(2**40)
     with pytest.raises(rc.FormatError, match=r"project\.toml has more than 16 million characters"):
-        project.load(folder / "project.toml")
+        project.read_project(folder / "project.toml")
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
@@ -622,8 +622,8 @@ def test_what_has_no_end_has_no_digest(folder: Path) -> None:
     os.mkfifo(folder / "fifo.npy")
     for file in ("fifo.npy", "/dev/zero"):
         path = changed(folder, 'file = "rough.npy"', f'file = "{file}"')
-        first, _, last = project.load(path)
-        assert plan.digest_of(first) != plan.digest_of(last)
+        first, _, last = project.read_project(path)
+        assert plan.request_digest(first) != plan.request_digest(last)
 
 
 # Nothing that is read is written

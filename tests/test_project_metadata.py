@@ -149,13 +149,13 @@ def test_the_public_forge_would_run_every_version_on_every_system() -> None:
 
 
 def test_the_paper_cites_what_its_list_holds_and_the_times_that_were_measured() -> None:
-    from roughcontact.references import works
+    from roughcontact.references import all_references
 
     text = (ROOT / "paper/paper.md").read_text(encoding="utf-8")
     listed = (ROOT / "paper/paper.bib").read_text(encoding="utf-8")
     cited = set(re.findall(r"@([A-Z]\w+\d{4})", text))
     assert cited == set(re.findall(r"^@\w+\{(\w+),$", listed, re.MULTILINE))
-    known = works()
+    known = all_references()
     assert all(known[key].bibtex in listed for key in cited & set(known))
     measured = (ROOT / "docs/performance.md").read_text(encoding="utf-8")
     for case, program, shown in (

@@ -18,7 +18,7 @@ from roughcontact.cli import app
 from roughcontact.errors import InputError
 from roughcontact.formats.read import read_surface
 from roughcontact.surface import cleaning, filters
-from roughcontact.surface.cleaning import fill
+from roughcontact.surface.cleaning import fill_missing
 from roughcontact.surface.form import level, remove_form
 from roughcontact.surface.surface import Surface
 
@@ -104,8 +104,8 @@ def test_level_is_linear(
 def test_level_commutes_with_turns(seed: int, holes: float, turns: int, form: str) -> None:
     heights = rough(seed, holes=holes)
     np.testing.assert_allclose(
-        level(cleaning.rotate(heights, 90 * turns), form),
-        cleaning.rotate(level(heights, form), 90 * turns),
+        level(cleaning.rotate_map(heights, 90 * turns), form),
+        cleaning.rotate_map(level(heights, form), 90 * turns),
         atol=1e-12,
     )
 
@@ -153,9 +153,9 @@ def test_a_part_of_a_part_is_a_part(
 ) -> None:
     heights = rough(seed)
     inner = [data.draw(parts(stop - start)) for start, stop in (rows, columns)]
-    twice = cleaning.crop(cleaning.crop(heights, rows, columns), inner[0], inner[1])
+    twice = cleaning.crop_map(cleaning.crop_map(heights, rows, columns), inner[0], inner[1])
     (r, s), (c, d) = inner
-    once = cleaning.crop(heights, (rows[0] + r, rows[0] + s), (columns[0] + c, columns[0] + d))
+    once = cleaning.crop_map(heights, (rows[0] + r, rows[0] + s), (columns[0] + c, columns[0] + d))
     assert twice.tobytes() == once.tobytes()
 
 
@@ -163,15 +163,20 @@ def test_a_part_of_a_part_is_a_part(
 @given(SEEDS, st.floats(0.05, 0.6), st.floats(-1e3, 1e3), st.floats(-1e3, 1e3))
 def test_filling_is_linear_and_final(seed: int, holes: float, scale: float, offset: float) -> None:
     heights = rough(seed, holes=holes)
-    filled = fill(heights, PIXEL)
-    assert fill(filled, PIXEL).tobytes() == filled.tobytes()
+    filled = fill_missing(heights, PIXEL)
+    assert fill_missing(filled, PIXEL).tobytes() == filled.tobytes()
     # Below the smallest normal number the last digit is no small part.
     size = max(abs(scale) + abs(offset), 1e-280)
     np.testing.assert_allclose(
-        fill(scale * heights + offset, PIXEL), scale * filled + offset, rtol=0, atol=1e-11 * size
+        fill_missing(scale * heights + offset, PIXEL),
+        scale * filled + offset,
+        rtol=0,
+        atol=1e-11 * size,
     )
     np.testing.assert_allclose(
-        fill(cleaning.rotate(heights), PIXEL[::-1]), cleaning.rotate(filled), atol=1e-11
+        fill_missing(cleaning.rotate_map(heights), PIXEL[::-1]),
+        cleaning.rotate_map(filled),
+        atol=1e-11,
     )
 
 
@@ -212,8 +217,8 @@ def test_filters_are_linear(
     u, v = rough(first, holes=holes), rough(second)
     v = v + 0 * u
     for kind in ("s", "l"):
-        both = filters.band(a * u + b * v, PIXEL, **{kind: cutoff * 1e-6})
-        each = [filters.band(w, PIXEL, **{kind: cutoff * 1e-6}) for w in (u, v)]
+        both = filters.gaussian_band(a * u + b * v, PIXEL, **{kind: cutoff * 1e-6})
+        each = [filters.gaussian_band(w, PIXEL, **{kind: cutoff * 1e-6}) for w in (u, v)]
         np.testing.assert_allclose(both, a * each[0] + b * each[1], atol=1e-12)
 
 
@@ -223,7 +228,7 @@ def test_long_waves_stay_within_the_map_and_constants_in_them(
     seed: int, holes: float, cutoff: float, offset: float
 ) -> None:
     heights = rough(seed, holes=holes)
-    smooth = filters.gaussian(heights, PIXEL, cutoff * 1e-6)
+    smooth = filters.gaussian_lowpass(heights, PIXEL, cutoff * 1e-6)
     # Weights are positive and sum to one; the transforms leave rounding.
     assert np.nanmin(heights) - 1e-13 <= np.nanmin(smooth)
     assert np.nanmax(smooth) <= np.nanmax(heights) + 1e-13
@@ -231,11 +236,11 @@ def test_long_waves_stay_within_the_map_and_constants_in_them(
     raised = heights + offset
     atol = 1e-13 * (1 + abs(offset))
     np.testing.assert_allclose(
-        filters.gaussian(raised, PIXEL, cutoff * 1e-6), smooth + offset, rtol=0, atol=atol
+        filters.gaussian_lowpass(raised, PIXEL, cutoff * 1e-6), smooth + offset, rtol=0, atol=atol
     )
     # The short waves hold nothing of a constant.
     np.testing.assert_allclose(
-        filters.band(raised, PIXEL, l=cutoff * 1e-6), heights - smooth, rtol=0, atol=atol
+        filters.gaussian_band(raised, PIXEL, l=cutoff * 1e-6), heights - smooth, rtol=0, atol=atol
     )
 
 
@@ -337,7 +342,7 @@ def test_parsing_keeps_order_and_sign(first: float, second: float, unit: str) ->
     st.integers(1, 17),
 )
 def test_engineering_text_is_that_number(value: float, unit: str, digits: int) -> None:
-    text = units.engineering(value, unit, digits)
+    text = units.format_engineering(value, unit, digits)
     if unit == "m" and abs(value) < 1e-12:
         assert text == "0 m"
         return

@@ -5,7 +5,7 @@ import pint
 import pytest
 
 import roughcontact as rc
-from roughcontact.cautions import Kind, Severity
+from roughcontact.cautions import CautionTag, Severity
 from roughcontact.errors import InputError
 from roughcontact.surface import nominal_bodies
 
@@ -119,7 +119,7 @@ def test_a_number_in_another_unit_is_suspected(
     surface: rc.Surface, material: rc.Material, name: str
 ) -> None:
     result = rc.solve(surface, material=material, load=1e-3, ceiling=None)
-    (found,) = (caution for caution in result.cautions if caution.kind == Kind.UNITS)
+    (found,) = (caution for caution in result.cautions if caution.kind == CautionTag.UNITS)
     assert found.severity is Severity.WARNING
     assert list(found.numbers) == [name]
 
@@ -129,4 +129,4 @@ def test_the_moduli_of_solids_are_no_mistakes() -> None:
     for young, strength in ((2e6, 5e5), (16e9, 5e6), (1.2e12, None)):
         material = rc.Material(young, 0.3, strength)
         result = rc.solve(BALL, material=material, load=1e-9 * young / 1e6)
-        assert Kind.UNITS not in [caution.kind for caution in result.cautions]
+        assert CautionTag.UNITS not in [caution.kind for caution in result.cautions]

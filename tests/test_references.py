@@ -17,12 +17,12 @@ from roughcontact.analyses.leak.model import leakage
 from roughcontact.formats.read import FORMATS
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic, Swift
-from roughcontact.references import NO_REFERENCES, Reference, References, cited, works
+from roughcontact.references import NO_REFERENCES, Reference, References, all_references, make_use
 from roughcontact.report import citations, kinds, surface as surface_kind
 from roughcontact.result import Displayable, Result
 from roughcontact.surface.provenance import Operation, Provenance
 
-REFERENCES = works()
+REFERENCES = all_references()
 PAGE = Path(__file__).parents[1] / "docs" / "theory.md"
 STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
 
@@ -138,7 +138,9 @@ def test_entries_are_balanced_and_each_stands_once() -> None:
 
 
 def test_they_are_saved_by_suffix(tmp_path: Path) -> None:
-    found = References((cited("one", "Tabor1951", "Johnson1985"), cited("two", "Johnson1985")))
+    found = References(
+        (make_use("one", "Tabor1951", "Johnson1985"), make_use("two", "Johnson1985"))
+    )
     found.save(tmp_path / "works.bib")
     found.save(tmp_path / "works.txt")
     assert (tmp_path / "works.bib").read_text(encoding="utf-8") == found.bibtex
@@ -150,10 +152,10 @@ def test_they_are_saved_by_suffix(tmp_path: Path) -> None:
 
 
 def test_uses_of_one_name_are_joined() -> None:
-    both = References((cited("one", "Tabor1951"),)) + References(
-        (cited("one", "Tabor1951", "Holm1967"), cited("two", "Holm1967"))
+    both = References((make_use("one", "Tabor1951"),)) + References(
+        (make_use("one", "Tabor1951", "Holm1967"), make_use("two", "Holm1967"))
     )
-    assert both.uses == (cited("one", "Tabor1951", "Holm1967"), cited("two", "Holm1967"))
+    assert both.uses == (make_use("one", "Tabor1951", "Holm1967"), make_use("two", "Holm1967"))
     assert list(NO_REFERENCES) == []
 
 
@@ -269,13 +271,15 @@ def compared() -> rc.results.Comparison:
 
 def test_every_kind_of_result_has_them(compared: rc.results.Comparison) -> None:
     assert {kind.__name__ for kind in Displayable.__subclasses__()} == {"Result", "Surface"}
-    told = {kind.result for kind in kinds.every()}
+    told = {kind.result for kind in kinds.all_presentations()}
     # Tests have kinds of their own.
     own = {kind for kind in Result.__subclasses__() if kind.__module__.startswith("roughcontact")}
     assert told == {*own, rc.Surface}
     # Studies of resolution and uncertainty are told with their contact, a surface by parameters.
     none = surface_kind.KIND.works
-    citing = {kind.result for kind in kinds.every() if kind.contact or kind.works is not none}
+    citing = {
+        kind.result for kind in kinds.all_presentations() if kind.contact or kind.works is not none
+    }
     assert {kind.__name__ for kind in told - citing} == {
         "ResolutionStudy", "Surface", "Uncertainty",
     }  # fmt: skip

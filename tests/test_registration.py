@@ -29,7 +29,7 @@ def test_two_maps_meet_where_they_overlap(angle: float, mirrored: bool) -> None:
     offset = (2.3e-5, -3.1e-5)
     first = Surface(waves((80, 100), (2e-6, 2e-6)), (2e-6, 2e-6), Provenance("a"))
     second = Surface(waves((90, 70), (2.5e-6, 2.2e-6)), (2.5e-6, 2.2e-6), Provenance("b"))
-    one, two = placement.matched(first, second, offset, angle, mirrored)
+    one, two = placement.match_grids(first, second, offset, angle, mirrored)
     assert one.shape == two.shape
     assert one.pixel == two.pixel == first.pixel
     assert one.missing == two.missing == 0
@@ -49,13 +49,13 @@ def test_two_maps_meet_where_they_overlap(angle: float, mirrored: bool) -> None:
 def test_the_finer_pixel_decides() -> None:
     coarse = Surface(waves((60, 70), (4e-6, 3e-6)), (4e-6, 3e-6))
     fine = Surface(waves((90, 70), (1e-6, 2.5e-6)), (1e-6, 2.5e-6))
-    one, two = placement.matched(coarse, fine, (1e-5, 1e-5))
+    one, two = placement.match_grids(coarse, fine, (1e-5, 1e-5))
     # 2.5 µm is similar to 3 µm, 1 µm is not to 4 µm.
     assert one.pixel == two.pixel == (1e-6, 3e-6)
     # All of the fine map lies on the coarse one: only its rim may be lost.
     assert one.shape[0] >= 88
     assert one.size[1] >= fine.size[1] - 2 * 3e-6
-    other, same = placement.matched(fine, coarse, (-1e-5, -1e-5))
+    other, same = placement.match_grids(fine, coarse, (-1e-5, -1e-5))
     assert same.pixel == fine.pixel
     assert other.heights.tobytes() == fine.heights.tobytes()
     # Seen from the other map it is the same contact, within half a pixel of its cut.
@@ -65,10 +65,10 @@ def test_the_finer_pixel_decides() -> None:
 def test_equal_maps_stay_as_they_are() -> None:
     surface = Surface(waves(SHAPE, PIXEL), PIXEL)
     other = Surface(surface.heights[::-1], PIXEL)
-    one, two = placement.matched(surface, other)
+    one, two = placement.match_grids(surface, other)
     assert one.heights.tobytes() == surface.heights.tobytes()
     assert two.heights.tobytes() == other.heights.tobytes()
-    assert placement.matched(surface, other, mirrored=True)[1].heights.tobytes() == (
+    assert placement.match_grids(surface, other, mirrored=True)[1].heights.tobytes() == (
         other.heights[:, ::-1].tobytes()
     )
 
@@ -78,11 +78,11 @@ def test_holes_are_neither_lost_nor_accepted() -> None:
     heights[30:33, 30:33] = np.nan
     holed = Surface(heights, (2e-6, 2e-6))
     other = Surface(waves((90, 90), (1.5e-6, 1.5e-6)), (1.5e-6, 1.5e-6))
-    one, two = placement.matched(holed, other, angle=10)
+    one, two = placement.match_grids(holed, other, angle=10)
     assert one.missing == 9
     assert two.missing == 0
     assert not one.holes_masked
-    one, two = placement.matched(other, holed.masked(), angle=10)
+    one, two = placement.match_grids(other, holed.masked(), angle=10)
     assert two.missing > 9
     assert two.holes_masked
     assert not one.holes_masked
@@ -107,7 +107,7 @@ def test_what_two_maps_share_is_never_missing(offset, angle, mirrored, pixel) ->
     first = Surface(waves((40, 50), (2e-6, 2e-6)), (2e-6, 2e-6))
     second = Surface(waves((40, 30), pixel), pixel)
     try:
-        one, two = placement.matched(first, second, offset, angle, mirrored)
+        one, two = placement.match_grids(first, second, offset, angle, mirrored)
     except InputError as error:
         if "do not overlap" not in str(error):
             raise
@@ -120,7 +120,7 @@ def test_a_small_fine_map_on_a_large_coarse_one_needs_little_memory() -> None:
     # On the whole coarse map the fine grid would have 10¹⁰ points.
     coarse = Surface(np.zeros((1000, 1000)), (1e-5, 1e-5))
     fine = Surface(waves((50, 60), (1e-7, 1e-7)), (1e-7, 1e-7))
-    one, two = placement.matched(coarse, fine, (1e-3, -2e-3), 30)
+    one, two = placement.match_grids(coarse, fine, (1e-3, -2e-3), 30)
     assert one.pixel == pytest.approx((1e-7, 1e-7))
     assert one.shape == two.shape
     assert 20 < min(one.shape) < max(one.shape) < 60
@@ -129,6 +129,6 @@ def test_a_small_fine_map_on_a_large_coarse_one_needs_little_memory() -> None:
 def test_maps_that_do_not_meet() -> None:
     surface = Surface(waves(SHAPE, PIXEL), PIXEL)
     with pytest.raises(InputError, match="the maps do not overlap"):
-        placement.matched(surface, surface, (1e-3, 0.0))
+        placement.match_grids(surface, surface, (1e-3, 0.0))
     with pytest.raises(InputError, match="second must be a Surface, got ndarray"):
-        placement.matched(surface, surface.heights)
+        placement.match_grids(surface, surface.heights)

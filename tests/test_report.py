@@ -21,7 +21,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.report import assumptions, kinds, page as layout
 from roughcontact.surface import nominal_bodies
 from roughcontact.surface.provenance import Operation
-from roughcontact.units import engineering, percent
+from roughcontact.units import format_engineering, format_percent
 
 STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
 EVIL = '<script>alert("1")</script> & \x1b\udcff.opd'
@@ -179,9 +179,11 @@ def test_every_figure_is_a_picture_with_words(whole: tuple[ContactResult, str]) 
 def test_no_text_of_a_figure_prints_below_seven_points(
     whole: tuple[ContactResult, str], width: int
 ) -> None:
-    for entry in kinds.of(whole[0]).figures:
+    for entry in kinds.presentation_of(whole[0]).figures:
         picture = layout.Picture(
-            lambda entry=entry: entry.draw(kinds.of(whole[0]).scene(whole[0])), "", width
+            lambda entry=entry: entry.draw(kinds.presentation_of(whole[0]).scene(whole[0])),
+            "",
+            width,
         )
         figure = picture.drawn()
         printed = width / 25.4 / figure.get_figwidth()
@@ -205,23 +207,25 @@ def test_the_numbers_are_those_of_the_summary(whole: tuple[ContactResult, str]) 
         ("contact_area", "m²", "Contact area"), ("contact_modulus", "Pa", "Contact modulus E*"),
         ("ceiling", "Pa", "Pressure ceiling"),
     ):  # fmt: skip
-        assert engineering(summary[name], unit) in rows[head]
-    assert percent(summary["contact_fraction"]) in rows["Contact area"]
-    assert percent(summary["saturated_fraction"]) in rows["Saturated area"]
-    assert engineering(summary["max_residual_indentation"], "m") in rows["Residual indentation"]
+        assert format_engineering(summary[name], unit) in rows[head]
+    assert format_percent(summary["contact_fraction"]) in rows["Contact area"]
+    assert format_percent(summary["saturated_fraction"]) in rows["Saturated area"]
+    assert (
+        format_engineering(summary["max_residual_indentation"], "m") in rows["Residual indentation"]
+    )
     assert f"{summary['certificate']:.1e}" in rows["Certificate ε"]
     assert str(summary["convolutions"]) in rows["Convolutions on the full grid"]
     assert summary["regime"] in rows["Regime"]
     assert ["Status", summary["status"]] in page.cells
     values = page.cells[page.cells.index(["Sq", "Sa", "Sz", "Ssk", "Sku", "Sdq"]) + 1]
-    assert values[0].startswith(engineering(result.surface.Sq, "m"))
+    assert values[0].startswith(format_engineering(result.surface.Sq, "m"))
     assert f"numpy {np.__version__}" in page.words
     assert "Report of 2024-02-29" in page.words
     for note in summary["warnings"]:
         assert note[1:] in page.words
     spots = result.spots()
     assert rows["Contact spots"].startswith(str(spots.count))
-    assert rows["Largest spot"].startswith(engineering(float(spots.area[0]), "m²"))
+    assert rows["Largest spot"].startswith(format_engineering(float(spots.area[0]), "m²"))
 
 
 def test_the_elastic_solution_is_a_column(whole: tuple[ContactResult, str]) -> None:
@@ -236,8 +240,8 @@ def test_the_elastic_solution_is_a_column(whole: tuple[ContactResult, str]) -> N
         ("Largest pressure", "Pa", "max_pressure"), ("Contact area", "m²", "contact_area"),
         ("Approach ω", "m", "approach"), ("Mean gap", "m", "mean_gap"),
     ):  # fmt: skip
-        assert by_head[head][1].startswith(engineering(getattr(result, name), unit))
-        assert by_head[head][-2].startswith(engineering(getattr(elastic, name), unit))
+        assert by_head[head][1].startswith(format_engineering(getattr(result, name), unit))
+        assert by_head[head][-2].startswith(format_engineering(getattr(elastic, name), unit))
 
 
 @pytest.mark.usefixtures("quick")
@@ -287,7 +291,7 @@ def test_every_case_is_told_as_it_is(problem: dict[str, Any], words: str) -> Non
     assert words in page.words
     assert result.regime in page.words
     case = assumptions.of_contact(result)
-    for row in assumptions.rows(assumptions.ASSUMPTIONS, case):
+    for row in assumptions.assumption_rows(assumptions.ASSUMPTIONS, case):
         assert list(row) in page.cells
     two = result.counter_surface is not None
     assert ("Roughness of the counter-body" in page.words) is two
@@ -403,7 +407,7 @@ def test_unfit_paths_are_refused_before_anything_is_solved(
     def never(*args: Any) -> Any:
         raise AssertionError("work before the path was checked")
 
-    monkeypatch.setattr(solve, "without_ceiling", never)
+    monkeypatch.setattr(solve, "solve_without_ceiling", never)
     monkeypatch.setattr(kinds, "render", never)
     with pytest.raises(rc.InputError, match=message):
         result.report(tmp_path / name)
@@ -438,7 +442,7 @@ def test_a_failed_elastic_twin_is_told(
     def fail(result: ContactResult) -> ContactResult:
         raise error
 
-    monkeypatch.setattr(solve, "without_ceiling", fail)
+    monkeypatch.setattr(solve, "solve_without_ceiling", fail)
     path = tmp_path / "out.html"
     solved().report(path)
     page = Page(path.read_text(encoding="utf-8"))

@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 from scipy.ndimage import grey_dilation
 
 from roughcontact import units
-from roughcontact.cautions import Caution, Kind, Severity
+from roughcontact.cautions import Caution, CautionTag, Severity
 from roughcontact.errors import ArgumentRef, InputError, message_parts
 from roughcontact.request.maps import resolution_cautions
 from roughcontact.surface import filters, grid, random_surfaces, resolution, spectrum
@@ -197,7 +197,7 @@ def test_nothing_but_noise() -> None:
 def test_smoothing_is_found_at_the_filter(
     hurst: float, cutoff: float, part: tuple[slice, slice]
 ) -> None:
-    heights = filters.gaussian(rough(5, hurst, shortest=2.0000001), PIXEL, cutoff * NM)
+    heights = filters.gaussian_lowpass(rough(5, hurst, shortest=2.0000001), PIXEL, cutoff * NM)
     # Exponent -2-2H - 4 ln 2 (λc/λ)² is -6 at 0.95 λc for H = 0.2 and 1.2 λc for H = 1.
     expected = cutoff * NM * math.sqrt(4 * math.log(2) / (4 - 2 * hurst))
     found = resolution.smoothing_cutoff(heights[part], PIXEL)
@@ -241,7 +241,7 @@ def test_notes_of_an_atomic_force_microscope() -> None:
     assert ArgumentRef("tip_radius") in message_parts(asked)
     (found,) = Surface(heights, PIXEL, about).resolution_notes(tip_radius=5 * NM)
     scale = resolution.tip_cutoff(heights, PIXEL, 5 * NM)
-    assert f"Below {units.engineering(scale, 'm', 3)} (" in found
+    assert f"Below {units.format_engineering(scale, 'm', 3)} (" in found
     assert f"({scale / NM:.1f} pixels)" in found
     assert "radius 5 nm" in found
     # The radius may be known where the file does not tell the instrument.
@@ -279,11 +279,11 @@ def test_notes_of_noise_and_smoothing() -> None:
     noisy = heights + NM * np.random.default_rng(3).normal(size=heights.shape)
     noisy[:20, :20] = np.nan
     (limit,) = Surface(noisy, PIXEL).resolution_limits()
-    assert limit.cause is resolution.Cause.NOISE
-    assert (limit.caution.kind, limit.caution.severity) == (Kind.RESOLUTION, Severity.CAUTION)
+    assert limit.cause is resolution.LimitCause.NOISE
+    assert (limit.caution.kind, limit.caution.severity) == (CautionTag.RESOLUTION, Severity.CAUTION)
     smooth = Surface(heights, PIXEL).filtered(s=10 * NM)
     (limit,) = smooth.resolution_limits()
-    assert limit.cause is resolution.Cause.SMOOTHING
+    assert limit.cause is resolution.LimitCause.SMOOTHING
     assert limit.caution.severity is Severity.NOTE
     holed = np.zeros((4, 4))
     holed[::2] = holed[:, ::2] = np.nan
@@ -306,7 +306,7 @@ def test_units_do_not_matter(seed: int, radius: float, power: float) -> None:
 
 def test_the_waves_of_a_surface_are_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
     looks: list[object] = []
-    limit = resolution.Limit(resolution.Cause.NOISE, NM, "a note")
+    limit = resolution.Limit(resolution.LimitCause.NOISE, NM, "a note")
     monkeypatch.setattr(resolution, "wave_limits", lambda *map: looks.append(map) or [limit])
     surface = Surface(np.zeros((4, 4)), PIXEL)
     assert surface.resolution_notes() == surface.resolution_notes() == ("a note",)
@@ -314,7 +314,7 @@ def test_the_waves_of_a_surface_are_looked_for_once(monkeypatch: pytest.MonkeyPa
 
 
 def test_the_shortest_wave_is_the_filters_where_the_map_is_large_enough_to_tell() -> None:
-    heights = filters.gaussian(rough(5, 0.8, shortest=2.0000001), PIXEL, 8 * NM)
+    heights = filters.gaussian_lowpass(rough(5, 0.8, shortest=2.0000001), PIXEL, 8 * NM)
     cutoff = resolution.smoothing_cutoff(heights, PIXEL)
     assert resolution.shortest_wave(heights, PIXEL) == pytest.approx(cutoff, rel=0.05)
     assert resolution.shortest_wave(heights[:31], PIXEL) == 2 * NM

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact.memory import Room
+from roughcontact.contact.memory import MemoryNeed
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 from roughcontact.uncertainty import resolution as resolution_study
@@ -117,11 +117,11 @@ def test_a_ceiling_too_low_for_the_load_is_said() -> None:
 
 
 def test_a_grid_that_does_not_fit_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    def small(room: Room, contact_fraction: float = 0.0, there: int | None = None) -> None:
+    def small(room: MemoryNeed, contact_fraction: float = 0.0, there: int | None = None) -> None:
         if room.shape[0] > 128:
             raise rc.InsufficientMemoryError("too much")
 
-    monkeypatch.setattr(Room, "require", small)
+    monkeypatch.setattr(MemoryNeed, "require", small)
     found = looked_at()
     assert [grid.value for grid in found.grids] == [4, 2, 1]
     assert "0.5 × the pixel was left out: too much" in found.sentences[-1]

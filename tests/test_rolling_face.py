@@ -18,12 +18,12 @@ from rollers import Line
 from roughcontact.analyses.roll import figures as movie, report as rolling_report, task as request
 from roughcontact.analyses.roll.model import (
     Shakedown,
-    frame,
     load_rolling,
+    make_frame,
     pass_result,
     rolled_surface,
 )
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.elastoplastic import plausibility
 from roughcontact.report import kinds
@@ -186,7 +186,7 @@ def test_paraview_plays_every_step(found: rc.results.RollingResult, folder: Path
 def test_a_movie_has_a_picture_a_step(found: rc.results.RollingResult, folder: Path) -> None:
     from PIL import Image
 
-    frames = [frame(state, n, k, "x") for n, k, state in found.states()]
+    frames = [make_frame(state, n, k, "x") for n, k, state in found.states()]
     np.testing.assert_allclose(
         frames[-1].strain, found.result.bodies[0].accumulated.max(axis=1), rtol=1e-6
     )
@@ -206,7 +206,7 @@ def test_long_movies_leave_steps_out(
     from PIL import Image
 
     monkeypatch.setattr(movie, "MOST_FRAMES", 3)
-    frames = [frame(state, n, k, "x") for n, k, state in found.states()]
+    frames = [make_frame(state, n, k, "x") for n, k, state in found.states()]
     movie.save(found, frames, folder / "short.gif")
     with Image.open(folder / "short.gif") as shown:
         assert shown.n_frames == 3
@@ -238,10 +238,10 @@ def test_strain_that_is_taken_back_is_not_large(found: rc.results.RollingResult)
     (body,) = found.result.bodies
     worn = replace(found.result, bodies=(replace(body, accumulated=body.accumulated + 0.5),))
     assert plausibility.largest_strain(worn) < 0.1 < worn.max_plastic_strain
-    assert Kind.PLASTIC_STRAIN not in {caution.kind for caution in worn.cautions}
+    assert CautionTag.PLASTIC_STRAIN not in {caution.kind for caution in worn.cautions}
     torn = replace(found.result, bodies=(replace(body, plastic_strain=100 * body.plastic_strain),))
     assert plausibility.largest_strain(torn) > 0.1
-    assert Kind.PLASTIC_STRAIN in {caution.kind for caution in torn.cautions}
+    assert CautionTag.PLASTIC_STRAIN in {caution.kind for caution in torn.cautions}
 
 
 def test_hardness_alone_hides_no_ratcheting() -> None:

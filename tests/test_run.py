@@ -17,8 +17,8 @@ from roughcontact.analyses.tasks import from_text
 from roughcontact.cli import app
 from roughcontact.report import phrases
 from roughcontact.request.outcome import last_contact
-from roughcontact.request.outputs import Saved, UnfinishedError
-from roughcontact.request.run import run
+from roughcontact.request.outputs import SavedSteps, UnfinishedError
+from roughcontact.request.run import run_request
 from roughcontact.solvers.progress import Progress
 
 Capture = pytest.CaptureFixture[str]
@@ -73,13 +73,13 @@ def test_an_interrupted_sweep_tells_its_steps_and_goes_on(tmp_path: Path) -> Non
             raise KeyboardInterrupt
 
     with pytest.raises(UnfinishedError) as caught:
-        run(request, lambda text: None, stop)
+        run_request(request, lambda text: None, stop)
     kept = sorted(folder.glob("step-*.npz"))
     assert len(kept) == 2
     assert caught.value.written == kept
-    assert caught.value.saved == Saved(2, 3, "load", folder)
+    assert caught.value.saved == SavedSteps(2, 3, "load", folder)
     seen: list[Progress] = []
-    outcome = run(request, lambda text: None, seen.append)
+    outcome = run_request(request, lambda text: None, seen.append)
     assert {at.number for at in seen if not at.kept} == {3}
     assert outcome.reused == 2
     assert len(outcome.record()["load"]) == 3
@@ -101,9 +101,9 @@ def test_an_interrupted_sweep_tells_its_steps_and_goes_on(tmp_path: Path) -> Non
 )
 def test_progress_is_told_in_words(task: str, given: dict[str, str], words: str) -> None:
     seen: list[Progress] = []
-    outcome = run(from_text(task, None, {**FORM, **given}), lambda text: None, seen.append)
+    outcome = run_request(from_text(task, None, {**FORM, **given}), lambda text: None, seen.append)
     assert outcome.converged
-    assert any(words in phrases.described(at) for at in seen)
+    assert any(words in phrases.progress_text(at) for at in seen)
     last = (outcome.request.task.last or last_contact)(outcome)
     assert {"load", "certificate"} <= last.keys()
     assert np.isfinite(last["load"])

@@ -10,7 +10,7 @@ import pytest
 import roughcontact as rc
 from roughcontact._tools import statistics
 from roughcontact.analyses.compare import report as comparison
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.report import kinds
 from roughcontact.surface import form
 
@@ -42,7 +42,9 @@ def test_parts_are_pressed_by_themselves_and_tell_the_error() -> None:
     values = found.values(4, "contact_fraction")
     assert values[:3] == [one.contact_fraction for one in alone]
     one = found.error("contact_fraction")
-    assert one.half == statistics.of_whole({n: found.values(n, one.name) for n in (2, 4)}).half
+    assert (
+        one.half == statistics.parts_interval({n: found.values(n, one.name) for n in (2, 4)}).half
+    )
     # The half falls with the root of the area.
     assert one.area == pytest.approx(64e-6**2 * (one.relative / 0.05) ** 2)
     assert one.area_low < one.area < one.area_high
@@ -52,7 +54,7 @@ def test_parts_are_pressed_by_themselves_and_tell_the_error() -> None:
     assert (one.falls, one.bound) == (False, "at least")
     assert all(row[-1] == "16 parts; at least" for row in kinds.listing(found)[1])
     assert "at least" in comparison.answer(found)
-    assert Kind.SAMPLING in {caution.kind for caution in found.cautions}
+    assert CautionTag.SAMPLING in {caution.kind for caution in found.cautions}
     assert {error.name for error in found.errors} == {
         "contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sa", "Sdq"
     }  # fmt: skip
@@ -68,7 +70,7 @@ def test_long_waves_are_told() -> None:
     assert not one.falls
     # Slopes are those of the short waves.
     assert found.error("Sdq").falls
-    (told,) = (c for c in found.cautions if c.kind == Kind.SAMPLING)
+    (told,) = (c for c in found.cautions if c.kind == CautionTag.SAMPLING)
     assert "Sq" in told.numbers
     assert "Sdq" not in told.numbers
 

@@ -43,7 +43,7 @@ def folder(files: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def repeated(result: ContactResult) -> dict[str, Any]:
     names: dict[str, Any] = {}
-    exec(python_script.repeating(result), names)
+    exec(python_script.script_of_result(result), names)
     return names
 
 
@@ -129,7 +129,7 @@ def result_of(about: rc.Provenance, ceiling: Any = None) -> ContactResult:
 @pytest.mark.long
 def test_two_maps_on_nominal_forms_are_laid_on_each_other_again(folder: Path) -> None:
     maps = [rc.read_surface(name).leveled().filled() for name in ("ground.nc", "other.nc")]
-    one, two = placement.matched(*maps, (1.3e-6, 1e-6 / 3), angle=12.5, mirrored=True)
+    one, two = placement.match_grids(*maps, (1.3e-6, 1e-6 / 3), angle=12.5, mirrored=True)
     on: Any = {"shape": one.shape, "pixel": one.pixel}
     result = rc.solve(
         one.with_form(nominal_bodies.cylinder(radius=0.01, angle=30, **on)),
@@ -160,7 +160,7 @@ def test_an_array_in_memory_has_to_be_supplied(folder: Path) -> None:
     counter = rc.Surface(1e-9 * np.arange(1024.0).reshape(32, 32), pixel).rotated()
     surface = rc.Surface(heights, pixel, about).leveled()
     result = rc.solve(surface, counter_surface=counter, material=STEEL, load=0.1)
-    text = python_script.repeating(result)
+    text = python_script.script_of_result(result)
     assert "supply it as surface.npy, 32 × 32 heights in meters" in text
     assert "supply it as counter_surface.npy" in text
     np.save("surface.npy", heights)
@@ -174,7 +174,7 @@ def test_a_form_in_memory_has_to_be_supplied(folder: Path) -> None:
     surface = rc.read_surface("ground.nc").filled()
     forms = [rc.Surface(z * surface.heights[::-1], surface.pixel) for z in (0.5, 0.25)]
     whole = surface.with_form(forms[0]).with_form(forms[1].leveled())
-    text = python_script.preparing(whole)
+    text = python_script.script_of_map(whole)
     assert "supply it as form.npy, 48 × 48 heights in meters, SHA-256 of its bytes" in text
     for name, form in zip(("form.npy", "form_2.npy"), forms, strict=True):
         np.save(name, form.heights)
@@ -192,7 +192,7 @@ def test_what_no_script_repeats_is_in_the_file_of_the_result(folder: Path) -> No
     for about, words in ((known, "indented: by up to 1 nm"), (told, "by hand")):
         result = rc.solve(about, material=STEEL, load=0.1)
         result.save("result.nc")
-        text = python_script.repeating(result)
+        text = python_script.script_of_result(result)
         assert f"# No script can repeat what is known as: {words}" in text
         names = repeated(result)
         assert names["surface"].heights.tobytes() == surface.heights.tobytes()
@@ -224,7 +224,7 @@ def test_the_words_of_a_file_are_not_run(tmp_path: Path) -> None:
     heights, pixel = rc.reference_map(32)
     about = rc.Provenance("a\nraise SystemExit", "b\r", '"', steps=("c\u2028raise SystemExit",))
     for surface in (rc.Surface(heights, pixel, about), rc.Surface(heights, pixel, about).leveled()):
-        text = python_script.repeating(rc.solve(surface, material=STEEL, load=0.1))
+        text = python_script.script_of_result(rc.solve(surface, material=STEEL, load=0.1))
         compile(text, "script", "exec")
         assert not any(line.startswith("raise") for line in text.splitlines())
 
@@ -367,7 +367,7 @@ def test_the_script_repeats_any_chain_of_steps_to_the_bit(small: Path, data: st.
             with contextlib.suppress(InputError):
                 surface = STEPS[name](data.draw, surface)
         names: dict[str, Any] = {}
-        text = python_script.preparing(surface)
+        text = python_script.script_of_map(surface)
         exec(text, names)
         again = names["surface"]
         assert again.heights.tobytes() == surface.heights.tobytes()
@@ -402,6 +402,6 @@ def test_the_script_follows_the_path_of_the_volume_again(folder: Path) -> None:
 def test_a_boundary_that_does_not_repeat_is_stated_too(monkeypatch: pytest.MonkeyPatch) -> None:
     wavy = rc.Surface(1e-8 * np.cos(np.arange(16) * np.ones((16, 1)) * np.pi / 8), (1e-6, 1e-6))
     result = rc.solve(wavy, material=STEEL, load=1e-3, boundary="periodic")
-    plain = boundary._BEYOND[boundary.Boundary.PERIODIC]._replace(periodic_axes=())
-    monkeypatch.setitem(boundary._BEYOND, boundary.Boundary.PERIODIC, plain)
-    assert 'boundary="periodic"' in python_script.repeating(result)
+    plain = boundary._MODELS[boundary.Boundary.PERIODIC]._replace(periodic_axes=())
+    monkeypatch.setitem(boundary._MODELS, boundary.Boundary.PERIODIC, plain)
+    assert 'boundary="periodic"' in python_script.script_of_result(result)

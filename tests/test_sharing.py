@@ -65,11 +65,11 @@ def none_is_left(helpers: list[int]) -> bool:
 @needs_fork
 def test_figures_are_the_same_whoever_draws_them(forks: list[int]) -> None:
     expected = [png(draw()) for draw in drawings()]
-    assert export.pngs(drawings(), 1) == expected
+    assert export.draw_pngs(drawings(), 1) == expected
     assert not forks
-    assert export.pngs(drawings(), 3) == expected
+    assert export.draw_pngs(drawings(), 3) == expected
     assert len(forks) == 2
-    assert export.pngs([], 3) == []
+    assert export.draw_pngs([], 3) == []
     assert none_is_left(forks)
 
 
@@ -112,7 +112,7 @@ def test_helpers_draw(tmp_path: Path) -> None:
             time.sleep(0.01)
         return line(number)
 
-    export.pngs([lambda number=number: told(number) for number in range(4)], 2)
+    export.draw_pngs([lambda number=number: told(number) for number in range(4)], 2)
     assert sorted(path.name[0] for path in tmp_path.iterdir()) == ["0", "1", "2", "3"]
     assert len(processes()) == 2
 
@@ -126,7 +126,7 @@ def test_what_a_helper_fails_in_is_drawn_here(forks: list[int]) -> None:
         return line(number)
 
     given = [lambda number=number: fails_elsewhere(number) for number in range(4)]
-    assert export.pngs(given, 2) == [png(draw()) for draw in drawings(4)]
+    assert export.draw_pngs(given, 2) == [png(draw()) for draw in drawings(4)]
     assert none_is_left(forks)
 
 
@@ -137,14 +137,14 @@ def test_an_error_ends_all_of_them(error: BaseException, forks: list[int]) -> No
         raise error
 
     with pytest.raises(type(error)):
-        export.pngs([fails, *drawings(3), fails], 3)
+        export.draw_pngs([fails, *drawings(3), fails], 3)
     assert none_is_left(forks)
 
 
 def test_one_process_draws_where_there_are_no_others(monkeypatch: pytest.MonkeyPatch) -> None:
     expected = [png(draw()) for draw in drawings(2)]
     monkeypatch.delattr(os, "fork", raising=False)
-    assert export.pngs(drawings(2), 2) == expected
+    assert export.draw_pngs(drawings(2), 2) == expected
 
 
 @needs_fork
@@ -152,7 +152,7 @@ def test_no_process_is_begun_without_memory_for_a_copy(
     monkeypatch: pytest.MonkeyPatch, forks: list[int]
 ) -> None:
     monkeypatch.setattr(export.memory, "free", lambda: 1)
-    assert len(export.pngs(drawings(2), 2)) == 2
+    assert len(export.draw_pngs(drawings(2), 2)) == 2
     assert not forks
 
 
@@ -165,7 +165,7 @@ def test_commands_share_and_the_library_does_not(
         asked.append(processes)
         return [bytes(24)] * len(drawings)
 
-    monkeypatch.setattr(export, "pngs", noted)
+    monkeypatch.setattr(export, "draw_pngs", noted)
     heights, pixel = rc.reference_map(32)
     surface = rc.Surface(heights, pixel)
     surface.save(tmp_path / "map.npz")

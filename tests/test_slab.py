@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 
 from roughcontact._tools import ranks
-from roughcontact.contact.share import bands
+from roughcontact.contact.share import row_bands
 from roughcontact.errors import InputError
 from roughcontact.solvers import bounded
 
@@ -18,9 +18,9 @@ def test_bands_are_whole_on_the_coarsest_grid(shape):
     for count in (1, 2, 3, 4, 7):
         if count > shape[0] // max(edge, 2):
             with pytest.raises(InputError, match="ranks at most"):
-                bands(shape, count)
+                row_bands(shape, count)
             continue
-        edges = bands(shape, count)
+        edges = row_bands(shape, count)
         heights = [last - first for first, last in pairwise(edges)]
         assert (edges[0], edges[-1], len(heights)) == (0, shape[0], count)
         assert all(first % edge == 0 for first in edges[:-1])

@@ -43,7 +43,7 @@ def test_spots_are_those_of_a_flood_fill(
 ) -> None:
     rng = np.random.default_rng(seed)
     pressure = np.where(rng.random((ny, nx)) < share, rng.random((ny, nx)) + 0.1, 0.0)
-    found = spots.find(pressure, PIXEL, periodic_axes)
+    found = spots.find_spots(pressure, PIXEL, periodic_axes)
     area = PIXEL[0] * PIXEL[1]
     assert np.round(found.area / area).astype(int).tolist() == flood(pressure > 0, periodic_axes)
     assert found.count == found.label.max(initial=0)
@@ -58,15 +58,15 @@ def test_spots_are_those_of_a_flood_fill(
 def test_a_corner_does_not_join_and_an_edge_of_a_period_does() -> None:
     pressure = np.zeros((5, 6))
     pressure[0, 2], pressure[1, 3], pressure[4, 2] = 1, 1, 1
-    assert spots.find(pressure, PIXEL).count == 3
-    assert spots.find(pressure, PIXEL, periodic_axes=(0, 1)).count == 2
+    assert spots.find_spots(pressure, PIXEL).count == 3
+    assert spots.find_spots(pressure, PIXEL, periodic_axes=(0, 1)).count == 2
     # The column goes on beyond the upper edge, which only y as a periodic axis joins.
-    assert spots.find(pressure, PIXEL, periodic_axes=(0,)).count == 2
-    assert spots.find(pressure, PIXEL, periodic_axes=(1,)).count == 3
+    assert spots.find_spots(pressure, PIXEL, periodic_axes=(0,)).count == 2
+    assert spots.find_spots(pressure, PIXEL, periodic_axes=(1,)).count == 3
 
 
 def test_no_contact_has_no_spots() -> None:
-    found = spots.find(np.zeros((3, 4)), PIXEL, periodic_axes=(0, 1))
+    found = spots.find_spots(np.zeros((3, 4)), PIXEL, periodic_axes=(0, 1))
     assert found.count == 0
     assert found.load.size == found.peak.size == 0
 
@@ -88,7 +88,7 @@ def test_spots_are_numbered_as_scipy_labels_them(
 ) -> None:
     rng = np.random.default_rng(3)
     pressure = rng.random((40, 31)) * (rng.random((40, 31)) < share)
-    found = spots.find(pressure, (1.0, 1.0), periodic_axes)
+    found = spots.find_spots(pressure, (1.0, 1.0), periodic_axes)
     label, count = scipy.ndimage.label(pressure > 0)
     if not periodic_axes:
         assert found.count == count

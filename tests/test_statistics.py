@@ -24,7 +24,7 @@ def held(count: int, number: int = GROUPS) -> bool:
 def test_intervals_are_those_of_scipy() -> None:
     rng = np.random.default_rng(0)
     a, b, c = rng.normal(size=4), rng.normal(1, 2, size=6), rng.normal(2, 1, size=3)
-    found = statistics.mean(a)
+    found = statistics.mean_with_interval(a)
     error = float(a.std(ddof=1)) / 2
     assert (found.low, found.high) == pytest.approx(stats.t.interval(0.95, 3, a.mean(), error))
 
@@ -61,10 +61,10 @@ def test_several_p_are_corrected_as_in_the_literature() -> None:
 
 
 def test_what_has_no_scatter_or_no_second_measurement() -> None:
-    alone = statistics.mean([2.0])
+    alone = statistics.mean_with_interval([2.0])
     assert alone.value == 2.0
     assert math.isnan(alone.low)
-    alike = statistics.mean([0.1] * 3)
+    alike = statistics.mean_with_interval([0.1] * 3)
     assert (alike.deviation, alike.low, alike.high) == (0.0, alike.value, alike.value)
     unknown = statistics.differences([[1.0], [2.0, 3.0]])[0, 1]
     assert unknown.value == 1.5
@@ -84,7 +84,7 @@ def test_intervals_of_means_and_differences_hold() -> None:
     means = pairs = differences = 0
     for _ in range(GROUPS):
         a, b = rng.normal(3, 1, size=4), rng.normal(5, 4, size=6)
-        found = statistics.mean(a)
+        found = statistics.mean_with_interval(a)
         means += found.low <= 3 <= found.high
         apart = statistics.differences([a, b])[0, 1]
         differences += apart.low <= 2 <= apart.high
@@ -145,7 +145,7 @@ def test_the_error_of_a_whole_holds_whatever_joins_its_parts(width: int) -> None
         levels = {
             n: field.reshape(n, size // n, n, size // n).mean((1, 3)).ravel() for n in (2, 4, 8)
         }
-        found.append(statistics.of_whole(levels))
+        found.append(statistics.parts_interval(levels))
         misses += abs(float(field.mean())) > found[-1].half
     assert held(GROUPS - misses)
     falling = np.mean([one.falls for one in found])
@@ -155,7 +155,7 @@ def test_the_error_of_a_whole_holds_whatever_joins_its_parts(width: int) -> None
 def test_without_small_parts_sixteen_tell_the_error() -> None:
     rng = np.random.default_rng(5)
     parts = rng.normal(size=16)
-    found = statistics.of_whole({2: rng.normal(size=4), 4: parts})
+    found = statistics.parts_interval({2: rng.normal(size=4), 4: parts})
     assert found.half == pytest.approx(stats.t.ppf(0.975, 15) * parts.std(ddof=1) / 4)
     # Nothing tells whether the sixteen are independent.
     assert (found.parts, found.falls) == (16, False)
@@ -164,6 +164,6 @@ def test_without_small_parts_sixteen_tell_the_error() -> None:
 
 def test_a_deviation_is_as_sure_as_chi_square_says() -> None:
     rng = np.random.default_rng(6)
-    low, high = statistics.spread_of(16)
+    low, high = statistics.deviation_range(16)
     spreads = rng.normal(size=(GROUPS, 16)).std(axis=1, ddof=1)
     assert held(int(np.count_nonzero((low * spreads <= 1) & (high * spreads >= 1))))

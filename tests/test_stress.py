@@ -463,7 +463,7 @@ def test_no_unit_changes_a_bit(precision):
 def test_no_more_waves_are_taken_than_reach_the_depth():
     # In metres as in pixels: deep below a map only the longest are left.
     for unit in (1.0, 1e-6):
-        loads = stress._Loads((0.7 * unit, 1.1 * unit), 0.3, ())
+        loads = stress._UnitLoads((0.7 * unit, 1.1 * unit), 0.3, ())
         terms = loads.wave_terms()
         highest = [
             stress._waves(loads, terms, (64, 96), depth * unit, 16.0).highest

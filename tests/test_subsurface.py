@@ -9,7 +9,7 @@ import xarray
 
 import roughcontact as rc
 from roughcontact.analyses.stress import model as subsurface_stress
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.halfspace import stress, stress_summary, tensors
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
@@ -132,12 +132,12 @@ def test_warnings(pressed, found):
     def told(result):
         return {caution.kind for caution in result.own_cautions}
 
-    assert Kind.YIELDED not in told(found)
+    assert CautionTag.YIELDED not in told(found)
     shallow = subsurface_stress.subsurface_stress(pressed, [1e-9, 1e-6])
-    assert told(shallow) >= {Kind.STRESS_DEPTH, Kind.STRESS_PIXEL}
+    assert told(shallow) >= {CautionTag.STRESS_DEPTH, CautionTag.STRESS_PIXEL}
     hard = rc.solve(ball(radius=1e-3), material=STEEL, load=2.0, ceiling=None)
     beyond = subsurface_stress.subsurface_stress(hard)
-    assert Kind.YIELDED in told(beyond)
+    assert CautionTag.YIELDED in told(beyond)
     # And those of the contact.
     assert set(hard.warnings) <= set(beyond.warnings)
     assert beyond.yield_factor < 1
@@ -259,7 +259,7 @@ def test_onset_needs_a_yield_strength(monkeypatch):
         rc.first_yield_load(ball(), material=STEEL, body="third")
     with pytest.raises(rc.InputError, match=r"start.*-1"):
         rc.first_yield_load(ball(), material=STEEL, initial_load=-1.0)
-    monkeypatch.setattr(subsurface_stress, "_SOLVES", 1)
+    monkeypatch.setattr(subsurface_stress, "_MAX_SOLVES", 1)
     with pytest.raises(rc.ConvergenceError, match="after 1 contacts") as caught:
         rc.first_yield_load(ball(), material=STEEL)
     assert caught.value.result.pressure.max() > 0
@@ -268,13 +268,13 @@ def test_onset_needs_a_yield_strength(monkeypatch):
 @pytest.mark.long
 def test_the_search_is_short(monkeypatch):
     loads = []
-    press = subsurface_stress.press
+    press = subsurface_stress.solve_pair
 
     def counted(pair, terms, **options):
         loads.append(terms.load)
         return press(pair, terms, **options)
 
-    monkeypatch.setattr(subsurface_stress, "press", counted)
+    monkeypatch.setattr(subsurface_stress, "solve_pair", counted)
     onset = rc.first_yield_load(ball(radius=2e-3), material=STEEL)
     assert loads[-1] == onset.solution.load
     # From a hundred-thousandth of the load, along the power 1/3.
@@ -287,7 +287,7 @@ def test_the_search_finds_any_power(power):
     while not known or abs(known[-1][1]) > 1e-6:
         # A power with a bend, like a contact that spreads over a map.
         known.append((at, power * (at - 2.0) + 0.3 * power * math.sin(at)))
-        at = subsurface_stress._next(known)
+        at = subsurface_stress._next_load(known)
         assert len(known) < 30
 
 

@@ -21,7 +21,7 @@ from roughcontact.analyses.solve import task as solve
 from roughcontact.analyses.stress import report as subsurface_stress, task as stress_task
 from roughcontact.analyses.sweep import fields as sweep_fields, report as curves
 from roughcontact.cli import console
-from roughcontact.cli.terminal import Display
+from roughcontact.cli.terminal import DisplayOptions
 from roughcontact.formats import tables as files
 from roughcontact.material.material import RIGID
 from roughcontact.report import (
@@ -42,11 +42,11 @@ from roughcontact.report.kind import (
     Column,
     Quantity,
     csv_text,
+    delegated,
+    format_value,
     quantity_of,
     rows_of,
     side_by_side,
-    within,
-    written,
 )
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
@@ -94,7 +94,7 @@ def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple
     result = request.getfixturevalue(kind)
     asked: Any = SimpleNamespace(task=solve.TASK)
     outcome: Any = SimpleNamespace(result=result, request=asked, written=(), extra_results={})
-    console.show(outcome, Display.VERBOSE)
+    console.print_outcome(outcome, DisplayOptions.VERBOSE)
     shown = " ".join(capsys.readouterr().out.split())
     kept = json.loads(json.dumps(result.summary(), default=str))
     return shown, text_of(kinds.render(result)), kept
@@ -136,8 +136,8 @@ def test_a_quantity_of_a_result_is_in_its_record(
     added = Quantity("answer", "answer", of=lambda _: 42)
     tell_more(monkeypatch, "solved", table=added)
     tell_more(monkeypatch, "pressed", table=added)
-    assert files.record(solved)["answer"] == 42
-    assert files.record(pressed)["volume"]["answer"] == 42
+    assert files.result_record(solved)["answer"] == 42
+    assert files.result_record(pressed)["volume"]["answer"] == 42
 
 
 @pytest.mark.parametrize(
@@ -159,7 +159,7 @@ def test_a_column_that_is_added_is_told_by_all(
     result = request.getfixturevalue(kind)
     shown, report, kept = told_by(kind, request, capsys)
     first = result.steps[0].load ** 0.5
-    text = written(first, "N")
+    text = format_value(first, "N")
     assert text in shown
     assert text in report
     assert "root" in report
@@ -190,7 +190,7 @@ def test_console_and_report_tell_the_same_digits(
 def test_keys_are_unique_and_what_is_shown_has_a_name(
     kind: str, request: pytest.FixtureRequest
 ) -> None:
-    table = kinds.of(request.getfixturevalue(kind)).table
+    table = kinds.presentation_of(request.getfixturevalue(kind)).table
     keys = [quantity.key for quantity in table]
     assert len(keys) == len(set(keys))
     assert all(quantity.stored or quantity.name for quantity in table)
@@ -218,7 +218,7 @@ def test_friction_is_told_with_its_direction_or_not_at_all(
 
 def test_a_quantity_of_what_a_result_holds() -> None:
     inner = Quantity("real", "real part", of="real", text=lambda v: f"<{v.real}>")
-    outer = within("number", inner, name="first part")
+    outer = delegated("number", inner, name="first part")
     (row,) = rows_of((outer,), type("Held", (), {"number": 3 + 4j}))
     assert (row.value, row.text, row.title) == (3.0, "<3.0>", "First part")
 
@@ -234,7 +234,7 @@ def test_a_map_in_a_file_is_told_with_and_without_its_plane() -> None:
     surface = rc.Surface(np.arange(12.0).reshape(3, 4) * 1e-9, (1e-6, 1e-6))
     row = quantity_of(inputs.FILE, "Sq").row(inputs.measured(surface))
     assert row.value == surface.Sq
-    assert row.text.startswith(f"{written(surface.Sq, 'm')}, after plane ")
+    assert row.text.startswith(f"{format_value(surface.Sq, 'm')}, after plane ")
 
 
 def test_figures_are_named_after_those_of_the_report(
@@ -265,7 +265,7 @@ def test_figures_are_named_after_those_of_the_report(
 
 def test_a_table_for_everything_that_has_a_summary() -> None:
     with pytest.raises(TypeError, match="no kind of results for a int"):
-        kinds.of(3)
+        kinds.presentation_of(3)
 
 
 def test_a_texture_that_is_not_determined_says_what_is_known() -> None:
@@ -279,7 +279,7 @@ def test_a_texture_that_is_not_determined_says_what_is_known() -> None:
 
 
 def test_numbers_are_told_without_powers_of_ten() -> None:
-    told = {value: written(value, "m³") for value in (0.0, 3e-17, 1.87e-10, 7.2e-26)}
+    told = {value: format_value(value, "m³") for value in (0.0, 3e-17, 1.87e-10, 7.2e-26)}
     assert list(told.values()) == ["0 µm³", "30 µm³", "0.187 mm³", "72 nm³"]
     assert inputs.parameter("Sdr", {"Sdr": 4.561e-7}) == "0.00004561 %"
     assert inputs.parameter("Vmp", {"Vmp": 1.196e-10}) == "0.0001196 ml/m²"

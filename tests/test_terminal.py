@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.batch.plan import Report
+from roughcontact.batch.plan import ContactReport
 from roughcontact.cli import app, console, terminal
 
 SOURCE = Path(rc.__file__).parents[1]
@@ -133,7 +133,7 @@ def test_settings_of_matplotlib_do_not_reach_the_program(run: Run, tmp_path: Pat
     done = run(f"demo {options}", MATPLOTLIBRC="settings", MPLBACKEND="nonsense")
     assert done.returncode == app.SOLVED
     # A slow machine shows its progress.
-    assert all(line.startswith(terminal.LINE) for line in done.stderr.splitlines())
+    assert all(line.startswith(terminal.PROGRESS_PREFIX) for line in done.stderr.splitlines())
     assert (tmp_path / "out" / "overview.png").stat().st_size > 10_000
 
 
@@ -161,14 +161,14 @@ def test_a_long_name_leaves_room_for_the_answer(capsys: pytest.CaptureFixture[st
     told = {"answer": "3.5 % of the face is in contact (3.4 to 4.2 %)."}
     long = "the sample that was ground twice, lapped once and measured in the middle"
     names = ["short", "x" * 45, long, "é" * 200]
-    console.show_reports([Report(name, "solved", told) for name in names], Path("results"))
+    console.show_reports([ContactReport(name, "solved", told) for name in names], Path("results"))
     out = capsys.readouterr().out
     assert max(map(len, out.splitlines())) <= 80
     assert out.startswith("4 contacts: 4 solved\n")
     assert "".join(out.split()).count("x") == 45
     assert out.endswith("written to:\nresults\n\n")
     assert all(word in out for word in long.replace(",", "").split())
-    console.show_reports([Report("one", "failed", {}, "why")], Path("results"))
+    console.show_reports([ContactReport("one", "failed", {}, "why")], Path("results"))
     assert "results" not in capsys.readouterr().out
 
 
@@ -201,7 +201,7 @@ def test_the_status_tells_of_the_signal_wherever_it_came(tmp_path: Path) -> None
 def test_a_line_of_progress_where_there_is_no_terminal(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(terminal, "EVERY", 2.0)
+    monkeypatch.setattr(terminal, "PROGRESS_INTERVAL", 2.0)
 
     def lines() -> set[str]:
         told = ""
@@ -211,18 +211,18 @@ def test_a_line_of_progress_where_there_is_no_terminal(
         return set(told.splitlines())
 
     began = time.monotonic()
-    with terminal.progress() as line:
-        line.say("a solve", 4000.0)
+    with terminal.show_progress() as line:
+        line.set_stage("a solve", 4000.0)
         assert lines() == {"progress: a solve, about 67 min left"}
         assert time.monotonic() - began >= 0.4
     began = time.monotonic()
-    with terminal.progress() as line:
+    with terminal.show_progress() as line:
         # As long as nothing takes long, nothing is said; what takes long need say nothing.
-        line.say("a map")
+        line.set_stage("a map")
         assert lines() == {"progress: a map"}
         assert time.monotonic() - began >= 2.0
-    with terminal.progress(quiet=True) as line:
-        line.say("nothing", 40.0)
+    with terminal.show_progress(quiet=True) as line:
+        line.set_stage("nothing", 40.0)
         time.sleep(0.3)
     assert capsys.readouterr().err == ""
 
@@ -235,8 +235,8 @@ def test_a_terminal_shows_the_time_left_as_it_runs_down(monkeypatch: pytest.Monk
     with os.fdopen(writing, "w") as stream:
         monkeypatch.setattr(sys, "stderr", stream)
         monkeypatch.setenv("TERM", "xterm")
-        with terminal.progress() as line:
-            line.say("a solve", 40.4)
+        with terminal.show_progress() as line:
+            line.set_stage("a solve", 40.4)
             time.sleep(1.2)
     shown = os.read(reading, 100_000).decode()
     os.close(reading)

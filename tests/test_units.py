@@ -127,7 +127,7 @@ def test_parse_allows_any_sign_when_asked() -> None:
     ],
 )
 def test_engineering(value: float, unit: str, digits: int, text: str) -> None:
-    assert units.engineering(value, unit, digits) == text
+    assert units.format_engineering(value, unit, digits) == text
 
 
 @given(
@@ -136,7 +136,7 @@ def test_engineering(value: float, unit: str, digits: int, text: str) -> None:
 )
 def test_what_engineering_writes_parse_reads(value: float, kind: tuple[str, str]) -> None:
     unit, dimension = kind
-    text = units.engineering(value, unit, digits=17)
+    text = units.format_engineering(value, unit, digits=17)
     # 17 digits carry a float exactly; the factor of the prefix rounds twice.
     assert units.parse(text, dimension, "x", positive=False) == pytest.approx(value, rel=5e-16)
 
@@ -152,7 +152,7 @@ def test_what_engineering_writes_of_compound_units_is_read(
     value: float, kind: tuple[str, str]
 ) -> None:
     unit, dimension = kind
-    text = units.engineering(value, unit, digits=17)
+    text = units.format_engineering(value, unit, digits=17)
     assert units.parse(text, dimension, "x") == pytest.approx(value, rel=1e-14)
 
 
@@ -207,12 +207,12 @@ def test_a_plain_unit_is_read_without_pint() -> None:
      (1e-8, "< 0.0001 %"), (1 - 1e-6, "99.9999 %"), (0.0009399, "0.0940 %")],
 )  # fmt: skip
 def test_percentages_never_round_to_all_or_nothing(share: float, text: str) -> None:
-    assert units.percent(share) == text
+    assert units.format_percent(share) == text
 
 
 def test_nearly_everything_is_not_everything() -> None:
-    assert units.percent(1 - 1e-9) != "100 %"
-    assert units.percent(1 - 1e-9) == "> 99.9999 %"
+    assert units.format_percent(1 - 1e-9) != "100 %"
+    assert units.format_percent(1 - 1e-9) == "> 99.9999 %"
 
 
 def test_errors_carry_the_argument_and_what_was_given() -> None:

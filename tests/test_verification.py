@@ -16,7 +16,7 @@ from roughcontact._tools import netcdf
 from roughcontact.cli import app
 from roughcontact.contact import archive
 from roughcontact.contact.archive import Verification, load_contact, verify_solution
-from roughcontact.elastoplastic.archive import verified
+from roughcontact.elastoplastic.archive import verify_result
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9, name="steel")
 HEIGHTS, PIXEL = rc.reference_map(32)
@@ -69,7 +69,7 @@ def test_the_contact_of_a_volume_is_what_it_says(loads: tuple[float, ...], tmp_p
     result = yielded(*loads)
     # The volume goes on beyond the map, which the contact does not see.
     assert result.bodies[0].margin > 0
-    assert verified(result).differences == ()
+    assert verify_result(result).differences == ()
     # On the surface as it was before it yielded it is none.
     assert verify_solution(result.solution).differences
     result.save(tmp_path / "out.nc")
@@ -113,14 +113,14 @@ def test_a_file_that_is_no_solution_is_refused(tmp_path: Path) -> None:
 
 
 def test_memory_is_asked_for_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("roughcontact._tools.memory.free", lambda: 1000)
+    monkeypatch.setattr("roughcontact._tools.memory.free_bytes", lambda: 1000)
     with pytest.raises(rc.InsufficientMemoryError, match="points needs about"):
         verify_solution(solved())
 
 
 @pytest.mark.long
 def test_bodies_apart_have_nothing_to_certify() -> None:
-    found = verified(yielded(0.3, 0.0))
+    found = verify_result(yielded(0.3, 0.0))
     assert (found.found_load, found.found_certificate) == (0.0, 0.0)
 
 

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.cautions import Caution, Kind, Severity
+from roughcontact.cautions import Caution, CautionTag, Severity
 from roughcontact.drawing import elastoplastic as volume_plots
 from roughcontact.errors import InputError
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulated
 from roughcontact.report import assumptions, kinds, phrases
 from roughcontact.report.page import Edition
-from roughcontact.units import engineering, percent
+from roughcontact.units import format_engineering, format_percent
 
 DAY = datetime.date(2024, 2, 29)
 
@@ -51,11 +51,11 @@ def test_question_first_then_sections_in_the_order_of_the_other_report(pressed) 
     contact = pressed.contact
     front = page[: page.index("Warnings and cautions")]
     for value in (
-        engineering(contact.max_pressure, "Pa", 3),
-        phrases.share(contact.contact_fraction),
-        percent(pressed.max_plastic_strain),
-        engineering(pressed.plastic_depth, "m", 3),
-        engineering(contact.approach, "m", 3),
+        format_engineering(contact.max_pressure, "Pa", 3),
+        phrases.format_share(contact.contact_fraction),
+        format_percent(pressed.max_plastic_strain),
+        format_engineering(pressed.plastic_depth, "m", 3),
+        format_engineering(contact.approach, "m", 3),
     ):
         assert value in front
     assert phrases.volume_regime(pressed) in front
@@ -68,10 +68,10 @@ def test_question_first_then_sections_in_the_order_of_the_other_report(pressed) 
     assert "0 N → 350 mN" in page
     assert "ceiling" not in page
     for step in pressed.increments:
-        assert engineering(step.approach, "m") in page
+        assert format_engineering(step.approach, "m") in page
         assert f"{step.residual:.1e}" in page
     assert f"{pressed.contact.certificate:.1e}" in page
-    for row in assumptions.rows(assumptions.ASSUMPTIONS, assumptions.of_volume(pressed)):
+    for row in assumptions.assumption_rows(assumptions.ASSUMPTIONS, assumptions.of_volume(pressed)):
         assert " ".join(row) in page
     assert "Checked: convergence, stress against" in page
     assert "Hardening Swift hardening, 1.24 GPa (30 + 1e6 e)^0.085 rigid" in page
@@ -86,7 +86,7 @@ def test_the_area_keeps_the_perimeter_that_has_yielded(pressed) -> None:
     )
     assert corrected > 1.001 * all_elastic
     page = told(pressed)
-    assert f"Perimeter-corrected area {engineering(corrected, 'm²')}" in page
+    assert f"Perimeter-corrected area {format_engineering(corrected, 'm²')}" in page
     change = 100 * (corrected / pressed.contact.contact_area - 1)
     assert f"spot perimeter {change:.2g} % of the area" in page
 
@@ -95,7 +95,7 @@ def test_the_area_keeps_the_perimeter_that_has_yielded(pressed) -> None:
 def test_unloaded_it_tells_what_is_left(released) -> None:
     page = told(released)
     assert page.startswith("What does a load of 350 mN leave on ball.nc?")
-    dent = engineering(float(released.residual_displacement.max()), "m", 3)
+    dent = format_engineering(float(released.residual_displacement.max()), "m", 3)
     assert f"has left an indentation of up to {dent}" in page
     assert "0 N → 350 mN → 0 N" in page
     stress = float(released.bodies[0].residual_von_mises.max())
@@ -176,7 +176,7 @@ def cautions(result: Any) -> dict[str, Caution]:
 def test_small_deformations_are_checked(pressed) -> None:
     assert not cautions(pressed)
     # By hand: r/R at the edge of a spot is √2 times the root mean square over a disc.
-    table = assumptions.rows(assumptions.ASSUMPTIONS, assumptions.of_volume(pressed))
+    table = assumptions.assumption_rows(assumptions.ASSUMPTIONS, assumptions.of_volume(pressed))
     (small,) = (case for name, case, _ in table if name == "Small strains")
     slope = re.search(r"slope under the contact ([\d.]+)", small)
     assert slope is not None
@@ -186,31 +186,31 @@ def test_small_deformations_are_checked(pressed) -> None:
     steep = dataclasses.replace(surface, heights=3 * surface.heights)
     pair = dataclasses.replace(pressed.contact.pair, share=steep)
     contact = dataclasses.replace(pressed.contact, pair=pair)
-    steeper = cautions(dataclasses.replace(pressed, solution=contact))[Kind.PLASTIC_STRAIN]
+    steeper = cautions(dataclasses.replace(pressed, solution=contact))[CautionTag.PLASTIC_STRAIN]
     assert 0.1 < steeper.numbers["slope"] < 0.2
     body = pressed.bodies[0]
     strained = dataclasses.replace(body, accumulated=body.accumulated * 10)
-    larger = cautions(dataclasses.replace(pressed, bodies=(strained,)))[Kind.PLASTIC_STRAIN]
+    larger = cautions(dataclasses.replace(pressed, bodies=(strained,)))[CautionTag.PLASTIC_STRAIN]
     assert 0.1 < larger.numbers["max_plastic_strain"] < 0.2
 
 
 def test_perfect_plasticity_and_short_tables_are_told(pressed, released) -> None:
     told = cautions(with_material(pressed, yield_strength=1656e6))
-    assert told[Kind.PIXEL_SCATTER].severity is Severity.NOTE
-    assert Kind.PIXEL_SCATTER not in cautions(with_material(released, yield_strength=1656e6))
+    assert told[CautionTag.PIXEL_SCATTER].severity is Severity.NOTE
+    assert CautionTag.PIXEL_SCATTER not in cautions(with_material(released, yield_strength=1656e6))
     body = pressed.bodies[0]
     for last, short in ((0.005, True), (0.5, False)):
         law = Tabulated((0.0, last), (1.6e9, 3e9))
         material = dataclasses.replace(body.material, hardening=law, yield_strength=None)
         changed = dataclasses.replace(body, material=material)
         told = cautions(dataclasses.replace(pressed, bodies=(changed,)))
-        assert (Kind.HARDENING_RANGE in told) is short
+        assert (CautionTag.HARDENING_RANGE in told) is short
 
 
 def test_flow_on_unloading_is_told(pressed, released) -> None:
     weak = dict(yield_strength=400e6)
-    assert Kind.RESIDUAL_YIELD in cautions(with_material(pressed, **weak))
-    assert Kind.RESIDUAL_YIELD not in cautions(with_material(released, **weak))
+    assert CautionTag.RESIDUAL_YIELD in cautions(with_material(pressed, **weak))
+    assert CautionTag.RESIDUAL_YIELD not in cautions(with_material(released, **weak))
 
 
 @pytest.mark.slow

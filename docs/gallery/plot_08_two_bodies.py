@@ -49,7 +49,9 @@ def roughness(points: int, rms: float, seed: int) -> rc.Surface:
 
 def pressed(rms: float) -> rc.ContactResult:
     """Press one rough cylinder across the other."""
-    first, second = placement.matched(roughness(POINTS, rms, 1), roughness(POINTS * 3 // 4, rms, 2))
+    first, second = placement.match_grids(
+        roughness(POINTS, rms, 1), roughness(POINTS * 3 // 4, rms, 2)
+    )
     lower = first.masked().with_form(
         nominal_bodies.cylinder(radius=radius, angle=0, shape=first.shape, pixel=first.pixel)
     )

@@ -9,12 +9,12 @@ def __getattr__(name):
     # So is what does that: until the command line has seen to Ctrl-C, little may be loaded.
     import lazy_loader
 
-    from roughcontact._tools.deprecated import NAMES, renamed
+    from roughcontact._tools.deprecated import NAMES, resolve_renamed
 
     offered, listed, names = lazy_loader.attach_stub(__name__, __file__)
 
     def offer(name):
-        return renamed(name) if name in NAMES and name not in names else offered(name)
+        return resolve_renamed(name) if name in NAMES and name not in names else offered(name)
 
     globals().update(__getattr__=offer, __dir__=listed, __all__=["__version__", *names])
     return globals()[name] if name in globals() else offer(name)

@@ -14,7 +14,7 @@ from typing import Any
 from roughcontact.errors import InputError, Part, Sentence, split_message
 
 
-class Kind(StrEnum):
+class CautionTag(StrEnum):
     """The tag of a message: its stable name. In the order of importance."""
 
     NOT_CONVERGED = "not-converged"
@@ -77,12 +77,12 @@ class Kind(StrEnum):
     PARALLEL = "parallel"
 
 
-_PLACES: dict[str, int] = {kind: place for place, kind in enumerate(Kind)}
+_PLACES: dict[str, int] = {kind: place for place, kind in enumerate(CautionTag)}
 
 # The smaller their first number, the worse.
 _SMALLER_IS_WORSE = (
-    Kind.FEW_ATOMS, Kind.PIXEL, Kind.ROLLING_PIXEL, Kind.FEW_MAPS, Kind.FEW_PARTS,
-    Kind.NARROW_SPECTRUM,
+    CautionTag.FEW_ATOMS, CautionTag.PIXEL, CautionTag.ROLLING_PIXEL, CautionTag.FEW_MAPS, CautionTag.FEW_PARTS,
+    CautionTag.NARROW_SPECTRUM,
 )  # fmt: skip
 
 
@@ -100,14 +100,14 @@ class Severity(StrEnum):
 _EXPLANATIONS = Path(__file__).with_name("explanations.toml")
 
 # Where the first sentence ends.
-_END = re.compile(r"[.?](?=\s|$)")
+_SENTENCE_END = re.compile(r"[.?](?=\s|$)")
 
 
 @dataclass(frozen=True)
 class Caution:
     """A message about a result: cause with its number, effect, action."""
 
-    kind: str  # Its tag, one of a `Kind`; files of other versions have others
+    kind: str  # Its tag, one of a `CautionTag`; files of other versions have others
     parts: tuple[Part, ...]  # One or two sentences, at most 20 words together
     severity: Severity = Severity.WARNING  # What it does to the numbers
     numbers: Mapping[str, float] = field(default_factory=dict, hash=False)  # Its size comes first
@@ -118,7 +118,7 @@ class Caution:
     def text(self) -> str:
         """The message in the words of Python."""
         for index, part in enumerate(self.parts if self.where else ()):
-            if isinstance(part, str) and (end := _END.search(part)):
+            if isinstance(part, str) and (end := _SENTENCE_END.search(part)):
                 placed = f"{part[: end.start()]} ({self.where}){part[end.start() :]}"
                 return Sentence(*self.parts[:index], placed, *self.parts[index + 1 :])
         return Sentence(*self.parts)
@@ -143,22 +143,22 @@ class Caution:
         }
 
 
-def as_note(kind: Kind, *parts: Part, **numbers: float) -> Caution:
+def as_note(kind: CautionTag, *parts: Part, **numbers: float) -> Caution:
     """Return a caution that leaves the numbers as they are."""
     return Caution(kind, split_message(*parts), Severity.NOTE, numbers)
 
 
-def as_caution(kind: Kind, *parts: Part, **numbers: float) -> Caution:
+def as_caution(kind: CautionTag, *parts: Part, **numbers: float) -> Caution:
     """Return a caution that makes the numbers estimates."""
     return Caution(kind, split_message(*parts), Severity.CAUTION, numbers)
 
 
-def as_warning(kind: Kind, *parts: Part, **numbers: float) -> Caution:
+def as_warning(kind: CautionTag, *parts: Part, **numbers: float) -> Caution:
     """Return a caution that puts the numbers in doubt."""
     return Caution(kind, split_message(*parts), Severity.WARNING, numbers)
 
 
-def ordered(result: Iterable[Caution]) -> tuple[Caution, ...]:
+def sort_cautions(result: Iterable[Caution]) -> tuple[Caution, ...]:
     """Return the worst message of each tag, the severest and most important tag first."""
     once: dict[str, Caution] = {}
     for caution in sorted(result, key=lambda caution: caution.rank):
@@ -166,16 +166,18 @@ def ordered(result: Iterable[Caution]) -> tuple[Caution, ...]:
     return tuple(once.values())
 
 
-def of_several(results: Sequence[tuple[str, Iterable[Caution]]], noun: str) -> tuple[Caution, ...]:
+def merge_cautions(
+    results: Sequence[tuple[str, Iterable[Caution]]], noun: str
+) -> tuple[Caution, ...]:
     """Return one message of each tag for several places: the worst, with its place and a count."""
     once: dict[str, list[tuple[str, Caution]]] = {}
     for place, cautions in results:
-        for caution in ordered(cautions):
+        for caution in sort_cautions(cautions):
             once.setdefault(caution.kind, []).append((place, caution))
-    return ordered(_worst(text, len(results), noun) for text in once.values())
+    return sort_cautions(_worst_caution(text, len(results), noun) for text in once.values())
 
 
-def _worst(text: Sequence[tuple[str, Caution]], count: int, noun: str) -> Caution:
+def _worst_caution(text: Sequence[tuple[str, Caution]], count: int, noun: str) -> Caution:
     place, worst = min(text, key=lambda item: item[1].rank)
     if len(text) == count and len({caution.text for _, caution in text}) == 1:
         return worst
@@ -200,7 +202,7 @@ def from_summary(text: Mapping[str, Any]) -> Caution:
     return Caution(str(text["kind"]), (str(text["text"]),), Severity(text["severity"]), numbers)
 
 
-def explanation(tag: str) -> str:
+def explain_tag(tag: str) -> str:
     """Return the paragraph on a tag: cause, effect and remedies."""
     # Imported late: only users who ask need it.
     import tomllib
@@ -214,12 +216,12 @@ def explanation(tag: str) -> str:
 def no_checksums() -> Caution:
     """Return the note on a result that was read from a file without checksums."""
     return as_note(
-        Kind.NO_CHECKSUMS,
+        CautionTag.NO_CHECKSUMS,
         "File has no checksums: damage would go unnoticed. Run roughcontact verify.",
     )
 
 
-FEW_MAPS = 3
+MIN_MAPS = 3
 """Maps below which an interval is some ten times the standard error."""
 
 
@@ -227,7 +229,7 @@ def few_maps(count: int, what: str = "map", of: str = "") -> Caution:
     """Return the caution about one map or two."""
     known = "scatter unknown" if count == 1 else "the 95 % interval is ±13 standard errors"
     return as_caution(
-        Kind.FEW_MAPS,
+        CautionTag.FEW_MAPS,
         f"{'One' if count == 1 else 'Two'} {what}{'' if count == 1 else 's'}{of}: {known}. Give "
         "three or more.",
         maps=count,

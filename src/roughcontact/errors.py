@@ -101,7 +101,7 @@ class RoughcontactError(Exception):
 
     def __reduce__(self) -> tuple[object, ...]:
         """Let it travel between processes."""
-        return (_again, (type(self), self.args, self.__dict__))
+        return (_restore_error, (type(self), self.args, self.__dict__))
 
     @property
     def sentence(self) -> tuple[Part, ...]:
@@ -110,13 +110,13 @@ class RoughcontactError(Exception):
             self.parts if self.argument is None else (ArgumentRef(self.argument), " ", *self.parts)
         )
 
-    def worded(self, spell: Spell = str) -> str:
-        """Return the message for one interface; see `worded`."""
+    def message_for(self, spell: Spell = str) -> str:
+        """Return the message for one interface; see `message_for`."""
         return render_message(self.sentence, spell)
 
     def __str__(self) -> str:
         """Return the message in the words of Python."""
-        return self.worded()
+        return self.message_for()
 
 
 class InputError(RoughcontactError, ValueError):
@@ -153,12 +153,12 @@ class ConvergenceError(RoughcontactError, RuntimeError):
         self.result = result
 
 
-def shown(value: object) -> str:
+def short_repr(value: object) -> str:
     """Return a short representation of an argument; long integers are abbreviated."""
-    return " ".join(_SHORT.repr(value).split())
+    return " ".join(_SHORT_REPR.repr(value).split())
 
 
-class _Short(reprlib.Repr):
+class _ShortRepr(reprlib.Repr):
     def repr_int(self, x: int, level: int) -> str:
         """Return a whole number, or how long it is."""
         if abs(x) < 10**18:
@@ -171,13 +171,13 @@ class _Short(reprlib.Repr):
         return text if len(text) < self.maxother else type(x).__name__
 
 
-_SHORT = _Short()
-_SHORT.maxstring = _SHORT.maxother = 80
+_SHORT_REPR = _ShortRepr()
+_SHORT_REPR.maxstring = _SHORT_REPR.maxother = 80
 
 
 def input_error(argument: str, value: object, wanted: str) -> InputError:
     """Return the error for an argument: expected and actual value."""
-    return InputError(f"{wanted}, got {shown(value)}", argument=argument, value=value)
+    return InputError(f"{wanted}, got {short_repr(value)}", argument=argument, value=value)
 
 
 def require_positive(**values: float) -> None:
@@ -208,7 +208,7 @@ def require_pixel(pixel: tuple[float, float]) -> None:
         raise input_error("pixel", pixel, "must be positive and finite (dy, dx) [m]")
 
 
-def _again(
+def _restore_error(
     kind: type[RoughcontactError], args: tuple[Part, ...], state: dict[str, object]
 ) -> RoughcontactError:
     # Of two bases in C, the first to be found need not be the one that can make it.

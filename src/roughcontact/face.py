@@ -7,7 +7,7 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from roughcontact.result import connect
+from roughcontact.result import set_presentation
 
 if TYPE_CHECKING:
     import pandas
@@ -46,7 +46,7 @@ def plots(shown: object) -> Any:
 
     if isinstance(shown, ContactResult):
         shown.require_whole("figures")
-    return kinds.Plots(shown, kinds.of(shown).plots)
+    return kinds.Plots(shown, kinds.presentation_of(shown).plots)
 
 
 def explore(shown: Any) -> Any:
@@ -67,14 +67,14 @@ def to_pandas(shown: object) -> pandas.DataFrame:
     """Return the table of steps."""
     from roughcontact.report import kinds
 
-    return kinds.of(shown).to_pandas(shown)
+    return kinds.presentation_of(shown).to_pandas(shown)
 
 
 def to_xarray(shown: object) -> xarray.Dataset:
     """Return what a NetCDF file holds."""
     from roughcontact.report import kinds
 
-    return kinds.of(shown).to_xarray(shown)
+    return kinds.presentation_of(shown).to_xarray(shown)
 
 
 def summary(shown: object) -> dict[str, Any]:
@@ -117,7 +117,7 @@ def elastic(shown: ContactResult) -> ContactResult:
     """Return the same contact without a ceiling."""
     from roughcontact.contact import solve
 
-    return solve.without_ceiling(shown)
+    return solve.solve_without_ceiling(shown)
 
 
 def stiffness(shown: ContactResult) -> float:
@@ -159,7 +159,7 @@ def section(shown: ElastoplasticResult, along: str, index: int | None, body: int
     """Return plastic strain and stress on a vertical plane."""
     from roughcontact.elastoplastic import result
 
-    return result.cut(shown, along, index, body)
+    return result.section_of(shown, along, index, body)
 
 
 def layers(shown: ElastoplasticResult, body: int) -> LayerProfile:
@@ -176,4 +176,4 @@ def material(name: str) -> Material:
     return catalog.material(name)
 
 
-connect(sys.modules[__name__])
+set_presentation(sys.modules[__name__])

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from roughcontact._tools.files import require_suffix, write
+from roughcontact._tools.files import require_suffix, write_atomically
 
 STORED = Path(__file__).with_name("references.toml")
 
@@ -132,7 +132,7 @@ class References:
         """Write them to a file."""
         require_suffix(path, ".bib", ".txt")
         bib = Path(path).suffix.lower() == ".bib"
-        write(path, self.bibtex if bib else self.text + "\n")
+        write_atomically(path, self.bibtex if bib else self.text + "\n")
 
 
 NO_REFERENCES = References(())
@@ -140,7 +140,7 @@ NO_REFERENCES = References(())
 
 
 @cache
-def works() -> dict[str, Reference]:
+def all_references() -> dict[str, Reference]:
     """Return every work that the program or its theory page cites, by its key."""
     stored = tomllib.loads(STORED.read_text(encoding="utf-8"))
     return {
@@ -149,7 +149,7 @@ def works() -> dict[str, Reference]:
     }
 
 
-def cited(purpose: str, *keys: str) -> tuple[str, tuple[Reference, ...]]:
+def make_use(purpose: str, *keys: str) -> tuple[str, tuple[Reference, ...]]:
     """Return one entry of ``References.uses``."""
-    known = works()
+    known = all_references()
     return purpose, tuple(known[key] for key in keys)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any
 
-from roughcontact._tools.deprecated import Renamed
+from roughcontact._tools.deprecated import RenamedAttributes
 
 if TYPE_CHECKING:
     import pandas
@@ -23,39 +23,39 @@ Path = str | os.PathLike[str]
 _connected: list[Any] = []
 
 
-def connect(module: Any) -> None:
+def set_presentation(module: Any) -> None:
     """Set what the wings above do for maps, materials and results: `roughcontact.face`."""
     _connected[:] = [module]
 
 
-def face() -> Any:
+def presentation() -> Any:
     """Return the module `roughcontact.face`, which stands above all that share this."""
     return _connected[0]
 
 
-class Displayable(Renamed):
+class Displayable(RenamedAttributes):
     """An object that a session shows by its headline numbers, and that offers its figures."""
 
     def __repr__(self) -> str:
         """Return the headline numbers, in some ten lines."""
-        return face().text(self)
+        return presentation().text(self)
 
     def _repr_html_(self) -> str:
         """Return the headline numbers beside a picture, as a notebook shows them."""
-        return face().html(self)
+        return presentation().html(self)
 
     @property
     def plot(self) -> Any:
         """Its figures: ``plot()`` draws the usual one, ``plot.pressure()`` and so on others."""
-        return face().plots(self)
+        return presentation().plots(self)
 
     def save(self, path: Path) -> None:
         """Write it in the format that the suffix of the file names."""
-        face().save(self, path)
+        presentation().save(self, path)
 
     def explore(self) -> Any:
         """Open the page on a map or a contact; see `roughcontact.desk.explore.explore`."""
-        return face().explore(self)
+        return presentation().explore(self)
 
 
 class Result(Displayable):
@@ -74,7 +74,7 @@ class Result(Displayable):
 
     def summary(self) -> dict[str, Any]:
         """Return the numbers by name, in SI units, ready for JSON."""
-        return face().summary(self)
+        return presentation().summary(self)
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return its steps as a table of pandas: one row per step, one column per quantity.
@@ -89,7 +89,7 @@ class Result(Displayable):
         InputError
             If the result has no steps.
         """
-        return face().to_pandas(self)
+        return presentation().to_pandas(self)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return its maps and numbers as a dataset of xarray.
@@ -104,12 +104,12 @@ class Result(Displayable):
         InputError
             If the result has no NetCDF form, or several processes hold it.
         """
-        return face().to_xarray(self)
+        return presentation().to_xarray(self)
 
     def references(self) -> References:
         """Return the papers behind what was used for it, as text and as BibTeX."""
-        return face().references(self)
+        return presentation().references(self)
 
     def report(self, path: Path, command: str = "", study: Any = None, onset: Any = None) -> None:
         """Write a report that needs no other file and prints to A4."""
-        face().report(self, path, command, study=study, onset=onset)
+        presentation().report(self, path, command, study=study, onset=onset)

@@ -67,7 +67,7 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d")
 # pint evaluates arithmetic; it is shown only names with one-digit powers, joined by * / or a space.
 _FACTOR = r"[A-Za-z_µÅΩ]+(?:(?:\^|\*\*)-?[1-9]|[²³])?"
 _UNIT = re.compile(rf"{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*")
-_LONGEST = 60
+_MAX_TEXT = 60
 # The factor of a unit that a prefix goes to, which its power raises, too.
 _FIRST = re.compile(r"[A-Za-zÅΩ°]+([²³]?)(?=$|[ /])")
 # Lengths to pint (a pixel of style sheets is 1/96 inch), and no length to who writes "5 px".
@@ -92,7 +92,7 @@ _UNGROUPED = 4
 _SMALLEST_LENGTH = 1e-12
 
 # Letter case decides in SI (mN, MN), yet some spellings can only mean one thing.
-_LIKELY = {"pa": "Pa", "kpa": "kPa", "mpa": "MPa", "gpa": "GPa", "n": "N", "kn": "kN"}
+_LIKELY_UNITS = {"pa": "Pa", "kpa": "kPa", "mpa": "MPa", "gpa": "GPa", "n": "N", "kn": "kN"}
 
 _PREFIXES = {
     -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T", 15: "P",
@@ -112,13 +112,13 @@ def parse(
 
     if not isinstance(text, str):
         raise refused(f"{text!r} which has no unit")
-    shown = repr(text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…")
+    shown = repr(text if len(text) <= _MAX_TEXT else text[: _MAX_TEXT - 1] + "…")
     celsius = _CELSIUS.fullmatch(_plain(text)) if dimension == "temperature" else None
     if celsius is not None:
         value = float(celsius[1]) + _ZERO_CELSIUS
     else:
         number, unit = _number_and_unit(_plain(text), shown, refused)
-        value = _times(number, _factor(unit, dimension, shown, refused))
+        value = _times(number, _unit_factor(unit, dimension, shown, refused))
     if not math.isfinite(value):
         raise refused(f"{shown} which is not a finite number")
     if positive and not value > 0:
@@ -143,7 +143,7 @@ def shares(text: str, argument: str) -> tuple[float, ...]:
     return result
 
 
-def quantity(value: Any, dimension: str, name: str) -> Any:
+def to_si(value: Any, dimension: str, name: str) -> Any:
     """Return an argument in SI units: the single conversion function of the public API."""
     if isinstance(value, (list, tuple)):
         return type(value)(_single(item, dimension, name) for item in value)
@@ -181,7 +181,7 @@ def _times(number: float | str, factor: float) -> float:
     return float(Decimal(str(number)) * Decimal(repr(factor)))
 
 
-def engineering(value: float, unit: str, digits: int = 4) -> str:
+def format_engineering(value: float, unit: str, digits: int = 4) -> str:
     """Return a quantity as text with an SI prefix."""
     if digits < 1:
         raise ValueError(f"digits must be at least 1, got {digits}")
@@ -208,7 +208,7 @@ def _decimals(number: str) -> str:
     return number.rstrip("0").rstrip(".") if "." in number else number
 
 
-def grouped(text: str) -> str:
+def group_digits(text: str) -> str:
     """Return a number, with or without a unit, with commas from 10,000 on and a minus sign.
 
     For display alone: a comma is not read back.
@@ -220,13 +220,13 @@ def grouped(text: str) -> str:
     return f"{whole}{point}{rest}".replace("-", "−") + space + unit
 
 
-def lengths(values: Sequence[float], between: str = " × ") -> str:
+def format_lengths(values: Sequence[float], between: str = " × ") -> str:
     """Return lengths as text, each with its SI prefix."""
     # Sides and pixels as they were given, a wrong unit included.
     return between.join(_prefixed(value, "m") for value in values)
 
 
-def percent(share: float) -> str:
+def format_percent(share: float) -> str:
     """Return a share as text in per cent."""
     rest = min(share, 1 - share)
     if rest <= 1e-12:
@@ -239,16 +239,16 @@ def percent(share: float) -> str:
     return f"{100 * share:.{decimals}f} %"
 
 
-def plain(value: float, digits: int = 4) -> str:
+def plain_decimal(value: float, digits: int = 4) -> str:
     """Return a number as text without a power of ten, down to a millionth."""
     if value == 0 or not math.isfinite(value):
         return f"{abs(value):g}" if value == 0 else f"{value:g}"
     if 0 < value < 1e-6:
         return "< 0.000001"
-    return grouped(_decimals(format(Decimal(f"{value:.{digits - 1}e}"), "f")))
+    return group_digits(_decimals(format(Decimal(f"{value:.{digits - 1}e}"), "f")))
 
 
-def changed_by(change: float) -> str:
+def format_change(change: float) -> str:
     """Return a relative change as text."""
     if math.isinf(change):
         return "from zero"
@@ -259,7 +259,7 @@ def changed_by(change: float) -> str:
     return text.replace("-", "−")
 
 
-def rounded_time(seconds: float) -> str:
+def format_duration(seconds: float) -> str:
     """Return a time in a unit that people plan with."""
     for unit, size in (("days", 86400), ("h", 3600), ("min", 60)):
         if seconds >= 1.5 * size:
@@ -267,10 +267,10 @@ def rounded_time(seconds: float) -> str:
     return f"{max(1.0, seconds):.0f} s"
 
 
-def counted(number: int, noun: str) -> str:
+def count_noun(number: int, noun: str) -> str:
     """Return a number with its noun."""
     plural = f"{noun}es" if noun.endswith("s") else f"{noun}s"
-    return f"{grouped(str(number))} {noun if number == 1 else plural}"
+    return f"{group_digits(str(number))} {noun if number == 1 else plural}"
 
 
 def _plain(text: str) -> str:
@@ -291,7 +291,7 @@ def _number_and_unit(
     if _NOT_FINITE.match(plain):
         raise refused(f"{shown} which is not a finite number")
     number = _NUMBER.match(plain)
-    if number is None or len(plain) > _LONGEST:
+    if number is None or len(plain) > _MAX_TEXT:
         raise refused(shown)
     unit = plain[number.end() :].strip()
     if not unit:
@@ -301,14 +301,16 @@ def _number_and_unit(
     return number.group(), unit
 
 
-def _factor(unit: str, dimension: str, shown: str, refused: Callable[[str], InputError]) -> float:
+def _unit_factor(
+    unit: str, dimension: str, shown: str, refused: Callable[[str], InputError]
+) -> float:
     for measured, factors in _PLAIN.items():
         if unit in factors:
             if measured != dimension:
                 raise refused(f"{shown} (a {measured})")
             return factors[unit]
     registry = _registry()
-    likely = _LIKELY.get(unit.lower())
+    likely = _LIKELY_UNITS.get(unit.lower())
     hint = f"; did you mean {likely!r}?" if likely and likely != unit else ""
     try:
         parsed = registry.parse_units(unit.replace("·", "*"))
@@ -320,13 +322,13 @@ def _factor(unit: str, dimension: str, shown: str, refused: Callable[[str], Inpu
         raise refused(f"{shown} (a printer's unit); give a length such as '5 um'")
     wanted = registry.parse_units(_SI_UNITS[dimension])
     if got != wanted.dimensionality:
-        raise refused(f"{shown} ({_described(got)}){hint}")
+        raise refused(f"{shown} ({_describe_dimension(got)}){hint}")
     if registry.convert(0.0, parsed, wanted):
         raise refused(f"{shown} whose zero is another")
     return float(registry.convert(1.0, parsed, wanted))
 
 
-def _described(dimensionality: Any) -> str:
+def _describe_dimension(dimensionality: Any) -> str:
     # In one order, whatever the order of the units: pint keeps that.
     above: list[str] = []
     below: list[str] = []
@@ -345,6 +347,6 @@ def _registry() -> pint.UnitRegistry[float]:
     return pint.UnitRegistry()
 
 
-def tiny(value: float) -> str:
+def order_of_magnitude(value: float) -> str:
     """Return an error, of which the order of magnitude counts."""
     return f"{value:.1e}" if value else "0"

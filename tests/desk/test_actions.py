@@ -26,7 +26,7 @@ from roughcontact.desk import header, style
 from roughcontact.desk.maps import NAMES
 from roughcontact.desk.page import Page
 from roughcontact.desk.projects import ProjectStore
-from roughcontact.desk.server import Visit
+from roughcontact.desk.server import PageVisit
 from roughcontact.desk.session import from_script
 from roughcontact.desk.workers import WorkerPool
 from visits import GIVEN, Loop, Pressed, settle
@@ -58,7 +58,7 @@ class Actions(RuleBasedStateMachine):
             rc.Surface(heights, pixel).save(root / name)
             self.maps.append(root / name)
         self.work = ProjectStore(root / "works").create()
-        self.visit = Visit(self.work, None, root, _POOL[0], 2**20, lambda: None, list)
+        self.visit = PageVisit(self.work, None, root, _POOL[0], 2**20, lambda: None, list)
         self.enter()
 
     def enter(self) -> None:
@@ -142,7 +142,7 @@ class Actions(RuleBasedStateMachine):
             assert bool(state.missing) or session.failure is not None
             return
         contact = outcome.contact
-        assert page._header.numbers.object == header.numbers(contact)
+        assert page._header.numbers.object == header.key_numbers(contact)
         assert page._header.numbers.styles == style.NEW
         assert page.sight.maps._result is contact
         assert page.sight.maps.large == list(NAMES)[page.sight.maps.strip.active]

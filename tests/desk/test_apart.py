@@ -18,7 +18,7 @@ import pytest
 import roughcontact as rc
 from roughcontact.analyses.tasks import from_text
 from roughcontact.desk import workers
-from roughcontact.desk.workers import JobResult, Limits, Stage, WorkerPool
+from roughcontact.desk.workers import JobResult, JobStage, Limits, WorkerPool
 from roughcontact.errors import InputError, InsufficientMemoryError, RoughcontactError
 from roughcontact.solvers.progress import Progress
 
@@ -82,12 +82,12 @@ def told_first(bench: WorkerPool, *work: Any, **more: Any) -> tuple[workers.Job,
     first = threading.Event()
     words: list[str] = []
 
-    def told(stage: Stage) -> None:
+    def told(stage: JobStage) -> None:
         words.append(str(stage.progress))
         if len(words) == len(work):
             first.set()
 
-    job = bench.begin(*work, on_stage=told, **more)
+    job = bench.submit(*work, on_stage=told, **more)
     assert first.wait(PATIENCE)
     return job, words[0]
 
@@ -99,9 +99,9 @@ def ended(job: workers.Job) -> JobResult:
 
 
 def test_a_job_tells_how_far_it_is_and_gives_its_result(bench: WorkerPool) -> None:
-    stages: list[Stage] = []
+    stages: list[JobStage] = []
     ends: list[JobResult] = []
-    end = ended(bench.begin(adding, 2, 3, on_stage=stages.append, ended=ends.append))
+    end = ended(bench.submit(adding, 2, 3, on_stage=stages.append, ended=ends.append))
     assert end.value == 5
     assert ends == [end]
     assert end.error is None
@@ -114,28 +114,28 @@ def test_a_job_tells_how_far_it_is_and_gives_its_result(bench: WorkerPool) -> No
 
 
 def test_an_error_comes_with_what_it_speaks_of(bench: WorkerPool) -> None:
-    error = ended(bench.begin(refusing)).error
+    error = ended(bench.submit(refusing)).error
     assert isinstance(error, InputError)
     assert error.argument == "load"
     assert str(error) == "load must be less"
 
 
 def test_a_process_that_is_gone_is_told_of(bench: WorkerPool) -> None:
-    error = ended(bench.begin(dying)).error
+    error = ended(bench.submit(dying)).error
     assert str(error) == "its process ended with status 7; is there enough memory?"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of the address space are Linux's")
 def test_a_job_takes_no_more_memory_than_it_may(bench: WorkerPool) -> None:
     limits = Limits(memory=2**28)
-    assert ended(bench.begin(devouring, 2**24, limits=limits)).value == 2**24
-    error = ended(bench.begin(devouring, 2**29, limits=limits)).error
+    assert ended(bench.submit(devouring, 2**24, limits=limits)).value == 2**24
+    error = ended(bench.submit(devouring, 2**29, limits=limits)).error
     assert isinstance(error, InsufficientMemoryError)
     assert str(error) == "the memory of 0.25 GiB is used up; crop the map"
 
 
 def test_a_job_takes_no_longer_than_it_may(bench: WorkerPool) -> None:
-    job = bench.begin(lasting, limits=Limits(seconds=0.05))
+    job = bench.submit(lasting, limits=Limits(seconds=0.05))
     error = ended(job).error
     assert isinstance(error, RoughcontactError)
     assert str(error) == "took longer than 0.05 s"
@@ -174,12 +174,12 @@ def test_closing_ends_what_is_under_way_and_what_waits() -> None:
 def test_what_raises_while_it_is_told_ends_the_job(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = WorkerPool(spare=False)
 
-    def told(stage: Stage) -> None:
+    def told(stage: JobStage) -> None:
         raise ValueError("not wanted")
 
     ignored: list[object] = []
     monkeypatch.setattr(threading, "excepthook", ignored.append)
-    job = bench.begin(lasting, on_stage=told)
+    job = bench.submit(lasting, on_stage=told)
     assert job.wait(PATIENCE) is None
     bench.close()
     assert len(ignored) == 1
@@ -192,25 +192,28 @@ def test_a_request_gives_the_same_as_here(bench: WorkerPool, tmp_path: Path) -> 
         "sweep", None,
         {**BALL, "from": "0.5 N", "to": "1 N", "steps": "2", "output": str(tmp_path / "out.csv")},
     )  # fmt: skip
-    stages: list[Stage] = []
-    job = bench.begin(
-        workers.carry_out, request, on_stage=stages.append, folders=workers.folders_of(request)
+    stages: list[JobStage] = []
+    job = bench.submit(
+        workers.run_request,
+        request,
+        on_stage=stages.append,
+        folders=workers.output_folders(request),
     )
     outcome = ended(job).value
-    here = run.run(request, lambda text: None)
+    here = run.run_request(request, lambda text: None)
     for name in ("load", "contact_area", "max_pressure"):
         assert outcome.record()[name] == here.record()[name]
     assert outcome.written == (tmp_path / "out.csv",)
     assert any(isinstance(stage.progress, Progress) for stage in stages)
     assert {stage.share for stage in stages} <= {None, 0.0, 0.5}
-    assert workers.folders_of(request) == [tmp_path]
+    assert workers.output_folders(request) == [tmp_path]
 
 
 def test_a_map_is_read_apart(bench: WorkerPool, tmp_path: Path) -> None:
     heights = np.random.default_rng(1).normal(0, 1e-6, (8, 9))
     np.save(tmp_path / "map.npy", heights)
     shapes: list[tuple[int, int]] = []
-    read = workers.reader(bench)
+    read = workers.make_reader(bench)
     surface = read(tmp_path / "map.npy", shapes.append, None, None, "m", "8 um x 9 um", False)
     here = rc.read_surface(tmp_path / "map.npy", unit="m", size="8 um x 9 um")
     np.testing.assert_array_equal(surface.heights, here.heights)
@@ -220,14 +223,14 @@ def test_a_map_is_read_apart(bench: WorkerPool, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"map\.npy gives no unit"):
         read(tmp_path / "map.npy", shapes.append)
     found, channels = ended(
-        bench.begin(workers.read, tmp_path / "map.npy", {"unit": "m", "size": "8 um x 9 um"})
+        bench.submit(workers.read_map, tmp_path / "map.npy", {"unit": "m", "size": "8 um x 9 um"})
     ).value
     assert found.shape == channels[0].shape == (8, 9)
-    assert ended(bench.begin(workers.channels, tmp_path / "map.npy")).value == channels
+    assert ended(bench.submit(workers.read_channels, tmp_path / "map.npy")).value == channels
 
 
 def test_a_file_that_takes_too_long_is_refused(bench: WorkerPool, tmp_path: Path) -> None:
     np.save(tmp_path / "map.npy", np.ones((4, 4)))
-    read = workers.reader(bench, Limits(seconds=0.0))
+    read = workers.make_reader(bench, Limits(seconds=0.0))
     with pytest.raises(RoughcontactError, match="took longer"):
         read(tmp_path / "map.npy", lambda shape: None)

@@ -12,14 +12,14 @@ pytest.importorskip("panel")
 from roughcontact import plots
 from roughcontact.desk import analysis_jobs
 from roughcontact.desk.detail_panel import (
-    Bearing,
-    Histogram,
-    Spectrum,
+    MaterialRatioPlot,
+    PressureHistogram,
+    SpectrumPlot,
     SpotTable,
     box_around,
-    listed,
+    list_spots,
 )
-from roughcontact.desk.result_plots import Curve, SideBySide, Stress, Study
+from roughcontact.desk.result_plots import ComparisonView, LoadCurveView, ResolutionView, StressView
 from roughcontact.report.contact_fields import CONTACT
 from roughcontact.report.kind import quantity_of
 from roughcontact.surface.spectrum import radial_spectrum
@@ -38,7 +38,7 @@ def result(surface):
 
 
 def test_the_histogram_has_the_bins_of_the_report(result):
-    shown = Histogram()
+    shown = PressureHistogram()
     shown.show(result)
     data = shown.source.data
     inside = result.pressure[result.contact & ~result.saturated]
@@ -51,7 +51,7 @@ def test_the_histogram_has_the_bins_of_the_report(result):
 
 
 def test_the_bearing_curve_is_that_of_the_surface(surface):
-    shown = Bearing()
+    shown = MaterialRatioPlot()
     shown.show(surface)
     sk = surface.roughness()["Sk"]
     ends = shown.core.data["height"]
@@ -60,7 +60,7 @@ def test_the_bearing_curve_is_that_of_the_surface(surface):
 
 
 def test_the_spectrum_is_that_of_the_surface_or_says_what_it_needs(surface):
-    shown = Spectrum()
+    shown = SpectrumPlot()
     shown.show(surface)
     q, power, _ = radial_spectrum(surface.heights, surface.pixel)
     np.testing.assert_array_equal(shown.source.data["q"], q)
@@ -73,7 +73,7 @@ def test_the_spectrum_is_that_of_the_surface_or_says_what_it_needs(surface):
 
 
 def test_the_table_of_spots_has_their_numbers(result):
-    spots, found = result.spots(), listed(result)
+    spots, found = result.spots(), list_spots(result)
     np.testing.assert_array_equal(found.area, spots.area)
     np.testing.assert_array_equal(found.load, spots.load)
     for number in (0, spots.count // 2, spots.count - 1):
@@ -82,7 +82,7 @@ def test_the_table_of_spots_has_their_numbers(result):
         assert mask[row, column]
         assert result.pressure[row, column] == found.peak[number]
         assert found.saturated[number] == pytest.approx(result.saturated[mask].mean())
-    assert listed(result, 3).area.size == 3
+    assert list_spots(result, 3).area.size == 3
 
 
 def test_choosing_a_row_shows_its_spot(result):
@@ -90,7 +90,7 @@ def test_choosing_a_row_shows_its_spot(result):
     shown.on_spot(told.append)
     shown.show(result)
     shown.source.selected.indices = [2]
-    found = listed(result)
+    found = list_spots(result)
     assert told[-1] == box_around(result, 2)
     assert told[-1].top < found.y[2] < told[-1].bottom
     assert told[-1].left < found.x[2] < told[-1].right
@@ -108,13 +108,13 @@ def test_a_spot_across_an_edge_is_shown_at_its_peak():
     result = rc.solve(flat, load=0.05, material=rc.Material(210e9, 0.3), boundary="periodic")
     assert result.spots().count == 1
     box = box_around(result, 0)
-    assert (box.left + box.right) / 2 == pytest.approx(listed(result).x[0])
+    assert (box.left + box.right) / 2 == pytest.approx(list_spots(result).x[0])
     assert box.right - box.left < 30e-6
 
 
 def test_a_load_curve_and_the_load_now(surface):
     curve = rc.sweep(surface, material=STEEL, loads=[0.1, 0.3, 1.0])
-    shown = Curve()
+    shown = LoadCurveView()
     shown.mark(0.3)
     shown.show(curve)
     data = shown.source.data
@@ -130,7 +130,7 @@ def test_a_load_curve_and_the_load_now(surface):
 def test_a_study_of_the_resolution(surface):
     fine = rc.Surface(np.kron(surface.heights, np.ones((2, 2))), (1e-6, 0.5e-6))
     study = rc.resolution_study(fine, material=STEEL, load=1.0)
-    shown = Study()
+    shown = ResolutionView()
     shown.show(study)
     fractions = [100 * case.contact_fraction for _, case in study.named()]
     assert shown.source.data["contact"] == fractions
@@ -140,7 +140,7 @@ def test_a_study_of_the_resolution(surface):
 def test_stress_and_the_depth_one_chooses(surface):
     free = rc.solve(surface, load=1.0, material=STEEL)
     stress = rc.subsurface_stress(free)
-    shown = Stress()
+    shown = StressView()
     shown.show(stress)
     np.testing.assert_allclose(
         shown.source.data["mises"] / shown.source.data["mises"].max(),
@@ -153,16 +153,16 @@ def test_stress_and_the_depth_one_chooses(surface):
 def test_what_a_file_is_called_is_no_markup():
     from roughcontact.desk import style
 
-    assert "<img" not in style.patch("#000000", "<img src=x>")
-    model = style.markup()
-    style.put(model, style.patch("#000000", "<img src=x>"))
+    assert "<img" not in style.color_patch("#000000", "<img src=x>")
+    model = style.make_markup()
+    style.set_markup(model, style.color_patch("#000000", "<img src=x>"))
     assert "&lt;img" not in model.text  # escaped once more on the way
     assert "&amp;lt;img" in model.text
 
 
 def test_two_contacts_and_their_difference_are_zoomed_together(result):
     other = rc.solve(result.surface, load=2 * result.load, material=result.material)
-    shown = SideBySide(("this", "pinned"))
+    shown = ComparisonView(("this", "pinned"))
     shown.show((result, other))
     first, second, change, _ = (source.data["pressure"][0] for source in shown.sources)
     np.testing.assert_allclose(np.nan_to_num(first), result.pressure * 1e-9, rtol=1e-6)
@@ -177,7 +177,7 @@ def test_two_contacts_and_their_difference_are_zoomed_together(result):
         data = shown.swiped.data
         np.testing.assert_array_equal(data["pressure"][0], second[:, 48 - columns :])
         assert shown.edge.location == data["x"][0] == pytest.approx(48 - columns)
-    change_of = {key: analysis_jobs._change(quantity_of(CONTACT, key), result, other)
+    change_of = {key: analysis_jobs._quantity_change(quantity_of(CONTACT, key), result, other)
                  for key in ("load", "status")}  # fmt: skip
     assert change_of == {"load": ("−1 N", "−50.0 %"), "status": ("", "")}
     coarse = rc.solve(rc.Surface(result.surface.heights[::2, ::2], (4e-6, 2e-6)), load=result.load,

@@ -11,7 +11,7 @@ import pytest
 import roughcontact as rc
 from roughcontact.desk.session import from_script
 from roughcontact.errors import InputError
-from roughcontact.request.run import run
+from roughcontact.request.run import run_request
 
 pytest.importorskip("panel", reason="needs roughcontact[desk]")
 
@@ -29,13 +29,13 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
     from roughcontact.desk import explore
 
     pages: list[Any] = []
-    made = explore.Desk
+    made = explore.DeskServer
 
     def keep(*arguments: Any) -> Any:
         pages.append(made(*arguments))
         return pages[-1]
 
-    monkeypatch.setattr(explore, "Desk", keep)
+    monkeypatch.setattr(explore, "DeskServer", keep)
     yield pages
     for page in pages:
         page.close()
@@ -54,7 +54,7 @@ def test_a_result_gives_its_own_digits_again(surface: rc.Surface, opened: list[A
     page = result.explore()
     project = work_of(page)
     state = from_script(project.read_text("utf-8"), project.parent)
-    again = run(state.request(), lambda _: None).contact
+    again = run_request(state.request(), lambda _: None).contact
     assert again is not None
     assert np.array_equal(again.pressure, result.pressure)
 

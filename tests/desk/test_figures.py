@@ -12,7 +12,7 @@ pytest.importorskip("panel")
 from bokeh.document import Document
 
 from roughcontact import plots
-from roughcontact.desk.figures import Drawing, read, shown
+from roughcontact.desk.figures import Drawing, read_figure, show_drawing
 from roughcontact.drawing import style
 from roughcontact.report import kinds
 
@@ -26,10 +26,10 @@ def surface():
 
 def pages_of(result) -> dict[str, Drawing]:
     """Return the figures of a result, each of which a document takes."""
-    drawings = {name: read(draw()) for name, draw in kinds.drawings(result).items()}
+    drawings = {name: read_figure(draw()) for name, draw in kinds.drawings(result).items()}
     document = Document()
     for drawing in drawings.values():
-        document.add_root(shown(drawing))
+        document.add_root(show_drawing(drawing))
     assert document.to_json()
     return drawings
 
@@ -61,8 +61,8 @@ def test_the_joint_and_the_slip_are_those_of_the_report(surface):
     contacts = [rc.solve(surface, load=load, material=STEEL) for load in (0.1, 0.3)]
     copper = rc.Conductor(17e-9, 390)
     conductance = rc.conductance(contacts, copper, copper)
-    drawing = read(plots.conductance(conductance))
-    shown(drawing)
+    drawing = read_figure(plots.conductance(conductance))
+    show_drawing(drawing)
     assert [frame.title for frame in drawing.frames] == [
         "Electrical resistance", "Thermal resistance"]  # fmt: skip
     assert drawing.frames[0].scales == ("log", "log")
@@ -77,7 +77,7 @@ def test_a_leak_has_its_gap_and_its_flow_in_decades(surface):
     leak = rc.leakage(contacts)
     for drawing in pages_of(leak).values():
         assert drawing.frames
-    drawing = read(plots.leak(leak))
+    drawing = read_figure(plots.leak(leak))
     gap, *flows = drawing.frames
     assert gap.is_map
     assert gap.ends[1][0] > gap.ends[1][1], "row 0 is above"
@@ -112,7 +112,7 @@ def test_lines_spans_and_areas_keep_their_look():
     axes.plot([0, 1], [1, 2], "s--", color="#0072b2", label="both")
     axes.fill_between([0, 1], [0, 0], [1, 2], color="#d55e00", alpha=0.2, label="band")
     axes.stairs([1, 2], [0, 1, 2], label="steps")
-    (frame,) = read(figure).frames
+    (frame,) = read_figure(figure).frames
     kinds_of = [mark.glyph for mark in frame.marks]
     assert kinds_of == ["patches", "band", "multi_line", "span", "line", "scatter"]
     area, band, _, span, line, points = frame.marks

@@ -14,8 +14,8 @@ pytest.importorskip("panel", reason="needs roughcontact[desk]")
 
 import panel as pn
 
-from roughcontact.desk.analysis_jobs import JOINTS, answers
-from roughcontact.desk.analysis_panel import Joint
+from roughcontact.desk.analysis_jobs import JOINTS, run_analyses
+from roughcontact.desk.analysis_panel import JointPanel
 from roughcontact.desk.session import Session
 from roughcontact.desk.workers import WorkerPool
 from roughcontact.request import contacts
@@ -40,11 +40,11 @@ class Seat:
         rc.Surface(heights, (1e-6, 1e-6)).save(folder / "map.npz")
         self.waiting: list[Callable[[], None]] = []
         self.session = Session(folder / "project.toml", lambda _: None)
-        self.session.bring(folder / "map.npz")
+        self.session.open_map(folder / "map.npz")
         self.session.give_all({**GIVEN, **more})
         assert self.session.wait(PATIENCE)
         (folder / "made").mkdir()
-        self.joint = Joint(
+        self.joint = JointPanel(
             self.session,
             bench,
             self.waiting.append,
@@ -107,7 +107,7 @@ def test_formulas_stand_beside_a_nominally_flat_contact(tmp_path: Path, bench: W
     seat = Seat(tmp_path, bench, heights, load="30 MPa")
     seat.joint.show()
     assert "Real contact by formula" in str(seat.joint._formulas.object)
-    seat.session.give("boundary", "free")
+    seat.session.set_option("boundary", "free")
     assert seat.session.wait(PATIENCE)
     seat.joint.show()
     assert "No estimate" in str(seat.joint._formulas.object)
@@ -144,7 +144,7 @@ def test_all_that_is_asked_at_once_is_solved_once(
 
     monkeypatch.setattr(contacts, "solve_afresh", counted)
     requests = [seat.session.state.request(task, **RANGE) for task, question in JOINTS]
-    found = answers(lambda _: None, *requests)
+    found = run_analyses(lambda _: None, *requests)
     assert len(found) == len(JOINTS)
     assert len(solved) == len(set(solved)) == 2
     seat.session.close()

@@ -14,7 +14,7 @@ import roughcontact as rc
 pytest.importorskip("panel")
 
 from roughcontact.desk import rasters
-from roughcontact.desk.maps import GAP, HEIGHTS, PRESSURE, RESIDUAL, TOUCH, Maps
+from roughcontact.desk.maps import GAP, HEIGHTS, PRESSURE, RESIDUAL, TOUCH, MapsView
 from roughcontact.desk.rasters import Box
 from roughcontact.drawing.style import OPEN
 
@@ -33,7 +33,7 @@ def results(surface):
 
 
 def test_the_sources_hold_the_numbers_of_the_result(surface, results):
-    shown = Maps()
+    shown = MapsView()
     shown.show(surface, results[0])
     data = shown.sources[PRESSURE].data
     pressure = np.nan_to_num(data[PRESSURE][0]) / 1e3
@@ -50,7 +50,7 @@ def test_the_sources_hold_the_numbers_of_the_result(surface, results):
 
 
 def test_another_result_changes_only_what_is_of_the_result(surface, results):
-    shown = Maps()
+    shown = MapsView()
     shown.show(surface, results[0])
     heights, pressure = (shown.sources[key].data for key in (HEIGHTS, PRESSURE))
     shown.show(surface, results[1])
@@ -60,7 +60,7 @@ def test_another_result_changes_only_what_is_of_the_result(surface, results):
 
 
 def test_it_is_told_whose_heights_are_shown(surface, results):
-    shown = Maps()
+    shown = MapsView()
     shown.show(surface, results[0])
     title = shown.plot.title
     shown.enlarge(HEIGHTS)
@@ -73,7 +73,7 @@ def test_it_is_told_whose_heights_are_shown(surface, results):
 
 
 def test_the_view_stays_while_the_map_keeps_its_size(surface, results):
-    shown = Maps()
+    shown = MapsView()
     shown.show(surface, results[0])
     shown.zoom(Box(5e-6, 10e-6, 15e-6, 30e-6))
     seen = shown.seen
@@ -86,7 +86,7 @@ def test_the_view_stays_while_the_map_keeps_its_size(surface, results):
 @pytest.mark.long
 @pytest.mark.parametrize("box", [None, Box(5e-6, 10e-6, 15e-6, 30e-6), Box(0, 0, 29e-6, 3e-6)])
 def test_maps_are_true_to_scale_and_show_all_of_the_box(surface, box):
-    shown = Maps()
+    shown = MapsView()
     shown.show(surface)
     shown.zoom(box)
     wide = shown.x_range.end - shown.x_range.start
@@ -100,7 +100,7 @@ def test_maps_are_true_to_scale_and_show_all_of_the_box(surface, box):
 
 
 def test_moving_the_ranges_shows_the_points_there(results, surface):
-    shown = Maps()
+    shown = MapsView()
     shown.show(surface, results[0])
     shown.x_range.update(start=20, end=30)
     shown.y_range.update(start=18, end=10)
@@ -120,7 +120,7 @@ def test_moving_the_ranges_shows_the_points_there(results, surface):
 
 
 def test_what_is_not_there_is_not_shown(surface, results):
-    shown = Maps()
+    shown = MapsView()
     shown.show(surface, results[0])
     shown.show(surface, None)
     assert shown.sources[PRESSURE].data[PRESSURE] == []
@@ -132,7 +132,7 @@ def test_what_is_not_there_is_not_shown(surface, results):
 
 def test_a_contact_without_a_ceiling_leaves_nothing(surface):
     elastic = rc.solve(surface, load=0.1, material=rc.Material(210e9, 0.3))
-    shown = Maps()
+    shown = MapsView()
     shown.show(surface, elastic)
     shown.enlarge(RESIDUAL)
     assert shown.plot.title.text == "Residual indentation, none"
@@ -143,7 +143,7 @@ def test_a_contact_without_a_ceiling_leaves_nothing(surface):
 
 @pytest.mark.long
 def test_a_profile_has_no_maps(surface):
-    shown = Maps()
+    shown = MapsView()
     shown.show(rc.Surface(surface.heights[:1], (1.0, 1e-6)))
     assert not shown.root.visible
     shown.show(surface)
@@ -151,7 +151,7 @@ def test_a_profile_has_no_maps(surface):
 
 
 def test_one_map_is_large_and_all_are_small(surface, results):
-    shown = Maps()
+    shown = MapsView()
     shown.show(surface, results[0])
     for key in (GAP, HEIGHTS, TOUCH):
         shown.enlarge(key)
@@ -168,7 +168,7 @@ def test_one_map_is_large_and_all_are_small(surface, results):
 
 
 def test_the_colors_of_a_map_have_the_ends_that_one_gives(surface, results):
-    shown = Maps()
+    shown = MapsView()
     shown.show(surface, results[0])
     top = shown.limits(PRESSURE)[1]
     low, high = shown.range.ends

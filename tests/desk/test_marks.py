@@ -11,13 +11,13 @@ pytest.importorskip("panel")
 
 from bokeh.events import SelectionGeometry
 
-from roughcontact.desk.maps import Maps
+from roughcontact.desk.maps import MapsView
 from roughcontact.desk.rasters import Box
 
 
 @pytest.fixture
 def maps():
-    shown = Maps()
+    shown = MapsView()
     shown.show(rc.Surface(np.random.default_rng(1).normal(0, 1e-9, (30, 60)), (1e-6, 1e-6)))
     return shown
 

@@ -20,7 +20,7 @@ from roughcontact.desk import analysis_jobs, style
 from roughcontact.desk.maps import HEIGHTS, NAMES, PRESSURE
 from roughcontact.desk.page import ContactView, Page
 from roughcontact.desk.projects import ProjectStore, SavedProject
-from roughcontact.desk.server import Visit
+from roughcontact.desk.server import PageVisit
 from roughcontact.desk.workers import WorkerPool
 from roughcontact.report import uncertainty
 from visits import GIVEN, PATIENCE, Loop, Pressed, settle
@@ -34,7 +34,7 @@ def work(tmp_path: Path) -> SavedProject:
 @pytest.fixture
 def page(work: SavedProject, tmp_path: Path) -> Iterator[Page]:
     bench = WorkerPool(spare=False)
-    visit = Visit(work, None, tmp_path, bench, 2**20, lambda: None, list)
+    visit = PageVisit(work, None, tmp_path, bench, 2**20, lambda: None, list)
     made = Page(visit)
     made._document = Loop()
     yield made
@@ -59,7 +59,7 @@ def test_a_page_asks_for_what_it_lacks_and_then_tells_the_contact(
     page: Page, tmp_path: Path
 ) -> None:
     assert lacking(page) == ["Map", "Material", "Extent", "Load"]
-    page._do(lambda: page.session.bring(map_file(tmp_path), "<b>mine</b>.npz"))
+    page._do(lambda: page.session.open_map(map_file(tmp_path), "<b>mine</b>.npz"))
     settle(page)
     assert lacking(page) == ["Material", "Extent", "Load"]
     page._give_option("material", "100Cr6")
@@ -72,7 +72,7 @@ def test_a_page_asks_for_what_it_lacks_and_then_tells_the_contact(
     assert " to " in ends["contact_fraction"]
     assert f"<small>{ends['contact_fraction']}</small>" in numbers_of(page)
     assert not page._header.checklist.visible
-    head = text_of(page._bring.step.root.header)
+    head = text_of(page._map_panel.step.root.header)
     assert "&lt;b&gt;mine" in head
     assert "<b>mine" not in head
 
@@ -88,7 +88,7 @@ def numbers_of(page: Page) -> str:
 
 
 def results_of(page: Page) -> str:
-    return text_of(page.sight.detail._numbers)
+    return text_of(page.view.detail._numbers)
 
 
 def is_old(page: Page) -> bool:
@@ -99,14 +99,14 @@ def is_old(page: Page) -> bool:
 def test_results_of_another_request_are_gray_until_the_last_is_answered(
     page: Page, tmp_path: Path
 ) -> None:
-    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.open_map(map_file(tmp_path)))
     page._do(lambda: page.session.give_all(dict(GIVEN)))
     assert is_old(page)
     settle(page)
     assert not is_old(page)
     asked = page.session.number
     assert page._answer == asked
-    page._give("load", "20 mN")
+    page._set_option("load", "20 mN")
     assert page.session.number == asked + 1
     assert is_old(page)
     assert page._answer == asked
@@ -118,7 +118,7 @@ def test_results_of_another_request_are_gray_until_the_last_is_answered(
     # What was solved meanwhile for another load is seen, and marked.
     late = page.session._wanted
     assert page.session.wait(PATIENCE)
-    page._give("load", "30 mN")
+    page._set_option("load", "30 mN")
     page._catch_up()
     assert "10 mN" in numbers_of(page)
     assert not page.session.is_wanted(late)
@@ -133,12 +133,12 @@ def test_two_pages_on_one_work_follow_each_other(
     page: Page, work: SavedProject, tmp_path: Path
 ) -> None:
     bench = WorkerPool(spare=False)
-    seen: list[Visit] = []
-    visit = Visit(work, None, tmp_path, bench, 2**20, lambda: None, list, lambda: seen)
+    seen: list[PageVisit] = []
+    visit = PageVisit(work, None, tmp_path, bench, 2**20, lambda: None, list, lambda: seen)
     first = Page(visit)
     first._document = Loop()
     seen.append(page._visit)
-    first._do(lambda: first.session.bring(map_file(tmp_path)))
+    first._do(lambda: first.session.open_map(map_file(tmp_path)))
     first._do(lambda: first.session.give_all(dict(GIVEN)))
     for one in (first, page):
         settle(one)
@@ -152,18 +152,18 @@ def test_two_pages_on_one_work_follow_each_other(
 
 @pytest.mark.long
 def test_what_cannot_be_pressed_is_seen_and_said(page: Page, tmp_path: Path) -> None:
-    page._do(lambda: page.session.bring(map_file(tmp_path, holes=3)))
+    page._do(lambda: page.session.open_map(map_file(tmp_path, holes=3)))
     page._do(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
     assert "3 missing points" in text_of(page._notice)
-    assert page.sight.maps.sources[HEIGHTS].data["x"]
+    assert page.view.maps.sources[HEIGHTS].data["x"]
 
 
 @pytest.mark.long
 def test_an_empty_file_is_refused_by_its_name_alone(page: Page, work: SavedProject) -> None:
     path = work.folder / "map-1.opd"
     path.touch()
-    page._do(lambda: page.session.bring(path, "mine.opd"))
+    page._do(lambda: page.session.open_map(path, "mine.opd"))
     page._do(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
     assert "mine.opd is empty" in text_of(page._notice)
@@ -183,16 +183,16 @@ def test_a_section_is_kept_and_not_drawn_while_no_map_is_seen(
 ) -> None:
     path = work.folder / "map-1.opd"
     path.touch()
-    page._do(lambda: page.session.bring(path))
+    page._do(lambda: page.session.open_map(path))
     settle(page)
-    page.sight.detail._ends.value = "1 um, 0 um, 1 um, 9 um"
+    page.view.detail._ends.value = "1 um, 0 um, 1 um, 9 um"
     assert page.session.state.line == pytest.approx((1e-6, 0.0, 1e-6, 9e-6))
-    assert page.sight.maps.section.line is None
+    assert page.view.maps.section.line is None
 
 
 @pytest.mark.long
 def test_a_step_that_fails_can_be_taken_out(page: Page, tmp_path: Path) -> None:
-    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.open_map(map_file(tmp_path)))
     page._do(lambda: page.session.give_all({**GIVEN, "crop": "0:9999,:"}))
     settle(page)
     assert page.session.failure is not None
@@ -206,14 +206,14 @@ def test_a_step_that_fails_can_be_taken_out(page: Page, tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_every_part_of_the_page_is_made_and_shows_the_contact(page: Page, tmp_path: Path) -> None:
-    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.open_map(map_file(tmp_path)))
     page._do(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
     strip = page._views.strip
     for number in range(len(strip.names)):
         strip.active = number
     page._do(page.session.pin)
-    page._do(lambda: page.session.give("load", "20 mN"))
+    page._do(lambda: page.session.set_option("load", "20 mN"))
     settle(page)
     made = page._views._created
     strip.active = 3
@@ -221,10 +221,10 @@ def test_every_part_of_the_page_is_made_and_shows_the_contact(page: Page, tmp_pa
     strip.active = 5
     assert "roughcontact solve" in text_of(made[5]._words)
     for number in range(4):
-        page.sight.detail._tabs.strip.active = number
+        page.view.detail._tabs.strip.active = number
     for number in range(5):
         page._pressed(Pressed({"name": str(number + 1)}))
-        assert page.sight.maps.large == list(NAMES)[number]
+        assert page.view.maps.large == list(NAMES)[number]
 
 
 @pytest.mark.long
@@ -232,10 +232,10 @@ def test_a_ceiling_is_given_as_a_multiple_of_the_yield_strength(page: Page, tmp_
     model = page._model
     model._factor.value = "2.8"
     assert "yield strength, and a map" in text_of(model._wrong)
-    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.open_map(map_file(tmp_path)))
     page._do(lambda: page.session.give_all({**GIVEN, "young": "200 GPa", "poisson": "0.3"}))
-    page._do(lambda: page.session.give("material", ""))
-    page._do(lambda: page.session.give("yield-strength", "500 MPa"))
+    page._do(lambda: page.session.set_option("material", ""))
+    page._do(lambda: page.session.set_option("yield-strength", "500 MPa"))
     settle(page)
     model._factor.value = "three"
     assert model._wrong.visible
@@ -246,7 +246,7 @@ def test_a_ceiling_is_given_as_a_multiple_of_the_yield_strength(page: Page, tmp_
     assert page.session.outcome is not None
     assert page.session.outcome.contact is not None
     assert page.session.outcome.contact.ceiling == pytest.approx(1.35e9, rel=1e-15)
-    page._do(lambda: page.session.give("ceiling", "none"))
+    page._do(lambda: page.session.set_option("ceiling", "none"))
     assert model._factor.value == ""
 
 
@@ -266,7 +266,7 @@ def test_what_waits_for_a_map_is_made_with_it(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_the_slider_gives_the_load_it_tells(page: Page, tmp_path: Path) -> None:
-    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.open_map(map_file(tmp_path)))
     page._do(lambda: page.session.give_all({**GIVEN, "load": "1 MPa"}))
     settle(page)
     position = page._load.slider.value + 25
@@ -284,7 +284,7 @@ def test_the_slider_gives_the_load_it_tells(page: Page, tmp_path: Path) -> None:
 def test_the_load_keeps_its_value_in_another_form(page: Page, tmp_path: Path) -> None:
     from roughcontact.desk import load_panel
 
-    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.open_map(map_file(tmp_path)))
     page._do(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
     page._load.form.value = load_panel.NOMINAL
@@ -301,7 +301,7 @@ def test_a_drag_shows_previews_and_its_end_the_contact_of_the_command(
     heights = 1e-7 * np.random.default_rng(1).standard_normal((300, 320))
     path = tmp_path / "map.npz"
     rc.Surface(heights, (1e-6, 1e-6)).save(path)
-    page._do(lambda: page.session.bring(path))
+    page._do(lambda: page.session.open_map(path))
     page._do(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
     state = page.session.state
@@ -309,13 +309,13 @@ def test_a_drag_shows_previews_and_its_end_the_contact_of_the_command(
     settle(page)
     assert page.session.state is state
     assert "Preview on 150 × 160 pixels" in text_of(page._header.state)
-    assert page.sight.maps.sources[PRESSURE].data[PRESSURE][0].shape == (150, 160)
+    assert page.view.maps.sources[PRESSURE].data[PRESSURE][0].shape == (150, 160)
     assert page._load.slider.texts[200] in numbers_of(page)
     # Back where it began: the state is the same, the contact is in sight again.
     page._load.slider.moved = {"value": page._load.slider.value, "done": True, "count": 2}
     settle(page)
     assert "Up to date" in text_of(page._header.state)
-    assert page.sight.maps._result.pressure is page.session.outcome.contact.pressure
+    assert page.view.maps._result.pressure is page.session.outcome.contact.pressure
     page._load.slider.moved = {"value": 200, "done": True, "count": 3}
     settle(page)
     outcome = page.session.outcome
@@ -326,13 +326,13 @@ def test_a_drag_shows_previews_and_its_end_the_contact_of_the_command(
 
 @pytest.mark.long
 def test_a_load_that_is_found_becomes_that_of_the_contact(page: Page, tmp_path: Path) -> None:
-    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.open_map(map_file(tmp_path)))
     page._do(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
     page._views.strip.active = 1
     ask = page._views._created[1]
     request = page.session.state.request(FIND, contact_fraction="5 %")
-    ask._show(analysis_jobs.answer(lambda _: None, request))
+    ask._show(analysis_jobs.run_analysis(lambda _: None, request))
     lead, use = ask._answer[0], ask._answer[1]
     assert "5 % in contact needs" in text_of(lead)
     use.clicks += 1
@@ -346,7 +346,7 @@ def test_a_caution_is_remedied_by_its_button(page: Page, tmp_path: Path) -> None
     path = tmp_path / "hollow.npz"
     heights = 1e-7 * np.add.outer(np.linspace(-1, 1, 24) ** 2, np.linspace(-1, 1, 32) ** 2)
     rc.Surface(heights, (1e-6, 1e-6)).save(path)
-    page._do(lambda: page.session.bring(path))
+    page._do(lambda: page.session.open_map(path))
     page._do(lambda: page.session.give_all({**GIVEN, "boundary": "free"}))
     settle(page)
     assert "warning" in page._header.count.label
@@ -368,8 +368,8 @@ def test_a_caution_is_remedied_by_its_button(page: Page, tmp_path: Path) -> None
 def test_a_work_that_is_removed_says_so(work: SavedProject, tmp_path: Path) -> None:
     gone: list[bool] = []
     bench = WorkerPool(spare=False)
-    made = Page(Visit(work, None, tmp_path, bench, 1, lambda: gone.append(True), list))
-    made._bring._about_works()[1].value = "remove"
+    made = Page(PageVisit(work, None, tmp_path, bench, 1, lambda: gone.append(True), list))
+    made._map_panel._about_works()[1].value = "remove"
     assert gone == [True]
     assert "removed" in text_of(made.root[0])
     bench.close()
@@ -379,7 +379,7 @@ def test_a_work_that_is_removed_says_so(work: SavedProject, tmp_path: Path) -> N
 def test_a_demonstration_map_is_made_and_can_be_taken_away(page: Page, tmp_path: Path) -> None:
     made = threading.Event()
     page._document.add_next_tick_callback = lambda done: (done(), made.set())
-    page._bring._demonstration.value = "Polished, isotropic"
+    page._map_panel._demonstration.value = "Polished, isotropic"
     assert made.wait(PATIENCE)
     page._document = Loop()
     assert page.session.wait(PATIENCE)
@@ -417,7 +417,7 @@ def test_controls_show_defaults_as_one_types_them() -> None:
 def test_a_form_has_an_order_and_the_last_step_is_undone_on_the_folded_line(
     page: Page, tmp_path: Path
 ) -> None:
-    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.open_map(map_file(tmp_path)))
     settle(page)
     form, step = page._preparation._group.controls["form"], page._preparation.step
     assert not form._order.visible
@@ -444,7 +444,7 @@ def test_a_form_has_an_order_and_the_last_step_is_undone_on_the_folded_line(
 
 @pytest.mark.long
 def test_a_coated_body_is_pressed(page: Page, tmp_path: Path) -> None:
-    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.open_map(map_file(tmp_path)))
     page._do(lambda: page.session.give_all({**GIVEN, "coating": "DLC 2 um", "ceiling": "base"}))
     settle(page)
     contact = page.session.outcome.contact

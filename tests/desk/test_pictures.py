@@ -29,7 +29,7 @@ def result():
 
 def all_of(result, dots):
     surface = result.surface
-    return rasters.window(surface.shape, surface.pixel, rasters.box_of(surface), dots)
+    return rasters.window_of(surface.shape, surface.pixel, rasters.box_of(surface), dots)
 
 
 def bytes_of(colours):
@@ -41,18 +41,20 @@ def rgb(colour):
 
 
 def test_a_small_window_shows_the_points(result):
-    view = rasters.window((37, 50), PIXEL, Box(10e-6, 5e-6, 30e-6, 20e-6), (100, 100))
+    view = rasters.window_of((37, 50), PIXEL, Box(10e-6, 5e-6, 30e-6, 20e-6), (100, 100))
     assert view.blocks == (1, 1)
     assert view.rows == (5, 15)
     assert view.columns == (5, 20)
-    part = rasters.pressed(result, view)
+    part = rasters.result_window(result, view)
     there = result.pressure[5:15, 5:20]
     np.testing.assert_array_equal(
-        rasters.pressure(part), np.where(there > 0, there, np.nan).astype(np.float32)
+        rasters.largest_pressure(part), np.where(there > 0, there, np.nan).astype(np.float32)
     )
     kept = result.residual_indentation[5:15, 5:20]
-    np.testing.assert_array_equal(np.nan_to_num(rasters.residual(part)), kept.astype(np.float32))
-    shown = rasters.heights(result.surface, view, 1e-9)
+    np.testing.assert_array_equal(
+        np.nan_to_num(rasters.deepest_residual(part)), kept.astype(np.float32)
+    )
+    shown = rasters.mean_heights(result.surface, view, 1e-9)
     np.testing.assert_array_equal(
         shown, (result.surface.heights[5:15, 5:20] - 1e-9).astype(np.float32)
     )
@@ -60,9 +62,9 @@ def test_a_small_window_shows_the_points(result):
 
 def test_a_window_goes_on_by_its_margin_but_not_beyond_the_map():
     seen = Box(20e-6, 10e-6, 40e-6, 30e-6)
-    view = rasters.window((37, 50), PIXEL, seen, (1e3, 1e3), margin=0.5)
+    view = rasters.window_of((37, 50), PIXEL, seen, (1e3, 1e3), margin=0.5)
     assert (view.rows, view.columns) == ((5, 25), (0, 40))
-    outside = rasters.window((37, 50), PIXEL, Box(1.0, 1.0, 2.0, 2.0), (9, 9))
+    outside = rasters.window_of((37, 50), PIXEL, Box(1.0, 1.0, 2.0, 2.0), (9, 9))
     assert outside.shape == (1, 1)
 
 
@@ -72,20 +74,20 @@ def test_a_window_goes_on_by_its_margin_but_not_beyond_the_map():
 )  # fmt: skip
 def test_cells_are_dots_or_larger_and_stay_where_they_are(begin, side, points, dots, moved):
     seen = Box(begin * points, 0.0, (begin + side) * points, 1.0)
-    view = rasters.window((points, 1), (1.0, 1.0), seen, (dots, 1))
+    view = rasters.window_of((points, 1), (1.0, 1.0), seen, (dots, 1))
     block = view.blocks[0]
     assert block >= side * points / dots * (1 - 1e-6)
     assert 0 <= view.rows[0] < view.rows[1] <= points
     assert view.rows[0] % block == 0
     shifted = Box(seen.top + moved, 0.0, seen.bottom + moved, 1.0)
-    assert (rasters.window((points, 1), (1.0, 1.0), shifted, (dots, 1)).rows[0] % block) == 0
+    assert (rasters.window_of((points, 1), (1.0, 1.0), shifted, (dots, 1)).rows[0] % block) == 0
 
 
 @pytest.mark.parametrize("dots", [(37, 50), (13, 17), (5, 5), (1, 1)])
 def test_area_in_the_picture_is_area_of_contact(result, dots):
     view = all_of(result, dots)
-    part = rasters.pressed(result, view)
-    touching, saturated, missing = (shares.astype(float) for shares in rasters.shares(part))
+    part = rasters.result_window(result, view)
+    touching, saturated, missing = (shares.astype(float) for shares in rasters.contact_shares(part))
     rows, columns = (
         np.diff([*range(0, last, block), last])
         for (_, last), block in zip(view[:2], view.blocks, strict=True)
@@ -94,7 +96,7 @@ def test_area_in_the_picture_is_area_of_contact(result, dots):
     assert (touching * points).sum() / points.sum() == pytest.approx(result.contact_fraction)
     assert (saturated * points).sum() / points.sum() == pytest.approx(result.saturated_fraction)
     assert not missing.any()
-    mean = (bytes_of(rasters.contact(part))[..., :3] * points[..., None]).sum((0, 1))
+    mean = (bytes_of(rasters.contact_colors(part))[..., :3] * points[..., None]).sum((0, 1))
     share = result.contact_fraction - result.saturated_fraction, result.saturated_fraction
     wanted = np.dot(
         [1 - sum(share), *share], [rgb(colour) for colour in (OPEN, ELASTIC, SATURATED)]
@@ -104,18 +106,18 @@ def test_area_in_the_picture_is_area_of_contact(result, dots):
 
 @pytest.mark.parametrize("dots", [(37, 50), (7, 11)])
 def test_no_peak_is_lost(result, dots):
-    part = rasters.pressed(result, all_of(result, dots))
-    assert np.nanmax(rasters.pressure(part)) == np.float32(result.max_pressure)
+    part = rasters.result_window(result, all_of(result, dots))
+    assert np.nanmax(rasters.largest_pressure(part)) == np.float32(result.max_pressure)
     deepest = result.residual_indentation.max()
-    assert np.nanmax(rasters.residual(part), initial=0) == np.float32(deepest)
+    assert np.nanmax(rasters.deepest_residual(part), initial=0) == np.float32(deepest)
 
 
 def test_a_ceiling_that_differs_from_point_to_point_is_that_of_the_window(result):
     ceiling = np.full(result.pressure.shape, 3e9)
     ceiling[:, :20] = 1e9
     other = rc.solve(result.surface, load=0.5, material=STEEL, ceiling=ceiling)
-    view = rasters.window((37, 50), PIXEL, Box(0, 15e-6, 74e-6, 30e-6), (1e3, 1e3))
-    part = rasters.pressed(other, view)
+    view = rasters.window_of((37, 50), PIXEL, Box(0, 15e-6, 74e-6, 30e-6), (1e3, 1e3))
+    part = rasters.result_window(other, view)
     np.testing.assert_array_equal(part.saturated, other.saturated[:, 15:30])
     assert part.saturated.any()
 
@@ -124,17 +126,17 @@ def test_missing_points_have_their_colour():
     heights = np.random.default_rng(0).normal(0, 1e-8, (12, 12))
     heights[3:6, 3:6] = np.nan
     result = rc.solve(rc.Surface(heights, PIXEL).masked(), load=1e-3, material=STEEL)
-    part = rasters.pressed(result, all_of(result, (4, 4)))
-    assert bytes_of(rasters.contact(part))[1, 1].tolist() == [*rgb(MISSING), 255]
-    assert bytes_of(rasters.cover(part))[1, 1].tolist() == [*rgb(MISSING), 255]
-    assert rasters.shares(part)[2][1, 1] == 1
-    assert np.isnan(rasters.heights(result.surface, all_of(result, (4, 4)), 0.0)[1, 1])
+    part = rasters.result_window(result, all_of(result, (4, 4)))
+    assert bytes_of(rasters.contact_colors(part))[1, 1].tolist() == [*rgb(MISSING), 255]
+    assert bytes_of(rasters.closed_colors(part))[1, 1].tolist() == [*rgb(MISSING), 255]
+    assert rasters.contact_shares(part)[2][1, 1] == 1
+    assert np.isnan(rasters.mean_heights(result.surface, all_of(result, (4, 4)), 0.0)[1, 1])
 
 
 def test_cells_lie_where_their_points_lie():
-    view = rasters.window((10, 10), PIXEL, Box(0, 0, 20e-6, 10e-6), (3, 3))
+    view = rasters.window_of((10, 10), PIXEL, Box(0, 0, 20e-6, 10e-6), (3, 3))
     assert view.blocks == (4, 4)
-    assert rasters.extent(view, PIXEL) == pytest.approx((0, 0, 24e-6, 12e-6))
+    assert rasters.window_extent(view, PIXEL) == pytest.approx((0, 0, 24e-6, 12e-6))
 
 
 def test_a_thumbnail_is_small_and_has_the_colours_of_the_cells():
@@ -144,10 +146,10 @@ def test_a_thumbnail_is_small_and_has_the_colours_of_the_cells():
                                high_color="#00ff00")  # fmt: skip
     values = np.array([[0.0, 0.99, 1.0], [2.0, 2.1, np.nan]], np.float32)
     blue, black = [0, 0, 255], [0, 0, 0]
-    found = bytes_of(rasters.colored(values, mapper))[..., :3]
+    found = bytes_of(rasters.map_colors(values, mapper))[..., :3]
     np.testing.assert_array_equal(found, [[black, black, blue], [blue, [0, 255, 0], [255, 0, 0]]])
     # Cells of several points lie in memory in another order.
-    many = np.asfortranarray(rasters.colored(np.full((900, 700), 2.0, np.float32), mapper))
+    many = np.asfortranarray(rasters.map_colors(np.full((900, 700), 2.0, np.float32), mapper))
     data = base64.b64decode(rasters.thumbnail(many).partition(",")[2])
     picture = np.asarray(Image.open(io.BytesIO(data)))
     assert picture.shape == (150, 117, 3)

@@ -19,7 +19,7 @@ pytest.importorskip("panel", reason="needs roughcontact[desk]")
 from browsing import Seat, Served, browser, lacking
 from roughcontact.analyses.tasks import from_text
 from roughcontact.desk import relief
-from roughcontact.desk.maps import HEIGHTS, PRESSURE, Maps, result_scales
+from roughcontact.desk.maps import HEIGHTS, PRESSURE, MapsView, result_scales
 from roughcontact.desk.session import Session
 from roughcontact.desk.workers import WorkerPool
 
@@ -37,19 +37,19 @@ def path(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def view(tmp_path: Path) -> Iterator[relief.Relief]:
+def view(tmp_path: Path) -> Iterator[relief.ReliefView]:
     bench = WorkerPool(spare=False)
     session = Session(tmp_path / "project.toml", lambda _: None)
-    made = relief.Relief(session, bench, lambda done: done(), tmp_path, str, Maps().bars)
+    made = relief.ReliefView(session, bench, lambda done: done(), tmp_path, str, MapsView().bars)
     yield made
     session.close()
     bench.close()
 
 
-def shown(view: relief.Relief, **given: str) -> Any:
+def shown(view: relief.ReliefView, **given: str) -> Any:
     session = view._session
     for name, value in given.items():
-        session.give(name, value)
+        session.set_option(name, value)
     assert session.wait(PATIENCE)
     outcome = session.outcome
     result = None if outcome is None else outcome.contact
@@ -73,9 +73,9 @@ def levels_of(canvas: Any) -> np.ndarray:
 
 @pytest.mark.long
 def test_the_browser_gets_the_heights_and_the_colors_of_the_pressure(
-    view: relief.Relief, path: Path
+    view: relief.ReliefView, path: Path
 ) -> None:
-    view._session.bring(path)
+    view._session.open_map(path)
     result = shown(view, **GIVEN, load="50 mN")
     head, values = heights_of(view._canvas)
     own = result.surface.heights
@@ -99,8 +99,8 @@ def test_the_browser_gets_the_heights_and_the_colors_of_the_pressure(
 
 
 @pytest.mark.long
-def test_another_load_sends_no_heights_again(view: relief.Relief, path: Path) -> None:
-    view._session.bring(path)
+def test_another_load_sends_no_heights_again(view: relief.ReliefView, path: Path) -> None:
+    view._session.open_map(path)
     shown(view, **GIVEN, load="50 mN")
     sent: list[str] = []
     view._canvas.param.watch(lambda *events: sent.extend(e.name for e in events),
@@ -114,8 +114,8 @@ def test_another_load_sends_no_heights_again(view: relief.Relief, path: Path) ->
 
 
 @pytest.mark.long
-def test_a_map_alone_has_the_colors_of_its_heights(view: relief.Relief, path: Path) -> None:
-    view._session.bring(path)
+def test_a_map_alone_has_the_colors_of_its_heights(view: relief.ReliefView, path: Path) -> None:
+    view._session.open_map(path)
     bar = view._bars[HEIGHTS]
     relief.style.set_bar(bar, -300, 300, "nm")
     assert shown(view) is None
@@ -152,17 +152,17 @@ def test_the_exaggeration_is_a_round_factor_that_fills_a_part_of_the_box() -> No
 
 
 @pytest.mark.long
-def test_the_film_is_the_contact_under_each_load(view: relief.Relief, path: Path) -> None:
+def test_the_film_is_the_contact_under_each_load(view: relief.ReliefView, path: Path) -> None:
     requests = [
         from_text("solve", path, {**GIVEN, "load": load}) for load in ("10 mN", "20 mN", "40 mN")
     ]
-    pictures = relief.film(lambda _: None, requests[-1], requests)
+    pictures = relief.solve_frames(lambda _: None, requests[-1], requests)
     assert [picture.load for picture in pictures] == pytest.approx([0.01, 0.02, 0.04])
-    view._session.bring(path)
+    view._session.open_map(path)
     result = shown(view, **GIVEN, load="40 mN")
     there = np.where(result.pressure > 0, result.pressure, np.nan).astype(np.float32)
     np.testing.assert_array_equal(pictures[-1].pressure, there)
-    view._filmed = relief._without_load(view._session.state)
+    view._filmed = relief._frames_key(view._session.state)
     view._play(pictures)
     heads, data = view._canvas.film
     levels = np.frombuffer(data, np.uint8).reshape(3, 20, 30)
@@ -179,10 +179,10 @@ def test_the_film_is_the_contact_under_each_load(view: relief.Relief, path: Path
 
 
 @pytest.mark.long
-def test_a_profile_is_refused_in_a_sentence(view: relief.Relief, tmp_path: Path) -> None:
+def test_a_profile_is_refused_in_a_sentence(view: relief.ReliefView, tmp_path: Path) -> None:
     heights = 1e-7 * np.random.default_rng(3).standard_normal(64)
     rc.Surface(heights[None], (1.0, 1e-6)).save(tmp_path / "profile.npz")
-    view._session.bring(tmp_path / "profile.npz")
+    view._session.open_map(tmp_path / "profile.npz")
     shown(view)
     assert view._canvas.heights == []
     assert "no third dimension" in view._working._status.object
@@ -195,7 +195,7 @@ def png(shade: int) -> bytes:
 
 
 def test_pictures_become_one_file_that_repeats() -> None:
-    with Image.open(io.BytesIO(relief.gif([png(shade) for shade in (0, 100, 200)]))) as film:
+    with Image.open(io.BytesIO(relief.make_gif([png(shade) for shade in (0, 100, 200)]))) as film:
         assert (film.format, film.size, film.n_frames) == ("GIF", (8, 6), 3)
         assert film.info["loop"] == 0
         film.seek(1)

@@ -22,7 +22,7 @@ from roughcontact.desk import rasters, saved_page
 from roughcontact.desk.maps import PRESSURE, color_mappers, result_scales
 from roughcontact.errors import InputError
 from roughcontact.request.request import Request
-from roughcontact.request.run import run
+from roughcontact.request.run import run_request
 
 PIXEL = (2e-6, 1e-6)
 
@@ -36,7 +36,7 @@ def contact(folder: Path, shape: tuple[int, int], name: str = "map.npz") -> Requ
 
 
 def solved(request: Request) -> ContactResult:
-    result = run(request, lambda _: None).contact
+    result = run_request(request, lambda _: None).contact
     assert result is not None
     return result
 
@@ -44,8 +44,12 @@ def solved(request: Request) -> ContactResult:
 @pytest.mark.long
 def test_a_value_is_off_by_half_a_step_at_most(tmp_path: Path) -> None:
     result = solved(contact(tmp_path, (20, 30)))
-    part = rasters.pressed(result, rasters.whole((20, 30), 512))
-    for values in (rasters.gap(part), rasters.pressure(part), rasters.residual(part)):
+    part = rasters.result_window(result, rasters.whole_window((20, 30), 512))
+    for values in (
+        rasters.mean_gap(part),
+        rasters.largest_pressure(part),
+        rasters.deepest_residual(part),
+    ):
         layer = saved_page._layer(values)
         there = ~np.isnan(values)
         np.testing.assert_array_equal(layer.codes > 0, there)
@@ -87,7 +91,7 @@ def test_the_colors_are_those_of_the_map_on_the_page(tmp_path: Path) -> None:
 @pytest.mark.long
 def test_names_of_files_are_never_markup(tmp_path: Path) -> None:
     request = contact(tmp_path, (8, 8), "<script>alert(1)<script>.npz")
-    text = saved_page.page(solved(request), request)
+    text = saved_page.render_page(solved(request), request)
     assert "<script>alert" not in text
     assert "&lt;script&gt;alert(1)" in text
 
@@ -99,13 +103,13 @@ def test_a_profile_has_no_page(tmp_path: Path) -> None:
     given = {"material": "100Cr6", "boundary": "periodic", "load": "1 N/mm"}
     request = from_text("solve", tmp_path / "profile.npz", given)
     with pytest.raises(InputError, match="no maps"):
-        saved_page.page(solved(request), request)
+        saved_page.render_page(solved(request), request)
 
 
 @pytest.mark.slow
 def test_a_large_map_stays_below_ten_megabytes(tmp_path: Path) -> None:
     request = contact(tmp_path, (1024, 1024))
-    outcome = saved_page.save(lambda _: None, request, tmp_path / "page.html")
+    outcome = saved_page.save_page(lambda _: None, request, tmp_path / "page.html")
     assert outcome.written == (tmp_path / "page.html",)
     assert (tmp_path / "page.html").stat().st_size < 10e6
     assert "512 × 512 cells of 2 × 2 points" in (tmp_path / "page.html").read_text("utf-8")
@@ -129,7 +133,7 @@ _STATE = """() => {
 def sheet(tmp_path: Path) -> Iterator[tuple[Any, ContactResult]]:
     """Open a saved page; nothing on it asks for anything, and nothing on it fails."""
     request = contact(tmp_path, (40, 60))
-    outcome = saved_page.save(lambda _: None, request, tmp_path / "page.html")
+    outcome = saved_page.save_page(lambda _: None, request, tmp_path / "page.html")
     assert outcome.contact is not None
     with browser() as started:
         page = started.new_page(viewport={"width": 1280, "height": 900})

@@ -9,7 +9,7 @@ import roughcontact as rc
 
 pytest.importorskip("panel")
 
-from roughcontact.desk.detail_panel import Section, bodies, cut, whole_line
+from roughcontact.desk.detail_panel import SectionPlot, bodies_on_line, points_on_line, whole_line
 from roughcontact.drawing.style import SATURATED
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
@@ -32,8 +32,8 @@ def two_bodies(surface):
 
 
 def test_a_row_is_a_row(result, surface):
-    where = cut(surface, (7e-6, 0, 7e-6, 40e-6))
-    found = bodies(result, where)
+    where = points_on_line(surface, (7e-6, 0, 7e-6, 40e-6))
+    found = bodies_on_line(result, where)
     np.testing.assert_array_equal(found.pressure, result.pressure[3])
     np.testing.assert_array_equal(found.gap, result.gap[3])
     np.testing.assert_array_equal(found.saturated, result.saturated[3])
@@ -42,7 +42,7 @@ def test_a_row_is_a_row(result, surface):
 
 @pytest.mark.parametrize("line", [(1e-6, 2e-6, 39e-6, 37e-6), (30e-6, 39e-6, 0, 0)])
 def test_an_oblique_line_has_the_values_of_the_nearest_points(result, surface, line):
-    where = cut(surface, line)
+    where = points_on_line(surface, line)
     assert where.step <= min(PIXEL) * (1 + 1e-9)
     along = where.place / np.hypot(line[2] - line[0], line[3] - line[1])
     y = line[0] + (line[2] - line[0]) * along
@@ -50,18 +50,18 @@ def test_an_oblique_line_has_the_values_of_the_nearest_points(result, surface, l
     assert np.abs((where.rows + 0.5) * PIXEL[0] - y).max() <= PIXEL[0] / 2 * (1 + 1e-9)
     assert np.abs((where.columns + 0.5) * PIXEL[1] - x).max() <= PIXEL[1] / 2 * (1 + 1e-9)
     np.testing.assert_array_equal(
-        bodies(result, where).pressure, result.pressure[where.rows, where.columns]
+        bodies_on_line(result, where).pressure, result.pressure[where.rows, where.columns]
     )
 
 
 def test_a_rigid_counter_body_stays_flat(result, surface):
-    upper = bodies(result, cut(surface, (1e-6, 2e-6, 39e-6, 37e-6))).upper
+    upper = bodies_on_line(result, points_on_line(surface, (1e-6, 2e-6, 39e-6, 37e-6))).upper
     assert np.ptp(upper) < 1e-14
 
 
 def test_each_body_gives_way_by_its_compliance(two_bodies, surface):
-    where = cut(surface, (7e-6, 0, 7e-6, 40e-6))
-    found = bodies(two_bodies, where)
+    where = points_on_line(surface, (7e-6, 0, 7e-6, 40e-6))
+    found = bodies_on_line(two_bodies, where)
     np.testing.assert_allclose(found.upper - found.lower, found.gap, atol=1e-18)
     before = surface.heights[3] - surface.heights.mean()
     down, up = before - found.lower, found.upper - found.upper.mean()
@@ -70,7 +70,7 @@ def test_each_body_gives_way_by_its_compliance(two_bodies, surface):
 
 
 def test_the_sources_hold_the_numbers(result, surface):
-    shown = Section()
+    shown = SectionPlot()
     shown.show(surface, result, (7e-6, 0, 7e-6, 40e-6))
     data = shown.source.data
     np.testing.assert_allclose(data["gap"], result.gap[3] * 1e9)
@@ -92,7 +92,7 @@ def test_a_profile_has_one_section(surface):
     profile = rc.Surface(surface.heights[:1], (1.0, 1e-6))
     line = whole_line(profile)
     result = rc.solve(profile, load=1e3, material=STEEL)
-    shown = Section()
+    shown = SectionPlot()
     shown.show(profile, result, line)
     np.testing.assert_allclose(shown.source.data["gap"], result.gap[0] * 1e9)
     assert "nearest" not in shown.heights.title.text

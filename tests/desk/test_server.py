@@ -29,7 +29,7 @@ from tornado.websocket import websocket_connect
 
 from roughcontact.cli import app
 from roughcontact.desk import server
-from roughcontact.desk.server import Server, Settings, Visit
+from roughcontact.desk.server import PageVisit, Server, Settings
 from roughcontact.errors import InputError
 
 PATIENCE = 60.0
@@ -47,7 +47,7 @@ class Desk:
     """A server in a thread, and the visits of its pages."""
 
     def __init__(self, folder: Path, **more: Any) -> None:
-        self.visits: list[Visit] = []
+        self.visits: list[PageVisit] = []
         self.ended: list[str] = []
         self.cookie = ""
         self.server = Server(lambda: self.page, Settings(**{"folder": folder, "port": 0, **more}))
@@ -60,11 +60,11 @@ class Desk:
         self.cookie = shown.headers["Set-Cookie"].partition(";")[0]
         self.home = shown.headers["Location"]
 
-    def page(self, visit: Visit) -> Any:
+    def page(self, visit: PageVisit) -> Any:
         import panel as pn
 
         self.visits.append(visit)
-        visit.at_end(lambda: self.ended.append(visit.work.key))
+        visit.on_close(lambda: self.ended.append(visit.work.key))
         return pn.Column(pn.pane.Str(WORDS), pn.widgets.FloatSlider())
 
     def close(self) -> None:
@@ -212,7 +212,7 @@ def test_what_changes_before_a_page_is_drawn_is_sent(
 
     made: list[Any] = []
 
-    def page(visit: Visit) -> Any:
+    def page(visit: PageVisit) -> Any:
         made[:] = [pn.state.curdoc, pn.Column(pn.pane.Str(WORDS))]
         desk.visits.append(visit)
         return made[1]
@@ -262,7 +262,7 @@ def test_what_a_page_holds_goes_with_it(tmp_path: Path, monkeypatch: pytest.Monk
     desk = Desk(tmp_path)
     token = token_of(desk.open(desk.home))
 
-    async def stay_and_go() -> Visit:
+    async def stay_and_go() -> PageVisit:
         connection = await connected(desk, token)
         await connection.read_message()
         visit = desk.visits[-1]
@@ -315,7 +315,9 @@ def test_a_file_that_is_too_large_is_refused(desk: Desk) -> None:
 
 
 def test_all_files_together_are_bounded(desk: Desk) -> None:
-    statuses = [upload(desk, "a.npy", b"x" * 1000).status for _ in range(server.TOGETHER + 1)]
+    statuses = [
+        upload(desk, "a.npy", b"x" * 1000).status for _ in range(server.MAX_PARALLEL_SOLVES + 1)
+    ]
     assert statuses[0] == 200
     assert statuses[-1] == 413
     refused = json.loads(upload(desk, "a.npy", b"x" * 1000).text)
@@ -356,9 +358,9 @@ def test_other_requests_are_small(desk: Desk) -> None:
 def test_a_page_that_cannot_be_made_says_why_and_keeps_nothing(
     desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(visit: Visit) -> Any:
+    def broken(visit: PageVisit) -> Any:
         desk.visits.append(visit)
-        visit.at_end(lambda: desk.ended.append("broken"))
+        visit.on_close(lambda: desk.ended.append("broken"))
         raise InputError("the project file of this page cannot be read")
 
     desk.open(desk.home)
@@ -418,7 +420,7 @@ def test_what_cannot_be_imported_ends_the_server(tmp_path: Path) -> None:
 
 def test_a_page_too_many_is_told_so(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     desk.open(desk.home)
-    monkeypatch.setattr(server, "MOST_PAGES", 1)
+    monkeypatch.setattr(server, "MAX_PAGES", 1)
     opened = len(desk.visits)
     token = token_of(desk.ask(desk.home))
     assert "pages are open" in asyncio.run(pulled(desk, token))
@@ -444,7 +446,7 @@ async def pulled(desk: Desk, token: str) -> str:
 
 
 def test_a_mistake_leaves_no_white_page(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(visit: Visit) -> Any:
+    def broken(visit: PageVisit) -> Any:
         raise ZeroDivisionError
 
     desk.open(desk.home)
@@ -523,7 +525,7 @@ def test_a_frame_keeps_its_token_for_it_has_no_cookie(desk: Desk) -> None:
 
 
 def test_programs_are_not_told_the_token(desk: Desk) -> None:
-    with desk.server.way_in() as address:
+    with desk.server.login_file() as address:
         path = Path(url2pathname(urlsplit(address).path))
         assert "token" not in address
         assert desk.server.url.replace("&", "&amp;") in path.read_text(encoding="utf-8")
@@ -540,13 +542,13 @@ def test_others_are_let_in_only_if_they_are_named() -> None:
 
 
 def test_a_port_that_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with server._listening(Settings(port=0))[0] as taken:
+    with server._open_socket(Settings(port=0))[0] as taken:
         port = taken.getsockname()[1]
         with pytest.raises(InputError, match=f"^port {port} of 127") as caught:
-            server._listening(Settings(port=port))
+            server._open_socket(Settings(port=port))
         assert caught.value.argument == "port"
         monkeypatch.setattr(server, "PORT", port)
-        other, free = server._listening(Settings())
+        other, free = server._open_socket(Settings())
         assert free != port
         other.close()
 

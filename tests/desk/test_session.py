@@ -17,13 +17,13 @@ import roughcontact as rc
 from roughcontact.analyses.tasks import from_text
 from roughcontact.batch import project
 from roughcontact.cli import app
-from roughcontact.desk.live_solver import Failed, Live, Prepared, Preview
+from roughcontact.desk.live_solver import FailedRequest, LiveSolver, PreparedMaps, Preview
 from roughcontact.desk.rasters import is_drawn_alike
-from roughcontact.desk.session import CONTACT, PINNED, Session, State, from_script
+from roughcontact.desk.session import CONTACT, PINNED, Session, SessionState, from_script
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.request.options import LEVEL
 from roughcontact.request.outcome import Outcome
-from roughcontact.request.run import run
+from roughcontact.request.run import run_request
 
 PATIENCE = 60.0
 
@@ -43,9 +43,9 @@ class Heard:
 
     def __call__(self, what: Any) -> None:
         self.all.append(what)
-        if isinstance(what, Failed):
+        if isinstance(what, FailedRequest):
             # What nobody foresaw.
-            assert "internal error" not in what.error.worded(), what.error
+            assert "internal error" not in what.error.message_for(), what.error
 
 
 @pytest.fixture
@@ -70,10 +70,10 @@ def solved(session: Session) -> Outcome:
 
 
 def test_the_contact_follows_what_is_given(session: Session, tmp_path: Path) -> None:
-    session.bring(save_map(tmp_path, "a.npz"))
+    session.open_map(save_map(tmp_path, "a.npz"))
     session.give_all(dict(GIVEN))
     first = solved(session).contact
-    session.give("load", "20 mN")
+    session.set_option("load", "20 mN")
     second = solved(session).contact
     assert first is not None
     assert second is not None
@@ -82,34 +82,34 @@ def test_the_contact_follows_what_is_given(session: Session, tmp_path: Path) -> 
 
 
 def test_the_numbers_are_those_of_the_command(session: Session, tmp_path: Path) -> None:
-    session.bring(save_map(tmp_path, "a.npz"))
+    session.open_map(save_map(tmp_path, "a.npz"))
     session.give_all(dict(GIVEN))
     for load in ("30 mN", "1 mN", "10 mN"):
-        session.give("load", load)
+        session.set_option("load", load)
         shown = solved(session).contact
-    alone = run(session.request, lambda _: None).contact
+    alone = run_request(session.request, lambda _: None).contact
     assert shown is not None
     assert alone is not None
     assert np.array_equal(shown.pressure, alone.pressure)
 
 
 def test_a_map_shows_before_anything_can_be_solved(session: Session, tmp_path: Path) -> None:
-    session.bring(save_map(tmp_path, "a.npz"))
+    session.open_map(save_map(tmp_path, "a.npz"))
     assert session.wait(PATIENCE)
     assert session.prepared is not None
     assert session.outcome is None
 
 
 def test_what_cannot_be_done_is_told(session: Session, tmp_path: Path) -> None:
-    session.bring(save_map(tmp_path, "a.npz", holes=2))
+    session.open_map(save_map(tmp_path, "a.npz", holes=2))
     session.give_all(dict(GIVEN))
     assert session.wait(PATIENCE)
     assert session.failure is not None
-    assert "2 missing points" in session.failure.error.worded()
+    assert "2 missing points" in session.failure.error.message_for()
     # The map is seen nevertheless.
     assert session.prepared is not None
     assert session.prepared.surfaces[0].missing == 2
-    session.give("missing", "fill")
+    session.set_option("missing", "fill")
     solved(session)
     assert session.failure is None
 
@@ -117,10 +117,10 @@ def test_what_cannot_be_done_is_told(session: Session, tmp_path: Path) -> None:
 def test_a_file_that_is_gone_is_told(session: Session, tmp_path: Path) -> None:
     path = save_map(tmp_path, "a.npz")
     path.unlink()
-    session.bring(path)
+    session.open_map(path)
     assert session.wait(PATIENCE)
     assert session.failure is not None
-    assert "a.npz" in session.failure.error.worded()
+    assert "a.npz" in session.failure.error.message_for()
 
 
 def test_of_loads_asked_for_meanwhile_only_the_last_is_told(tmp_path: Path) -> None:
@@ -130,14 +130,14 @@ def test_of_loads_asked_for_meanwhile_only_the_last_is_told(tmp_path: Path) -> N
 
     def told(what: Any) -> None:
         heard(what)
-        if isinstance(what, Prepared):
+        if isinstance(what, PreparedMaps):
             reading.wait(PATIENCE)
 
     session = Session(tmp_path / "project.toml", told)
-    session.bring(save_map(tmp_path, "a.npz"))
+    session.open_map(save_map(tmp_path, "a.npz"))
     session.give_all(dict(GIVEN))
     for load in ("1 mN", "2 mN", "3 mN", "4 mN"):
-        session.give("load", load)
+        session.set_option("load", load)
     reading.set()
     assert session.wait(PATIENCE)
     loads = [what.contact.load for what in heard.all if isinstance(what, Outcome) and what.contact]
@@ -153,27 +153,27 @@ def test_a_solve_that_began_ends_and_the_newest_waits(tmp_path: Path) -> None:
 
     def hear(what: Any) -> None:
         told.append(what)
-        if isinstance(what, Prepared) and "load" in what.request.specified:
+        if isinstance(what, PreparedMaps) and "load" in what.request.specified:
             began.set()
             assert go_on.wait(PATIENCE)
 
     path = save_map(tmp_path, "a.npz")
-    live = Live(hear)
+    live = LiveSolver(hear)
     given = {**GIVEN, "level": "none"}
     requests = [from_text("solve", path, {**given, "load": f"{mN} mN"}) for mN in (1, 2, 3, 4)]
-    live.ask(requests[0])
+    live.request(requests[0])
     assert began.wait(PATIENCE)
     for request in requests[1:]:
-        live.ask(request)
+        live.request(request)
     go_on.set()
     assert live.wait(PATIENCE)
     for kind, solved in ((Preview, [0, 3]), (Outcome, [3])):
         assert [requests.index(what.request) for what in told if isinstance(what, kind)] == solved
     # Other maps need no end of it.
     began.clear(), go_on.clear(), told.clear()
-    live.ask(requests[0])
+    live.request(requests[0])
     assert began.wait(PATIENCE)
-    live.ask(from_text("solve", path, {**given, "level": "mean"}))
+    live.request(from_text("solve", path, {**given, "level": "mean"}))
     go_on.set()
     assert live.wait(PATIENCE)
     assert [what.request[LEVEL] for what in told if isinstance(what, Outcome)] == ["mean"]
@@ -183,7 +183,7 @@ def test_a_solve_that_began_ends_and_the_newest_waits(tmp_path: Path) -> None:
 def test_the_picture_comes_before_the_calibrated_ceiling(
     session: Session, heard: Heard, tmp_path: Path
 ) -> None:
-    session.bring(save_map(tmp_path, "a.npz"))
+    session.open_map(save_map(tmp_path, "a.npz"))
     session.give_all({**GIVEN, "load": "1 N"})
     whole = solved(session).contact
     previews = [what for what in heard.all if isinstance(what, Preview)]
@@ -191,33 +191,33 @@ def test_the_picture_comes_before_the_calibrated_ceiling(
     assert first.calibrated is None
     assert whole.calibrated is not None
     assert is_drawn_alike(first, whole)
-    session.give("ceiling", "none")
+    session.set_option("ceiling", "none")
     solved(session)
     assert [what for what in heard.all if isinstance(what, Preview)] == previews
 
 
 def test_the_map_is_read_and_prepared_once(session: Session, tmp_path: Path) -> None:
     path = save_map(tmp_path, "a.npz")
-    session.bring(path)
+    session.open_map(path)
     session.give_all(dict(GIVEN))
     solved(session)
     assert session.prepared is not None
     before = session.prepared.surfaces
-    session.give("load", "20 mN")
+    session.set_option("load", "20 mN")
     solved(session)
     assert session.prepared.surfaces[0] is before[0]
-    session.give("level", "quadric")
+    session.set_option("level", "quadric")
     solved(session)
     assert session.prepared.surfaces[0] is not before[0]
 
 
 def test_a_file_that_changes_is_read_again(session: Session, tmp_path: Path) -> None:
     path = save_map(tmp_path, "a.npz")
-    session.bring(path)
+    session.open_map(path)
     session.give_all(dict(GIVEN))
     first = solved(session).contact
     rc.Surface(2e-7 * np.random.default_rng(7).standard_normal((20, 20)), (1e-6, 1e-6)).save(path)
-    session.give("level", "mean")
+    session.set_option("level", "mean")
     second = solved(session).contact
     assert first is not None
     assert second is not None
@@ -225,7 +225,7 @@ def test_a_file_that_changes_is_read_again(session: Session, tmp_path: Path) -> 
 
 
 def test_the_work_is_there_again(session: Session, tmp_path: Path) -> None:
-    session.bring(save_map(tmp_path, "a.npz"), "the real name.opd")
+    session.open_map(save_map(tmp_path, "a.npz"), "the real name.opd")
     session.give_all(dict(GIVEN))
     session.pin()
     session.draw_line((0.0, 0.0, 1e-5, 1e-5))
@@ -236,10 +236,10 @@ def test_the_work_is_there_again(session: Session, tmp_path: Path) -> None:
 
 def test_undo_goes_back_step_by_step(session: Session, tmp_path: Path) -> None:
     states = [session.state]
-    session.bring(save_map(tmp_path, "a.npz"))
+    session.open_map(save_map(tmp_path, "a.npz"))
     states.append(session.state)
     for name, value in GIVEN.items():
-        session.give(name, value)
+        session.set_option(name, value)
         states.append(session.state)
     for state in states[-2::-1]:
         session.undo()
@@ -283,10 +283,10 @@ class Desk(RuleBasedStateMachine):
         """Open the project once more, as the server does: what one visit does, the others hear."""
         own: list[Session] = []
 
-        def share(state: State) -> None:
+        def share(state: SessionState) -> None:
             for visit in self.visits:
                 if visit not in own:
-                    visit.adopt(state)
+                    visit.adopt_state(state)
 
         own.append(Session(self.root / "project.toml", self.heard, share=share))
         self.session = own[0]
@@ -311,21 +311,21 @@ class Desk(RuleBasedStateMachine):
 
     @rule(number=st.sampled_from([0, 2]), load=st.sampled_from(["1 mN", "20 MPa"]))
     def press(self, number: int, load: str) -> None:
-        self.session.bring(self.maps[number])
+        self.session.open_map(self.maps[number])
         self.session.give_all({**GIVEN, "load": load})
 
     @rule(number=st.integers(0, 4), name=st.text(max_size=8))
     def bring(self, number: int, name: str) -> None:
         name = name.encode("utf-8", "replace").decode()
-        self.session.bring(self.maps[number], name)
+        self.session.open_map(self.maps[number], name)
 
     @rule(number=st.none() | st.integers(0, 4))
     def face(self, number: int | None) -> None:
-        self.session.face(None if number is None else self.maps[number])
+        self.session.open_counter_map(None if number is None else self.maps[number])
 
     @rule()
     def use_no_map(self) -> None:
-        self.session.bring(None)
+        self.session.open_map(None)
 
     @rule(
         given=st.sampled_from([
@@ -349,7 +349,7 @@ class Desk(RuleBasedStateMachine):
     def give(self, given: tuple[str, str | bool]) -> None:
         before = self.session.state
         try:
-            self.session.give(*given)
+            self.session.set_option(*given)
         except RoughcontactError:
             assert self.session.state == before
 
@@ -372,7 +372,7 @@ class Desk(RuleBasedStateMachine):
     @rule()
     @precondition(lambda self: self.session.state.pinned is not None)
     def swap(self) -> None:
-        self.session.swap()
+        self.session.swap_pinned()
 
     @rule()
     def unpin(self) -> None:
@@ -409,8 +409,8 @@ class Desk(RuleBasedStateMachine):
         words = shlex.split(replace(self.session.request, names={}).command)
         output = self.root / "own.nc"
         assert app.main([*words[1:], "--output", str(output), "--quiet"]) == app.SOLVED
-        entries = {entry.name: entry for entry in project.load(self.session.project)}
-        from_file = run(entries[CONTACT].request, lambda _: None).contact
+        entries = {entry.name: entry for entry in project.read_project(self.session.project)}
+        from_file = run_request(entries[CONTACT].request, lambda _: None).contact
         assert from_file is not None
         for other in (rc.read_result(output), from_file):
             for name in ("pressure", "gap"):
@@ -457,21 +457,21 @@ def test_500_sequences() -> None:
 def test_a_state_that_is_complete_can_be_run_from_its_file(
     session: Session, tmp_path: Path
 ) -> None:
-    session.bring(save_map(tmp_path, "a.npz"))
+    session.open_map(save_map(tmp_path, "a.npz"))
     session.give_all(dict(GIVEN))
     session.pin()
-    session.give("load", "20 mN")
-    entries = {entry.name: entry.request for entry in project.load(session.project)}
+    session.set_option("load", "20 mN")
+    entries = {entry.name: entry.request for entry in project.read_project(session.project)}
     assert entries[PINNED].specified["load"] == "10 mN"
-    assert isinstance(session.failure, Failed) is False
+    assert isinstance(session.failure, FailedRequest) is False
 
 
 def test_a_part_is_kept_and_a_part_of_that(session: Session, tmp_path: Path) -> None:
-    session.bring(save_map(tmp_path, "a.npz"))
-    session.keep((2, 10), (4, 16))
+    session.open_map(save_map(tmp_path, "a.npz"))
+    session.crop_map((2, 10), (4, 16))
     assert session.state.specified["crop"] == "2:10,4:16"
-    session.keep((1, 5), (0, 4))
+    session.crop_map((1, 5), (0, 4))
     assert session.state.specified["crop"] == "3:7,4:8"
-    session.give("rotate", "90")
+    session.set_option("rotate", "90")
     with pytest.raises(InputError, match="before"):
-        session.keep((0, 2), (0, 2))
+        session.crop_map((0, 2), (0, 2))

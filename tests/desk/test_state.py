@@ -12,10 +12,10 @@ import roughcontact as rc
 from roughcontact.analyses.stress.task import TASK as STRESS
 from roughcontact.analyses.sweep.task import TASK as SWEEP
 from roughcontact.batch import project
-from roughcontact.desk.session import State, from_script
+from roughcontact.desk.session import SessionState, from_script
 from roughcontact.errors import FormatError, InputError
 from roughcontact.report import python_script
-from roughcontact.request.run import run
+from roughcontact.request.run import run_request
 
 
 @pytest.fixture
@@ -27,68 +27,81 @@ def map_file(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def complete(map_file: Path) -> State:
-    state = State().bringing(map_file, "from <me>.opd")
+def complete(map_file: Path) -> SessionState:
+    state = SessionState().with_map(map_file, "from <me>.opd")
     for name, value in {"material": "100Cr6", "load": "10 mN", "boundary": "periodic"}.items():
-        state = state.having(name, value)
+        state = state.with_option(name, value)
     return state
 
 
 def test_a_new_state_tells_what_it_lacks(map_file: Path) -> None:
-    assert State().missing == ("file", "material", "boundary", "load")
-    assert State().bringing(map_file).missing == ("material", "boundary", "load")
+    assert SessionState().missing == ("file", "material", "boundary", "load")
+    assert SessionState().with_map(map_file).missing == ("material", "boundary", "load")
 
 
-def test_own_values_stand_in_for_a_material(complete: State) -> None:
-    state = complete.without("material")
+def test_own_values_stand_in_for_a_material(complete: SessionState) -> None:
+    state = complete.without_options("material")
     assert state.missing == ("material",)
-    assert state.having("young", "210 GPa").having("poisson", "0.3").missing == ()
+    assert state.with_option("young", "210 GPa").with_option("poisson", "0.3").missing == ()
 
 
 def test_a_smooth_body_needs_no_map() -> None:
-    state = State().having("body", "sphere 10 mm").having("points", "64").having("size", "0.1 mm")
+    state = (
+        SessionState()
+        .with_option("body", "sphere 10 mm")
+        .with_option("points", "64")
+        .with_option("size", "0.1 mm")
+    )
     assert "file" not in state.missing
 
 
-def test_text_that_cannot_be_used_changes_nothing(complete: State) -> None:
+def test_text_that_cannot_be_used_changes_nothing(complete: SessionState) -> None:
     with pytest.raises(InputError, match="level must be one of plane"):
-        complete.having("level", "flat")
+        complete.with_option("level", "flat")
     with pytest.raises(InputError, match="no option of solve"):
-        complete.having("from", "1 N")
+        complete.with_option("from", "1 N")
 
 
 @pytest.mark.parametrize("name", ["output", "report", "quiet", "nonsense"])
-def test_a_state_holds_what_a_project_file_knows_alone(complete: State, name: str) -> None:
+def test_a_state_holds_what_a_project_file_knows_alone(complete: SessionState, name: str) -> None:
     with pytest.raises(InputError) as refused:
-        complete.having(name, "x.nc")
+        complete.with_option(name, "x.nc")
     assert refused.value.argument == name
 
 
-def test_one_load_replaces_the_other(complete: State) -> None:
-    assert "load" not in complete.having("approach", "1 um").specified
-    assert complete.having("approach", "1 um").having("load", "2 N").specified["load"] == "2 N"
+def test_one_load_replaces_the_other(complete: SessionState) -> None:
+    assert "load" not in complete.with_option("approach", "1 um").specified
+    assert (
+        complete.with_option("approach", "1 um").with_option("load", "2 N").specified["load"]
+        == "2 N"
+    )
 
 
-def test_empty_text_takes_an_option_away(complete: State) -> None:
-    assert complete.having("ceiling", "3 GPa").having("ceiling", " ") == complete
+def test_empty_text_takes_an_option_away(complete: SessionState) -> None:
+    assert complete.with_option("ceiling", "3 GPa").with_option("ceiling", " ") == complete
 
 
-def test_another_map_forgets_what_was_said_of_the_file(complete: State, map_file: Path) -> None:
-    state = complete.having("crop", "0:8,0:8").having("unit", "um").bringing(map_file)
+def test_another_map_forgets_what_was_said_of_the_file(
+    complete: SessionState, map_file: Path
+) -> None:
+    state = complete.with_option("crop", "0:8,0:8").with_option("unit", "um").with_map(map_file)
     assert set(state.specified) == {"material", "load", "boundary"}
 
 
-def test_undoing_the_level_says_that_there_is_none(complete: State) -> None:
-    assert complete.undoing("leveled").specified["level"] == "none"
-    assert complete.having("form", "sphere").undoing("without_form") == complete
+def test_undoing_the_level_says_that_there_is_none(complete: SessionState) -> None:
+    assert complete.without_step("leveled").specified["level"] == "none"
+    assert complete.with_option("form", "sphere").without_step("without_form") == complete
 
 
-def test_the_project_file_gives_the_same_numbers(complete: State, tmp_path: Path) -> None:
+def test_the_project_file_gives_the_same_numbers(complete: SessionState, tmp_path: Path) -> None:
     path = tmp_path / "work.toml"
     path.write_text(complete.script, encoding="utf-8")
-    (entry,) = project.load(path)
+    (entry,) = project.read_project(path)
     quiet = lambda *_: None  # noqa: E731
-    first, again = run(complete.request(), quiet), run(replace_outputs(entry), quiet)
+    first, again = (
+        run_request(complete.request(), quiet),
+        run_request(replace_outputs(entry), quiet),
+    )
     assert first.contact is not None
     assert again.contact is not None
     assert np.array_equal(first.contact.pressure, again.contact.pressure)
@@ -101,11 +114,14 @@ def replace_outputs(entry: project.Entry) -> object:
     })  # fmt: skip
 
 
-def test_a_pinned_state_is_a_contact_of_its_own(complete: State, tmp_path: Path) -> None:
-    state = replace(complete, pinned=complete.having("load", "20 mN").specified)
+def test_a_pinned_state_is_a_contact_of_its_own(complete: SessionState, tmp_path: Path) -> None:
+    state = replace(complete, pinned=complete.with_option("load", "20 mN").specified)
     path = tmp_path / "work.toml"
     path.write_text(state.script, encoding="utf-8")
-    assert [entry.request.specified["load"] for entry in project.load(path)] == ["10 mN", "20 mN"]
+    assert [entry.request.specified["load"] for entry in project.read_project(path)] == [
+        "10 mN",
+        "20 mN",
+    ]
 
 
 @given(
@@ -116,7 +132,9 @@ def test_the_project_file_holds_everything(name: str, line: tuple[float, ...] | 
     # What cannot be written in UTF-8 is no text of a browser.
     name = name.encode("utf-8", "replace").decode()
     path = Path("/some/where/map one.opd")
-    state = State().bringing(path, name).having("mirror", True).having("load", "1 N")
+    state = (
+        SessionState().with_map(path, name).with_option("mirror", True).with_option("load", "1 N")
+    )
     state = replace(state, pinned=state.specified, line=line)
     assert from_script(state.script, Path("/some/where")) == state
 
@@ -129,24 +147,26 @@ def test_a_damaged_project_file_is_refused_in_a_sentence(text: str, tmp_path: Pa
         from_script(text, tmp_path)
 
 
-def test_names_are_never_keys_of_their_own(complete: State) -> None:
-    state = complete.bringing(Path("/a/x.opd"), 'evil"]\nload = "9 N')
+def test_names_are_never_keys_of_their_own(complete: SessionState) -> None:
+    state = complete.with_map(Path("/a/x.opd"), 'evil"]\nload = "9 N')
     assert tomllib.loads(state.script)["desk"]["names"]["x.opd"] == 'evil"]\nload = "9 N'
 
 
-def test_other_tasks_take_what_fits(complete: State) -> None:
+def test_other_tasks_take_what_fits(complete: SessionState) -> None:
     sweep = complete.request(SWEEP, from_="1 mN", to="10 mN", steps="3")
     assert sweep.specified["from"] == "1 mN"
     assert "load" not in sweep.specified
     assert complete.request(STRESS, friction="0.2").specified["load"] == "10 mN"
 
 
-def test_what_is_taken_away_has_the_names_of_the_user(complete: State, map_file: Path) -> None:
+def test_what_is_taken_away_has_the_names_of_the_user(
+    complete: SessionState, map_file: Path
+) -> None:
     request = complete.request()
     assert request.command.startswith("roughcontact solve 'from <me>.opd' ")
     assert str(map_file) not in complete.portable_script
     assert 'file = "from <me>.opd"' in complete.portable_script
-    result = run(request, lambda _: None).contact
+    result = run_request(request, lambda _: None).contact
     assert result is not None
     assert result.surface.provenance.source == "from <me>.opd"
-    assert 'rc.read_surface("from <me>.opd")' in python_script.repeating(result)
+    assert 'rc.read_surface("from <me>.opd")' in python_script.script_of_result(result)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from roughcontact.desk import projects
-from roughcontact.desk.projects import ProjectStore, shown, state_folder, suffix_of
+from roughcontact.desk.projects import ProjectStore, format_suffix, safe_file_name, state_folder
 from roughcontact.errors import InputError
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no modes")
@@ -45,9 +45,9 @@ def test_a_work_is_found_by_its_key_and_nothing_else(tmp_path: Path) -> None:
 
 def test_a_file_is_kept_whole_under_a_name_of_our_own(tmp_path: Path) -> None:
     work = ProjectStore(tmp_path).create()
-    with work.receiving("../../<b>ground\n.OPD", 100) as upload:
-        upload.take(b"abc")
-        upload.take(b"def")
+    with work.open_upload("../../<b>ground\n.OPD", 100) as upload:
+        upload.write(b"abc")
+        upload.write(b"def")
     assert upload.path.parent == work.folder
     assert upload.path.suffix == ".opd"
     assert upload.path.read_bytes() == b"abcdef"
@@ -59,9 +59,9 @@ def test_a_file_that_is_too_large_leaves_nothing(tmp_path: Path) -> None:
     work = ProjectStore(tmp_path).create()
 
     def receive() -> None:
-        with work.receiving("map.npy", 5) as upload:
-            upload.take(b"abc")
-            upload.take(b"def")
+        with work.open_upload("map.npy", 5) as upload:
+            upload.write(b"abc")
+            upload.write(b"def")
 
     with pytest.raises(InputError, match=r"map\.npy has more than 5 bytes"):
         receive()
@@ -69,18 +69,18 @@ def test_a_file_that_is_too_large_leaves_nothing(tmp_path: Path) -> None:
 
 
 def test_suffixes_tell_a_format_and_nothing_else() -> None:
-    assert suffix_of("a.b.csv.gz") == ".csv.gz"
-    assert suffix_of("scan.001") == ".001"
-    assert suffix_of("my.map.X3P") == ".x3p"
+    assert format_suffix("a.b.csv.gz") == ".csv.gz"
+    assert format_suffix("scan.001") == ".001"
+    assert format_suffix("my.map.X3P") == ".x3p"
     for name in ("map", "a.<b>", "a.b c", ".opd/..", "a." + "x" * 40):
-        assert suffix_of(name) == ""
+        assert format_suffix(name) == ""
 
 
 def test_names_are_one_line_without_folders() -> None:
-    assert shown("C:\\data\\a.opd") == "a.opd"
-    assert shown("/etc/\x1b[31m\u202ea.opd") == "[31m a.opd"
-    assert shown("") == shown("dir/") == "map"
-    assert len(shown("x" * 1000 + ".opd")) == 200
+    assert safe_file_name("C:\\data\\a.opd") == "a.opd"
+    assert safe_file_name("/etc/\x1b[31m\u202ea.opd") == "[31m a.opd"
+    assert safe_file_name("") == safe_file_name("dir/") == "map"
+    assert len(safe_file_name("x" * 1000 + ".opd")) == 200
 
 
 def test_what_a_page_made_goes_with_it(tmp_path: Path) -> None:
@@ -111,7 +111,7 @@ def test_what_nobody_used_goes(tmp_path: Path) -> None:
 def test_pages_of_a_server_that_was_killed_go_and_others_stay(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(projects, "_SETTLED", -1.0)
+    monkeypatch.setattr(projects, "_MIN_AGE_SECONDS", -1.0)
     desk = ProjectStore(tmp_path)
     work = desk.create()
     left = work.folder / "page-0123456789abcdef"

@@ -18,7 +18,7 @@ import pytest
 
 import roughcontact as rc
 from fleets import ABSENT, LARGE, ended, items, wait_for, write_large, write_project
-from roughcontact.batch.executors import connected
+from roughcontact.batch.executors import connect_cluster
 from roughcontact.cli import app
 
 pytest.importorskip("distributed", reason="Dask is absent")
@@ -230,12 +230,12 @@ def test_processes_of_a_cluster_have_ended_when_it_is_stopped(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     # What one that is still dying was writing is nobody's yet: it could not be removed.
-    with connected(None, 1) as engine:
+    with connect_cluster(None, 1) as engine:
         process = psutil.Process(engine.executor.submit(os.getpid).result())
         process.suspend()
         assert wait_for(lambda: process.status() == psutil.STATUS_STOPPED)
         threading.Timer(0.5, process.resume).start()
-        engine.stop()
+        engine.shut_down()
         assert ended(process.pid)
     assert "was killed by signal" in caplog.text
     assert "Restarting worker" not in caplog.text
@@ -246,7 +246,7 @@ def test_a_cluster_of_this_machine_serves_none_but_the_run() -> None:
     from distributed import Security, default_client
     from distributed.comm import connect
 
-    with connected(None, 1) as engine:
+    with connect_cluster(None, 1) as engine:
         assert engine.executor.submit(os.getpid).result() != os.getpid()
         told = default_client().scheduler_info()
         nannies = [worker["nanny"] for worker in told["workers"].values()]
@@ -280,7 +280,7 @@ def test_what_does_not_fit_is_refused(
     words: tuple[str, ...], told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     capsys: Capture,
 ) -> None:  # fmt: skip
-    monkeypatch.setattr("roughcontact.batch.executors._PATIENCE", 1)
+    monkeypatch.setattr("roughcontact.batch.executors._CONNECT_TIMEOUT", 1)
     path = write_project(tmp_path, 1)
     assert app.main(["run", str(path), *words]) == app.BAD_INPUT
     out, err = capsys.readouterr()

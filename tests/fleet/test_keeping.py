@@ -14,7 +14,7 @@ from roughcontact._tools import checksums
 from roughcontact.analyses.tasks import from_text
 from roughcontact.batch import plan
 from roughcontact.batch.plan import Entry
-from roughcontact.cautions import Caution, Kind, as_note
+from roughcontact.cautions import Caution, CautionTag, as_note
 from roughcontact.errors import ArgumentRef
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
@@ -24,7 +24,7 @@ FOUND = (
     Material(young=210e9, poisson=0.3, yield_strength=1e9, name="steel"),
     np.float64(0.1), np.int64(-7), np.arange(6.0, dtype=">f4").reshape(2, 3), np.zeros((0, 2)),
     {2: "two", (4, "four"): None},
-    as_note(Kind.EDGE, "Of ", ArgumentRef("load", "1 N"), ".", size=1e-6),
+    as_note(CautionTag.EDGE, "Of ", ArgumentRef("load", "1 N"), ".", size=1e-6),
 )  # fmt: skip
 
 
@@ -39,7 +39,9 @@ def same(one: Any, other: Any) -> bool:
     if type(one) is not type(other):
         return False
     if isinstance(one, np.ndarray | np.generic):
-        return one.dtype == other.dtype and checksums.of_array(one) == checksums.of_array(other)
+        return one.dtype == other.dtype and checksums.checksum_array(
+            one
+        ) == checksums.checksum_array(other)
     if isinstance(one, list | tuple):
         return len(one) == len(other) and all(map(same, one, other))
     return bool(one == other)
@@ -51,7 +53,7 @@ def told(entry: Entry, change: Any) -> None:
     read = json.loads(file.read_text(encoding="utf-8"))
     del read["seal"]
     change(read)
-    file.write_text(json.dumps({**read, "seal": checksums.of_words(read)}), encoding="utf-8")
+    file.write_text(json.dumps({**read, "seal": checksums.checksum_json(read)}), encoding="utf-8")
 
 
 def known(entry: Entry, digest: str = "digest") -> Any:
@@ -59,24 +61,24 @@ def known(entry: Entry, digest: str = "digest") -> Any:
 
 
 def test_what_is_kept_is_the_same_to_the_bit(entry: Entry) -> None:
-    plan.keep(entry, "digest", FOUND)
-    plan.keep(entry, "second", math.pi)
+    plan.save_piece(entry, "digest", FOUND)
+    plan.save_piece(entry, "second", math.pi)
     found = plan.load_subtasks(entry, {"0": "digest", "1": "absent", "2": "second"})
     assert found.keys() == {"0", "2"}
     assert same(found["0"], FOUND)
     assert isinstance(found["0"][-1], Caution)
-    plan.drop(entry, ["second", "absent"])
+    plan.remove_pieces(entry, ["second", "absent"])
     assert plan.load_subtasks(entry, {"0": "digest", "1": "absent", "2": "second"}) == {
         "2": math.pi
     }
-    plan.drop(entry)
+    plan.remove_pieces(entry)
     assert not any(entry.summary.parent.iterdir())
     assert known(entry, "second") is None
-    plan.drop(entry)
+    plan.remove_pieces(entry)
 
 
 def test_what_json_does_not_know_is_not_kept(entry: Entry) -> None:
-    plan.keep(entry, "digest", [1.0, {"a": object()}])
+    plan.save_piece(entry, "digest", [1.0, {"a": object()}])
     assert known(entry) is None
 
 
@@ -84,9 +86,9 @@ def test_a_place_that_is_a_file_keeps_nothing(entry: Entry) -> None:
     entry.summary.parent.mkdir()
     place = entry.summary.with_suffix(".pieces")
     place.write_text("mine", encoding="utf-8")
-    plan.keep(entry, "digest", 1.0)
+    plan.save_piece(entry, "digest", 1.0)
     assert known(entry) is None
-    plan.drop(entry)
+    plan.remove_pieces(entry)
     assert place.read_text(encoding="utf-8") == "mine"
 
 
@@ -109,7 +111,7 @@ def test_a_place_that_is_a_file_keeps_nothing(entry: Entry) -> None:
     ids=lambda found: str(found)[:40],
 )
 def test_what_is_not_ours_is_not_made(entry: Entry, found: Any) -> None:
-    plan.keep(entry, "digest", 1.0)
+    plan.save_piece(entry, "digest", 1.0)
     told(entry, lambda read: read.update(found=2.0))
     assert known(entry) == 2.0
     told(entry, lambda read: read.update(found=[found]))
@@ -119,7 +121,7 @@ def test_what_is_not_ours_is_not_made(entry: Entry, found: Any) -> None:
 def test_a_file_that_is_damaged_or_large_is_not_read(
     entry: Entry, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    plan.keep(entry, "digest", 1.0)
+    plan.save_piece(entry, "digest", 1.0)
     file = entry.summary.with_suffix(".pieces") / "digest.json"
     whole = file.read_bytes()
     for content in (b"", whole[:-1], whole.replace(b"1.0", b"1.5"), b"[]", b"\xff", b"[" * 10**5):
@@ -130,5 +132,5 @@ def test_a_file_that_is_damaged_or_large_is_not_read(
     # Under another name it is not what is looked for.
     file.with_name("other.json").write_bytes(whole)
     assert known(entry, "other") is None
-    monkeypatch.setattr(plan, "_MOST", len(whole) - 1)
+    monkeypatch.setattr(plan, "_MAX_PIECE_BYTES", len(whole) - 1)
     assert known(entry) is None

@@ -47,7 +47,7 @@ class Backwards(Executor):
     """Calls on what has been sent, the last task first: only when it is asked for an answer."""
 
     def __init__(self) -> None:
-        self.tasks: list[jobs.Task] = []
+        self.tasks: list[jobs.BatchTask] = []
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
         self.tasks.append(args[0])
@@ -89,13 +89,17 @@ def bits(folder: Path) -> dict[str, dict[str, str]]:
     }
 
 
-def run(path: Path, slots: int = 10) -> tuple[list[plan.Report], list[jobs.Task], list[str]]:
+def run(
+    path: Path, slots: int = 10
+) -> tuple[list[plan.ContactReport], list[jobs.BatchTask], list[str]]:
     far, said = Backwards(), []
     engine = Engine(far, partial(answer, slots), 1, far.shutdown)
     with pytest.MonkeyPatch.context() as patch:
         # What is asked is answered with the next look.
-        patch.setattr(runner, "_LOOKS", 0.0)
-        reports = runner.run(project.load(path), lambda report: None, engine, say=said.append)
+        patch.setattr(runner, "_POLL_SECONDS", 0.0)
+        reports = runner.run_project(
+            project.read_project(path), lambda report: None, engine, say=said.append
+        )
     return reports, far.tasks, said
 
 
@@ -167,8 +171,8 @@ def test_a_map_that_changes_meanwhile_is_no_part_of_it(tmp_path: Path) -> None:
     far = Changing()
     engine = Engine(far, partial(answer, 10), 1, far.shutdown)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(runner, "_LOOKS", 0.0)
-        (report,) = runner.run(project.load(path), lambda report: None, engine)
+        patch.setattr(runner, "_POLL_SECONDS", 0.0)
+        (report,) = runner.run_project(project.read_project(path), lambda report: None, engine)
     assert report.state == plan.FAILED
     assert "r1.npy changed while the project ran; run it again" in report.reason
     (again,), _, _ = run(path)
@@ -188,12 +192,12 @@ def test_pieces_that_were_found_are_not_done_again(
     path = written(tmp_path / "here", text, 64)
     summary, csv = (path.parent / "results" / name for name in ("one.json", "one.csv"))
     with monkeypatch.context() as patch:
-        patch.setattr(plan, "drop", lambda entry, but: None)
+        patch.setattr(plan, "remove_pieces", lambda entry, but: None)
         assert [report.state for report in run(path)[0]] == [plan.SOLVED]
-    (entry,) = project.load(path)
+    (entry,) = project.read_project(path)
     words = entry.request.subtask_ids()
     place = summary.with_suffix(".pieces")
-    files = {word: place / f"{plan.digest_of(entry, piece=word)}.json" for word in words}
+    files = {word: place / f"{plan.request_digest(entry, piece=word)}.json" for word in words}
     assert sorted(place.iterdir()) == sorted(files.values())
     kept = {word: file.read_bytes() for word, file in files.items()}
     before = items_of_file(summary), items_of_file(csv)
@@ -288,10 +292,10 @@ def test_an_interruption_tells_of_pieces(tmp_path: Path, monkeypatch: pytest.Mon
 
     far = Backwards()
     with monkeypatch.context() as patch:
-        patch.setattr(runner, "_LOOKS", 0.0)
+        patch.setattr(runner, "_POLL_SECONDS", 0.0)
         engine = Engine(far, partial(answer, 1), 1, far.shutdown)
         with pytest.raises(outputs.UnfinishedError) as caught:
-            runner.run(project.load(path), lambda report: None, engine, say=said)
+            runner.run_project(project.read_project(path), lambda report: None, engine, say=said)
     assert caught.value.written == [place]
     waiting.clear()
     _, tasks, _ = run(path)
@@ -305,7 +309,7 @@ def test_an_interruption_tells_of_pieces(tmp_path: Path, monkeypatch: pytest.Mon
 )  # fmt: skip
 def test_what_waits_for_its_contact_is_one_piece(keys: str, tmp_path: Path) -> None:
     path = written(tmp_path / "here", HEAD + f'file = "r0.npy"\n{keys}\n')
-    (entry,) = project.load(path)
+    (entry,) = project.read_project(path)
     assert entry.request.subtask_ids() == ()
 
 
@@ -319,5 +323,5 @@ def test_pieces_are_shared_by_the_processes_of_a_machine(
         runner, "local_processes", lambda count: pytest.fail(str(counts.append(count)))
     )
     with pytest.raises(pytest.fail.Exception):
-        runner.run(project.load(path), lambda report: None)
+        runner.run_project(project.read_project(path), lambda report: None)
     assert counts == [4]

@@ -28,7 +28,7 @@ class Elsewhere(Here):
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         self._folder, self._patch = folder.resolve(), monkeypatch
-        self.tasks: list[jobs.Task] = []
+        self.tasks: list[jobs.BatchTask] = []
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
         self.tasks.append(args[0])
@@ -51,7 +51,7 @@ groups = { a = ["maps/r*.npy"], b = ["maps/rough.npy", "maps/rough.npy"] }
 """
 
 
-def states(reports: list[plan.Report]) -> list[str]:
+def states(reports: list[plan.ContactReport]) -> list[str]:
     return [report.state for report in reports]
 
 
@@ -74,15 +74,15 @@ def test_files_that_are_sent_give_the_same_bits(
     near = Here()
     engine = Engine(near, lambda: 1, 1, near.shutdown)
     for name, count in (("project.toml", 4), ("drawn.toml", 1)):
-        entries = project.load(name)
-        assert states(runner.run(entries, lambda report: None, engine)) == [SOLVED] * count
+        entries = project.read_project(name)
+        assert states(runner.run_project(entries, lambda report: None, engine)) == [SOLVED] * count
     monkeypatch.chdir(there)
     far = Elsewhere(there, monkeypatch)
-    engine = Engine(far, lambda: 1, 1, far.shutdown, far=True)
-    (drawn,), entries = project.load("drawn.toml"), project.load("project.toml")
-    assert states(runner.run([drawn], lambda report: None, engine)) == [SOLVED]
+    engine = Engine(far, lambda: 1, 1, far.shutdown, is_remote=True)
+    (drawn,), entries = project.read_project("drawn.toml"), project.read_project("project.toml")
+    assert states(runner.run_project([drawn], lambda report: None, engine)) == [SOLVED]
     far.tasks.clear()
-    assert states(runner.run(entries, lambda report: None, engine)) == [SOLVED] * 4
+    assert states(runner.run_project(entries, lambda report: None, engine)) == [SOLVED] * 4
     told, same = items(here), items(there)
     assert told.keys() == same.keys()
     assert len([name for name in told if name.endswith(".svg")]) > 3
@@ -90,11 +90,11 @@ def test_files_that_are_sent_give_the_same_bits(
     assert [name for name in told if told[name] != same[name]] == []
     # What waits already is asked for its files; then they go along at once.
     # The comparison needs no file where all of its maps are pressed.
-    ways = [task.journey for task in far.tasks if not task.known]
+    ways = [task.transfer for task in far.tasks if not task.known_results]
     sent = [bool(way.content) for way in ways if way is not None]
     assert sent == sorted(sent)
     assert sent.count(False) == 2
-    assert states(runner.run(entries, lambda report: None, engine)) == [KEPT] * 4
+    assert states(runner.run_project(entries, lambda report: None, engine)) == [KEPT] * 4
 
 
 def test_the_steps_of_a_sweep_are_sent_and_come_back(
@@ -102,15 +102,15 @@ def test_the_steps_of_a_sweep_are_sent_and_come_back(
 ) -> None:
     path = write_project(tmp_path / "there", 1)
     far = Elsewhere(tmp_path / "there", monkeypatch)
-    engine = Engine(far, lambda: 1, 1, far.shutdown, far=True)
-    entries = project.load(path)[1:]
-    runner.run(entries, lambda report: None, engine)
+    engine = Engine(far, lambda: 1, 1, far.shutdown, is_remote=True)
+    entries = project.read_project(path)[1:]
+    runner.run_project(entries, lambda report: None, engine)
     steps = tmp_path / "there" / "kept" / "curve"
     first = steps / "step-0001.npz"
     stamp, before = first.stat().st_mtime_ns, first.read_bytes()
     (steps / "step-0002.npz").unlink()
     (tmp_path / "there" / "results" / "curve.csv").unlink()
-    assert states(runner.run(entries, lambda report: None, engine)) == [SOLVED]
+    assert states(runner.run_project(entries, lambda report: None, engine)) == [SOLVED]
     assert (first.stat().st_mtime_ns, first.read_bytes()) == (stamp, before)
     assert (steps / "step-0002.npz").exists()
 
@@ -120,58 +120,62 @@ def test_what_is_too_large_to_be_sent_is_said(
 ) -> None:
     path = write_project(tmp_path / "there", 1)
     far = Elsewhere(tmp_path / "there", monkeypatch)
-    engine = Engine(far, lambda: 1, 1, far.shutdown, far=True)
-    monkeypatch.setattr(jobs, "MOST", 1000)
-    (report,) = runner.run(project.load(path)[:1], lambda report: None, engine)
+    engine = Engine(far, lambda: 1, 1, far.shutdown, is_remote=True)
+    monkeypatch.setattr(jobs, "MAX_TRANSFER_BYTES", 1000)
+    (report,) = runner.run_project(project.read_project(path)[:1], lambda report: None, engine)
     assert report.state == FAILED
     assert "put the project where all workers see it" in report.reason
-    monkeypatch.setattr(jobs, "MOST", 2**15)
-    (report,) = runner.run(project.load(path)[:1], lambda report: None, engine)
+    monkeypatch.setattr(jobs, "MAX_TRANSFER_BYTES", 2**15)
+    (report,) = runner.run_project(project.read_project(path)[:1], lambda report: None, engine)
     assert "the files that it leaves have" in report.reason
 
 
 @pytest.fixture
-def task(tmp_path: Path) -> jobs.Task:
+def task(tmp_path: Path) -> jobs.BatchTask:
     """One contact, and what a worker of another machine has to know of it."""
-    entry = project.load(write_project(tmp_path, 1))[0]
+    entry = project.read_project(write_project(tmp_path, 1))[0]
     entry.summary.parent.mkdir()
     (tmp_path / "mark").touch()
-    sums = {path: str(plan.content_of(path)) for path in entry.request.inputs}
+    sums = {path: str(plan.checksum_if_readable(path)) for path in entry.request.inputs}
     places = tuple(str(path) for _, path in entry.request.places)
-    part = jobs.Part(0, entry, plan.digest_of(entry), places)
-    return jobs.Task((part,), 1, jobs.FileTransfer(tmp_path / "mark", sums))
+    part = jobs.SubtaskRequest(0, entry, plan.request_digest(entry), places)
+    return jobs.BatchTask((part,), 1, jobs.FileTransfer(tmp_path / "mark", sums))
 
 
-def test_a_file_of_other_content_is_another_file(task: jobs.Task) -> None:
+def test_a_file_of_other_content_is_another_file(task: jobs.BatchTask) -> None:
     (path,) = task.parts[0].entry.request.inputs
     content = path.read_bytes()
     path.write_bytes(content[:-1] + b"\0")
-    assert task.journey is not None
+    assert task.transfer is not None
     assert jobs.run_task(task).lacking == (path,)
-    sent = jobs.FileTransfer(task.journey.mark, task.journey.sums, (), {path: content[:-1] + b"\1"})
-    answer = jobs.run_task(jobs.Task(task.parts, 1, sent))
+    sent = jobs.FileTransfer(
+        task.transfer.mark, task.transfer.sums, (), {path: content[:-1] + b"\1"}
+    )
+    answer = jobs.run_task(jobs.BatchTask(task.parts, 1, sent))
     assert "changed while the project ran; run it again" in answer.reports[0].reason
     path.write_bytes(content)
     assert jobs.run_task(task).reports[0].state == SOLVED
 
 
-def test_a_worker_of_another_version_refuses(task: jobs.Task) -> None:
-    other = jobs.Task(task.parts, 1, None, "0.0.1")
+def test_a_worker_of_another_version_refuses(task: jobs.BatchTask) -> None:
+    other = jobs.BatchTask(task.parts, 1, None, "0.0.1")
     assert "not 0.0.1; install the same" in jobs.run_task(other).reports[0].reason
     assert not task.parts[0].entry.summary.exists()
 
 
-def test_a_contact_keeps_to_its_cores(task: jobs.Task, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_contact_keeps_to_its_cores(
+    task: jobs.BatchTask, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from roughcontact.halfspace import fft
 
     monkeypatch.setattr(fft.os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
     monkeypatch.setattr(fft.os, "cpu_count", lambda: 8)
     assert fft.default_workers() == 8
-    with fft.at_most(3):
-        with fft.at_most(2):
+    with fft.limit_threads(3):
+        with fft.limit_threads(2):
             assert fft.default_workers() == 2
         assert fft.Workspace().workers == 3
-    with fft.at_most(99):
+    with fft.limit_threads(99):
         assert fft.default_workers() == 8
     assert fft.default_workers() == 8
 
@@ -187,13 +191,20 @@ def test_workers_are_not_waited_for_without_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = write_project(tmp_path, 3)
-    monkeypatch.setattr(runner, "_LOOKS", 0.02)
-    monkeypatch.setattr(runner, "_UNNOTICED", 0.05)
+    monkeypatch.setattr(runner, "_POLL_SECONDS", 0.02)
+    monkeypatch.setattr(runner, "_WORKER_LOSS_SECONDS", 0.05)
     executor, warned = Nobody(), []
     engine = Engine(
-        executor, lambda: 0, 1, executor.shutdown, workers="of tcp://head:8786", patience=0.3
+        executor,
+        lambda: 0,
+        1,
+        executor.shutdown,
+        workers="of tcp://head:8786",
+        no_worker_timeout=0.3,
     )
-    reports = runner.run(project.load(path), lambda report: None, engine, warn=warned.append)
+    reports = runner.run_project(
+        project.read_project(path), lambda report: None, engine, warn=warned.append
+    )
     assert {report.reason for report in reports} == {
         "there were no workers of tcp://head:8786 for 0.005 min"
     }

@@ -13,7 +13,7 @@ from mpi4py import MPI
 import roughcontact as rc
 from roughcontact._tools.ranks import Ranks
 from roughcontact.contact import archive
-from roughcontact.contact.share import bands
+from roughcontact.contact.share import row_bands
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.coating import Coatings
 from roughcontact.halfspace.fft import Workspace
@@ -118,10 +118,10 @@ def apply(folder, ranks):
     rows = rc.mpi.slab_rows(shape, ranks)
     here = pressure[rows]
     index = np.flatnonzero(here)
-    for boundary, coatings in product(Boundary, (None, Coatings.of(TOOL, STEEL))):
+    for boundary, coatings in product(Boundary, (None, Coatings.from_bodies(TOOL, STEEL))):
         alone = boundary.operator(shape, PIXEL, 2e11, coatings=coatings, workspace=Workspace(1))
         make = boundary.slab_operators(
-            bands(shape, ranks.count), shape, PIXEL, 2e11, ranks,
+            row_bands(shape, ranks.count), shape, PIXEL, 2e11, ranks,
             coatings=coatings, workspace=Workspace(3),
         )  # fmt: skip
         whole = make(shape, (1, 1))
@@ -148,7 +148,7 @@ def reduces(ranks):
     shape = (1031, 130)
     values = np.random.default_rng(2).normal(size=shape)
     slab = rc.mpi.Slab(values[rc.mpi.slab_rows(shape, ranks)], shape, PIXEL, ranks)
-    mean, largest = slab.reduced(slab.heights), slab.reduced(slab.heights, largest=True)
+    mean, largest = slab.reduce_blocks(slab.heights), slab.reduce_blocks(slab.heights, largest=True)
     if not ranks.first:
         assert mean is largest is None
         return

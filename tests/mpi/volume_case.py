@@ -14,8 +14,8 @@ import roughcontact as rc
 from roughcontact._tools.ranks import Ranks
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.layers import graded_layers
-from roughcontact.halfspace.plastic_halfspace import HalfSpace
-from roughcontact.halfspace.volume_partition import Shared
+from roughcontact.halfspace.plastic_halfspace import PlasticHalfSpace
+from roughcontact.halfspace.volume_partition import DistributedPartition
 from roughcontact.material.hardening import Kinematic, Linear
 
 PIXEL = (1.4e-6, 1.5e-6)
@@ -95,10 +95,10 @@ def apply(folder, ranks):
         strain = rng.normal(size=(thickness.size, 5, *shape))
         strain[2:5] = 0
         pressure = rng.random(shape)
-        share = Shared(ranks, Workspace(2))
+        share = DistributedPartition(ranks, Workspace(2))
         here = share.layers(thickness.size)
         spaces = [
-            HalfSpace(shape, (1.0, 1.2), thickness, shear_modulus=2.0, poisson=0.3,
+            PlasticHalfSpace(shape, (1.0, 1.2), thickness, shear_modulus=2.0, poisson=0.3,
                       boundary=boundary, workspace=Workspace(1), share=one)
             for one in (share, None)
         ]  # fmt: skip

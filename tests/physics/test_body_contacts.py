@@ -334,7 +334,7 @@ def test_two_maps_of_other_pixels_make_the_contact_of_one_grid(independent):
     motion = ((4e-6, -7e-6), 20.0, True)
     other_pixel = (1.1e-6, 1.2e-6)
     second = rc.Surface(on_points((90, 110), other_pixel, 1.1), other_pixel)
-    one, two = placement.matched(first, second, *motion)
+    one, two = placement.match_grids(first, second, *motion)
     got = solve(one, counter_surface=two, load=0.2)
     independent.assert_solved(got, 0.2)
     # What both would have measured on the grid of the first.
@@ -348,7 +348,7 @@ def test_two_maps_of_other_pixels_make_the_contact_of_one_grid(independent):
     assert got.approach == pytest.approx(expected.approach, rel=1e-3)
     assert got.contact_fraction == pytest.approx(expected.contact_fraction, rel=0.01)
     # Not by chance: another angle is another contact.
-    one, two = placement.matched(first, second, motion[0], 25.0, True)
+    one, two = placement.match_grids(first, second, motion[0], 25.0, True)
     wrong = solve(one, counter_surface=two, load=0.2)
     assert abs(wrong.approach / expected.approach - 1) > 0.01
 

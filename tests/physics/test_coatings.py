@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import roughcontact as rc
 from roughcontact.halfspace import coating_stress, convolution, kernels, stress
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.halfspace.coating import Coatings, excess, tabulate
+from roughcontact.halfspace.coating import Coatings, layer_excess, tabulate
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.stress import Field
 from roughcontact.halfspace.tensors import von_mises
@@ -61,7 +61,9 @@ def burmister(young: float, poisson: float, base: rc.Material, h: Array) -> Arra
 @pytest.mark.parametrize("name", ["stiff on steel", "polymer on steel", "stiff on polymer"])
 def test_one_layer_is_the_closed_form(name: str) -> None:
     h = np.geomspace(1e-3, 30, 100)
-    np.testing.assert_allclose(1 + excess(coated(name), h), burmister(*PAIRS[name], h), rtol=1e-12)
+    np.testing.assert_allclose(
+        1 + layer_excess(coated(name), h), burmister(*PAIRS[name], h), rtol=1e-12
+    )
 
 
 @pytest.mark.parametrize("poisson", [0.3, 0.5])
@@ -72,8 +74,8 @@ def test_layers_on_a_rigid_base_are_the_closed_forms(poisson: float) -> None:
     slides = (np.cosh(2 * h) - 1) / (np.sinh(2 * h) + 2 * h)
     on_rigid = rc.Material(math.inf, 0.0, coating=layer)
     on_film = rc.Material(math.inf, 0.0, coating=layer, base="frictionless")
-    np.testing.assert_allclose(1 + excess(on_rigid, h), bonded, rtol=1e-9)
-    np.testing.assert_allclose(1 + excess(on_film, h), slides, rtol=1e-9)
+    np.testing.assert_allclose(1 + layer_excess(on_rigid, h), bonded, rtol=1e-9)
+    np.testing.assert_allclose(1 + layer_excess(on_film, h), slides, rtol=1e-9)
 
 
 def test_cut_layers_are_one_and_equal_materials_are_none() -> None:
@@ -81,24 +83,24 @@ def test_cut_layers_are_one_and_equal_materials_are_none() -> None:
     whole = rc.Material(210e9, 0.3, coating=[rc.Layer(450e9, 0.25, 3e-6)])
     cut = [rc.Layer(450e9, 0.25, thickness) for thickness in (1e-6, 0.5e-6, 1.5e-6)]
     parts = rc.Material(210e9, 0.3, coating=cut)
-    np.testing.assert_allclose(excess(parts, h / 3), excess(whole, h), atol=1e-12)
+    np.testing.assert_allclose(layer_excess(parts, h / 3), layer_excess(whole, h), atol=1e-12)
     same = rc.Material(210e9, 0.3, coating=[rc.Layer(210e9, 0.3, 1e-6)])
-    assert np.abs(excess(same, h)).max() < 1e-13
+    assert np.abs(layer_excess(same, h)).max() < 1e-13
 
 
 def test_limits_of_long_waves() -> None:
     for name in ("stiff on steel", "polymer on steel"):
         young, poisson, base = PAIRS[name]
         limit = young / (1 - poisson**2) * base.compliance
-        assert 1 + excess(coated(name), np.array([1e-7]))[0] == pytest.approx(limit, rel=1e-5)
+        assert 1 + layer_excess(coated(name), np.array([1e-7]))[0] == pytest.approx(limit, rel=1e-5)
         # On an elastic base the mean of a period is not displaced.
-        pair = Coatings.of(coated(name), rc.RIGID)
+        pair = Coatings.from_bodies(coated(name), rc.RIGID)
         assert pair is not None
         assert pair.uniform() == 0
     # Confined, and with free sides along the wave.
     layer = [rc.Layer(1.0, 0.3, 1.0)]
     for base, value in (("bonded", 0.742857), ("frictionless", 0.91)):
-        pair = Coatings.of(rc.Material(math.inf, 0.0, coating=layer, base=base), rc.RIGID)
+        pair = Coatings.from_bodies(rc.Material(math.inf, 0.0, coating=layer, base=base), rc.RIGID)
         assert pair is not None
         assert 2 * pair.uniform() * (1 - 0.3**2) == pytest.approx(value, rel=1e-5)
 
@@ -109,7 +111,7 @@ def test_sum_of_all_waves_below_rubber() -> None:
     layer = [rc.Layer(1.0, 0.5, 1.0)]
     for base, value in (("bonded", 1.770217), ("frictionless", 1.167577)):
         body = rc.Material(math.inf, 0.0, coating=layer, base=base)
-        assert -excess(body, h) @ weights == pytest.approx(value, rel=1e-6)
+        assert -layer_excess(body, h) @ weights == pytest.approx(value, rel=1e-6)
 
 
 # --- Pixels ---
@@ -120,13 +122,13 @@ def test_sum_of_all_waves_below_rubber() -> None:
 @pytest.mark.parametrize("thickness", [0.1, 1.0, 10.0, 100.0])
 def test_coefficients_are_the_integral_over_the_pixel(name: str, thickness: float) -> None:
     body, pixel, shape = coated(name, thickness), (1.0, 1.3), (14, 20)
-    pair = Coatings.of(body, rc.RIGID)
+    pair = Coatings.from_bodies(body, rc.RIGID)
     assert pair is not None
     added = pair.pixels(shape, pixel, 0, pair.tables(40.0))
     scale = (
         math.pi
         * kernels.love((1, 1), pixel, 1.0)[0, 0]
-        * max(1, 1 + excess(body, np.array([1e-6]))[0])
+        * max(1, 1 + layer_excess(body, np.array([1e-6]))[0])
     )
     table = tabulate(body, 8)
 
@@ -147,7 +149,7 @@ def test_coefficients_are_the_integral_over_the_pixel(name: str, thickness: floa
 
 def test_far_away_the_base_responds() -> None:
     body, pixel = coated("stiff on steel", 3.0), (1.0, 1.0)
-    pair = Coatings.of(body, rc.RIGID)
+    pair = Coatings.from_bodies(body, rc.RIGID)
     assert pair is not None
     top = 1 / body.compliance
     both = kernels.love((2, 400), pixel, top) + pair.pixels(
@@ -160,7 +162,7 @@ def test_far_away_the_base_responds() -> None:
 @pytest.mark.parametrize("thickness", [0.1, 1.0, 10.0])
 def test_every_wave_moves_and_both_ways_alike(name: str, thickness: float) -> None:
     body, pixel = coated(name, thickness), (1.0, 1.5)
-    pair = Coatings.of(body, rc.RIGID)
+    pair = Coatings.from_bodies(body, rc.RIGID)
     shape = (9, 12)
     operator = convolution.free(shape, pixel, 1 / body.compliance, coatings=pair)
     matrix = np.array([operator(unit.reshape(shape)).ravel() for unit in np.eye(math.prod(shape))])
@@ -175,12 +177,12 @@ def test_every_wave_moves_and_both_ways_alike(name: str, thickness: float) -> No
 
 def test_a_period_is_its_waves() -> None:
     body, shape, pixel = coated("stiff on steel", 2.0), (16, 24), (1.0, 0.8)
-    pair = Coatings.of(body, rc.RIGID)
+    pair = Coatings.from_bodies(body, rc.RIGID)
     operator = convolution.periodic(shape, pixel, 1 / body.compliance, coatings=pair)
     y, x = np.mgrid[:16, :24]
     wave = np.cos(2 * np.pi * (3 * y / 16 + 5 * x / 24))
     q = 2 * np.pi * math.hypot(3 / 16, 5 / (24 * 0.8))
-    expected = 2 * body.compliance / q * (1 + excess(body, np.array([2.0 * q]))[0])
+    expected = 2 * body.compliance / q * (1 + layer_excess(body, np.array([2.0 * q]))[0])
     np.testing.assert_allclose(operator(wave), expected * wave, atol=1e-6 * expected)
 
 
@@ -193,7 +195,7 @@ def on_strip(
     body: rc.Material, shape: tuple[int, int], pixel: tuple[float, float], axis: int = 1
 ) -> convolution.Convolution:
     """Return the operator of a strip."""
-    pair = Coatings.of(body, rc.RIGID)
+    pair = Coatings.from_bodies(body, rc.RIGID)
     return convolution.strip(shape, pixel, 1 / body.compliance, axis, coatings=pair)
 
 
@@ -220,7 +222,7 @@ def waves_across(first: float, step: float, end: float) -> tuple[Array, Array]:
 def test_waves_on_a_strip_are_their_integral(name: str, thickness: float) -> None:
     # Over waves across the strip, of which each pixel takes the mean.
     body, shape, (dy, dx) = coated(name, thickness), (12, 20), (0.9, 1.3)
-    pair = Coatings.of(body, rc.RIGID)
+    pair = Coatings.from_bodies(body, rc.RIGID)
     assert pair is not None
     added = pair.strip(shape, (dy, dx), 30.0, slice(None))
     bare = kernels.strip(shape, (dy, dx), 1.0, 30.0)[0]
@@ -228,8 +230,10 @@ def test_waves_on_a_strip_are_their_integral(name: str, thickness: float) -> Non
     for wave in (1, 4, 10):
         q = 2 * np.pi * wave / (20 * dx)
         kappa = np.hypot(k, q)
-        response = excess(body, kappa * thickness) / kappa * dy * np.sinc(k * dy / (2 * np.pi))
-        scale = bare[wave] * max(1.0, 1 + excess(body, np.array([q * thickness]))[0])
+        response = (
+            layer_excess(body, kappa * thickness) / kappa * dy * np.sinc(k * dy / (2 * np.pi))
+        )
+        scale = bare[wave] * max(1.0, 1 + layer_excess(body, np.array([q * thickness]))[0])
         for offset in (0, 1, 3, 11):
             integral = 2 / np.pi * (response * np.cos(k * dy * offset)) @ weights
             assert added[offset, wave] == pytest.approx(integral, abs=1e-6 * scale)
@@ -240,12 +244,12 @@ def test_waves_on_a_strip_are_their_integral(name: str, thickness: float) -> Non
 def test_a_profile_is_the_integral_over_its_pixels(name: str, thickness: float) -> None:
     # Differences between pixels, in which neither the datum nor the longest waves matter.
     body, dy = coated(name, thickness), 0.9
-    pair = Coatings.of(body, rc.RIGID)
+    pair = Coatings.from_bodies(body, rc.RIGID)
     assert pair is not None
     added = pair.strip((40, 1), (dy, 1.0), 40.0, slice(None))[:, 0]
     k, weights = waves_across(1e-7, 0.2, 30 / thickness)
-    response = excess(body, k * thickness) / k * dy * np.sinc(k * dy / (2 * np.pi)) * weights
-    softest = max(1.0, 1 + excess(body, np.array([1e-6]))[0])
+    response = layer_excess(body, k * thickness) / k * dy * np.sinc(k * dy / (2 * np.pi)) * weights
+    softest = max(1.0, 1 + layer_excess(body, np.array([1e-6]))[0])
     for offset in (1, 2, 9, 12, 39):
         integral = 2 / np.pi * response @ (np.cos(k * dy * offset) - 1)
         assert added[offset] - added[0] == pytest.approx(integral, abs=1e-6 * dy * softest)
@@ -253,13 +257,13 @@ def test_a_profile_is_the_integral_over_its_pixels(name: str, thickness: float) 
 
 def test_the_datum_of_a_coated_profile_is_where_a_line_displaces_nothing() -> None:
     body = coated("stiff on polymer", 2.0)
-    pair = Coatings.of(body, rc.RIGID)
+    pair = Coatings.from_bodies(body, rc.RIGID)
     assert pair is not None
     added = pair.strip((400, 1), (0.1, 1.0), 30.0, slice(None))[:, 0]
     assert abs(added[300]) < 1e-5 * added[0]
     # On a rigid base displacement dies out, wherever a datum is.
     film = coated("film on rigid", 2.0)
-    pair = Coatings.of(film, rc.RIGID)
+    pair = Coatings.from_bodies(film, rc.RIGID)
     assert pair is not None
     far = kernels.strip((400, 1), (0.1, 1.0), 1.0, 7.0)[:, 0]
     far = far + pair.strip((400, 1), (0.1, 1.0), 7.0, slice(None))[:, 0]
@@ -292,7 +296,7 @@ def test_a_strip_is_one_of_far_periods(name: str) -> None:
     modulus, long = 1 / body.compliance, (1 << 14, 12)
     bare = convolution.strip(pressure.shape, pixel, modulus, 1)(pressure)
     found = on_strip(body, pressure.shape, pixel)(pressure) - bare
-    pair = Coatings.of(body, rc.RIGID)
+    pair = Coatings.from_bodies(body, rc.RIGID)
     whole, none = (convolution.periodic(long, pixel, modulus, coatings=of) for of in (pair, None))
     rows = np.minimum(np.arange(long[0]), long[0] - np.arange(long[0]))
     # The pixels of a strip press evenly across it.
@@ -325,7 +329,7 @@ def sphere(body: rc.Material, radius: float, contact: float) -> tuple[float, flo
     """
     thickness, modulus = body.coating[0].thickness, 1 / body.compliance
     waves, weights = panels(20.0, 300)
-    weights = weights * excess(body, waves) / thickness
+    weights = weights * layer_excess(body, waves) / thickness
     # The equation changes on the scale of the thickness.
     gauss, share = leggauss(48 + 4 * round(contact / thickness))
     t, share = contact * (1 + gauss) / 2, contact / 2 * share
@@ -446,7 +450,7 @@ def test_a_stiff_film_on_a_soft_body_takes_few_convolutions(
     quick = solved()
     # A solver that takes it for a homogeneous body needs 111 to 278.
     assert quick.convolutions <= 36
-    monkeypatch.setattr(Coatings, "bend", False)
+    monkeypatch.setattr(Coatings, "is_long_wave_soft", False)
     slow = solved()
     assert slow.convolutions > 2 * quick.convolutions
     np.testing.assert_array_equal(quick.contact, slow.contact)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.elastoplastic.solve import solve_elastoplastic
 from roughcontact.material.hardening import Swift
 from roughcontact.theory import indenters
@@ -82,7 +82,7 @@ def test_perfectly_plastic_sphere(load) -> None:
         sphere(64, 4.6 * radius, RADIUS), material=steel, load=load * CRITICAL_LOAD, increments=5
     )
     # Far into full plasticity it flows again on unloading.
-    expected = {Kind.PIXEL_SCATTER} | ({Kind.RESIDUAL_YIELD} if load > 100 else set())
+    expected = {CautionTag.PIXEL_SCATTER} | ({CautionTag.RESIDUAL_YIELD} if load > 100 else set())
     assert {caution.kind for caution in result.cautions} <= expected
     approach = result.contact.approach / CRITICAL_APPROACH
     area = result.contact.contact_area / CRITICAL_AREA
@@ -126,7 +126,7 @@ def case(points, loads, **more):
 @pytest.mark.slow
 def test_sphere_with_swift_hardening() -> None:
     result = case(64, dict(load=0.65))
-    assert {caution.kind for caution in result.cautions} <= {Kind.PIXEL_SCATTER}
+    assert {caution.kind for caution in result.cautions} <= {CautionTag.PIXEL_SCATTER}
     assert abs(result.yield_excess) < 1e-3
     # Values of an independent prototype of the same model at finer grids: 5.594 GPa, 1.70 % at
     # 0.56 to 0.59 Hertz radii (6.053 µm) below the surface.

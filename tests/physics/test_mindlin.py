@@ -140,7 +140,9 @@ def test_periods_converge_to_mindlin() -> None:
     more = dict(isolated=True, workspace=Workspace(2))
     measured = []
     for period in (48, 96, 192):
-        operator = layers.Layers(SHAPE, (PIXEL, PIXEL), THICKNESS, MU, NU, (period, period), **more)
+        operator = layers.PeriodicHalfSpace(
+            SHAPE, (PIXEL, PIXEL), THICKNESS, MU, NU, (period, period), **more
+        )
         measured.append(errors(found(operator, SHAPE, PICK)))
     # Images at distance L do as L⁻³, until the average over a layer against the value in its
     # middle is left.
@@ -155,7 +157,7 @@ def test_periods_converge_to_mindlin() -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("precision", ["double", "single"])
 def test_free_boundary_against_mindlin(precision) -> None:
-    operator = plastic_halfspace.HalfSpace(
+    operator = plastic_halfspace.PlasticHalfSpace(
         SHAPE, (PIXEL, PIXEL), THICKNESS, shear_modulus=MU, poisson=NU, precision=precision
     )
     displacement, stress = errors(found(operator, SHAPE, PICK))

@@ -12,7 +12,7 @@ import pytest
 import ceiling_rule
 import roughcontact as rc
 from roughcontact.analyses.history.model import history as load_history
-from roughcontact.cautions import Caution, Kind, Severity
+from roughcontact.cautions import Caution, CautionTag, Severity
 from roughcontact.contact import plausibility
 from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.result import CalibratedCeiling
@@ -40,7 +40,7 @@ def volume(poisson: float, ratio: float) -> tuple[ceiling_rule.Case, dict[str, A
 
 def imprint_caution(history: rc.results.LoadHistory) -> Caution:
     """Return the caution on what the ceiling leaves behind."""
-    (caution,) = (caution for caution in history.cautions if caution.kind == Kind.INDENTATION)
+    (caution,) = (caution for caution in history.cautions if caution.kind == CautionTag.INDENTATION)
     return caution
 
 

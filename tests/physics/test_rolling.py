@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 import roughcontact as rc
 from rollers import PIXEL, STRENGTH, Line
 from roughcontact.analyses.roll.model import Pass, RollingResult, Shakedown
-from roughcontact.cautions import Caution, Kind, Severity
+from roughcontact.cautions import Caution, CautionTag, Severity
 from roughcontact.elastoplastic import plausibility
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace import tensors
@@ -24,7 +24,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic, Linear, Perfect
 from roughcontact.report import kinds, python_script
 from roughcontact.surface import nominal_bodies
-from roughcontact.surface.placement import shifted
+from roughcontact.surface.placement import shift_surface
 
 
 def strain_of(result: rc.ElastoplasticResult) -> NDArray[np.float64]:
@@ -270,23 +270,25 @@ def test_limit_by_bisection() -> None:
 def test_surfaces_that_move() -> None:
     heights = np.random.default_rng(5).random((6, 7))
     surface = rc.Surface(heights, PIXEL)
-    around = shifted(surface, (2e-6, -3e-6), (0, 1))
+    around = shift_surface(surface, (2e-6, -3e-6), (0, 1))
     np.testing.assert_array_equal(around.heights, np.roll(heights, (2, -3), (0, 1)))
-    out = shifted(surface, (2e-6, 0.0), (1,))
+    out = shift_surface(surface, (2e-6, 0.0), (1,))
     assert np.isnan(out.heights[:2]).all()
     assert out.holes_masked
     np.testing.assert_array_equal(out.heights[2:], heights[:-2])
     ball = nominal_bodies.sphere(radius=1e-3, shape=(9, 9), pixel=PIXEL)
     exact = nominal_bodies.sphere(radius=1e-3, shape=(9, 9), pixel=PIXEL, center=(4.3, 3.6))
-    np.testing.assert_allclose(shifted(ball, (0.3e-6, -0.4e-6)).heights, exact.heights, atol=1e-20)
+    np.testing.assert_allclose(
+        shift_surface(ball, (0.3e-6, -0.4e-6)).heights, exact.heights, atol=1e-20
+    )
     # It does not end where the map does.
-    assert not shifted(ball, (3e-6, -2e-6)).missing
+    assert not shift_surface(ball, (3e-6, -2e-6)).missing
     x = np.arange(48) * 2 * math.pi / 48
     wave = rc.Surface(np.tile(np.sin(x), (4, 1)), PIXEL)
-    half = shifted(wave, (0.0, 0.5e-6), (0, 1)).heights
+    half = shift_surface(wave, (0.0, 0.5e-6), (0, 1)).heights
     np.testing.assert_allclose(half, np.tile(np.sin(x - math.pi / 48), (4, 1)), atol=1e-5)
     with pytest.raises(InputError, match="missing points"):
-        shifted(out, (0.5e-6, 0.0))
+        shift_surface(out, (0.5e-6, 0.0))
 
 
 @pytest.mark.parametrize(
@@ -296,7 +298,7 @@ def test_surfaces_that_move() -> None:
 )  # fmt: skip
 def test_what_comes_in_over_the_edge_of_a_measured_map_is_unknown(way, unknown):
     heights = np.random.default_rng(2).normal(size=(12, 16))
-    moved = shifted(rc.Surface(heights, PIXEL), (way[0] * PIXEL[0], way[1] * PIXEL[1]))
+    moved = shift_surface(rc.Surface(heights, PIXEL), (way[0] * PIXEL[0], way[1] * PIXEL[1]))
     expected = np.zeros(heights.shape, bool)
     expected[unknown] = True
     np.testing.assert_array_equal(np.isnan(moved.heights), expected)
@@ -307,7 +309,7 @@ def test_a_map_that_moves_by_part_of_a_pixel_is_a_cubic_spline():
     from scipy.interpolate import make_interp_spline
 
     heights = np.random.default_rng(2).normal(size=(6, 16))
-    moved = shifted(rc.Surface(heights, (1e-6, 1e-6)), (0.0, 0.3e-6), (0, 1)).heights
+    moved = shift_surface(rc.Surface(heights, (1e-6, 1e-6)), (0.0, 0.3e-6), (0, 1)).heights
     x = np.arange(17)
     for row, found in zip(heights, moved, strict=True):
         spline = make_interp_spline(x, np.append(row, row[0]), k=3, bc_type="periodic")
@@ -331,7 +333,7 @@ def test_dents_that_lie_apart_have_no_verdict(tmp_path: Path) -> None:
     assert found.shakedown is Shakedown.NOT_RESOLVED
     assert found.outcome_text.startswith("not told: the steps are longer than the half-width")
     assert found.settled_after is None
-    caution = cautions_of(found)[Kind.STEP_LENGTH]
+    caution = cautions_of(found)[CautionTag.STEP_LENGTH]
     assert caution.severity is Severity.WARNING
     # 8 to 10 of the 32 pixels touch.
     assert caution.numbers["half_width"] == pytest.approx(4.5 * PIXEL[1], rel=0.12)
@@ -351,16 +353,18 @@ def test_dents_that_lie_apart_have_no_verdict(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("steps", "told"), [(16, None), (10, Severity.CAUTION)])
 def test_steps_of_more_than_half_the_half_width_are_told(steps, told) -> None:
     found = cautions_of(rolled(Line(3.7, half_width=4, points=32), 1, steps=steps))
-    assert (found[Kind.STEP_LENGTH].severity if told else found.get(Kind.STEP_LENGTH)) is told
-    assert Kind.ROLLING_PIXEL not in found
+    assert (
+        found[CautionTag.STEP_LENGTH].severity if told else found.get(CautionTag.STEP_LENGTH)
+    ) is told
+    assert CautionTag.ROLLING_PIXEL not in found
 
 
 @pytest.mark.long
 def test_a_roller_on_few_pixels_is_told() -> None:
     found = cautions_of(rolled(Line(3.7, half_width=2, points=16), 1, steps=16))
-    assert found[Kind.ROLLING_PIXEL].numbers["pixels"] < 3
+    assert found[CautionTag.ROLLING_PIXEL].numbers["pixels"] < 3
     # There is no place between those of pixels.
-    assert Kind.STEP_LENGTH not in found
+    assert CautionTag.STEP_LENGTH not in found
 
 
 @pytest.mark.long
@@ -382,7 +386,7 @@ def test_a_roller_that_slides_along_its_axis_is_told(axis, direction, slides) ->
     line = Line(1.5, half_width=5, points=40)
     result = line.solved([line.at(0)])
     found = RollingResult(result, (Pass(0.0, 0.0, 1e9, 0, 0, 0),), direction, axis=axis)
-    assert (Kind.CYLINDER_SLIDES in cautions_of(found)) == slides
+    assert (CautionTag.CYLINDER_SLIDES in cautions_of(found)) == slides
 
 
 def test_the_axis_is_known_of_nominal_cylinders_alone() -> None:
@@ -393,11 +397,11 @@ def test_the_axis_is_known_of_nominal_cylinders_alone() -> None:
         boundary="periodic", layers=line.layers,
     )  # fmt: skip
     (caution,) = found.cautions
-    assert caution.kind == Kind.CYLINDER_SLIDES
+    assert caution.kind == CautionTag.CYLINDER_SLIDES
     assert ArgumentRef("direction", 90.0) in caution.parts
     measured = rc.Surface(lying.heights, PIXEL)
-    for other in (line.flat, measured, lying.rotated(90), shifted(lying, (0, 1e-6))):
-        assert plausibility.axis_of(other.provenance) is None
+    for other in (line.flat, measured, lying.rotated(90), shift_surface(lying, (0, 1e-6))):
+        assert plausibility.cylinder_axis(other.provenance) is None
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ import melan
 import roughcontact as rc
 from rollers import PIXEL, POISSON, SHEAR, STRENGTH, YOUNG, Line
 from roughcontact.elastoplastic.problem import ContactSolver
-from roughcontact.halfspace.plastic_halfspace import HalfSpace
+from roughcontact.halfspace.plastic_halfspace import PlasticHalfSpace
 from roughcontact.material.hardening import Hardening, Kinematic, Perfect
 from roughcontact.surface import nominal_bodies
 
@@ -176,7 +176,7 @@ def point_limit() -> float:
     ball, load = sphere(4.0, 8, 40)
     elastic = rc.Material(YOUNG, POISSON)
     pressure = rc.solve(ball, material=elastic, load=load, boundary="periodic").pressure
-    space = HalfSpace(
+    space = PlasticHalfSpace(
         pressure.shape, PIXEL, POINT_LAYERS, shear_modulus=1.0, poisson=POISSON,
         boundary="periodic",
     )  # fmt: skip
@@ -199,9 +199,9 @@ def test_limit_of_a_point_contact(monkeypatch: pytest.MonkeyPatch) -> None:
     rutted, result = point_passes(ABOVE * limit, 5)
     assert rutted[-1] < 0.1 * rutted[1]
     assert result.contact.max_pressure < 0.85 * ABOVE * limit * SHEAR
-    press = ContactSolver.press
+    press = ContactSolver.solve
     monkeypatch.setattr(
-        ContactSolver, "press", lambda self, gone, load: press(self, np.zeros_like(gone), load)
+        ContactSolver, "solve", lambda self, gone, load: press(self, np.zeros_like(gone), load)
     )
     low, _ = point_passes(BELOW * limit, 8)
     high, _ = point_passes(ABOVE * limit, 8)

@@ -7,7 +7,7 @@ import pytest
 
 import roughcontact as rc
 from hamilton import at_the_rim, sliding_sphere
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.halfspace import stress_kernels, stress_summary
 from roughcontact.halfspace.tensors import tresca, von_mises
 from roughcontact.theory import hertz
@@ -153,17 +153,17 @@ def test_first_yield_of_a_sliding_sphere(friction):
     # The load goes with the third power of the stress; 27 % and 14 % too high at pixel centres.
     assert found.solution.load == pytest.approx(result.load, rel=0.03)
     assert found.max_von_mises_at[0] == 0
-    (caution,) = (caution for caution in found.cautions if caution.kind == Kind.STRESS_PIXEL)
+    (caution,) = (caution for caution in found.cautions if caution.kind == CautionTag.STRESS_PIXEL)
     assert caution.numbers["depth"] == 0
 
 
 def test_depths_that_leave_the_surface_out_are_told():
     result, _ = pressed(10.0)
     found = rc.subsurface_stress(result, PIXEL * np.array([3.0, 10.0, 30.0]), friction=0.5)
-    (told,) = (caution for caution in found.cautions if caution.kind == Kind.STRESS_DEPTH)
+    (told,) = (caution for caution in found.cautions if caution.kind == CautionTag.STRESS_DEPTH)
     assert told.numbers["depth"] == pytest.approx(3 * PIXEL)
     whole = {caution.kind for caution in rc.subsurface_stress(result).cautions}
-    assert not {Kind.STRESS_DEPTH, Kind.STRESS_PIXEL} & whole
+    assert not {CautionTag.STRESS_DEPTH, CautionTag.STRESS_PIXEL} & whole
 
 
 def test_nothing_lies_beyond_the_edges_and_everything_within() -> None:

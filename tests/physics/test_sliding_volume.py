@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import roughcontact as rc
 from rollers import PIXEL, Line
-from roughcontact.elastoplastic.plastic_flow import carried
+from roughcontact.elastoplastic.plastic_flow import shift_field
 from roughcontact.errors import InputError
 
 FRICTION = 0.2
@@ -91,9 +91,9 @@ def test_a_stopped_slide_goes_on_to_the_same_bits(tmp_path: Path) -> None:
 def test_fields_are_carried_by_parts_of_a_pixel() -> None:
     x = np.arange(24) * 2 * np.pi / 24
     field = np.tile(np.sin(x), (6, 1))
-    np.testing.assert_array_equal(carried(field, (2.0, 5.0)), np.roll(field, (2, 5), (0, 1)))
+    np.testing.assert_array_equal(shift_field(field, (2.0, 5.0)), np.roll(field, (2, 5), (0, 1)))
     half = np.tile(np.sin(x - 2.5 * 2 * np.pi / 24), (6, 1))
-    np.testing.assert_allclose(carried(field, (1.5, 2.5)), half, atol=1e-14)
+    np.testing.assert_allclose(shift_field(field, (1.5, 2.5)), half, atol=1e-14)
 
 
 def test_over_a_map_that_ends_it_is_refused() -> None:

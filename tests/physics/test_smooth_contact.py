@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.cautions import Kind
+from roughcontact.cautions import CautionTag
 from roughcontact.contact import hertz_comparison
-from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, Smooth
+from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, SmoothContact
 from roughcontact.errors import ArgumentRef
 from roughcontact.surface import nominal_bodies
 
@@ -18,7 +18,7 @@ STEEL = rc.Material(210e9, 0.3)
 PEAK = "1 GPa"
 
 
-def pressed(body: rc.Surface, **options: Any) -> tuple[rc.ContactResult, Smooth]:
+def pressed(body: rc.Surface, **options: Any) -> tuple[rc.ContactResult, SmoothContact]:
     result = rc.solve(
         body, **{"material": STEEL, "load": f"hertz {PEAK}", "ceiling": None} | options
     )
@@ -43,7 +43,7 @@ def test_a_ball_under_the_load_of_a_peak_has_that_peak() -> None:
     assert hertz_comparison.equivalent_hertz_size(result) == pytest.approx(
         smooth.semi_axes, rel=1e-3
     )
-    assert hertz_comparison.limits(result) == ()
+    assert hertz_comparison.comparison_limits(result) == ()
 
 
 @pytest.mark.parametrize("angle", [0, 30])
@@ -77,7 +77,7 @@ def test_a_roller_under_the_load_of_a_peak_has_that_peak(angle: float, axis: str
     assert hertz_comparison.equivalent_hertz_size(result) == pytest.approx(
         smooth.semi_axes, rel=5e-4
     )
-    assert hertz_comparison.limits(result) == ()
+    assert hertz_comparison.comparison_limits(result) == ()
     line = rc.solve(body, material=STEEL, boundary=f"periodic-{axis}", ceiling=None,
                     load=rc.LineLoad(result.load / smooth.length))  # fmt: skip
     assert line.load == pytest.approx(result.load)
@@ -93,26 +93,28 @@ def test_a_roller_in_profile_is_the_roller_on_a_strip() -> None:
 
 
 def kinds(result: rc.ContactResult) -> str:
-    return "; ".join(f"{limit.severity}: {limit.text}" for limit in hertz_comparison.limits(result))
+    return "; ".join(
+        f"{limit.severity}: {limit.text}" for limit in hertz_comparison.comparison_limits(result)
+    )
 
 
 def test_a_contact_beyond_the_map_is_told() -> None:
     result, _ = pressed(ball(points=48))
     assert "warning: Hertz contact (±" in kinds(result)
     # What the load was taken from is wrong here: a warning of the result, not of the page alone.
-    assert any(c.kind == Kind.HERTZ for c in result.cautions)
+    assert any(c.kind == CautionTag.HERTZ for c in result.cautions)
     plain = rc.solve(ball(points=48), material=STEEL, load=result.load, ceiling=None)
-    assert not any(c.kind == Kind.HERTZ for c in plain.cautions)
+    assert not any(c.kind == CautionTag.HERTZ for c in plain.cautions)
 
 
 def test_ends_copies_size_and_ceilings_are_told() -> None:
     roller = nominal_bodies.cylinder(radius=0.005, shape=(128, 6), pixel=(1e-6, 2e-6))
     free, smooth = pressed(roller)
-    (ends,) = hertz_comparison.limits(free)
+    (ends,) = hertz_comparison.comparison_limits(free)
     assert ArgumentRef("boundary", "periodic-x") in ends.parts
     assert smooth.approach is None
     copies, _ = pressed(roller, boundary="periodic")
-    (near,) = hertz_comparison.limits(copies)
+    (near,) = hertz_comparison.comparison_limits(copies)
     assert near.numbers["period"] < 4 * near.numbers["width"]
     assert copies.hertz is not None
     assert copies.hertz.approach is None
@@ -121,7 +123,7 @@ def test_ends_copies_size_and_ceilings_are_told() -> None:
     assert "half-space theory is inaccurate" in kinds(large)
     yielding = rc.Material(210e9, 0.3, 0.3e9)
     limited, _ = pressed(ball(), material=yielding, ceiling="auto")
-    (first,) = hertz_comparison.limits(limited)
+    (first,) = hertz_comparison.comparison_limits(limited)
     assert first.severity == "note"
     assert first.numbers["peak"] > first.numbers["first_yield"]
 

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from roughcontact.halfspace import stress, tensors
-from roughcontact.halfspace.plastic_halfspace import HalfSpace
+from roughcontact.halfspace.plastic_halfspace import PlasticHalfSpace
 
 PIXEL = (0.1, 0.1)
 THICKNESS = np.array([0.2, 0.3, 0.5, 0.8])
@@ -48,7 +48,7 @@ def averages(
 def found(
     pressure: NDArray[np.float64], boundary: str, pull: tuple[float, float]
 ) -> NDArray[np.float64]:
-    space = HalfSpace(
+    space = PlasticHalfSpace(
         pressure.shape, PIXEL, THICKNESS, shear_modulus=1.0, poisson=NU, boundary=boundary
     )
     nothing = (len(THICKNESS), *pressure.shape)

@@ -79,7 +79,7 @@ def reference(wave, strains, pressure):
 def found(strain, pressure):
     """Return displacement, and stress tensors, shape (nz, ny, nx, 3, 3), by the operator."""
     shape = pressure.shape
-    operator = plastic_halfspace.HalfSpace(
+    operator = plastic_halfspace.PlasticHalfSpace(
         shape, PIXEL, THICKNESS, shear_modulus=MU, poisson=NU, boundary="periodic",
         workspace=Workspace(2),
     )  # fmt: skip
@@ -179,7 +179,7 @@ def test_the_longest_wave_of_an_isolated_map_is_the_mean_of_all_directions() -> 
         reference(1e-6 * np.array([np.cos(a), np.sin(a)]), np.zeros((4, 3, 3)), 1.0)[1]
         for a in angle
     ]
-    operator = layers.Layers(
+    operator = layers.PeriodicHalfSpace(
         SHAPE, PIXEL, THICKNESS, MU, NU, SHAPE, isolated=True, workspace=Workspace(1)
     )
     operator.displacement(lambda layer, out: None, trace=True)

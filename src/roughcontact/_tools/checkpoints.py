@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools import checksums, files
-from roughcontact._tools.files import atomic_write, to_json, write
+from roughcontact._tools.files import atomic_write, to_json, write_atomically
 from roughcontact.errors import FormatError, InputError, OtherRunError
 
 
 @dataclass(frozen=True)
-class Place:
+class RunFolder:
     """Where the steps of a run are kept, as long as the run holds it."""
 
     folder: Path  # The folder, with the record in it
@@ -39,14 +39,14 @@ def lock_folder(
     kind: str,
     record: str,
     pattern: str,
-) -> Iterator[Place]:
+) -> Iterator[RunFolder]:
     """Hold the folder of a run alone, after a look at what stands there."""
     folder = Path(folder)
     # As it reads back from the file.
     described: dict[str, Any] = json.loads(to_json(problem))
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file; give the name of a folder", argument="folder")
-    with _alone(folder, f"{Path(record).stem}.lock", kind):
+    with _lock_exclusively(folder, f"{Path(record).stem}.lock", kind):
         path = folder / record
         if path.exists():
             _require_same(path, described, kind)
@@ -56,20 +56,20 @@ def lock_folder(
             )
         else:
             try:
-                write(path, to_json(described))
+                write_atomically(path, to_json(described))
             except OSError as error:
-                raise _closed(folder, f" ({error.strerror})") from None
-        yield Place(folder, checksums.of_words(described))
+                raise _closed_error(folder, f" ({error.strerror})") from None
+        yield RunFolder(folder, checksums.checksum_json(described))
 
 
 @contextmanager
-def _alone(folder: Path, name: str, kind: str) -> Iterator[None]:
+def _lock_exclusively(folder: Path, name: str, kind: str) -> Iterator[None]:
     """Hold the lock of a folder, which is made, or raise `InputError`."""
     with ExitStack() as stack:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             if not os.access(folder, os.W_OK | os.X_OK):
-                raise _closed(folder)
+                raise _closed_error(folder)
             stack.enter_context(files.file_lock(folder / name))
         except BlockingIOError:
             raise InputError(
@@ -78,7 +78,7 @@ def _alone(folder: Path, name: str, kind: str) -> Iterator[None]:
                 argument="folder",
             ) from None
         except OSError as error:
-            raise _closed(folder, f" ({error.strerror})") from None
+            raise _closed_error(folder, f" ({error.strerror})") from None
         yield
 
 
@@ -98,7 +98,7 @@ def _require_same(path: Path, described: dict[str, Any], kind: str) -> None:
         )
 
 
-def _closed(folder: Path, reason: str = "") -> InputError:
+def _closed_error(folder: Path, reason: str = "") -> InputError:
     return InputError(
         f"{folder} cannot be written to{reason}; give another folder", argument="folder"
     )
@@ -109,7 +109,7 @@ def write_step(path: Path, arrays: Mapping[str, Any], mark: Mapping[str, Any]) -
     held = {**arrays, **mark}
     try:
         with atomic_write(path) as stream:
-            np.savez(stream, **held, checksum=checksums.of_arrays(held))
+            np.savez(stream, **held, checksum=checksums.checksum_arrays(held))
     except OSError as error:
         raise InputError(
             f"{path} cannot be written ({error.strerror}); the steps before it are kept"
@@ -123,7 +123,7 @@ def read_step(
     try:
         with path.open("rb") as stream, np.load(stream) as stored:
             arrays = {name: stored[name] for name in (*names, *mark)}
-            sound = str(stored["checksum"]) == checksums.of_arrays(arrays)
+            sound = str(stored["checksum"]) == checksums.checksum_arrays(arrays)
     # NumPy and zipfile fail on damaged files with errors of many kinds.
     except Exception as error:
         raise FormatError(
@@ -141,7 +141,7 @@ def read_step(
     return arrays
 
 
-def digest(*parts: Any) -> str:
+def digest_arrays(*parts: Any) -> str:
     """Return a word for arrays of numbers; every bit of them counts."""
     result = hashlib.sha256()
     for part in parts:

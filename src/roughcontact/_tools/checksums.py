@@ -13,25 +13,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 
-def of_array(values: ArrayLike) -> str:
+def checksum_array(values: ArrayLike) -> str:
     """Return the checksum of an array: kind of number, shape, and every bit of it."""
     array = np.asarray(values)
     if array.dtype.kind not in "biufc":
-        return of_words(["text", array.shape, array.tolist()])
+        return checksum_json(["text", array.shape, array.tolist()])
     little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
     result = hashlib.sha256(f"{little.dtype.str} {array.shape} ".encode())
     result.update(little.reshape(-1).view(np.uint8).data)
     return result.hexdigest()
 
 
-class Running:
-    """The checksum of an array that comes in parts, as `of_array` would find it."""
+class RunningChecksum:
+    """The checksum of an array that comes in parts, as `checksum_array` would find it."""
 
     def __init__(self, kind: str, shape: tuple[int, ...]) -> None:
         self._kind = np.dtype(kind)
         self._hash = hashlib.sha256(f"{self._kind.str} {shape} ".encode())
 
-    def add(self, part: ArrayLike) -> None:
+    def update(self, part: ArrayLike) -> None:
         """Go on with the next rows."""
         little = np.ascontiguousarray(part, self._kind)
         self._hash.update(little.reshape(-1).view(np.uint8).data)
@@ -41,23 +41,23 @@ class Running:
         return self._hash.hexdigest()
 
 
-def of_arrays(arrays: Mapping[str, ArrayLike]) -> str:
+def checksum_arrays(arrays: Mapping[str, ArrayLike]) -> str:
     """Return the checksum of arrays with their names, whatever their order."""
-    return of_words({name: of_array(values) for name, values in arrays.items()})
+    return checksum_json({name: checksum_array(values) for name, values in arrays.items()})
 
 
-def of_file(path: str | os.PathLike[str]) -> str:
+def checksum_file(path: str | os.PathLike[str]) -> str:
     """Return the checksum of a file as it stands on the disk."""
     with Path(path).open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def of_words(words: Any) -> str:
+def checksum_json(words: Any) -> str:
     """Return the checksum of JSON values, independent of the order of mappings."""
-    text = json.dumps(words, sort_keys=True, default=_plain)
+    text = json.dumps(words, sort_keys=True, default=_to_json_value)
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
-def _plain(value: Any) -> Any:
+def _to_json_value(value: Any) -> Any:
     """Return a JSON value for an object that JSON does not support."""
     return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else repr(value)

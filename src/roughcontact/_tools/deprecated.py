@@ -89,7 +89,7 @@ ATTRIBUTES = {
 """Of any result, material or point of a path that has the new attribute: old to new one."""
 
 
-class Renamed:
+class RenamedAttributes:
     """A class some of whose attributes had other names."""
 
     if not TYPE_CHECKING:
@@ -100,7 +100,7 @@ class Renamed:
             if new is None or not (hasattr(type(self), new) or new in vars(self)):
                 # Raises the error of a property, or that there is no such attribute.
                 return object.__getattribute__(self, name)
-            _warn(f"{type(self).__name__}.{name} is {new} now")
+            _warn_renamed(f"{type(self).__name__}.{name} is {new} now")
             return getattr(self, new)
 
 
@@ -124,7 +124,7 @@ def current_argument(function: str, name: str) -> str:
     """Return what an argument is called now."""
     new = ARGUMENTS.get(function, {}).get(name, name)
     if new != name:
-        _warn(f"{function}({name}=) is {function}({new}=) now")
+        _warn_renamed(f"{function}({name}=) is {function}({new}=) now")
     return new
 
 
@@ -132,7 +132,7 @@ def current_option(command: str, name: str, warn: Warn | None = None) -> str:
     """Return what an option or a key of a project file is called now."""
     new = (OPTIONS[""] | OPTIONS.get(command, {})).get(name, name)
     if new != name:
-        (warn or _warn)(f"'{name}' is '{new}' now")
+        (warn or _warn_renamed)(f"'{name}' is '{new}' now")
     return new
 
 
@@ -140,7 +140,7 @@ def current_value(name: str, value: Any, warn: Warn | None = None) -> Any:
     """Return what a value of an argument or option is called now."""
     new = VALUES.get(name, {}).get(value) if isinstance(value, str) else None
     if new is not None:
-        (warn or _warn)(f"'{name} {value}' is '{name} {new}' now")
+        (warn or _warn_renamed)(f"'{name} {value}' is '{name} {new}' now")
     return value if new is None else new
 
 
@@ -159,7 +159,7 @@ def current_command_line(arguments: Iterable[str], warn: Warn) -> list[str]:
     return result
 
 
-def _warn(text: str) -> None:
+def _warn_renamed(text: str) -> None:
     """Warn of an old name where the caller of the package uses it."""
     frame, level = sys._getframe(), 1
     # Frames of the package itself differ in number between versions of Python, too.
@@ -168,12 +168,12 @@ def _warn(text: str) -> None:
     warnings.warn(f"{text}; the old name works until 0.4", DeprecationWarning, stacklevel=level)
 
 
-def renamed(name: str) -> Any:
+def resolve_renamed(name: str) -> Any:
     """Return what a name of the package means now; `AttributeError` where it never had one."""
     if name not in NAMES:
         raise AttributeError(f"module 'roughcontact' has no attribute {name!r}")
     new = NAMES[name]
-    _warn(f"roughcontact.{name} is roughcontact.{new} now")
+    _warn_renamed(f"roughcontact.{name} is roughcontact.{new} now")
     package = import_module("roughcontact")
     first, _, rest = new.partition(".")
     if not rest or first in package.__dir__():

@@ -38,7 +38,7 @@ except ImportError:
 # Name of an unfinished file, random to avoid collisions.
 _UNFINISHED = re.compile(r"\.roughcontact-[0-9a-f]{16}\.part")
 # Files of a folder that each writer looks at: to look at all would make ten thousand contacts slow.
-_FEW = 1000
+_MAX_LISTED = 1000
 
 
 @contextmanager
@@ -46,8 +46,8 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
     """Give a stream whose bytes become a file at the end, all of them or none."""
     target = Path(path)
     try:
-        clear(target.parent, _FEW)
-        stream, temporary = _begun(target.parent)
+        remove_unfinished(target.parent, _MAX_LISTED)
+        stream, temporary = _create_locked(target.parent)
         try:
             with stream:
                 yield stream
@@ -69,13 +69,13 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
         raise
 
 
-def write(path: str | os.PathLike[str], content: str | bytes | memoryview) -> None:
+def write_atomically(path: str | os.PathLike[str], content: str | bytes | memoryview) -> None:
     """Write a file, all of it or nothing; see `atomic_write`."""
     with atomic_write(path) as stream:
         stream.write(content.encode("utf-8") if isinstance(content, str) else content)
 
 
-def clear(folder: str | os.PathLike[str], maximum: int | None = None) -> None:
+def remove_unfinished(folder: str | os.PathLike[str], maximum: int | None = None) -> None:
     """Remove the unfinished files that killed processes left in a folder."""
     if fcntl is None:
         return
@@ -88,9 +88,9 @@ def clear(folder: str | os.PathLike[str], maximum: int | None = None) -> None:
 
 
 @contextmanager
-def marked(folder: str | os.PathLike[str]) -> Iterator[Path]:
+def hold_marker_file(folder: str | os.PathLike[str]) -> Iterator[Path]:
     """Give a hidden file that is there as long as the block lasts."""
-    stream, path = _begun(Path(folder))
+    stream, path = _create_locked(Path(folder))
     try:
         with stream:
             yield path
@@ -98,19 +98,19 @@ def marked(folder: str | os.PathLike[str]) -> Iterator[Path]:
         path.unlink(missing_ok=True)
 
 
-def _begun(folder: Path) -> tuple[IO[bytes], Path]:
+def _create_locked(folder: Path) -> tuple[IO[bytes], Path]:
     """Return an empty hidden file that is locked, and its name."""
     while True:
         # A name of its own for every call: threads may write the same file, and the last one stays.
         path = folder / f".roughcontact-{os.urandom(8).hex()}.part"
         stream = path.open("x+b")
-        if _locked(stream) and path.exists():
+        if _try_lock(stream) and path.exists():
             return stream, path
         # Another process took it for a left one before it was locked, and removes it.
         stream.close()
 
 
-def _locked(stream: IO[bytes]) -> bool:
+def _try_lock(stream: IO[bytes]) -> bool:
     """Lock a file where that can be done, and return whether nobody is removing it."""
     if fcntl is not None:
         try:
@@ -132,14 +132,14 @@ def require_suffix(path: str | os.PathLike[str], *suffixes: str) -> None:
 
 def to_json(values: Mapping[str, Any]) -> str:
     """Return JSON text."""
-    return json.dumps(_finite(values), indent=2, allow_nan=False)
+    return json.dumps(_replace_non_finite(values), indent=2, allow_nan=False)
 
 
-def _finite(value: Any) -> Any:
+def _replace_non_finite(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return {key: _finite(entry) for key, entry in value.items()}
+        return {key: _replace_non_finite(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_finite(entry) for entry in value]
+        return [_replace_non_finite(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
@@ -204,12 +204,12 @@ def _locks_locked(file: Path) -> IO[bytes]:
 # --- What is given as a file, as a regular file: one that a reader may open again and search ---
 
 
-MOST = 2**30
+MAX_PIPE_BYTES = 2**30
 """Most bytes that a pipe may give; they lie in a temporary file while they are read."""
 
 _BLOCK = 2**20
 # Seconds for whoever waits to write to a named pipe, and now can.
-_PATIENCE = 1.0
+_PIPE_TIMEOUT = 1.0
 
 
 @contextmanager
@@ -220,7 +220,7 @@ def as_regular_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     if stat.S_ISFIFO(mode):
         with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
             copy = Path(folder) / path.name
-            _copy(path, copy)
+            _copy_stream(path, copy)
             yield copy
     elif stat.S_ISREG(mode):
         yield path
@@ -228,16 +228,16 @@ def as_regular_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         raise FormatError(f"{path} is no regular file; copy it into one")
 
 
-def _copy(pipe: Path, target: Path) -> None:
+def _copy_stream(pipe: Path, target: Path) -> None:
     """Write all that a pipe gives into a file."""
     size, written_to = 0, False
-    end = time.monotonic() + _PATIENCE
+    end = time.monotonic() + _PIPE_TIMEOUT
     # With O_NONBLOCK a named pipe opens immediately; reading detects whether it has a writer.
     with (
         os.fdopen(os.open(pipe, os.O_RDONLY | os.O_NONBLOCK), "rb", 0) as source,
         target.open("xb") as copy,
     ):
-        while size <= MOST:
+        while size <= MAX_PIPE_BYTES:
             block = source.read(_BLOCK)
             if block:
                 size += copy.write(block)
@@ -254,5 +254,5 @@ def _copy(pipe: Path, target: Path) -> None:
             else:
                 time.sleep(0.01)
     raise FormatError(
-        f"{pipe} is a pipe that gives more than {MOST / 2**30:.0f} GiB; write that into a file"
+        f"{pipe} is a pipe that gives more than {MAX_PIPE_BYTES / 2**30:.0f} GiB; write that into a file"
     )

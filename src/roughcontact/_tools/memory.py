@@ -41,7 +41,7 @@ _GROUPS = (
 )  # fmt: skip
 
 
-def free() -> int:
+def free_bytes() -> int:
     """Return the bytes that a new array may take now."""
     import psutil
 
@@ -53,7 +53,7 @@ def free() -> int:
     return max(0, min(remaining))
 
 
-def held() -> int:
+def resident_bytes() -> int:
     """Return the bytes of the memory of the machine that this process holds."""
     import psutil
 
@@ -74,10 +74,10 @@ def left_in_containers(root: Path) -> Iterator[int]:
             inner = PurePosixPath(path.lstrip("/"))
             for folder in (inner, *inner.parents):
                 if ".." not in folder.parts:
-                    yield from _left_in(root / group.mount / folder, group)
+                    yield from _cgroup_free_bytes(root / group.mount / folder, group)
 
 
-def _left_in(folder: Path, group: _Group) -> Iterator[int]:
+def _cgroup_free_bytes(folder: Path, group: _Group) -> Iterator[int]:
     """Yield what one control group leaves, if it has a limit."""
     known = (_number(folder / name) for name in group.limits)
     limit = min((limit for limit in known if limit is not None), default=_NO_LIMIT)
@@ -118,11 +118,11 @@ def _left_to_us() -> Iterator[int]:
             yield maximum - int(getattr(used, kind, used.vms))
 
 
-def require(
+def require_memory(
     needed: int, *what: Part, advice: tuple[Part, ...], worst_case: tuple[str, int] = ("", 0)
 ) -> None:
     """Raise an error with advice unless a job fits into the memory that is free."""
-    there = free()
+    there = free_bytes()
     if needed > there:
         worst = (
             f" ({worst_case[1] / GIB:.1f} GiB {worst_case[0]})" if worst_case[1] > needed else ""
@@ -136,7 +136,7 @@ def require(
 
 def square_side(needed: int, shape: tuple[int, int]) -> int:
     """Return the points along the largest square grid that fits, by an estimate for another."""
-    return int(math.sqrt(free() / needed * shape[0] * shape[1]))
+    return int(math.sqrt(free_bytes() / needed * shape[0] * shape[1]))
 
 
 def address_space_bytes() -> int:
@@ -177,7 +177,7 @@ def require_points(name: str, shape: Sequence[int], each: int) -> None:
             f"{name} announces {grid} points, more than the {POINTS} (2³⁰) that a map may have; "
             "check that the file is complete, or export a part of it"
         )
-    require(
+    require_memory(
         math.prod(shape) * each,
         f"reading the {grid} points of {name} needs",
         advice=("export a part of it",),
@@ -193,19 +193,19 @@ def require_size(name: str, size: int, packed: int | None = None) -> None:
         )
     if packed is not None:
         require_packing(name, size, packed)
-    require(size, f"reading {name} needs", advice=("export a part of it",))
+    require_memory(size, f"reading {name} needs", advice=("export a part of it",))
 
 
 def require_packing(name: str, size: int, packed: int) -> None:
     """Raise `FormatError` for bytes that are packed into so few as nothing that was measured is."""
-    if size > most_unpacked(packed):
+    if size > max_unpacked_bytes(packed):
         raise FormatError(
             f"{name} holds {size / GIB:.1f} GiB or more, packed into "
             f"{packed / 2**20:.1f} MiB as no measurement is; check where the file is from"
         )
 
 
-def most_unpacked(packed: int) -> int:
+def max_unpacked_bytes(packed: int) -> int:
     """Return the most bytes that a file of so many may unpack to."""
     return min(BYTES, max(_SMALL, _PACKED * packed))
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _DEFLATED = 1032
 
 
-class Stored(NamedTuple):
+class StoredArray(NamedTuple):
     """What a file says of one array."""
 
     shape: tuple[int, ...]  # Its points along each axis
@@ -45,7 +45,7 @@ class Stored(NamedTuple):
     kind: str  # NumPy's letter for its numbers
 
 
-def check(path: Path) -> dict[str, Stored]:
+def check_hdf5(path: Path) -> dict[str, StoredArray]:
     """Refuse an HDF5 file that would be read for ever, or in which another file is read."""
     _check_heaps(path)
     import h5py
@@ -58,7 +58,9 @@ def check(path: Path) -> dict[str, Stored]:
         return dict(_arrays(path, file, links))
 
 
-def _arrays(path: Path, file: Any, links: list[tuple[bytes, int]]) -> Iterator[tuple[str, Stored]]:
+def _arrays(
+    path: Path, file: Any, links: list[tuple[bytes, int]]
+) -> Iterator[tuple[str, StoredArray]]:
     """Yield shape, size and dtype of the arrays of a file, if all of them are within it."""
     from h5py import h5d, h5l, h5o
 
@@ -70,22 +72,22 @@ def _arrays(path: Path, file: Any, links: list[tuple[bytes, int]]) -> Iterator[t
                 yield text, _stored(path, text, result)
         # A soft link leads to where the hard ones do.
         elif kind != h5l.TYPE_SOFT:
-            raise _outside(path, text, "an external link")
+            raise _external_storage(path, text, "an external link")
 
 
-def _stored(path: Path, name: str, array: Any) -> Stored:
+def _stored(path: Path, name: str, array: Any) -> StoredArray:
     """Return shape, size and dtype of an array, if it is within the file."""
     from h5py import h5d
 
     layout = array.get_create_plist()
     if layout.get_layout() == h5d.VIRTUAL:
-        raise _outside(path, name, "a virtual dataset")
+        raise _external_storage(path, name, "a virtual dataset")
     if layout.get_layout() == h5d.CONTIGUOUS and layout.get_external_count():
-        raise _outside(path, name, "raw data outside")
+        raise _external_storage(path, name, "raw data outside")
     each = array.get_type().get_size()
     if layout.get_layout() == h5d.CHUNKED:
         block = math.prod(layout.get_chunk()) * each
-        memory.require(
+        memory.require_memory(
             block,
             f"one block of {name!r} in {path.name} needs",
             advice=("check that the file is complete",),
@@ -99,12 +101,12 @@ def _stored(path: Path, name: str, array: Any) -> Stored:
     # What is never written takes no place; fields over the depth may be nearly all zero.
     if len(array.shape) <= 2:
         memory.require_packing(f"{name!r} in {path.name}", size, path.stat().st_size)
-    return Stored(array.shape, size, kind)
+    return StoredArray(array.shape, size, kind)
 
 
 def _check_blocks(path: Path, name: str, array: Any, block: int) -> None:
     """Refuse a packed array of which a block unpacks to more than a block."""
-    if array.get_storage_size() <= memory.free() // _DEFLATED:
+    if array.get_storage_size() <= memory.free_bytes() // _DEFLATED:
         return
     parts: list[Any] = []
     array.chunk_iter(parts.append)
@@ -128,7 +130,7 @@ def _check_blocks(path: Path, name: str, array: Any, block: int) -> None:
                 )
 
 
-def _outside(path: Path, name: str, how: str) -> FormatError:
+def _external_storage(path: Path, name: str, how: str) -> FormatError:
     return FormatError(
         f"{path.name} keeps {name!r} in another file ({how}), which is not followed; save it as "
         "one file"
@@ -144,14 +146,14 @@ def _check_heaps(path: Path) -> None:
         path.open("rb") as stream,
         mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content,
     ):
-        for first, last in _filled(stream.fileno(), size):
+        for first, last in _data_extents(stream.fileno(), size):
             start = content.find(b"GCOL", first, last)
             while start >= 0:
                 _check_heap(content, start)
                 start = content.find(b"GCOL", start + 4, last)
 
 
-def _filled(descriptor: int, size: int) -> Iterator[tuple[int, int]]:
+def _data_extents(descriptor: int, size: int) -> Iterator[tuple[int, int]]:
     """Yield where a file holds anything: it may have holes of terabytes."""
     if not hasattr(os, "SEEK_DATA"):
         yield 0, size
@@ -195,7 +197,7 @@ CHECKSUM = "checksum_sha256"
 _CHUNK = 1 << 18
 
 ATTRIBUTES = "attributes"
-"""What `mismatches` calls everything but the numbers: attributes, names and dimensions."""
+"""What `changed_names` calls everything but the numbers: attributes, names and dimensions."""
 
 
 class Variable(NamedTuple):
@@ -253,17 +255,17 @@ def write(
     import h5netcdf
 
     with files.atomic_write(path) as stream:
-        place = io.BytesIO() if 2 * dataset.nbytes < memory.free() else stream
+        place = io.BytesIO() if 2 * dataset.nbytes < memory.free_bytes() else stream
         with h5netcdf.File(place, "w") as file:
-            whole = sealed(dataset)
+            whole = add_checksums(dataset)
             file.attrs.update(whole.attrs)
             file.dimensions = whole.sizes
-            _put(file, whole, packed or {})
+            _write_variables(file, whole, packed or {})
         if isinstance(place, io.BytesIO):
             stream.write(place.getbuffer())
 
 
-def _put(file: Any, dataset: Dataset, packed: Mapping[str, Mapping[str, Any]]) -> None:
+def _write_variables(file: Any, dataset: Dataset, packed: Mapping[str, Mapping[str, Any]]) -> None:
     """Write the variables of a dataset into a file that has their axes."""
     import h5py
 
@@ -299,23 +301,23 @@ def write_streamed(frame: Dataset, maps: Iterable[Streamed], path: str | os.Path
     # A disk that fills up while HDF5 writes would end the process.
     if needed > shutil.disk_usage(Path(path).absolute().parent).free:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
-    whole = sealed(frame)
+    whole = add_checksums(frame)
     with files.atomic_write(path) as stream, h5netcdf.File(stream, "w") as file:
         file.dimensions = whole.sizes
         for item in maps:
             for axis, size in zip(item.dims, item.shape, strict=True):
                 if axis not in file.dimensions:
                     file.dimensions[axis] = size
-        _put(file, whole, {})
+        _write_variables(file, whole, {})
         described = _described(whole)
         for item in maps:
             attributes = {**item.attributes, CHECKSUM: _streamed(file, item)}
             file.variables[item.name].attrs.update(attributes)
             described["variables"][item.name] = [list(item.dims), attributes]
-        file.attrs.update({**whole.attrs, CHECKSUM: checksums.of_words(described)})
+        file.attrs.update({**whole.attrs, CHECKSUM: checksums.checksum_json(described)})
 
 
-class Part(NamedTuple):
+class RankPart(NamedTuple):
     """A part of a map that one of several ranks has."""
 
     rank: int  # Which has it
@@ -325,15 +327,15 @@ class Part(NamedTuple):
 
 def write_shared(
     frame: Callable[[], Dataset],
-    maps: Mapping[Streamed, Sequence[Part]],
+    maps: Mapping[Streamed, Sequence[RankPart]],
     path: str | os.PathLike[str],
     ranks: Ranks,
 ) -> None:
     """Write maps that several ranks hold to one NetCDF file with checksums; all of them call it."""
 
-    def received(item: Streamed, parts: Sequence[Part]) -> Iterator[NDArray[Any]]:
+    def received(item: Streamed, parts: Sequence[RankPart]) -> Iterator[NDArray[Any]]:
         for rank, length, take in parts:
-            ranks.broadcast(True)
+            ranks.broadcast_flag(True)
             there = np.empty((length, *item.shape[1:]), item.kind) if rank else take()
             yield ranks.sent_to_first(there, rank)
 
@@ -343,18 +345,18 @@ def write_shared(
             write_streamed(frame(), streamed, path)
         except BaseException:
             # The others wait to be asked for their parts.
-            ranks.broadcast(False)
+            ranks.broadcast_flag(False)
             raise
 
     def sent() -> None:
         for rank, _, take in (part for parts in maps.values() for part in parts):
-            if not ranks.broadcast(None):
+            if not ranks.broadcast_flag(None):
                 return
             if rank == ranks.number:
                 ranks.sent_to_first(take(), rank)
 
     files.require_suffix(path, ".nc")
-    ranks.agreed(written if ranks.first else sent)
+    ranks.run_on_all(written if ranks.is_root else sent)
 
 
 def _streamed(file: Any, item: Streamed) -> str:
@@ -365,24 +367,24 @@ def _streamed(file: Any, item: Streamed) -> str:
     chunks = (rows, *rest) if item.packed else None
     options = SHUFFLED if item.packed else {}
     variable = file.create_variable(item.name, item.dims, item.kind, chunks=chunks, **options)
-    result, top = checksums.Running(item.kind, item.shape), 0
+    result, top = checksums.RunningChecksum(item.kind, item.shape), 0
     for part in item.parts:
         variable[top : top + len(part)] = part
-        result.add(part)
+        result.update(part)
         top += len(part)
     return result.digest()
 
 
-def sealed(dataset: Dataset) -> Dataset:
+def add_checksums(dataset: Dataset) -> Dataset:
     """Return a dataset with a checksum on every variable, and one on all that describes them."""
     marked = Dataset(dataset.attrs)
     for name, (dims, values, attrs) in dataset.variables.items():
-        marked[name] = (dims, values, {**attrs, CHECKSUM: checksums.of_array(values)})
-    marked.attrs[CHECKSUM] = checksums.of_words(_described(marked))
+        marked[name] = (dims, values, {**attrs, CHECKSUM: checksums.checksum_array(values)})
+    marked.attrs[CHECKSUM] = checksums.checksum_json(_described(marked))
     return marked
 
 
-def mismatches(
+def changed_names(
     dataset: xarray.Dataset, names: Iterable[str] | None = None
 ) -> tuple[str, ...] | None:
     """Return the names in a dataset that differ from their checksums."""
@@ -393,9 +395,9 @@ def mismatches(
     result = [
         name
         for name in (variables if names is None else names)
-        if checksums.of_array(variables[name].values) != variables[name].attrs.get(CHECKSUM)
+        if checksums.checksum_array(variables[name].values) != variables[name].attrs.get(CHECKSUM)
     ]
-    if checksums.of_words(_described(dataset)) != dataset.attrs.get(CHECKSUM):
+    if checksums.checksum_json(_described(dataset)) != dataset.attrs.get(CHECKSUM):
         result.append(ATTRIBUTES)
     return tuple(result)
 
@@ -422,9 +424,9 @@ def _described(dataset: Dataset | xarray.Dataset) -> dict[str, Any]:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[xarray.Dataset]:
+def open_dataset(path: Path) -> Iterator[xarray.Dataset]:
     """Give the dataset in a NetCDF file."""
-    arrays = check(path)
+    arrays = check_hdf5(path)
     for name, stored in arrays.items():
         # xarray reads the axes as it opens a file.
         if len(stored.shape) == 1:

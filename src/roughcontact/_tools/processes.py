@@ -18,7 +18,7 @@ from multiprocessing.context import SpawnProcess
 from typing import Any
 
 # Seconds after which an interrupt that was dropped comes again.
-_MOMENT = 0.01
+_RETRY_SECONDS = 0.01
 
 
 @contextmanager
@@ -30,17 +30,17 @@ def redeliver_interrupts() -> Iterator[None]:
     undecided = main and signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
     def again(dropped: Any) -> None:
-        if not _is_end(dropped):
+        if not _is_exit_exception(dropped):
             before(dropped)
             return
         requested = signal.SIGINT if dropped.exc_type is KeyboardInterrupt else signal.SIGTERM
-        soon.append(threading.Timer(_MOMENT, _ask, (requested,)))
+        soon.append(threading.Timer(_RETRY_SECONDS, _send_signal, (requested,)))
         soon[-1].daemon = True
         soon[-1].start()
 
     sys.unraisablehook = again
     if undecided:
-        signal.signal(signal.SIGINT, _interrupted)
+        signal.signal(signal.SIGINT, _raise_interrupt)
     try:
         yield
     finally:
@@ -51,17 +51,17 @@ def redeliver_interrupts() -> Iterator[None]:
         sys.unraisablehook = before
 
 
-def quiet() -> None:
+def silence_unraisable() -> None:
     """Tell of nothing else that Python drops, until the end of `redeliver_interrupts`."""
     before = sys.unraisablehook
-    sys.unraisablehook = lambda dropped: before(dropped) if _is_end(dropped) else None
+    sys.unraisablehook = lambda dropped: before(dropped) if _is_exit_exception(dropped) else None
 
 
-def _is_end(dropped: Any) -> bool:
+def _is_exit_exception(dropped: Any) -> bool:
     return issubclass(dropped.exc_type, KeyboardInterrupt | SystemExit)
 
 
-def _ask(number: signal.Signals) -> None:
+def _send_signal(number: signal.Signals) -> None:
     """Send a signal to the first thread, which it wakes where that can be done."""
     first = threading.main_thread().ident
     if first is not None and hasattr(signal, "pthread_kill"):
@@ -70,9 +70,9 @@ def _ask(number: signal.Signals) -> None:
         _thread.interrupt_main(number)
 
 
-def _interrupted(number: int, frame: object) -> None:
+def _raise_interrupt(number: int, frame: object) -> None:
     """Do what Python does at Ctrl-C."""
-    quiet()
+    silence_unraisable()
     raise KeyboardInterrupt
 
 
@@ -80,7 +80,7 @@ def _interrupted(number: int, frame: object) -> None:
 
 
 # Time [s] that a process has to remove unfinished files when it is terminated.
-_GRACE = 0.5
+_EXIT_SECONDS = 0.5
 
 # Parameters of the GNU C library's mallopt(3), and bytes: what is larger is mapped by itself, and
 # more than that is not kept at the end of the heap.
@@ -88,17 +88,17 @@ _MAPPED, _KEPT = (-3, 2**25), (-1, 2**27)
 
 
 def create_process(target: Callable[..., None], *args: Any) -> SpawnProcess:
-    """Return a process of its own, which `start` starts."""
+    """Return a process of its own, which `start_process` starts."""
     return multiprocessing.get_context("spawn").Process(target=target, args=args, daemon=True)
 
 
-def start(process: SpawnProcess) -> None:
+def start_process(process: SpawnProcess) -> None:
     """Start a process that Ctrl-C does not reach."""
     with sigint_blocked():
         process.start()
 
 
-def pipe(duplex: bool = False) -> tuple[Connection, Connection]:
+def open_pipe(duplex: bool = False) -> tuple[Connection, Connection]:
     """Return the ends of a pipe: for this process and for another, of which the second sends."""
     return multiprocessing.get_context("spawn").Pipe(duplex)
 
@@ -109,12 +109,12 @@ def died_message(process: SpawnProcess) -> str:
     return f"its process ended with status {process.exitcode}; is there enough memory?"
 
 
-def end(begun: Iterable[SpawnProcess]) -> None:
+def end_processes(begun: Iterable[SpawnProcess]) -> None:
     """End processes: asked to, then made to; all of them within a second."""
     begun = [process for process in begun if process.pid is not None]
     for process in begun:
         process.terminate()
-    last = time.monotonic() + _GRACE
+    last = time.monotonic() + _EXIT_SECONDS
     for process in begun:
         process.join(max(0.0, last - time.monotonic()))
         process.kill()
@@ -131,14 +131,14 @@ def sigint_blocked() -> Iterator[None]:
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        with _later():
+        with _delayed_interrupt():
             yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager
-def _later() -> Iterator[None]:
+def _delayed_interrupt() -> Iterator[None]:
     """Answer a Ctrl-C that another thread has let through when all has begun."""
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -177,7 +177,7 @@ def exit_with_parent() -> Iterator[None]:
 
 def _leave(number: int, frame: object) -> None:
     """End in good order: what is half written is removed."""
-    quiet()
+    silence_unraisable()
     sys.exit(128 + number)
 
 

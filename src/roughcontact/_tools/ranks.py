@@ -28,7 +28,7 @@ _PATIENCE, _NAP = 2e-4, 5e-5
 # Seconds in which others come to the same error.
 _GRACE = 5.0
 # Errors with a message for the user, and no traceback.
-_EXPECTED = (RoughcontactError, OSError, MemoryError)
+_REPORTED_ERRORS = (RoughcontactError, OSError, MemoryError)
 
 
 def is_parallel_run() -> bool:
@@ -54,7 +54,7 @@ def world() -> Ranks:
 
 
 @dataclass
-class Exchange:
+class PendingExchange:
     """Parts of arrays on their way between ranks."""
 
     ranks: Ranks  # Those that exchange
@@ -62,7 +62,7 @@ class Exchange:
     coming: NDArray[Any]  # (n,) Memory of what arrives
     sizes: Sequence[int]  # Entries that come from each rank
 
-    def arrived(self) -> list[NDArray[Any]]:
+    def wait(self) -> list[NDArray[Any]]:
         """Wait for all, and return what came from each rank."""
         self.ranks.wait(self.request)
         return np.split(self.coming, np.cumsum(self.sizes)[:-1])
@@ -79,11 +79,11 @@ class Ranks:
         self._end = end
 
     @property
-    def first(self) -> bool:
+    def is_root(self) -> bool:
         """Whether this is the one that speaks and writes."""
         return self.number == 0
 
-    def here(self) -> int:
+    def node_size(self) -> int:
         """Return how many ranks share the memory and the cores of this machine."""
         from mpi4py import MPI
 
@@ -92,17 +92,17 @@ class Ranks:
         here.Free()
         return number
 
-    def everyone(self, value: float) -> NDArray[np.float64]:
+    def allgather(self, value: float) -> NDArray[np.float64]:
         """Return the number that each rank gives, in their order."""
         values = np.empty(self.count)
         self.wait(self.communicator.Iallgather(np.array([value], np.float64), values))
         return values
 
-    def total(self, value: float) -> float:
+    def allreduce_scalar(self, value: float) -> float:
         """Return the sum of the numbers that ranks give."""
-        return math.fsum(self.everyone(value))
+        return math.fsum(self.allgather(value))
 
-    def added(self, parts: NDArray[Any]) -> NDArray[Any]:
+    def allreduce(self, parts: NDArray[Any]) -> NDArray[Any]:
         """Return the sums, entry by entry, of arrays of one shape."""
         # By way of one rank: what each would add up for itself may differ in the last bit.
         sums = np.empty_like(parts)
@@ -110,7 +110,7 @@ class Ranks:
         self.wait(self.communicator.Ibcast(sums))
         return sums
 
-    def joined(self, part: NDArray[Any], counts: Sequence[int]) -> NDArray[Any]:
+    def allgatherv(self, part: NDArray[Any], counts: Sequence[int]) -> NDArray[Any]:
         """Return the rows of all ranks one below the other; ``counts`` says how many each has."""
         whole = np.empty((sum(counts), *part.shape[1:]), part.dtype)
         entries = np.array(counts) * math.prod(part.shape[1:])
@@ -132,15 +132,15 @@ class Ranks:
         parts: Sequence[int],
         coming: NDArray[Any],
         sizes: Sequence[int],
-    ) -> Exchange:
+    ) -> PendingExchange:
         """Send parts of an array to the ranks, and begin to receive theirs."""
         began = time.perf_counter()
         request = self.communicator.Ialltoallv([outgoing, parts], [coming, sizes])
         self.seconds += time.perf_counter() - began
         self.sent += outgoing.nbytes
-        return Exchange(self, request, coming, sizes)
+        return PendingExchange(self, request, coming, sizes)
 
-    def following(self, part: NDArray[Any]) -> NDArray[Any]:
+    def shift(self, part: NDArray[Any]) -> NDArray[Any]:
         """Return the array, of the same shape, of the next rank; of the last that of the first."""
         result = np.empty_like(part)
         before, after = (self.number - 1) % self.count, (self.number + 1) % self.count
@@ -149,24 +149,24 @@ class Ranks:
 
     def sent_to_first(self, part: NDArray[Any], sender: int) -> NDArray[Any]:
         """Return on the first rank what another has; only these two call it."""
-        if self.first and sender:
+        if self.is_root and sender:
             self.communicator.Recv(part, sender)
         elif sender == self.number and sender:
             self.communicator.Send(np.ascontiguousarray(part), 0)
         return part
 
-    def broadcast(self, value: bool | None) -> bool:
+    def broadcast_flag(self, value: bool | None) -> bool:
         """Return whether the first rank gives True; what the others give does not matter."""
         flag = np.array([bool(value)], np.int8)
         self.wait(self.communicator.Ibcast(flag))
         return bool(flag[0])
 
-    def agreed(self, task: Callable[[], Result]) -> Result:
+    def run_on_all(self, task: Callable[[], Result]) -> Result:
         """Return what a task gives that each rank does for itself."""
         error: BaseException | None = None
         try:
             result = task()
-        except _EXPECTED as raised:
+        except _REPORTED_ERRORS as raised:
             error = raised
         # Whoever is done first leaves its core to the others.
         self.wait(self.communicator.Ibarrier())
@@ -175,13 +175,13 @@ class Ranks:
             raise error or errors[0]
         return result
 
-    def by_first(self, task: Callable[[], Result]) -> Result:
+    def broadcast_from_first(self, task: Callable[[], Result]) -> Result:
         """Return on all ranks what a task gives that the first does."""
         text: tuple[Any, BaseException | None] = None, None
-        if self.first:
+        if self.is_root:
             try:
                 text = task(), None
-            except _EXPECTED as raised:
+            except _REPORTED_ERRORS as raised:
                 text = None, raised
         # Whoever waits leaves its core to the first.
         self.wait(self.communicator.Ibarrier())

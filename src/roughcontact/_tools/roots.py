@@ -44,7 +44,7 @@ def brentq(
             return here
         tried = math.inf
         if abs(step_before) > minimum and abs(f_here) < abs(f_before):
-            tried = _tried((before, here, across), (f_before, f_here, f_across))
+            tried = _interpolated_step((before, here, across), (f_before, f_here, f_across))
         if 2 * abs(tried) < min(abs(step_before), 3 * abs(half) - minimum):
             step_before, step = step, tried
         else:
@@ -62,7 +62,9 @@ def _value(function: Callable[[float], float], place: float) -> float:
     return result
 
 
-def _tried(places: tuple[float, float, float], values: tuple[float, float, float]) -> float:
+def _interpolated_step(
+    places: tuple[float, float, float], values: tuple[float, float, float]
+) -> float:
     """Return the step to where a line, or an inverse parabola, is zero; infinity if nowhere."""
     (before, here, across), (f_before, f_here, f_across) = places, values
     try:

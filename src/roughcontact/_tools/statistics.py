@@ -11,7 +11,7 @@ both are the same.
 `components`: The interval of the share is that of F, exact for groups of one size; for others
 it takes the mean size of Searle, Casella and McCulloch (1992), section 3.6.
 
-`of_whole`: Neighbors that long waves join scatter together. The variance of means over squares
+`parts_interval`: Neighbors that long waves join scatter together. The variance of means over squares
 of side L is S/L² (1 - a/L) where waves are short beside L: two sizes of parts give S, and that
 is taken where it is larger. Where the sixteen parts scatter more beside the 64 than chance
 would have it once in ten times, waves are not short, and the quarters count, if they tell more.
@@ -35,7 +35,7 @@ from numpy.typing import ArrayLike, NDArray
 LEVEL = 0.95
 """Confidence of every interval."""
 
-USUAL = 4
+MIN_COUNT = 4
 """Parts along a side from whose scatter the error of a whole is told."""
 
 # How often chance alone may send us from sixteen parts to four.
@@ -89,7 +89,7 @@ class Components:
 
 
 @dataclass(frozen=True)
-class Whole:
+class WholeError:
     """Uncertainty of the value of a whole map, from the scatter of its parts."""
 
     half: float  # Half of its interval of confidence `LEVEL`
@@ -99,7 +99,7 @@ class Whole:
     falls: bool  # Whether chance alone explains that it is not 1
 
 
-def mean(values: ArrayLike) -> Mean:
+def mean_with_interval(values: ArrayLike) -> Mean:
     """Return the mean of measurements with its interval (Student)."""
     x = np.asarray(values, dtype=np.float64)
     average = float(x.mean())
@@ -114,7 +114,7 @@ def paired(first: ArrayLike, second: ArrayLike) -> Difference:
     """Return the mean difference of measurements that belong together in pairs (Student)."""
     from scipy.special import stdtr
 
-    result = mean(np.subtract(np.asarray(second, float), np.asarray(first, float)))
+    result = mean_with_interval(np.subtract(np.asarray(second, float), np.asarray(first, float)))
     if math.isnan(result.low):
         return Difference(result.value, math.nan, math.nan, math.nan)
     error = result.deviation / math.sqrt(result.count)
@@ -148,7 +148,7 @@ def _difference(first: Array, second: Array, groups: int) -> Difference:
 
         width, p = _student(freedom), 2 * float(stdtr(freedom, -abs(value) / error))
     else:
-        width, p = _of_range(groups, freedom, abs(value) / error)
+        width, p = _studentized_range(groups, freedom, abs(value) / error)
     return Difference(value, value - width * error, value + width * error, p)
 
 
@@ -163,7 +163,7 @@ def holm(p: ArrayLike) -> Array:
 
 
 @lru_cache(maxsize=1024)
-def _of_range(groups: int, freedom: float, ratio: float) -> tuple[float, float]:
+def _studentized_range(groups: int, freedom: float, ratio: float) -> tuple[float, float]:
     """Return how many errors wide intervals of all pairs are, and how often chance has as many."""
     from scipy.stats import studentized_range
 
@@ -194,32 +194,32 @@ def components(groups: Sequence[ArrayLike]) -> Components:
     return Components(math.sqrt(between), math.sqrt(inner), share, low, high, number, total)
 
 
-def single(values: ArrayLike) -> float:
+def prediction_half_width(values: ArrayLike) -> float:
     """Return half of the interval about the true mean in which one measurement lies."""
     x = np.asarray(values, dtype=np.float64)
     return _student(x.size - 1) * _deviation(x)
 
 
-def of_whole(levels: Mapping[int, ArrayLike]) -> Whole:
+def parts_interval(levels: Mapping[int, ArrayLike]) -> WholeError:
     """Return how sure the number of a whole is, from the scatter of its equal parts."""
-    many, few = (np.asarray(levels[n], dtype=np.float64) for n in (USUAL, USUAL // 2))
+    many, few = (np.asarray(levels[n], dtype=np.float64) for n in (MIN_COUNT, MIN_COUNT // 2))
     variance = _deviation(many) ** 2 / many.size
-    if 2 * USUAL not in levels:
+    if 2 * MIN_COUNT not in levels:
         half = _student(many.size - 1) * math.sqrt(variance)
-        return Whole(half, USUAL, many.size, math.nan, falls=False)
-    small = np.asarray(levels[2 * USUAL], dtype=np.float64)
+        return WholeError(half, MIN_COUNT, many.size, math.nan, falls=False)
+    small = np.asarray(levels[2 * MIN_COUNT], dtype=np.float64)
     variance += max(variance - _deviation(small) ** 2 / small.size, 0.0)
     half = _student(many.size - 1) * math.sqrt(variance)
-    ratio, minimum, maximum = scaling(many, small)
+    ratio, minimum, maximum = variance_scaling(many, small)
     falls = minimum <= ratio <= maximum
-    if ratio > scaling(many, small, 1 - 2 * _ODD)[2]:
+    if ratio > variance_scaling(many, small, 1 - 2 * _ODD)[2]:
         coarse = _student(few.size - 1) * _deviation(few) / math.sqrt(few.size)
         if coarse > half:
-            return Whole(coarse, USUAL // 2, few.size, ratio, falls)
-    return Whole(half, USUAL, many.size, ratio, falls)
+            return WholeError(coarse, MIN_COUNT // 2, few.size, ratio, falls)
+    return WholeError(half, MIN_COUNT, many.size, ratio, falls)
 
 
-def spread_of(count: int) -> tuple[float, float]:
+def deviation_range(count: int) -> tuple[float, float]:
     """Return between which multiples of the deviation of so many values the true one lies."""
     from scipy.special import chdtri
 
@@ -230,7 +230,9 @@ def spread_of(count: int) -> tuple[float, float]:
     return low, high
 
 
-def scaling(coarse: ArrayLike, fine: ArrayLike, level: float = LEVEL) -> tuple[float, float, float]:
+def variance_scaling(
+    coarse: ArrayLike, fine: ArrayLike, level: float = LEVEL
+) -> tuple[float, float, float]:
     """Return how the variance falls from small parts to large ones."""
     from scipy.special import fdtri
 

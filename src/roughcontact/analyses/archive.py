@@ -46,10 +46,10 @@ def read_result(
     from roughcontact.contact import archive as contact_archive
     from roughcontact.elastoplastic import archive
 
-    dataset = contact_archive.opened(path)
+    dataset = contact_archive.open_archive(path)
     if "rolling_direction" not in dataset.attrs:
         return archive.load_result(path, dataset, verify=verify)
     passes = rolling.load_rolling(path, dataset)
     if verify:
-        archive.verified(passes.result).require(Path(path).name)
+        archive.verify_result(passes.result).require(Path(path).name)
     return passes

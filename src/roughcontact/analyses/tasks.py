@@ -20,43 +20,43 @@ from roughcontact.analyses.stress import task as subsurface_stress
 from roughcontact.analyses.sweep import task as load_curve
 from roughcontact.analyses.tangential import task as tangential
 from roughcontact.request import options, parsing
-from roughcontact.request.options import Option, Panel, file, flag
+from roughcontact.request.options import Option, Panel, file_option, flag_option
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command, Given, Task
 
 POINTS = Option(
     "points", Panel.MAP, "NUMBER", "Points per side; default: 512.",
-    parsing.counted(32, math.isqrt(memory.POINTS)), 512,
+    parsing.int_parser(32, math.isqrt(memory.POINTS)), 512,
 )  # fmt: skip
 FOLDER = Option(
     "folder", Panel.OUTPUT, "FOLDER", "Folder for the files; default: roughcontact-demo.",
     parsing.path, Path("roughcontact-demo"),
 )  # fmt: skip
-PROJECTS_FOLDER = file(
+PROJECTS_FOLDER = file_option(
     "folder", "FOLDER",
     "Folder of projects (kept 30 days); default: user state folder.",
 )  # fmt: skip
 UPLOAD_LIMIT = Option(
     "upload-limit", Panel.SERVER, "SIZE",
     'Largest upload: "500 MB"; eight times that in total; default: 1 GiB.',
-    parsing.data, 2**30,
+    parsing.parse_bytes, 2**30,
 )  # fmt: skip
 PORT = Option(
     "port", Panel.SERVER, "NUMBER",
     "Port; default: 5106, or a free one.",
-    parsing.counted(1, 2**16 - 1), None,
+    parsing.int_parser(1, 2**16 - 1), None,
 )  # fmt: skip
 ADDRESS = Option(
     "address", Panel.SERVER, "ADDRESS",
     "Listen address; 0.0.0.0 admits other machines (needs --allow-origin); default: 127.0.0.1.",
-    parsing.words, "127.0.0.1",
+    parsing.as_text, "127.0.0.1",
 )  # fmt: skip
 ALLOW_ORIGIN: Option[tuple[str, ...]] = Option(
     "allow-origin", Panel.SERVER, "URL",
     "Address in the browsers of other machines: http://lab-pc:5106; repeatable.",
     parsing.origins, (), many=True,
 )  # fmt: skip
-NO_BROWSER = flag("no-browser", Panel.SERVER, "Print the address without opening a browser.")
+NO_BROWSER = flag_option("no-browser", Panel.SERVER, "Print the address without opening a browser.")
 
 DESK = Command(
     "desk",
@@ -79,12 +79,12 @@ ENGINE = Option(
 SCHEDULER = Option(
     "scheduler", Panel.ENGINE, "ADDRESS",
     "Dask scheduler: tls://head:8786 (tcp:// is unprotected); default: start one.",
-    parsing.words, None,
+    parsing.as_text, None,
 )  # fmt: skip
 WORKERS = Option(
     "workers", Panel.ENGINE, "NUMBER",
     "Local processes; default: one per core.",
-    parsing.counted(1, 2**16), None,
+    parsing.int_parser(1, 2**16), None,
 )  # fmt: skip
 
 RUN = Command(

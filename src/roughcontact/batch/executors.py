@@ -27,7 +27,7 @@ from weakref import WeakSet
 from roughcontact._tools import processes, processes as own
 from roughcontact.errors import InputError
 from roughcontact.halfspace.fft import default_workers
-from roughcontact.units import counted
+from roughcontact.units import count_noun
 
 if TYPE_CHECKING:
     from distributed import Client, LocalCluster, Security
@@ -43,32 +43,34 @@ class Engine:
     executor: Executor  # The calls
     slots: Callable[[], int]  # Returns how many go on at a time, now
     threads: int  # Cores for each
-    stop: Callable[[], None]  # Cancels running tasks where the executor supports it
-    far: bool = False  # Whether workers may have another working folder, or other files
+    shut_down: Callable[[], None]  # Cancels running tasks where the executor supports it
+    is_remote: bool = False  # Whether workers may have another working folder, or other files
     state: Callable[[], str] = lambda: THERE
-    lost: Callable[[BaseException], str] = str  # Says why a call has no answer, for what it raised
+    lost_task_text: Callable[[BaseException], str] = (
+        str  # Says why a call has no answer, for what it raised
+    )
     shared: Callable[[BaseException], bool] = lambda error: False
     dashboard: str = ""  # Where a browser shows what goes on
     workers: str = ""  # Whose workers are waited for where there are none, and how they are started
-    patience: float = math.inf  # For how long [s]
+    no_worker_timeout: float = math.inf  # For how long [s]
 
 
 # --- Contacts on a Dask cluster: one of other machines, or one that is started here ---
 
 
 # Seconds within which a scheduler must answer, at first and where it was lost.
-_PATIENCE = 30
+_CONNECT_TIMEOUT = 30
 # Seconds for which a scheduler may be without workers.
-_WORKERLESS = 600
-_LARGE = "distributed.admin.large-graph-warning-threshold"
+_NO_WORKER_TIMEOUT = 600
+_LARGE_GRAPH_OPTION = "distributed.admin.large-graph-warning-threshold"
 # Seconds for which the number of workers is taken as known.
-_KNOWN = 1.0
+_WORKER_INFO_AGE = 1.0
 # Seconds that a process may take to end when it is told to, and from look to look.
 _DYING, _LOOK = 2.0, 0.005
 
 
 @contextmanager
-def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
+def connect_cluster(scheduler: str | None, workers: int) -> Iterator[Engine]:
     """Give a Dask cluster."""
     try:
         import dask
@@ -85,14 +87,16 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
     with ExitStack() as stack:
         # One sentence tells what matters of what Dask logs; files that travel are meant to.
         stack.enter_context(silence_logging_cmgr(logging.CRITICAL))
-        stack.enter_context(dask.config.set({_LARGE: "1GiB"}))
-        own = None if scheduler else stack.enter_context(_started(workers, security))
+        stack.enter_context(dask.config.set({_LARGE_GRAPH_OPTION: "1GiB"}))
+        own = None if scheduler else stack.enter_context(_start_local_cluster(workers, security))
         address = own.scheduler_address if own is not None else scheduler
         # A client that could not connect waits, when it is collected, for a lock that the start of
         # another one holds.
         gc.collect()
         try:
-            client = stack.enter_context(Client(address, timeout=_PATIENCE, security=security))
+            client = stack.enter_context(
+                Client(address, timeout=_CONNECT_TIMEOUT, security=security)
+            )
         except (OSError, ValueError, TypeError, ImportError) as error:
             # Of protocols that need more than was given.
             raise InputError(
@@ -103,21 +107,21 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
         executor = client.get_executor(pure=False)
         yield Engine(
             executor,
-            _slots(client),
+            _count_threads(client),
             1 if scheduler else max(1, default_workers() // workers),
-            stop=partial(_end, executor, own),
-            far=scheduler is not None,
-            state=partial(_state, client),
-            lost=partial(_lost, client, f"the scheduler at {address}"),
-            shared=_shared,
+            shut_down=partial(_shut_down, executor, own),
+            is_remote=scheduler is not None,
+            state=partial(_worker_state, client),
+            lost_task_text=partial(_lost_task_text, client, f"the scheduler at {address}"),
+            shared=_shared_a_worker,
             dashboard=client.dashboard_link or "",
             workers=f"of the scheduler at {address} (dask worker {address})",
-            patience=_WORKERLESS,
+            no_worker_timeout=_NO_WORKER_TIMEOUT,
         )
 
 
 @contextmanager
-def _started(workers: int, security: Security) -> Iterator[LocalCluster]:
+def _start_local_cluster(workers: int, security: Security) -> Iterator[LocalCluster]:
     """Give a cluster of processes of this machine."""
     from distributed import LocalCluster
 
@@ -139,7 +143,7 @@ def _started(workers: int, security: Security) -> Iterator[LocalCluster]:
         yield cluster
 
 
-def _end(executor: Executor, own: LocalCluster | None) -> None:
+def _shut_down(executor: Executor, own: LocalCluster | None) -> None:
     """Accept no more tasks, and stop local processes."""
     executor.shutdown(wait=False)
     # A list: the cluster forgets those that have ended.
@@ -155,12 +159,12 @@ def _end(executor: Executor, own: LocalCluster | None) -> None:
         time.sleep(_LOOK)
 
 
-def _slots(client: Client) -> Callable[[], int]:
+def _count_threads(client: Client) -> Callable[[], int]:
     """Return what tells how many threads the workers have, which come and go."""
-    known = [0, -_KNOWN]
+    known = [0, -_WORKER_INFO_AGE]
 
     def slots() -> int:
-        if time.monotonic() - known[1] > _KNOWN and _state(client) == THERE:
+        if time.monotonic() - known[1] > _WORKER_INFO_AGE and _worker_state(client) == THERE:
             # Where the scheduler is just being lost, that is told otherwise.
             with suppress(OSError, AttributeError):
                 known[:] = sum(client.nthreads().values()), time.monotonic()
@@ -169,28 +173,28 @@ def _slots(client: Client) -> Callable[[], int]:
     return slots
 
 
-def _state(client: Client) -> str:
+def _worker_state(client: Client) -> str:
     return {"running": THERE, "connecting": AWAY}.get(client.status, GONE)
 
 
-def _shared(error: BaseException) -> bool:
+def _shared_a_worker(error: BaseException) -> bool:
     """Return whether what was lost shared its workers: they may have died of something else."""
     from distributed import KilledWorker
 
     return isinstance(error, KilledWorker)
 
 
-def _lost(client: Client, scheduler: str, error: BaseException) -> str:
+def _lost_task_text(client: Client, scheduler: str, error: BaseException) -> str:
     """Return why a contact has no answer."""
     from distributed import KilledWorker
 
     if isinstance(error, KilledWorker):
-        times = counted(error.allowed_failures + 1, "time")
+        times = count_noun(error.allowed_failures + 1, "time")
         return (
             f"its worker ended {times}, the last one at {error.last_worker.address}; is there "
             "enough memory?"
         )
-    if _state(client) == GONE:
+    if _worker_state(client) == GONE:
         return f"{scheduler} is gone"
     if isinstance(error, CancelledError):
         return f"{scheduler} was lost while it was under way"
@@ -223,7 +227,7 @@ class LocalExecutor(Executor):
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Have a function of a module called in one of the processes."""
         with self._lock:
-            future = self._threads.submit(self._called, (fn, args, kwargs))
+            future = self._threads.submit(self._call_in_process, (fn, args, kwargs))
             self._futures.add(future)
         return future
 
@@ -243,11 +247,11 @@ class LocalExecutor(Executor):
     def _end(self) -> None:
         with self._lock:
             self._closed = True
-        own.end(self._begun)
+        own.end_processes(self._begun)
 
-    def _called(self, task: Any) -> Any:
+    def _call_in_process(self, task: Any) -> Any:
         """Have the process of this thread work, and return what it found."""
-        process, pipe = self._process()
+        process, pipe = self._start_process()
         try:
             pipe.send(task)
             failed, result = pipe.recv()
@@ -259,14 +263,14 @@ class LocalExecutor(Executor):
             raise result
         return result
 
-    def _process(self) -> tuple[SpawnProcess, Connection]:
+    def _start_process(self) -> tuple[SpawnProcess, Connection]:
         if not hasattr(self._own, "process"):
-            here, there = own.pipe(duplex=True)
-            process = own.create_process(_work, there)
+            here, there = own.open_pipe(duplex=True)
+            process = own.create_process(_run_tasks, there)
             with self._lock:
                 if self._closed:
                     raise RuntimeError("the processes have been ended")
-                own.start(process)
+                own.start_process(process)
                 self._begun.append(process)
             # The only other end is the process's own: it is closed when that ends.
             there.close()
@@ -288,7 +292,7 @@ def local_processes(workers: int) -> Iterator[Engine]:
 # In a process of its own
 
 
-def _work(pipe: Connection) -> None:
+def _run_tasks(pipe: Connection) -> None:
     """Carry out tasks until no more can come."""
     with own.exit_with_parent():
         while True:

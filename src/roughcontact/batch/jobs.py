@@ -13,7 +13,7 @@ from typing import Any
 from roughcontact._tools import checksums, files, processes
 from roughcontact._version import __version__
 from roughcontact.batch import plan
-from roughcontact.batch.plan import FAILED, SOLVED, Entry, Report
+from roughcontact.batch.plan import FAILED, SOLVED, ContactReport, Entry
 from roughcontact.errors import (
     ArgumentRef,
     InputError,
@@ -26,17 +26,17 @@ from roughcontact.request import outputs, run as running
 from roughcontact.request.options import FOLDER
 from roughcontact.request.outcome import Outcome
 
-MOST = 2**28
+MAX_TRANSFER_BYTES = 2**28
 """Bytes that travel with a contact at most, each way, where workers do not see its files."""
 
 
 @dataclass(frozen=True)
-class Part:
+class SubtaskRequest:
     """One thing that is asked of a contact."""
 
     number: int  # Among the entries of the project
     entry: Entry  # What to do
-    digest: str  # What it depends on, from `plan.digest_of`
+    digest: str  # What it depends on, from `plan.request_digest`
     places: tuple[str, ...]
 
 
@@ -51,35 +51,35 @@ class FileTransfer:
 
 
 @dataclass(frozen=True)
-class Task:
+class BatchTask:
     """All that is asked of one contact, or a piece of it."""
 
-    parts: tuple[Part, ...]  # One or several, which share what they have in common
+    parts: tuple[SubtaskRequest, ...]  # One or several, which share what they have in common
     threads: int  # Cores that it may use
-    journey: FileTransfer | None = None
+    transfer: FileTransfer | None = None
     version: str = __version__  # Of the program that asks
     piece: str = ""  # Which of the `request.pieces` of the only part this is
-    known: Mapping[str, Any] = field(default_factory=dict)
+    known_results: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def inputs(self) -> list[Path]:
         """The files that it reads."""
-        if self.piece or self.known:
+        if self.piece or self.known_results:
             return [*self.parts[0].entry.request.subtask_inputs(self.piece)]
         return [path for part in self.parts for path in part.entry.request.inputs]
 
 
 @dataclass(frozen=True)
-class Answer:
+class TaskResult:
     """How the parts of a contact ended."""
 
-    reports: Mapping[int, Report] = field(default_factory=dict)  # By number
+    reports: Mapping[int, ContactReport] = field(default_factory=dict)  # By number
     lacking: tuple[Path, ...] = ()  # Files that the worker does not see
     content: Mapping[Path, bytes] = field(default_factory=dict)
     result: Any = None  # What was found of a piece, if that did not fail
 
 
-def run_task(task: Task) -> Answer:
+def run_task(task: BatchTask) -> TaskResult:
     """Do all that is asked of one contact."""
     if task.version != __version__:
         return failed_answer(
@@ -87,41 +87,47 @@ def run_task(task: Task) -> Answer:
             f"the worker runs roughcontact {__version__}, not {task.version}; install the same",
         )
     processes.keep_freed()
-    with fft.at_most(task.threads):
-        if task.journey is None:
-            return _answered(task)
+    with fft.limit_threads(task.threads):
+        if task.transfer is None:
+            return _run_parts(task)
         try:
-            return _away(task, task.journey)
+            return _run_on_worker(task, task.transfer)
         except (RoughcontactError, OSError) as error:
             return failed_answer(task, str(error))
 
 
-def failed_answer(task: Task, reason: str) -> Answer:
+def failed_answer(task: BatchTask, reason: str) -> TaskResult:
     """Return the answer for a contact of which nothing can be done, for one reason."""
-    return Answer({part.number: Report(part.entry.name, FAILED, {}, reason) for part in task.parts})
+    return TaskResult(
+        {part.number: ContactReport(part.entry.name, FAILED, {}, reason) for part in task.parts}
+    )
 
 
-def _answered(task: Task) -> Answer:
+def _run_parts(task: BatchTask) -> TaskResult:
     """Do all parts of a contact, one after the other, or one piece."""
     reports, result = {}, None
     with running.shared_runner() as carry_out:
         for part in task.parts:
             try:
                 if task.piece:
-                    result = part.entry.request.solve_subtask(task.piece, _nothing, _nothing)
+                    result = part.entry.request.solve_subtask(task.piece, _ignore, _ignore)
                 else:
-                    seen = task.journey is None or task.journey.mark.exists()
-                    reports[part.number] = _done(part, carry_out, task.known, renew=seen)
+                    seen = task.transfer is None or task.transfer.mark.exists()
+                    reports[part.number] = _run_part(
+                        part, carry_out, task.known_results, renew=seen
+                    )
             except RoughcontactError as error:
-                reports[part.number] = _failed(part, error.worded(_words(part.entry)))
+                reports[part.number] = _failed_report(
+                    part, error.message_for(_error_text(part.entry))
+                )
             except MemoryError as error:
-                reports[part.number] = _failed(part, _starved(error))
+                reports[part.number] = _failed_report(part, _out_of_memory_text(error))
             except OSError as error:
-                reports[part.number] = _failed(part, f"{type(error).__name__}: {error}")
-    return Answer(reports, result=result)
+                reports[part.number] = _failed_report(part, f"{type(error).__name__}: {error}")
+    return TaskResult(reports, result=result)
 
 
-def _starved(error: MemoryError) -> str:
+def _out_of_memory_text(error: MemoryError) -> str:
     """Return what to say of a worker whose memory did not suffice."""
     text = f" ({error})" if str(error) else ""
     return (
@@ -130,21 +136,25 @@ def _starved(error: MemoryError) -> str:
     )
 
 
-def _failed(part: Part, reason: str) -> Report:
-    return Report(part.entry.name, FAILED, {}, reason)
+def _failed_report(part: SubtaskRequest, reason: str) -> ContactReport:
+    return ContactReport(part.entry.name, FAILED, {}, reason)
 
 
-def _words(entry: Entry) -> Callable[[ArgumentRef], str]:
+def _error_text(entry: Entry) -> Callable[[ArgumentRef], str]:
     return partial(plan.spell_key, task=entry.request.task)
 
 
-def _done(
-    part: Part, carry_out: Callable[..., Outcome], known: Mapping[str, Any], *, renew: bool
-) -> Report:
+def _run_part(
+    part: SubtaskRequest,
+    carry_out: Callable[..., Outcome],
+    known: Mapping[str, Any],
+    *,
+    renew: bool,
+) -> ContactReport:
     """Run one part; saved steps of a different request may be discarded."""
     entry = part.entry
     try:
-        outcome = carry_out(entry.request, _nothing, None, known)
+        outcome = carry_out(entry.request, _ignore, None, known)
     except OtherRunError:
         if not renew:
             raise
@@ -154,47 +164,49 @@ def _done(
         before = folder.with_name(f"{folder.name}.before")
         shutil.rmtree(before, ignore_errors=True)
         folder.rename(before)
-        outcome = carry_out(entry.request, _nothing, None, known)
+        outcome = carry_out(entry.request, _ignore, None, known)
     if outcome.failure is not None:
         raise outcome.failure
     if not outcome.converged:
-        return _failed(part, render_message(outcome.shortfall.parts, _words(entry)))
+        return _failed_report(part, render_message(outcome.shortfall.parts, _error_text(entry)))
     # A single contact reports its progress itself.
     last_of = entry.request.task.last
     last = {} if last_of is None else {"last": last_of(outcome)}
     called = dict(zip((path for _, path in entry.request.places), part.places, strict=True))
     written = {"written": [called[path] for path in outcome.written]}
-    record = plan.sealed({**outcome.record(), **written, **last}, part.digest, outcome.written)
+    record = plan.seal_summary(
+        {**outcome.record(), **written, **last}, part.digest, outcome.written
+    )
     text = files.to_json(record) + "\n"
-    outputs.write([(entry.summary, partial(files.write, content=text))], _nothing)
-    return Report(entry.name, SOLVED, record)
+    outputs.write_files([(entry.summary, partial(files.write_atomically, content=text))], _ignore)
+    return ContactReport(entry.name, SOLVED, record)
 
 
-def _nothing(of: object) -> None:
+def _ignore(of: object) -> None:
     """Say nothing, and look at nothing."""
 
 
 # Where the files may be those of another machine
 
 
-def _away(task: Task, journey: FileTransfer) -> Answer:
+def _run_on_worker(task: BatchTask, journey: FileTransfer) -> TaskResult:
     """Do all parts of a contact, each file by its path where it is seen, else by its content."""
     seen = journey.mark.exists()
-    needed = [path for path, wanted in journey.sums.items() if not _is_seen(path, wanted)]
+    needed = [path for path, wanted in journey.sums.items() if not _is_same_file(path, wanted)]
     needed += [] if seen else journey.checkpoints
     lacking = tuple(path for path in needed if path not in journey.content)
     if lacking:
-        return Answer(lacking=lacking)
+        return TaskResult(lacking=lacking)
     if seen and not needed:
-        return _answered(task)
+        return _run_parts(task)
     with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
         leftovers = None if seen else Path(folder) / "left"
-        lie = _unpacked(journey, needed, Path(folder) / "read", leftovers)
-        parts = tuple(_placed(part, lie, leftovers) for part in task.parts)
-        answer = _answered(replace(task, parts=parts))
-        left_ = {} if leftovers is None else _packed(leftovers)
+        lie = _unpack_files(journey, needed, Path(folder) / "read", leftovers)
+        parts = tuple(_relocate_part(part, lie, leftovers) for part in task.parts)
+        answer = _run_parts(replace(task, parts=parts))
+        left_ = {} if leftovers is None else _pack_outputs(leftovers)
     content = {path: held for path, held in left_.items() if journey.content.get(path) != held}
-    if (size := sum(map(len, content.values()))) > MOST:
+    if (size := sum(map(len, content.values()))) > MAX_TRANSFER_BYTES:
         return failed_answer(task, too_large("the files that it leaves", size))
     return replace(answer, content=content)
 
@@ -202,19 +214,19 @@ def _away(task: Task, journey: FileTransfer) -> Answer:
 def too_large(what: str, size: int) -> str:
     """Return why content does not travel."""
     return (
-        f"{what} have {size / 1e6:.0f} MB, and at most {MOST / 1e6:.0f} MB travel with a contact; "
+        f"{what} have {size / 1e6:.0f} MB, and at most {MAX_TRANSFER_BYTES / 1e6:.0f} MB travel with a contact; "
         "put the project where all workers see it under the same path"
     )
 
 
-def _is_seen(path: Path, wanted: str) -> bool:
+def _is_same_file(path: Path, wanted: str) -> bool:
     try:
-        return checksums.of_file(path) == wanted
+        return checksums.checksum_file(path) == wanted
     except OSError:
         return False
 
 
-def _unpacked(
+def _unpack_files(
     journey: FileTransfer, needed: Iterable[Path], read: Path, leftovers: Path | None
 ) -> dict[Path, Path]:
     """Write what came as bytes into files of this machine, and return where those read lie."""
@@ -225,21 +237,23 @@ def _unpacked(
             lie[path] = place = read / str(number) / path.name
         else:
             assert leftovers is not None
-            place = _below(leftovers, path)
+            place = _path_below(leftovers, path)
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_bytes(journey.content[path])
-        if path in journey.sums and not _is_seen(place, journey.sums[path]):
+        if path in journey.sums and not _is_same_file(place, journey.sums[path]):
             raise InputError(f"{path} changed while the project ran; run it again")
     return lie
 
 
-def _placed(part: Part, lie: Mapping[Path, Path], leftovers: Path | None) -> Part:
+def _relocate_part(
+    part: SubtaskRequest, lie: Mapping[Path, Path], leftovers: Path | None
+) -> SubtaskRequest:
     """Return a part of which files that are not seen lie in folders of this machine."""
 
     def written(path: Path) -> Path:
         if leftovers is None:
             return path
-        place = _below(leftovers, path)
+        place = _path_below(leftovers, path)
         place.parent.mkdir(parents=True, exist_ok=True)
         return place
 
@@ -248,12 +262,12 @@ def _placed(part: Part, lie: Mapping[Path, Path], leftovers: Path | None) -> Par
     return replace(part, entry=replace(entry, request=request, summary=written(entry.summary)))
 
 
-def _below(folder: Path, path: Path) -> Path:
+def _path_below(folder: Path, path: Path) -> Path:
     """Return the path below the root of a file below a folder."""
     return folder / path.relative_to(path.anchor)
 
 
-def _packed(leftovers: Path) -> dict[Path, bytes]:
+def _pack_outputs(leftovers: Path) -> dict[Path, bytes]:
     """Return what was left below a folder, by where it is wanted."""
     root = Path(Path.cwd().anchor)
     return {

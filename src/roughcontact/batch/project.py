@@ -25,7 +25,7 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Task
 
 _KEYS = ("folder", "write", "materials", "defaults", "contact")
-DESK = "desk"
+DESK_TABLE = "desk"
 """A table that the page in the browser keeps for itself; it does not describe a contact."""
 
 _MAPS = {"file": "a file", "files": "files, a list", "groups": "groups, a table"}
@@ -33,9 +33,9 @@ _MAPS = {"file": "a file", "files": "files, a list", "groups": "groups, a table"
 _MATERIAL_KEYS = ("young", "poisson", "yield-strength")
 
 # Levels of tables and lists, texts among them: those of groups of files are five.
-_DEEPEST = 20
+_MAX_NESTING = 20
 
-WRITABLE = tuple(
+WRITABLE_SUFFIXES = tuple(
     dict.fromkeys(
         suffix[1:]
         for task in PROJECT_TASKS.values()
@@ -48,7 +48,7 @@ WRITABLE = tuple(
 """What contacts may write besides their ``.json``, by suffix."""
 
 
-def load(path: str | os.PathLike[str]) -> list[Entry]:
+def read_project(path: str | os.PathLike[str]) -> list[Entry]:
     """Read and check a project file."""
     path = Path(path)
     try:
@@ -69,8 +69,8 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
     except RecursionError:
         raise FormatError(f"{path.name} nests its tables or brackets too deep") from None
     _check_content(path.name, read)
-    project = _project(_Source(path, _lines(text)), read)
-    result = list(_entries(project))
+    project = _parse_project(_Source(path, _key_lines(text)), read)
+    result = list(_make_entries(project))
     _check_places(path, result)
     return [entry for _, entry in result]
 
@@ -78,7 +78,7 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
 def _check_content(name: str, read: dict[str, Any]) -> None:
     """Refuse tables in tables beyond all that a contact has, and null characters."""
     level: list[Any] = [read]
-    for _ in range(_DEEPEST):
+    for _ in range(_MAX_NESTING):
         inner: list[Any] = []
         for value in level:
             if isinstance(value, dict):
@@ -100,7 +100,7 @@ _HEADER = re.compile(r"\s*(\[\[?)\s*([^\[\]#]+?)\s*\]\]?\s*(#.*)?$")
 _KEY = re.compile(r"""\s*("[^"]*"|'[^']*'|[A-Za-z0-9_-]+)\s*=""")
 
 
-def _lines(text: str) -> Lines:
+def _key_lines(text: str) -> Lines:
     """Return the line of every key, by table (with its number in a list) and key."""
     lines: Lines = {}
     table: tuple[str, ...] = ()
@@ -128,20 +128,20 @@ class _Source:
     path: Path
     lines: Lines
 
-    def place(self, table: tuple[str, ...]) -> str:
+    def locate(self, table: tuple[str, ...]) -> str:
         line = self.lines.get(table)
         return self.path.name + (f" line {line}" if line else "")
 
-    def refusal(self, table: tuple[str, ...], text: str) -> InputError:
+    def make_error(self, table: tuple[str, ...], text: str) -> InputError:
         """Return an error about a key or table."""
-        return InputError(f"{self.place(table)}: {text}")
+        return InputError(f"{self.locate(table)}: {text}")
 
     def tables(self, read: Any, name: str) -> dict[str, dict[str, Any]]:
         """Return the tables of one name."""
         if not isinstance(read, dict) or not all(
             isinstance(value, dict) for value in read.values()
         ):
-            raise self.refusal((name,), f"{name} must be tables, [{name}.NAME]")
+            raise self.make_error((name,), f"{name} must be tables, [{name}.NAME]")
         return dict(read)
 
 
@@ -165,56 +165,56 @@ class _Contact:
     table: tuple[str, ...]
     task: Task
     values: dict[str, Any]
-    where: dict[str, tuple[str, ...]]
+    origins: dict[str, tuple[str, ...]]
 
-    def refusal(self, key: str, text: str) -> InputError:
+    def make_error(self, key: str, text: str) -> InputError:
         """Return an error about a key, which the contact may lack."""
-        return self.source.refusal(self.where.get(key, self.table), text)
+        return self.source.make_error(self.origins.get(key, self.table), text)
 
-    def placed(self, error: InputError) -> InputError:
+    def locate_error(self, error: InputError) -> InputError:
         """Return an error in the words of the file, with the line of the key it is about."""
         begins = error.parts[0] if error.parts else ""
         about = error.argument or (begins.name if isinstance(begins, ArgumentRef) else "")
-        option = self.task.named(about)
+        option = self.task.option_of_argument(about)
         key = about if option is None else option.name
-        return self.refusal(key, error.worded(partial(spell_key, task=self.task)))
+        return self.make_error(key, error.message_for(partial(spell_key, task=self.task)))
 
 
-def _project(source: _Source, read: dict[str, Any]) -> _Project:
+def _parse_project(source: _Source, read: dict[str, Any]) -> _Project:
     for key in read:
-        if key not in (*_KEYS, DESK):
-            raise source.refusal(
+        if key not in (*_KEYS, DESK_TABLE):
+            raise source.make_error(
                 (key,), f"unknown key {key}; known are {', '.join(_KEYS[:-1])} and {_KEYS[-1]}"
             )
     contacts = read.get("contact", [])
     if not isinstance(contacts, list) or not contacts:
-        raise source.refusal(("contact",), "there is no [[contact]] in this project")
+        raise source.make_error(("contact",), "there is no [[contact]] in this project")
     folder = read.get("folder", source.path.stem)
     if not isinstance(folder, str):
-        raise source.refusal(("folder",), f"folder must be a text, got {folder!r}")
+        raise source.make_error(("folder",), f"folder must be a text, got {folder!r}")
     target = source.path.parent / folder
     try:
         outputs.check_name(target, "folder")
     except InputError as error:
-        raise source.refusal(("folder",), error.worded()) from None
+        raise source.make_error(("folder",), error.message_for()) from None
     if target.exists() and not target.is_dir():
-        raise source.refusal(("folder",), f"folder '{target}' is a file")
+        raise source.make_error(("folder",), f"folder '{target}' is a file")
     write = read.get("write", ["nc"])
-    if not isinstance(write, list) or not all(suffix in WRITABLE for suffix in write):
-        raise source.refusal(
-            ("write",), f"write must be a list of {', '.join(WRITABLE)}, got {write!r}"
+    if not isinstance(write, list) or not all(suffix in WRITABLE_SUFFIXES for suffix in write):
+        raise source.make_error(
+            ("write",), f"write must be a list of {', '.join(WRITABLE_SUFFIXES)}, got {write!r}"
         )
     materials = source.tables(read.get("materials", {}), "materials")
     for name, constants in materials.items():
         for key in constants:
             if key not in _MATERIAL_KEYS:
-                raise source.refusal(
+                raise source.make_error(
                     ("materials", name, key),
                     f"unknown key {key}; known are {', '.join(_MATERIAL_KEYS)}",
                 )
     defaults = read.get("defaults", {})
     if not isinstance(defaults, dict):
-        raise source.refusal(("defaults",), "defaults must be a table, [defaults]")
+        raise source.make_error(("defaults",), "defaults must be a table, [defaults]")
     return _Project(source, target, write, materials, defaults, contacts)
 
 
@@ -224,32 +224,32 @@ def _check_places(path: Path, result: list[tuple[_Contact, Entry]]) -> None:
     inputs = {outputs.file_identity(other) for other in (*read, path)}
     writers: dict[outputs.Identity, Entry] = {}
     for contact, entry in result:
-        own = entry.summary, plan.place_of(entry)
+        own = entry.summary, plan.pieces_folder(entry)
         for argument, place in (*entry.request.places, *(("output", place) for place in own)):
             try:
                 outputs.check_name(place, argument)
                 outputs.refuse_inputs(place, argument, inputs)
             except InputError as error:
-                text = error.worded(partial(spell_key, task=contact.task))
-                raise contact.refusal("name", text) from None
+                text = error.message_for(partial(spell_key, task=contact.task))
+                raise contact.make_error("name", text) from None
             other = writers.setdefault(outputs.file_identity(place), entry)
             if other is not entry:
-                raise contact.refusal(
+                raise contact.make_error(
                     "name",
                     f"{argument} '{place}' is a file of {other.name!r}, too; give another name",
                 )
 
 
-def _entries(project: _Project) -> Iterator[tuple[_Contact, Entry]]:
+def _make_entries(project: _Project) -> Iterator[tuple[_Contact, Entry]]:
     seen: dict[str, str] = {}
     idle = set(project.defaults)
     contacts = 0
     for number, read in enumerate(project.contacts):
-        requested = _contacts(project, number, read)
+        requested = _expand_tasks(project, number, read)
         idle -= {
-            contact.where.get(key, (key,))[-1] for contact in requested for key in contact.values
+            contact.origins.get(key, (key,))[-1] for contact in requested for key in contact.values
         }
-        for load in _loads(requested[0]):
+        for load in _listed_loads(requested[0]):
             contacts += 1
             for contact in requested:
                 parts = [contact.values["name"], *([] if load is None else [load[1]])]
@@ -258,32 +258,32 @@ def _entries(project: _Project) -> Iterator[tuple[_Contact, Entry]]:
                 stem = re.sub(r"[^\w.+-]+", "-", name)
                 if stem in seen:
                     text = f"the name {name!r} is taken by {seen[stem]}"
-                    raise project.source.refusal(contact.table, text)
-                seen[stem] = project.source.place(contact.table)
-                request = _request(project, contact, load, stem)
+                    raise project.source.make_error(contact.table, text)
+                seen[stem] = project.source.locate(contact.table)
+                request = _make_request(project, contact, load, stem)
                 yield contact, Entry(name, request, project.target / f"{stem}.json", contacts)
     for key in sorted(idle):
-        raise project.source.refusal(("defaults", key), f"{key} fits none of the contacts")
+        raise project.source.make_error(("defaults", key), f"{key} fits none of the contacts")
 
 
-def _loads(contact: _Contact) -> list[tuple[str, Any] | None]:
+def _listed_loads(contact: _Contact) -> list[tuple[str, Any] | None]:
     """Return key and value of each load of a list, which makes a contact of each; else None."""
     hertz = isinstance(contact.values.get(HERTZ.name), list)
     key = HERTZ.name if hertz else LOAD.name
     loads = contact.values.get(key)
     if loads == []:
-        raise contact.refusal(key, f"{key} is an empty list")
+        raise contact.make_error(key, f"{key} is an empty list")
     return [(key, load) for load in loads] if isinstance(loads, list) else [None]
 
 
-def _request(
+def _make_request(
     project: _Project, contact: _Contact, load: tuple[str, Any] | None, stem: str
 ) -> Request:
     """Return the request of a contact under one of its loads."""
     values = contact.values if load is None else {**contact.values, load[0]: load[1]}
     folder = project.source.path.parent
-    described = _described(contact, values, project.materials)
-    described |= _outputs(project, contact.task, stem)
+    described = _as_options(contact, values, project.materials)
+    described |= _output_options(project, contact.task, stem)
     if FOLDER.name in described:
         # One may be given to all contacts.
         described[FOLDER.name] = str(folder / str(described[FOLDER.name]) / stem)
@@ -292,36 +292,36 @@ def _request(
     try:
         return Request.from_text(contact.task, file, described, files)
     except InputError as error:
-        raise contact.placed(error) from None
+        raise contact.locate_error(error) from None
 
 
-def _contacts(project: _Project, number: int, read: Any) -> list[_Contact]:
+def _expand_tasks(project: _Project, number: int, read: Any) -> list[_Contact]:
     """Return a contact once for each of its tasks."""
     tasks = read.get("task", project.defaults.get("task")) if isinstance(read, dict) else None
     if not isinstance(tasks, list):
-        return [_contact(project, number, read)]
+        return [_parse_contact(project, number, read)]
     table = ("contact", str(number))
     names = set(map(str, tasks))
     if not tasks or len(names) < len(tasks) or names - SHARED_TASKS.keys():
-        raise project.source.refusal(
+        raise project.source.make_error(
             (*table, "task"),
             f"several tasks must be different ones of {', '.join(SHARED_TASKS)}, got {tasks!r}",
         )
-    known = {key for task in tasks for key in _keys(SHARED_TASKS[task])}
+    known = {key for task in tasks for key in _allowed_keys(SHARED_TASKS[task])}
     result = []
     for task in tasks:
         # What serves another of them is left out here.
-        others = known - set(_keys(SHARED_TASKS[task]))
+        others = known - set(_allowed_keys(SHARED_TASKS[task]))
         own = {key: value for key, value in read.items() if key not in others}
-        result.append(_contact(project, number, {**own, "task": task}))
+        result.append(_parse_contact(project, number, {**own, "task": task}))
     return result
 
 
-def _contact(project: _Project, number: int, read: Any) -> _Contact:
+def _parse_contact(project: _Project, number: int, read: Any) -> _Contact:
     """Return one contact with its defaults, its keys checked."""
     table = ("contact", str(number))
     if not isinstance(read, dict):
-        raise project.source.refusal(table, "each contact must be a table, [[contact]]")
+        raise project.source.make_error(table, "each contact must be a table, [[contact]]")
     command = str(read.get("task", project.defaults.get("task", solve.TASK.name)))
     own, shared = ({deprecated.current_option(command, key): key for key in keys}
                    for keys in (read, project.defaults))  # fmt: skip
@@ -342,24 +342,24 @@ def _contact(project: _Project, number: int, read: Any) -> _Contact:
     task = PROJECT_TASKS.get(str(name), solve.TASK)
     contact = _Contact(project.source, table, task, values, where)
     if name != task.name:
-        raise contact.refusal(
+        raise contact.make_error(
             "task", f"task must be one of {', '.join(PROJECT_TASKS)}, got {name!r}"
         )
-    known = _keys(task)
+    known = _allowed_keys(task)
     for key in list(values):
-        others = [name for name, other in PROJECT_TASKS.items() if key in _keys(other)]
-        if key in known and (key in read or _serves(key, task, values)):
+        others = [name for name, other in PROJECT_TASKS.items() if key in _allowed_keys(other)]
+        if key in known and (key in read or _is_applicable(key, task, values)):
             continue
         if not others:
-            raise contact.refusal(key, f"unknown key {key}; known are {', '.join(known)}")
+            raise contact.make_error(key, f"unknown key {key}; known are {', '.join(known)}")
         if key in read:
             wanted = " or ".join(f'"{other}"' for other in others)
-            raise contact.refusal(key, f'{key} needs task = {wanted}, got "{task.name}"')
+            raise contact.make_error(key, f'{key} needs task = {wanted}, got "{task.name}"')
         del values[key]
     for key in ("name",) if task.many_maps else ("name", "file"):
         nominal = key == "file" and key not in read and "points" in values
         if not nominal and (not isinstance(read.get(key), str) or not read[key].strip()):
-            raise project.source.refusal(table, f"this contact needs a {key}, a text")
+            raise project.source.make_error(table, f"this contact needs a {key}, a text")
     if task.many_maps:
         _check_maps(contact)
     return contact
@@ -370,9 +370,9 @@ def _check_maps(contact: _Contact) -> None:
     specified = {key: contact.values[key] for key in contact.task.maps if key in contact.values}
     if not specified:
         listed = ", or ".join(_MAPS[key] for key in contact.task.maps)
-        raise contact.refusal("name", f'task = "{contact.task.name}" needs {listed}')
+        raise contact.make_error("name", f'task = "{contact.task.name}" needs {listed}')
     if not isinstance(specified.get("file", ""), str):
-        raise contact.refusal("file", f"file must be a text, got {specified['file']!r}")
+        raise contact.make_error("file", f"file must be a text, got {specified['file']!r}")
     lists = [specified["files"]] if "files" in specified else []
     groups = specified.get("groups", {})
     named = groups if isinstance(groups, dict) else {"": groups}
@@ -382,10 +382,10 @@ def _check_maps(contact: _Contact) -> None:
     ]:
         if not isinstance(listed, list) or not all(isinstance(item, str) for item in listed):
             wanted = "a list of files" if key == "files" else "a table of lists of files by name"
-            raise contact.refusal(key, f"{key} must be {wanted}, got {specified[key]!r}")
+            raise contact.make_error(key, f"{key} must be {wanted}, got {specified[key]!r}")
 
 
-def _serves(key: str, task: Task, values: Mapping[str, Any]) -> bool:
+def _is_applicable(key: str, task: Task, values: Mapping[str, Any]) -> bool:
     """Return whether a default goes with the model of a contact."""
     return all(
         values.get(model.name, model.default) == rule.value
@@ -395,14 +395,14 @@ def _serves(key: str, task: Task, values: Mapping[str, Any]) -> bool:
     )
 
 
-def _keys(task: Task) -> list[str]:
+def _allowed_keys(task: Task) -> list[str]:
     """Return what a contact may hold; its files are named by the project."""
     own = ("name", "task", *task.maps) if task.many_maps else ("name", *task.maps, "task")
     named = (option for option in task.options if not option.suffixes)
     return [*own, *(option.name for option in named if option not in (*SHOWN, GROUP))]
 
 
-def _described(
+def _as_options(
     contact: _Contact, values: Mapping[str, Any], materials: Mapping[str, Mapping[str, Any]]
 ) -> dict[str, str | bool | list[str]]:
     """Return the options of a contact as the command line would give them."""
@@ -412,7 +412,7 @@ def _described(
             folder = contact.source.path.parent
             specified[GROUP.name] = [
                 parsing.group_text(
-                    name, [path for file in files for path in _matching(folder, file)]
+                    name, [path for file in files for path in _match_files(folder, file)]
                 )
                 for name, files in value.items()
             ]
@@ -423,45 +423,45 @@ def _described(
             for constant, text in materials[value].items():
                 option = f"{prefix}{constant}"
                 if option not in values:
-                    contact.where[option] = ("materials", value, constant)
-                    specified[option] = _word(contact, option, text, constant)
+                    contact.origins[option] = ("materials", value, constant)
+                    specified[option] = _option_text(contact, option, text, constant)
             continue
-        specified[key] = _word(contact, key, value, key)
+        specified[key] = _option_text(contact, key, value, key)
         if key == COUNTER_SURFACE.name:
             specified[key] = str(contact.source.path.parent / str(value))
     return specified
 
 
-def _matching(folder: Path, word: str) -> list[str]:
+def _match_files(folder: Path, word: str) -> list[str]:
     """Return the files below a folder that a word with wildcards fits, or the one it names."""
     path = folder / word
     result = [] if path.exists() else sorted(glob.glob(word, root_dir=folder))
     return [str(folder / item) for item in result] or [str(path)]
 
 
-def _word(contact: _Contact, option: str, value: Any, key: str) -> str | bool:
+def _option_text(contact: _Contact, option: str, value: Any, key: str) -> str | bool:
     flag = contact.task.by_name[option].is_flag
     if isinstance(value, bool) and flag:
         return value
     if flag or isinstance(value, bool) or not isinstance(value, (str, int, float)):
         wanted = "true or false" if flag else "a text or a number"
-        raise contact.refusal(option, f"{key} must be {wanted}, got {value!r}")
+        raise contact.make_error(option, f"{key} must be {wanted}, got {value!r}")
     return str(value)
 
 
-def _outputs(project: _Project, task: Task, stem: str) -> dict[str, str | bool | list[str]]:
+def _output_options(project: _Project, task: Task, stem: str) -> dict[str, str | bool | list[str]]:
     """Return the options that write those of the wanted files that a task can leave."""
     specified: dict[str, str | bool | list[str]] = {}
     for suffix in project.write:
-        option = _writing(suffix, task)
+        option = _writer_option(suffix, task)
         if option is None:
             continue
         path = str(project.target / f"{stem}.{suffix}")
         if option.many:
             specified[option.name] = [*specified.get(option.name, []), path]  # type: ignore[misc]
         elif option.name in specified:
-            listed = [item for item in project.write if _writing(item, task) is option]
-            raise project.source.refusal(
+            listed = [item for item in project.write if _writer_option(item, task) is option]
+            raise project.source.make_error(
                 ("write",),
                 f'write has {", ".join(listed)}, of which task = "{task.name}" writes one; '
                 "leave one",
@@ -471,6 +471,6 @@ def _outputs(project: _Project, task: Task, stem: str) -> dict[str, str | bool |
     return specified
 
 
-def _writing(suffix: str, task: Task) -> Option[Any] | None:
+def _writer_option(suffix: str, task: Task) -> Option[Any] | None:
     """Return the option of a task that writes files of a suffix."""
     return next((option for option in task.options if f".{suffix}" in option.suffixes), None)

@@ -25,7 +25,7 @@ from roughcontact.analyses import tasks
 from roughcontact.analyses.generate import task as making
 from roughcontact.analyses.tasks import DEMO, FOLDER, INFO, MATERIALS, POINTS, TASKS, VERIFY
 from roughcontact.cli import help_format, terminal
-from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED, SOLVED, Display
+from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED, SOLVED, DisplayOptions
 from roughcontact.errors import (
     ArgumentRef,
     ConvergenceError,
@@ -36,11 +36,11 @@ from roughcontact.errors import (
 from roughcontact.request import options
 from roughcontact.request.options import JSON, QUIET, READING, VERBOSE, Option
 from roughcontact.request.outputs import UnfinishedError
-from roughcontact.request.task import Command, Task, Values
+from roughcontact.request.task import Command, ParsedOptions, Task
 
 if TYPE_CHECKING:
     from roughcontact._tools.ranks import Ranks
-    from roughcontact.batch.plan import Report
+    from roughcontact.batch.plan import ContactReport
     from roughcontact.cli.terminal import ProgressLine
     from roughcontact.desk.server import Page
     from roughcontact.request.outcome import Outcome
@@ -69,27 +69,27 @@ def main(argv: list[str] | None = None) -> int:
     terminal.open_streams()
     # Libraries log warnings for damaged files; one error message replaces them.
     logging.basicConfig(handlers=[logging.NullHandler()])
-    with redeliver_interrupts(), terminal.stoppable() as stopped:
-        return _status(arguments, stopped)
+    with redeliver_interrupts(), terminal.handle_stop_signals() as stopped:
+        return _exit_status(arguments, stopped)
 
 
-def _status(arguments: list[str], stopped: list[int]) -> int:
+def _exit_status(arguments: list[str], stopped: list[int]) -> int:
     """Carry out a command and return its exit status; `stopped` holds the signal that ends it."""
     unfinished = UnfinishedError(())
     try:
         arguments = deprecated.current_command_line(
-            arguments, lambda text: terminal.complain(f"note: {text}; until 0.4 both work")
+            arguments, lambda text: terminal.print_error(f"note: {text}; until 0.4 both work")
         )
         arguments = arguments or ["--help"]
-        commands = _commands(arguments[0] if arguments[0] in _ACTS else None)
+        commands = _build_program(arguments[0] if arguments[0] in _COMMAND_FUNCTIONS else None)
         status = commands(arguments, prog_name="roughcontact", standalone_mode=False)
         sys.stdout.flush()
     except SystemExit as stop:
         # Typer and Rich end the program where a pipe is closed, as one that has failed.
         unwritten = stop.__context__
-        status = _unwritten(unwritten) if isinstance(unwritten, OSError) else stop.code
+        status = _report_write_error(unwritten) if isinstance(unwritten, OSError) else stop.code
     except OSError as error:
-        status = _unwritten(error)
+        status = _report_write_error(error)
     except UnfinishedError as stop:
         status, unfinished = INTERRUPTED, stop
     except (KeyboardInterrupt, typer.Abort):
@@ -103,41 +103,41 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
         command = context.command_path if context else "roughcontact"
         sentence = terminal.one_line(describe()).rstrip(".")
         sentence = sentence[:1].lower() + sentence[1:]
-        terminal.complain(f"error: {sentence}; see {command} --help")
+        terminal.print_error(f"error: {sentence}; see {command} --help")
         return BAD_INPUT
     if status == INTERRUPTED:
-        terminal.complain(f"interrupted; {_written_text(unfinished)}")
+        terminal.print_error(f"interrupted; {_written_text(unfinished)}")
         return SIGNALED + stopped[0] if stopped else INTERRUPTED
     return status if isinstance(status, int) else SOLVED
 
 
 # Files that are told of by name after an interruption.
-_NAMED = 8
+_MAX_NAMED_FILES = 8
 
 
 def _written_text(unfinished: UnfinishedError) -> str:
     """Return what to say of what was complete when the work was interrupted."""
     written, saved = unfinished.written, unfinished.saved
     if saved is not None and saved.number:
-        parts = units.counted(saved.count, saved.part)
+        parts = units.count_noun(saved.count, saved.part)
         return f"{saved.number} of {parts} saved in {saved.folder}; the same command resumes"
     if not written:
         return "nothing was written"
-    names = ", ".join(str(path) for path in written[:_NAMED])
-    more = len(written) - _NAMED
+    names = ", ".join(str(path) for path in written[:_MAX_NAMED_FILES])
+    more = len(written) - _MAX_NAMED_FILES
     return f"only {names} {f'and {more} more were' if more > 0 else 'was'} written"
 
 
 # What carries out a command, with the argument that it takes, by its name.
-_ACTS: dict[str, tuple[Command, inspect.Parameter | None, Act]] = {}
+_COMMAND_FUNCTIONS: dict[str, tuple[Command, inspect.Parameter | None, Act]] = {}
 
 
 @functools.cache
-def _commands(name: str | None = None) -> Callable[..., Any]:
+def _build_program(name: str | None = None) -> Callable[..., Any]:
     """Return the program with one of its commands, or with all, which takes a tenth of a second."""
     app = typer.Typer(
         name="roughcontact",
-        cls=help_format.Commands,
+        cls=help_format.CommandGroup,
         pretty_exceptions_enable=False,
         # Plain text: what draws boxes takes longer to import than all of the help.
         rich_markup_mode=None,
@@ -145,10 +145,12 @@ def _commands(name: str | None = None) -> Callable[..., Any]:
         epilog='Example:\n\nroughcontact solve ground.x3p --load "100 MPa" --material 42CrMo4',
     )
     app.callback()(_root)
-    for command, argument, work in _ACTS.values() if name is None else (_ACTS[name],):
+    for command, argument, work in (
+        _COMMAND_FUNCTIONS.values() if name is None else (_COMMAND_FUNCTIONS[name],)
+    ):
         epilog = f"Example:\n\n{command.example}" if command.example else None
-        app.command(command.name, cls=help_format.Command, help=command.help, epilog=epilog)(
-            _called(command, argument, work)
+        app.command(command.name, cls=help_format.HelpCommand, help=command.help, epilog=epilog)(
+            _make_callback(command, argument, work)
         )
     return typer.main.get_command(app)
 
@@ -159,12 +161,12 @@ def _version(wanted: bool) -> None:
         raise typer.Exit(SOLVED)
 
 
-def _explain(tag: str | None) -> None:
+def _explain_tag(tag: str | None) -> None:
     if tag is not None:
-        from roughcontact.cautions import explanation
+        from roughcontact.cautions import explain_tag
 
         try:
-            print(textwrap.fill(explanation(tag), 80))
+            print(textwrap.fill(explain_tag(tag), 80))
         except InputError as error:
             raise typer.BadParameter(str(error)) from None
         raise typer.Exit(SOLVED)
@@ -180,7 +182,7 @@ def _root(
         typer.Option(
             "--explain",
             metavar="TAG",
-            callback=_explain,
+            callback=_explain_tag,
             is_eager=True,
             help="Explain a message by its tag, e.g. edge.",
         ),
@@ -197,26 +199,26 @@ def _root(
 # Commands from the table
 
 
-def _reported(command: Command, work: Act, subject: Subject, specified: Given) -> None:
+def _report_errors(command: Command, work: Act, subject: Subject, specified: Given) -> None:
     """Do the work of a command; end every expected failure with one sentence and a status."""
     try:
-        work(subject, _once(command, specified))
+        work(subject, _require_single_values(command, specified))
         sys.stdout.flush()
     except RoughcontactError as error:
-        terminal.complain(f"error: {error.worded(command.spelled)}")
+        terminal.print_error(f"error: {error.message_for(command.spell_argument)}")
         status = NOT_CONVERGED if isinstance(error, ConvergenceError) else BAD_INPUT
         raise typer.Exit(status) from None
     except MemoryError:
-        terminal.complain(f"error: {terminal.spelled(_NO_MEMORY)}")
+        terminal.print_error(f"error: {terminal.spell_options(_NO_MEMORY)}")
         raise typer.Exit(BAD_INPUT) from None
     except OSError as error:
-        raise typer.Exit(_unwritten(error)) from None
+        raise typer.Exit(_report_write_error(error)) from None
     except KeyboardInterrupt:
         # Versions of Typer differ in what they make of it; `main` says what happened.
         raise UnfinishedError(()) from None
 
 
-def _once(command: Command, specified: Given) -> Given:
+def _require_single_values(command: Command, specified: Given) -> Given:
     """Return the value of each option; refuse one that is repeated and holds one value."""
     values = dict(specified)
     for option in command.options:
@@ -232,38 +234,42 @@ def _once(command: Command, specified: Given) -> Given:
     return values
 
 
-def _unwritten(error: OSError) -> int:
+def _report_write_error(error: OSError) -> int:
     """Say what could not be written; nothing where a pipe is closed. Return the exit status."""
     if not isinstance(error, BrokenPipeError):
-        terminal.complain(
+        terminal.print_error(
             f"error: {error.filename or 'standard output'}: {error.strerror or error}"
         )
     terminal.discard_output()
     return PIPE_CLOSED if isinstance(error, BrokenPipeError) else BAD_INPUT
 
 
-def _command(command: Command, argument: inspect.Parameter | None = None) -> Callable[[Act], Act]:
+def _make_command(
+    command: Command, argument: inspect.Parameter | None = None
+) -> Callable[[Act], Act]:
     """Make a function what carries out a command."""
 
     def registered(work: Act) -> Act:
-        _ACTS[command.name] = command, argument, work
+        _COMMAND_FUNCTIONS[command.name] = command, argument, work
         return work
 
     return registered
 
 
-def _called(command: Command, argument: inspect.Parameter | None, work: Act) -> Callable[..., None]:
+def _make_callback(
+    command: Command, argument: inspect.Parameter | None, work: Act
+) -> Callable[..., None]:
     """Return a function that takes the options of a command and carries it out."""
 
     def called(subject: Subject = None, **words: Any) -> None:
-        specified = {option.name: words[_identifier(option.name)] for option in command.options}
+        specified = {option.name: words[_parameter_name(option.name)] for option in command.options}
         specified = {option: value for option, value in specified.items() if value}
-        _reported(command, work, subject, specified)
+        _report_errors(command, work, subject, specified)
 
     parameters = [
         *([] if argument is None else [argument]),
         *map(_parameter, command.options),
-        *([_ALL] if command.first else []),
+        *([_ALL] if command.short_help else []),
     ]
     # Typer reads what a command takes from here.
     called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
@@ -271,7 +277,7 @@ def _called(command: Command, argument: inspect.Parameter | None, work: Act) -> 
     return called
 
 
-def _identifier(option: str) -> str:
+def _parameter_name(option: str) -> str:
     # An option may have the name of a Python keyword: --from.
     return f"{option.replace('-', '_')}_"
 
@@ -285,11 +291,11 @@ def _parameter(option: Option[Any]) -> inspect.Parameter:
         help=option.help,
         rich_help_panel=option.panel,
         show_default=False,
-        autocompletion=help_format.completion(option),
+        autocompletion=help_format.completer_of(option),
     )
     default = False if option.is_flag else None
     return inspect.Parameter(
-        _identifier(option.name),
+        _parameter_name(option.name),
         inspect.Parameter.KEYWORD_ONLY,
         default=default,
         annotation=Annotated[value if option.is_flag else value | None, words],
@@ -303,7 +309,7 @@ _ALL = inspect.Parameter(
     annotation=Annotated[
         bool,
         typer.Option(
-            f"--{help_format.ALL}",
+            f"--{help_format.HELP_ALL}",
             help="Show all options.",
             is_eager=True,
             callback=help_format.show_all,
@@ -338,14 +344,18 @@ _MAP = _argument(Path | None, "FILE", _FILE, None)
 _MAPS = _argument(list[Path] | None, "FILE...", "Height maps of one surface.", None)
 
 
-def _display(specified: Given) -> Display:
+def _display(specified: Given) -> DisplayOptions:
     """Take out of options how the result is shown."""
-    kinds = {JSON: Display.JSON, QUIET: Display.QUIET, VERBOSE: Display.VERBOSE}
+    kinds = {
+        JSON: DisplayOptions.JSON,
+        QUIET: DisplayOptions.QUIET,
+        VERBOSE: DisplayOptions.VERBOSE,
+    }
     wanted = [kind for option, kind in kinds.items() if specified.pop(option.name, False)]
-    return wanted[0] if wanted else Display.BRIEF
+    return wanted[0] if wanted else DisplayOptions.BRIEF
 
 
-def _carry_out(task: Task, subject: Subject, specified: Given) -> None:
+def _run_task(task: Task, subject: Subject, specified: Given) -> None:
     """Carry out a task and show its result."""
     from roughcontact._tools import ranks
     from roughcontact.request.request import Request
@@ -361,18 +371,18 @@ def _carry_out(task: Task, subject: Subject, specified: Given) -> None:
     return _carry_out_here(request(), display)
 
 
-def _carry_out_here(request: Request, display: Display, world: Ranks | None = None) -> None:
+def _carry_out_here(request: Request, display: DisplayOptions, world: Ranks | None = None) -> None:
     """Carry out a request, in this process or on all ranks; the first rank shows the result."""
-    from roughcontact.request.run import run
+    from roughcontact.request.run import run_request
 
-    first = world is None or world.first
-    with terminal.progress(display is Display.QUIET or not first) as line:
+    first = world is None or world.is_root
+    with terminal.show_progress(display is DisplayOptions.QUIET or not first) as line:
         if world is None:
-            outcome = run(request, line.say, line.look)
+            outcome = run_request(request, line.set_stage, line.update)
         else:
             from roughcontact.analyses.solve import mpi
 
-            outcome = mpi.run(request, world, line.say, line.look)
+            outcome = mpi.run(request, world, line.set_stage, line.update)
     if first:
         _show_outcome(outcome, display)
     elif outcome.failure is not None:
@@ -381,7 +391,7 @@ def _carry_out_here(request: Request, display: Display, world: Ranks | None = No
         raise typer.Exit(NOT_CONVERGED)
 
 
-def _carry_out_on_ranks(ask: Callable[[], Request], display: Display) -> None:
+def _carry_out_on_ranks(ask: Callable[[], Request], display: DisplayOptions) -> None:
     """Carry out a request on all ranks that ``mpiexec`` started; they end together."""
     from roughcontact._tools.ranks import world
 
@@ -391,45 +401,47 @@ def _carry_out_on_ranks(ask: Callable[[], Request], display: Display) -> None:
     except (RoughcontactError, OSError) as error:
         # If all have the same error, report it once.
         if not ranks.all_end():
-            terminal.complain(f"error: rank {ranks.number}: {terminal.spelled(str(error))}")
+            terminal.print_error(
+                f"error: rank {ranks.number}: {terminal.spell_options(str(error))}"
+            )
             ranks.abort(BAD_INPUT)
-        if ranks.first:
+        if ranks.is_root:
             raise
         raise typer.Exit(BAD_INPUT) from None
     except KeyboardInterrupt:
         # All hear it, one says so.
-        if not ranks.first:
+        if not ranks.is_root:
             terminal.discard_errors()
         raise
     except typer.Exit:
         raise
     except BaseException:
-        terminal.complain(f"error: rank {ranks.number} failed, and with it all others")
+        terminal.print_error(f"error: rank {ranks.number} failed, and with it all others")
         traceback.print_exc()
         ranks.abort(1)
 
 
-def _show_outcome(outcome: Outcome, display: Display) -> None:
+def _show_outcome(outcome: Outcome, display: DisplayOptions) -> None:
     """Show what a request gave, and end where it gave no solution."""
     request, folder = outcome.request, outcome.request.get(options.FOLDER)
-    if display is Display.JSON:
+    if display is DisplayOptions.JSON:
         # Of this run alone: what was solved is the same, taken from a folder or not.
         about = {} if folder is None else {"reused": outcome.reused}
         print(to_json({**outcome.record(), **about}))
-    elif display is not Display.QUIET:
+    elif display is not DisplayOptions.QUIET:
         # What draws tables takes time to import.
         from roughcontact.cli import console
 
-        console.show(outcome, display)
+        console.print_outcome(outcome, display)
         if outcome.reused:
-            loads = units.counted(outcome.reused, "load")
+            loads = units.count_noun(outcome.reused, "load")
             print(f"taken from {folder}, solved by an earlier run: {loads}")
     if outcome.failure is not None:
         raise outcome.failure
     if not outcome.converged:
         wanted = any(option.suffixes and request[option] for option in request.task.options)
-        terminal.complain(
-            f"error: {terminal.spelled(outcome.shortfall, request.task)}"
+        terminal.print_error(
+            f"error: {terminal.spell_options(outcome.shortfall, request.task)}"
             + ("; no file was written" if wanted else "")
             + (f"; the loads before it are kept in {folder}" if folder else "")
         )
@@ -437,36 +449,36 @@ def _show_outcome(outcome: Outcome, display: Display) -> None:
 
 
 for _task in TASKS:
-    _command(_task, _MAPS if _task.many_maps else _MAP)(functools.partial(_carry_out, _task))
+    _make_command(_task, _MAPS if _task.many_maps else _MAP)(functools.partial(_run_task, _task))
 
 
-@_command(making.COMMAND)
+@_make_command(making.COMMAND)
 def _generate(_: Subject, specified: Given) -> None:
     from roughcontact.analyses.generate.report import record
     from roughcontact.cli import console
 
     display = _display(specified)
-    with terminal.progress(display is Display.QUIET) as line:
-        surface, written = making.run_generate(specified, line.say)
-    if display is Display.JSON:
+    with terminal.show_progress(display is DisplayOptions.QUIET) as line:
+        surface, written = making.run_generate(specified, line.set_stage)
+    if display is DisplayOptions.JSON:
         print(to_json(record(surface)))
-    elif display is not Display.QUIET:
-        console.show_generated(surface, written)
+    elif display is not DisplayOptions.QUIET:
+        console.print_generated(surface, written)
 
 
-@_command(tasks.RUN, _argument(Path, "PROJECT", "Project file (TOML)."))
+@_make_command(tasks.RUN, _argument(Path, "PROJECT", "Project file (TOML)."))
 def _run(file: Path | str | None, specified: Given) -> None:
     from roughcontact.batch import plan
     from roughcontact.cli import console
 
     display = _display(specified)
-    with terminal.progress(display is Display.QUIET) as line:
-        reports, folder = _worked_through(
-            str(file), tasks.RUN.read(specified), line, display is Display.QUIET
+    with terminal.show_progress(display is DisplayOptions.QUIET) as line:
+        reports, folder = _run_project(
+            str(file), tasks.RUN.read(specified), line, display is DisplayOptions.QUIET
         )
-    if display is Display.JSON:
+    if display is DisplayOptions.JSON:
         print(to_json({"contacts": [report.record() for report in reports]}))
-    elif display is not Display.QUIET:
+    elif display is not DisplayOptions.QUIET:
         console.show_reports(reports, folder)
     failed: dict[str, list[str]] = {}
     for report in reports:
@@ -474,22 +486,22 @@ def _run(file: Path | str | None, specified: Given) -> None:
             failed.setdefault(report.reason, []).append(report.name)
     for reason, names in failed.items():
         more = f" and {len(names) - 3} more" if len(names) > 4 else ""
-        terminal.complain(f"error: {', '.join(names[: 3 if more else 4])}{more}: {reason}")
+        terminal.print_error(f"error: {', '.join(names[: 3 if more else 4])}{more}: {reason}")
     if failed:
         raise typer.Exit(NOT_CONVERGED)
 
 
-def _worked_through(
-    file: str, requested: Values, line: ProgressLine, quiet: bool
-) -> tuple[list[Report], Path]:
+def _run_project(
+    file: str, requested: ParsedOptions, line: ProgressLine, quiet: bool
+) -> tuple[list[ContactReport], Path]:
     """Work through a project; return how its contacts ended, and the folder of what they left."""
     from roughcontact.batch import plan, project, runner
     from roughcontact.solvers.progress import Forecast, Progress
 
-    load = functools.partial(project.load, file)
+    load = functools.partial(project.read_project, file)
     scheduler, workers = requested[tasks.SCHEDULER], requested[tasks.WORKERS]
-    with runner.opened(
-        load, runner.tasks, requested[tasks.ENGINE], scheduler=scheduler, workers=workers
+    with runner.open_project(
+        load, runner.task_limit, requested[tasks.ENGINE], scheduler=scheduler, workers=workers
     ) as (
         engine,
         entries,
@@ -499,33 +511,37 @@ def _worked_through(
         forecast(Progress(1, len(entries), None))
         dashboard = f"; {engine.dashboard}" if engine.dashboard else ""
 
-        def show_report(report: plan.Report) -> None:
+        def show_report(report: plan.ContactReport) -> None:
             states.append(report.state)
             number, kept = len(states), report.state == plan.KEPT
             seconds = forecast(Progress(number + (not kept), len(entries), None, kept=kept))
             failed = f", {states.count(plan.FAILED)} failed" if plan.FAILED in states else ""
             of = f"{number} of {len(entries)} done{failed}"
-            line.say(f"{of}, {report.name} {report.state}{dashboard}", seconds)
+            line.set_stage(f"{of}, {report.name} {report.state}{dashboard}", seconds)
 
-        line.say(f"working through {len(entries)} contacts{dashboard}")
-        warn = (lambda text: None) if quiet else terminal.complain
-        reports = runner.run(
-            entries, show_report, engine, say=lambda text: line.say(f"{text}{dashboard}"), warn=warn
+        line.set_stage(f"working through {len(entries)} contacts{dashboard}")
+        warn = (lambda text: None) if quiet else terminal.print_error
+        reports = runner.run_project(
+            entries,
+            show_report,
+            engine,
+            say=lambda text: line.set_stage(f"{text}{dashboard}"),
+            warn=warn,
         )
         return reports, entries[0].summary.parent
 
 
-@_command(tasks.DESK, _MAP)
+@_make_command(tasks.DESK, _MAP)
 def _desk(file: Subject, specified: Given) -> None:
     """Serve the page in the browser until Ctrl-C."""
     if importlib.util.find_spec("panel") is None:
         raise InputError("the desk needs Panel; run pip install 'roughcontact[desk]'")
     from roughcontact.desk import server
-    from roughcontact.formats.source import existing
+    from roughcontact.formats.source import open_existing
 
     requested = tasks.DESK.read(specified)
     if file is not None:
-        with existing(file):
+        with open_existing(file):
             file = Path(file).resolve()
     settings = server.Settings(
         file,
@@ -536,17 +552,17 @@ def _desk(file: Subject, specified: Given) -> None:
         requested[tasks.UPLOAD_LIMIT],
         not requested[tasks.NO_BROWSER],
     )
-    server.serve(_page, settings, lambda text: print(text, flush=True))
+    server.serve(_load_page, settings, lambda text: print(text, flush=True))
 
 
-def _page() -> Page:
+def _load_page() -> Page:
     """Return what makes a page, which takes a second to import."""
-    from roughcontact.desk.page import page
+    from roughcontact.desk.page import make_page
 
-    return page
+    return make_page
 
 
-@_command(
+@_make_command(
     VERIFY,
     _argument(list[Path], "FILE...", "NetCDF results (.nc) of --output or --folder."),
 )
@@ -555,57 +571,57 @@ def _verify(files: Subject, specified: Given) -> None:
     from roughcontact.elastoplastic import archive
 
     display = _display(specified)
-    with terminal.progress(display is Display.QUIET) as line:
+    with terminal.show_progress(display is DisplayOptions.QUIET) as line:
         checked = []
         for path in files:
-            line.say(f"verifying {path}")
+            line.set_stage(f"verifying {path}")
             checked.append(archive.check_file(Path(path)))
-    if display is Display.JSON:
+    if display is DisplayOptions.JSON:
         print(to_json({"files": [item.record() for item in checked]}))
-    elif display is not Display.QUIET:
-        console.show_verified(checked)
+    elif display is not DisplayOptions.QUIET:
+        console.print_verified(checked)
     failed = [item for item in checked if item.reason]
     for item in failed:
-        terminal.complain(f"error: {item.reason}")
+        terminal.print_error(f"error: {item.reason}")
     if failed:
         raise typer.Exit(BAD_INPUT)
 
 
-@_command(INFO, _argument(Path, "FILE", _FILE))
+@_make_command(INFO, _argument(Path, "FILE", _FILE))
 def _info(file: Path | str | None, specified: Given) -> None:
     from roughcontact.formats import read
     from roughcontact.report import inputs
-    from roughcontact.report.kind import stored
+    from roughcontact.report.kind import stored_values
 
     reading = {item.argument: specified[item.name] for item in READING if item.name in specified}
     display = _display(specified)
-    if display in (Display.JSON, Display.VERBOSE):
+    if display in (DisplayOptions.JSON, DisplayOptions.VERBOSE):
         surface, channels = read.read_with_channels(str(file), **reading)
     else:
         surface, channels = read.read_surface(str(file), **reading), ()
     measured = inputs.measured(surface)
-    if display is Display.JSON:
+    if display is DisplayOptions.JSON:
         listed = [
             {"name": c.name, "unit": c.unit, "is_height": c.is_height, "shape": list(c.shape)}
             for c in channels
         ]
-        print(to_json({**stored(inputs.file_table(measured), measured), "channels": listed}))
+        print(to_json({**stored_values(inputs.file_table(measured), measured), "channels": listed}))
     else:
         from roughcontact.cli import console
 
         console.show_info(measured, channels, str(file), display)
 
 
-@_command(
+@_make_command(
     MATERIALS,
-    _argument(str | None, "NAME", "Material to show.", None, help_format.materials),
+    _argument(str | None, "NAME", "Material to show.", None, help_format.complete_materials),
 )
 def _materials(name: Path | str | None, specified: Given) -> None:
     from roughcontact.cli import console
     from roughcontact.material import catalog
 
     result = catalog.entries() if name is None else (catalog.entry(str(name)),)
-    if _display(specified) is Display.JSON:
+    if _display(specified) is DisplayOptions.JSON:
         text = [dataclasses.asdict(entry) for entry in result]
         print(to_json({"materials": text}))
     elif name is None:
@@ -614,9 +630,9 @@ def _materials(name: Path | str | None, specified: Given) -> None:
         console.show_entry(result[0])
 
 
-@_command(DEMO)
+@_make_command(DEMO)
 def _demo(_: Path | str | None, specified: Given) -> None:
     from roughcontact.cli import demo
 
     requested = DEMO.read(specified)
-    demo.run(requested[FOLDER], requested[POINTS])
+    demo.run_demo(requested[FOLDER], requested[POINTS])

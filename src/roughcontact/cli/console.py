@@ -21,15 +21,15 @@ from roughcontact.analyses.generate.task import COMMAND as GENERATE
 from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.analyses.tasks import INFO
 from roughcontact.cli import terminal
-from roughcontact.cli.terminal import Display
+from roughcontact.cli.terminal import DisplayOptions
 from roughcontact.request.task import Command
-from roughcontact.units import engineering
+from roughcontact.units import format_engineering
 
 if TYPE_CHECKING:
-    from roughcontact.batch.plan import Report
+    from roughcontact.batch.plan import ContactReport
     from roughcontact.cautions import Caution
     from roughcontact.contact.result import ContactResult
-    from roughcontact.elastoplastic.archive import Checked
+    from roughcontact.elastoplastic.archive import CheckedFile
     from roughcontact.formats.source import Channel
     from roughcontact.material.catalog import Entry
     from roughcontact.report.inputs import Measured
@@ -41,19 +41,19 @@ if TYPE_CHECKING:
 Cells = tuple[str, ...]
 
 _WIDTH = 80
-_WIDEST = 100
+_MAX_WIDTH = 100
 
 
 # What is shown
 
 
-def show(outcome: Outcome, display: Display) -> None:
+def print_outcome(outcome: Outcome, display: DisplayOptions) -> None:
     """Print what a request gave."""
     from roughcontact.report import kinds
 
     result, task = outcome.result, outcome.request.task
     _print_headline(kinds.headline(result, **outcome.extra_results), task)
-    if display is Display.VERBOSE:
+    if display is DisplayOptions.VERBOSE:
         show_all(result, task, **outcome.extra_results)
     else:
         _print_messages(result.cautions, task)
@@ -64,7 +64,7 @@ def show_all(result: Any, task: Command, **reference: Any) -> None:
     """Print the tables and sentences of the report on a result, but for what its head has."""
     from roughcontact.report import kinds
 
-    known = {_lower(row) for row in kinds.headline(result, **reference).rows}
+    known = {_lower_first(row) for row in kinds.headline(result, **reference).rows}
     title = ""
     for kind, content in kinds.tables(result, **reference):
         if kind == "head":
@@ -76,17 +76,17 @@ def show_all(result: Any, task: Command, **reference: Any) -> None:
                     -1 if table.head[-1:] == ("meaning",) else 2 if table.style == "key" else None
                 )
                 heads = () if table.head[:2] == ("quantity", "value") else table.head[:width]
-                rows = [row[:width] for row in table.rows if _lower(row) not in known]
+                rows = [row[:width] for row in table.rows if _lower_first(row) not in known]
                 if rows:
                     _print_paragraph(title)
                     _print_table(rows, heads=heads)
                 title = ""
         elif kind == "text":
-            _print_paragraph(terminal.spelled(content, task))
+            _print_paragraph(terminal.spell_options(content, task))
     _print_cautions(result.cautions, task)
 
 
-def _lower(row: Cells) -> Cells:
+def _lower_first(row: Cells) -> Cells:
     return tuple(cell.lower() for cell in row)
 
 
@@ -106,13 +106,13 @@ def _print_headline(headline: Headline, command: Command = SOLVE) -> None:
     if headline.rows:
         _print_table(headline.rows, heads=headline.heads, indent=_INDENT)
     for line in headline.remarks:
-        _print_lines(terminal.spelled(line, command), _INDENT)
+        _print_lines(terminal.spell_options(line, command), _INDENT)
     if headline.remarks:
         print()
 
 
 # Warnings and cautions that the screen has room for.
-_MOST = 3
+_MAX_ROWS = 3
 
 
 def _print_messages(cautions: Iterable[Caution], command: Command = SOLVE) -> None:
@@ -121,17 +121,17 @@ def _print_messages(cautions: Iterable[Caution], command: Command = SOLVE) -> No
 
     listed = list(cautions)
     shown = [c for c in listed if c.severity != Severity.NOTE]
-    more, notes = len(shown[_MOST:]), len(listed) - len(shown)
-    counts = [f"{more} more"] * bool(more) + [units.counted(notes, "note")] * bool(notes)
-    _print_cautions(shown[:_MOST], command, ", ".join(counts))
+    more, notes = len(shown[_MAX_ROWS:]), len(listed) - len(shown)
+    counts = [f"{more} more"] * bool(more) + [units.count_noun(notes, "note")] * bool(notes)
+    _print_cautions(shown[:_MAX_ROWS], command, ", ".join(counts))
 
 
 def _print_lines(text: str, indent: str = "", hang: str = "") -> None:
     """Print a sentence, wrapped; a number keeps its unit."""
-    joined = _UNIT.sub("\\1\N{NO-BREAK SPACE}\\2", terminal.printable(text))
+    joined = _UNIT.sub("\\1\N{NO-BREAK SPACE}\\2", terminal.strip_control_characters(text))
     wrapped = textwrap.wrap(
         joined,
-        _width(),
+        _console_width(),
         initial_indent=indent,
         subsequent_indent=indent + hang,
         break_on_hyphens=False,
@@ -144,14 +144,14 @@ _UNIT = re.compile(r"(\d) (\S)")
 _INDENT = "  "
 
 
-def show_reports(reports: Sequence[Report], folder: Path) -> None:
+def show_reports(reports: Sequence[ContactReport], folder: Path) -> None:
     """Print how the contacts of a project ended, one row each, and where all numbers are."""
     from roughcontact.batch.plan import FAILED
-    from roughcontact.cautions import from_summary, of_several
+    from roughcontact.cautions import from_summary, merge_cautions
 
     states = Counter(report.state for report in reports)
     counts = ", ".join(f"{count} {state}" for state, count in states.items())
-    _print_lines(f"{units.counted(len(reports), 'contact')}: {counts}")
+    _print_lines(f"{units.count_noun(len(reports), 'contact')}: {counts}")
     print()
     failed_first = sorted(reports, key=lambda report: report.state != FAILED)
     rows = [(item.name, str(item.summary.get("answer", item.state))) for item in failed_first]
@@ -159,13 +159,13 @@ def show_reports(reports: Sequence[Report], folder: Path) -> None:
     told = [
         (report.name, map(from_summary, report.summary.get("cautions", ()))) for report in reports
     ]
-    _print_messages(of_several(told, "contacts"))
+    _print_messages(merge_cautions(told, "contacts"))
     # Where nothing else is written, the numbers of each contact are.
     if any(report.summary for report in reports):
         _print_written([folder], "written to:")
 
 
-def show_verified(checked: Sequence[Checked]) -> None:
+def print_verified(checked: Sequence[CheckedFile]) -> None:
     """Print stored and recomputed values of results, one row per file."""
     from roughcontact.report import contact_fields
     from roughcontact.report.kind import quantity_of
@@ -176,8 +176,8 @@ def show_verified(checked: Sequence[Checked]) -> None:
         numbers: tuple[str, ...] = ("",) * 5
         if item.verification is not None:
             numbers = (
-                engineering(item.verification.load, item.verification.load_unit),
-                engineering(item.verification.found_load, item.verification.load_unit),
+                format_engineering(item.verification.load, item.verification.load_unit),
+                format_engineering(item.verification.found_load, item.verification.load_unit),
                 certificate(item.verification.certificate),
                 certificate(item.verification.found_certificate),
                 "agree" if item.sealed else "none",
@@ -193,9 +193,11 @@ def show_catalogue(entries: Sequence[Entry]) -> None:
         (
             entry.key,
             ", ".join(entry.names[:2]),
-            engineering(entry.young.value, "Pa"),
+            format_engineering(entry.young.value, "Pa"),
             f"{entry.poisson.value:g}",
-            "" if entry.yield_strength is None else engineering(entry.yield_strength.value, "Pa"),
+            ""
+            if entry.yield_strength is None
+            else format_engineering(entry.yield_strength.value, "Pa"),
             "" if entry.hardness is None else entry.hardness.text,
         )
         for entry in entries
@@ -209,12 +211,12 @@ def show_entry(entry: Entry) -> None:
     rows = [("material", entry.key), ("also called", ", ".join(entry.names))]
     rows += [("condition", entry.condition), *([("note", entry.note)] if entry.note else [])]
     listed = (
-        ("Young's modulus", entry.young, _in("Pa")),
+        ("Young's modulus", entry.young, _with_unit("Pa")),
         ("Poisson's ratio", entry.poisson, "{:g}".format),
-        ("yield strength", entry.yield_strength, _in("Pa")),
+        ("yield strength", entry.yield_strength, _with_unit("Pa")),
         ("hardness", entry.hardness, str),
         ("hardening exponent", entry.exponent, "{:g}".format),
-        ("resistivity", entry.resistivity, _in("Ω m")),
+        ("resistivity", entry.resistivity, _with_unit("Ω m")),
         ("conductivity", entry.conductivity, "{:g} W/(m K)".format),
         ("softening voltage", entry.softening_voltage, "{:g} V".format),
         ("melting voltage", entry.melting_voltage, "{:g} V".format),
@@ -224,8 +226,8 @@ def show_entry(entry: Entry) -> None:
     _print_table(values, heads=("", "value", "source"))
 
 
-def _in(unit: str) -> Callable[[Any], str]:
-    return lambda value: engineering(value, unit)
+def _with_unit(unit: str) -> Callable[[Any], str]:
+    return lambda value: format_engineering(value, unit)
 
 
 def _print_written(written: Iterable[Path], words: str = "written:") -> None:
@@ -234,17 +236,19 @@ def _print_written(written: Iterable[Path], words: str = "written:") -> None:
     if paths:
         print(words)
         for path in paths:
-            print(terminal.printable(str(path)))
+            print(terminal.strip_control_characters(str(path)))
         print()
 
 
-def show_info(measured: Measured, channels: Sequence[Channel], file: str, display: Display) -> None:
+def show_info(
+    measured: Measured, channels: Sequence[Channel], file: str, display: DisplayOptions
+) -> None:
     """Print what is in a file."""
     from roughcontact.contact.plausibility import implausible_slope
     from roughcontact.report import inputs
 
     _print_headline(inputs.headline(measured, Path(file).name))
-    if display is Display.VERBOSE:
+    if display is DisplayOptions.VERBOSE:
         _print_parameters(measured, channels)
     else:
         print("All parameters and channels: --verbose")
@@ -278,12 +282,12 @@ def _print_parameters(measured: Measured, channels: Sequence[Channel]) -> None:
         _print_table(roughness, heads=("after plane", "", ""))
 
 
-def show_generated(surface: Surface, written: Sequence[Path]) -> None:
+def print_generated(surface: Surface, written: Sequence[Path]) -> None:
     """Print requested and actual parameters of a generated map."""
     from roughcontact.analyses.generate import report as generation
 
-    _print_headline(generation.headline(surface))
-    _print_messages(generation.unmet(surface), GENERATE)
+    _print_headline(generation.generation_headline(surface))
+    _print_messages(generation.missed_notes(surface), GENERATE)
     _print_written(written)
 
 
@@ -299,18 +303,18 @@ def show_demo(
     limited = results[1]
     rows = [
         (quantity.row(limited).title, *(quantity.row(result).text for result in results))
-        for quantity in (quantity_of(contact_fields.CONTACT, key) for key in _COMPARED)
+        for quantity in (quantity_of(contact_fields.CONTACT, key) for key in _MAIN_QUANTITIES)
     ]
     first = kinds.headline(limited)
     _print_headline(replace(first, heads=("", *labels), rows=rows, remarks=first.remarks[-1:]))
-    print(f"written to:\n{terminal.printable(str(folder))}")
+    print(f"written to:\n{terminal.strip_control_characters(str(folder))}")
     _print_lines(", ".join(files))
     print('Next: roughcontact solve ground.x3p --load "100 MPa" --material 42CrMo4 \\')
     print("          --boundary periodic")
 
 
 # Quantities by which the elastic example and that with a ceiling are compared.
-_COMPARED = ("contact_area", "mean_pressure", "max_pressure", "mean_gap", "approach")
+_MAIN_QUANTITIES = ("contact_area", "mean_pressure", "max_pressure", "mean_gap", "approach")
 
 
 # Printing
@@ -331,7 +335,9 @@ def _print_table(
         if not block:
             continue
         for row in block:
-            texts = (terminal.printable(terminal.spelled(cell)) for cell in row)
+            texts = (
+                terminal.strip_control_characters(terminal.spell_options(cell)) for cell in row
+            )
             table.add_row(*map(Text, texts))
         table.add_section()
     _print(table, indent)
@@ -340,11 +346,11 @@ def _print_table(
 
 def _print_cautions(cautions: Iterable[Caution], command: Command = SOLVE, more: str = "") -> None:
     """Print messages; the status above says already where nothing converged."""
-    from roughcontact.cautions import Kind
+    from roughcontact.cautions import CautionTag
 
-    shown = [caution for caution in cautions if caution.kind != Kind.NOT_CONVERGED]
+    shown = [caution for caution in cautions if caution.kind != CautionTag.NOT_CONVERGED]
     for caution in shown:
-        text = terminal.spelled(caution.text, command)
+        text = terminal.spell_options(caution.text, command)
         _print_lines(f"{caution.severity.upper()} {caution.kind}: {text}", hang=_INDENT)
     if more:
         print(f"{more}: --verbose")
@@ -352,16 +358,16 @@ def _print_cautions(cautions: Iterable[Caution], command: Command = SOLVE, more:
         print()
 
 
-def _width() -> int:
+def _console_width() -> int:
     """Return how many columns there are; a pipe has no width: the same text for everyone."""
-    return min(Console().width, _WIDEST) if sys.stdout.isatty() else _WIDTH
+    return min(Console().width, _MAX_WIDTH) if sys.stdout.isatty() else _WIDTH
 
 
 def _print(thing: Table | Text, indent: str = "") -> None:
     """Print text laid out by Rich, without its trailing blanks and its colors."""
     # Printed here, since Rich ends with status 1 where a pipe is closed: "not converged".
     text = io.StringIO()
-    width = _width() - len(indent)
+    width = _console_width() - len(indent)
     Console(file=text, width=width, color_system=None, highlight=False).print(thing)
     for line in text.getvalue().splitlines():
         print((indent + line).rstrip())

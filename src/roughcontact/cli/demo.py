@@ -18,20 +18,20 @@ if TYPE_CHECKING:
 _LABELS = ("elastic", "ceiling 3 GPa")
 
 
-def run(folder: Path, points: int) -> None:
+def run_demo(folder: Path, points: int) -> None:
     """Solve a generated surface twice, write all results, and show them."""
     _check_folder(folder)
-    with terminal.progress() as line:
-        line.say("generating the surface")
-        results = _solved(points, line)
+    with terminal.show_progress() as line:
+        line.set_stage("generating the surface")
+        results = _solve_demo(points, line)
         folder.mkdir(exist_ok=True)
-        files = _files(folder, results)
-        outputs.write(files, line.say)
+        files = _demo_files(folder, results)
+        outputs.write_files(files, line.set_stage)
     console.show_demo(results, _LABELS, folder, [path.name for path, _ in files])
 
 
-def _solved(points: int, line: terminal.ProgressLine) -> list[ContactResult]:
-    from roughcontact.contact.memory import Room
+def _solve_demo(points: int, line: terminal.ProgressLine) -> list[ContactResult]:
+    from roughcontact.contact.memory import MemoryNeed
     from roughcontact.contact.solve import solve
     from roughcontact.halfspace.boundary import Boundary
     from roughcontact.material.material import Material
@@ -40,7 +40,7 @@ def _solved(points: int, line: terminal.ProgressLine) -> list[ContactResult]:
     from roughcontact.surface.surface import Surface
 
     # A map and the first result are held while the second is sought.
-    Room((points, points), Boundary.FREE, maps=3).require()
+    MemoryNeed((points, points), Boundary.FREE, maps=3).require()
     steel = Material(young=210e9, poisson=0.3, yield_strength=1e9, name="steel")
     heights, pixel = random_surfaces.reference_map(points)
     created = Operation("reference_map", {"n": points})
@@ -50,7 +50,7 @@ def _solved(points: int, line: terminal.ProgressLine) -> list[ContactResult]:
     for number, (label, ceiling) in enumerate(zip(_LABELS, (None, "auto"), strict=True), start=1):
 
         def tell(state: Progress, number: int = number, label: str = label) -> None:
-            line.look(replace(state, number=number, count=len(_LABELS), label=label))
+            line.update(replace(state, number=number, count=len(_LABELS), label=label))
 
         result = solve(surface, load=1.0, material=steel, ceiling=ceiling, progress=tell,
                       calibrated=False)  # fmt: skip
@@ -67,7 +67,7 @@ def _check_folder(folder: Path) -> None:
         outputs.check_place(folder, "folder")
 
 
-def _files(
+def _demo_files(
     folder: Path, results: Sequence[ContactResult]
 ) -> list[tuple[Path, Callable[[Path], object]]]:
     from roughcontact.drawing import maps, sections
@@ -78,8 +78,11 @@ def _files(
         (folder / "ground.x3p", limited.surface.save),
         (folder / "elastic.nc", elastic.save),
         (folder / "ceiling.nc", limited.save),
-        (folder / "surface.png", outputs.saver(lambda: maps.surface(limited.surface))),
-        (folder / "comparison.png", outputs.saver(lambda: maps.comparison(pair, names))),
-        (folder / "histogram.png", outputs.saver(lambda: sections.pressure_histogram(pair, names))),
-        (folder / "overview.png", outputs.saver(lambda: maps.overview(limited))),
+        (folder / "surface.png", outputs.figure_saver(lambda: maps.surface(limited.surface))),
+        (folder / "comparison.png", outputs.figure_saver(lambda: maps.comparison(pair, names))),
+        (
+            folder / "histogram.png",
+            outputs.figure_saver(lambda: sections.pressure_histogram(pair, names)),
+        ),
+        (folder / "overview.png", outputs.figure_saver(lambda: maps.overview(limited))),
     ]

@@ -13,16 +13,16 @@ from roughcontact.analyses import tasks
 from roughcontact.request import parsing
 from roughcontact.request.options import FORMAT, Option
 
-ALL = "help-all"
-_ASKED = "roughcontact.help-all"
+HELP_ALL = "help-all"
+_HELP_ALL_KEY = "roughcontact.help-all"
 
 # Longer words of an option have a line of their own.
-_WORDS = 27
+_COMPLETION_WIDTH = 27
 
 Rows = list[tuple[str, str]]
 
 
-class Commands(typer.core.TyperGroup):
+class CommandGroup(typer.core.TyperGroup):
     """The program; its help lists the commands in groups."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -34,11 +34,11 @@ class Commands(typer.core.TyperGroup):
         """Write the groups of commands, and then the options."""
         for heading, group in tasks.GROUPS.items():
             rows = [(command.name, _first_sentence(command.help)) for command in group]
-            _section(formatter, heading, rows)
-        _section(formatter, "Options", [_row(option) for option in _options(self, ctx)])
+            _write_section(formatter, heading, rows)
+        _write_section(formatter, "Options", [_row(option) for option in _options(self, ctx)])
 
 
-class Command(typer.core.TyperCommand):
+class HelpCommand(typer.core.TyperCommand):
     """A command; its help lists the common options first."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -50,11 +50,11 @@ class Command(typer.core.TyperCommand):
         """Write arguments and options; of many options, explain ten and name the others."""
         params: list[Any] = self.get_params(ctx)
         specified = [item for item in params if item.param_type_name == "argument"]
-        _section(
+        _write_section(
             formatter, "Arguments", [(str(item.metavar), str(item.help)) for item in specified]
         )
         options = {option.opts[0].removeprefix("--"): option for option in _options(self, ctx)}
-        known = () if ctx.meta.get(_ASKED) else tasks.COMMANDS[str(self.name)].first
+        known = () if ctx.meta.get(_HELP_ALL_KEY) else tasks.COMMANDS[str(self.name)].short_help
         first = [option.name for option in known]
         panels: dict[str, list[Any]] = {}
         for name, option in options.items():
@@ -62,22 +62,22 @@ class Command(typer.core.TyperCommand):
                 panels.setdefault(option.rich_help_panel or "Help", []).append(option)
         if not first:
             for panel, held in panels.items():
-                _section(formatter, panel, [_row(option) for option in held])
+                _write_section(formatter, panel, [_row(option) for option in held])
             return
-        _section(formatter, "Common options", [_row(options[name]) for name in first])
+        _write_section(formatter, "Common options", [_row(options[name]) for name in first])
         about = [_row(option) for option in panels.pop("Help")]
         rest = [(panel, " ".join(item.opts[0] for item in held)) for panel, held in panels.items()]
-        _section(formatter, f"More options (--{ALL})", rest)
-        _section(formatter, "Help", about)
+        _write_section(formatter, f"More options (--{HELP_ALL})", rest)
+        _write_section(formatter, "Help", about)
 
 
 def _take_words(parameters: Iterable[Any]) -> None:
     """Have parameters take words as they are."""
     for parameter in parameters:
-        parameter.process_value = partial(_taken, parameter, parameter.process_value)
+        parameter.process_value = partial(_argument_value, parameter, parameter.process_value)
 
 
-def _taken(parameter: Any, process: Callable[..., Any], ctx: Any, value: Any) -> Any:
+def _argument_value(parameter: Any, process: Callable[..., Any], ctx: Any, value: Any) -> Any:
     """Return the value of a parameter; other input goes to the default parser."""
     if value is None and (parameter.multiple or parameter.nargs == -1):
         value = ()
@@ -91,7 +91,7 @@ def _taken(parameter: Any, process: Callable[..., Any], ctx: Any, value: Any) ->
 def show_all(ctx: typer.Context, wanted: bool) -> None:
     """Print the help with all options, and end."""
     if wanted:
-        ctx.meta[_ASKED] = True
+        ctx.meta[_HELP_ALL_KEY] = True
         print(ctx.get_help())
         raise typer.Exit(0)
 
@@ -105,11 +105,11 @@ def _row(option: Any) -> tuple[str, str]:
     return ", ".join(sorted(option.opts, key=len)) + takes, str(option.help)
 
 
-def _section(formatter: Any, heading: str, rows: Rows) -> None:
+def _write_section(formatter: Any, heading: str, rows: Rows) -> None:
     """Write two columns under a heading; no option is divided at its hyphens."""
     if not rows:
         return
-    indent_width = min(max(len(words) for words, _ in rows), _WORDS) + 2
+    indent_width = min(max(len(words) for words, _ in rows), _COMPLETION_WIDTH) + 2
     with formatter.section(heading):
         indent = " " * formatter.current_indent
         for words, text in rows:
@@ -129,17 +129,17 @@ def _first_sentence(text: str) -> str:
 # What completes a word
 
 
-def completion(option: Option[Any]) -> Callable[[str], list[str]] | None:
+def completer_of(option: Option[Any]) -> Callable[[str], list[str]] | None:
     """Return what gives the values of an option that begin with a text; None where any will do."""
     if option.parse is parsing.material:
-        return materials
+        return complete_materials
     if isinstance(option.parse, parsing.Choice):
         known = [str(word) for word in option.parse.known]
         return lambda incomplete: [word for word in known if word.startswith(incomplete)]
-    return _formats if option is FORMAT else None
+    return _complete_formats if option is FORMAT else None
 
 
-def materials(incomplete: str) -> list[str]:
+def complete_materials(incomplete: str) -> list[str]:
     """Return the materials that begin with a text; of none all by their first names."""
     from roughcontact.material import catalog
 
@@ -152,7 +152,7 @@ def materials(incomplete: str) -> list[str]:
     return [name for name in names if name.startswith(incomplete) and " " not in name]
 
 
-def _formats(incomplete: str) -> list[str]:
+def _complete_formats(incomplete: str) -> list[str]:
     from roughcontact.formats import read
 
     return [known.name for known in read.FORMATS if known.name.startswith(incomplete)]

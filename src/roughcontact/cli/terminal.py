@@ -17,7 +17,7 @@ from roughcontact.analyses.solve import task as solve
 from roughcontact.errors import message_parts, render_message
 from roughcontact.request.task import Command
 from roughcontact.solvers.progress import Forecast, Progress
-from roughcontact.units import rounded_time
+from roughcontact.units import format_duration
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -44,14 +44,14 @@ def open_streams() -> None:
             stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
 
 
-EVERY = 10.0
+PROGRESS_INTERVAL = 10.0
 """Seconds between lines of progress where there is no terminal."""
 
-LINE = "progress: "
+PROGRESS_PREFIX = "progress: "
 """How such a line begins."""
 
 
-class Display(Enum):
+class DisplayOptions(Enum):
     """How a result is shown."""
 
     BRIEF = auto()
@@ -66,15 +66,15 @@ class ProgressLine:
     def __init__(self) -> None:
         self._text, self._end, self._forecast = "", 0.0, Forecast()
 
-    def say(self, text: str, seconds: float = 0.0) -> None:
+    def set_stage(self, text: str, seconds: float = 0.0) -> None:
         """Name what begins now, and the time that is left [s], 0 where it is not known."""
         self._text, self._end = text, time.monotonic() + seconds if seconds else 0.0
 
-    def look(self, state: Progress) -> None:
+    def update(self, state: Progress) -> None:
         """Show where a calculation stands."""
         from roughcontact.report import phrases
 
-        self.say(phrases.described(state), self._forecast(state))
+        self.set_stage(phrases.progress_text(state), self._forecast(state))
 
     @property
     def seconds(self) -> float:
@@ -83,8 +83,8 @@ class ProgressLine:
 
     def __str__(self) -> str:
         """Return it as text."""
-        left = f", about {rounded_time(self.seconds)} left" if self.seconds else ""
-        return printable(self._text) + left
+        left = f", about {format_duration(self.seconds)} left" if self.seconds else ""
+        return strip_control_characters(self._text) + left
 
     def __rich__(self) -> Text:
         """Return it as Rich draws it, anew a few times a second."""
@@ -94,7 +94,7 @@ class ProgressLine:
 
 
 @contextlib.contextmanager
-def progress(quiet: bool = False) -> Iterator[ProgressLine]:
+def show_progress(quiet: bool = False) -> Iterator[ProgressLine]:
     """Show progress on standard error: one line on a terminal, elsewhere one every ten seconds."""
     line = ProgressLine()
     if quiet:
@@ -118,18 +118,18 @@ def progress(quiet: bool = False) -> Iterator[ProgressLine]:
 
 def _print_lines(line: ProgressLine, ended: threading.Event) -> None:
     """Print a line after two seconds if more are to come, and every ten seconds."""
-    soon, waited, printed = EVERY / 5, 0.0, False
+    soon, waited, printed = PROGRESS_INTERVAL / 5, 0.0, False
     while not ended.wait(soon):
         waited += soon
-        if waited < EVERY and (printed or line.seconds < soon):
+        if waited < PROGRESS_INTERVAL and (printed or line.seconds < soon):
             continue
         waited, printed = 0.0, True
         with contextlib.suppress(OSError, ValueError):
-            print(f"{LINE}{one_line(str(line))}", file=sys.stderr, flush=True)
+            print(f"{PROGRESS_PREFIX}{one_line(str(line))}", file=sys.stderr, flush=True)
 
 
 @contextlib.contextmanager
-def stoppable() -> Iterator[list[int]]:
+def handle_stop_signals() -> Iterator[list[int]]:
     """Let the signals that ask a program to end do what Ctrl-C does."""
     came: list[int] = []
 
@@ -138,10 +138,10 @@ def stoppable() -> Iterator[list[int]]:
         for asking in ours:
             signal.signal(asking, signal.SIG_IGN)
         came.append(number)
-        processes.quiet()
+        processes.silence_unraisable()
         raise KeyboardInterrupt
 
-    ours = _undecided()
+    ours = _unhandled_signals()
     for asking in ours:
         signal.signal(asking, stop)
     try:
@@ -151,7 +151,7 @@ def stoppable() -> Iterator[list[int]]:
             signal.signal(asking, signal.SIG_DFL)
 
 
-def _undecided() -> list[signal.Signals]:
+def _unhandled_signals() -> list[signal.Signals]:
     """Return the signals that ask to end, but where `nohup` or the caller decides about them."""
     if threading.current_thread() is not threading.main_thread():
         return []
@@ -159,27 +159,27 @@ def _undecided() -> list[signal.Signals]:
     return [number for number in known if signal.getsignal(number) is signal.SIG_DFL]
 
 
-def spelled(text: str, command: Command = solve.TASK) -> str:
+def spell_options(text: str, command: Command = solve.TASK) -> str:
     """Return a text in which arguments are the options of a command."""
-    return render_message(message_parts(text), command.spelled)
+    return render_message(message_parts(text), command.spell_argument)
 
 
-def complain(sentence: str) -> None:
+def print_error(sentence: str) -> None:
     """Print one sentence on standard error, after what standard output holds."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         sys.stdout.flush()
     try:
         print(f"roughcontact: {one_line(sentence)}", file=sys.stderr, flush=True)
     except (OSError, ValueError):
-        _discard(sys.stderr)
+        _discard_output(sys.stderr)
 
 
 def one_line(text: str) -> str:
     """Return text without line breaks and control characters."""
-    return " ".join(printable(text).split())
+    return " ".join(strip_control_characters(text).split())
 
 
-def printable(text: str) -> str:
+def strip_control_characters(text: str) -> str:
     """Return text without control characters, which a file name can carry."""
     return "".join(c if c.isprintable() else " " for c in text)
 
@@ -189,15 +189,15 @@ def discard_output() -> None:
     try:
         sys.stdout.flush()
     except (OSError, ValueError):
-        _discard(sys.stdout)
+        _discard_output(sys.stdout)
 
 
 def discard_errors() -> None:
     """Turn standard error away: another process says what there is to say."""
-    _discard(sys.stderr)
+    _discard_output(sys.stderr)
 
 
-def _discard(stream: TextIO) -> None:
+def _discard_output(stream: TextIO) -> None:
     with contextlib.suppress(OSError, ValueError, AttributeError):
         null = os.open(os.devnull, os.O_WRONLY)
         os.dup2(null, stream.fileno())

@@ -19,16 +19,16 @@ from roughcontact import cautions
 from roughcontact._tools import memory, netcdf
 from roughcontact._tools.files import to_json
 from roughcontact.contact import load_case
-from roughcontact.contact.memory import Room
+from roughcontact.contact.memory import MemoryNeed
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import Calibrated, CalibrationRecord, ContactResult
-from roughcontact.contact.share import Share, Slab
+from roughcontact.contact.share import MapOrSlab, Slab
 from roughcontact.errors import FormatError, InsufficientMemoryError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material import hardening
 from roughcontact.material.material import Layer, Material
-from roughcontact.result import face
+from roughcontact.result import presentation
 from roughcontact.surface.provenance import Provenance, from_text, to_text
 from roughcontact.surface.surface import Surface
 
@@ -41,10 +41,10 @@ Array = NDArray[np.float64]
 # Tolerances between stored and recomputed values. On the same machine it has the same
 # bits; other libraries and numbers of threads round in another way.
 _PART, _LEAST, _DIGITS = 1e-3, 1e-12, 4.0
-_GAP = {"double": 1e-12, "single": 1e-5}
-_LOAD = 1e-12
+_GAP_TOLERANCE = {"double": 1e-12, "single": 1e-5}
+_LOAD_TOLERANCE = 1e-12
 # Maps that the comparison takes more than a solve has.
-_MAPS = 8
+_MAX_MAPS = 8
 
 
 @dataclass(frozen=True)
@@ -67,9 +67,9 @@ class Verification:
         off = abs(self.found_certificate - self.certificate)
         missed = abs(self.found_load - self.load)
         same = {
-            "load": missed <= (self.load_error + _LOAD) * self.load,
+            "load": missed <= (self.load_error + _LOAD_TOLERANCE) * self.load,
             "certificate": off <= _PART * self.certificate + _LEAST + _DIGITS * self.doubt,
-            "gap": self.gap_error <= _GAP[self.precision],
+            "gap": self.gap_error <= _GAP_TOLERANCE[self.precision],
         }
         return tuple(name for name, agrees in same.items() if not agrees)
 
@@ -93,7 +93,7 @@ class Verification:
 def verify_solution(result: ContactResult, displaced: Array | None = None) -> Verification:
     """Compute load and certificate of a result again, with one application of the operator."""
     initial = _initial_gap(result, displaced)
-    opened, unit = _opened(result, initial)
+    opened, unit = _displacement_plus_gap(result, initial)
     there = np.isfinite(initial)
     opened, initial, pressure = opened[there], initial[there], result.pressure[there]
     gap = opened - result.approach
@@ -132,10 +132,10 @@ def _initial_gap(result: ContactResult, displaced: Array | None) -> Array:
     return gap
 
 
-def _opened(result: ContactResult, initial: Array) -> tuple[Array, float]:
+def _displacement_plus_gap(result: ContactResult, initial: Array) -> tuple[Array, float]:
     """Return displacement plus initial gap [m], and the displacement of a pixel by itself."""
     pair = result.pair
-    Room(pair.shape, pair.boundary, result.precision, _MAPS).require()
+    MemoryNeed(pair.shape, pair.boundary, result.precision, _MAX_MAPS).require()
     operator = pair.operators(result.precision, Workspace())(pair.shape, (1, 1))
     opened = initial.copy()
 
@@ -178,7 +178,7 @@ _CALIBRATED = {
 }  # fmt: skip
 _WORDS = ("boundary", "precision", "control", "status", "version")
 # Those of them that the bodies know.
-_OF_THE_PAIR = ("contact_modulus", "boundary")
+_PAIR_ATTRIBUTES = ("contact_modulus", "boundary")
 _COUNTS = ("iterations", "convolutions")
 _PAIRS = {"tilt": "1", "moments": "N m"}
 _UNSEALED = "unsealed"
@@ -203,11 +203,11 @@ def to_dataset(result: ContactResult) -> netcdf.Dataset:
     """Return a result as a dataset that can be checked without this program."""
     result.require_whole("a dataset")
     whole = slice(None)
-    maps = {name: rows(whole) for name, (_, rows) in _rows(result).items()}
+    maps = {name: rows(whole) for name, (_, rows) in _map_rows(result).items()}
     return _dataset(result.share, maps, _attributes(result))
 
 
-def _rows(result: ContactResult) -> dict[str, tuple[str, Rows]]:
+def _map_rows(result: ContactResult) -> dict[str, tuple[str, Rows]]:
     """Return the kind of number of each map, and what gives the rows that are here of it."""
     share, counter, ceiling = result.share, result.counter_surface, result.ceiling
     highest = result.pair.highest
@@ -249,7 +249,7 @@ def _attributes(result: ContactResult) -> dict[str, Any]:
     return attributes
 
 
-def described(name: str) -> dict[str, str]:
+def map_attributes(name: str) -> dict[str, str]:
     """Return the attributes of a map of a contact."""
     return dict(zip(("units", "long_name"), _ARCHIVE_MAPS[name], strict=True))
 
@@ -305,7 +305,9 @@ def _with_unit(name: str, value: float, unit: str) -> dict[str, Any]:
     return {name: value, f"{name}_units": unit}
 
 
-def _dataset(surface: Share, maps: dict[str, Any], attributes: dict[str, Any]) -> netcdf.Dataset:
+def _dataset(
+    surface: MapOrSlab, maps: dict[str, Any], attributes: dict[str, Any]
+) -> netcdf.Dataset:
     dataset = netcdf.Dataset({
         "Conventions": "CF-1.8",
         "pixel_y": surface.pixel[0],
@@ -316,7 +318,7 @@ def _dataset(surface: Share, maps: dict[str, Any], attributes: dict[str, Any]) -
         **attributes,
     })  # fmt: skip
     for name, values in maps.items():
-        dataset[name] = (("y", "x"), values, described(name))
+        dataset[name] = (("y", "x"), values, map_attributes(name))
     about = {"units": "m", "long_name": "centre of the pixel"}
     for axis, count, pixel in zip("yx", surface.shape, surface.pixel, strict=True):
         dataset[axis] = (axis, (np.arange(count) + 0.5) * pixel, about)
@@ -358,19 +360,19 @@ def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
         netcdf.write(to_dataset(result), path, packed)
         return
     maps = {
-        netcdf.Streamed(name, kind, share.shape, described(name), packed=name in PACKED): [
-            netcdf.Part(rank, height, partial(rows, slice(top, top + height)))
-            for rank, top, height in share.pieces(_ARCHIVE_PART // np.dtype(kind).itemsize)
+        netcdf.Streamed(name, kind, share.shape, map_attributes(name), packed=name in PACKED): [
+            netcdf.RankPart(rank, height, partial(rows, slice(top, top + height)))
+            for rank, top, height in share.iter_blocks(_ARCHIVE_PART // np.dtype(kind).itemsize)
         ]
-        for name, (kind, rows) in _rows(result).items()
+        for name, (kind, rows) in _map_rows(result).items()
     }
     netcdf.write_shared(lambda: _dataset(share, {}, _attributes(result)), maps, path, share.ranks)
 
 
 def load_contact(path: str | os.PathLike[str], *, verify: bool = False) -> ContactResult:
     """Read a result that ``ContactResult.save`` wrote."""
-    dataset = opened(path)
-    with refused(path, "ContactResult"):
+    dataset = open_archive(path)
+    with as_format_error(path, "ContactResult"):
         result = from_dataset(dataset)
         displaced = dataset.get("residual_displacement")
     if verify:
@@ -379,25 +381,25 @@ def load_contact(path: str | os.PathLike[str], *, verify: bool = False) -> Conta
     return result
 
 
-def opened(path: str | os.PathLike[str]) -> xarray.Dataset:
+def open_archive(path: str | os.PathLike[str]) -> xarray.Dataset:
     """Return the content of a file that is as it was written, as far as its checksums tell."""
     if not Path(path).is_file():
         raise FormatError(f"{path} does not exist or is no file; check its name")
-    with refused(path, "ContactResult"), netcdf.opened(Path(path)) as dataset:
-        memory.require(
+    with as_format_error(path, "ContactResult"), netcdf.open_dataset(Path(path)) as dataset:
+        memory.require_memory(
             dataset.nbytes,
             f"reading {Path(path).name} needs",
             advice=("check that the file is complete, or read it on a larger machine",),
         )
         dataset.load()
-        changed = netcdf.mismatches(dataset)
+        changed = netcdf.changed_names(dataset)
     if changed:
         raise netcdf.changed_file_error(Path(path).name, changed)
     return dataset
 
 
 @contextmanager
-def refused(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
+def as_format_error(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
     """Turn whatever goes wrong with the content of a file into one error."""
     try:
         yield
@@ -427,7 +429,7 @@ def from_dataset(dataset: xarray.Dataset) -> ContactResult:
         without_checksums=netcdf.CHECKSUM not in attributes or _UNSEALED in attributes,
         # Files of earlier versions have none.
         extra_cautions=cautions.from_text(str(attributes.get("remarks", "[]"))),
-        **_scalars(attributes),
+        **_read_scalars(attributes),
     )
 
 
@@ -454,10 +456,10 @@ def _pair(maps: dict[str, NDArray[np.float64]], attributes: dict[str, Any]) -> P
         body: Material(
             young=float(attributes[f"{body}_young"]),
             poisson=float(attributes[f"{body}_poisson"]),
-            yield_strength=_optional(attributes, f"{body}_yield_strength"),
+            yield_strength=_read_optional(attributes, f"{body}_yield_strength"),
             name=str(attributes[f"{body}_name"]),
-            hardness=_optional(attributes, f"{body}_hardness"),
-            hardening=_law(attributes.get(f"{body}_hardening")),
+            hardness=_read_optional(attributes, f"{body}_hardness"),
+            hardening=_parse_hardening(attributes.get(f"{body}_hardening")),
             caveat=str(attributes.get(f"{body}_caveat", "")),
             coating=[
                 Layer(**layer) for layer in json.loads(attributes.get(f"{body}_coating", "[]"))
@@ -470,11 +472,11 @@ def _pair(maps: dict[str, NDArray[np.float64]], attributes: dict[str, Any]) -> P
     return Pair(surface, bodies["material"], counter, bodies["counter_material"], boundary)
 
 
-def _scalars(attributes: dict[str, Any]) -> dict[str, Any]:
+def _read_scalars(attributes: dict[str, Any]) -> dict[str, Any]:
     scalars: dict[str, Any] = {name: float(attributes[name]) for name in _NUMBERS}
     scalars |= {name: str(attributes[name]) for name in _WORDS}
     scalars |= {name: int(attributes[name]) for name in _COUNTS}
-    for name in _OF_THE_PAIR:
+    for name in _PAIR_ATTRIBUTES:
         del scalars[name]
     if "recommended_load" in attributes:
         text: dict[str, Any] = {
@@ -487,7 +489,7 @@ def _scalars(attributes: dict[str, Any]) -> dict[str, Any]:
         scalars["calibrated"] = Calibrated(**text)
     if "uncertainty" in attributes:
         record = json.loads(str(attributes["uncertainty"]))
-        scalars["measurement"] = face().stored_uncertainty(record)
+        scalars["measurement"] = presentation().stored_uncertainty(record)
     if _GIVEN in attributes:
         scalars["specified_load"] = load_case.from_summary(json.loads(str(attributes[_GIVEN])))
     # Files of earlier versions know no tilt.
@@ -498,10 +500,10 @@ def _scalars(attributes: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _optional(attributes: dict[str, Any], name: str) -> float | None:
+def _read_optional(attributes: dict[str, Any], name: str) -> float | None:
     value = attributes.get(name)
     return None if value is None or math.isnan(float(value)) else float(value)
 
 
-def _law(text: Any) -> hardening.Hardening | None:
+def _parse_hardening(text: Any) -> hardening.Hardening | None:
     return None if text is None else hardening.from_text(str(text))

@@ -34,7 +34,7 @@ and that under a ceiling is `indenters.mean_under_ceiling` of it.
 
 `solve_calibrated`: The load ratio hardly depends on the ceiling at which it is read, so that
 two or three solves do. Where whole pixels that come and go keep the ceiling from settling, the
-last of `MOST_SOLVES` is returned, and its ``mismatch`` says by how much.
+last of `MAX_SOLVES` is returned, and its ``mismatch`` says by how much.
 """
 
 from __future__ import annotations
@@ -66,31 +66,31 @@ from roughcontact.errors import (
     require_positive,
 )
 from roughcontact.material.hardening import flow_stress
-from roughcontact.material.material import CEILING_FACTOR, Material, softer
+from roughcontact.material.material import CEILING_FACTOR, Material, softer_material
 from roughcontact.theory import indenters
-from roughcontact.units import engineering
+from roughcontact.units import format_engineering
 
 # Strain whose flow stress counts, over the slope a/R: between 0.1 for Swift's law, which is steep
 # at small strains, and 0.2 for a linear one, which is Tabor's for full indentation.
-_STRAIN = 0.15
+_REPRESENTATIVE_STRAIN = 0.15
 
-AGREEMENT = 2e-3
+CEILING_TOLERANCE = 2e-3
 """How near a ceiling has to be to the one that its own solution gives, as a part of it."""
 
-MOST_SOLVES = 6
+MAX_SOLVES = 6
 """After how many solves the search for such a ceiling ends."""
 
 # Error of a height difference over the largest height, at most.
 _ROUNDING = 16 * float(np.finfo(np.float64).eps)
 
 
-def resolved_ceiling(
+def resolve_ceiling(
     ceiling: str | float | ArrayLike | None, pair: Pair
 ) -> float | NDArray[np.float64] | None:
     """Return the ceiling as `solve` uses it."""
     if isinstance(ceiling, str):
         if pair.is_coated:
-            return _of_coated(ceiling, pair)
+            return _coated_ceiling(ceiling, pair)
         require_choice(("auto", CALIBRATED), ceiling=ceiling)
         body = pair.softer
         if ceiling == CALIBRATED and (body is None or body.yield_strength is None):
@@ -134,12 +134,12 @@ def ceiling_factor(load_ratio: float, first_yield: float = 1.615) -> float:
     require_positive(load_ratio=load_ratio, first_yield=first_yield)
     # P = π a² p̄, which in the index x is P/P_c = 6 x² (p̄/σ_Y)/(π² C³).
     wanted = load_ratio * math.pi**2 * first_yield**3 / 6
-    ratio = _loaded(wanted, lambda x: indenters.mean_pressure(x, first_yield))
+    ratio = _slope_of_load_ratio(wanted, lambda x: indenters.mean_pressure(x, first_yield))
     mean = indenters.mean_pressure(ratio, first_yield)
     return min(indenters.ceiling(ratio, mean, first_yield), CEILING_FACTOR)
 
 
-def _loaded(load: float, mean: Callable[[float], float]) -> float:
+def _slope_of_load_ratio(load: float, mean: Callable[[float], float]) -> float:
     """Return the slope at which slope² times the mean pressure is so much."""
     # The mean pressure grows with the slope, but not faster than it.
     start = load ** (1 / 3)
@@ -160,20 +160,20 @@ def recommended_ceiling(result: ContactResult) -> CalibratedCeiling | None:
     if slope == 0:
         return None
     mean = result.load / result.perimeter_corrected_area
-    return _judged(result.pair, body, slope, mean)
+    return _recommend(result.pair, body, slope, mean)
 
 
-def _of_coated(ceiling: str, pair: Pair) -> float:
+def _coated_ceiling(ceiling: str, pair: Pair) -> float:
     """Return the ceiling of the coating or of its base [Pa], as its name asks for it."""
     bodies = (pair.material, pair.counter_material)
     known = {
-        COATING: softer(*(body.outermost for body in bodies)),
-        BASE: softer(*(body.uncoated for body in bodies)),
+        COATING: softer_material(*(body.outermost for body in bodies)),
+        BASE: softer_material(*(body.uncoated for body in bodies)),
     }
     limits = {name: body.ceiling for name, body in known.items() if body and body.ceiling}
     if ceiling in limits:
         return limits[ceiling]
-    offered = [f"{name!r} ({engineering(value, 'Pa', 3)})" for name, value in limits.items()]
+    offered = [f"{name!r} ({format_engineering(value, 'Pa', 3)})" for name, value in limits.items()]
     if len(limits) > 1:
         offered.append(f"{BRACKET!r} (both, in one solve)")
     raise InputError(
@@ -195,17 +195,17 @@ def area_change(advice: CalibratedCeiling, ceiling: float | None, modulus: float
 
     known = mean(advice.slope, advice.ceiling)
     load = advice.slope**2 * known
-    slope = _loaded(load, lambda slope: mean(slope, ceiling))
+    slope = _slope_of_load_ratio(load, lambda slope: mean(slope, ceiling))
     return mean(slope, ceiling) / known - 1
 
 
-def _judged(pair: Pair, softer: Material, slope: float, mean: float) -> CalibratedCeiling:
+def _recommend(pair: Pair, softer: Material, slope: float, mean: float) -> CalibratedCeiling:
     """Return what is recommended for a sphere with this a/R and mean pressure [Pa]."""
     bodies = [item for item in (pair.material, pair.counter_material) if item.compliance > 0]
     load = slope**2 * mean
     # With the calibrated ceiling it bears the same load at another slope.
-    slope = _loaded(load, lambda s: _shared(bodies, s)[0])
-    borne, *taken = _shared(bodies, slope)
+    slope = _slope_of_load_ratio(load, lambda s: _share_pressure(bodies, s)[0])
+    borne, *taken = _share_pressure(bodies, slope)
     parts = dict(zip(map(id, bodies), taken, strict=True))
     yielding = [item for item in (pair.material, pair.counter_material) if item.yield_strength]
     flow = {id(item): _flow_stress(item, parts.get(id(item), 0.0)) for item in yielding}
@@ -225,26 +225,26 @@ def _judged(pair: Pair, softer: Material, slope: float, mean: float) -> Calibrat
     )
 
 
-def _shared(bodies: Sequence[Material], slope: float) -> tuple[float, ...]:
+def _share_pressure(bodies: Sequence[Material], slope: float) -> tuple[float, ...]:
     """Return the mean pressure [Pa] that all bodies bear, and the part of a slope of each."""
     if len(bodies) == 1:
-        return _borne(bodies[0], slope), slope
+        return _sphere_mean_pressure(bodies[0], slope), slope
     item, other = bodies
 
     def excess(part: float) -> float:
-        return _borne(item, part) - _borne(other, slope - part)
+        return _sphere_mean_pressure(item, part) - _sphere_mean_pressure(other, slope - part)
 
     minimum, maximum = 1e-9 * slope, (1 - 1e-9) * slope
     # A body that bears more at so small a part is as good as rigid.
     if excess(minimum) > 0:
-        return _borne(other, slope), 0.0, slope
+        return _sphere_mean_pressure(other, slope), 0.0, slope
     if excess(maximum) < 0:
-        return _borne(item, slope), slope, 0.0
+        return _sphere_mean_pressure(item, slope), slope, 0.0
     part = float(brentq(excess, minimum, maximum, rtol=1e-12))
-    return _borne(item, part), part, slope - part
+    return _sphere_mean_pressure(item, part), part, slope - part
 
 
-def _borne(body: Material, slope: float) -> float:
+def _sphere_mean_pressure(body: Material, slope: float) -> float:
     """Return the mean pressure [Pa] that a body bears under a rigid sphere of this a/R."""
     if body.yield_strength is None:
         return 4 * slope / (3 * math.pi * body.compliance)
@@ -254,7 +254,7 @@ def _borne(body: Material, slope: float) -> float:
 
 def _flow_stress(body: Material, slope: float) -> float:
     assert body.yield_strength is not None
-    return float(flow_stress(body.law, np.array(_STRAIN * slope)))
+    return float(flow_stress(body.law, np.array(_REPRESENTATIVE_STRAIN * slope)))
 
 
 def _first_yield(body: Material) -> float:
@@ -270,9 +270,12 @@ def solve_calibrated(
     """Return the contact under the ceiling that it recommends itself."""
     if not first.converged or first.regime is Regime.BELOW_FIRST_YIELD:
         return first
-    result, advice = first, _advised(first)
+    result, advice = first, _advice(first)
     chosen, solves = advice, 1
-    while solves < MOST_SOLVES and abs(advice.ceiling / _single(result) - 1) > AGREEMENT:
+    while (
+        solves < MAX_SOLVES
+        and abs(advice.ceiling / _uniform_ceiling(result) - 1) > CEILING_TOLERANCE
+    ):
         chosen, solves = advice, solves + 1
         try:
             result = again(chosen.ceiling, result)
@@ -280,14 +283,14 @@ def solve_calibrated(
             raise _too_low(chosen, error) from None
         if not result.converged:
             return result
-        advice = _advised(result)
+        advice = _advice(result)
     text = CalibrationRecord(
         load=result.load,
         load_ratio=chosen.load_ratio,
-        factor=_single(result) * chosen.factor / chosen.ceiling,
-        mismatch=advice.ceiling / _single(result) - 1,
+        factor=_uniform_ceiling(result) * chosen.factor / chosen.ceiling,
+        mismatch=advice.ceiling / _uniform_ceiling(result) - 1,
         solves=solves,
-        usual_ceiling=_single(first),
+        usual_ceiling=_uniform_ceiling(first),
         usual_contact_area=first.contact_area,
         usual_approach=first.approach,
         usual_indentation=float(first.residual_indentation.max()),
@@ -295,13 +298,13 @@ def solve_calibrated(
     return replace(result, calibration=text)
 
 
-def _single(result: ContactResult) -> float:
+def _uniform_ceiling(result: ContactResult) -> float:
     """Return the ceiling of a result that has one for all pixels."""
     assert isinstance(result.ceiling, float)
     return result.ceiling
 
 
-def _advised(result: ContactResult) -> CalibratedCeiling:
+def _advice(result: ContactResult) -> CalibratedCeiling:
     advice = recommended_ceiling(result)
     if advice is None:
         raise InputError(

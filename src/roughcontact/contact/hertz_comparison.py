@@ -11,19 +11,26 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning, ordered
+from roughcontact.cautions import (
+    Caution,
+    CautionTag,
+    as_caution,
+    as_note,
+    as_warning,
+    sort_cautions,
+)
 from roughcontact.contact.load_case import HertzPressure, LineLoad
-from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, Smooth
+from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, SmoothContact
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ArgumentRef
-from roughcontact.units import engineering
+from roughcontact.units import format_engineering
 
 Array = NDArray[np.float64]
 
-SMALL = 0.1
+SMALL_FRACTION = 0.1
 """Contact over radius of curvature up to which a body is as good as its paraboloid."""
 
-FAR = 4.0
+FAR_RATIO = 4.0
 """Distance of copies over the size of a contact from which they hardly press on each other."""
 
 # Second moment of Hertz's pressure along a semi-axis, over its square.
@@ -33,11 +40,11 @@ _AXES = ("y", "x")
 
 def equivalent_hertz_size(result: ContactResult) -> tuple[float, ...]:
     """Return the size of the smooth contact whose pressure is spread as far as that of a result."""
-    smooth = _smooth(result)
-    along, across = directions(smooth)
+    smooth = _smooth_limits(result)
+    along, across = contact_axes(smooth)
     weight = result.pressure / result.pressure.sum()
     middle = result.center_of_pressure
-    y, x = places(result, middle)
+    y, x = distances_from(result, middle)
 
     def moment(direction: tuple[float, float]) -> float:
         dy, dx = result.surface.pixel
@@ -53,14 +60,14 @@ def equivalent_hertz_size(result: ContactResult) -> tuple[float, ...]:
     return tuple(math.sqrt(factor * moment(direction)) for direction in (along, across))
 
 
-def directions(smooth: Smooth) -> tuple[tuple[float, float], tuple[float, float]]:
+def contact_axes(smooth: SmoothContact) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the unit vectors (y, x) along a smooth contact and across it; y points down."""
     angle = math.radians(smooth.shape.angle)
     c, s = math.cos(angle), math.sin(angle)
     return (-s, c), (c, s)
 
 
-def places(result: ContactResult, middle: tuple[float, float]) -> tuple[Array, Array]:
+def distances_from(result: ContactResult, middle: tuple[float, float]) -> tuple[Array, Array]:
     """Return where rows, as a column, and columns lie from a point of the map [m]."""
     y, x = (
         (np.arange(points) - (points - 1) / 2) * edge - index
@@ -71,11 +78,11 @@ def places(result: ContactResult, middle: tuple[float, float]) -> tuple[Array, A
     return y[:, None], x
 
 
-def limits(result: ContactResult) -> tuple[Caution, ...]:
+def comparison_limits(result: ContactResult) -> tuple[Caution, ...]:
     """Return what sets a contact and Hertz's of its nominal bodies apart besides roughness."""
-    smooth = _smooth(result)
-    return ordered([*_within_map(result, smooth), *_ends(result), *_small(smooth),
-                    *_elastic(result, smooth)])  # fmt: skip
+    smooth = _smooth_limits(result)
+    return sort_cautions([*_within_map(result, smooth), *_line_end_note(result), *_size_note(smooth),
+                    *_yield_note(result, smooth)])  # fmt: skip
 
 
 def behind_load(result: ContactResult) -> bool:
@@ -85,19 +92,19 @@ def behind_load(result: ContactResult) -> bool:
     return stands and result.hertz is not None and result.contact_area > 0
 
 
-def of_given_load(result: ContactResult) -> Caution | None:
+def hertz_load_note(result: ContactResult) -> Caution | None:
     """Return why the load that a peak pressure of Hertz stands for is not that of this map."""
-    answer = [item for item in limits(result) if item.severity != "note"]
+    answer = [item for item in comparison_limits(result) if item.severity != "note"]
     return answer[0] if answer else None
 
 
-def _smooth(result: ContactResult) -> Smooth:
-    smooth: Smooth | None = result.hertz
+def _smooth_limits(result: ContactResult) -> SmoothContact:
+    smooth: SmoothContact | None = result.hertz
     assert smooth is not None
     return smooth
 
 
-def _within_map(result: ContactResult, smooth: Smooth) -> Iterator[Caution]:
+def _within_map(result: ContactResult, smooth: SmoothContact) -> Iterator[Caution]:
     """Yield where the ellipse leaves the map, or meets its own copy."""
     for axis, reach in enumerate(smooth.reach):
         if not reach or axis == smooth.shape.axis:
@@ -107,62 +114,62 @@ def _within_map(result: ContactResult, smooth: Smooth) -> Iterator[Caution]:
             edge = side / 2 - abs(middle)
             if reach > edge:
                 yield as_warning(
-                    Kind.HERTZ,
-                    f"Hertz contact (±{engineering(reach, 'm', 3)}) is larger than the map "
-                    f"(±{engineering(edge, 'm', 3)}). Measure a larger map or reduce the load.",
+                    CautionTag.HERTZ,
+                    f"Hertz contact (±{format_engineering(reach, 'm', 3)}) is larger than the map "
+                    f"(±{format_engineering(edge, 'm', 3)}). Measure a larger map or reduce the load.",
                     reach=reach,
                     edge=edge,
                 )
-        elif side < FAR * 2 * reach:
+        elif side < FAR_RATIO * 2 * reach:
             yield as_caution(
-                Kind.HERTZ,
+                CautionTag.HERTZ,
                 f"Periodic copies interact: period is {side / (2 * reach):.2g} Hertz widths, "
-                f"{FAR:.0f} needed. Use a larger map.",
+                f"{FAR_RATIO:.0f} needed. Use a larger map.",
                 period=side,
                 width=2 * reach,
             )
 
 
-def _ends(result: ContactResult) -> Iterator[Caution]:
+def _line_end_note(result: ContactResult) -> Iterator[Caution]:
     """Yield that a line contact ends where the map does."""
-    axis = _smooth(result).shape.axis
+    axis = _smooth_limits(result).shape.axis
     if axis is not None and axis in result.boundary.free_axes:
         yield as_caution(
-            Kind.HERTZ,
+            CautionTag.HERTZ,
             "The cylinder ends at the map edge, so edge pressure is too high. Use ",
             ArgumentRef("boundary", f"periodic-{_AXES[axis]}"),
             ".",
         )
 
 
-def _small(smooth: Smooth) -> Iterator[Caution]:
+def _size_note(smooth: SmoothContact) -> Iterator[Caution]:
     """Yield where the contact is no longer small beside the bodies."""
     # Each side bends with the radius in its own direction.
     ratio = max(a / r for a, r in zip(smooth.semi_axes, smooth.shape.radii, strict=True))
-    if ratio > SMALL:
+    if ratio > SMALL_FRACTION:
         yield as_caution(
-            Kind.HERTZ,
+            CautionTag.HERTZ,
             f"Hertz contact is {ratio:.2g} of the radius: half-space theory is inaccurate above "
-            f"{SMALL:g}.",
+            f"{SMALL_FRACTION:g}.",
             ratio=ratio,
         )
 
 
-def _elastic(result: ContactResult, smooth: Smooth) -> Iterator[Caution]:
+def _yield_note(result: ContactResult, smooth: SmoothContact) -> Iterator[Caution]:
     """Yield that the smooth bodies yield as well."""
     body = result.pair.first_to_yield
     first = None if body is None else _first_yield(result, smooth)
     if first is not None and smooth.max_pressure >= first:
         yield as_note(
-            Kind.HERTZ,
-            f"Smooth bodies also yield: Hertz peak {engineering(smooth.max_pressure, 'Pa', 3)} "
-            f"exceeds first yield at {engineering(first, 'Pa', 3)}.",
+            CautionTag.HERTZ,
+            f"Smooth bodies also yield: Hertz peak {format_engineering(smooth.max_pressure, 'Pa', 3)} "
+            f"exceeds first yield at {format_engineering(first, 'Pa', 3)}.",
             first_yield=first,
             peak=smooth.max_pressure,
         )
 
 
-def _first_yield(result: ContactResult, smooth: Smooth) -> float | None:
+def _first_yield(result: ContactResult, smooth: SmoothContact) -> float | None:
     """Return the peak pressure at which the nominal bodies first yield; ellipses lie between."""
     body = result.pair.first_to_yield
     assert body is not None

@@ -13,14 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import units
 from roughcontact._tools import memory
-from roughcontact._tools.arguments import checked
+from roughcontact._tools.arguments import validate_arguments
 from roughcontact.contact import nominal_hertz
 from roughcontact.contact.pair import Pair
 from roughcontact.errors import InputError, input_error, require_count
 from roughcontact.material.hardness import stress
-from roughcontact.units import Quantities, Quantity, quantity
+from roughcontact.units import Quantities, Quantity, to_si
 
-NEEDS = (
+LOAD_EXAMPLES = (
     "a load such as '1 N', a nominal pressure such as '20 MPa', a line load such as '600 N/mm', "
     "or Hertz's peak pressure such as 'hertz 1.5 GPa'"
 )
@@ -36,7 +36,7 @@ class _Load:
     value: float
     dimension: ClassVar[str]
 
-    @checked
+    @validate_arguments
     def __init__(self, value: Quantity) -> None:
         object.__setattr__(self, "value", _positive(value, self.dimension))
 
@@ -145,7 +145,7 @@ def from_summary(text: dict[str, Any]) -> GivenLoad:
 
 
 def _positive(value: Any, dimension: str) -> float:
-    result = quantity(value, dimension, "load")
+    result = to_si(value, dimension, "load")
     if not (isinstance(result, Real) and 0 < float(result) < math.inf):
         raise input_error("load", value, f"must be a positive and finite {dimension}")
     return float(result)
@@ -154,18 +154,18 @@ def _positive(value: Any, dimension: str) -> float:
 def parse_load(value: Any, argument: str = "load") -> Any:
     """Return a load in the form in which it is given."""
     if isinstance(value, str):
-        return _from_text(value, argument, NEEDS, positive=False)
+        return _from_text(value, argument, LOAD_EXAMPLES, positive=False)
     if hasattr(value, "m_as"):
         for dimension, form in _FORMS.items():
             try:
-                return form(quantity(value, dimension, argument))
+                return form(to_si(value, dimension, argument))
             except InputError:
                 continue
-        return quantity(value, "force", argument)
+        return to_si(value, "force", argument)
     return value
 
 
-def required(text: str, argument: str, needs: str = NEEDS) -> Any:
+def parse_required_load(text: str, argument: str, needs: str = LOAD_EXAMPLES) -> Any:
     """Return a load above zero from its text."""
     return _from_text(text, argument, needs, positive=True)
 
@@ -189,7 +189,7 @@ def _from_text(text: str, argument: str, needs: str, positive: bool) -> Any:
 _FORMS: dict[str, Any] = {"pressure": NominalPressure, "line load": LineLoad}
 
 
-def force(load: Any, pair: Pair, argument: str = "load") -> Any:
+def force_on_pair(load: Any, pair: Pair, argument: str = "load") -> Any:
     """Return the force that a load is on two bodies."""
     match load:
         case NominalPressure():
@@ -197,20 +197,24 @@ def force(load: Any, pair: Pair, argument: str = "load") -> Any:
         case LineLoad():
             shape = nominal_hertz.shape_of(pair)
             if shape is None or shape.axis is None:
-                raise _misfit(load, "cylinder that lies along x or y", shape, argument)
+                raise _form_error(load, "cylinder that lies along x or y", shape, argument)
             return load.value * pair.size[shape.axis]
         case HertzPressure():
             shape = nominal_hertz.shape_of(pair)
-            result = None if shape is None else nominal_hertz.load_of(pair, shape, load.value)
+            result = (
+                None
+                if shape is None
+                else nominal_hertz.load_of_peak_pressure(pair, shape, load.value)
+            )
             if result is None:
                 needed = "sphere, ellipsoid, or cylinder that lies along x or y"
-                raise _misfit(load, needed, shape, argument)
+                raise _form_error(load, needed, shape, argument)
             return result
     return load
 
 
-def _misfit(
-    load: Load, needed: str, shape: nominal_hertz.Shape | None, argument: str
+def _form_error(
+    load: Load, needed: str, shape: nominal_hertz.ContactShape | None, argument: str
 ) -> InputError:
     if shape is None:
         result = "none that curves"
@@ -235,8 +239,8 @@ def resolve_force(load: Any, pair: Pair, argument: str = "load") -> tuple[Any, G
             return requested.value, None
         if not isinstance(requested, Load):
             # A force with its unit is refused.
-            return quantity(load, pair.load_dimension, argument), None
-    result = force(requested, pair, argument)
+            return to_si(load, pair.load_dimension, argument), None
+    result = force_on_pair(requested, pair, argument)
     return result, GivenLoad(requested, result) if isinstance(requested, Load) else None
 
 
@@ -267,9 +271,9 @@ class LoadCase:
         precision: str = "double",
         specified: GivenLoad | None = None,
     ) -> None:
-        object.__setattr__(self, "load", quantity(load, "force", "load"))
-        object.__setattr__(self, "approach", quantity(approach, "length", "approach"))
-        object.__setattr__(self, "moments", quantity(moments, "moment", "moments"))
+        object.__setattr__(self, "load", to_si(load, "force", "load"))
+        object.__setattr__(self, "approach", to_si(approach, "length", "approach"))
+        object.__setattr__(self, "moments", to_si(moments, "moment", "moments"))
         if not (isinstance(ceiling, str) and ceiling.isalpha()):
             ceiling = stress(ceiling, "ceiling")
         object.__setattr__(self, "ceiling", ceiling)
@@ -302,20 +306,20 @@ class LoadCase:
 
 
 # The largest gap in these units, at most: single precision holds it with room for sums.
-_DEEPEST = 2.0**64
+_MAX_GAP_RATIO = 2.0**64
 # Beyond it, and below its inverse, sums of squares overflow or vanish even in double precision.
-_RANGE = 1e120
+_MAX_RANGE = 1e120
 
 
 @dataclass(frozen=True)
-class Scale:
+class ProblemUnits:
     """Units of length and pressure that scale a problem to order one."""
 
     length: float  # Unit of gaps and displacements [m], a power of two
     pressure: float  # Unit of pressures [Pa], a power of two
 
 
-def of(pair: Pair, terms: LoadCase, gap: NDArray[np.float64]) -> Scale:
+def units_of_problem(pair: Pair, terms: LoadCase, gap: NDArray[np.float64]) -> ProblemUnits:
     """Return units in which pressures and displacements are near one, and no gap is out."""
     here = np.max(gap, where=np.isfinite(gap), initial=0.0, keepdims=True)
     deepest = pair.sums.largest(here)
@@ -330,12 +334,12 @@ def of(pair: Pair, terms: LoadCase, gap: NDArray[np.float64]) -> Scale:
         assert terms.approach is not None
         sunk = terms.approach
         _require_range("approach", f"{sunk:.6g} m", sunk)
-    length = _power_of_two(max(sunk, deepest / _DEEPEST))
-    return Scale(length, _power_of_two(length / softness))
+    length = _power_of_two(max(sunk, deepest / _MAX_GAP_RATIO))
+    return ProblemUnits(length, _power_of_two(length / softness))
 
 
 def _require_range(argument: str, words: str, value: float) -> None:
-    if not 1 / _RANGE < value < _RANGE:
+    if not 1 / _MAX_RANGE < value < _MAX_RANGE:
         raise InputError(
             f"= {words}: too {'small' if value < 1 else 'large'} to be computed with; "
             "check its unit and those of the map",
@@ -348,7 +352,7 @@ def _power_of_two(value: float) -> float:
     return math.ldexp(1.0, math.frexp(value)[1])
 
 
-@checked
+@validate_arguments
 def spaced(first: float, last: float, number: int, spacing: str = "log") -> list[float]:
     """Return loads or approaches between two ends."""
     if spacing not in ("log", "linear"):

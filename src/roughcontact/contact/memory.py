@@ -9,42 +9,42 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roughcontact._tools import memory
-from roughcontact.contact.load_case import LoadCase, Scale
+from roughcontact.contact.load_case import LoadCase, ProblemUnits
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.share import Slab
 from roughcontact.errors import ArgumentRef, Part
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.halfspace.convolution import MOST
+from roughcontact.halfspace.convolution import MAX_CACHE_BYTES
 from roughcontact.halfspace.fft import Workspace, default_workers
 from roughcontact.solvers import bounded
 from roughcontact.solvers.operator import Operator
-from roughcontact.solvers.problem import Problem, coarsened
+from roughcontact.solvers.problem import BoundedProblem, coarsen_problem
 
 # Numbers of 8 bytes for each pixel that touches. The conjugate gradients have thirteen: index,
 # pressure and gap of the iterate; unknown, residual and direction; index on the patch and in its
 # padded rows, block and weight of the preconditioner, what it is given, what it makes of it, and
 # the part of the spots. Projected gradients have up to twenty-one: four iterates, the step, and
 # the eight of a look at the whole map.
-_TOUCHING = 23
+_BYTES_PER_CONTACT_PIXEL = 23
 # Bytes of the preconditioner for each pixel of the map: weight, symbol with its rows of zeros, and
 # eleven numbers for each block of 8 × 8.
 _PRECONDITIONER = 5
 # The C library leaves gaps between arrays below this size: one of the map, three of the contact.
-_HEAPED = 2**25
+_ALLOCATOR_BYTES = 2**25
 # Maps more where the bodies tilt: what can be balanced is asked before, and each tilt has a gap of
 # its own beside that of the last; and where every pixel has its ceiling.
 _TILTED, _CEILINGS = 5, 2
 # Libraries' own buffers and the collective modes of the spots; blocks of each thread.
-_FIXED = 2**24
-_THREAD = 2**21
+_FIXED_BYTES = 2**24
+_BYTES_PER_THREAD = 2**21
 # Points of the grid on which a contact is looked at beforehand.
-_SCOUTED = 512**2
+_PREVIEW_PIXELS = 512**2
 
 
-def overhead() -> int:
+def fixed_bytes() -> int:
     """Return the bytes that a solve takes however small the map is."""
-    return _FIXED + _THREAD * default_workers()
+    return _FIXED_BYTES + _BYTES_PER_THREAD * default_workers()
 
 
 def memory_estimate(
@@ -61,20 +61,20 @@ def memory_estimate(
     touching = math.ceil(8 * contact_fraction * pixels)
     # Initial gap and open gap.
     arrays = (2 * real + _PRECONDITIONER + 8 * maps) * pixels
-    gaps = min(8 * pixels, _HEAPED) + 3 * min(touching, _HEAPED)
+    gaps = min(8 * pixels, _ALLOCATOR_BYTES) + 3 * min(touching, _ALLOCATOR_BYTES)
     boundary = Boundary(boundary)
     kernel = boundary.kernel_memory(shape)
     # Looks from afar are in single precision; the kernels of coarser grids, a quarter of one
     # another, are kept for the next solve.
     kernels = kernel // 2 if precision == "double" else 0
     if boundary.free_axes:
-        kernels += min(kernel // 3, MOST)
+        kernels += min(kernel // 3, MAX_CACHE_BYTES)
     operator = boundary.operator_memory(shape, precision) + kernels
-    return operator + arrays + _TOUCHING * touching + gaps + overhead()
+    return operator + arrays + _BYTES_PER_CONTACT_PIXEL * touching + gaps + fixed_bytes()
 
 
 @dataclass(frozen=True)
-class Room:
+class MemoryNeed:
     """Memory need of a solve."""
 
     shape: tuple[int, int]  # As for `memory_estimate`
@@ -85,13 +85,13 @@ class Room:
     here: int = 1  # Those of them on this machine
 
     @classmethod
-    def of(cls, pair: Pair, terms: LoadCase, held: int = 0) -> Room:
+    def from_pair(cls, pair: Pair, terms: LoadCase, held: int = 0) -> MemoryNeed:
         """Return the memory need of a solve of these bodies, with further maps in memory."""
         maps = held + (_TILTED if terms.moments is not None else 0)
         if isinstance(terms.ceiling, np.ndarray):
             maps += _CEILINGS
         share = pair.share
-        ranks = (share.ranks.count, share.ranks.here()) if isinstance(share, Slab) else ()
+        ranks = (share.ranks.count, share.ranks.node_size()) if isinstance(share, Slab) else ()
         return cls(pair.shape, pair.boundary, terms.precision, maps, *ranks)
 
     def estimate(self, contact_fraction: float) -> int:
@@ -109,28 +109,30 @@ class Room:
         """Raise an error with a suggestion if the solve would not fit."""
         needed = self.estimate(contact_fraction)
         if there is None:
-            there = memory.free()
+            there = memory.free_bytes()
         if needed <= there:
             return
         what, full = f"a map of {self.shape[0]} × {self.shape[1]} points", 0
         if self.ranks > 1:
             what += f" on {self.ranks} ranks, {self.here} of them on this machine,"
             advice: tuple[Part, ...] = ("spread the ranks over more machines",)
-            memory.require(needed, f"{what} needs", advice=advice)
-        side = self._side(contact_fraction, there)
+            memory.require_memory(needed, f"{what} needs", advice=advice)
+        side = self._largest_side(contact_fraction, there)
         advice = (f"a square grid of up to about {side} × {side} points fits",)
         if contact_fraction:
             what += f" in contact on {100 * contact_fraction:.3g} % of it"
         else:
             full = self.estimate(1.0)
-            side = self._side(1.0, there)
+            side = self._largest_side(1.0, there)
             advice += (f", in full contact one of {side} × {side}",)
         single = replace(self, precision="single")
         if self.precision == "double" and single.estimate(contact_fraction) <= there:
             advice += ("; ", ArgumentRef("precision", "single"), " fits the whole map")
-        memory.require(needed, f"{what} needs", worst_case=("in full contact", full), advice=advice)
+        memory.require_memory(
+            needed, f"{what} needs", worst_case=("in full contact", full), advice=advice
+        )
 
-    def _side(self, contact_fraction: float, there: int) -> int:
+    def _largest_side(self, contact_fraction: float, there: int) -> int:
         """Return the points along the largest square grid that fits."""
         minimum, maximum = 0, 1 + math.isqrt(math.prod(self.shape))
         while maximum - minimum > 1:
@@ -140,7 +142,9 @@ class Room:
         return minimum
 
 
-def started(problem: Problem, start: ContactResult | ArrayLike | None, series: bool) -> float:
+def start_fraction(
+    problem: BoundedProblem, start: ContactResult | ArrayLike | None, series: bool
+) -> float:
     """Return the part of a map that a solve starts from."""
     limited = problem.total is not None and not np.isinf(problem.limit).all()
     if start is None:
@@ -153,11 +157,11 @@ def started(problem: Problem, start: ContactResult | ArrayLike | None, series: b
     return limit.size / pressure.size
 
 
-def coarse_contact_guess(pair: Pair, problem: Problem, units: Scale) -> float:
+def coarse_contact_guess(pair: Pair, problem: BoundedProblem, units: ProblemUnits) -> float:
     """Return about the part of a map that will touch, from a coarse grid."""
     coarseness = 1
-    while math.prod(problem.shape) > _SCOUTED and min(problem.shape) > 1:
-        problem, coarseness = coarsened(problem), 2 * coarseness
+    while math.prod(problem.shape) > _PREVIEW_PIXELS and min(problem.shape) > 1:
+        problem, coarseness = coarsen_problem(problem), 2 * coarseness
     make = pair.operators("single", Workspace(), units.pressure / units.length)
 
     def operator(shape: tuple[int, int], pixel: tuple[int, int]) -> Operator:

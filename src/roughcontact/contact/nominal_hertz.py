@@ -18,23 +18,23 @@ from roughcontact.theory import hertz
 Array = NDArray[np.float64]
 
 # Methods that leave the body under the roughness as it is.
-_KEEP = frozenset(
+_CURVATURE_KEEPING_STEPS = frozenset(
     ("note", "without_outliers", "filled", "masked", "cropped", "largest_rectangle", "resampled",
      "indented")
 )  # fmt: skip
 
 
-def of(provenance: Provenance) -> Array | None:
+def curvature_of_map(provenance: Provenance) -> Array | None:
     """Return the curvature of the nominal body that a map was given."""
     result = _origin_curvature(provenance.origin)
     for step in provenance.operations:
         if result is None:
             return None
         if step.method == "with_form":
-            form = of(step.arguments["form"])
+            form = curvature_of_map(step.arguments["form"])
             result = None if form is None else result + form
         else:
-            result = _changed(result, step)
+            result = _apply_step(result, step)
     return result
 
 
@@ -46,42 +46,44 @@ def _origin_curvature(origin: Operation | None) -> Array | None:
     if body.curvatures is None:
         return None
     result = np.diag(body.curvatures(origin.arguments[body.size]))
-    return _turned(result, origin.arguments["angle"]) if body.option == "angle" else result
+    return (
+        _rotate_curvature(result, origin.arguments["angle"]) if body.option == "angle" else result
+    )
 
 
-def _changed(curvature: Array, step: Operation) -> Array | None:
+def _apply_step(curvature: Array, step: Operation) -> Array | None:
     """Return what a step makes of a curvature."""
     specified = step.arguments
-    if step.method in _KEEP or not curvature.any():
+    if step.method in _CURVATURE_KEEPING_STEPS or not curvature.any():
         return curvature
     match step.method:
         case "leveled":
             # A plane has no curvature; a quadric takes all of it.
             return np.zeros((2, 2)) if specified["form"] == "quadric" else curvature
         case "rotated":
-            return _turned(curvature, specified["angle"])
+            return _rotate_curvature(curvature, specified["angle"])
         case "aligned":
             if specified["mirrored"]:
                 curvature = curvature * [[1, -1], [-1, 1]]
-            return _turned(curvature, specified["angle"])
+            return _rotate_curvature(curvature, specified["angle"])
         case "filtered":
             # An S-filter of waves far shorter than the body leaves it as it is.
             return curvature if specified["l"] is None else None
     return None
 
 
-def _turned(curvature: Array, angle: float) -> Array:
+def _rotate_curvature(curvature: Array, angle: float) -> Array:
     """Return a curvature turned by an angle [degrees], counter-clockwise; y points down."""
     c, s = cosine_sine(angle)
     turn = np.array([[c, -s], [s, c]])
     return turn @ curvature @ turn.T
 
 
-def principal(curvature: Array) -> tuple[tuple[float, float], float]:
+def principal_radii(curvature: Array) -> tuple[tuple[float, float], float]:
     """Return the principal radii of a curvature, and the direction of the first."""
     values, vectors = np.linalg.eigh(curvature)
     small, large = (float(value) for value in values)
-    if small <= _STRAIGHT * large:
+    if small <= _STRAIGHT_TOLERANCE * large:
         small = 0.0
     y, x = (float(part) for part in vectors[:, 0])
     angle = math.degrees(math.atan2(-y, x)) % 180
@@ -91,7 +93,7 @@ def principal(curvature: Array) -> tuple[tuple[float, float], float]:
 
 
 # Part of the larger curvature that rounding leaves of none.
-_STRAIGHT = 1e-12
+_STRAIGHT_TOLERANCE = 1e-12
 
 
 # --- The nominal bodies of a contact without their roughness: Hertz's contact in closed form ---
@@ -101,11 +103,11 @@ CIRCLE, ELLIPSE, LINE = "circle", "ellipse", "line"
 """Shapes of a contact of smooth bodies."""
 
 # Radii that differ by less than this part are equal.
-_ROUND = 1e-9
+_ROUND_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
-class Shape:
+class ContactShape:
     """Where two smooth bodies touch, and how they curve there against each other."""
 
     kind: str  # What the contact looks like
@@ -119,10 +121,10 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Smooth:
+class SmoothContact:
     """Hertz's contact of the nominal bodies under the load of a rough contact."""
 
-    shape: Shape  # Of the contact
+    shape: ContactShape  # Of the contact
     load: float  # W [N]
     semi_axes: tuple[float, ...]  # [m]
     length: float | None  # Of a line: that of the map along it [m]
@@ -152,30 +154,30 @@ class Smooth:
         return math.hypot(a * s, b * c), math.hypot(a * c, b * s)
 
 
-def shape_of(pair: Pair) -> Shape | None:
+def shape_of(pair: Pair) -> ContactShape | None:
     """Return how the nominal bodies of a pair curve against each other."""
-    result = [of(origin) for origin in pair.origins]
+    result = [curvature_of_map(origin) for origin in pair.origins]
     known = [item for item in result if item is not None]
     total = sum(known[1:], known[0]) if len(known) == len(result) else None
     if total is None or not total.any():
         return None
     if pair.is_profile:
-        return Shape(LINE, (1 / float(total[1, 1]),), 90.0) if total[1, 1] else None
-    (larger, smaller), angle = principal(total)
+        return ContactShape(LINE, (1 / float(total[1, 1]),), 90.0) if total[1, 1] else None
+    (larger, smaller), angle = principal_radii(total)
     if math.isinf(larger):
-        return Shape(LINE, (smaller,), angle)
-    if larger <= (1 + _ROUND) * smaller:
-        return Shape(CIRCLE, (smaller,), 0.0)
-    return Shape(ELLIPSE, (larger, smaller), angle)
+        return ContactShape(LINE, (smaller,), angle)
+    if larger <= (1 + _ROUND_TOLERANCE) * smaller:
+        return ContactShape(CIRCLE, (smaller,), 0.0)
+    return ContactShape(ELLIPSE, (larger, smaller), angle)
 
 
-def smooth(pair: Pair, load: float) -> Smooth | None:
+def solve_smooth(pair: Pair, load: float) -> SmoothContact | None:
     """Return Hertz's contact of the nominal bodies of a pair."""
     shape, modulus = shape_of(pair), pair.contact_modulus
     if shape is None or not load > 0 or pair.is_coated:
         return None
     if shape.kind == LINE:
-        return None if shape.axis is None else _line(pair, shape, load)
+        return None if shape.axis is None else _line_contact(pair, shape, load)
     if shape.kind == CIRCLE:
         radius = shape.radii[0]
         sides: tuple[float, ...] = (hertz.contact_radius(load, radius, modulus),)
@@ -185,10 +187,10 @@ def smooth(pair: Pair, load: float) -> Smooth | None:
         result = hertz.elliptic_contact(load, (shape.radii[0], shape.radii[1]), modulus)
         sides, peak, approach = result.semi_axes, result.max_pressure, result.approach
     alone = pair.boundary is Boundary.FREE
-    return Smooth(shape, load, sides, None, peak, approach if alone else None)
+    return SmoothContact(shape, load, sides, None, peak, approach if alone else None)
 
 
-def _line(pair: Pair, shape: Shape, load: float) -> Smooth:
+def _line_contact(pair: Pair, shape: ContactShape, load: float) -> SmoothContact:
     axis, radius, modulus = shape.axis, shape.radii[0], pair.contact_modulus
     assert axis is not None
     length, datum = pair.size[axis], longer_side(pair.shape, pair.pixel)
@@ -197,10 +199,10 @@ def _line(pair: Pair, shape: Shape, load: float) -> Smooth:
     # The datum of the strip, see `Boundary`.
     if pair.boundary.periodic_axes == (axis,) and datum > result.half_width:
         approach = hertz.line_approach(load / length, radius, modulus, datum)
-    return Smooth(shape, load, (result.half_width,), length, result.max_pressure, approach)
+    return SmoothContact(shape, load, (result.half_width,), length, result.max_pressure, approach)
 
 
-def load_of(pair: Pair, shape: Shape, max_pressure: float) -> float | None:
+def load_of_peak_pressure(pair: Pair, shape: ContactShape, max_pressure: float) -> float | None:
     """Return the load at which smooth bodies have a peak pressure."""
     pair.require_uncoated("Hertz's peak pressure")
     modulus, radius = pair.contact_modulus, shape.radii[0]

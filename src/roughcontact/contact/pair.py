@@ -10,22 +10,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.checkpoints import digest
+from roughcontact._tools.checkpoints import digest_arrays
 from roughcontact._version import __version__
-from roughcontact.contact.share import Share, Slab
+from roughcontact.contact.share import MapOrSlab, Slab
 from roughcontact.errors import ArgumentRef, InputError, require_choice
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.coating import Coatings
 from roughcontact.halfspace.convolution import LocalSums
 from roughcontact.halfspace.distributed import SlabSums
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.material.material import RIGID, Material, contact_modulus, softer
+from roughcontact.material.material import RIGID, Material, contact_modulus, softer_material
 from roughcontact.solvers.operator import Family
 from roughcontact.surface import roughness
 from roughcontact.surface.nominal_bodies import NominalBody
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
-from roughcontact.units import lengths
+from roughcontact.units import format_lengths
 
 BODIES = {"body": "body", "counter_body": "counter-body"}
 """Labels of the two bodies: the rough body and its counter-body."""
@@ -38,7 +38,7 @@ CounterSurface = Surface | NominalBody
 class Pair:
     """Two bodies that are pressed together."""
 
-    share: Share  # Heights of the rough body: all of them, or the rows that this process holds
+    share: MapOrSlab  # Heights of the rough body: all of them, or the rows that this process holds
     material: Material  # Of the rough body
     counter_surface: Surface | None = None  # Heights of the counter-body on the same grid
     counter_material: Material = RIGID  # Of the counter-body
@@ -47,7 +47,7 @@ class Pair:
     @classmethod
     def of(
         cls,
-        surface: Share,
+        surface: MapOrSlab,
         material: Material,
         counter_surface: CounterSurface | None,
         counter_material: Material,
@@ -62,7 +62,7 @@ class Pair:
     def __post_init__(self) -> None:
         """Refuse what cannot be pressed together."""
         for name, value, kind in (
-            ("surface", self.share, Share),
+            ("surface", self.share, MapOrSlab),
             ("counter_surface", self.counter_surface, Surface | None),
             ("material", self.material, Material),
             ("counter_material", self.counter_material, Material),
@@ -86,7 +86,7 @@ class Pair:
             counter.pixel, surface.pixel, rtol=1e-9, atol=0
         ):
             text = [
-                f"{body.shape[0]} × {body.shape[1]} points of {lengths(body.pixel)}"
+                f"{body.shape[0]} × {body.shape[1]} points of {format_lengths(body.pixel)}"
                 for body in (counter, surface)
             ]
             raise InputError(
@@ -157,7 +157,7 @@ class Pair:
 
     @property
     def load_dimension(self) -> str:
-        """Of a load, as `units.quantity` takes it."""
+        """Of a load, as `units.to_si` takes it."""
         return "line load" if self.is_profile else "force"
 
     @property
@@ -193,7 +193,7 @@ class Pair:
     @property
     def softer(self) -> Material | None:
         """Material with the smaller ceiling, or ``None`` if none is known."""
-        return softer(self.material, self.counter_material)
+        return softer_material(self.material, self.counter_material)
 
     @property
     def origins(self) -> tuple[Provenance, ...]:
@@ -260,7 +260,7 @@ class Pair:
     def operators(self, precision: str, workspace: Workspace, softness: float = 1.0) -> Family:
         """Return what makes the displacement operator on the grid."""
         where = self.shape, self.pixel, self.contact_modulus / softness
-        coatings = Coatings.of(self.material, self.counter_material)
+        coatings = Coatings.from_bodies(self.material, self.counter_material)
         how: Any = {"coatings": coatings, "precision": precision, "workspace": workspace}
         if isinstance(self.share, Slab):
             edges, ranks = self.share.edges, self.share.ranks
@@ -272,8 +272,10 @@ class Pair:
         surface, counter = self.surface, self.counter_surface
         return {
             "version": __version__,
-            "surface": digest(surface.heights, surface.pixel, surface.holes_masked),
-            "counter_surface": None if counter is None else digest(counter.heights, counter.pixel),
+            "surface": digest_arrays(surface.heights, surface.pixel, surface.holes_masked),
+            "counter_surface": None
+            if counter is None
+            else digest_arrays(counter.heights, counter.pixel),
             "source": surface.provenance.source,
             "material": _words(self.material),
             "counter_material": _words(self.counter_material),

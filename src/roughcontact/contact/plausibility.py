@@ -18,24 +18,24 @@ import numpy as np
 
 from roughcontact.cautions import (
     Caution,
-    Kind,
+    CautionTag,
     as_caution,
     as_note,
     as_warning,
+    merge_cautions,
     no_checksums,
-    of_several,
-    ordered,
+    sort_cautions,
 )
 from roughcontact.contact import hertz_comparison
 from roughcontact.contact.ceiling import area_change, recommended_ceiling
 from roughcontact.contact.result import CALIBRATED, CalibratedCeiling, ContactResult, Regime
-from roughcontact.contact.spots import FEW_PIXELS, Spots
+from roughcontact.contact.spots import MIN_SPOT_PIXELS, Spots
 from roughcontact.errors import ArgumentRef, Part
-from roughcontact.material.material import softer
+from roughcontact.material.material import softer_material
 from roughcontact.solvers.progress import Status
 from roughcontact.surface.surface import Surface
 from roughcontact.theory import hertz, indenters
-from roughcontact.units import counted, engineering, percent, plain
+from roughcontact.units import count_noun, format_engineering, format_percent, plain_decimal
 
 TRANSITION = 2.0
 """Load over that of first yield from which on there is anything to compare."""
@@ -50,12 +50,12 @@ _FAR = 0.5
 
 def ratio_to_elastoplastic(advice: CalibratedCeiling, ceiling: float) -> tuple[float, float]:
     """Return what a ceiling leaves of a sphere over what plasticity of the volume leaves."""
-    depth, energy = _residual(advice, ceiling)
-    usual_depth, usual_energy = _residual(advice, advice.ceiling)
+    depth, energy = _residual_sphere(advice, ceiling)
+    usual_depth, usual_energy = _residual_sphere(advice, advice.ceiling)
     return _DEPTH * depth / usual_depth, _ENERGY * energy / usual_energy
 
 
-def _residual(advice: CalibratedCeiling, ceiling: float) -> tuple[float, float]:
+def _residual_sphere(advice: CalibratedCeiling, ceiling: float) -> tuple[float, float]:
     """Return depth and energy of a sphere under a ceiling, in units that do not depend on it."""
     share = ceiling / advice.first_yield
     depth, energy = indenters.left_under_ceiling(advice.load_ratio / share**3)
@@ -69,7 +69,7 @@ def indentation_caution(advice: CalibratedCeiling, ceiling: float) -> Caution | 
     depth, energy = ratio_to_elastoplastic(advice, ceiling)
     severe = min(depth, energy) < _FAR or max(depth, energy) > 1 / _FAR
     return (as_warning if severe else as_caution)(
-        Kind.INDENTATION,
+        CautionTag.INDENTATION,
         f"Indentation is about {depth:.1f}, energy {energy:.1f} times that of the elastoplastic "
         f"model. Exact: {ArgumentRef('rc.solve_elastoplastic, then unload')}.",
         indentation_over_volume=depth,
@@ -82,19 +82,19 @@ def indentation_caution(advice: CalibratedCeiling, ceiling: float) -> Caution | 
 # Where the model itself ends: invented heights, large strains, few atoms, adhesion, materials.
 
 
-LARGE_STRAIN, SENSELESS_STRAIN = 0.1, 0.3
+LARGE_STRAIN, MAX_STRAIN = 0.1, 0.3
 """Pressure over contact modulus, which the strain is of the order of; plastic strain.
 
 Above the first linear elasticity is inaccurate, above the second its pressures mean nothing.
 """
 
-MANY_MISSING = 0.05
+MISSING_FRACTION = 0.05
 """Share of a map that is missing or filled from which its numbers are not those of the surface."""
 
-ATOM = 0.25e-9
+ATOM_SPACING = 0.25e-9
 """Distance of neighboring atoms of a solid [m]."""
 
-FEW_ATOMS = 1000
+MIN_ATOMS = 1000
 """Atoms in contact, some 9 nm across, below which a spot is no continuum.
 
 The area of smaller ones is off by a factor of two and more (Luan and Robbins, Nature 435 (2005)
@@ -104,7 +104,7 @@ The area of smaller ones is off by a factor of two and more (Luan and Robbins, N
 WORK_OF_ADHESION = 0.05
 """Work of adhesion of bodies in air [J/m²], as dirt and water leave it."""
 
-SMOOTHEST = 10e-9
+MIN_ROUGHNESS = 10e-9
 """Roughness [m] that nearly every body has, of waves too short for its map.
 
 It keeps apart whatever adhesion draws out by less (Fuller and Tabor, Proc. R. Soc. A 345 (1975)
@@ -112,61 +112,61 @@ It keeps apart whatever adhesion draws out by less (Fuller and Tabor, Proc. R. S
 a tenth of the pixel.
 """
 
-ENLARGED, DECIDED = 1.1, 1.5
+CAUTION_GROWTH, WARNING_GROWTH = 1.1, 1.5
 """Area growth by adhesion that gives a caution, and a warning."""
 
 
-def filled(result: ContactResult) -> Caution | None:
+def filled_caution(result: ContactResult) -> Caution | None:
     """Return the message on many points that were not measured but filled."""
     bodies = [body for body in (result.surface, result.counter_surface) if body is not None]
     share = max(body.provenance.filled_share(body.heights.size) for body in bodies)
-    if share <= MANY_MISSING:
+    if share <= MISSING_FRACTION:
         return None
     return as_warning(
-        Kind.MOSTLY_FILLED,
-        f"{percent(share)} of the {result.pair.whole} is filled, not measured: contact there is "
+        CautionTag.MOSTLY_FILLED,
+        f"{format_percent(share)} of the {result.pair.whole} is filled, not measured: contact there is "
         f"invented. Crop it, or use {ArgumentRef('missing', 'mask')}.",
         filled=share,
     )
 
 
-def strains(result: ContactResult) -> Caution | None:
+def strain_caution(result: ContactResult) -> Caution | None:
     """Return the message on pressures that strain the bodies beyond linear elasticity."""
     ratio = result.max_pressure / result.contact_modulus
     if not ratio > LARGE_STRAIN:
         return None
-    severe = ratio > SENSELESS_STRAIN
+    severe = ratio > MAX_STRAIN
     effect = "Pressures are unreliable, areas are" if severe else "Numbers are"
     return (as_warning if severe else as_caution)(
-        Kind.STRAIN,
-        f"Peak pressure is {_of(ratio)} E*: beyond linear elasticity. {effect} estimates.",
+        CautionTag.STRAIN,
+        f"Peak pressure is {_ratio_text(ratio)} E*: beyond linear elasticity. {effect} estimates.",
         strain=ratio,
     )
 
 
-def _of(ratio: float) -> str:
+def _ratio_text(ratio: float) -> str:
     """Return a ratio as the beginning of a product."""
-    return f"{percent(ratio)} of" if ratio <= 1 else f"{ratio:.3g} times"
+    return f"{format_percent(ratio)} of" if ratio <= 1 else f"{ratio:.3g} times"
 
 
-def atoms(result: ContactResult) -> Caution | None:
+def atom_caution(result: ContactResult) -> Caution | None:
     """Return the message on spots that have too few atoms to be a continuum."""
     spots = result.spots()
     if spots.count == 0:
         return None
-    size = spots.halfway(spots.area)
-    count = size / ATOM**2
-    if not count < FEW_ATOMS:
+    size = spots.load_weighted_median(spots.area)
+    count = size / ATOM_SPACING**2
+    if not count < MIN_ATOMS:
         return None
     return as_warning(
-        Kind.FEW_ATOMS,
-        f"Half the load is on spots of about {plain(max(count, 1), 2)} atoms "
+        CautionTag.FEW_ATOMS,
+        f"Half the load is on spots of about {plain_decimal(max(count, 1), 2)} atoms "
         f"({1e18 * size:.3g} nm²) or fewer: no continuum. Numbers are estimates.",
         atoms=count,
     )
 
 
-def adhesion(result: ContactResult) -> Caution | None:
+def adhesion_caution(result: ContactResult) -> Caution | None:
     """Return what adhesion, which is left out, does to the spots that carry half of the load."""
     spots, modulus, work = result.spots(), result.contact_modulus, WORK_OF_ADHESION
     carrying = spots.load > 0
@@ -175,23 +175,23 @@ def adhesion(result: ContactResult) -> Caution | None:
     load = np.where(carrying, spots.load, np.inf)
     radius = 4 * modulus * (spots.area / np.pi) ** 1.5 / (3 * load)
     drawn = hertz.ADHESION_RANGE * np.maximum(hertz.tabor(radius, modulus, work), 1.0)
-    felt = carrying & (drawn > min(SMOOTHEST, 0.1 * min(result.surface.pixel)))
+    felt = carrying & (drawn > min(MIN_ROUGHNESS, 0.1 * min(result.surface.pixel)))
     grown, pull = np.ones(load.shape), np.zeros(load.shape)
     grown[felt] = hertz.enlargement(load[felt], radius[felt], modulus, work)
     pull[felt] = hertz.pull_off(radius[felt], modulus, work) / load[felt]
-    times, share = spots.halfway(grown), spots.halfway(pull)
-    if not times > ENLARGED:
+    times, share = spots.load_weighted_median(grown), spots.load_weighted_median(pull)
+    if not times > CAUTION_GROWTH:
         return None
-    return (as_warning if times > DECIDED else as_caution)(
-        Kind.ADHESION,
-        f"Adhesion is not modeled: at {engineering(work, 'J/m²')} the contact area grows "
-        f"{times:.3g} times, pull-off takes {_of(share)} the load.",
+    return (as_warning if times > WARNING_GROWTH else as_caution)(
+        CautionTag.ADHESION,
+        f"Adhesion is not modeled: at {format_engineering(work, 'J/m²')} the contact area grows "
+        f"{times:.3g} times, pull-off takes {_ratio_text(share)} the load.",
         enlargement=times,
         pull_off_over_load=share,
     )
 
 
-def materials(result: ContactResult) -> Caution | None:
+def material_cautions(result: ContactResult) -> Caution | None:
     """Return the message on materials that are what no contact here includes."""
     names: dict[str, dict[str, None]] = {}
     for body in (result.material, result.counter_material):
@@ -204,7 +204,7 @@ def materials(result: ContactResult) -> Caution | None:
         for caveat, bodies in names.items()
     )
     return as_warning(
-        Kind.MATERIAL, f"{text[0].upper()}{text[1:]}. Numbers hold for the constants given."
+        CautionTag.MATERIAL, f"{text[0].upper()}{text[1:]}. Numbers hold for the constants given."
     )
 
 
@@ -221,13 +221,13 @@ CEILING_ERROR = 0.05
 IMPLAUSIBLE_SLOPE = 3.0
 """Root-mean-square slope that no measured map has: it is steeper than 70 degrees all over."""
 
-MODULI = (1e6, 2e12)
+MODULUS_RANGE = (1e6, 2e12)
 """Young's moduli of solids [Pa], from soft rubber to beyond diamond."""
 
-STRENGTHS = (1e-6, 0.3)
+STRENGTH_RANGE = (1e-6, 0.3)
 """Yield strengths over Young's modulus, from pure soft metal crystals to beyond ideal strength."""
 
-LONGEST_SIDE = 10.0
+MAX_SIDE = 10.0
 """Side of a map [m] that nothing measures."""
 
 SHOWN_CONTACT = 0.3
@@ -265,24 +265,24 @@ class Check:
     """A question that a solution is asked."""
 
     subject: str  # Text for the list of performed checks
-    find: Callable[[ContactResult], Caution | None]
+    cautions_of: Callable[[ContactResult], Caution | None]
     when: Callable[[ContactResult], bool] = lambda _: True
-    shared: bool = False  # Whether it can be asked where several processes hold the map
+    works_on_slabs: bool = False  # Whether it can be asked where several processes hold the map
 
     def applies(self, result: ContactResult) -> bool:
         """Return whether the question can be asked of a solution."""
-        return (self.shared or not result.pair.is_shared) and self.when(result)
+        return (self.works_on_slabs or not result.pair.is_shared) and self.when(result)
 
 
 def cautions(result: ContactResult) -> tuple[Caution, ...]:
     """Return what a reader of a contact has to know, the severest first."""
-    requested = (check.find(result) for check in CHECKS if check.applies(result))
-    return ordered(
+    requested = (check.cautions_of(result) for check in CHECKS if check.applies(result))
+    return sort_cautions(
         [*(caution for caution in requested if caution is not None), *result.extra_cautions]
     )
 
 
-def checked(result: ContactResult) -> tuple[str, ...]:
+def performed_checks(result: ContactResult) -> tuple[str, ...]:
     """Return the checks that were performed on a solution, a short text each."""
     return tuple(check.subject for check in CHECKS if check.applies(result))
 
@@ -291,23 +291,25 @@ def over_loads(
     result: Sequence[tuple[float, Iterable[Caution]]], unit: str, noun: str = "loads"
 ) -> tuple[Caution, ...]:
     """Return the cautions of contacts under several loads, or at other values: one of each tag."""
-    return of_several([(engineering(value, unit, 3), text) for value, text in result], noun)
+    return merge_cautions(
+        [(format_engineering(value, unit, 3), text) for value, text in result], noun
+    )
 
 
 def load_bearing_spot_pixels(result: ContactResult, spots: Spots) -> int:
     """Return how large the spots are that matter."""
     if spots.count == 0:
         return 0
-    return round(spots.halfway(spots.area) / result.pixel_area)
+    return round(spots.load_weighted_median(spots.area) / result.pixel_area)
 
 
-def advice(result: ContactResult) -> CalibratedCeiling | None:
+def recommended_ceiling_of(result: ContactResult) -> CalibratedCeiling | None:
     """Return the calibrated ceiling, where the spots are large enough to be judged."""
     pair = result.pair
     if (
         pair.is_profile
         or pair.is_shared
-        or load_bearing_spot_pixels(result, result.spots()) < FEW_PIXELS
+        or load_bearing_spot_pixels(result, result.spots()) < MIN_SPOT_PIXELS
     ):
         return None
     return recommended_ceiling(result)
@@ -316,14 +318,14 @@ def advice(result: ContactResult) -> CalibratedCeiling | None:
 # The checks
 
 
-def _convergence(result: ContactResult) -> Caution | None:
+def _check_convergence(result: ContactResult) -> Caution | None:
     if result.converged:
         return None
     more: tuple[Part, ...] = ()
     if result.status == Status.CONVOLUTION_LIMIT.value:
         more = (" Increase ", ArgumentRef("max_iterations"), ".")
     return as_warning(
-        Kind.NOT_CONVERGED,
+        CautionTag.NOT_CONVERGED,
         f"Not converged: certificate {result.certificate:.1e}, limit {result.tolerance:.0e}. Do "
         "not use these numbers.",
         *more,
@@ -332,7 +334,7 @@ def _convergence(result: ContactResult) -> Caution | None:
     )
 
 
-def at_edge(result: ContactResult) -> Caution | None:
+def edge_caution(result: ContactResult) -> Caution | None:
     """Return the message on a contact that reaches an edge at which the map ends."""
     share = result.totals.edge_load
     if share is None or share < EDGE_LOAD:
@@ -343,8 +345,8 @@ def at_edge(result: ContactResult) -> Caution | None:
         kind = f"Sample of a larger {'face' if smooth is None else 'roller'}?"
         action = (f"{kind} Use ", advice, ".")
     return (as_warning if share > MUCH_EDGE_LOAD else as_caution)(
-        Kind.EDGE,
-        f"{percent(share)} of the load is at the {whole} edge. ",
+        CautionTag.EDGE,
+        f"{format_percent(share)} of the load is at the {whole} edge. ",
         *action,
         edge_load=share,
     )
@@ -362,15 +364,15 @@ def _below_ceiling(result: ContactResult) -> Caution | None:
     body = result.pair.softer
     if result.regime not in _BEYOND or body is None or body.ceiling is None:
         return None
-    # Where both are known the hardness is the lower one, see `_hardness`.
+    # Where both are known the hardness is the lower one, see `_check_hardness`.
     mixed = body.tabor_ratio is not None
     limit = (body.hardness if mixed else None) or body.ceiling
     what = "the hardness" if mixed or body.yield_strength is None else "3σ_Y"
     known = "auto" if body.yield_strength is None else CALIBRATED
-    advice = engineering(limit, "Pa", 4) if mixed else known
+    advice = format_engineering(limit, "Pa", 4) if mixed else known
     return as_warning(
-        Kind.ABOVE_CEILING,
-        f"Peak pressure {engineering(result.max_pressure, 'Pa', 3)} is "
+        CautionTag.ABOVE_CEILING,
+        f"Peak pressure {format_engineering(result.max_pressure, 'Pa', 3)} is "
         f"{result.max_pressure / limit:.3g} times {what}: contact area is too small. Use ",
         ArgumentRef("ceiling", advice),
         ".",
@@ -382,27 +384,27 @@ def _below_ceiling(result: ContactResult) -> Caution | None:
 _BEYOND = (Regime.BEYOND_CEILING, Regime.BEYOND_HARDNESS)
 
 
-def _resolution(result: ContactResult) -> Caution | None:
+def _check_resolution(result: ContactResult) -> Caution | None:
     pixels = load_bearing_spot_pixels(result, result.spots())
-    if not 0 < pixels < FEW_PIXELS:
+    if not 0 < pixels < MIN_SPOT_PIXELS:
         return None
     whole = result.pair.whole
     return as_warning(
-        Kind.PIXEL,
-        f"Half the load is on spots of {counted(pixels, 'pixel')} or fewer: "
+        CautionTag.PIXEL,
+        f"Half the load is on spots of {count_noun(pixels, 'pixel')} or fewer: "
         f"{'length' if result.pair.is_profile else 'area'} and pressure need a finer {whole}.",
         carrying_pixels=pixels,
     )
 
 
-def _slopes(result: ContactResult) -> Caution | None:
+def _check_slopes(result: ContactResult) -> Caution | None:
     slope = result.pair.rms_slope
     if (mistaken := implausible_slope(slope)) is not None:
         return mistaken
     if not slope >= LARGE_SLOPE:
         return None
     return as_caution(
-        Kind.SLOPES,
+        CautionTag.SLOPES,
         f"RMS slope {slope:.2g} exceeds {LARGE_SLOPE:g}: small-slope theory is 10 % off or more. "
         "Numbers are estimates.",
         rms_slope=slope,
@@ -414,53 +416,53 @@ def implausible_slope(slope: float) -> Caution | None:
     if not slope >= IMPLAUSIBLE_SLOPE:
         return None
     return as_warning(
-        Kind.UNITS,
+        CautionTag.UNITS,
         f"RMS slope {slope:.3g} ({math.degrees(math.atan(slope)):.0f}°): no real surface is this "
         "steep. Check unit and missing points.",
         rms_slope=slope,
     )
 
 
-def _beyond(value: float, ends: tuple[float, float], low: str, high: str) -> str:
+def _range_adjective(value: float, ends: tuple[float, float], low: str, high: str) -> str:
     """Return the adjective of a value outside a range; nothing inside."""
     return low if value < ends[0] else high if value > ends[1] else ""
 
 
-def _units(result: ContactResult) -> Caution | None:
+def _check_units(result: ContactResult) -> Caution | None:
     """Return which number looks as if it were in another unit than the one it is taken in."""
     for body in (result.material, result.counter_material):
         E, strength = body.young, body.yield_strength
         if math.isinf(E):
             continue
-        if kind := _beyond(E, MODULI, "soft", "stiff"):
+        if kind := _range_adjective(E, MODULUS_RANGE, "soft", "stiff"):
             return as_warning(
-                Kind.UNITS,
-                f"Young's modulus is {engineering(E, 'Pa', 3)}: no solid is this {kind}. Give the "
+                CautionTag.UNITS,
+                f"Young's modulus is {format_engineering(E, 'Pa', 3)}: no solid is this {kind}. Give the "
                 'unit, for example "210 GPa".',
                 young=E,
             )
-        share = STRENGTHS[0] if strength is None else strength / E
-        if kind := _beyond(share, STRENGTHS, "weak", "strong"):
+        share = STRENGTH_RANGE[0] if strength is None else strength / E
+        if kind := _range_adjective(share, STRENGTH_RANGE, "weak", "strong"):
             return as_warning(
-                Kind.UNITS,
+                CautionTag.UNITS,
                 f"Yield strength is {share:.2g} of Young's modulus: no solid is this {kind}. "
                 "Check both units.",
                 yield_over_young=share,
             )
     side = max(result.pair.size[result.pair.is_profile :])
-    if side > LONGEST_SIDE:
+    if side > MAX_SIDE:
         return as_warning(
-            Kind.UNITS,
-            f"The {result.pair.whole} is {engineering(side, 'm', 3)} long: its unit is probably "
+            CautionTag.UNITS,
+            f"The {result.pair.whole} is {format_engineering(side, 'm', 3)} long: its unit is probably "
             "smaller. Give the unit of the lengths.",
             side=side,
         )
     return None
 
 
-def _ceiling(result: ContactResult) -> Caution | None:
+def _check_ceiling(result: ContactResult) -> Caution | None:
     """Return which ceiling would be nearer to plasticity of the volume, if another one would."""
-    ceiling, body = result.ceiling, softer(result.material, result.counter_material)
+    ceiling, body = result.ceiling, softer_material(result.material, result.counter_material)
     if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
         return None
     # One message about the ceiling at most.
@@ -472,7 +474,7 @@ def _ceiling(result: ContactResult) -> Caution | None:
         or body.tabor_ratio is not None
     ):
         return None
-    answer = advice(result)
+    answer = recommended_ceiling_of(result)
     if answer is None or answer.load_ratio < TRANSITION:
         return None
     too_high = min(ceiling, result.max_pressure) > (1 + CEILING_ERROR) * answer.ceiling
@@ -482,8 +484,8 @@ def _ceiling(result: ContactResult) -> Caution | None:
     change = area_change(answer, ceiling, result.contact_modulus)
     excess = ceiling / answer.ceiling - 1
     return as_caution(
-        Kind.CEILING,
-        f"Ceiling {engineering(ceiling, 'Pa', 3)} is {100 * abs(excess):.0f} % "
+        CautionTag.CEILING,
+        f"Ceiling {format_engineering(ceiling, 'Pa', 3)} is {100 * abs(excess):.0f} % "
         f"{('above' if excess > 0 else 'below')} the calibrated one, which gives "
         f"{100 * abs(change):.2g} % {('more' if change > 0 else 'less')} contact area. Use "
         f"{ArgumentRef('ceiling', CALIBRATED)}.",
@@ -493,12 +495,12 @@ def _ceiling(result: ContactResult) -> Caution | None:
     )
 
 
-def _extrapolated(result: ContactResult) -> Caution | None:
+def _check_extrapolation(result: ContactResult) -> Caution | None:
     fraction = result.contact_fraction
     if not (fraction > SHOWN_CONTACT and math.isnan(shown_error(result))):
         return None
     return as_note(
-        Kind.CEILING_EXTRAPOLATED,
+        CautionTag.CEILING_EXTRAPOLATED,
         f"Calibrated ceiling is extrapolated: it was tested up to {100 * SHOWN_CONTACT:.0f} % "
         f"contact, here {100 * fraction:.0f} %.",
         contact_fraction=fraction,
@@ -518,9 +520,9 @@ def shown_error(result: ContactResult) -> float:
     return SHOWN_ROUGH if rough else SHOWN_SPHERE
 
 
-def _hardness(result: ContactResult) -> Caution | None:
+def _check_hardness(result: ContactResult) -> Caution | None:
     """Return that the yield strength of the softer body is too high for its hardness."""
-    ceiling, body = result.ceiling, softer(result.material, result.counter_material)
+    ceiling, body = result.ceiling, softer_material(result.material, result.counter_material)
     if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
         return None
     ratio, hardness = body.tabor_ratio, body.hardness
@@ -529,10 +531,10 @@ def _hardness(result: ContactResult) -> Caution | None:
     if not result.max_pressure > (1 + 1e-9) * hardness:
         return None
     return as_caution(
-        Kind.HARDNESS,
-        f"3σ_Y is {ratio:.2g} times the hardness of {body.name or 'the softer body'}, which no "
+        CautionTag.HARDNESS,
+        f"3σ_Y is {ratio:.2g} times the hardness of {body.name or 'the softer_material body'}, which no "
         "contact exceeds. Use ",
-        ArgumentRef("ceiling", engineering(hardness, "Pa", 4)),
+        ArgumentRef("ceiling", format_engineering(hardness, "Pa", 4)),
         ".",
         ratio=ratio,
         three_yield_strengths=ratio * hardness,
@@ -540,13 +542,13 @@ def _hardness(result: ContactResult) -> Caution | None:
     )
 
 
-def _spikes(result: ContactResult) -> Caution | None:
+def _check_spikes(result: ContactResult) -> Caution | None:
     for surface in (result.surface, result.counter_surface):
-        answer = None if surface is None else spikes(surface)
+        answer = None if surface is None else spike_statistics(surface)
         if answer is not None:
             kurtosis, peak = answer
             return as_warning(
-                Kind.SPIKES,
+                CautionTag.SPIKES,
                 f"Measurement spikes: kurtosis {kurtosis:.3g}, highest point {peak:.3g} robust σ "
                 f"above median. Remove with {ArgumentRef('outliers', 6.0)} and solve again.",
                 kurtosis=kurtosis,
@@ -566,14 +568,14 @@ def _first_touch(result: ContactResult) -> Caution | None:
     lead = float(gap[others].min() - gap.flat[first])
     pixels = round(float(answer.area[number - 1]) / result.pixel_area)
     share = float(answer.load[number - 1] / answer.load.sum())
-    if pixels >= FEW_PIXELS or share > SPIKE_LOAD or lead < SPIKE_LEAD * result.approach:
+    if pixels >= MIN_SPOT_PIXELS or share > SPIKE_LOAD or lead < SPIKE_LEAD * result.approach:
         return None
     deepest = float(result.residual_indentation.max())
     own = deepest > 0 and deepest == result.residual_indentation.flat[first]
-    part = f"{percent(min(lead / result.approach, 1.0))} of the approach"
+    part = f"{format_percent(min(lead / result.approach, 1.0))} of the approach"
     effect = f" with {part} and the deepest indentation" if own else f": {part} is its flattening"
     return as_warning(
-        Kind.SPIKES,
+        CautionTag.SPIKES,
         f"First contact is a {pixels}-pixel spike{effect}. Remove with "
         f"{ArgumentRef('outliers', 6.0)}.",
         lead=lead,
@@ -581,7 +583,7 @@ def _first_touch(result: ContactResult) -> Caution | None:
     )
 
 
-def spikes(surface: Surface) -> tuple[float, float] | None:
+def spike_statistics(surface: Surface) -> tuple[float, float] | None:
     """Return kurtosis and highest peak of a map whose heights look like spikes on a surface."""
     heights = surface.heights
     kurtosis = surface.Sku
@@ -595,68 +597,73 @@ def spikes(surface: Surface) -> tuple[float, float] | None:
     return (kurtosis, peak) if peak > SPIKY_PEAK else None
 
 
-def _missing(result: ContactResult) -> Caution | None:
+def _check_missing(result: ContactResult) -> Caution | None:
     missing = math.prod(result.pair.shape) - result.totals.points
     if not missing:
         return None
     share = missing / math.prod(result.pair.shape)
-    return (as_note if share < MANY_MISSING else as_caution)(
-        Kind.MISSING,
-        f"{percent(share)} of the {result.pair.whole} is missing and cannot touch: contact area "
+    return (as_note if share < MISSING_FRACTION else as_caution)(
+        CautionTag.MISSING,
+        f"{format_percent(share)} of the {result.pair.whole} is missing and cannot touch: contact area "
         "may be low.",
         share=share,
         missing=missing,
     )
 
 
-def _ranks(result: ContactResult) -> Caution:
+def _check_ranks(result: ContactResult) -> Caution:
     return as_note(
-        Kind.PARALLEL, "Parallel run: spots, slopes, spikes and spectrum were not checked."
+        CautionTag.PARALLEL, "Parallel run: spots, slopes, spikes and spectrum were not checked."
     )
 
 
 CHECKS = (
-    Check("convergence", _convergence, shared=True),
-    Check("ranks", _ranks, lambda r: r.pair.is_shared, shared=True),
-    Check("contact at the edges", at_edge, lambda r: bool(r.boundary.free_axes), shared=True),
+    Check("convergence", _check_convergence, works_on_slabs=True),
+    Check("ranks", _check_ranks, lambda r: r.pair.is_shared, works_on_slabs=True),
+    Check(
+        "contact at the edges",
+        edge_caution,
+        lambda r: bool(r.boundary.free_axes),
+        works_on_slabs=True,
+    ),
     Check(
         "pressure against the strength of the softer body",
         _below_ceiling,
         lambda r: r.regime is not Regime.UNKNOWN,
-        shared=True,
+        works_on_slabs=True,
     ),
-    Check("size of the spots in pixels", _resolution),
-    Check("units of moduli, strengths and lengths", _units, shared=True),
-    Check("slopes", _slopes),
-    Check("strains", strains, shared=True),
-    Check("number of atoms in contact", atoms, lambda r: not r.pair.is_profile),
-    Check("adhesion", adhesion, lambda r: not r.pair.is_profile),
-    Check("what the materials do that the model does not", materials, shared=True),
+    Check("size of the spots in pixels", _check_resolution),
+    Check("units of moduli, strengths and lengths", _check_units, works_on_slabs=True),
+    Check("slopes", _check_slopes),
+    Check("strains", strain_caution, works_on_slabs=True),
+    Check("number of atoms in contact", atom_caution, lambda r: not r.pair.is_profile),
+    Check("adhesion", adhesion_caution, lambda r: not r.pair.is_profile),
+    Check("what the materials do that the model does not", material_cautions, works_on_slabs=True),
     Check(
         "the ceiling against plasticity of the volume",
-        _ceiling,
+        _check_ceiling,
         lambda r: r.ceiling is not None and not isinstance(r.ceiling, np.ndarray),
     ),
     Check(
         "the range of the calibrated ceiling",
-        _extrapolated,
+        _check_extrapolation,
         lambda r: r.calibrated is not None or r.calibration is not None,
     ),
     Check(
         "the yield strength against the hardness",
-        _hardness,
+        _check_hardness,
         lambda r: (
             r.pair.softer is not None
             and None not in (r.pair.softer.yield_strength, r.pair.softer.hardness)
         ),
-        shared=True,
+        works_on_slabs=True,
     ),
-    Check("spikes of the measurement", _spikes),
-    Check("filled points", filled),
-    Check("missing points", _missing, shared=True),
+    Check("spikes of the measurement", _check_spikes),
+    Check("filled points", filled_caution),
+    Check("missing points", _check_missing, works_on_slabs=True),
     Check(
         "Hertz's theory behind the load",
-        hertz_comparison.of_given_load,
+        hertz_comparison.hertz_load_note,
         hertz_comparison.behind_load,
     ),
     Check("checksums of its file", lambda _: no_checksums(), lambda r: r.without_checksums),

@@ -17,13 +17,13 @@ from roughcontact._version import __version__
 from roughcontact.cautions import Caution
 from roughcontact.contact import spots, spots as area
 from roughcontact.contact.load_case import GivenLoad
-from roughcontact.contact.nominal_hertz import Smooth, smooth
+from roughcontact.contact.nominal_hertz import SmoothContact, solve_smooth
 from roughcontact.contact.pair import Pair
-from roughcontact.contact.share import Share
+from roughcontact.contact.share import MapOrSlab
 from roughcontact.contact.spots import Spots, Totals
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
-from roughcontact.result import Result, face
+from roughcontact.result import Result, presentation
 from roughcontact.solvers.progress import Tell
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantity
@@ -34,7 +34,7 @@ CALIBRATED = "calibrated"
 BRACKET, COATING, BASE = "bracket", "coating", "base"
 """Keyword for the two ceilings of a coated body: that of its base and that of its coating."""
 
-TOLD_CHANGE = 0.02
+MIN_SHOWN_CHANGE = 0.02
 """Relative change of areas or gap from which results show the calibrated ceiling, too."""
 
 
@@ -76,7 +76,7 @@ class Calibrated:
     @property
     def differs(self) -> bool:
         """Whether results show it, since it differs enough."""
-        return self.change > TOLD_CHANGE
+        return self.change > MIN_SHOWN_CHANGE
 
     def summary(self) -> dict[str, Any]:
         """Return it by name, in SI units, ready for JSON."""
@@ -240,7 +240,7 @@ class ContactResult(Result):
         self.gap.flags.writeable = False
         of = self.pair, self.pressure, self.gap, self.ceiling
         if self._counted is None or any(map(is_not, self._counted[1], of)):
-            object.__setattr__(self, "_counted", (area.totals(*of), of))
+            object.__setattr__(self, "_counted", (area.count_totals(*of), of))
 
     @property
     def totals(self) -> Totals:
@@ -249,7 +249,7 @@ class ContactResult(Result):
         return self._counted[0]
 
     @property
-    def share(self) -> Share:
+    def share(self) -> MapOrSlab:
         """The map that was pressed, or the rows of it that this process holds."""
         return self.pair.share
 
@@ -368,12 +368,12 @@ class ContactResult(Result):
         return self.totals.mean_gap
 
     @cached_property
-    def hertz(self) -> Smooth | None:
+    def hertz(self) -> SmoothContact | None:
         """Hertz's contact of the nominal bodies under this load; ``None`` where there is none.
 
-        See `roughcontact.contact.nominal_hertz.smooth`.
+        See `roughcontact.contact.nominal_hertz.solve_smooth`.
         """
-        return smooth(self.pair, self.load)
+        return solve_smooth(self.pair, self.load)
 
     @cached_property
     def estimate(self) -> Any:
@@ -382,7 +382,7 @@ class ContactResult(Result):
         None where they do not hold, as where the map is not periodic along both axes, and where
         several processes hold it.
         """
-        return face().estimate(self)
+        return presentation().estimate(self)
 
     @cached_property
     def center_of_pressure(self) -> tuple[float, float]:
@@ -418,7 +418,7 @@ class ContactResult(Result):
     @cached_property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        return face().contact_cautions(self)
+        return presentation().contact_cautions(self)
 
     def spots(self) -> Spots:
         """Return the contact spots: edge-connected pixels with pressure, the largest first."""
@@ -427,15 +427,15 @@ class ContactResult(Result):
     @cached_property
     def _spots(self) -> Spots:
         self.require_whole("contact spots")
-        return spots.find(self.pressure, self.pair.pixel, self.boundary.periodic_axes)
+        return spots.find_spots(self.pressure, self.pair.pixel, self.boundary.periodic_axes)
 
     def elastic(self) -> ContactResult:
         """Return the solution of the same problem without a ceiling; ``self`` if it has none."""
-        return face().elastic(self)
+        return presentation().elastic(self)
 
     def stiffness(self) -> float:
         """Return the contact stiffness dW/dω [N/m]; see `roughcontact.contact.stiffness`."""
-        return face().stiffness(self)
+        return presentation().stiffness(self)
 
     def uncertainty(
         self,
@@ -486,6 +486,6 @@ class ContactResult(Result):
         InputError
             If the map or the contact gets no intervals.
         """
-        return face().uncertainty(
+        return presentation().uncertainty(
             self, instrument, shortest_wave, material, draws, rng, also, of, progress
         )

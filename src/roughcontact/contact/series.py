@@ -9,13 +9,13 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from roughcontact.cautions import Kind, as_note
+from roughcontact.cautions import CautionTag, as_note
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ArgumentRef, InputError, Part, input_error
 from roughcontact.material.material import Material
 from roughcontact.surface import spectrum
-from roughcontact.units import Quantity, engineering, lengths, quantity
+from roughcontact.units import Quantity, format_engineering, format_lengths, to_si
 
 Step = TypeVar("Step")
 
@@ -32,7 +32,7 @@ class CalibratedChange:
     numbers: tuple[float, ...]  # Relative changes of what the joint does; NaN where there is none
 
 
-def mean_of(steps: Sequence[Step], skip: Container[str]) -> Step:
+def mean_step(steps: Sequence[Step], skip: Container[str]) -> Step:
     """Return the mean of steps under one load, but for fields that are those of the first."""
     first: Any = steps[0]
     means = {
@@ -51,28 +51,28 @@ def _mean(values: Sequence[Any]) -> Any:
     return round(mean) if isinstance(values[0], int) else mean
 
 
-def changed(new: float, old: float) -> float:
+def relative_change(new: float, old: float) -> float:
     """Return a relative change; NaN where there was nothing."""
     return new / old - 1 if old and math.isfinite(old) else math.nan
 
 
 ONE_ROUGH_FACE = as_note(
-    Kind.ONE_ROUGH_FACE,
+    CautionTag.ONE_ROUGH_FACE,
     "One rough face against a smooth flat. Two rough faces? Add "
     f"{ArgumentRef('counter_surface')}: roughness rises by about √2.",
 )
 """Of a joint whose counter-body is smooth."""
 
 
-def positive(value: Quantity, dimension: str, argument: str) -> float:
+def parse_positive(value: Quantity, dimension: str, argument: str) -> float:
     """Return a positive quantity in SI units."""
-    result = quantity(value, dimension, argument)
+    result = to_si(value, dimension, argument)
     if not (isinstance(result, (int, float)) and 0 < result < math.inf):
         raise input_error(argument, value, "must be positive and finite")
     return float(result)
 
 
-def of_one_pair(
+def check_same_pair(
     contacts: ContactResult | Iterable[ContactResult], what: str
 ) -> Iterator[ContactResult]:
     """Yield the contacts, once each is known to be one more of the same bodies."""
@@ -98,7 +98,7 @@ def require_alike(
     """Refuse two pairs of bodies that differ in more than their heights."""
     pixels = np.allclose(first.pixel, other.pixel, rtol=_SAME, atol=0)
     if first.shape != other.shape or not pixels:
-        item, two = (f"{p.shape[0]} × {p.shape[1]} points of {lengths(p.pixel)}"
+        item, two = (f"{p.shape[0]} × {p.shape[1]} points of {format_lengths(p.pixel)}"
                     for p in (first, other))  # fmt: skip
         raise InputError(f"are of different grids, {item} and {two}", *advice, argument=argument)
     if first.boundary != other.boundary:
@@ -141,10 +141,10 @@ def _constants(material: Material) -> str:
     """Return all constants of a material in words; its name is none of them."""
     if math.isinf(material.young):
         return "rigid"
-    parts = [f"E {engineering(material.young, 'Pa', 12)}", f"ν {material.poisson!r}"]
+    parts = [f"E {format_engineering(material.young, 'Pa', 12)}", f"ν {material.poisson!r}"]
     for symbol, value in (("σ_Y", material.yield_strength), ("H", material.hardness)):
         if value is not None:
-            parts.append(f"{symbol} {engineering(value, 'Pa', 12)}")
+            parts.append(f"{symbol} {format_engineering(value, 'Pa', 12)}")
     if material.hardening is not None:
         parts.append(repr(material.hardening))
     return ", ".join(parts)
@@ -197,9 +197,9 @@ def window_of(pair: Pair) -> tuple[Window | None, float]:
 
 
 def _nothing_left(pair: Pair, rim: float) -> InputError:
-    wide = "without end" if math.isnan(rim) else f"of {engineering(rim, 'm', 3)}"
+    wide = "without end" if math.isnan(rim) else f"of {format_engineering(rim, 'm', 3)}"
     return InputError(
-        f"of {lengths(pair.size)} is too small for a free boundary: a rim {wide} along each edge, "
+        f"of {format_lengths(pair.size)} is too small for a free boundary: a rim {wide} along each edge, "
         f"{RIM:.0f} autocorrelation lengths, leaves less than half of a side; take long waves out "
         f"with {ArgumentRef('l')}, give a larger map, or {ArgumentRef('boundary', 'periodic')}",
         argument="surface",

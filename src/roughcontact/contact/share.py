@@ -12,24 +12,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact._tools.arguments import checked
+from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.ranks import Ranks
 from roughcontact.errors import ArgumentRef, InputError, require_pixel
 from roughcontact.halfspace.distributed import SlabSums
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, quantity
+from roughcontact.units import Quantities, to_si
 
 Array = NDArray[np.float64]
 
 # Points along the longer side of a map that one place can hold for a picture.
-_REDUCED = 512
+_MAX_REDUCED_POINTS = 512
 
 
 _PLANE = {"form": "plane", "points": None}
 
 
-def bands(shape: tuple[int, int], count: int) -> tuple[int, ...]:
+def row_bands(shape: tuple[int, int], count: int) -> tuple[int, ...]:
     """Return the first row of each rank, and the number of rows."""
     from roughcontact.solvers import bounded
 
@@ -44,7 +44,7 @@ def bands(shape: tuple[int, int], count: int) -> tuple[int, ...]:
     return (*(edge * (maximum * rank // count) for rank in range(count)), shape[0])
 
 
-@checked
+@validate_arguments
 def slab_rows(shape: tuple[int, int], ranks: Any) -> slice:
     """Return the rows of a map that this rank is to hold.
 
@@ -58,10 +58,10 @@ def slab_rows(shape: tuple[int, int], ranks: Any) -> slice:
     Raises
     ------
     InputError
-        As `bands`.
+        As `row_bands`.
     """
     ranks = ranks if isinstance(ranks, Ranks) else Ranks(ranks)
-    return slice(*bands(shape, ranks.count)[ranks.number : ranks.number + 2])
+    return slice(*row_bands(shape, ranks.count)[ranks.number : ranks.number + 2])
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,7 @@ class Slab:
     missing: int = field(init=False)
     highest: float = field(init=False)
 
-    @checked
+    @validate_arguments
     def __init__(
         self,
         heights: ArrayLike,
@@ -117,7 +117,7 @@ class Slab:
     ) -> None:
         ranks = ranks if isinstance(ranks, Ranks) else Ranks(ranks)
         ny, nx = shape
-        dy, dx = quantity(pixel, "length", "pixel")
+        dy, dx = to_si(pixel, "length", "pixel")
         values = {
             "shape": (int(ny), int(nx)), "pixel": (float(dy), float(dx)), "ranks": ranks,
             "provenance": provenance or Provenance(), "holes_masked": bool(holes_masked),
@@ -151,7 +151,7 @@ class Slab:
     @cached_property
     def edges(self) -> tuple[int, ...]:
         """First row of each rank, and the number of rows."""
-        return bands(self.shape, self.ranks.count)
+        return row_bands(self.shape, self.ranks.count)
 
     @property
     def rows(self) -> slice:
@@ -196,21 +196,21 @@ class Slab:
         for _ in range(2):
             along_y, along_x = heights.sum(axis=1), heights.sum(axis=0)
             parts = [along_y.sum(), (along_y * y).sum(), (along_x * x).sum()]
-            mean, tilt_y, tilt_x = self.ranks.added(np.array(parts)) / points
+            mean, tilt_y, tilt_x = self.ranks.allreduce(np.array(parts)) / points
             tilt = 12 * tilt_y / (ny**2 - 1), 12 * tilt_x / (nx**2 - 1)
             plane = mean + tilt[0] * y[:, None] + tilt[1] * x
             heights = heights - plane
         about = self.provenance.then(Operation("leveled", _PLANE))
         return Slab(heights, self.shape, self.pixel, self.ranks, about, self.holes_masked)
 
-    def pieces(self, points: int) -> Iterator[tuple[int, int, int]]:
+    def iter_blocks(self, points: int) -> Iterator[tuple[int, int, int]]:
         """Yield rank, first row on it and rows of parts of the map with at most so many points."""
         step = max(1, points // self.shape[1])
         for rank, (first, last) in enumerate(pairwise(self.edges)):
             for top in range(0, last - first, step):
                 yield rank, top, min(step, last - first - top)
 
-    def reduced(self, values: NDArray[Any], largest: bool = False) -> Array | None:
+    def reduce_blocks(self, values: NDArray[Any], largest: bool = False) -> Array | None:
         """Return a map in blocks of pixels, the mean or the largest of each, on the first rank.
 
         Parameters
@@ -228,7 +228,7 @@ class Slab:
         """
         edge = 1
         # The last block of all may be a part of one.
-        while max(self.shape) > _REDUCED * edge and all(
+        while max(self.shape) > _MAX_REDUCED_POINTS * edge and all(
             first % (2 * edge) == 0 for first in self.edges[:-1]
         ):
             edge *= 2
@@ -241,9 +241,9 @@ class Slab:
             ))  # fmt: skip
         counts = [len(range(0, e - s, edge)) for s, e in zip(self.edges, self.edges[1:],
                   strict=False)]  # fmt: skip
-        whole = self.ranks.joined(here, counts)
-        return whole if self.ranks.first else None
+        whole = self.ranks.allgatherv(here, counts)
+        return whole if self.ranks.is_root else None
 
 
-Share = Surface | Slab
+MapOrSlab = Surface | Slab
 """What a process holds of a map: all of it, or a band of its rows."""

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact._tools.arguments import checked
+from roughcontact._tools.arguments import validate_arguments
 from roughcontact.contact import plausibility, validation
-from roughcontact.contact.ceiling import area_change, resolved_ceiling, solve_calibrated
-from roughcontact.contact.load_case import Load, LoadCase, Scale, resolve_force
+from roughcontact.contact.ceiling import area_change, resolve_ceiling, solve_calibrated
+from roughcontact.contact.load_case import Load, LoadCase, ProblemUnits, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import (
     BASE,
@@ -25,7 +25,7 @@ from roughcontact.contact.result import (
     ContactResult,
     Regime,
 )
-from roughcontact.contact.share import Share
+from roughcontact.contact.share import MapOrSlab
 from roughcontact.contact.spots import center_of_pressure
 from roughcontact.errors import (
     CapacityError,
@@ -40,14 +40,14 @@ from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers import bounded, rigid_tilt
 from roughcontact.solvers.problem import Loaded, project
-from roughcontact.solvers.progress import Status, Step, Tell, numbered, shows_progress_bar
+from roughcontact.solvers.progress import Status, Step, Tell, progress_callback, shows_progress_bar
 from roughcontact.units import Quantities, Quantity
 
 CALIBRATED_TOLERANCE = 1e-2
 """Certificate of the solution under the calibrated ceiling: areas to 1e-4, the rule has 5e-2."""
 
 # Relative change of the area of a sphere below which two ceilings are one.
-_SAME = 0.005
+_MIN_CEILING_CHANGE = 0.005
 
 LOAD_TOLERANCE = 1e-10
 """Largest load error of a converged result."""
@@ -57,16 +57,16 @@ MOMENT_TOLERANCE = 1e-8
 
 Watch = Callable[[Step], None] | None
 
-UNBALANCED = (
+MOMENT_ERROR_TEXT = (
     "moments not balanced; the point of the load may lie too near to the edge of the contact"
 )
 """Status of a result whose bodies did not come to rest at any tilt."""
 
 
 @shows_progress_bar
-@checked
+@validate_arguments
 def solve(
-    surface: Share,
+    surface: MapOrSlab,
     *,
     material: Material,
     load: Quantity | Load | None = None,
@@ -182,18 +182,18 @@ def solve(
     terms = LoadCase(
         force, approach, moments, ceiling, tolerance, max_iterations, precision, specified
     )
-    watch = numbered(progress, 1, 1)
+    watch = progress_callback(progress, 1, 1)
     asked = replace(terms, ceiling=COATING) if _is_bracket(pair, ceiling) else terms
-    result = press(
+    result = solve_pair(
         pair, asked, start=initial_guess, on_failure=on_failure, on_interrupt=on_interrupt,
         progress=watch, workers=workers,
     )  # fmt: skip
     if not calibrated:
         return result
-    return with_calibrated(result, ceiling, max_iterations, progress)
+    return add_calibrated(result, ceiling, max_iterations, progress)
 
 
-def with_calibrated(
+def add_calibrated(
     first: ContactResult,
     ceiling: Quantity | ArrayLike | None = "auto",
     max_iterations: int = 2000,
@@ -204,12 +204,12 @@ def with_calibrated(
         return first
     bracket = _is_bracket(first.pair, ceiling)
     label = "ceiling of the base" if bracket else "calibrated ceiling"
-    watch = numbered(progress, 1, 1, label)
+    watch = progress_callback(progress, 1, 1, label)
     terms = LoadCase(
         **{first.control: getattr(first, first.control)}, moments=first.moments,
         tolerance=first.tolerance, max_iterations=max_iterations, precision=first.precision,
     )  # fmt: skip
-    other = _under_base(first, terms, watch) if bracket else _calibrated(first, terms, watch)
+    other = _under_base(first, terms, watch) if bracket else _solve_calibrated(first, terms, watch)
     return replace(first, calibrated=other)
 
 
@@ -218,7 +218,7 @@ def _is_bracket(pair: Pair, ceiling: Quantity | ArrayLike | None) -> bool:
     return pair.is_coated and isinstance(ceiling, str) and ceiling == BRACKET
 
 
-def press(
+def solve_pair(
     pair: Pair,
     terms: LoadCase,
     *,
@@ -235,22 +235,22 @@ def press(
     if on_interrupt == "return":
         pair.require_whole("a part of a solve")
     if isinstance(terms.ceiling, str) and terms.ceiling == CALIBRATED:
-        return _agreed(pair, terms, start, on_failure, progress)
-    began, before = time.perf_counter(), pair.sums.cost()
+        return _solve_self_consistent_ceiling(pair, terms, start, on_failure, progress)
+    began, before = time.perf_counter(), pair.sums.communication_cost()
     stated = validation.build_problem(pair, terms, start)
     interruptible = on_interrupt == "return"
-    work = Workspace(workers or pair.sums.workers())
-    solution, slope = _solved(pair, terms, stated, start, progress, interruptible, work)
+    work = Workspace(workers or pair.sums.thread_count())
+    solution, slope = _solve_problem(pair, terms, stated, start, progress, interruptible, work)
     # An error that is kept would keep the memory of the solve with it.
     del stated.problem, work
-    result = _result(pair, terms, stated, solution, slope, began, before)
+    result = _make_result(pair, terms, stated, solution, slope, began, before)
     requested = solution.status is Status.INTERRUPTED
     if not result.converged and on_failure == "raise" and not requested:
-        raise _unsolved(result)
+        raise _error_result(result)
     return result
 
 
-def _agreed(
+def _solve_self_consistent_ceiling(
     pair: Pair,
     terms: LoadCase,
     start: ContactResult | ArrayLike | None,
@@ -262,11 +262,11 @@ def _agreed(
 
     def solved(ceiling: Any, start: ContactResult | ArrayLike | None) -> ContactResult:
         fixed = replace(terms, ceiling=ceiling)
-        result = press(pair, fixed, start=start, on_failure=on_failure, progress=progress)
+        result = solve_pair(pair, fixed, start=start, on_failure=on_failure, progress=progress)
         solves.append(result)
         return result
 
-    result = solve_calibrated(solved(resolved_ceiling(terms.ceiling, pair), start), solved)
+    result = solve_calibrated(solved(resolve_ceiling(terms.ceiling, pair), start), solved)
     return replace(
         result,
         iterations=sum(item.iterations for item in solves),
@@ -275,20 +275,20 @@ def _agreed(
     )
 
 
-def _calibrated(first: ContactResult, terms: LoadCase, watch: Watch) -> Calibrated | None:
+def _solve_calibrated(first: ContactResult, terms: LoadCase, watch: Watch) -> Calibrated | None:
     """Return the contact under the ceiling that its solution recommends."""
     if not (first.converged and isinstance(first.ceiling, float)) or first.calibration is not None:
         return None
-    advice = plausibility.advice(first)
+    advice = plausibility.recommended_ceiling_of(first)
     if advice is None or first.regime is Regime.BELOW_FIRST_YIELD:
         return None
-    if abs(area_change(advice, first.ceiling, first.contact_modulus)) < _SAME:
+    if abs(area_change(advice, first.ceiling, first.contact_modulus)) < _MIN_CEILING_CHANGE:
         return None
     start = first.pressure
     if first.control == "load":
-        start = _foretold(first, advice.ceiling)
+        start = _predicted_pressure(first, advice.ceiling)
         ahead = replace(first, pressure=start, ceiling=advice.ceiling)
-        advice = plausibility.advice(ahead) or advice
+        advice = plausibility.recommended_ceiling_of(ahead) or advice
     tolerance = max(terms.certificate, CALIBRATED_TOLERANCE)
     terms = replace(terms, ceiling=advice.ceiling, tolerance=tolerance)
     if terms.moments is None:
@@ -314,7 +314,7 @@ def _solve_again(
 ) -> Calibrated | None:
     """Return the same contact under another ceiling."""
     try:
-        result = press(first.pair, terms, start=start, on_failure="return", progress=watch)
+        result = solve_pair(first.pair, terms, start=start, on_failure="return", progress=watch)
     except (CapacityError, InsufficientMemoryError):
         return None
     if not result.converged:
@@ -326,7 +326,7 @@ def _solve_again(
     return Calibrated(**named, factor=factor, load_ratio=load_ratio, change=max(changes))
 
 
-def _foretold(first: ContactResult, ceiling: float) -> NDArray[np.float64]:
+def _predicted_pressure(first: ContactResult, ceiling: float) -> NDArray[np.float64]:
     """Return a solution's pressure after a projected gradient step under another ceiling [Pa]."""
     # K₀₀ of a square pixel of this area.
     unit = 4 * math.log1p(math.sqrt(2)) / math.pi
@@ -340,7 +340,7 @@ def _foretold(first: ContactResult, ceiling: float) -> NDArray[np.float64]:
     return pressure
 
 
-def _solved(
+def _solve_problem(
     pair: Pair,
     terms: LoadCase,
     stated: validation.ContactProblem,
@@ -348,12 +348,12 @@ def _solved(
     progress: Watch,
     interruptible: bool,
     workspace: Workspace,
-) -> tuple[bounded.Solution, tuple[float, float]]:
+) -> tuple[bounded.BoundedSolution, tuple[float, float]]:
     """Return the solution and the tilt."""
     options: dict[str, Any] = {
         "tolerance": terms.certificate,
         "max_iterations": int(terms.max_iterations),
-        "start": None if start is None else _loaded(start, stated.scale),
+        "start": None if start is None else _loaded_pixels(start, stated.scale),
         "progress": progress,
     }
     units = stated.scale
@@ -369,18 +369,18 @@ def _solved(
     )
 
 
-def _loaded(start: ContactResult | ArrayLike, units: Scale) -> Loaded:
+def _loaded_pixels(start: ContactResult | ArrayLike, units: ProblemUnits) -> Loaded:
     """Return the pixels with pressure, and their pressure in the units of the solver."""
     pressure = start.pressure if isinstance(start, ContactResult) else np.asarray(start)
     index = np.flatnonzero(pressure)
     return index, pressure.ravel()[index] / units.pressure
 
 
-def _result(
+def _make_result(
     pair: Pair,
     terms: LoadCase,
     stated: validation.ContactProblem,
-    solution: bounded.Solution,
+    solution: bounded.BoundedSolution,
     slope: tuple[float, float],
     began: float,
     before: NDArray[np.float64],
@@ -400,7 +400,7 @@ def _result(
     if stated.holes:
         gap[np.isinf(gap)] = np.nan
     moments = terms.moments
-    communication, sent = sums.cost() - before
+    communication, sent = sums.communication_cost() - before
     return ContactResult(
         pair=pair,
         ceiling=stated.ceiling,
@@ -413,7 +413,7 @@ def _result(
         gap=gap,
         certificate=solution.certificate,
         load_error=load_error,
-        status=_status(pair, stated, solution, pressure, load_error),
+        status=_solve_status(pair, stated, solution, pressure, load_error),
         iterations=solution.iterations,
         convolutions=solution.convolutions,
         seconds=sums.largest(np.array([time.perf_counter() - began])),
@@ -425,10 +425,10 @@ def _result(
     )
 
 
-def _status(
+def _solve_status(
     pair: Pair,
     stated: validation.ContactProblem,
-    solution: bounded.Solution,
+    solution: bounded.BoundedSolution,
     pressure: NDArray[np.float64],
     load_error: float,
 ) -> str:
@@ -440,11 +440,11 @@ def _status(
     if status is Status.CONVERGED and stated.target is not None:
         centre = np.array(center_of_pressure(pressure, pair.pixel)) / max(pair.size)
         if np.abs(centre - stated.target).max() > MOMENT_TOLERANCE:
-            words = UNBALANCED
+            words = MOMENT_ERROR_TEXT
     return words
 
 
-def _unsolved(result: ContactResult) -> ConvergenceError:
+def _error_result(result: ContactResult) -> ConvergenceError:
     moments = f", moment error {result.moment_error:.1e}" if result.moments is not None else ""
     text = (
         f"not converged: certificate {result.certificate:.1e} (tolerance {result.tolerance:.0e}), "
@@ -453,12 +453,14 @@ def _unsolved(result: ContactResult) -> ConvergenceError:
     return ConvergenceError(Sentence(text, *message_parts(result.status)), result)
 
 
-def without_ceiling(result: ContactResult) -> ContactResult:
+def solve_without_ceiling(result: ContactResult) -> ContactResult:
     """Return the solution of the same problem without a ceiling."""
-    return result if result.ceiling is None else with_ceiling(result, None)
+    return result if result.ceiling is None else solve_with_ceiling(result, None)
 
 
-def with_ceiling(result: ContactResult, ceiling: str | float | ArrayLike | None) -> ContactResult:
+def solve_with_ceiling(
+    result: ContactResult, ceiling: str | float | ArrayLike | None
+) -> ContactResult:
     """Return the solution of the same problem with another ceiling."""
     result.require_whole("a solve with another ceiling")
     terms = LoadCase(
@@ -468,4 +470,4 @@ def with_ceiling(result: ContactResult, ceiling: str | float | ArrayLike | None)
         tolerance=result.tolerance,
         precision=result.precision,
     )
-    return press(result.pair, terms)
+    return solve_pair(result.pair, terms)

@@ -1,6 +1,6 @@
 """Contact spots: the connected parts of a contact area, their sizes and loads.
 
-`find`: Hyun, Pei, Molinari and Robbins 2004, doi:10.1103/PhysRevE.70.026117, count connected
+`find_spots`: Hyun, Pei, Molinari and Robbins 2004, doi:10.1103/PhysRevE.70.026117, count connected
 clusters of touching nodes in the same way. Spots of a few pixels are a property of the grid.
 
 `rim_excess`: Yastrebov, Anciaux and Molinari 2017, doi:10.1016/j.triboint.2017.04.023
@@ -20,7 +20,7 @@ from roughcontact.halfspace.boundary import Boundary
 
 Array = NDArray[np.float64]
 
-FEW_PIXELS = 10
+MIN_SPOT_PIXELS = 10
 """Pixels below which the size of a contact spot is a property of the grid."""
 
 
@@ -42,7 +42,7 @@ class Spots:
         """Number of spots."""
         return self.area.size
 
-    def halfway(self, values: Array) -> float:
+    def load_weighted_median(self, values: Array) -> float:
         """Return the value which the spots that carry half of the load have or exceed."""
         order = np.argsort(-values, kind="stable")
         carried = np.cumsum(self.load[order])
@@ -50,13 +50,15 @@ class Spots:
         return float(values[order[min(middle, self.count - 1)]])
 
 
-def find(pressure: Array, pixel: tuple[float, float], periodic_axes: tuple[int, ...] = ()) -> Spots:
+def find_spots(
+    pressure: Array, pixel: tuple[float, float], periodic_axes: tuple[int, ...] = ()
+) -> Spots:
     """Return the connected parts of the contact."""
     require_pixel(pixel)
     touching = pressure > 0
-    run, lengths = _runs(touching)
-    first, second = _meeting(run, lengths.size, periodic_axes)
-    number = _joined(lengths.size, first, second)
+    run, lengths = _label_runs(touching)
+    first, second = _adjacent_runs(run, lengths.size, periodic_axes)
+    number = _merge_groups(lengths.size, first, second)
     count = int(number.max(initial=-1)) + 1
     pixels = np.bincount(number, lengths, count).astype(np.intp)
     order = np.argsort(-pixels, kind="stable")
@@ -80,7 +82,7 @@ def find(pressure: Array, pixel: tuple[float, float], periodic_axes: tuple[int, 
 # where most of them touch nothing.
 
 
-def _runs(touching: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
+def _label_runs(touching: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
     """Return a map of numbers of the runs along x, from 1 in their order, and their lengths."""
     edges = np.diff(touching.astype(np.int8), axis=1, prepend=0, append=0)
     lengths = np.nonzero(edges < 0)[1] - np.nonzero(edges > 0)[1]
@@ -89,7 +91,7 @@ def _runs(touching: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray[np.in
     return run, lengths
 
 
-def _meeting(
+def _adjacent_runs(
     run: NDArray[np.int32], count: int, periodic_axes: tuple[int, ...]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the runs, from 0, that share an edge of a pixel with each other."""
@@ -102,7 +104,9 @@ def _meeting(
     return pairs // (count + 1) - 1, pairs % (count + 1) - 1
 
 
-def _joined(count: int, first: NDArray[np.int64], second: NDArray[np.int64]) -> NDArray[np.intp]:
+def _merge_groups(
+    count: int, first: NDArray[np.int64], second: NDArray[np.int64]
+) -> NDArray[np.intp]:
     """Return for each of ``count`` things the number of its group, given which belong together."""
     minimum = np.arange(count)
     while True:
@@ -138,7 +142,7 @@ class Totals:
     edge_load: float | None  # Share of the load along the edges at which the map ends
 
 
-def totals(
+def count_totals(
     pair: Pair,
     pressure: NDArray[np.float64],
     gap: NDArray[np.float64],
@@ -152,7 +156,7 @@ def totals(
         points=points,
         contact=sums.count(touching),
         saturated=sums.count(saturated),
-        rims=_rims(pair, touching, touching & ~saturated),
+        rims=_count_rim(pair, touching, touching & ~saturated),
         max_pressure=sums.largest(pressure, floor=0.0),
         mean_gap=sums.total(np.array(_open_volume(gap.ravel()))) / points,
         max_indentation=max(0.0, -sums.smallest(gap[saturated], limit=0.0)),
@@ -172,18 +176,18 @@ def _open_volume(gap: NDArray[np.float64]) -> float:
     return _open_volume(gap[:half]) + _open_volume(gap[half:])
 
 
-def _rims(pair: Pair, touching: NDArray[np.bool_], elastic: NDArray[np.bool_]) -> int:
+def _count_rim(pair: Pair, touching: NDArray[np.bool_], elastic: NDArray[np.bool_]) -> int:
     """Count the rims, those towards the first row of the next process included."""
     wrapped = pair.boundary.periodic_axes
     rows, result = max(1, _PART // touching.shape[1]), 0
     for top in range(0, len(touching), rows):
         own, next_too = slice(top, top + rows), slice(top, top + rows + 1)
-        result += rims(touching[own], elastic[own], 1, 1 in wrapped)
-        result += rims(touching[next_too], elastic[next_too], 0, False)
-    beyond = pair.sums.following(np.stack([touching[0], elastic[0]]))
+        result += rim_edges(touching[own], elastic[own], 1, 1 in wrapped)
+        result += rim_edges(touching[next_too], elastic[next_too], 0, False)
+    beyond = pair.sums.next_rows(np.stack([touching[0], elastic[0]]))
     if pair.rows.stop < pair.shape[0] or 0 in wrapped:
         pairs = np.stack([[touching[-1], elastic[-1]], beyond], axis=1)
-        result += rims(pairs[0], pairs[1], 0, False)
+        result += rim_edges(pairs[0], pairs[1], 0, False)
     return int(pair.sums.total(np.array(result)))
 
 
@@ -206,11 +210,13 @@ def rim_excess(
 ) -> float:
     """Return by how many pixels an elastic rim makes a contact area too large."""
     return RIM_EXCESS * sum(
-        rims(touching, elastic, axis, axis in boundary.periodic_axes) for axis in (0, 1)
+        rim_edges(touching, elastic, axis, axis in boundary.periodic_axes) for axis in (0, 1)
     )
 
 
-def rims(touching: NDArray[np.bool_], elastic: NDArray[np.bool_], axis: int, wrapped: bool) -> int:
+def rim_edges(
+    touching: NDArray[np.bool_], elastic: NDArray[np.bool_], axis: int, wrapped: bool
+) -> int:
     """Return the edges along an axis between an elastic pixel and one that does not touch."""
     beyond, elastic_beyond = np.roll(touching, -1, axis), np.roll(elastic, -1, axis)
     rim = (elastic & ~beyond) | (~touching & elastic_beyond)

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.contact.memory import Room
+from roughcontact.contact.memory import MemoryNeed
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ConvergenceError
 from roughcontact.halfspace.convolution import LocalSums
@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Growth:
+class ContactGrowth:
     """How a contact grows with its approach as long as its outline stays."""
 
     stiffness: float  # dW/dω [N/m]
@@ -45,14 +45,14 @@ class Growth:
 
 def stiffness(result: ContactResult) -> float:
     """Return the contact stiffness dW/dω of a solution."""
-    return growth(result).stiffness
+    return contact_growth(result).stiffness
 
 
 def unloading_stiffness(result: ContactResult) -> float:
     """Return the contact stiffness dW/dω of a solution as the load begins to fall."""
     result.require_whole("the stiffness")
     index = np.flatnonzero(result.contact)
-    punch = _punch(result, index) if index.size else None
+    punch = _flat_punch(result, index) if index.size else None
     return 0.0 if punch is None else punch.total * result.pixel_area
 
 
@@ -61,18 +61,20 @@ def local_stiffness(
 ) -> tuple[float, float]:
     """Return how fast the mean pressure of a part of a map grows as the mean planes close there."""
     result.require_whole("the stiffness")
-    whole = _local(result, np.flatnonzero(result.contact), window)
+    whole = _local_stiffness(result, np.flatnonzero(result.contact), window)
     if not result.saturated.any():
         return whole, whole
-    return _local(result, np.flatnonzero(result.contact & ~result.saturated), window), whole
+    return _local_stiffness(
+        result, np.flatnonzero(result.contact & ~result.saturated), window
+    ), whole
 
 
-def _local(
+def _local_stiffness(
     result: ContactResult, index: NDArray[np.int64], window: tuple[slice, slice] | None
 ) -> float:
     if index.size == 0:
         return 0.0
-    punch = _punch(result, index)
+    punch = _flat_punch(result, index)
     if math.isinf(punch.total):
         return math.inf
     if window is None and len(result.boundary.periodic_axes) == len(result.pressure.shape):
@@ -85,24 +87,24 @@ def _local(
     return float(pressure.reshape(result.pressure.shape)[part].mean() / closing.mean())
 
 
-def growth(result: ContactResult) -> Growth:
+def contact_growth(result: ContactResult) -> ContactGrowth:
     """Return the contact stiffness of a solution with what it comes from; see `stiffness`."""
     result.require_whole("the stiffness")
     index = np.flatnonzero(result.contact & ~result.saturated)
     if index.size == 0:
-        return Growth(0.0)
-    punch = _punch(result, index)
+        return ContactGrowth(0.0)
+    punch = _flat_punch(result, index)
     if math.isinf(punch.total):
-        return Growth(math.inf)
+        return ContactGrowth(math.inf)
     rate: Array = (1 - punch.displacement) / punch.unit
     rate.ravel()[index] = punch.pressure
-    return Growth(punch.total * result.pixel_area, punch.unit, rate)
+    return ContactGrowth(punch.total * result.pixel_area, punch.unit, rate)
 
 
-def _punch(result: ContactResult, index: NDArray[np.int64]) -> Punch:
+def _flat_punch(result: ContactResult, index: NDArray[np.int64]) -> Punch:
     """Return the rigid flat that some pixels of a solution follow."""
     shape, pair = result.pair.shape, result.pair
-    Room(shape, pair.boundary, result.precision).require(index.size / result.pressure.size)
+    MemoryNeed(shape, pair.boundary, result.precision).require(index.size / result.pressure.size)
     punch = flat_punch(shape, index, pair.operators(result.precision, Workspace()))
     if punch is None:
         raise ConvergenceError("stiffness not converged", result)
@@ -110,7 +112,11 @@ def _punch(result: ContactResult, index: NDArray[np.int64]) -> Punch:
 
 
 def predict_pressure(
-    result: ContactResult, grown: Growth, *, load: float | None = None, approach: float = math.nan
+    result: ContactResult,
+    grown: ContactGrowth,
+    *,
+    load: float | None = None,
+    approach: float = math.nan,
 ) -> Array:
     """Return a pressure to start from under another load, or else at another approach."""
     if grown.rate is None:

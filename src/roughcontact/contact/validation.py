@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact._tools import memory as ground
 from roughcontact._tools.memory import ITERATIONS
 from roughcontact.contact import load_case, memory
-from roughcontact.contact.ceiling import resolved_ceiling
-from roughcontact.contact.load_case import LoadCase, Scale
+from roughcontact.contact.ceiling import resolve_ceiling
+from roughcontact.contact.load_case import LoadCase, ProblemUnits
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import CALIBRATED, ContactResult
 from roughcontact.contact.share import Slab
@@ -28,20 +28,20 @@ from roughcontact.errors import (
 )
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.solvers import rigid_tilt
-from roughcontact.solvers.problem import Problem
+from roughcontact.solvers.problem import BoundedProblem
 
 Array = NDArray[np.float64]
 
 # The smallest ceiling in units of the pressures: what is too small for a number is no zero.
-_LEAST = 1e-300
+_MIN_VALUE = 1e-300
 
 
 @dataclass
 class ContactProblem:
     """A problem that has passed all checks; the solver may take its arrays away."""
 
-    problem: Problem  # For the solver, in the units of `scale`
-    scale: Scale  # Its units
+    problem: BoundedProblem  # For the solver, in the units of `scale`
+    scale: ProblemUnits  # Its units
     ceiling: float | Array | None  # (ny, nx) Largest pressure [Pa]
     holes: bool  # Whether some points never touch
     target: Array | None  # Where the load acts, as a part of the longer side
@@ -58,19 +58,19 @@ def build_problem(
     """Return the problem that a solve is given, or raise what is wrong with it."""
     check_terms(terms)
     # First what any contact on this grid needs: nothing large has been made yet.
-    room, there = memory.Room.of(pair, terms, held), ground.free()
-    pair.sums.agreed(lambda: room.require(there=there))
+    room, there = memory.MemoryNeed.from_pair(pair, terms, held), ground.free_bytes()
+    pair.sums.run_on_all(lambda: room.require(there=there))
     if terms.moments is not None:
-        terms = replace(terms, moments=checked_moments(terms, pair.boundary))
+        terms = replace(terms, moments=check_moments(terms, pair.boundary))
     check_holes(pair)
-    ceiling = resolved_ceiling(terms.ceiling, pair)
+    ceiling = resolve_ceiling(terms.ceiling, pair)
     if start is not None:
         check_start(start, pair.shape)
     gap = touchable_gap(pair)
     total, target = None, None
     if terms.load is not None:
         require_positive(load=terms.load)
-        total = min(terms.load, capacity(terms.load, ceiling, gap, pair)) / pair.pixel_area
+        total = min(terms.load, load_capacity(terms.load, ceiling, gap, pair)) / pair.pixel_area
         if terms.moments is not None:
             target = np.array(terms.moments) / (terms.load * max(pair.size))
             check_balance(target, terms.load, ceiling, gap, pair)
@@ -80,25 +80,25 @@ def build_problem(
         if not (pair.boundary.free_axes or holes) and ceiling is None:
             full = pair.sums.total(gap) / math.prod(pair.shape)
             require_below(terms.approach, full)
-    units = load_case.of(pair, terms, gap)
+    units = load_case.units_of_problem(pair, terms, gap)
     gap /= units.length
     if terms.precision == "single":
         gap = gap.astype(np.float32)
-    problem = Problem(
+    problem = BoundedProblem(
         gap,
-        limit=np.inf if ceiling is None else np.maximum(ceiling / units.pressure, _LEAST),
+        limit=np.inf if ceiling is None else np.maximum(ceiling / units.pressure, _MIN_VALUE),
         total=None if total is None else total / units.pressure,
         approach=None if terms.approach is None else terms.approach / units.length,
         whole=pair.shape if pair.is_shared else None,
     )
     # Where a light contact fits and a full one does not, it depends on this one.
     if not pair.is_shared and room.estimate(1.0) > there:
-        touching = memory.started(problem, start, series)
+        touching = memory.start_fraction(problem, start, series)
         room.require(max(touching, memory.coarse_contact_guess(pair, problem, units)), there)
     return ContactProblem(problem, units, ceiling, holes, target)
 
 
-def check(pair: Pair, terms: LoadCase, *, held: int = 0, series: bool = False) -> None:
+def check_problem(pair: Pair, terms: LoadCase, *, held: int = 0, series: bool = False) -> None:
     """Raise what a solve would raise before it starts."""
     build_problem(pair, terms, held=held, series=series)
 
@@ -165,7 +165,7 @@ def touchable_gap(pair: Pair) -> Array:
     return gap
 
 
-def row(values: ArrayLike, argument: str) -> Array:
+def as_finite_row(values: ArrayLike, argument: str) -> Array:
     """Return numbers in a row as an array; raise `InputError` unless they are finite."""
     try:
         result = np.atleast_1d(np.array(values, dtype=np.float64))
@@ -186,7 +186,7 @@ def require_below(approach: float, full: float) -> None:
         )
 
 
-def checked_moments(terms: LoadCase, boundary: Boundary) -> tuple[float, float]:
+def check_moments(terms: LoadCase, boundary: Boundary) -> tuple[float, float]:
     """Return the moments as two numbers, or raise `InputError` if they cannot be balanced."""
     moments: Any = terms.moments
     try:
@@ -258,7 +258,7 @@ def check_start(start: ContactResult | ArrayLike, shape: tuple[int, int]) -> Non
         )
 
 
-def capacity(load: float, ceiling: float | Array | None, gap: Array, pair: Pair) -> float:
+def load_capacity(load: float, ceiling: float | Array | None, gap: Array, pair: Pair) -> float:
     """Return the largest load that can be carried, or raise if this one is larger."""
     if ceiling is None:
         return math.inf

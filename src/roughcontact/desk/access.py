@@ -23,9 +23,9 @@ TOKEN, WORK = "token", "work"
 """Query parameters: the token, and the key of a project."""
 
 # Parts of Bokeh and Panel, which anybody may have: a page in a frame shows no cookie for them.
-_PUBLIC = "/static/"
-_LET_IN = b"let in"
-_DAYS = 31
+_PUBLIC_PREFIX = "/static/"
+_COOKIE_VALUE = b"let in"
+_COOKIE_DAYS = 31
 # Nothing that a page shows comes from elsewhere, whatever it holds; Bokeh makes functions of text.
 # A notebook on this machine may show it.
 _POLICY = (
@@ -50,7 +50,7 @@ class AccessPolicy:
     def cookie(self) -> tuple[str, str]:
         """Name and value of the cookie of a browser that has shown the token."""
         name = f"roughcontact-desk-{self.port}"
-        return name, web.create_signed_value(self.secret, name, _LET_IN).decode("ascii")
+        return name, web.create_signed_value(self.secret, name, _COOKIE_VALUE).decode("ascii")
 
     def refusal(self, request: HTTPServerRequest) -> str:
         """Return why a request is refused; empty if it is not."""
@@ -71,14 +71,14 @@ class AccessPolicy:
         return ""
 
     def _knows_token(self, request: HTTPServerRequest) -> bool:
-        if request.path.startswith(_PUBLIC):
+        if request.path.startswith(_PUBLIC_PREFIX):
             return True
         name, _ = self.cookie
         cookie = request.cookies.get(name)
         if (
             cookie is not None
-            and web.decode_signed_value(self.secret, name, cookie.value, max_age_days=_DAYS)
-            == _LET_IN
+            and web.decode_signed_value(self.secret, name, cookie.value, max_age_days=_COOKIE_DAYS)
+            == _COOKIE_VALUE
         ):
             return True
         shown = request.arguments.get(TOKEN, [])
@@ -95,28 +95,30 @@ def _name(host: str) -> str:
     return f"{end[0]}]" if end[1] else host.partition(":")[0]
 
 
-def guarded(
+def guard_application(
     door: AccessPolicy, find: Callable[[str], bool], create: Callable[[], str], app: Any
 ) -> Any:
     """Return what stands before an application of Tornado, and lets in who may come in."""
     refusing = web.Application(
-        [(r".*", _Refused, {"door": door})], transforms=[Guarded], log_function=_quiet
+        [(r".*", _RefusedHandler, {"door": door})],
+        transforms=[GuardedApplication],
+        log_function=_log_nothing,
     )
     entrance = web.Application(
-        [(r".*", _Entrance, {"door": door, "find": find, "create": create})],
-        transforms=[Guarded],
-        log_function=_quiet,
+        [(r".*", _EntryHandler, {"door": door, "find": find, "create": create})],
+        transforms=[GuardedApplication],
+        log_function=_log_nothing,
     )
     return RuleRouter(
         [
             Rule(_Matching(lambda request: bool(door.refusal(request))), refusing),
-            Rule(_Matching(lambda request: _is_lost(request, find)), entrance),
+            Rule(_Matching(lambda request: _needs_redirect(request, find)), entrance),
             Rule(AnyMatches(), app),
         ]
     )
 
 
-class Guarded(web.OutputTransform):
+class GuardedApplication(web.OutputTransform):
     """Has every answer say where its parts may come from, and that it is nobody's frame."""
 
     def transform_first_chunk(
@@ -138,24 +140,24 @@ class _Matching(Matcher):
         return {} if self._fits(request) else None
 
 
-def _is_lost(request: HTTPServerRequest, find: Callable[[str], bool]) -> bool:
+def _needs_redirect(request: HTTPServerRequest, find: Callable[[str], bool]) -> bool:
     """Return whether a request needs a redirect: no project, or a token in the address."""
     is_framed = request.headers.get("Sec-Fetch-Dest") in ("iframe", "frame")
     put_away = TOKEN in request.arguments and not is_framed
-    return request.path == "/" and (put_away or not find(key_of(request)))
+    return request.path == "/" and (put_away or not find(work_key(request)))
 
 
-def key_of(request: Any) -> str:
+def work_key(request: Any) -> str:
     """Return the key of the work that a request is about; empty if it tells none."""
-    return told_of(request, WORK)
+    return query_or_cookie(request, WORK)
 
 
-def told_of(request: Any, name: str) -> str:
+def query_or_cookie(request: Any, name: str) -> str:
     """Return a query parameter or cookie of a request; empty if it has none."""
     return next((word.decode("ascii", "replace") for word in request.arguments.get(name, [])), "")
 
 
-class _Refused(web.RequestHandler):
+class _RefusedHandler(web.RequestHandler):
     def initialize(self, door: AccessPolicy) -> None:
         self._door = door
 
@@ -165,7 +167,7 @@ class _Refused(web.RequestHandler):
         self.finish(f"roughcontact desk: {self._door.refusal(self.request)}\n")
 
 
-class _Entrance(web.RequestHandler):
+class _EntryHandler(web.RequestHandler):
     """Leads to a work: the one that is asked for, or a new one."""
 
     def initialize(
@@ -176,9 +178,9 @@ class _Entrance(web.RequestHandler):
     def get(self) -> None:
         name, value = self._door.cookie
         self.set_cookie(
-            name, value, expires_days=_DAYS, httponly=True, samesite="Lax", path="/"
+            name, value, expires_days=_COOKIE_DAYS, httponly=True, samesite="Lax", path="/"
         )  # fmt: skip
-        key = key_of(self.request)
+        key = work_key(self.request)
         if key and not self._find(key):
             self.set_status(404)
             self.set_header("Content-Type", "text/html; charset=UTF-8")
@@ -192,5 +194,5 @@ class _Entrance(web.RequestHandler):
         self.redirect(f"/?{urlencode({WORK: key or self._create()})}")
 
 
-def _quiet(handler: web.RequestHandler) -> None:
+def _log_nothing(handler: web.RequestHandler) -> None:
     """Log nothing."""

@@ -17,7 +17,7 @@ from roughcontact.analyses.sweep.model import LoadCurve
 from roughcontact.analyses.tasks import SHARED_TASKS, TASKS
 from roughcontact.cautions import Caution
 from roughcontact.contact.result import ContactResult
-from roughcontact.desk.figures import Drawing, read
+from roughcontact.desk.figures import Drawing, read_figure
 from roughcontact.errors import ConvergenceError
 from roughcontact.report import contact_fields, kinds
 from roughcontact.report.kind import (
@@ -25,41 +25,41 @@ from roughcontact.report.kind import (
     PROBLEM,
     TRUST,
     Quantity,
+    format_value,
     quantity_of,
     side_by_side,
-    written,
 )
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
-from roughcontact.request.run import run, shared_runner
-from roughcontact.request.task import Question, Task
+from roughcontact.request.run import run_request, shared_runner
+from roughcontact.request.task import Analysis, Task
 from roughcontact.solvers.progress import Progress
 from roughcontact.uncertainty.resolution import ResolutionStudy
-from roughcontact.units import percent
+from roughcontact.units import format_percent
 
 Cells = tuple[str, ...]
 Tell = Callable[[Progress | str], None]
 
 
-def _questions(tasks: Iterable[Task]) -> tuple[tuple[Task, Question], ...]:
+def _list_analyses(tasks: Iterable[Task]) -> tuple[tuple[Task, Analysis], ...]:
     return tuple((task, question) for task in tasks for question in task.questions)
 
 
-JOINTS = _questions(SHARED_TASKS.values())
+JOINTS = _list_analyses(SHARED_TASKS.values())
 """Analyses of a joint; analyses requested together share their contacts."""
 # Analyses with their own solves come last.
-QUESTIONS = (
-    *(item for item in _questions(TASKS) if item not in JOINTS and item[0] is not SOLVE),
-    *_questions([SOLVE]),
+ANALYSES = (
+    *(item for item in _list_analyses(TASKS) if item not in JOINTS and item[0] is not SOLVE),
+    *_list_analyses([SOLVE]),
 )
 """Analyses of a contact, and the task of each."""
 
-LIVELY = (LoadCurve, ResolutionStudy, StressResult)
+INTERACTIVE_RESULTS = (LoadCurve, ResolutionStudy, StressResult)
 """Results that the page has a view of its own for."""
 
 
 @dataclass(frozen=True)
-class Answer:
+class AnalysisOutcome:
     """What came out."""
 
     outcome: Outcome  # The result itself
@@ -77,42 +77,46 @@ class Answer:
         return self.outcome.extras.get(STUDY.name, self.outcome.result)
 
 
-def answer(tell: Tell, request: Request) -> Answer:
-    """Carry out a request, and draw what came out; a job for `workers.WorkerPool.begin`."""
-    return _answer(tell, run(request, tell, tell))
+def run_analysis(tell: Tell, request: Request) -> AnalysisOutcome:
+    """Carry out a request, and draw what came out; a job for `workers.WorkerPool.submit`."""
+    return _analysis_outcome(tell, run_request(request, tell, tell))
 
 
-def answers(tell: Tell, *requests: Request) -> tuple[Answer, ...]:
-    """Carry out requests on one contact, solved once; a job for `workers.WorkerPool.begin`."""
+def run_analyses(tell: Tell, *requests: Request) -> tuple[AnalysisOutcome, ...]:
+    """Carry out requests on one contact, solved once; a job for `workers.WorkerPool.submit`."""
     with shared_runner() as carry_out:
-        return tuple(_answer(tell, carry_out(request, tell, tell)) for request in requests)
+        return tuple(
+            _analysis_outcome(tell, carry_out(request, tell, tell)) for request in requests
+        )
 
 
-def _answer(tell: Tell, outcome: Outcome) -> Answer:
+def _analysis_outcome(tell: Tell, outcome: Outcome) -> AnalysisOutcome:
     if outcome.failure is not None:
         raise outcome.failure
     result = outcome.extras.get(STUDY.name, outcome.result)
     rows = [*kinds.rows(result), *kinds.rows(result, TRUST)]
     heads, steps = kinds.listing(result)
     tell("drawing")
-    return Answer(
+    return AnalysisOutcome(
         outcome,
         tuple((row.title, row.text, row.meaning) for row in rows),
         heads,
         tuple(steps),
         tuple(result.cautions),
-        _drawings(result) if outcome.converged and not isinstance(result, LIVELY) else (),
+        _make_drawings(result)
+        if outcome.converged and not isinstance(result, INTERACTIVE_RESULTS)
+        else (),
         kinds.sentences(result),
-        kinds.of(result).answer(result),
+        kinds.presentation_of(result).answer(result),
     )
 
 
-def _drawings(result: Any) -> tuple[Drawing, ...]:
-    return tuple(read(draw()) for draw in kinds.drawings(result).values())
+def _make_drawings(result: Any) -> tuple[Drawing, ...]:
+    return tuple(read_figure(draw()) for draw in kinds.drawings(result).values())
 
 
 @dataclass(frozen=True)
-class Pair:
+class ContactComparison:
     """Two contacts side by side."""
 
     rows: tuple[Cells, ...]  # Names of numbers, those of both, their difference, and its share
@@ -120,12 +124,14 @@ class Pair:
     contacts: tuple[ContactResult, ContactResult]
 
 
-def compare(tell: Tell, first: Request, second: Request, names: tuple[str, str]) -> Pair:
-    """Solve two contacts and set them side by side; a job for `workers.WorkerPool.begin`."""
+def compare_contacts(
+    tell: Tell, first: Request, second: Request, names: tuple[str, str]
+) -> ContactComparison:
+    """Solve two contacts and set them side by side; a job for `workers.WorkerPool.submit`."""
     result = []
     for name, request in zip(names, (first, second), strict=True):
         tell(f"solving {name}")
-        outcome = run(request, tell, tell)
+        outcome = run_request(request, tell, tell)
         if outcome.contact is None or not outcome.converged:
             raise ConvergenceError(f"{name}: {outcome.shortfall}", outcome.contact)
         result.append(outcome.contact)
@@ -135,7 +141,7 @@ def compare(tell: Tell, first: Request, second: Request, names: tuple[str, str])
             row.title,
             *texts,
             *(
-                _change(quantity_of(contact_fields.CONTACT, row.key), item, other)
+                _quantity_change(quantity_of(contact_fields.CONTACT, row.key), item, other)
                 if part == ANSWER
                 else ("", "")
             ),
@@ -143,10 +149,12 @@ def compare(tell: Tell, first: Request, second: Request, names: tuple[str, str])
         for part in (PROBLEM, ANSWER, TRUST)
         for row, texts in side_by_side(contact_fields.CONTACT, result, part)
     ]
-    return Pair(tuple(text), (item.cautions, other.cautions), (item, other))
+    return ContactComparison(tuple(text), (item.cautions, other.cautions), (item, other))
 
 
-def _change(quantity: Quantity, first: ContactResult, second: ContactResult) -> tuple[str, str]:
+def _quantity_change(
+    quantity: Quantity, first: ContactResult, second: ContactResult
+) -> tuple[str, str]:
     """Return how much more a quantity is in the first of two contacts, and that in percent."""
     if not (quantity.when(first) and quantity.when(second)):
         return "", ""
@@ -157,18 +165,18 @@ def _change(quantity: Quantity, first: ContactResult, second: ContactResult) -> 
     if not change:
         return "", ""
     sign = "−" if change < 0 else "+"
-    share = f"{sign}{percent(abs(change / values[1]))}" if values[1] else ""
+    share = f"{sign}{format_percent(abs(change / values[1]))}" if values[1] else ""
     size = abs(change)
     text = (quantity.format_value(size) if quantity.unit == "1"
-            else written(size, quantity.unit, quantity.digits))  # fmt: skip
+            else format_value(size, quantity.unit, quantity.digits))  # fmt: skip
     return f"{sign}{text}", share
 
 
-def draw(tell: Tell, request: Request, folder: Path, packed: Path) -> Outcome:
-    """Carry out a request and pack its figures; a job for `workers.WorkerPool.begin`."""
+def draw_figures(tell: Tell, request: Request, folder: Path, packed: Path) -> Outcome:
+    """Carry out a request and pack its figures; a job for `workers.WorkerPool.submit`."""
     with tempfile.TemporaryDirectory(dir=folder) as place:
         specified = {**request.specified, "figures": place}
-        outcome = run(Request.from_text(request.task, request.file, specified), tell, tell)
+        outcome = run_request(Request.from_text(request.task, request.file, specified), tell, tell)
         if not outcome.written:
             return outcome
         with files.atomic_write(packed) as stream, zipfile.ZipFile(stream, "w") as archive:

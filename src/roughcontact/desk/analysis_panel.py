@@ -14,39 +14,47 @@ from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.analyses.stress.model import StressResult
 from roughcontact.analyses.sweep.model import LoadCurve
 from roughcontact.desk import analysis_jobs, controls, style, workers
-from roughcontact.desk.controls import Control, Give, Run, Working, button, escaped, spelled
+from roughcontact.desk.controls import (
+    Control,
+    Give,
+    JobButton,
+    Run,
+    escape_markup,
+    make_button,
+    spell_sentence,
+)
 from roughcontact.desk.download_panel import Offer
-from roughcontact.desk.figures import Drawing, shown
-from roughcontact.desk.result_plots import Curve, SideBySide, Stress, Study
+from roughcontact.desk.figures import Drawing, show_drawing
+from roughcontact.desk.result_plots import ComparisonView, LoadCurveView, ResolutionView, StressView
 from roughcontact.desk.session import Session, Value
-from roughcontact.desk.widgets import Check, View
+from roughcontact.desk.widgets import Check, TabPanel
 from roughcontact.errors import RoughcontactError
 from roughcontact.report import formulas
 from roughcontact.report.kind import rows_of
 from roughcontact.request.contacts import RANGE
 from roughcontact.request.request import Request
-from roughcontact.request.task import Question, Task
+from roughcontact.request.task import Analysis, Task
 from roughcontact.uncertainty.resolution import ResolutionStudy
-from roughcontact.units import engineering
+from roughcontact.units import format_engineering
 
 # Of a load that was found.
 _DIGITS = 7
 
 
-class Ask(View):
+class AnalysisPanel(TabPanel):
     """The questions, the form of the one that is chosen, and its answer."""
 
     def __init__(self, session: Session, bench: workers.WorkerPool, run: Run, give: Give) -> None:
         self._session, self._give = session, give
-        names = [question.name for _, question in analysis_jobs.QUESTIONS]
-        self._forms: dict[str, Form] = {}
+        names = [question.name for _, question in analysis_jobs.ANALYSES]
+        self._forms: dict[str, OptionsForm] = {}
         self._choice = pn.widgets.RadioBoxGroup(
             label="Question", options=names, value=names[0], **style.CONTROL
         )
         self._form = pn.Column(self._form_of(names[0]).root, **style.BLOCK)
-        self._working = Working(bench, run, "Start", self._started, session)
+        self._working = JobButton(bench, run, "Start", self._started, session)
         self._answer = pn.Column(**style.HIGH)
-        self._curve: Curve | None = None
+        self._curve: LoadCurveView | None = None
         self._choice.param.watch(self._chosen, "value")
         self.root = pn.Row(
             pn.Column(
@@ -59,10 +67,10 @@ class Ask(View):
     def _chosen(self, event: Any) -> None:
         self._form[:] = [self._form_of(event.new).root]
 
-    def _form_of(self, name: str) -> Form:
+    def _form_of(self, name: str) -> OptionsForm:
         if name not in self._forms:
-            result = next(item for item in analysis_jobs.QUESTIONS if item[1].name == name)
-            self._forms[name] = Form(*result)
+            result = next(item for item in analysis_jobs.ANALYSES if item[1].name == name)
+            self._forms[name] = OptionsForm(*result)
         return self._forms[name]
 
     def _started(self) -> None:
@@ -74,11 +82,11 @@ class Ask(View):
             self._working.refuse_error(error, task)
             return
         self._answer[:] = []
-        self._working.begin(analysis_jobs.answer, self._show, request)
+        self._working.begin(analysis_jobs.run_analysis, self._show, request)
 
-    def _show(self, result: analysis_jobs.Answer) -> None:
+    def _show(self, result: analysis_jobs.AnalysisOutcome) -> None:
         if not result.outcome.converged:
-            self._working.refuse(spelled(result.outcome.shortfall))
+            self._working.refuse(spell_sentence(result.outcome.shortfall))
         self._curve = None
         self._answer[:] = self._shown(result)
 
@@ -88,42 +96,46 @@ class Ask(View):
         if self._curve is not None and outcome is not None and outcome.contact is not None:
             self._curve.mark(outcome.contact.load)
 
-    def _shown(self, result: analysis_jobs.Answer) -> list[Any]:
+    def _shown(self, result: analysis_jobs.AnalysisOutcome) -> list[Any]:
         """Return what shows an answer."""
-        lead = pn.pane.HTML(f"<h2>{escaped(result.lead)}</h2>", **style.WIDE)
-        cautions = pn.pane.HTML(controls.cautions(result.cautions), **style.WIDE)
-        facts = pn.pane.HTML(controls.table(result.facts), **style.WIDE)
-        view = _view(result.result)
+        lead = pn.pane.HTML(f"<h2>{escape_markup(result.lead)}</h2>", **style.WIDE)
+        cautions = pn.pane.HTML(controls.caution_list(result.cautions), **style.WIDE)
+        facts = pn.pane.HTML(controls.markup_table(result.facts), **style.WIDE)
+        view = _result_view(result.result)
         if view is not None:
-            if isinstance(view, Curve):
+            if isinstance(view, LoadCurveView):
                 self._curve = view
                 self.show()
             seen = [lead, cautions, pn.pane.Bokeh(view.root, **style.BLOCK)]
             # The others tell these numbers themselves.
-            return [*seen, facts] if isinstance(view, Curve) else seen
+            return [*seen, facts] if isinstance(view, LoadCurveView) else seen
         loads = result.result.answers if isinstance(result.result, LoadSearch) else ()
         uses = [self._use(item.load) for item in loads]
-        parts: list[Any] = [lead, *uses, cautions, *map(figure, result.drawings), facts]
+        parts: list[Any] = [lead, *uses, cautions, *map(figure_view, result.drawings), facts]
         if result.steps:
-            parts.append(pn.pane.HTML(controls.table(result.steps, result.heads), **style.WIDE))
+            parts.append(
+                pn.pane.HTML(controls.markup_table(result.steps, result.heads), **style.WIDE)
+            )
         return parts
 
     def _use(self, load: float) -> Any:
         """Return what makes a load that was found that of the contact."""
-        text = engineering(load, "N", _DIGITS)
-        return button(f"Use {text} as the load", lambda: self._give("load", text))
+        text = format_engineering(load, "N", _DIGITS)
+        return make_button(f"Use {text} as the load", lambda: self._give("load", text))
 
 
-class Form:
+class OptionsForm:
     """What can be told of a question."""
 
-    def __init__(self, task: Task, question: Question) -> None:
+    def __init__(self, task: Task, question: Analysis) -> None:
         self.task, self._question = task, question
-        self._values: dict[str, Value] = {option.name: value for option, value in question.first}
+        self._values: dict[str, Value] = {
+            option.name: value for option, value in question.short_help
+        }
         controls = [Control(option.name, self._give, task=task) for option in question.options]
         for control in controls:
             control.show(self._values)
-        about = pn.pane.HTML(f'<p class="quiet">{escaped(question.about)}</p>', **style.SHEET)
+        about = pn.pane.HTML(f'<p class="quiet">{escape_markup(question.about)}</p>', **style.SHEET)
         self.root = pn.Column(about, *(control.root for control in controls), **style.BLOCK)
 
     @property
@@ -139,39 +151,41 @@ class Form:
         if value in ("", False):
             self._values.pop(name, None)
             return
-        self.task.parsed({name: value})
+        self.task.parse_options({name: value})
         self._values[name] = value
 
 
-def _view(result: Any) -> Curve | Study | Stress | None:
+def _result_view(result: Any) -> LoadCurveView | ResolutionView | StressView | None:
     """Return the page's own view of a result, if it has one."""
     views: dict[type, Callable[[], Any]] = {
-        LoadCurve: Curve, ResolutionStudy: Study, StressResult: Stress,
+        LoadCurve: LoadCurveView, ResolutionStudy: ResolutionView, StressResult: StressView,
     }  # fmt: skip
     for kind, view in views.items():
         if isinstance(result, kind):
             created = view()
             created.show(result)
-            return cast("Curve | Study | Stress", created)
+            return cast("LoadCurveView | ResolutionView | StressView", created)
     return None
 
 
-def figure(drawing: Drawing) -> Any:
+def figure_view(drawing: Drawing) -> Any:
     """Return what shows a figure."""
-    return pn.pane.Bokeh(shown(drawing), **style.BLOCK)
+    return pn.pane.Bokeh(show_drawing(drawing), **style.BLOCK)
 
 
 # --- Joint analyses of one contact: solved once, several results ---
 
 
-_UNKNOWN = '<p class="quiet">No estimate: the formulas of flat contact do not know this one.</p>'
+_NO_ESTIMATE_HTML = (
+    '<p class="quiet">No estimate: the formulas of flat contact do not know this one.</p>'
+)
 
 _TASK, _ = analysis_jobs.JOINTS[0]
 _RANGE = dict(zip((option.name for option in RANGE), ("1 MPa", "100 MPa", "5"), strict=True))
 """Nominal pressures that are proposed; all questions are asked under the same."""
 
 
-class Joint(View):
+class JointPanel(TabPanel):
     """The questions with a box each, the pressures for all of them, and the answers."""
 
     def __init__(
@@ -188,9 +202,9 @@ class Joint(View):
             for _, question in analysis_jobs.JOINTS
         }
         self._forms = {
-            question.name: Form(task, question) for task, question in analysis_jobs.JOINTS
+            question.name: OptionsForm(task, question) for task, question in analysis_jobs.JOINTS
         }
-        self._working = Working(bench, run, "Start", self._started, session)
+        self._working = JobButton(bench, run, "Start", self._started, session)
         self._formulas = pn.pane.HTML("", **style.WIDE)
         self._answers = pn.Column(**style.HIGH)
         about = pn.pane.HTML(
@@ -219,12 +233,12 @@ class Joint(View):
         result = None if outcome is None else outcome.contact
         text = [] if result is None else rows_of(formulas.BESIDE, result)
         rows = [(row.title, row.text) for row in text]
-        self._formulas.object = controls.table(rows) if rows else _UNKNOWN
+        self._formulas.object = controls.markup_table(rows) if rows else _NO_ESTIMATE_HTML
 
     def _give(self, name: str, value: Value) -> None:
         text = value.strip() if isinstance(value, str) else value
         if text:
-            _TASK.parsed({name: text})
+            _TASK.parse_options({name: text})
         self._range[name] = text
 
     def _started(self) -> None:
@@ -244,7 +258,7 @@ class Joint(View):
                 self._working.refuse_error(error, task)
                 return
         self._answers[:] = []
-        self._working.begin(analysis_jobs.answers, self._show, *requests)
+        self._working.begin(analysis_jobs.run_analyses, self._show, *requests)
 
     def _with_files(self, request: Request) -> Request:
         """Return a request with the files that one may take away."""
@@ -258,19 +272,21 @@ class Joint(View):
             Request.from_text(request.task, request.file, specified), names=request.names
         )
 
-    def _show(self, result: tuple[analysis_jobs.Answer, ...]) -> None:
+    def _show(self, result: tuple[analysis_jobs.AnalysisOutcome, ...]) -> None:
         self._answers[:] = [part for item in result for part in self._shown(item)]
 
-    def _shown(self, result: analysis_jobs.Answer) -> list[Any]:
+    def _shown(self, result: analysis_jobs.AnalysisOutcome) -> list[Any]:
         """Return what shows an answer: title, cautions, figures, numbers, files, the command."""
         request = result.outcome.request
         name = next(
             question.name for task, question in analysis_jobs.JOINTS if task is request.task
         )
-        text = "".join(f"<p>{controls.escaped(sentence)}</p>" for sentence in result.sentences)
+        text = "".join(
+            f"<p>{controls.escape_markup(sentence)}</p>" for sentence in result.sentences
+        )
         links = ", ".join(
-            f'<a href="{controls.escaped(self._offer(path))}" download>'
-            f"{controls.escaped(path.name)}</a>"
+            f'<a href="{controls.escape_markup(self._offer(path))}" download>'
+            f"{controls.escape_markup(path.name)}</a>"
             for path in result.outcome.written
         )
         own = {
@@ -280,13 +296,13 @@ class Joint(View):
         }
         command = replace(request, specified=own).command
         return [
-            pn.pane.HTML(f"<h2>{controls.escaped(name)}</h2>", **style.WIDE),
-            pn.pane.HTML(controls.cautions(result.cautions), **style.WIDE),
-            *map(figure, result.drawings),
-            pn.pane.HTML(controls.table(result.steps, result.heads), **style.WIDE),
-            pn.pane.HTML(controls.table(result.facts) + text, **style.WIDE),
+            pn.pane.HTML(f"<h2>{controls.escape_markup(name)}</h2>", **style.WIDE),
+            pn.pane.HTML(controls.caution_list(result.cautions), **style.WIDE),
+            *map(figure_view, result.drawings),
+            pn.pane.HTML(controls.markup_table(result.steps, result.heads), **style.WIDE),
+            pn.pane.HTML(controls.markup_table(result.facts) + text, **style.WIDE),
             pn.pane.HTML(f"<p>Files: {links}</p>", **style.WIDE),
-            pn.pane.HTML(f"<pre>{controls.escaped(command)}</pre>", **style.WIDE),
+            pn.pane.HTML(f"<pre>{controls.escape_markup(command)}</pre>", **style.WIDE),
         ]
 
 
@@ -296,7 +312,7 @@ class Joint(View):
 _NAMES = ("this state", "pinned state")
 
 
-class Compare(View):
+class ComparePanel(TabPanel):
     """The pinned contact, the differences, and both contacts side by side."""
 
     def __init__(
@@ -307,11 +323,11 @@ class Compare(View):
         do: Callable[[Callable[[], None]], None],
     ) -> None:
         self._session = session
-        self._pin = button("Pin this state", lambda: do(session.pin))
-        self._swap = button("Go to the pinned state", lambda: do(session.swap))
-        self._unpin = button("Unpin", lambda: do(session.unpin))
+        self._pin = make_button("Pin this state", lambda: do(session.pin))
+        self._swap = make_button("Go to the pinned state", lambda: do(session.swap_pinned))
+        self._unpin = make_button("Unpin", lambda: do(session.unpin))
         self._differences = pn.pane.HTML("", **style.WIDE)
-        self._working = Working(bench, run, "Compare", self._started, session)
+        self._working = JobButton(bench, run, "Compare", self._started, session)
         self._answer = pn.Column(**style.HIGH)
         self.root = pn.Column(
             pn.Row(self._pin, self._swap, self._unpin, self._working.root, **style.BLOCK),
@@ -340,7 +356,7 @@ class Compare(View):
                 for name in names
             ]
             same = "<p>Both are the same so far.</p>"
-            text = controls.table(rows, ("what differs", "this", "pinned")) if rows else same
+            text = controls.markup_table(rows, ("what differs", "this", "pinned")) if rows else same
         self._differences.object = text
 
     def _started(self) -> None:
@@ -354,19 +370,20 @@ class Compare(View):
             self._working.refuse_error(error)
             return
         self._answer[:] = []
-        self._working.begin(analysis_jobs.compare, self._show, *requests, _NAMES)
+        self._working.begin(analysis_jobs.compare_contacts, self._show, *requests, _NAMES)
 
-    def _show(self, result: analysis_jobs.Pair) -> None:
+    def _show(self, result: analysis_jobs.ContactComparison) -> None:
         cautions = "".join(
-            f"<h2>{name}</h2>{controls.cautions(text)}"
+            f"<h2>{name}</h2>{controls.caution_list(text)}"
             for name, text in zip(_NAMES, result.cautions, strict=True)
         )
-        maps = SideBySide(_NAMES)
+        maps = ComparisonView(_NAMES)
         maps.show(result.contacts)
         parts: list[Any] = [
             pn.pane.Bokeh(maps.root, **style.BLOCK),
             pn.pane.HTML(
-                controls.table(result.rows, ("", *_NAMES, "difference", "in percent")), **style.WIDE
+                controls.markup_table(result.rows, ("", *_NAMES, "difference", "in percent")),
+                **style.WIDE,
             ),
             pn.pane.HTML(cautions, **style.WIDE),
         ]

@@ -10,7 +10,7 @@ from typing import Any
 import panel as pn
 
 from roughcontact.analyses.solve.task import TASK as SOLVE
-from roughcontact.cautions import Caution, Kind, Severity
+from roughcontact.cautions import Caution, CautionTag, Severity
 from roughcontact.desk import style, workers
 from roughcontact.desk.session import Session, Value
 from roughcontact.desk.widgets import Check, Field, PictureChoice
@@ -22,11 +22,11 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Command, Task
 
 
-def spell(mention: ArgumentRef, task: Command = SOLVE) -> str:
+def spell_for_page(mention: ArgumentRef, task: Command = SOLVE) -> str:
     """Return an argument in the words of the page: its label, and the text to give."""
     if mention.name == "file":
         return "the map"
-    option = task.named(mention.name)
+    option = task.option_of_argument(mention.name)
     if option is None:
         return str(mention)
     if mention.value is None or mention.value is True:
@@ -36,32 +36,32 @@ def spell(mention: ArgumentRef, task: Command = SOLVE) -> str:
 
 def error_text(error: RoughcontactError, task: Command = SOLVE) -> str:
     """Return the message of an error for the page."""
-    return error.worded(partial(spell, task=task))
+    return error.message_for(partial(spell_for_page, task=task))
 
 
-def spelled(text: str, task: Command = SOLVE) -> str:
+def spell_sentence(text: str, task: Command = SOLVE) -> str:
     """Return a sentence of the library in the words of the page."""
-    return render_message(message_parts(text), partial(spell, task=task))
+    return render_message(message_parts(text), partial(spell_for_page, task=task))
 
 
-def escaped(text: str) -> str:
+def escape_markup(text: str) -> str:
     """Return text that is never markup."""
     return html.escape(text)
 
 
-def wrong(text: str, role: str = ' role="alert"') -> str:
+def error_markup(text: str, role: str = ' role="alert"') -> str:
     """Return what is wrong as markup, which is read aloud."""
-    return f'<span{role} class="wrong">{escaped(text)}</span>'
+    return f'<span{role} class="wrong">{escape_markup(text)}</span>'
 
 
-def quiet(text: str, role: str = ' role="status"') -> str:
+def note_markup(text: str, role: str = ' role="status"') -> str:
     """Return a remark as markup, which is read aloud."""
-    return f'<span class="quiet"{role}>{escaped(text)}</span>'
+    return f'<span class="quiet"{role}>{escape_markup(text)}</span>'
 
 
 def show_alert(pane: Any, text: str) -> None:
     """Show what is wrong in a pane, nothing for an empty text."""
-    pane.object, pane.visible = wrong(text), bool(text)
+    pane.object, pane.visible = error_markup(text), bool(text)
 
 
 # --- Controls: one for each option, made from its row in the table of options ---
@@ -112,7 +112,7 @@ class Control:
                 self.widget.value = value
         finally:
             self._silent = False
-        self.complain("")
+        self.show_error("")
 
     def suggest(self, texts: Sequence[str]) -> None:
         """Propose texts while one types; others are taken as well."""
@@ -134,13 +134,13 @@ class Control:
         finally:
             self._silent = False
 
-    def complain(self, text: str) -> None:
+    def show_error(self, text: str) -> None:
         """Show what is wrong, nothing for an empty text."""
         if not text:
             if len(self.root) > 1:
                 self.root[:] = [self.widget]
             return
-        self.root[:] = [self.widget, pn.pane.HTML(wrong(text), **style.SHEET)]
+        self.root[:] = [self.widget, pn.pane.HTML(error_markup(text), **style.SHEET)]
 
     def _changed(self, event: Any) -> None:
         if self._silent:
@@ -148,9 +148,9 @@ class Control:
         try:
             self._give(self.name, event.new)
         except RoughcontactError as error:
-            self.complain(error_text(error, self._task))
+            self.show_error(error_text(error, self._task))
         else:
-            self.complain("")
+            self.show_error("")
 
 
 def _widget(option: Option[Any], choices: Mapping[str, str] | None) -> Any:
@@ -175,7 +175,7 @@ def _widget(option: Option[Any], choices: Mapping[str, str] | None) -> Any:
     return pn.widgets.TextInput(placeholder=option.metavar.lower(), **about)
 
 
-def button(text: str, done: Callable[[], None], primary: bool = False, **more: Any) -> Any:
+def make_button(text: str, done: Callable[[], None], primary: bool = False, **more: Any) -> Any:
     """Return a button that does something."""
     created = pn.widgets.Button(
         label=text, color="primary" if primary else "default", **{**style.BUTTON, **more}
@@ -184,10 +184,10 @@ def button(text: str, done: Callable[[], None], primary: bool = False, **more: A
     return created
 
 
-def cautions(text: Iterable[Caution]) -> str:
+def caution_list(text: Iterable[Caution]) -> str:
     """Return what has to be known, the gravest first, as a list."""
     items = "".join(
-        f'<li><b class="{item.severity}">{item.severity}</b> {escaped(spelled(item.text))}</li>'
+        f'<li><b class="{item.severity}">{item.severity}</b> {escape_markup(spell_sentence(item.text))}</li>'
         for item in gravest_first(text)
     )
     return f'<ul class="cautions">{items}</ul>' if items else '<p class="quiet">No cautions.</p>'
@@ -195,15 +195,16 @@ def cautions(text: Iterable[Caution]) -> str:
 
 def gravest_first(text: Iterable[Caution]) -> list[Caution]:
     """Return cautions in their order, without that on convergence, which the status shows."""
-    known = [item for item in text if item.kind != Kind.NOT_CONVERGED]
+    known = [item for item in text if item.kind != CautionTag.NOT_CONVERGED]
     return sorted(known, key=lambda item: list(Severity).index(item.severity))
 
 
-def table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> str:
+def markup_table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> str:
     """Return rows of text as a table."""
-    head = "".join(f"<th>{escaped(cell)}</th>" for cell in heads)
+    head = "".join(f"<th>{escape_markup(cell)}</th>" for cell in heads)
     body = "".join(
-        "<tr>" + "".join(f"<td>{escaped(cell)}</td>" for cell in row) + "</tr>" for row in rows
+        "<tr>" + "".join(f"<td>{escape_markup(cell)}</td>" for cell in row) + "</tr>"
+        for row in rows
     )
     return f"<table>{f'<tr>{head}</tr>' if head else ''}{body}</table>"
 
@@ -215,7 +216,7 @@ Run = Callable[[Callable[[], None]], None]
 """``run(done)`` calls ``done`` where the page may be changed."""
 
 
-class Working:
+class JobButton:
     """A button that begins a job, and what is seen of it until it ends."""
 
     def __init__(
@@ -230,8 +231,8 @@ class Working:
         self._job: workers.Job | None = None
         self._task: Task = SOLVE
         self._take: Callable[[Any], None] = lambda _: None
-        self._start = button(name, begin, primary=True)
-        self._cancel = button("Cancel", self.cancel, disabled=True)
+        self._start = make_button(name, begin, primary=True)
+        self._cancel = make_button("Cancel", self.cancel, disabled=True)
         self._bar = pn.indicators.Progress(
             active=True, value=-1, visible=False, **{**style.CONTROL, "height": 8}
         )
@@ -240,21 +241,21 @@ class Working:
             pn.Row(self._start, self._cancel), self._bar, self._status, **style.BLOCK
         )
 
-    def begin(
+    def start_job(
         self, work: Callable[..., Any], take: Callable[[Any], None], request: Request, *more: Any
     ) -> None:
         """Begin a job on a request (and more), and have what it gives taken."""
         self._task, self._take = request.task, take
         self._start.disabled, self._cancel.disabled = True, False
         self._bar.visible, self._bar.value = True, -1
-        self._status.object = quiet("starting …")
-        self._job = self._bench.begin(
+        self._status.object = note_markup("starting …")
+        self._job = self._bench.submit(
             work,
             request,
             *more,
             on_stage=self._on_stage,
             ended=self._ended,
-            folders=workers.folders_of(request),
+            folders=workers.output_folders(request),
         )
 
     def cancel(self) -> None:
@@ -262,17 +263,17 @@ class Working:
         if self._job is not None:
             self._job.cancel()
 
-    def refuse(self, text: str) -> None:
+    def show_refusal(self, text: str) -> None:
         """Say why there is nothing."""
-        self._status.object = wrong(text)
+        self._status.object = error_markup(text)
 
     def refuse_error(self, error: RoughcontactError, task: Task = SOLVE) -> None:
         """Say why there is nothing, in the words of the page."""
-        self.refuse(self._session.state.named(error_text(error, task)))
+        self.show_refusal(self._session.state.with_user_names(error_text(error, task)))
 
     # Called from the thread of the job.
 
-    def _on_stage(self, stage: workers.Stage) -> None:
+    def _on_stage(self, stage: workers.JobStage) -> None:
         self._run(lambda: self._show(stage))
 
     def _ended(self, end: workers.JobResult) -> None:
@@ -280,12 +281,14 @@ class Working:
 
     # Where the page may be changed.
 
-    def _show(self, stage: workers.Stage) -> None:
+    def _show(self, stage: workers.JobStage) -> None:
         text = (
-            stage.progress if isinstance(stage.progress, str) else phrases.described(stage.progress)
+            stage.progress
+            if isinstance(stage.progress, str)
+            else phrases.progress_text(stage.progress)
         )
         remaining = "" if stage.remaining is None else f"; about {stage.remaining:.0f} s left"
-        self._status.object = quiet(f"{text}; {stage.seconds:.0f} s so far{remaining}")
+        self._status.object = note_markup(f"{text}; {stage.seconds:.0f} s so far{remaining}")
         self._bar.value = -1 if stage.share is None else round(100 * stage.share)
 
     def _close(self, end: workers.JobResult) -> None:
@@ -293,9 +296,9 @@ class Working:
         self._start.disabled, self._cancel.disabled = False, True
         self._bar.visible = False
         if end.canceled:
-            self._status.object = quiet("Canceled; nothing is saved.")
+            self._status.object = note_markup("Canceled; nothing is saved.")
         elif end.error is not None:
             self.refuse_error(end.error, self._task)
         else:
-            self._status.object = quiet(f"Done in {end.seconds:.1f} s.")
+            self._status.object = note_markup(f"Done in {end.seconds:.1f} s.")
             self._take(end.value)

@@ -27,7 +27,7 @@ from roughcontact.drawing.style import (
     NEUTRAL,
     SATURATED,
     SERIES,
-    doubt,
+    doubt_suffix,
     in_unit,
     prefixed,
     prefixed_area,
@@ -38,18 +38,18 @@ from roughcontact.report import inputs
 from roughcontact.report.kind import rows_of
 from roughcontact.surface.spectrum import radial_spectrum
 from roughcontact.surface.surface import Surface
-from roughcontact.units import counted, engineering, lengths, parse
+from roughcontact.units import count_noun, format_engineering, format_lengths, parse
 
 # Points of a curve, at most, and bins of heights.
 _MOST, _BINS = 1500, 60
 
 
-class Histogram:
+class PressureHistogram:
     """How the contact area is spread over the pressure, in the bins of the report's figure."""
 
     def __init__(self) -> None:
-        self.source: Any = style.source("left", "right", "density")
-        self.plot: Any = style.chart(
+        self.source: Any = style.empty_source("left", "right", "density")
+        self.plot: Any = style.make_chart(
             "Distribution of the contact pressure", x_range=models.Range1d(0, 1)
         )
         self.plot.y_range.start = 0
@@ -62,15 +62,15 @@ class Histogram:
             visible=False,
         )  # fmt: skip
         self.plot.add_layout(self._ceiling)
-        self.root, self.note = style.noted(self.plot)
-        self._hover = style.hover(
+        self.root, self.note = style.with_note(self.plot)
+        self._hover = style.add_hover(
             self.plot, drawn, [("from", "left"), ("to", "right"), ("density", "density")]
         )
 
     def clear(self) -> None:
         """Show nothing."""
-        style.empty(self.source)
-        style.put(self.note, "")
+        style.clear_source(self.source)
+        style.set_markup(self.note, "")
         self._ceiling.visible = False
 
     def show(self, result: ContactResult) -> None:
@@ -81,7 +81,7 @@ class Histogram:
         counts, _ = np.histogram(np.clip(below, bins.edges[0], bins.edges[-1]), bins.edges)
         points = max(int(np.count_nonzero(result.contact)), 1)
         widths = np.diff(bins.edges) * factor
-        with style.together(self.plot.document):
+        with style.batch_changes(self.plot.document):
             self.source.data = {
                 "left": bins.edges[:-1] * factor,
                 "right": bins.edges[1:] * factor,
@@ -93,27 +93,27 @@ class Histogram:
             self.plot.xaxis.axis_label = f"pressure [{unit}]"
             self.plot.yaxis.axis_label = f"density of contact area [% per {unit}]"
             label = histogram_label(result, "", below, bins.limits, (factor, unit))
-            style.put(self.note, html.escape(label))
+            style.set_markup(self.note, html.escape(label))
             self._ceiling.visible = bool(bins.ceilings)
             if bins.ceilings:
                 self._ceiling.location = bins.ceilings[0] * factor
             style.hover_units(self._hover, [unit, unit, f"% per {unit}"])
-            self.plot.title.text = f"Distribution of the contact pressure{doubt(result)}"
+            self.plot.title.text = f"Distribution of the contact pressure{doubt_suffix(result)}"
 
 
-class Distribution:
+class HeightHistogram:
     """The distribution of the heights."""
 
     def __init__(self) -> None:
-        self.source: Any = style.source("left", "right", "share")
-        self.plot: Any = style.chart("Height distribution", 170)
+        self.source: Any = style.empty_source("left", "right", "share")
+        self.plot: Any = style.make_chart("Height distribution", 170)
         self.plot.y_range.start = 0
         drawn = self.plot.quad(
             left="left", right="right", top="share", bottom=0, source=self.source,
             fill_color=SERIES[0], line_color=None,
         )  # fmt: skip
-        self.root, self.note = style.noted(self.plot)
-        self._hover = style.hover(
+        self.root, self.note = style.with_note(self.plot)
+        self._hover = style.add_hover(
             self.plot, drawn, [("from", "left"), ("to", "right"), ("share", "share")]
         )
 
@@ -123,7 +123,7 @@ class Distribution:
         heights = heights - heights.mean()
         factor, unit = prefixed(float(np.abs(heights).max()), "m")
         counts, edges = np.histogram(heights * factor, _BINS)
-        with style.together(self.plot.document):
+        with style.batch_changes(self.plot.document):
             self.source.data = {
                 "left": edges[:-1], "right": edges[1:], "share": 100 * counts / heights.size,
             }  # fmt: skip
@@ -133,16 +133,16 @@ class Distribution:
 
     def clear(self) -> None:
         """Show nothing."""
-        style.empty(self.source)
+        style.clear_source(self.source)
 
 
-class Bearing:
+class MaterialRatioPlot:
     """The material ratio curve of a surface, with its core."""
 
     def __init__(self) -> None:
-        self.source: Any = style.source("ratio", "height")
-        self.core: Any = style.source("ratio", "height")
-        self.plot: Any = style.chart("Material ratio curve", x_range=models.Range1d(0, 100))
+        self.source: Any = style.empty_source("ratio", "height")
+        self.core: Any = style.empty_source("ratio", "height")
+        self.plot: Any = style.make_chart("Material ratio curve", x_range=models.Range1d(0, 100))
         self.plot.xaxis.axis_label = "material ratio [%]"
         drawn = self.plot.line(
             "ratio", "height", source=self.source, line_color=SERIES[0], line_width=2
@@ -151,15 +151,15 @@ class Bearing:
             "ratio", "height", source=self.core, line_color=NEUTRAL, line_dash="dashed",
             line_width=1.4,
         )  # fmt: skip
-        self.root, self.note = style.noted(self.plot)
-        self._hover = style.hover(
+        self.root, self.note = style.with_note(self.plot)
+        self._hover = style.add_hover(
             self.plot, drawn, [("material ratio", "ratio"), ("height", "height")]
         )
 
     def clear(self) -> None:
         """Show nothing."""
-        style.empty(self.source, self.core)
-        style.put(self.note, "")
+        style.clear_source(self.source, self.core)
+        style.set_markup(self.note, "")
 
     def show(self, surface: Surface) -> None:
         """Show the heights of a surface above their mean; missing points are left out."""
@@ -168,52 +168,54 @@ class Bearing:
         if ratio.size > _MOST:
             grid = np.linspace(0, 1, _MOST)
             ratio, height = grid, np.interp(grid, ratio, height)
-        with style.together(self.plot.document):
+        with style.batch_changes(self.plot.document):
             self.source.data = {"ratio": 100 * ratio, "height": height * factor}
             ends = np.array([upper, upper - core["Sk"]]) * factor
             self.core.data = {"ratio": np.array([0.0, 100.0]), "height": ends}
             self.plot.yaxis.axis_label = f"height above mean [{unit}]"
             heights = ", ".join(f"{n} {in_unit(core[n], scale, 'm')}" for n in ("Spk", "Sk", "Svk"))
             ratios = ", ".join(f"{name} {100 * core[name]:.1f} %" for name in ("Smr1", "Smr2"))
-            style.put(self.note, f"{heights}, {ratios}")
+            style.set_markup(self.note, f"{heights}, {ratios}")
             style.hover_units(self._hover, ["%", unit])
 
 
-class Spectrum:
+class SpectrumPlot:
     """The radially averaged power spectral density of a surface."""
 
     def __init__(self) -> None:
-        self.source: Any = style.source("q", "C", "wavelength")
-        self.plot: Any = style.chart("Power spectrum", x_axis_type="log", y_axis_type="log")
+        self.source: Any = style.empty_source("q", "C", "wavelength")
+        self.plot: Any = style.make_chart("Power spectrum", x_axis_type="log", y_axis_type="log")
         self.plot.xaxis.axis_label = "wave number q [rad/m]"
         self.plot.yaxis.axis_label = "C(q), mean of all directions [m⁴]"
         drawn = self.plot.line("q", "C", source=self.source, line_color=SERIES[0], line_width=1.6)
-        self.root, self.note = style.noted(self.plot)
-        self._hover = style.hover(
+        self.root, self.note = style.with_note(self.plot)
+        self._hover = style.add_hover(
             self.plot, drawn, [("wavelength", "wavelength"), ("q", "q"), ("C", "C")]
         )
 
     def clear(self) -> None:
         """Show nothing."""
-        style.empty(self.source)
-        style.put(self.note, "")
+        style.clear_source(self.source)
+        style.set_markup(self.note, "")
 
     def show(self, surface: Surface) -> None:
         """Show the spectrum of a surface; of one with missing points say that it has none."""
         if surface.missing or surface.is_profile:
             self.clear()
             what = "a map" if surface.is_profile else "a map without missing points: fill them"
-            style.put(self.note, f"The spectrum needs {what}.")
+            style.set_markup(self.note, f"The spectrum needs {what}.")
             return
         q, power, _ = radial_spectrum(surface.heights, surface.pixel)
         there = power > 0
         factor, unit = prefixed(float(2 * np.pi / q.min()), "m")
-        with style.together(self.plot.document):
+        with style.batch_changes(self.plot.document):
             self.source.data = {
                 "q": q[there], "C": power[there], "wavelength": 2 * np.pi / q[there] * factor,
             }  # fmt: skip
             finest = np.pi / max(surface.pixel)
-            style.put(self.note, f"Beyond {finest:.3g} rad/m only the corners of the grid count.")
+            style.set_markup(
+                self.note, f"Beyond {finest:.3g} rad/m only the corners of the grid count."
+            )
             style.hover_units(self._hover, [unit, "rad/m", "m⁴"])
 
 
@@ -226,7 +228,7 @@ Array = NDArray[np.float64]
 _SECTION_MOST = 4000
 
 
-class Cut(NamedTuple):
+class SectionPoints(NamedTuple):
     """The points of a map that lie nearest to evenly spaced places on a line."""
 
     place: Array
@@ -235,7 +237,7 @@ class Cut(NamedTuple):
     columns: NDArray[np.intp]
 
 
-class Bodies(NamedTuple):
+class SectionBodies(NamedTuple):
     """What a section shows [SI], at its places; NaN where points are missing."""
 
     lower: Array
@@ -245,7 +247,7 @@ class Bodies(NamedTuple):
     saturated: NDArray[np.bool_]
 
 
-def cut(surface: Surface, line: Line) -> Cut:
+def points_on_line(surface: Surface, line: Line) -> SectionPoints:
     """Return the points of a map along a line (y0, x0, y1, x1) [m]."""
     y0, x0, y1, x1 = line
     length = math.hypot(y1 - y0, x1 - x0)
@@ -258,10 +260,10 @@ def cut(surface: Surface, line: Line) -> Cut:
             (y0, x0), (y1, x1), surface.pixel, surface.shape, strict=True
         )
     )
-    return Cut(along * length, length / count, rows, columns)
+    return SectionPoints(along * length, length / count, rows, columns)
 
 
-def bodies(result: ContactResult, where: Cut) -> Bodies:
+def bodies_on_line(result: ContactResult, where: SectionPoints) -> SectionBodies:
     """Return both bodies along a section, as they lie pressed together."""
     index = where.rows, where.columns
     surface, pair = result.surface, result.pair
@@ -275,7 +277,7 @@ def bodies(result: ContactResult, where: Cut) -> Bodies:
     pressure = result.pressure[index]
     ceiling = math.inf if result.ceiling is None else result.ceiling
     saturated = pressure >= np.broadcast_to(ceiling, result.pressure.shape)[index]
-    return Bodies(lower, lower + gap, gap, pressure, saturated)
+    return SectionBodies(lower, lower + gap, gap, pressure, saturated)
 
 
 def whole_line(surface: Surface) -> Line:
@@ -286,13 +288,13 @@ def whole_line(surface: Surface) -> Line:
     return (y, 0.0, y, surface.size[1])
 
 
-class Section:
+class SectionPlot:
     """Heights of both bodies above, pressure below, along a line from A to B."""
 
     def __init__(self) -> None:
         columns = ("place", "lower", "upper", "gap", "pressure", "open", "flows")
-        self.source: Any = style.source(*columns)
-        self.bars: Any = style.source("left", "right", "top", "colour")
+        self.source: Any = style.empty_source(*columns)
+        self.bars: Any = style.empty_source("left", "right", "top", "colour")
         self.along: Any = models.Range1d(start=0, end=1)
         self.heights, self.pressure = _plots(self.along, self.source, self.bars)
         self.root: Any = models.Column(self.heights, self.pressure, sizing_mode="stretch_width")
@@ -300,27 +302,29 @@ class Section:
 
     def clear(self) -> None:
         """Show nothing."""
-        style.empty(self.source, self.bars)
+        style.clear_source(self.source, self.bars)
         self.heights.title.text, self.pressure.title.text = "Section", ""
 
     def show(self, surface: Surface, result: ContactResult | None, line: Line) -> None:
         """Show the bodies along a line; without a result, the surface alone."""
-        with style.together(self.heights.document):
-            where = cut(surface, line)
+        with style.batch_changes(self.heights.document):
+            where = points_on_line(surface, line)
             self.pressure.visible = self.heights.legend.visible = result is not None
             if result is None:
                 self._show_surface(surface, where)
             else:
-                self._show_contact(bodies(result, where), where, doubt(result))
+                self._show_contact(bodies_on_line(result, where), where, doubt_suffix(result))
             self._name(surface, line, where)
 
-    def _show_surface(self, surface: Surface, where: Cut) -> None:
+    def _show_surface(self, surface: Surface, where: SectionPoints) -> None:
         heights = surface.heights[where.rows, where.columns] - np.nanmean(surface.heights)
         none = np.full(heights.shape, np.nan)
-        result = Bodies(heights, none, none, np.zeros(heights.shape), np.zeros(heights.shape, bool))
+        result = SectionBodies(
+            heights, none, none, np.zeros(heights.shape), np.zeros(heights.shape, bool)
+        )
         self._show_contact(result, where, "")
 
-    def _show_contact(self, result: Bodies, where: Cut, doubtful: str) -> None:
+    def _show_contact(self, result: SectionBodies, where: SectionPoints, doubtful: str) -> None:
         length = float(where.place[-1] + where.step / 2)
         factor, unit = prefixed(length, "m")
         tall = np.concatenate([result.lower, result.upper])
@@ -362,16 +366,18 @@ class Section:
         )
         share = float(np.count_nonzero(touching)) / touching.size
         self.pressure.title.text = (
-            f"Pressure, largest {engineering(largest, 'Pa')}, {100 * share:.3g} % of the line "
+            f"Pressure, largest {format_engineering(largest, 'Pa')}, {100 * share:.3g} % of the line "
             f"touches{doubtful}"
         )
 
-    def _name(self, surface: Surface, line: Line, where: Cut) -> None:
+    def _name(self, surface: Surface, line: Line, where: SectionPoints) -> None:
         y0, x0, y1, x1 = line
         if surface.is_profile:
-            ends = f"from x {engineering(x0, 'm')} to {engineering(x1, 'm')}"
+            ends = f"from x {format_engineering(x0, 'm')} to {format_engineering(x1, 'm')}"
         else:
-            ends = f"from y, x = {lengths((y0, x0), ', ')} to {lengths((y1, x1), ', ')}"
+            ends = (
+                f"from y, x = {format_lengths((y0, x0), ', ')} to {format_lengths((y1, x1), ', ')}"
+            )
         oblique = not surface.is_profile and y0 != y1 and x0 != x1
         nearest = ", at the points nearest to it" if oblique else ""
         self.heights.title.text = f"Section {ends}{nearest}"
@@ -396,7 +402,9 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
         "place", "lower", source=source, color=SERIES[0], line_width=1.6, legend_label="body"
     )
     text = ("along the line", "place"), ("body", "lower"), ("counter-body", "upper")
-    style.hover(heights, lower, (*text, ("gap", "gap"), ("pressure", "pressure"))).mode = "vline"
+    style.add_hover(
+        heights, lower, (*text, ("gap", "gap"), ("pressure", "pressure"))
+    ).mode = "vline"
     pressure: Any = figure(
         x_range=along, y_range=models.Range1d(0, 1), height=104, sizing_mode="stretch_width",
         tools=tools, title="", toolbar_location=None,
@@ -407,7 +415,7 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
         source=bars,
     )  # fmt: skip
     for plot in (heights, pressure):
-        style.quiet(plot)
+        style.apply_style(plot)
         plot.yaxis.ticker.desired_num_ticks = 3
     style.quiet_legend(heights)
     return heights, pressure
@@ -422,7 +430,7 @@ _SPOTS_MOST = 1000
 _AROUND, _FEWEST = 1.5, 24
 
 
-class Listed(NamedTuple):
+class SpotRows(NamedTuple):
     """The largest spots of a contact [SI]; a place is that of the largest pressure on a spot."""
 
     area: NDArray[np.float64]
@@ -433,7 +441,7 @@ class Listed(NamedTuple):
     x: NDArray[np.float64]
 
 
-def listed(result: ContactResult, maximum: int = _SPOTS_MOST) -> Listed:
+def list_spots(result: ContactResult, maximum: int = _SPOTS_MOST) -> SpotRows:
     """Return the largest spots: area, load, largest pressure, saturated share, place."""
     spots = result.spots()
     count = min(spots.count, maximum)
@@ -448,7 +456,7 @@ def listed(result: ContactResult, maximum: int = _SPOTS_MOST) -> Listed:
     pixels = np.bincount(label, minlength=spots.count)
     full = np.bincount(label, result.saturated.ravel()[inside], spots.count)
     dy, dx = result.surface.pixel
-    return Listed(
+    return SpotRows(
         spots.area[:count],
         spots.load[:count],
         spots.peak[:count],
@@ -482,7 +490,7 @@ class SpotTable:
     def __init__(self) -> None:
         self._result: ContactResult | None = None
         self._call: Callable[[Box], None] | None = None
-        self.source: Any = style.source("number", *_NAMES)
+        self.source: Any = style.empty_source("number", *_NAMES)
         self.columns = {
             name: models.TableColumn(
                 field=name, title=title, formatter=models.NumberFormatter(format="0.[000000]")
@@ -496,7 +504,7 @@ class SpotTable:
             sortable=True, reorderable=False, selectable=True, height=300,
             sizing_mode="stretch_width", autosize_mode="force_fit", stylesheets=[style.GRID],
         )  # fmt: skip
-        self.note: Any = style.markup(sizing_mode="stretch_width")
+        self.note: Any = style.make_markup(sizing_mode="stretch_width")
         self.root = models.Column(self.note, self.table, sizing_mode="stretch_width")
         self.source.selected.on_change("indices", self._chosen)
 
@@ -507,26 +515,26 @@ class SpotTable:
     def clear(self) -> None:
         """Show nothing."""
         self._result = None
-        style.empty(self.source)
-        style.put(self.note, "")
+        style.clear_source(self.source)
+        style.set_markup(self.note, "")
 
     def show(self, result: ContactResult) -> None:
         """Show the spots of a result."""
         self._result = result
-        answer = listed(result)
+        answer = list_spots(result)
         count = answer.area.size
         units = _units(result, answer)
-        with style.together(self.table.document):
+        with style.batch_changes(self.table.document):
             self.source.selected.indices = []
             self.source.data = {
                 "number": np.arange(1, count + 1),
-                **{name: _rounded(getattr(answer, name) * units[name][0]) for name in _NAMES},
+                **{name: _round_digits(getattr(answer, name) * units[name][0]) for name in _NAMES},
             }
             for name, title in _NAMES.items():
                 self.columns[name].title = f"{title} [{units[name][1]}]"
-            whole = counted(result.spots().count, "contact spot")
+            whole = count_noun(result.spots().count, "contact spot")
             shown = f", the {count} largest of them here" if count < result.spots().count else ""
-            style.put(
+            style.set_markup(
                 self.note,
                 f"{whole}{shown}. Choose a row to see its spot; its place is that of its largest "
                 "pressure.",
@@ -537,7 +545,7 @@ class SpotTable:
             self._call(box_around(self._result, int(new[0])))
 
 
-def _rounded(values: NDArray[np.float64]) -> list[float]:
+def _round_digits(values: NDArray[np.float64]) -> list[float]:
     # Four digits, as in all tables; the table sorts by the displayed value.
     return [float(f"{value:.4g}") for value in values]
 
@@ -548,7 +556,7 @@ _NAMES = {
 }  # fmt: skip
 
 
-def _units(result: ContactResult, answer: Listed) -> dict[str, tuple[float, str]]:
+def _units(result: ContactResult, answer: SpotRows) -> dict[str, tuple[float, str]]:
     def largest(values: NDArray[np.float64]) -> float:
         return float(values.max(initial=0.0))
 
@@ -570,11 +578,11 @@ _RESULTS, _SPOTS, _PRESSURES, _SURFACE = range(4)
 _ENDS = 4
 
 
-class Detail:
+class DetailPanel:
     """The section below the maps, and tables and charts on their right, of which one is there."""
 
     def __init__(self, zoom: Callable[[Box], None], draw: Callable[[Line], None], run: Run) -> None:
-        self.section = Section()
+        self.section = SectionPlot()
         self._zoom = zoom
         self._call, self._run = draw, run
         self._ends = pn.widgets.TextInput(
@@ -612,16 +620,16 @@ class Detail:
         return created
 
     @cached_property
-    def pressures(self) -> Histogram:
+    def pressures(self) -> PressureHistogram:
         """The distribution of the pressure, made when it is looked at."""
-        created = Histogram()
+        created = PressureHistogram()
         self._parts[_PRESSURES].append(pn.pane.Bokeh(created.root, **style.BLOCK))
         return created
 
     @cached_property
-    def texture(self) -> Texture:
+    def texture(self) -> TexturePanel:
         """The heights in numbers and curves, made when they are looked at."""
-        created = Texture(self._run)
+        created = TexturePanel(self._run)
         self._parts[_SURFACE].append(created.root)
         return created
 
@@ -666,7 +674,7 @@ class Detail:
                 raise InputError("needs four lengths: y, x of one end and y, x of the other")
             y0, x0, y1, x1 = (parse(word, "length", "section", positive=False) for word in words)
         except InputError as error:
-            controls.show_alert(self._wrong, error.worded())
+            controls.show_alert(self._wrong, error.message_for())
         else:
             self._call((y0, x0, y1, x1))
 
@@ -691,12 +699,12 @@ class Detail:
                 seen.show(result)
 
 
-class Texture:
+class TexturePanel:
     """File, roughness, heights, material ratio curve and spectrum of the surface."""
 
     def __init__(self, run: Run) -> None:
         self._run = run
-        self._charts = Distribution(), Bearing(), Spectrum()
+        self._charts = HeightHistogram(), MaterialRatioPlot(), SpectrumPlot()
         self._numbers = pn.pane.HTML("", **style.WIDE)
         self._shown: Surface | None = None
         first, *others = (pn.pane.Bokeh(chart.root, **style.BLOCK) for chart in self._charts)
@@ -726,8 +734,8 @@ class Texture:
             for name, (_, meaning) in inputs.ROUGHNESS.items()
         ]
         text = (
-            f"<h2>File</h2>{controls.table(file)}<h2>Roughness, ISO 25178-2, as prepared</h2>"
-            f"{controls.table(rows)}"
+            f"<h2>File</h2>{controls.markup_table(file)}<h2>Roughness, ISO 25178-2, as prepared</h2>"
+            f"{controls.markup_table(rows)}"
         )
         self._run(lambda: self._put(surface, text))
 

@@ -9,15 +9,15 @@ from pathlib import Path
 import panel as pn
 
 from roughcontact.desk import controls, style, workers
-from roughcontact.desk.analysis_jobs import draw
-from roughcontact.desk.controls import Run, Working
-from roughcontact.desk.projects import suffix_of
-from roughcontact.desk.saved_page import save
+from roughcontact.desk.analysis_jobs import draw_figures
+from roughcontact.desk.controls import JobButton, Run
+from roughcontact.desk.projects import format_suffix
+from roughcontact.desk.saved_page import save_page
 from roughcontact.desk.session import Session
-from roughcontact.desk.widgets import View
+from roughcontact.desk.widgets import TabPanel
 from roughcontact.errors import RoughcontactError
 from roughcontact.formats import export
-from roughcontact.formats.export import Kind
+from roughcontact.formats.export import ContentType
 from roughcontact.report import python_script
 from roughcontact.request.outcome import Outcome
 
@@ -29,7 +29,7 @@ Offer = Callable[[Path], str]
 """``offer(path)`` returns the address under which the browser gets a file."""
 
 
-class DownloadPanel(View):
+class DownloadPanel(TabPanel):
     """Files to make, and the same contact as command, script and project file."""
 
     def __init__(
@@ -41,10 +41,10 @@ class DownloadPanel(View):
             _REPORT,
             _PAGE,
             _FIGURES,
-            *(f"result ({suffix})" for suffix in export.suffixes(Kind.CONTACT)),
+            *(f"result ({suffix})" for suffix in export.suffixes(ContentType.CONTACT)),
         ]
         self._kind = pn.widgets.Select(label="File", options=names, **style.CONTROL)
-        self._working = Working(bench, run, "Make the file", self._started, session)
+        self._working = JobButton(bench, run, "Make the file", self._started, session)
         self._links = pn.pane.HTML("", **style.WIDE)
         self._words = pn.pane.HTML("", **style.WIDE)
         self.root = pn.Row(
@@ -66,7 +66,7 @@ class DownloadPanel(View):
                 parts.insert(0, _block("Command", command))
         outcome = session.outcome
         if outcome is not None and outcome.contact is not None:
-            parts.insert(1, _block("Python", python_script.repeating(outcome.contact)))
+            parts.insert(1, _block("Python", python_script.script_of_result(outcome.contact)))
         self._words.object = "".join(parts)
 
     def _started(self) -> None:
@@ -85,17 +85,17 @@ class DownloadPanel(View):
             self._working.refuse_error(error)
             return
         if kind == _FIGURES:
-            self._working.begin(draw, self._show, request, self._folder, path)
+            self._working.begin(draw_figures, self._show, request, self._folder, path)
         elif kind == _PAGE:
-            self._working.begin(save, self._show, request, path)
+            self._working.begin(save_page, self._show, request, path)
         else:
-            self._working.begin(workers.carry_out, self._show, request)
+            self._working.begin(workers.run_request, self._show, request)
 
     def _show(self, outcome: Outcome) -> None:
         if outcome.failure is not None:
             self._working.refuse_error(outcome.failure)
         elif not outcome.converged:
-            self._working.refuse(controls.spelled(outcome.shortfall))
+            self._working.refuse(controls.spell_sentence(outcome.shortfall))
         for path in outcome.written:
             self._add(path, path.name)
         self._list()
@@ -107,7 +107,8 @@ class DownloadPanel(View):
             self._working.refuse("There is no map, but a smooth body.")
             return
         path = (
-            self._folder / f"map-{len(self._downloads) + 1}{suffix_of(state.file.name) or '.map'}"
+            self._folder
+            / f"map-{len(self._downloads) + 1}{format_suffix(state.file.name) or '.map'}"
         )
         shutil.copyfile(state.file, path)
         self._add(path, state.name_of(state.file))
@@ -118,7 +119,7 @@ class DownloadPanel(View):
 
     def _list(self) -> None:
         items = "".join(
-            f'<p><a href="{controls.escaped(address)}" download>{controls.escaped(name)}</a></p>'
+            f'<p><a href="{controls.escape_markup(address)}" download>{controls.escape_markup(name)}</a></p>'
             for name, address in self._downloads.items()
         )
         self._links.object = f"<h2>Ready</h2>{items}" if items else ""
@@ -127,6 +128,6 @@ class DownloadPanel(View):
 def _block(title: str, text: str) -> str:
     copy = "navigator.clipboard?.writeText(this.closest('section').lastChild.textContent)"
     return (
-        f'<section><h2>{controls.escaped(title)} <button onclick="{copy}">Copy</button></h2>'
-        f"<pre>{controls.escaped(text)}</pre></section>"
+        f'<section><h2>{controls.escape_markup(title)} <button onclick="{copy}">Copy</button></h2>'
+        f"<pre>{controls.escape_markup(text)}</pre></section>"
     )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk.server import Server, Settings
-from roughcontact.desk.session import State, Value
+from roughcontact.desk.session import SessionState, Value
 from roughcontact.errors import InputError
 from roughcontact.material.material import Material
 from roughcontact.surface.surface import Surface
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _HEIGHT = 820
 
 
-class Desk:
+class DeskServer:
     """A page that is served to this machine as long as this object lives, or until `close`."""
 
     def __init__(self, server: Server, folder: tempfile.TemporaryDirectory[str]) -> None:
@@ -47,7 +47,7 @@ class Desk:
         )
 
 
-def explore(shown: Surface | ContactResult) -> Desk:
+def explore(shown: Surface | ContactResult) -> DeskServer:
     """Open the page on a surface or a result."""
     surface = shown if isinstance(shown, Surface) else shown.surface
     surface.require_map("the page")
@@ -61,21 +61,23 @@ def explore(shown: Surface | ContactResult) -> Desk:
     folder = tempfile.TemporaryDirectory(prefix="roughcontact-desk-")
     server = Server(_page, Settings(folder=Path(folder.name), port=0, browser=False))
     work = server.first
-    state = State().bringing(_saved(surface, work.folder / "map.npz"), surface.provenance.source)
+    state = SessionState().with_map(
+        _save_map(surface, work.folder / "map.npz"), surface.provenance.source
+    )
     if counter is not None:
-        path = _saved(counter, work.folder / "counter.npz")
+        path = _save_map(counter, work.folder / "counter.npz")
         state = state.with_counter_surface(path, counter.provenance.source)
     for name, value in specified.items():
-        state = state.having(name, value)
+        state = state.with_option(name, value)
     work.project.write_text(state.script, encoding="utf-8")
-    return Desk(server, folder)
+    return DeskServer(server, folder)
 
 
 def _page() -> Page:
     """Return what makes a page, which takes a second to import."""
-    from roughcontact.desk.page import page
+    from roughcontact.desk.page import make_page
 
-    return page
+    return make_page
 
 
 def _closed(
@@ -86,7 +88,7 @@ def _closed(
     folder.cleanup()
 
 
-def _saved(surface: Surface, path: Path) -> Path:
+def _save_map(surface: Surface, path: Path) -> Path:
     surface.save(path)
     return path
 
@@ -99,8 +101,8 @@ def _option_values(result: ContactResult) -> dict[str, Value]:
             "surface of the result"
         )
     specified: dict[str, Value] = {
-        **_constants(result.material, ""),
-        **_constants(result.counter_material, "counter-"),
+        **_constant_options(result.material, ""),
+        **_constant_options(result.counter_material, "counter-"),
         "boundary": str(result.boundary),
         "ceiling": "none" if result.ceiling is None else f"{result.ceiling!r} Pa",
         "tolerance": repr(result.tolerance),
@@ -109,7 +111,7 @@ def _option_values(result: ContactResult) -> dict[str, Value]:
     return {**specified, control: f"{getattr(result, control)!r} {unit}"}
 
 
-def _constants(material: Material, prefix: str) -> dict[str, Value]:
+def _constant_options(material: Material, prefix: str) -> dict[str, Value]:
     if material.compliance == 0.0:
         return {}
     constants = {

@@ -62,7 +62,7 @@ class Drawing(NamedTuple):
     note: str
 
 
-def read(figure: Figure) -> Drawing:
+def read_figure(figure: Figure) -> Drawing:
     """Return what a figure of Matplotlib shows."""
     bars = {item.colorbar.ax for axes in figure.axes for item in (*axes.images, *axes.collections)
             if item.colorbar is not None}  # fmt: skip
@@ -96,7 +96,7 @@ def _frame(axes: Any) -> Frame:
         if hasattr(handle, "get_facecolor") and handle.get_label() not in known
     )  # fmt: skip
     return Frame(
-        _plain(title), labels, (axes.get_xscale(), axes.get_yscale()),
+        _strip_math(title), labels, (axes.get_xscale(), axes.get_yscale()),
         (axes.get_xlim(), axes.get_ylim()), axes.get_aspect() == 1.0, tuple(marks), colors,
         patches,
     )  # fmt: skip
@@ -106,17 +106,17 @@ def _label(axes: Axes, way: str) -> str:
     """Return the label of an axis; of linked axes only one has it."""
     shared = getattr(axes, f"get_shared_{way}_axes")().get_siblings(axes)
     texts = (getattr(item, f"get_{way}label")() for item in (axes, *shared))
-    return _plain(next(filter(None, texts), ""))
+    return _strip_math(next(filter(None, texts), ""))
 
 
-def _plain(text: str) -> str:
+def _strip_math(text: str) -> str:
     """Return text without the markup of mathematics."""
     return re.sub(r"\$\\sigma_\{(\w+)\}\$", "σ \\1", text)
 
 
 def _name(item: Any) -> str:
     text = str(item.get_label())
-    return "" if text.startswith("_") else _plain(text)
+    return "" if text.startswith("_") else _strip_math(text)
 
 
 def _hex(color: Any, alpha: float | None = None) -> tuple[str, float]:
@@ -125,7 +125,7 @@ def _hex(color: Any, alpha: float | None = None) -> tuple[str, float]:
     return to_hex(color), float(to_rgba(color, alpha)[3])
 
 
-def _span(item: Any, axes: Axes) -> str:
+def _span_side(item: Any, axes: Axes) -> str:
     """Return along which side something spans the frame, nothing if it lies among the data."""
     by_x, by_y = item.get_transform().contains_branch_seperately(axes.transData)
     return "" if by_x and by_y else "height" if by_x else "width"
@@ -139,7 +139,7 @@ def _line(item: Any, axes: Axes) -> Iterator[Mark]:
     if dash:
         look = {"line_color": color, "line_alpha": alpha, "line_dash": dash,
                 "line_width": item.get_linewidth()}  # fmt: skip
-        side = _span(item, axes)
+        side = _span_side(item, axes)
         if side:
             at = float((x if side == "height" else y)[0])
             yield Mark("span", {"dimension": side, "location": at}, look)
@@ -178,7 +178,7 @@ def _patch(item: Any, axes: Axes) -> Iterator[Mark]:
     shape = item.get_patch_transform().transform_path(item.get_path())
     parts = shape.to_polygons(closed_only=False)
     color, alpha = _hex(item.get_facecolor())
-    side = _span(item, axes)
+    side = _span_side(item, axes)
     if side:
         way = 0 if side == "height" else 1
         first, last = (float(end(parts[0][:, way])) for end in (np.min, np.max))
@@ -209,7 +209,7 @@ def _image(item: Any) -> Iterator[Mark]:
     is_colored = values.ndim == 3
     shown: Any = np.ma.filled(np.ma.asarray(values, float), np.nan).astype(np.float32)
     if is_colored:
-        shown = rasters.packed(np.minimum(shown, 1.0).astype(float))
+        shown = rasters.pack_colors(np.minimum(shown, 1.0).astype(float))
     if last < first:
         first, last, shown = last, first, shown[::-1]
     columns = {"x": [left], "y": [first], "dw": [right - left], "dh": [last - first],
@@ -230,12 +230,12 @@ def _colors(item: Any) -> Colors | None:
     label = "" if bar is None else bar.ax.get_ylabel() or bar.ax.get_xlabel()
     missing = to_hex(cmap(np.nan), keep_alpha=True)
     return Colors(
-        style.palette(cmap(np.linspace(0, 1, 256))), float(norm.vmin), float(norm.vmax), missing,
+        style.color_palette(cmap(np.linspace(0, 1, 256))), float(norm.vmin), float(norm.vmax), missing,
         None if over is None else to_hex(over), isinstance(norm, LogNorm), label,
     )  # fmt: skip
 
 
-def shown(drawing: Drawing) -> Any:
+def show_drawing(drawing: Drawing) -> Any:
     """Return a figure of the page."""
     plots = [_plot(frame) for frame in drawing.frames]
     # Titles need the room of half a page.
@@ -244,12 +244,14 @@ def shown(drawing: Drawing) -> Any:
     rows: list[list[Any]] = [plots[first : first + across]
                              for first in range(0, len(plots), across)]  # fmt: skip
     rows[-1] += [None] * (across - len(rows[-1]))
-    head, foot = style.facts(), style.facts()
-    style.put(head, f"<b>{html.escape(_plain(drawing.title))}</b>" if drawing.title else "")
+    head, foot = style.facts_below(), style.facts_below()
+    style.set_markup(
+        head, f"<b>{html.escape(_strip_math(drawing.title))}</b>" if drawing.title else ""
+    )
     named = dict.fromkeys(entry for frame in drawing.frames for entry in frame.patches)
-    patches = " &emsp; ".join(style.patch(*entry) for entry in named)
-    style.put(foot, f"<p>{patches}</p>{html.escape(drawing.note)}")
-    return models.Column(head, style.grid(rows), foot, sizing_mode="stretch_width")
+    patches = " &emsp; ".join(style.color_patch(*entry) for entry in named)
+    style.set_markup(foot, f"<p>{patches}</p>{html.escape(drawing.note)}")
+    return models.Column(head, style.figure_grid(rows), foot, sizing_mode="stretch_width")
 
 
 def _plot(frame: Frame) -> Any:
@@ -262,14 +264,14 @@ def _plot(frame: Frame) -> Any:
         ranges = {f"{way}_range": models.Range1d(*ends)
                   for way, ends in zip("xy", frame.ends, strict=True)}  # fmt: skip
     scales = {f"{way}_axis_type": scale for way, scale in zip("xy", frame.scales, strict=True)}
-    plot = style.chart(frame.title, 340 if frame.is_map else 280, match_aspect=frame.is_map,
+    plot = style.make_chart(frame.title, 340 if frame.is_map else 280, match_aspect=frame.is_map,
                        **ranges, **scales)  # fmt: skip
     plot.xaxis.axis_label, plot.yaxis.axis_label = frame.labels
     mapper = None if frame.colors is None else _mapper(frame.colors)
     for mark in frame.marks:
         _draw(plot, mark, mapper)
     if frame.colors is not None:
-        bar = style.bar_of(mapper)
+        bar = style.color_bar(mapper)
         style.set_bar(bar, frame.colors.low, frame.colors.high, "")
         if frame.colors.is_log:
             bar.update(ticker="auto", major_label_overrides={})

@@ -12,12 +12,18 @@ from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.cautions import Caution, Severity
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import style
-from roughcontact.desk.controls import Give, button, escaped, gravest_first, spelled
+from roughcontact.desk.controls import (
+    Give,
+    escape_markup,
+    gravest_first,
+    make_button,
+    spell_sentence,
+)
 from roughcontact.errors import ArgumentRef
 from roughcontact.report import contact, kinds, uncertainty
 from roughcontact.report.contact_fields import CONTACT, PROFILE_CONTACT
 from roughcontact.report.kind import TRUST, quantity_of
-from roughcontact.units import counted
+from roughcontact.units import count_noun
 
 _KEYS = ("load", "contact_fraction", "saturated_fraction", "mean_pressure", "mean_gap", "approach")
 
@@ -41,9 +47,9 @@ _SHORTCUTS = (
 )
 
 
-def numbers(result: ContactResult) -> str:
+def key_numbers(result: ContactResult) -> str:
     """Return the six numbers with their intervals, or with those of the calibrated ceiling."""
-    ends, calibrated = uncertainty.brief_ends(result), contact.under_calibrated(result)
+    ends, calibrated = uncertainty.brief_ends(result), contact.calibrated_numbers(result)
     table = PROFILE_CONTACT if result.pair.is_profile else CONTACT
     cells = []
     for key in _KEYS:
@@ -54,28 +60,28 @@ def numbers(result: ContactResult) -> str:
         other = ends.get(key) or (f"calibrated {calibrated[key]}" if key in calibrated else "")
         name = row.name[:1].upper() + row.name[1:]
         cells.append(
-            f"<div><dt>{escaped(name)}</dt><dd>{escaped(quantity.format_value(row.value))}</dd>"
-            f"<small>{escaped(other)}</small></div>"
+            f"<div><dt>{escape_markup(name)}</dt><dd>{escape_markup(quantity.format_value(row.value))}</dd>"
+            f"<small>{escape_markup(other)}</small></div>"
         )
     return f'<dl class="numbers">{"".join(cells)}</dl>'
 
 
-def trust(result: ContactResult) -> str:
+def trust_line(result: ContactResult) -> str:
     """Return whether it is solved, and to what certificate, in a line."""
     rows = {row.key: row for row in kinds.rows(result, TRUST, brief=True)}
     shown = (rows[key] for key in ("status", "certificate") if key in rows)
-    texts = ", ".join(f"{row.name} {spelled(row.text)}" for row in shown)
+    texts = ", ".join(f"{row.name} {spell_sentence(row.text)}" for row in shown)
     texts = texts.removeprefix("status ")
     kind = "good" if result.converged else "bad"
-    return f'<span class="{kind}">●</span> {escaped(texts)}; regime: {escaped(result.regime)}'
+    return f'<span class="{kind}">●</span> {escape_markup(texts)}; regime: {escape_markup(result.regime)}'
 
 
-def remedies(caution: Caution) -> Iterable[tuple[str, str, str | bool]]:
+def suggested_settings(caution: Caution) -> Iterable[tuple[str, str, str | bool]]:
     """Yield the settings that a caution advises: text, option and value."""
     for part in caution.parts:
         if not isinstance(part, ArgumentRef) or part.value is None:
             continue
-        option = SOLVE.named(part.name)
+        option = SOLVE.option_of_argument(part.name)
         if option is not None:
             value = True if part.value is True else option.text(part.value)
             yield f"Use {option.label.lower()} {value}", option.name, value
@@ -88,11 +94,11 @@ class Header:
         self._give = give
         self.numbers = pn.pane.HTML("", margin=0, stylesheets=[style.TEXT, style.NUMBERS])
         self._checks = {
-            name: button("", partial(seek, place)) for name, (_, place) in _CHECKS.items()
+            name: make_button("", partial(seek, place)) for name, (_, place) in _CHECKS.items()
         }
         self.checklist = pn.Row(*self._checks.values(), margin=0, visible=False)
         self.state = pn.pane.HTML("", margin=(2, 0), stylesheets=[style.TEXT, style.CHIP])
-        self.count = button("", partial(self._open, "Cautions"), margin=0, visible=False)
+        self.count = make_button("", partial(self._open, "Cautions"), margin=0, visible=False)
         self._cautions: Sequence[Caution] = ()
         self._topic = ""
         self.drawer = pn.Column(visible=False, stylesheets=[style.TEXT, style.DRAWER], margin=0)
@@ -106,7 +112,7 @@ class Header:
 
     def show_state(self, text: str, kind: str = "quiet") -> None:
         """Show the state in a few words: solving, up to date, out of date."""
-        self.state.object = f'<span role="status" class="chip {kind}">{escaped(text)}</span>'
+        self.state.object = f'<span role="status" class="chip {kind}">{escape_markup(text)}</span>'
 
     def show_numbers(self, text: str, cautions: Iterable[Caution]) -> None:
         """Show the numbers of a contact and the count of its cautions."""
@@ -130,7 +136,7 @@ class Header:
         """Count the cautions of a contact; an open drawer lists them."""
         self._cautions = gravest_first(cautions)
         counts = [
-            counted(sum(item.severity == kind for item in self._cautions), str(kind))
+            count_noun(sum(item.severity == kind for item in self._cautions), str(kind))
             for kind in Severity if any(item.severity == kind for item in self._cautions)
         ]  # fmt: skip
         self.count.label, self.count.visible = " · ".join(counts), bool(counts)
@@ -139,7 +145,7 @@ class Header:
         if self._topic == "Cautions":
             self._fill()
 
-    def press(self, key: str) -> None:
+    def handle_key(self, key: str) -> None:
         """Take a key: one that opens the list of keys, or closes the drawer."""
         if key == "?":
             self._open("Keys")
@@ -161,7 +167,7 @@ class Header:
     def _fill(self) -> None:
         head = pn.Row(
             pn.pane.HTML(f"<h2>{self._topic}</h2>", sizing_mode="stretch_width", **style.SHEETS),
-            button("Close", self.close, margin=0),
+            make_button("Close", self.close, margin=0),
             sizing_mode="stretch_width",
         )
         if self._topic == "Keys":
@@ -174,11 +180,11 @@ class Header:
     def _caution(self, caution: Caution) -> list[Any]:
         name = caution.kind.replace("-", " ")
         text = (
-            f'<p><b class="{caution.severity}">{caution.severity} · {escaped(name)}</b></p>'
-            f"<p>{escaped(spelled(caution.text))}</p>"
+            f'<p><b class="{caution.severity}">{caution.severity} · {escape_markup(name)}</b></p>'
+            f"<p>{escape_markup(spell_sentence(caution.text))}</p>"
         )
         todo = [
-            button(words, partial(self._give, option, value), margin=(0, 6, 12, 0))
-            for words, option, value in remedies(caution)
+            make_button(words, partial(self._give, option, value), margin=(0, 6, 12, 0))
+            for words, option, value in suggested_settings(caution)
         ]
         return [pn.pane.HTML(text, sizing_mode="stretch_width", **style.SHEET), *todo]

@@ -13,18 +13,18 @@ import panel as pn
 from roughcontact.analyses.generate.task import COMMAND as GENERATE
 from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.desk import controls, style
-from roughcontact.desk.controls import Control, Give, button
-from roughcontact.desk.live_solver import Prepared
+from roughcontact.desk.controls import Control, Give, make_button
+from roughcontact.desk.live_solver import PreparedMaps
 from roughcontact.desk.projects import KEPT, SavedProject
-from roughcontact.desk.server import Visit
-from roughcontact.desk.session import UNDOING, Session, Value, from_script
-from roughcontact.desk.widgets import Drop
+from roughcontact.desk.server import PageVisit
+from roughcontact.desk.session import OPTIONS_OF_STEP, Session, Value, from_script
+from roughcontact.desk.widgets import FileDrop
 from roughcontact.errors import ArgumentRef, InputError, RoughcontactError
 from roughcontact.material import catalog
 from roughcontact.material.material import Material
 from roughcontact.request import options, parsing
 from roughcontact.surface.provenance import Provenance
-from roughcontact.units import engineering
+from roughcontact.units import format_engineering
 
 _QUESTION = {
     "free": "the whole contact: it ends where the map ends",
@@ -63,7 +63,7 @@ _FORMS = ("body", "counter-body", "align", "offset", "angle", "mirror")
 _NOTHING = {"material": "–", "counter-material": "rigid, or the values below"}
 
 
-class Step:
+class StepCard:
     """A part of the column that folds to its title and one line of what is done."""
 
     def __init__(
@@ -89,7 +89,7 @@ class Step:
         )
         self.whole = self.root
         if undo is not None:
-            self._back = button(
+            self._back = make_button(
                 "Undo", undo, visible=False, margin=0, stylesheets=[style.TEXT, style.BACK]
             )
             self.whole = pn.Column(self.root, self._back, sizing_mode="stretch_width", margin=0)
@@ -108,17 +108,17 @@ class Step:
     def summarize(self, done: bool, text: str, name: str = "") -> None:
         """Show whether it is done, and what it holds: a name and some words."""
         mark = '<span class="good">✓</span>' if done else '<span class="quiet">○</span>'
-        bold = f"<b>{controls.escaped(name)}</b>" if name else ""
+        bold = f"<b>{controls.escape_markup(name)}</b>" if name else ""
         self._head.object = (
             f'<div class="step"><span>{mark}</span><div><h2>{self._title}</h2>'
-            f'<p class="quiet">{bold}{controls.escaped(text)}</p></div></div>'
+            f'<p class="quiet">{bold}{controls.escape_markup(text)}</p></div></div>'
         )
 
 
-def fold(title: str, make: Callable[[], list[Any]]) -> Any:
+def make_fold(title: str, make: Callable[[], list[Any]]) -> Any:
     """Return controls that few need, folded away under a line, and made when that is opened."""
     heading = pn.pane.HTML(
-        f'<span class="fold">{controls.escaped(title)}</span>', margin=0, **style.SHEETS
+        f'<span class="fold">{controls.escape_markup(title)}</span>', margin=0, **style.SHEETS
     )
     folded = pn.Card(
         header=heading,
@@ -174,7 +174,7 @@ class FormControl:
             self._give(options.FORM.name, text)
 
 
-class Group:
+class ControlGroup:
     """Some controls of the state, which show what it holds."""
 
     def __init__(
@@ -195,7 +195,7 @@ class Group:
         """Return the controls of some options, made the first time that they are wanted."""
         for name in names:
             if name not in self.controls:
-                choices = _turned(self._choices.get(name))
+                choices = _by_label(self._choices.get(name))
                 created = (FormControl(self._give) if name == options.FORM.name
                            else Control(name, self._give, choices))  # fmt: skip
                 self.controls[name] = created
@@ -203,30 +203,30 @@ class Group:
         return [self.controls[name].root for name in names]
 
 
-def _turned(choices: Mapping[str, str] | None) -> dict[str, str] | None:
+def _by_label(choices: Mapping[str, str] | None) -> dict[str, str] | None:
     """Return texts by what they are called."""
     return None if choices is None else {shown_text: text for text, shown_text in choices.items()}
 
 
-class Preparation:
+class PreparationPanel:
     """What is done to a map before it is pressed, and the steps that were done."""
 
     def __init__(self, session: Session, give: Give, changed: Callable[[], None]) -> None:
         self._session, self._changed = session, changed
         choices = {"level": _LEVELS, "missing": _MISSING, "rotate": _TURNS}
-        self._group = Group(session, give, choices)
+        self._group = ControlGroup(session, give, choices)
         self._steps = pn.Column(**style.BLOCK)
         self._shown: tuple[tuple[Provenance, ...], bool, dict[str, str]] | None = None
         first = self._group.roots(*_FIRST)
         rest = [option.name for option in (*options.PREPARATION, options.TIP_RADIUS)
                 if option.name not in _FIRST]  # fmt: skip
-        folded = fold("Filters, part, grid", partial(self._group.roots, *rest))
+        folded = make_fold("Filters, part, grid", partial(self._group.roots, *rest))
         self._last = ""
-        self.step = Step(
+        self.step = StepCard(
             "Prepare", self._steps, *first, folded, collapsed=True, undo=self._undo_last
         )
 
-    def show(self, prepared: Prepared | None) -> None:
+    def show(self, prepared: PreparedMaps | None) -> None:
         """Show the controls as the state holds them, and the steps that were done."""
         self._group.show()
         result = (
@@ -246,7 +246,7 @@ class Preparation:
             for sentence in step.sentences
         ]
         self._steps[:] = [self._line(*step) for step in list(failed.items()) or steps]
-        last = next((step for step in reversed(steps) if step[1] in UNDOING), ("", ""))
+        last = next((step for step in reversed(steps) if step[1] in OPTIONS_OF_STEP), ("", ""))
         self._last = last[1]
         self.step.show_last(last[0])
         done = "; ".join(sentence for sentence, _ in steps)
@@ -259,31 +259,33 @@ class Preparation:
     def _requested_steps(self) -> dict[str, str]:
         """Return the requested preparation steps with their labels and methods."""
         specified = self._session.state.specified
-        methods = {name: method for method, names in UNDOING.items() for name in names}
+        methods = {name: method for method, names in OPTIONS_OF_STEP.items() for name in names}
         return {f"{SOLVE.by_name[name].label}: {specified[name]}": methods[name] for name in methods
                 if name in specified}  # fmt: skip
 
     def _line(self, sentence: str, method: str) -> Any:
         text = pn.pane.HTML(
-            f"<span>{controls.escaped(sentence)}</span>", sizing_mode="stretch_width", **style.SHEET
+            f"<span>{controls.escape_markup(sentence)}</span>",
+            sizing_mode="stretch_width",
+            **style.SHEET,
         )
-        if method not in UNDOING:
+        if method not in OPTIONS_OF_STEP:
             return text
 
         def undo() -> None:
             self._session.undo_step(method)
             self._changed()
 
-        undoing = button("Remove", undo, description=f"Remove: {sentence}")
+        undoing = make_button("Remove", undo, description=f"Remove: {sentence}")
         return pn.Row(text, undoing, **style.BLOCK)
 
 
-class Bodies:
+class BodiesPanel:
     """The materials, and the forms of the bodies."""
 
     def __init__(self, session: Session, give: Give) -> None:
         choices = {name: _materials(nothing) for name, nothing in _NOTHING.items()}
-        self._group = Group(session, give, choices)
+        self._group = ControlGroup(session, give, choices)
         self._session = session
         self._sources = pn.pane.HTML("", **style.SHEET)
         roots = self._group.roots
@@ -291,20 +293,20 @@ class Bodies:
             label="Search the catalog", placeholder="steel, 42CrMo4, bronze …", **style.CONTROL
         )
         self._search.param.watch(self._searched, "value_input")
-        self.step = Step(
+        self.step = StepCard(
             "Bodies",
             self._search,
             *roots("material"),
             self._sources,
             *roots("counter-material"),
-            fold("Own values, coatings", partial(roots, *_VALUES)),
-            fold("Nominal forms, two maps", partial(roots, *_FORMS)),
+            make_fold("Own values, coatings", partial(roots, *_VALUES)),
+            make_fold("Nominal forms, two maps", partial(roots, *_FORMS)),
         )
 
     def _searched(self, event: Any) -> None:
         """Offer the materials whose names or conditions have what is typed."""
         for name, nothing in _NOTHING.items():
-            self._group.controls[name].offer(_turned(_materials(nothing, event.new)) or {})
+            self._group.controls[name].offer(_by_label(_materials(nothing, event.new)) or {})
 
     def show(self) -> None:
         """Show what the state holds, and where the values of its material are from."""
@@ -318,12 +320,12 @@ class Bodies:
         self.step.summarize(done, text)
 
 
-class Model:
+class ModelPanel:
     """What lies beyond the map, and what holds the pressure."""
 
     def __init__(self, session: Session, give: Give) -> None:
         self._session, self._give = session, give
-        self._group = Group(session, give, {"boundary": _QUESTION})
+        self._group = ControlGroup(session, give, {"boundary": _QUESTION})
         roots = self._group.roots
         self._ceiling = ""
         self._factor = pn.widgets.TextInput(
@@ -333,9 +335,9 @@ class Model:
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
         rest = partial(roots, "load-point", "tolerance", "max-iterations", "precision")
         extent = pn.pane.HTML('<p class="quiet">Boundary: extent of the body</p>', **style.SHEET)
-        self.step = Step(
+        self.step = StepCard(
             "Model", extent, *roots("boundary", "ceiling"), self._factor, self._wrong,
-            fold("Tilt, solver", rest),
+            make_fold("Tilt, solver", rest),
         )  # fmt: skip
 
     def show(self) -> None:
@@ -354,13 +356,13 @@ class Model:
         if not event.new.strip():
             return
         try:
-            self._ceiling = _multiple(event.new, self._session)
+            self._ceiling = _strength_multiple(event.new, self._session)
             self._give("ceiling", self._ceiling)
         except RoughcontactError as error:
             controls.show_alert(self._wrong, controls.error_text(error))
 
 
-def _multiple(text: str, session: Session) -> str:
+def _strength_multiple(text: str, session: Session) -> str:
     """Return a multiple of the smaller yield strength of the bodies, as one would type it."""
     factor = parsing.number(text, "ceiling")
     prepared = session.prepared
@@ -373,7 +375,7 @@ def _multiple(text: str, session: Session) -> str:
             "as a multiple needs a body with a yield strength, and a map: choose them first, or "
             "give the ceiling as a pressure", argument="ceiling",
         )  # fmt: skip
-    return engineering(factor * min(strengths), "Pa", _DIGITS)
+    return format_engineering(factor * min(strengths), "Pa", _DIGITS)
 
 
 def _materials(nothing: str, search: str = "") -> dict[str, str]:
@@ -396,7 +398,7 @@ def _sources(name: str) -> str:
     values = (entry.young, entry.poisson, entry.yield_strength, entry.exponent)
     sources = dict.fromkeys(value.source for value in values if value is not None)
     text = "; ".join(sources)
-    return f'<p class="quiet">Values: {controls.escaped(text)}</p>'
+    return f'<p class="quiet">Values: {controls.escape_markup(text)}</p>'
 
 
 # --- Bringing a map: dropped, chosen from the demonstration maps, generated, or a smooth body ---
@@ -423,7 +425,12 @@ UPLOADS = "upload"
 _LISTED = 12
 _FILE = ("channel", "unit", "size", "override-size", "format")
 _GENERATED = ("size", "points", "sq", "sal", "sdq", "hurst", "str", "lay", "ssk", "sku", "seed")
-_BRING_FIRST: dict[str, Value] = {"size": "0.2 mm", "points": "512", "sq": "0.2 um", "sal": "5 um"}
+_FIRST_MAP_OPTIONS: dict[str, Value] = {
+    "size": "0.2 mm",
+    "points": "512",
+    "sq": "0.2 um",
+    "sal": "5 um",
+}
 
 
 class MapPanel:
@@ -432,7 +439,7 @@ class MapPanel:
     def __init__(
         self,
         session: Session,
-        visit: Visit,
+        visit: PageVisit,
         give: Give,
         generate: Callable[[dict[str, Value], Callable[[Path], None]], None],
         changed: Callable[[], None],
@@ -443,33 +450,33 @@ class MapPanel:
         self._folder = visit.work.folder
         self._generate = generate
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
-        self._drop = _dropper("Drop a height map here, or choose a file", self._dropped)
-        self._nominal = Group(session, give)
+        self._drop = _make_file_drop("Drop a height map here, or choose a file", self._dropped)
+        self._nominal = ControlGroup(session, give)
         self._demonstration = pn.widgets.Select(
             label="Or a demonstration map", options=["", *DEMONSTRATIONS], **style.CONTROL
         )
         self._demonstration.param.watch(self._demonstrated, "value")
-        self._group = Group(session, give)
+        self._group = ControlGroup(session, give)
         self._channels: Sequence[str] = ()
-        self._wanted: dict[str, Value] = dict(_BRING_FIRST)
-        self._of_file = fold("Channel, unit, sides", self._about_file)
+        self._wanted: dict[str, Value] = dict(_FIRST_MAP_OPTIONS)
+        self._of_file = make_fold("Channel, unit, sides", self._about_file)
         self.start = self._started()
-        self.step = Step(
+        self.step = StepCard(
             "Map",
             self._drop,
             self._wrong,
             self._demonstration,
             self._of_file,
-            fold("Earlier work, or remove this", self._about_works),
-            fold("Counter-body with its own map", self._about_other),
-            fold("Generate a surface", self._about_generated),
-            fold("A smooth body without a map", self._about_smooth),
+            make_fold("Earlier work, or remove this", self._about_works),
+            make_fold("Counter-body with its own map", self._about_other),
+            make_fold("Generate a surface", self._about_generated),
+            make_fold("A smooth body without a map", self._about_smooth),
         )
 
     def _started(self) -> Any:
         """Return the sheet before there is a map."""
         examples = (
-            button(name, partial(self._demonstrate, name)) for name in DEMONSTRATIONS
+            make_button(name, partial(self._demonstrate, name)) for name in DEMONSTRATIONS
         )  # fmt: skip
         about = (
             "<h1>Open a height map</h1><p>A file of a profilometer, an AFM or a stylus. It stays "
@@ -477,7 +484,7 @@ class MapPanel:
         )
         return pn.Column(
             pn.pane.HTML(about, **style.SHEET),
-            _dropper("Drop the file, or choose it", self._dropped, margin=(8, 0, 16, 0)),
+            _make_file_drop("Drop the file, or choose it", self._dropped, margin=(8, 0, 16, 0)),
             pn.pane.HTML("<h2>Examples</h2>", **style.SHEET),
             pn.Row(*examples), max_width=620, sizing_mode="stretch_width", margin=(40, 16),
         )  # fmt: skip
@@ -489,7 +496,7 @@ class MapPanel:
 
     def _about_works(self) -> list[Any]:
         links = "".join(
-            f'<p><a href="?work={work.key}">{controls.escaped(_title(work))}</a></p>'
+            f'<p><a href="?work={work.key}">{controls.escape_markup(_work_title(work))}</a></p>'
             for work in self._visit.earlier()[:_LISTED]
         )
         text = pn.pane.HTML(links or '<p class="quiet">No other work is kept.</p>', **style.SHEET)
@@ -504,22 +511,22 @@ class MapPanel:
             self._removed()
 
     def _about_other(self) -> list[Any]:
-        drop = _dropper("Drop the map of the counter-body", self._faced)
-        return [drop, button("Remove counter-map", self._unfaced)]
+        drop = _make_file_drop("Drop the map of the counter-body", self._faced)
+        return [drop, make_button("Remove counter-map", self._unfaced)]
 
     def _about_generated(self) -> list[Any]:
         wanted = [Control(name, self._want, task=GENERATE) for name in _GENERATED]
         for control in wanted:
             control.show(self._wanted)
-        created = button("Generate", self._make, primary=True)
+        created = make_button("Generate", self._make, primary=True)
         return [*(control.root for control in wanted), created]
 
     def _about_smooth(self) -> list[Any]:
         words = '<p class="quiet">Its form stands under Bodies.</p>'
         nominal = self._nominal.roots("points", "size")
-        return [pn.pane.HTML(words, **style.SHEET), *nominal, button("Use no map", self._bare)]
+        return [pn.pane.HTML(words, **style.SHEET), *nominal, make_button("Use no map", self._bare)]
 
-    def show(self, prepared: Prepared | None) -> None:
+    def show(self, prepared: PreparedMaps | None) -> None:
         """Show the state, and the properties of the map."""
         state = self._session.state
         self._group.show()
@@ -544,7 +551,7 @@ class MapPanel:
         lacking = [name for name in _FILE if name in about]
         if lacking:
             self.step.root.collapsed = self._of_file.collapsed = False
-            text = self._session.state.named(controls.error_text(error))
+            text = self._session.state.with_user_names(controls.error_text(error))
             self._group.controls[lacking[0]].complain(text)
         return bool(lacking)
 
@@ -552,14 +559,14 @@ class MapPanel:
         if value in ("", False):
             self._wanted.pop(name, None)
             return
-        GENERATE.parsed({name: value})
+        GENERATE.parse_options({name: value})
         self._wanted[name] = value
 
     def _dropped(self, text: dict[str, Any]) -> None:
-        self._do(lambda: self._session.bring(*self._arrived(text)))
+        self._do(lambda: self._session.open_map(*self._arrived(text)))
 
     def _faced(self, text: dict[str, Any]) -> None:
-        self._do(lambda: self._session.face(*self._arrived(text)))
+        self._do(lambda: self._session.open_counter_map(*self._arrived(text)))
 
     def _arrived(self, text: dict[str, Any]) -> tuple[Path, str]:
         """Return where a file is that came, and what the user calls it."""
@@ -572,10 +579,10 @@ class MapPanel:
         return path, str(text.get("name", ""))
 
     def _unfaced(self) -> None:
-        self._do(lambda: self._session.face(None))
+        self._do(lambda: self._session.open_counter_map(None))
 
     def _bare(self) -> None:
-        self._do(lambda: self._session.bring(None))
+        self._do(lambda: self._session.open_map(None))
 
     def _demonstrated(self, event: Any) -> None:
         if event.new:
@@ -588,7 +595,7 @@ class MapPanel:
         self._generate(dict(self._wanted), self._taken("generated.npz"))
 
     def _taken(self, name: str) -> Callable[[Path], None]:
-        return lambda path: self._do(lambda: self._session.bring(path, name))
+        return lambda path: self._do(lambda: self._session.open_map(path, name))
 
     def _do(self, action: Callable[[], object]) -> None:
         try:
@@ -604,14 +611,14 @@ class MapPanel:
         controls.show_alert(self._wrong, controls.error_text(error))
 
 
-def _dropper(text: str, arrived: Callable[[dict[str, Any]], None], **more: Any) -> Any:
+def _make_file_drop(text: str, arrived: Callable[[dict[str, Any]], None], **more: Any) -> Any:
     """Return where a file is dropped."""
-    created = Drop(words=text, address=UPLOADS, **{**style.BLOCK, **more})
+    created = FileDrop(words=text, address=UPLOADS, **{**style.BLOCK, **more})
     created.param.watch(lambda event: arrived(event.new), "arrived")
     return created
 
 
-def _title(work: SavedProject) -> str:
+def _work_title(work: SavedProject) -> str:
     """Return what a work is called: its map, and when it was last used."""
     used = datetime.fromtimestamp(work.folder.stat().st_mtime).strftime("%Y-%m-%d %H:%M")
     try:

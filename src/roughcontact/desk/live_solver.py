@@ -3,7 +3,7 @@
 A thread of its own does the work, so that whoever asks goes on at once. A solve that began ends,
 unless other maps are requested; of the requests that come meanwhile only the newest waits.
 
-`Live`: Kept are the maps as they were read, as they are prepared, and no result: at most twice
+`LiveSolver`: Kept are the maps as they were read, as they are prepared, and no result: at most twice
 the heights of both bodies.
 """
 
@@ -27,7 +27,7 @@ from roughcontact.formats import read
 from roughcontact.request import maps
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
-from roughcontact.request.run import solved
+from roughcontact.request.run import solve_request
 from roughcontact.solvers.progress import Progress
 from roughcontact.surface.surface import Surface
 
@@ -35,7 +35,7 @@ _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class Prepared:
+class PreparedMaps:
     """The maps of a request, ready to be pressed together."""
 
     request: Request  # Request
@@ -43,7 +43,7 @@ class Prepared:
 
 
 @dataclass(frozen=True)
-class Failed:
+class FailedRequest:
     """Why a request cannot be done."""
 
     request: Request | None  # Request, if it was valid
@@ -58,7 +58,7 @@ class Preview:
     contact: ContactResult  # What came out
 
 
-Event = Prepared | Preview | Outcome | Progress | Failed | str
+Event = PreparedMaps | Preview | Outcome | Progress | FailedRequest | str
 """Events: a stage, prepared maps, solver progress, a result, or a failure."""
 
 PREVIEW_POINTS = 256
@@ -66,14 +66,14 @@ PREVIEW_POINTS = 256
 
 
 # Seconds after which a contact no longer waits for those of other pages.
-_PATIENCE = 5.0
+_MAX_WAIT = 5.0
 
 
-class _Stale(Exception):  # noqa: N818 - no error: something newer was asked for
+class _Outdated(Exception):  # noqa: N818 - no error: something newer was asked for
     """Other maps were asked for in the meantime, or nothing any more."""
 
 
-class Answer(Enum):
+class LiveAnswer(Enum):
     """What a request is answered with."""
 
     MAPS = "maps"
@@ -81,7 +81,7 @@ class Answer(Enum):
     CONTACT = "contact"
 
 
-class Live:
+class LiveSolver:
     """Solves the last request."""
 
     def __init__(
@@ -94,7 +94,7 @@ class Live:
         self._reader = reader
         self._turns = turns or threading.Semaphore()
         self._changed = threading.Condition()
-        self._pending: tuple[Request, Answer] | None = None
+        self._pending: tuple[Request, LiveAnswer] | None = None
         self._under_way: Request | None = None
         self._at_work = False
         self._closed = False
@@ -105,7 +105,7 @@ class Live:
         self._thread = threading.Thread(target=self._follow, name="live", daemon=True)
         self._thread.start()
 
-    def ask(self, request: Request, answer: Answer = Answer.CONTACT) -> None:
+    def request(self, request: Request, answer: LiveAnswer = LiveAnswer.CONTACT) -> None:
         """Solve this next, in place of what waits."""
         with self._changed:
             self._pending = request, answer
@@ -146,47 +146,49 @@ class Live:
                 (request, wanted), self._pending = self._pending, None
                 self._under_way = request
                 self._at_work, self._drop, self._is_seen = True, False, False
-            with contextlib.suppress(_Stale):
-                self._tell(self._answer(request, wanted))
+            with contextlib.suppress(_Outdated):
+                self._notify(self._answer(request, wanted))
 
-    def _answer(self, request: Request, wanted: Answer) -> Event:
+    def _answer(self, request: Request, wanted: LiveAnswer) -> Event:
         """Return the result, or the maps where only these are wanted, or why there is none."""
         try:
             surfaces = self._maps(request)
-            if wanted is Answer.PREVIEW:
+            if wanted is LiveAnswer.PREVIEW:
                 if self._coarse is None or self._coarse[0] is not surfaces:
-                    self._coarse = surfaces, tuple(map(coarsened, surfaces))
-                with self._turn():
-                    contact = solved(request, self._coarse[1], self._tell, self._tell).contact
+                    self._coarse = surfaces, tuple(map(coarsen_surface, surfaces))
+                with self._wait_for_turn():
+                    contact = solve_request(
+                        request, self._coarse[1], self._notify, self._notify
+                    ).contact
                 assert contact is not None
                 return Preview(request, contact)
-            prepared = Prepared(request, surfaces)
-            if wanted is Answer.MAPS:
+            prepared = PreparedMaps(request, surfaces)
+            if wanted is LiveAnswer.MAPS:
                 return prepared
-            self._tell(prepared)
-            with self._turn():
+            self._notify(prepared)
+            with self._wait_for_turn():
                 show = partial(self._show, request)
-                return solved(request, surfaces, self._tell, self._tell, show)
+                return solve_request(request, surfaces, self._notify, self._notify, show)
         except RoughcontactError as error:
-            return Failed(request, error)
+            return FailedRequest(request, error)
         except MemoryError:
             words = "the memory is used up; crop the map, or choose a coarser pixel"
-            return Failed(request, InputError(words))
+            return FailedRequest(request, InputError(words))
         except OSError as error:
             place = error.filename or "a file"
-            return Failed(request, FormatError(f"{place}: {error.strerror or error}"))
-        except _Stale:
+            return FailedRequest(request, FormatError(f"{place}: {error.strerror or error}"))
+        except _Outdated:
             raise
         except Exception as error:
             # A mistake of the program must not leave a page that waits for ever.
             _log.exception("a contact could not be solved")
             words = f"an internal error ended this ({type(error).__name__}): report it"
-            return Failed(request, InputError(words))
+            return FailedRequest(request, InputError(words))
 
     @contextlib.contextmanager
-    def _turn(self) -> Iterator[None]:
-        """Wait until at most one other page solves, or `_PATIENCE` is over."""
-        is_given = self._turns.acquire(timeout=_PATIENCE)
+    def _wait_for_turn(self) -> Iterator[None]:
+        """Wait until at most one other page solves, or `_MAX_WAIT` is over."""
+        is_given = self._turns.acquire(timeout=_MAX_WAIT)
         try:
             yield
         finally:
@@ -195,13 +197,13 @@ class Live:
 
     def _show(self, request: Request, contact: ContactResult) -> None:
         """Tell a contact before its solve under the calibrated ceiling, which a request ends."""
-        self._tell(Preview(request, contact))
+        self._notify(Preview(request, contact))
         self._is_seen = True
 
-    def _tell(self, what: Event) -> None:
+    def _notify(self, what: Event) -> None:
         with self._changed:
             if self._closed or self._drop or self._is_outdated:
-                raise _Stale
+                raise _Outdated
         self._on_event(what)
 
     @property
@@ -210,21 +212,21 @@ class Live:
         if self._pending is None or self._under_way is None:
             return False
         request, wanted = self._pending
-        needs_others = wanted is Answer.MAPS or _maps_of(request) != _maps_of(self._under_way)
+        needs_others = wanted is LiveAnswer.MAPS or _maps_key(request) != _maps_key(self._under_way)
         return self._is_seen or needs_others
 
     def _maps(self, request: Request) -> tuple[Surface, ...]:
-        key = _maps_of(request)
+        key = _maps_key(request)
         if self._prepared is None or self._prepared[0] != key:
             self._prepared = self._coarse = None
-            result = maps.surfaces(request, self._tell, partial(self._reading, request.inputs))
+            result = maps.surfaces(request, self._notify, partial(self._reading, request.inputs))
             self._prepared = key, tuple(result)
         return self._prepared[1]
 
     def _reading(
         self, inputs: Sequence[Path], path: Path, announced: Callable[..., None], *reading: Any
     ) -> Surface:
-        key = path, _moment(path), reading
+        key = path, _modification_times(path), reading
         if key not in self._read:
             # Maps that are not asked for any more go first.
             self._read = {old: item for old, item in self._read.items() if old[0] in inputs}
@@ -234,7 +236,7 @@ class Live:
         return self._read[key]
 
 
-def coarsened(surface: Surface) -> Surface:
+def coarsen_surface(surface: Surface) -> Surface:
     """Return a surface with few enough pixels for a preview, each the mean of several."""
     block = math.ceil(max(surface.shape) / PREVIEW_POINTS)
     blocks = min(block, surface.shape[0]), block
@@ -245,13 +247,13 @@ def coarsened(surface: Surface) -> Surface:
     return replace(surface, heights=heights, pixel=(dy * blocks[0], dx * blocks[1]))
 
 
-def _maps_of(request: Request) -> tuple[Any, ...]:
+def _maps_key(request: Request) -> tuple[Any, ...]:
     """Return what the prepared maps of a request depend on."""
     prepares = (option.name for option in request.task.options if option.prepares)
     return request.file, tuple(map(request.specified.get, prepares))
 
 
-def _moment(path: Path) -> tuple[int, int] | None:
+def _modification_times(path: Path) -> tuple[int, int] | None:
     """Return what changes with a file's content, None where there is no file."""
     try:
         result = path.stat()

@@ -13,11 +13,11 @@ from roughcontact import units
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, style
 from roughcontact.desk.controls import Give
-from roughcontact.desk.live_solver import Prepared
+from roughcontact.desk.live_solver import PreparedMaps
 from roughcontact.desk.session import Given, Session
 from roughcontact.desk.widgets import Slider
 from roughcontact.errors import RoughcontactError
-from roughcontact.material.material import contact_modulus, softer
+from roughcontact.material.material import contact_modulus, softer_material
 from roughcontact.request.options import APPROACH, CEILING
 from roughcontact.surface.surface import Surface
 
@@ -34,7 +34,7 @@ _PEAKS = 5.0
 
 
 @dataclass(frozen=True)
-class Form:
+class LoadForm:
     """A form in which a load is given."""
 
     name: str  # What it is called
@@ -43,15 +43,15 @@ class Form:
     example: str  # A text of it
 
 
-FORCE = Form("Force", "load", "N", "1 N")
-NOMINAL = Form("Nominal pressure", "load", "Pa", "20 MPa")
-LINE = Form("Line load", "load", "N/m", "600 N/mm")
-HERTZ = Form("Hertz pressure", "hertz", "Pa", "1.5 GPa")
-APPROACH_AXIS = Form("Approach", "approach", "m", "1 um")
+FORCE = LoadForm("Force", "load", "N", "1 N")
+NOMINAL = LoadForm("Nominal pressure", "load", "Pa", "20 MPa")
+LINE = LoadForm("Line load", "load", "N/m", "600 N/mm")
+HERTZ = LoadForm("Hertz pressure", "hertz", "Pa", "1.5 GPa")
+APPROACH_AXIS = LoadForm("Approach", "approach", "m", "1 um")
 FORMS = (FORCE, NOMINAL, LINE, HERTZ, APPROACH_AXIS)
 
 
-def form_of(specified: Given) -> Form:
+def form_of(specified: Given) -> LoadForm:
     """Return the form in which the load is given; a nominal pressure where there is none."""
     for form in (HERTZ, APPROACH_AXIS):
         if form.option in specified:
@@ -65,12 +65,12 @@ def form_of(specified: Given) -> Form:
     return LINE if "/" in unit else FORCE
 
 
-def span(form: Form, prepared: Prepared) -> tuple[float, float]:
+def slider_range(form: LoadForm, prepared: PreparedMaps) -> tuple[float, float]:
     """Return the smallest and the largest value that the slider gives [SI]."""
     request, surface = prepared.request, prepared.surfaces[0]
     bodies = request.bodies()
     pressure = _HIGHEST * contact_modulus(*bodies)
-    softest, ceiling = softer(*bodies), request.get(CEILING)
+    softest, ceiling = softer_material(*bodies), request.get(CEILING)
     if isinstance(ceiling, str):
         ceiling = None if softest is None else softest.ceiling
     if ceiling is not None:
@@ -85,13 +85,13 @@ def span(form: Form, prepared: Prepared) -> tuple[float, float]:
     return _rounded(largest * 10.0**-_DECADES), _rounded(largest)
 
 
-def text_at(position: int, ends: tuple[float, float], form: Form) -> str:
+def text_at_position(position: int, ends: tuple[float, float], form: LoadForm) -> str:
     """Return the text that a position of the slider stands for, as one would type it."""
     value = ends[0] * (ends[1] / ends[0]) ** (position / STEPS)
-    return units.engineering(_rounded(value), form.unit, _DIGITS)
+    return units.format_engineering(_rounded(value), form.unit, _DIGITS)
 
 
-def ticks(ends: tuple[float, float], form: Form) -> list[tuple[float, str]]:
+def slider_ticks(ends: tuple[float, float], form: LoadForm) -> list[tuple[float, str]]:
     """Return the marks of the scale: places from 0 to 1, and a text at every second decade."""
     first, last = (math.floor(math.log10(end)) for end in ends)
     decades, odd = math.log(ends[1] / ends[0]), last % 2
@@ -99,26 +99,26 @@ def ticks(ends: tuple[float, float], form: Form) -> list[tuple[float, str]]:
               for digit in range(1, 10)]  # fmt: skip
     return [
         (math.log(value / ends[0]) / decades,
-         units.engineering(value, form.unit, _DIGITS) if digit == 1 and power % 2 == odd else "")
+         units.format_engineering(value, form.unit, _DIGITS) if digit == 1 and power % 2 == odd else "")
         for digit, power, value in values if ends[0] <= value <= ends[1]
     ]  # fmt: skip
 
 
-def position_of(value: float, ends: tuple[float, float]) -> int:
+def position_of_value(value: float, ends: tuple[float, float]) -> int:
     """Return the position of the slider that is nearest to a value."""
     share = math.log(value / ends[0]) / math.log(ends[1] / ends[0]) if value > 0 else 0.0
     return round(STEPS * min(1.0, max(0.0, share)))
 
 
-def text_of(result: ContactResult, form: Form) -> str | None:
+def load_text(result: ContactResult, form: LoadForm) -> str | None:
     """Return the load of a result in another form; None where that is not known."""
     if form is FORCE:
-        return units.engineering(result.load, "N", _DIGITS)
+        return units.format_engineering(result.load, "N", _DIGITS)
     if form is NOMINAL:
         area = result.pressure.size * result.pixel_area
-        return units.engineering(result.load / area, "Pa", _DIGITS)
+        return units.format_engineering(result.load / area, "Pa", _DIGITS)
     if form is APPROACH_AXIS and result.approach > 0:
-        return units.engineering(result.approach, "m", _DIGITS)
+        return units.format_engineering(result.approach, "m", _DIGITS)
     return None
 
 
@@ -134,15 +134,15 @@ def _rounded(value: float) -> float:
 # --- The load: its form, its text, and the slider that the contact follows ---
 
 
-class Load:
+class LoadPanel:
     """The load in its forms, and its slider; ``drag`` takes what the thumb passes."""
 
     def __init__(self, session: Session, give: Give, drag: Give) -> None:
         self._session, self._give, self._drag = session, give, drag
-        self._prepared: Prepared | None = None
+        self._prepared: PreparedMaps | None = None
         self._form = NOMINAL
         self._silent = False
-        self._scale: tuple[Form, tuple[float, float]] | None = None
+        self._scale: tuple[LoadForm, tuple[float, float]] | None = None
         self.form = pn.widgets.Select(
             label="Load given as", options={form.name: form for form in FORMS},
             value=self._form, **{**style.CONTROL, "sizing_mode": None}, width=138,
@@ -164,7 +164,7 @@ class Load:
             styles={"flex": "1 1 400px", "min-width": "400px"}, margin=0,
         )  # fmt: skip
 
-    def show(self, prepared: Prepared | None) -> None:
+    def show(self, prepared: PreparedMaps | None) -> None:
         """Show what the state holds."""
         self._prepared = prepared
         specified = self._session.state.specified
@@ -182,7 +182,7 @@ class Load:
             ends, value = self._ends(), self._value()
             if ends is not None and value is not None:
                 texts = self.slider.texts
-                position = position_of(value, ends)
+                position = position_of_value(value, ends)
                 self.slider.value = texts.index(text) if text in texts else position
         finally:
             self._silent = False
@@ -197,11 +197,11 @@ class Load:
         if ends is None:
             self.slider.param.update(texts=[], ticks=[])
         else:
-            texts = [text_at(position, ends, self._form) for position in range(STEPS + 1)]
-            self.slider.param.update(texts=texts, ticks=ticks(ends, self._form))
+            texts = [text_at_position(position, ends, self._form) for position in range(STEPS + 1)]
+            self.slider.param.update(texts=texts, ticks=slider_ticks(ends, self._form))
 
     def _ends(self) -> tuple[float, float] | None:
-        return None if self._prepared is None else span(self._form, self._prepared)
+        return None if self._prepared is None else slider_range(self._form, self._prepared)
 
     def _value(self) -> float | None:
         """Return the load as it is given [SI]."""
@@ -218,11 +218,11 @@ class Load:
         outcome, form = self._session.outcome, event.new
         text = None
         if outcome is not None and outcome.contact is not None:
-            text = text_of(outcome.contact, form)
+            text = load_text(outcome.contact, form)
         self._form = form
         if text is None:
             ends = self._ends()
-            text = form.example if ends is None else text_at(STEPS // 2, ends, form)
+            text = form.example if ends is None else text_at_position(STEPS // 2, ends, form)
         self._set(text, self._give)
 
     def _typed(self, event: Any) -> None:
@@ -235,7 +235,7 @@ class Load:
             self._set(self.slider.texts[place], self._give if event.new["done"] else self._drag)
 
     def _set(self, text: str, give: Give) -> None:
-        with style.together(pn.state.curdoc):
+        with style.batch_changes(pn.state.curdoc):
             try:
                 give(self._form.option, text)
             except RoughcontactError as error:

@@ -37,7 +37,7 @@ from roughcontact.drawing.style import (
     SATURATED,
     cell_mean,
     cell_size,
-    doubt,
+    doubt_suffix,
     prefixed,
     prefixed_window,
 )
@@ -45,7 +45,7 @@ from roughcontact.errors import InputError
 from roughcontact.report.contact_fields import CONTACT
 from roughcontact.report.kind import quantity_of
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering, parse, percent
+from roughcontact.units import format_engineering, format_percent, parse
 
 # Dots of the side of the handle at each end.
 _HANDLE = 16
@@ -53,7 +53,7 @@ _HANDLE = 16
 _BESIDE = 10
 
 
-class View(NamedTuple):
+class MapScale(NamedTuple):
     """How lengths stand on the screen: dots a metre, units of the axes a metre, and the map."""
 
     dots: float
@@ -65,7 +65,7 @@ class SectionLine:
     """A line on the map, whose ends one drags."""
 
     def __init__(self, plot: Any) -> None:
-        self._view = View(1.0, 1.0, Box(0.0, 0.0, 1.0, 1.0))
+        self._view = MapScale(1.0, 1.0, Box(0.0, 0.0, 1.0, 1.0))
         self._line: Line | None = None
         self._drawing = False
         self._call: Callable[[Line], None] | None = None
@@ -91,7 +91,7 @@ class SectionLine:
         for end in self.ends:
             plot.add_layout(end)
         follow = models.CustomJS(args={"ends": self.ends, "source": self.source}, code=_FOLLOW)
-        later = style.Later(plot, self._dragged)
+        later = style.Debounced(plot, self._dragged)
         for end in self.ends:
             for edge in ("left", "right", "top", "bottom"):
                 end.js_on_change(edge, follow)
@@ -106,16 +106,16 @@ class SectionLine:
         """Have ``call(line)`` called whenever it is dragged."""
         self._call = call
 
-    def put(self, line: Line | None) -> None:
+    def set_line(self, line: Line | None) -> None:
         """Set or take away the line; its ends go to the nearest places on the map."""
-        self._line = None if line is None else _within(line, self._view.home)
+        self._line = None if line is None else _clip_box(line, self._view.home)
         self._draw()
 
-    def look_from(self, view: View) -> None:
+    def set_scale(self, view: MapScale) -> None:
         """Keep the handles at their size on the screen."""
         self._view = view
         if self._line is not None:
-            self.put(self._line)
+            self.set_line(self._line)
 
     def _draw(self) -> None:
         factor = self._view.factor
@@ -146,7 +146,7 @@ class SectionLine:
             for end in self.ends
             for first, second in ((end.top, end.bottom), (end.left, end.right))
         )
-        line = _within((y0, x0, y1, x1), self._view.home)
+        line = _clip_box((y0, x0, y1, x1), self._view.home)
         # Handles that were only given another size are still where they were.
         near = 0.1 / self._view.dots
         if max(abs(new - old) for new, old in zip(line, self._line, strict=True)) < near:
@@ -160,7 +160,7 @@ class CropBox:
     """A box on the map, drawn with a tool of its own, then moved and resized."""
 
     def __init__(self, plot: Any) -> None:
-        self._view = View(1.0, 1.0, Box(0.0, 0.0, 1.0, 1.0))
+        self._view = MapScale(1.0, 1.0, Box(0.0, 0.0, 1.0, 1.0))
         self._box: Box | None = None
         self._drawing = False
         self._call: Callable[[Box | None], None] | None = None
@@ -169,7 +169,7 @@ class CropBox:
             fill_color="white", fill_alpha=0.25, line_color=ACCENT, line_width=2,
             hover_fill_color="white", hover_fill_alpha=0.35, hover_line_color=ACCENT,
         )  # fmt: skip
-        self._later = style.Later(plot, self._dragged)
+        self._later = style.Debounced(plot, self._dragged)
         plot.add_layout(self.frame)
         plot.add_tools(
             models.BoxSelectTool(renderers=[], description="Draw a box, for example to crop to it")
@@ -186,7 +186,7 @@ class CropBox:
         """Have ``call(box)`` called whenever it is drawn, moved or taken away."""
         self._call = call
 
-    def put(self, box: Box | None) -> None:
+    def set_box(self, box: Box | None) -> None:
         """Set or take away the box; what reaches beyond the map is cut off."""
         self._box = None if box is None else _cut(box, self._view.home)
         self.frame.visible = self._box is not None
@@ -196,36 +196,36 @@ class CropBox:
             self.frame.update(top=top, left=left, bottom=bottom, right=right)
             self._drawing = False
 
-    def look_from(self, view: View) -> None:
+    def set_scale(self, view: MapScale) -> None:
         """Take up another map or scale."""
         self._view = view
         if self._box is not None:
-            self.put(self._box)
+            self.set_box(self._box)
 
     def _drawn(self, event: Any) -> None:
         geometry = event.geometry
         if not event.final or geometry.get("type") != "rect":
             return
-        self._become([geometry[name] for name in ("y0", "x0", "y1", "x1")])
+        self._set_box([geometry[name] for name in ("y0", "x0", "y1", "x1")])
 
     def _dragged(self) -> None:
         if self._box is not None and not self._drawing:
             frame = self.frame
-            self._become([frame.top, frame.left, frame.bottom, frame.right])
+            self._set_box([frame.top, frame.left, frame.bottom, frame.right])
 
-    def _become(self, edges: Sequence[float]) -> None:
+    def _set_box(self, edges: Sequence[float]) -> None:
         y0, x0, y1, x1 = (edge / self._view.factor for edge in edges)
         box = _cut(Box(min(y0, y1), min(x0, x1), max(y0, y1), max(x0, x1)), self._view.home)
         near = 0.1 / self._view.dots
         before = self._box
         if box and before and max(abs(n - o) for n, o in zip(box, before, strict=True)) < near:
             return
-        self.put(box)
+        self.set_box(box)
         if self._call is not None:
             self._call(self._box)
 
 
-def _within(line: Line, home: Box) -> Line:
+def _clip_box(line: Line, home: Box) -> Line:
     y0, x0, y1, x1 = line
     return (
         min(max(y0, home.top), home.bottom), min(max(x0, home.left), home.right),
@@ -234,7 +234,7 @@ def _within(line: Line, home: Box) -> Line:
 
 
 def _cut(box: Box, home: Box) -> Box | None:
-    y0, x0, y1, x1 = _within((box.top, box.left, box.bottom, box.right), home)
+    y0, x0, y1, x1 = _clip_box((box.top, box.left, box.bottom, box.right), home)
     return Box(y0, x0, y1, x1) if y0 < y1 and x0 < x1 else None
 
 
@@ -274,7 +274,7 @@ _BESIDES = {TOUCH: ("touching", "saturated", "missing"), GAP: ("cover",)}
 """Further columns in the data source of a map."""
 
 
-class Scale(NamedTuple):
+class ColorLimits(NamedTuple):
     """Limits of the colours of a map [SI], and factor and unit in which they are told."""
 
     limits: Limits
@@ -282,15 +282,15 @@ class Scale(NamedTuple):
     unit: str
 
 
-def height_scale(surface: Surface) -> tuple[Scale, float]:
+def height_scale(surface: Surface) -> tuple[ColorLimits, float]:
     """Return the scale of a map of heights as figures have it, and the mean height [m]."""
     blocks = cell_size(surface.shape, surface.size, CELLS_ALONE)
     mean = float(np.nanmean(surface.heights)) if surface.missing < surface.heights.size else 0.0
     limits = height_limits(cell_mean(surface.heights, blocks) - mean)
-    return Scale(limits, *prefixed(max(abs(limits.low), abs(limits.high)), "m")), mean
+    return ColorLimits(limits, *prefixed(max(abs(limits.low), abs(limits.high)), "m")), mean
 
 
-def result_scales(result: ContactResult) -> dict[str, Scale]:
+def result_scales(result: ContactResult) -> dict[str, ColorLimits]:
     """Return the scales of the maps of a result, as figures have them."""
     top = pressure_limit([result])
     blocks = cell_size(result.gap.shape, result.surface.size, CELLS_ALONE)
@@ -303,28 +303,29 @@ def result_scales(result: ContactResult) -> dict[str, Scale]:
         RESIDUAL: (Limits(0.0, deepest or 1e-9, False, False), "m"),
     }
     return {
-        key: Scale(limits, *prefixed(limits.high, unit)) for key, (limits, unit) in answer.items()
+        key: ColorLimits(limits, *prefixed(limits.high, unit))
+        for key, (limits, unit) in answer.items()
     }
 
 
-def headlines(result: ContactResult) -> dict[str, str]:
+def map_titles(result: ContactResult) -> dict[str, str]:
     """Return what stands in the titles of the maps of a result."""
 
     def value_text(key: str) -> str:
         return quantity_of(CONTACT, key).row(result).text
 
-    touching = percent(result.contact_fraction)
+    touching = format_percent(result.contact_fraction)
     if result.ceiling is not None:
-        touching += f", saturated {percent(result.saturated_fraction)}"
+        touching += f", saturated {format_percent(result.saturated_fraction)}"
     deepest = value_text("max_residual_indentation") if result.ceiling is not None else "none"
     answer = {
         PRESSURE: f"largest {value_text('max_pressure')}", TOUCH: touching,
         GAP: f"mean {value_text('mean_gap')}", RESIDUAL: deepest,
     }  # fmt: skip
-    return {key: text + doubt(result) for key, text in answer.items()}
+    return {key: text + doubt_suffix(result) for key, text in answer.items()}
 
 
-class Maps:
+class MapsView:
     """One of five maps large, the others as thumbnails: all have one view."""
 
     def __init__(self) -> None:
@@ -332,27 +333,27 @@ class Maps:
         self.y_range: Any = models.Range1d(1.0, 0.0)
         self._surface: Surface | None = None
         self._result: ContactResult | None = None
-        self._part: rasters.Pressed | None = None
+        self._part: rasters.ResultWindow | None = None
         self._mean, self._factor, self._unit = 0.0, 1.0, "m"
         self._titles: dict[str, str] = {}
-        self._scales: dict[str, Scale] = {}
+        self._scales: dict[str, ColorLimits] = {}
         self.own_limits: dict[str, tuple[float | None, float | None]] = {}
         self._home = self._wanted = Box(0.0, 0.0, 1.0, 1.0)
         self._fitted: tuple[float, ...] = ()
         self.sources: dict[str, Any] = {
-            key: style.source("x", "y", "dw", "dh", key, *_BESIDES.get(key, ()), "told")
+            key: style.empty_source("x", "y", "dw", "dh", key, *_BESIDES.get(key, ()), "told")
             for key in NAMES
         }
         self.mappers = color_mappers()
-        self.bars = {key: style.bar_of(mapper) for key, mapper in self.mappers.items()}
+        self.bars = {key: style.color_bar(mapper) for key, mapper in self.mappers.items()}
         self.plot = self._figure()
         self._layers = {key: self._draw_layers(key) for key in NAMES}
         self.section, self.crop = SectionLine(self.plot), CropBox(self.plot)
         self.legend, self.readout = (
-            style.markup(sizing_mode="stretch_width", margin=(4, 8)) for _ in range(2)
+            style.make_markup(sizing_mode="stretch_width", margin=(4, 8)) for _ in range(2)
         )
         self.readout.syncable = False
-        self._read_out()
+        self._show_cursor_values()
         self._room, self._frame, self._large = (640, 420), (300, 300), PRESSURE
         names = [f"{number} {_SHORT.get(key, NAMES[key])}" for number, key in enumerate(NAMES, 1)]
         self.strip = TabStrip(names=names, active=1, pictured=True, margin=0)
@@ -360,8 +361,8 @@ class Maps:
         self.range = ColorRange(self)
         beside = pn.Column(self.strip, self.range.root, margin=0)
         self.root = pn.Row(pn.pane.Bokeh(self.plot, margin=0), beside, margin=0)
-        self._later = style.Later(self.plot, self._moved)
-        self._others = style.Later(self.plot, self._draw_others, _OTHERS)
+        self._later = style.Debounced(self.plot, self._moved)
+        self._others = style.Debounced(self.plot, self._draw_others, _OTHERS)
         for model in (self.x_range, self.y_range):
             style.on_changes(model, ("start", "end"), self._later)
         self._arrange()
@@ -374,7 +375,7 @@ class Maps:
 
     def show(self, surface: Surface | None, result: ContactResult | None = None) -> None:
         """Show a surface and a result on it; what is ``None`` is empty."""
-        with style.together(self.plot.document):
+        with style.batch_changes(self.plot.document):
             before = self.large
             # A profile is all seen in its section.
             self.root.visible = surface is None or not surface.is_profile
@@ -408,7 +409,7 @@ class Maps:
     def enlarge(self, key: str) -> None:
         """Show a map large."""
         self._large = key
-        with style.together(self.plot.document):
+        with style.batch_changes(self.plot.document):
             self._draw_map(self.large)
             self._arrange()
             self._name()
@@ -417,7 +418,7 @@ class Maps:
         """Take up all of some room [dots]."""
         if (width, height) != self._room:
             self._room = width, height
-            with style.together(self.plot.document):
+            with style.batch_changes(self.plot.document):
                 self._arrange()
                 self._fit(self._wanted)
                 self._draw()
@@ -444,7 +445,7 @@ class Maps:
 
     def zoom(self, box: Box | None = None) -> None:
         """Bring a box into sight [m]; by default the whole map."""
-        with style.together(self.plot.document):
+        with style.batch_changes(self.plot.document):
             self._fit(self._home if box is None else box)
             self._draw()
 
@@ -452,7 +453,7 @@ class Maps:
         before, self._surface = self._surface, surface
         if surface is None:
             self._titles = {}
-            style.empty(self.sources[HEIGHTS])
+            style.clear_source(self.sources[HEIGHTS])
             return
         self._scales[HEIGHTS], self._mean = height_scale(surface)
         if before is None or (before.size, before.shape) != (surface.size, surface.shape):
@@ -466,10 +467,10 @@ class Maps:
 
     def _put_result(self, result: ContactResult | None) -> None:
         self._result = result
-        self._titles = headlines(result) if result is not None else {}
+        self._titles = map_titles(result) if result is not None else {}
         if result is None:
             self._part = None
-            style.empty(*(self.sources[key] for key in NAMES if key != HEIGHTS))
+            style.clear_source(*(self.sources[key] for key in NAMES if key != HEIGHTS))
             return
         self._scales |= result_scales(result)
         self._draw_result()
@@ -481,7 +482,7 @@ class Maps:
         if key == HEIGHTS and self._surface is not None:
             two = result is not None and result.counter_surface is not None
             name = f"{name} of the body" if two else name
-            text = f"Sq {engineering(self._surface.Sq, 'm')}"
+            text = f"Sq {format_engineering(self._surface.Sq, 'm')}"
         self.plot.title.text = f"{name}, {text}" if text else name
         self.range.show()
 
@@ -507,12 +508,12 @@ class Maps:
         if not (own.low if low is None else low) < (own.high if high is None else high):
             raise InputError("the highest value must lie above the lowest")
         self.own_limits[key] = low, high
-        with style.together(self.plot.document):
+        with style.batch_changes(self.plot.document):
             self._draw_map(key)
             self._others()
 
     def _window(self, surface: Surface) -> Window:
-        return rasters.window(surface.shape, surface.pixel, self.seen, self._frame, _MARGIN)
+        return rasters.window_of(surface.shape, surface.pixel, self.seen, self._frame, _MARGIN)
 
     def _draw(self) -> None:
         self._draw_map(HEIGHTS)
@@ -523,14 +524,14 @@ class Maps:
         if self._result is None:
             return
         # A preview has larger pixels than the map.
-        self._part = rasters.pressed(self._result, self._window(self._result.surface))
+        self._part = rasters.result_window(self._result, self._window(self._result.surface))
         self._draw_map(self.large)
         self._others()
 
     def _draw_others(self) -> None:
         if self._result is None:
             return
-        with style.together(self.plot.document):
+        with style.batch_changes(self.plot.document):
             for key in NAMES:
                 if key not in (HEIGHTS, self.large):
                     self._draw_map(key)
@@ -547,7 +548,7 @@ class Maps:
             told = {"unit": self._scales[key].unit}
         if key == HEIGHTS:
             view = self._window(surface)
-            columns = {key: rasters.heights(surface, view, self._mean)}
+            columns = {key: rasters.mean_heights(surface, view, self._mean)}
         else:
             assert part is not None
             assert self._result is not None
@@ -556,7 +557,7 @@ class Maps:
         if key in self._scales:
             columns[key] = columns[key] * np.float32(self._scales[key].factor)
         top, left, bottom, right = (
-            edge * self._factor for edge in rasters.extent(view, surface.pixel)
+            edge * self._factor for edge in rasters.window_extent(view, surface.pixel)
         )
         told |= {"length": self._unit, "cell": list(view.blocks)}
         self.sources[key].data = {
@@ -569,7 +570,7 @@ class Maps:
         data = self.sources[key].data
         values = data[key][0]
         if key in self.mappers:
-            values = rasters.colored(values, self.mappers[key])
+            values = rasters.map_colors(values, self.mappers[key])
         return rasters.thumbnail(values, data["cover"][0] if key == GAP else None)
 
     def _moved(self) -> None:
@@ -577,7 +578,7 @@ class Maps:
         if self._surface is None or ranges == self._fitted:
             return
         self._fitted, self._wanted = ranges, self.seen
-        with style.together(self.plot.document):
+        with style.batch_changes(self.plot.document):
             self._look()
             self._draw()
 
@@ -609,9 +610,9 @@ class Maps:
     def _look(self) -> None:
         """Pass the map scale to the annotations of the map."""
         dots = self._frame[1] / max(self.seen.right - self.seen.left, 1e-300)
-        view = View(dots, self._factor, self._home)
-        self.section.look_from(view)
-        self.crop.look_from(view)
+        view = MapScale(dots, self._factor, self._home)
+        self.section.set_scale(view)
+        self.crop.set_scale(view)
 
     def _figure(self) -> Any:
         cross: list[Any] = [models.Span(dimension=d, line_color=NEUTRAL, line_dash="dotted",
@@ -641,22 +642,24 @@ class Maps:
             lost = float(np.count_nonzero(np.isnan(result.gap))) / result.gap.size
             touching, saturated = result.contact_fraction, result.saturated_fraction
             entries = [
-                (OPEN, f"no contact {percent(1 - touching - lost)}"),
-                (ELASTIC, f"elastic {percent(touching - saturated)}"),
-                (SATURATED, f"saturated {percent(saturated)}"),
-                (CLOSED, f"closed, in the gap {percent(touching)}"),
+                (OPEN, f"no contact {format_percent(1 - touching - lost)}"),
+                (ELASTIC, f"elastic {format_percent(touching - saturated)}"),
+                (SATURATED, f"saturated {format_percent(saturated)}"),
+                (CLOSED, f"closed, in the gap {format_percent(touching)}"),
             ]
         missing = 0 if self._surface is None else self._surface.missing
         if missing and self._surface is not None:
-            entries.append((MISSING, f"missing {percent(missing / self._surface.heights.size)}"))
+            entries.append(
+                (MISSING, f"missing {format_percent(missing / self._surface.heights.size)}")
+            )
         if result is not None and self._scales[PRESSURE].limits.above:
             entries.append((OVER, "pressure beyond the scale"))
-        lines = "".join(f"<div>{style.patch(*entry)}</div>" for entry in entries)
-        style.put(self.legend, lines)
+        lines = "".join(f"<div>{style.color_patch(*entry)}</div>" for entry in entries)
+        style.set_markup(self.legend, lines)
 
-    def _read_out(self) -> None:
+    def _show_cursor_values(self) -> None:
         """Show the values at the cursor."""
-        style.put(self.readout, _NOTHING)
+        style.set_markup(self.readout, _NOTHING)
         args = {**self.sources, "div": self.readout}
         read = models.CustomJS(args=args, code=_READ)
         leave = models.CustomJS(args={"div": self.readout, "text": self.readout.text}, code=_LEAVE)
@@ -668,7 +671,7 @@ class Maps:
 class ColorRange:
     """The lowest and the highest value of the colors of the large map, as one types them."""
 
-    def __init__(self, maps: Maps) -> None:
+    def __init__(self, maps: MapsView) -> None:
         self._maps, self._silent = maps, False
         about = {**style.CONTROL, "sizing_mode": None, "width": 128}
         self.ends = [
@@ -689,7 +692,7 @@ class ColorRange:
         self._silent = True
         try:
             for end, number in zip(self.ends, given, strict=True):
-                end.value = "" if number is None else engineering(number, unit)
+                end.value = "" if number is None else format_engineering(number, unit)
                 end.placeholder = "auto"
         finally:
             self._silent = False
@@ -714,14 +717,16 @@ def _unit(key: str) -> str:
     return "Pa" if key == PRESSURE else "m"
 
 
-def _columns(key: str, part: rasters.Pressed) -> dict[str, Any]:
+def _columns(key: str, part: rasters.ResultWindow) -> dict[str, Any]:
     """Return what a map shows of the cells of a contact [SI]."""
     if key == TOUCH:
-        shares = dict(zip(_BESIDES[TOUCH], rasters.shares(part), strict=True))
-        return {TOUCH: rasters.contact(part), **shares}
+        shares = dict(zip(_BESIDES[TOUCH], rasters.contact_shares(part), strict=True))
+        return {TOUCH: rasters.contact_colors(part), **shares}
     if key == GAP:
-        return {GAP: rasters.gap(part), "cover": rasters.cover(part)}
-    return {key: rasters.pressure(part) if key == PRESSURE else rasters.residual(part)}
+        return {GAP: rasters.mean_gap(part), "cover": rasters.closed_colors(part)}
+    return {
+        key: rasters.largest_pressure(part) if key == PRESSURE else rasters.deepest_residual(part)
+    }
 
 
 def map_figure(title: str, x_range: Any, y_range: Any, cross: list[Any], **look: Any) -> Any:
@@ -733,7 +738,7 @@ def map_figure(title: str, x_range: Any, y_range: Any, cross: list[Any], **look:
                models.CrosshairTool(overlay=cross)],
         toolbar_location="right", **look,
     )  # fmt: skip
-    style.quiet(plot)
+    style.apply_style(plot)
     plot.grid.visible = False
     return plot
 
@@ -745,16 +750,17 @@ def color_mappers() -> dict[str, Any]:
     steps = np.linspace(0, 1, 256)
     return {
         HEIGHTS: models.LinearColorMapper(
-            palette=style.palette(colormaps["viridis"](steps)), nan_color=MISSING
+            palette=style.color_palette(colormaps["viridis"](steps)), nan_color=MISSING
         ),
         PRESSURE: models.LinearColorMapper(
-            palette=style.palette(pressure_colors()), nan_color=OPEN, high_color=OVER
+            palette=style.color_palette(pressure_colors()), nan_color=OPEN, high_color=OVER
         ),
         GAP: models.LinearColorMapper(
-            palette=style.palette(colormaps["Blues"](steps)), nan_color=MISSING
+            palette=style.color_palette(colormaps["Blues"](steps)), nan_color=MISSING
         ),
         RESIDUAL: models.LinearColorMapper(
-            palette=style.palette(colormaps["Reds"](np.linspace(0.25, 1, 256))), nan_color=OPEN
+            palette=style.color_palette(colormaps["Reds"](np.linspace(0.25, 1, 256))),
+            nan_color=OPEN,
         ),
     }
 

@@ -17,15 +17,15 @@ from roughcontact.analyses.generate import task as generation
 from roughcontact.cautions import Caution
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, header, inputs_panel, load_panel, style, workers
-from roughcontact.desk.controls import Run, button
-from roughcontact.desk.detail_panel import Detail
+from roughcontact.desk.controls import Run, make_button
+from roughcontact.desk.detail_panel import DetailPanel
 from roughcontact.desk.header import Header
-from roughcontact.desk.live_solver import Event, Failed, Live, Prepared, Preview
-from roughcontact.desk.maps import Maps
+from roughcontact.desk.live_solver import Event, FailedRequest, LiveSolver, PreparedMaps, Preview
+from roughcontact.desk.maps import MapsView
 from roughcontact.desk.rasters import Box
-from roughcontact.desk.server import Visit
-from roughcontact.desk.session import Line, Session, State, Value
-from roughcontact.desk.widgets import Frame, Views, reload_when_broken, tell_when_lost
+from roughcontact.desk.server import PageVisit
+from roughcontact.desk.session import Line, Session, SessionState, Value
+from roughcontact.desk.widgets import Frame, TabPanels, reload_when_broken, tell_when_lost
 from roughcontact.errors import RoughcontactError
 from roughcontact.report import contact, kinds, phrases
 from roughcontact.report.kind import TRUST
@@ -38,7 +38,7 @@ _SHORT = 0.6
 """Delay [s] before progress is shown."""
 
 
-class Shown(NamedTuple):
+class ShownResult(NamedTuple):
     """A result, the request it answers, and its numbers, state and table as HTML."""
 
     request: Request
@@ -49,7 +49,7 @@ class Shown(NamedTuple):
     cautions: tuple[Caution, ...]
 
 
-class Previewed(NamedTuple):
+class ShownPreview(NamedTuple):
     """A preview, the request it answers, and its numbers as HTML."""
 
     request: Request
@@ -60,35 +60,39 @@ class Previewed(NamedTuple):
 class Page:
     """One page on one piece of work."""
 
-    def __init__(self, visit: Visit) -> None:
-        work, bench = visit.work, visit.bench
+    def __init__(self, visit: PageVisit) -> None:
+        work, bench = visit.work, visit.workers
         self._document = pn.state.curdoc
         self._visit, self._work, self._bench = visit, work, bench
         self._looked_up: Path | None = None
         self._lock = threading.Lock()
-        self._news: list[Event | Shown | Previewed] = []
-        follow = partial(Live, reader=workers.reader(bench), turns=bench.turns)
-        self.session = session = Session(work.project, self._hear, follow, visit.share)
-        visit.heard.append(self._adopt)
+        self._news: list[Event | ShownResult | ShownPreview] = []
+        follow = partial(LiveSolver, reader=workers.make_reader(bench), turns=bench.turns)
+        self.session = session = Session(work.project, self._on_event, follow, visit.share)
+        visit.listeners.append(self._adopt)
         self._window = Frame(**style.BLOCK)
         self._window.param.watch(self._resized, "size")
         self._window.param.watch(self._pressed, "key")
         self._window.param.watch(lambda event: self._color(event.new), "dark")
-        self._bring = inputs_panel.MapPanel(
+        self._map_panel = inputs_panel.MapPanel(
             session, visit, self._give_option, self._generate, self._show, self._remove
         )
-        self.sight = ContactView(self._drawn, self._crop, self._run, self._bring.start)
-        self._preparation = inputs_panel.Preparation(session, self._give_option, self._show)
-        self._bodies = inputs_panel.Bodies(session, self._give_option)
-        self._model = inputs_panel.Model(session, self._give_option)
-        self._load = load_panel.Load(session, self._give, self._drag)
-        self._header = Header(self._load.root, self._remedy, self._seek)
+        self.view = ContactView(self._drawn, self._crop, self._run, self._map_panel.start)
+        self._preparation = inputs_panel.PreparationPanel(session, self._give_option, self._show)
+        self._bodies = inputs_panel.BodiesPanel(session, self._give_option)
+        self._model = inputs_panel.ModelPanel(session, self._give_option)
+        self._load = load_panel.LoadPanel(session, self._set_option, self._drag)
+        self._header = Header(self._load.root, self._remedy, self._focus_control)
         self._notice = pn.pane.HTML("", visible=False, **{**style.WIDE, "margin": (8, 16, 0, 16)})
         self._begun = time.monotonic()
-        self._undo = button("Undo", partial(self._do, session.undo), margin=(0, 4), align="center")
-        self._redo = button("Redo", partial(self._do, session.redo), margin=(0, 4), align="center")
-        self._views = Views(
-            self.sight.root,
+        self._undo = make_button(
+            "Undo", partial(self._do, session.undo), margin=(0, 4), align="center"
+        )
+        self._redo = make_button(
+            "Redo", partial(self._do, session.redo), margin=(0, 4), align="center"
+        )
+        self._views = TabPanels(
+            self.view.root,
             {
                 "Analyze": self._ask,
                 "Joint": self._joint,
@@ -105,8 +109,8 @@ class Page:
             tell_when_lost(self._document)
             reload_when_broken(self._document)
         if visit.file is not None and session.state.file is None:
-            session.bring(visit.file.resolve())
-        visit.at_end(self.close)
+            session.open_map(visit.file.resolve())
+        visit.on_close(self.close)
         self._show()
         session.solve()
 
@@ -124,30 +128,30 @@ class Page:
         self.close()
         self.root[:] = [pn.pane.HTML("<p>This project is removed.</p>", **style.SHEET)]
 
-    def _adopt(self, state: State | None) -> None:
+    def _adopt(self, state: SessionState | None) -> None:
         """Follow another page on the same work; None where that removed it."""
         if state is None:
             self.close()
             self._run(self._end)
         else:
-            self.session.adopt(state)
+            self.session.adopt_state(state)
             self._run(self._follow)
 
     def _follow(self) -> None:
         self._show()
         outcome = self.session.outcome
         if outcome is not None and outcome.contact is not None:
-            self.sight.cut(outcome.contact, self.session.state.line)
+            self.view.cut(outcome.contact, self.session.state.line)
 
     # What one does.
 
-    def _give(self, name: str, value: Value) -> None:
+    def _set_option(self, name: str, value: Value) -> None:
         number, outcome = self.session.number, self.session.outcome
-        self.session.give(name, value)
+        self.session.set_option(name, value)
         if self.session.number == number:
             # A preview is in sight, or took the place of what waited.
             if outcome is not None:
-                self._hear(outcome)
+                self._on_event(outcome)
             elif not self.session.state.missing:
                 self.session.solve()
         # What prepares, and the bodies, a load leaves as they are.
@@ -155,16 +159,16 @@ class Page:
 
     def _drag(self, name: str, value: Value) -> None:
         if not self.session.preview(name, value):
-            self._give(name, value)
+            self._set_option(name, value)
 
     def _give_option(self, name: str, value: Value) -> None:
-        self.session.give(name, value)
+        self.session.set_option(name, value)
         self._show()
 
     def _remedy(self, name: str, value: Value) -> None:
-        self._do(lambda: self.session.give(name, value))
+        self._do(lambda: self.session.set_option(name, value))
 
-    def _seek(self, place: str) -> None:
+    def _focus_control(self, place: str) -> None:
         """Unfold the step of a control, and focus it."""
         for step in self._steps:
             if place in step.root.css_classes:
@@ -176,16 +180,16 @@ class Page:
             self._document.theme = style.theme(dark)
 
     def _resized(self, event: Any) -> None:
-        self.sight.fit(*event.new)
+        self.view.fit(*event.new)
 
     def _pressed(self, event: Any) -> None:
         name = str(event.new.get("name"))
         if name in ("undo", "redo"):
             self._do(self.session.undo if name == "undo" else self.session.redo)
         elif name.isdigit():
-            self.sight.enlarge(int(name) - 1)
+            self.view.enlarge(int(name) - 1)
         else:
-            self._header.press(name)
+            self._header.handle_key(name)
 
     def _do(self, action: Callable[[], None]) -> None:
         try:
@@ -195,17 +199,19 @@ class Page:
         self._show()
 
     def _complain(self, error: RoughcontactError, aloud: bool = True) -> None:
-        text = self.session.state.named(controls.error_text(error))
-        self._notice.object = controls.wrong(text) if aloud else controls.wrong(text, "")
+        text = self.session.state.with_user_names(controls.error_text(error))
+        self._notice.object = (
+            controls.error_markup(text) if aloud else controls.error_markup(text, "")
+        )
         self._notice.visible = True
 
     def _drawn(self, line: Line) -> None:
         self.session.draw_line(line)
         outcome = self.session.outcome
-        self.sight.cut(None if outcome is None else outcome.contact, line)
+        self.view.cut(None if outcome is None else outcome.contact, line)
 
     def _crop(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
-        self._do(lambda: self.session.keep(rows, columns))
+        self._do(lambda: self.session.crop_map(rows, columns))
 
     def _look_up_channels(self) -> None:
         """Propose the channels of the file, once for each file."""
@@ -216,9 +222,9 @@ class Page:
 
         def ended(end: workers.JobResult) -> None:
             names = [channel.name for channel in end.value or () if channel.name]
-            self._run(lambda: self._bring.tell_channels(names))
+            self._run(lambda: self._map_panel.tell_channels(names))
 
-        self._bench.begin(workers.channels, path, ended=ended, limits=workers.READING)
+        self._bench.submit(workers.read_channels, path, ended=ended, limits=workers.READING)
 
     def _generate(self, specified: dict[str, Value], done: Callable[[Path], None]) -> None:
         """Generate a map in another thread, so that the server stays responsive."""
@@ -228,7 +234,7 @@ class Page:
             try:
                 generation.run_generate({**specified, "output": [str(path)]}, lambda _: None)
             except RoughcontactError as error:
-                self._run(partial(self._bring.refuse, error))
+                self._run(partial(self._map_panel.refuse, error))
             else:
                 self._run(lambda: done(path))
 
@@ -236,18 +242,18 @@ class Page:
 
     # What is heard from the thread that solves.
 
-    def _hear(self, what: Event | Shown | Previewed) -> None:
+    def _on_event(self, what: Event | ShownResult | ShownPreview) -> None:
         if isinstance(what, (Progress, str)) and not self._is_slow:
             return
         if isinstance(what, Outcome) and what.contact is not None:
             # Words cost time, which the other pages of the server have not.
-            what = _shown(what.request, what.contact)
+            what = _shown_result(what.request, what.contact)
         elif isinstance(what, Preview):
-            what = Previewed(what.request, what.contact, header.numbers(what.contact))
+            what = ShownPreview(what.request, what.contact, header.key_numbers(what.contact))
         with self._lock:
             first = not self._news
             # Only the last of a kind matters: a picture that is late is not drawn.
-            late = (Shown, Previewed) if isinstance(what, Shown) else type(what)
+            late = (ShownResult, ShownPreview) if isinstance(what, ShownResult) else type(what)
             self._news = [item for item in self._news if not isinstance(item, late)] + [what]
         if first:
             self._run(self._catch_up)
@@ -264,79 +270,79 @@ class Page:
         return time.monotonic() - self._begun > _SHORT
 
     def _catch_up(self) -> None:
-        if self.sight.create():
+        if self.view.create():
             # Other pages are served before it is filled.
             self._run(self._catch_up)
             return
         with self._lock:
             news, self._news = self._news, []
-        with style.together(pn.state.curdoc):
+        with style.batch_changes(pn.state.curdoc):
             for what in news:
-                self._take(what)
+                self._handle_event(what)
 
-    def _take(self, what: Event | Shown | Previewed) -> None:
+    def _handle_event(self, what: Event | ShownResult | ShownPreview) -> None:
         session = self.session
         match what:
-            case Prepared():
+            case PreparedMaps():
                 self._show_prepared(what)
-            case Shown():
+            case ShownResult():
                 is_current = session.is_wanted(what.request)
                 if not is_current and (session.state.missing or session.failure):
                     return
                 self._notice.visible = False
                 surface, line = what.result.surface, session.state.line
-                self.sight.show(surface, what.result, line, what.trust + what.table)
+                self.view.show(surface, what.result, line, what.trust + what.table)
                 self._header.show_numbers(what.numbers, what.cautions)
                 self._views.show()
-                self._fold()
-                self._mark(is_current)
-            case Previewed():
+                self._fold_steps()
+                self._update_state(is_current)
+            case ShownPreview():
                 prepared = session.prepared
                 if prepared is None or session.state.missing or session.failure:
                     return
-                self.sight.show(prepared.surfaces[0], what.result, session.state.line)
+                self.view.show(prepared.surfaces[0], what.result, session.state.line)
                 self._header.numbers.object = what.numbers
                 if session.is_wanted(what.request):
-                    self._mark(True)
+                    self._update_state(True)
                     self._header.show_state("Solving under the calibrated ceiling …", "caution")
                 else:
                     rows, columns = what.result.pressure.shape
                     self._header.show_state(f"Preview on {rows} × {columns} pixels", "caution")
-            case Failed():
+            case FailedRequest():
                 # Said aloud once, at the control if there is one for it.
-                requested = self._bring.tell_lacking(what.error)
+                requested = self._map_panel.tell_lacking(what.error)
                 self._complain(what.error, aloud=not requested)
                 self._preparation.show(session.prepared)
-                self.sight.clear()
+                self.view.clear()
                 self._header.show_lacking(session.state.missing)
-                self._mark(True)
+                self._update_state(True)
             case Progress():
-                self._wait_on(phrases.described(what))
+                self._show_running(phrases.progress_text(what))
             case str():
-                self._wait_on(what)
+                self._show_running(what)
 
-    def _show_prepared(self, what: Prepared) -> None:
+    def _show_prepared(self, what: PreparedMaps) -> None:
         session = self.session
-        self._bring.show(what)
+        self._map_panel.show(what)
         self._look_up_channels()
         self._preparation.show(what)
         self._views.show()
         self._load.show(what)
         failed, missing = session.failure is not None, session.state.missing
         if failed or missing:
-            self.sight.show(what.surfaces[0], None, session.state.line, "")
-            self._mark(True)
+            self.view.show(what.surfaces[0], None, session.state.line, "")
+            self._update_state(True)
         if missing and not failed:
             self._show_missing()
 
-    def _fold(self) -> None:
+    def _fold_steps(self) -> None:
         """Fold what is done, once there is a contact; the model stays, the map folds before."""
         if not self._has_contact:
             self._has_contact = True
             for step in self._steps[:3]:
                 step.root.collapsed = True
 
-    def _mark(self, answered: bool = False) -> None:
+    def _update_state(self, answered: bool = False) -> None:
         """Gray the numbers unless they answer the last request, and show the state."""
         session = self.session
         if answered:
@@ -352,7 +358,7 @@ class Page:
         else:
             self._header.show_state("No contact so far")
 
-    def _wait_on(self, text: str) -> None:
+    def _show_running(self, text: str) -> None:
         """Show the running job."""
         # What failed is said before the map alone is made.
         if self.session.failure is None and self._is_slow:
@@ -370,7 +376,7 @@ class Page:
     def _show(self) -> None:
         """Show what the state holds in all controls, after it changed."""
         session = self.session
-        self._bring.show(session.prepared)
+        self._map_panel.show(session.prepared)
         self._preparation.show(session.prepared)
         self._bodies.show()
         self._model.show()
@@ -384,37 +390,37 @@ class Page:
         self._undo.disabled, self._redo.disabled = not session.can_undo, not session.can_redo
         nothing = "file" in session.state.missing
         if nothing:
-            self.sight.clear()
-        self._mark(nothing)
+            self.view.clear()
+        self._update_state(nothing)
         if session.state.missing:
             self._show_missing()
 
     # Imported on first use, to load the first page faster.
 
     def _relief(self) -> Any:
-        from roughcontact.desk.relief import Relief
+        from roughcontact.desk.relief import ReliefView
 
         visit = self._visit
-        return Relief(
+        return ReliefView(
             self.session, self._bench, self._run, visit.folder, visit.offer,
-            self.sight.maps.bars,
+            self.view.maps.bars,
         )  # fmt: skip
 
     def _ask(self) -> Any:
-        from roughcontact.desk.analysis_panel import Ask
+        from roughcontact.desk.analysis_panel import AnalysisPanel
 
-        return Ask(self.session, self._bench, self._run, self._remedy)
+        return AnalysisPanel(self.session, self._bench, self._run, self._remedy)
 
     def _joint(self) -> Any:
-        from roughcontact.desk.analysis_panel import Joint
+        from roughcontact.desk.analysis_panel import JointPanel
 
         visit = self._visit
-        return Joint(self.session, self._bench, self._run, visit.folder, visit.offer)
+        return JointPanel(self.session, self._bench, self._run, visit.folder, visit.offer)
 
     def _compare(self) -> Any:
-        from roughcontact.desk.analysis_panel import Compare
+        from roughcontact.desk.analysis_panel import ComparePanel
 
-        return Compare(self.session, self._bench, self._run, self._do)
+        return ComparePanel(self.session, self._bench, self._run, self._do)
 
     def _export(self) -> Any:
         from roughcontact.desk.download_panel import DownloadPanel
@@ -424,8 +430,8 @@ class Page:
         )
 
     @property
-    def _steps(self) -> tuple[inputs_panel.Step, ...]:
-        parts = self._bring, self._preparation, self._bodies, self._model
+    def _steps(self) -> tuple[inputs_panel.StepCard, ...]:
+        parts = self._map_panel, self._preparation, self._bodies, self._model
         return tuple(part.step for part in parts)
 
     def _laid_out(self) -> Any:
@@ -433,7 +439,7 @@ class Page:
             pn.pane.HTML("<h1>roughcontact</h1>", width=style.LEFT - 32, margin=0, align="center",
                          **style.SHEETS),
             self._views.strip, self._undo, self._redo,
-            button("?", partial(self._header.press, "?"), margin=0, align="center"),
+            make_button("?", partial(self._header.handle_key, "?"), margin=0, align="center"),
             sizing_mode="stretch_width", min_height=48, margin=0, stylesheets=[style.TOP],
         )  # fmt: skip
         left = pn.Column(
@@ -452,22 +458,22 @@ class Page:
         )  # fmt: skip
 
 
-def _shown(request: Request, result: ContactResult) -> Shown:
-    heads, answer = contact.beside_calibrated(contact.kind_of(result), result)
+def _shown_result(request: Request, result: ContactResult) -> ShownResult:
+    heads, answer = contact.with_calibrated_column(contact.kind_of(result), result)
     rows = [(row.title, *texts) for row, texts in answer]
     empty = ("",) * (len(heads) - 1)
     rows += [(row.title, row.text, *empty) for row in kinds.rows(result, TRUST)]
-    return Shown(
+    return ShownResult(
         request,
         result,
-        header.numbers(result),
-        f"<p>{header.trust(result)}</p>",
-        controls.table(rows, ("", *heads) if heads else ()),
+        header.key_numbers(result),
+        f"<p>{header.trust_line(result)}</p>",
+        controls.markup_table(rows, ("", *heads) if heads else ()),
         tuple(result.cautions),
     )
 
 
-def page(visit: Visit) -> Any:
+def make_page(visit: PageVisit) -> Any:
     """Return what a new page shows."""
     return Page(visit).root
 
@@ -490,21 +496,21 @@ class ContactView:
         self._box: Box | None = None
         self._size = 1280, 800
         self._start = start
-        self._keep = button("Crop to selection", self._crop_selection, visible=False)
+        self._keep = make_button("Crop to selection", self._crop_selection, visible=False)
         self.root = pn.Column(start, sizing_mode="stretch_width", margin=0)
 
     @cached_property
-    def maps(self) -> Maps:
+    def maps(self) -> MapsView:
         """The maps."""
-        created = Maps()
+        created = MapsView()
         created.on_section(self._call_draw)
         created.on_box(self._boxed)
         return created
 
     @cached_property
-    def detail(self) -> Detail:
+    def detail(self) -> DetailPanel:
         """What is below the maps, and on their right."""
-        return Detail(self.maps.zoom, self._call_draw, self._call_run)
+        return DetailPanel(self.maps.zoom, self._call_draw, self._call_run)
 
     @cached_property
     def _figures(self) -> Any:
@@ -535,11 +541,11 @@ class ContactView:
     ) -> None:
         """Show a contact, or a surface alone; a line of None is the one that is proposed."""
         self._surface = surface
-        with style.together(self.maps.plot.document):
+        with style.batch_changes(self.maps.plot.document):
             self.fit(*self._size)
             self.maps.show(surface, result)
             self.detail.show(surface, result, line, numbers)
-            self.maps.section.put(self.detail.line)
+            self.maps.section.set_line(self.detail.line)
             if self._start in self.root.objects or not self.root.objects:
                 self.root[:] = [self._sheet]
 
@@ -563,7 +569,7 @@ class ContactView:
         if self._surface is None:
             return
         self.detail.show(self._surface, result, line)
-        self.maps.section.put(self.detail.line)
+        self.maps.section.set_line(self.detail.line)
 
     def clear(self) -> None:
         """Show nothing."""

@@ -28,9 +28,9 @@ KEPT = "map-"
 
 _KEY = re.compile(r"[A-Za-z0-9_-]{32}")
 _SUFFIX = re.compile(r"(?:\.[A-Za-z0-9]{1,12}){1,2}$")
-_LONGEST_NAME = 200
+_MAX_NAME_LENGTH = 200
 # What a server that was killed left lies longer than another needs to take its lock.
-_SETTLED = 60.0
+_MIN_AGE_SECONDS = 60.0
 _SECRET = "secret"
 _PAGE, _LOCK = "page-", "lock"
 
@@ -59,11 +59,11 @@ class SavedProject:
             shutil.rmtree(folder, ignore_errors=True)
 
     @contextmanager
-    def receiving(self, name: str, limit: int) -> Iterator[Upload]:
+    def open_upload(self, name: str, limit: int) -> Iterator[Upload]:
         """Give what takes a file that comes in pieces, under a name of our own."""
-        path = self.folder / f"{KEPT}{secrets.token_hex(4)}{suffix_of(name)}"
+        path = self.folder / f"{KEPT}{secrets.token_hex(4)}{format_suffix(name)}"
         with files.atomic_write(path) as stream:
-            yield Upload(path, shown(name), limit, stream.write)
+            yield Upload(path, safe_file_name(name), limit, stream.write)
 
 
 class Upload:
@@ -73,7 +73,7 @@ class Upload:
         self.path, self.name = path, name
         self._limit, self._write, self._size = limit, write, 0
 
-    def take(self, piece: bytes) -> None:
+    def write(self, piece: bytes) -> None:
         """Take the next bytes."""
         self._size += len(piece)
         require_size(self.name, self._size, self._limit)
@@ -122,12 +122,12 @@ class ProjectStore:
         """What signs the cookies of this user's browsers: made once, for nobody else to read."""
         path = self.folder / _SECRET
         if not path.exists():
-            files.write(path, secrets.token_hex(_KEY_BYTES))
+            files.write_atomically(path, secrets.token_hex(_KEY_BYTES))
             path.chmod(0o600)
         return path.read_bytes()
 
     @contextmanager
-    def room(self, name: str, size: int, limit: int) -> Iterator[None]:
+    def reserve_upload(self, name: str, size: int, limit: int) -> Iterator[None]:
         """Hold room for a file while it comes; refuse it if all have more than a limit with it."""
         total = self._coming
         # What is being written has a hidden name; its announced size is held already.
@@ -136,8 +136,8 @@ class ProjectStore:
                 total += path.stat().st_size if path.is_file() else 0
         if total + size > limit:
             raise InputError(
-                f"{name} has {_words(size)}, and the works kept here have {_words(total)}: more "
-                f"than {_words(limit)} together. Remove works that are not needed, or start the "
+                f"{name} has {_format_bytes(size)}, and the works kept here have {_format_bytes(total)}: more "
+                f"than {_format_bytes(limit)} together. Remove works that are not needed, or start the "
                 "desk with a larger ", ArgumentRef("upload_limit"),
             )  # fmt: skip
         self._coming += size
@@ -171,15 +171,15 @@ class ProjectStore:
                 if now - before > age:
                     shutil.rmtree(folder)
                     continue
-                _sweep(folder, now)
+                _remove_page_folders(folder, now)
                 os.utime(folder, (before, before))
 
 
-def _sweep(folder: Path, now: float) -> None:
+def _remove_page_folders(folder: Path, now: float) -> None:
     """Remove the folders of pages that are gone."""
-    files.clear(folder)
+    files.remove_unfinished(folder)
     for page in folder.glob(f"{_PAGE}*"):
-        if now - page.stat().st_mtime > _SETTLED and not _is_held(page / _LOCK):
+        if now - page.stat().st_mtime > _MIN_AGE_SECONDS and not _is_held(page / _LOCK):
             shutil.rmtree(page)
 
 
@@ -202,31 +202,31 @@ def state_folder() -> Path:
     return Path(base) / "roughcontact" / "desk"
 
 
-def suffix_of(name: str) -> str:
+def format_suffix(name: str) -> str:
     """Return the end of a file's name that tells its format, such as ``.csv.gz``; else nothing."""
-    suffix = "".join(Path(shown(name)).suffixes[-2:])
+    suffix = "".join(Path(safe_file_name(name)).suffixes[-2:])
     if not suffix.lower().endswith(".gz"):
-        suffix = Path(shown(name)).suffix
+        suffix = Path(safe_file_name(name)).suffix
     return suffix.lower() if _SUFFIX.fullmatch(suffix) else ""
 
 
-def shown(name: str) -> str:
+def safe_file_name(name: str) -> str:
     """Return the name of a file as one line without folders, whatever it was."""
     last = re.split(r"[/\\]", name)[-1]
     text = " ".join("".join(c if c.isprintable() else " " for c in last).split())
-    return text[-_LONGEST_NAME:] or "map"
+    return text[-_MAX_NAME_LENGTH:] or "map"
 
 
 def require_size(name: str, size: int, limit: int) -> None:
     """Raise `InputError` if a file is larger than what may be brought."""
     if size > limit:
         raise InputError(
-            f"{name} has more than {_words(limit)}, the most that may be brought; "
+            f"{name} has more than {_format_bytes(limit)}, the most that may be brought; "
             "crop it, or start the desk with a larger ", ArgumentRef("upload_limit"),
         )  # fmt: skip
 
 
-def _words(size: int) -> str:
+def _format_bytes(size: int) -> str:
     """Return a number of bytes in the largest unit of which there is one."""
     for unit, name in ((memory.GIB, "GiB"), (2**20, "MiB")):
         if size >= unit:

@@ -63,7 +63,7 @@ def box_of(surface: Surface) -> Box:
     return Box(0.0, 0.0, *surface.size)
 
 
-def window(
+def window_of(
     shape: tuple[int, int],
     pixel: tuple[float, float],
     seen: Box,
@@ -85,13 +85,13 @@ def window(
     return Window(spans[0], spans[1], (blocks[0], blocks[1]))
 
 
-def whole(shape: tuple[int, int], dots: int) -> Window:
+def whole_window(shape: tuple[int, int], dots: int) -> Window:
     """Return the window on all of a map, its longer side in no more cells than dots."""
     block = math.ceil(max(shape) / dots)
     return Window((0, shape[0]), (0, shape[1]), (block, block))
 
 
-def extent(view: Window, pixel: tuple[float, float]) -> Box:
+def window_extent(view: Window, pixel: tuple[float, float]) -> Box:
     """Return where the cells of a window lie [m]; the last ones may reach beyond the map."""
     (top, bottom), (left, right) = (
         (first * edge, (first + cells * block) * edge)
@@ -102,12 +102,12 @@ def extent(view: Window, pixel: tuple[float, float]) -> Box:
     return Box(top, left, bottom, right)
 
 
-def heights(surface: Surface, view: Window, mean: float) -> Values:
+def mean_heights(surface: Surface, view: Window, mean: float) -> Values:
     """Return the mean height of each cell above a mean [m]; NaN where half or more are missing."""
     return (cell_mean(surface.heights[view.part], view.blocks) - mean).astype(np.float32)
 
 
-class Pressed(NamedTuple):
+class ResultWindow(NamedTuple):
     """The part of a result that a window shows, point by point."""
 
     pressure: Array
@@ -123,7 +123,7 @@ class Pressed(NamedTuple):
         return self.view.blocks
 
 
-def pressed(result: ContactResult, view: Window) -> Pressed:
+def result_window(result: ContactResult, view: Window) -> ResultWindow:
     """Return the part of a result that a window shows."""
     pressure = result.pressure[view.part]
     if result.ceiling is None:
@@ -131,8 +131,8 @@ def pressed(result: ContactResult, view: Window) -> Pressed:
     else:
         saturated = pressure >= np.broadcast_to(result.ceiling, result.pressure.shape)[view.part]
     touching, gap = pressure > 0, result.gap[view.part]
-    shares = cells.shares(touching, saturated, gap, view.blocks)
-    return Pressed(pressure, gap, touching, saturated, view, shares)
+    shares = cells.cell_shares(touching, saturated, gap, view.blocks)
+    return ResultWindow(pressure, gap, touching, saturated, view, shares)
 
 
 def is_drawn_alike(result: ContactResult | None, other: ContactResult | None) -> bool:
@@ -142,18 +142,18 @@ def is_drawn_alike(result: ContactResult | None, other: ContactResult | None) ->
     return result.pressure is other.pressure
 
 
-def pressure(part: Pressed) -> Values:
+def largest_pressure(part: ResultWindow) -> Values:
     """Return the largest pressure of each cell [Pa]; NaN where nothing touches."""
     largest = cell_max(part.pressure, part.blocks)
     return np.where(largest > 0, largest, np.nan).astype(np.float32)
 
 
-def contact(part: Pressed) -> Colours:
+def contact_colors(part: ResultWindow) -> Colours:
     """Return the colours of open, elastic, saturated and missing points in their shares."""
-    return packed(cells.classes(part.shares))
+    return pack_colors(cells.class_colors(part.shares))
 
 
-def shares(part: Pressed) -> tuple[Values, Values, Values]:
+def contact_shares(part: ResultWindow) -> tuple[Values, Values, Values]:
     """Return the shares of each cell that touch, that are saturated, and that are missing."""
     result = part.shares
     touching, saturated, missing = (
@@ -162,24 +162,24 @@ def shares(part: Pressed) -> tuple[Values, Values, Values]:
     return touching, saturated, missing
 
 
-def gap(part: Pressed) -> Values:
+def mean_gap(part: ResultWindow) -> Values:
     """Return the mean gap of the open points of each cell [m]; NaN where none is open."""
     return cells.open_gap(part.touching, part.gap, part.blocks).astype(np.float32)
 
 
-def cover(part: Pressed) -> Colours:
+def closed_colors(part: ResultWindow) -> Colours:
     """Return the colours of closed and missing points; their opacity is their share of a cell."""
-    return packed(cells.closed_cover(part.shares, CLOSED))
+    return pack_colors(cells.closed_cover(part.shares, CLOSED))
 
 
-def residual(part: Pressed) -> Values:
+def deepest_residual(part: ResultWindow) -> Values:
     """Return the deepest residual indentation of each cell [m]; NaN where there is none."""
     indentation = np.where(part.saturated, np.maximum(-part.gap, 0), 0.0)
     deepest = cell_max(indentation, part.blocks)
     return np.where(deepest > 0, deepest, np.nan).astype(np.float32)
 
 
-def packed(colours: Array) -> Colours:
+def pack_colors(colours: Array) -> Colours:
     """Return colours of parts of one as one number each: red in the lowest byte."""
     result = np.full((*colours.shape[:2], 4), 255, np.uint8)
     result[..., : colours.shape[2]] = np.rint(colours * 255)
@@ -193,11 +193,11 @@ _SIDE = 160
 """Dots of the longer side of a thumbnail, at most."""
 
 
-def colored(values: Values, mapper: Any) -> Colours:
+def map_colors(values: Values, mapper: Any) -> Colours:
     """Return values in the colours of a mapper of Bokeh."""
     colors = [*mapper.palette, mapper.high_color or mapper.palette[-1], mapper.nan_color]
     bytes_of = np.array([int(color[1:], 16) for color in colors], ">u4")[None, :, None]
-    table = packed(bytes_of.view(np.uint8)[..., 1:] / 255)[0]
+    table = pack_colors(bytes_of.view(np.uint8)[..., 1:] / 255)[0]
     levels = len(mapper.palette)
     with np.errstate(invalid="ignore"):
         steps = (values - np.float32(mapper.low)) * np.float32(levels / (mapper.high - mapper.low))

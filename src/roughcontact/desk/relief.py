@@ -19,19 +19,19 @@ from panel.custom import JSComponent
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import rasters, style, tokens, workers
-from roughcontact.desk.controls import Run, Working, escaped
+from roughcontact.desk.controls import JobButton, Run, escape_markup
 from roughcontact.desk.download_panel import Offer
 from roughcontact.desk.maps import HEIGHTS, NAMES, PRESSURE, height_scale, result_scales
-from roughcontact.desk.session import LOADS, Session, State
-from roughcontact.desk.widgets import View
+from roughcontact.desk.session import LOADS, Session, SessionState
+from roughcontact.desk.widgets import TabPanel
 from roughcontact.drawing.style import prefixed, prefixed_window
 from roughcontact.errors import ConvergenceError, RoughcontactError
 from roughcontact.request import maps
 from roughcontact.request.request import Request
-from roughcontact.request.run import solved
+from roughcontact.request.run import solve_request
 from roughcontact.solvers.progress import Progress
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering, percent
+from roughcontact.units import format_engineering, format_percent
 
 _DOTS = 512
 """Cells along the longer side: larger maps are reduced to them."""
@@ -39,13 +39,13 @@ _DOTS = 512
 _LOADS = 16
 """Loads of a film: equal steps up to the load of the page."""
 
-_TALL = 0.3
+_HEIGHT_SHARE = 0.3
 """Height of the box over its longer side, at most, unless one chooses another scale."""
 
 _LEVELS = 254
 """Steps of color; two more levels are no value and a value above the scale."""
 
-_GONE = np.float32(-1e30)
+_MISSING_HEIGHT = np.float32(-1e30)
 """What the script takes for a missing height."""
 
 _MILLISECONDS = 250
@@ -82,7 +82,7 @@ p {{ margin: 0; width: 100%; color: var(--muted, {tokens.QUIET}); }}
     ]
 
 
-class Picture(NamedTuple):
+class LoadFrame(NamedTuple):
     """The pressure under one load, in the cells of the view."""
 
     load: float  # [N]
@@ -90,24 +90,24 @@ class Picture(NamedTuple):
     pressure: NDArray[np.float32]  # [Pa], NaN where nothing touches
 
 
-def film(
+def solve_frames(
     tell: Callable[[Progress | str], None], request: Request, requests: Sequence[Request]
-) -> list[Picture]:
+) -> list[LoadFrame]:
     """Solve one map under many loads, the last that of a request; a job for a `WorkerPool`."""
     surfaces = maps.surfaces(request, tell)
     pictures = []
     for number, item in enumerate(requests, start=1):
         tell(Progress(number, len(requests), None))
-        result = solved(item, surfaces, lambda _: None).contact
+        result = solve_request(item, surfaces, lambda _: None).contact
         if result is None or not result.converged:
             raise ConvergenceError(f"load {number} of {len(requests)} did not converge", result)
-        part = rasters.pressed(result, _whole(result.surface))
-        pressure = rasters.pressure(part)
-        pictures.append(Picture(result.load, result.contact_fraction, pressure))
+        part = rasters.result_window(result, _whole(result.surface))
+        pressure = rasters.largest_pressure(part)
+        pictures.append(LoadFrame(result.load, result.contact_fraction, pressure))
     return pictures
 
 
-class Relief(View):
+class ReliefView(TabPanel):
     """The 3-D view with its film, in the colors of the maps."""
 
     def __init__(
@@ -122,12 +122,12 @@ class Relief(View):
         self._session, self._folder, self._offer, self._bars = session, folder, offer, bars
         self._surface: Surface | None = None
         self._result: ContactResult | None = None
-        self._filmed: State | None = None
+        self._filmed: SessionState | None = None
         self._pictures: list[bytes] = []
         self._saved = 0
         self._canvas = Canvas(sizing_mode="stretch_both", min_height=420, margin=0)
         self._canvas.on_msg(self._record)
-        self._working = Working(bench, run, "Solve loads to play", self._started, session)
+        self._working = JobButton(bench, run, "Solve loads to play", self._started, session)
         self._link = pn.pane.HTML("", **style.WIDE)
         self.root = pn.Column(
             self._canvas, self._working.root, self._link, sizing_mode="stretch_both", margin=(8, 0)
@@ -147,7 +147,7 @@ class Relief(View):
             self._working.refuse("A profile has no third dimension: its section shows all of it.")
             surface = result = None
         changes: dict[str, Any] = {}
-        if self._filmed != _without_load(session.state):
+        if self._filmed != _frames_key(session.state):
             changes["film"] = []
         if surface is not self._surface:
             self._surface = surface
@@ -162,16 +162,16 @@ class Relief(View):
         view = _whole(surface)
         if result is None:
             scale, mean = height_scale(surface)
-            key, values = HEIGHTS, rasters.heights(surface, view, mean)
+            key, values = HEIGHTS, rasters.mean_heights(surface, view, mean)
         else:
             key, scale = PRESSURE, result_scales(result)[PRESSURE]
-            values = rasters.pressure(rasters.pressed(result, view))
+            values = rasters.largest_pressure(rasters.result_window(result, view))
         bar = self._bars[key]
         if bar.color_mapper.low is None:
             # The map itself was not seen yet.
             (low, high, _, _), factor, unit = scale
             style.set_bar(bar, low * factor, high * factor, unit)
-        head = json.dumps(_head(key, bar, values.shape, _words(result)))
+        head = json.dumps(_head(key, bar, values.shape, _load_text(result)))
         levels = _levels(values * np.float32(scale.factor), bar.color_mapper)
         return {"palette": _palette(bar.color_mapper), "colors": [head, levels.tobytes()]}
 
@@ -183,23 +183,24 @@ class Relief(View):
         unit = "N/m" if result.pair.is_profile else "N"
         try:
             requests = [
-                state.having("load", f"{result.load * number / _LOADS!r} {unit}").request()
+                state.with_option("load", f"{result.load * number / _LOADS!r} {unit}").request()
                 for number in range(1, _LOADS + 1)
             ]
         except RoughcontactError as error:
             self._working.refuse_error(error)
             return
-        self._filmed = _without_load(state)
-        self._working.begin(film, self._play, requests[-1], requests)
+        self._filmed = _frames_key(state)
+        self._working.begin(solve_frames, self._play, requests[-1], requests)
 
-    def _play(self, pictures: list[Picture]) -> None:
-        if self._result is None or self._filmed != _without_load(self._session.state):
+    def _play(self, pictures: list[LoadFrame]) -> None:
+        if self._result is None or self._filmed != _frames_key(self._session.state):
             # Another contact came meanwhile.
             return
         bar = self._bars[PRESSURE]
         factor = np.float32(result_scales(self._result)[PRESSURE].factor)
         heads = [
-            _head(PRESSURE, bar, picture.pressure.shape, _words(picture)) for picture in pictures
+            _head(PRESSURE, bar, picture.pressure.shape, _load_text(picture))
+            for picture in pictures
         ]
         levels = [_levels(picture.pressure * factor, bar.color_mapper) for picture in pictures]
         self._canvas.film = [json.dumps(heads), np.stack(levels).tobytes()]
@@ -214,13 +215,15 @@ class Relief(View):
         if len(self._pictures) == message["count"]:
             self._saved += 1
             path = self._folder / f"loads-{self._saved}.gif"
-            path.write_bytes(gif(self._pictures))
+            path.write_bytes(make_gif(self._pictures))
             self._pictures = []
-            address = escaped(self._offer(path))
-            self._link.object = f'<p><a href="{address}" download>{escaped(path.name)}</a></p>'
+            address = escape_markup(self._offer(path))
+            self._link.object = (
+                f'<p><a href="{address}" download>{escape_markup(path.name)}</a></p>'
+            )
 
 
-def gif(pictures: Sequence[bytes]) -> bytes:
+def make_gif(pictures: Sequence[bytes]) -> bytes:
     """Return PNG files as one GIF file, which repeats and rests on its last picture."""
     from PIL import Image
 
@@ -236,22 +239,22 @@ def gif(pictures: Sequence[bytes]) -> bytes:
     return stream.getvalue()
 
 
-def _without_load(state: State) -> State:
+def _frames_key(state: SessionState) -> SessionState:
     """Return the cache key of the frames: all options but the load and the display."""
-    return replace(state.without(*LOADS), pinned=None, line=None)
+    return replace(state.without_options(*LOADS), pinned=None, line=None)
 
 
 def _whole(surface: Surface) -> rasters.Window:
-    return rasters.whole(surface.shape, _DOTS)
+    return rasters.whole_window(surface.shape, _DOTS)
 
 
 def _heights(surface: Surface) -> list[Any]:
     """Return the heights as the script takes them."""
     view = _whole(surface)
     # What is far off a mean would lose digits.
-    values = rasters.heights(surface, view, float(np.nanmean(surface.heights)))
+    values = rasters.mean_heights(surface, view, float(np.nanmean(surface.heights)))
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    box = rasters.extent(view, surface.pixel)
+    box = rasters.window_extent(view, surface.pixel)
     side = box.bottom, box.right
     size, block = max(side), view.blocks[0]
     rows, columns = view.shape
@@ -264,11 +267,11 @@ def _heights(surface: Surface) -> list[Any]:
     head = {
         "nx": columns, "ny": rows, "side": side, "low": low, "high": high,
         "length": prefixed_window(0.0, size), "height": prefixed(high - low, "m"),
-        "factor": _rounded(_TALL * size / (high - low)) if high > low else 1.0,
+        "factor": _rounded(_HEIGHT_SHARE * size / (high - low)) if high > low else 1.0,
         "note": f"{cells}. Drag or arrow keys: turn. Wheel, + and −: zoom. Double click or 0: "
         "reset.",
     }  # fmt: skip
-    return [json.dumps(head), np.where(np.isnan(values), _GONE, values).tobytes()]
+    return [json.dumps(head), np.where(np.isnan(values), _MISSING_HEIGHT, values).tobytes()]
 
 
 def _rounded(value: float) -> float:
@@ -277,10 +280,12 @@ def _rounded(value: float) -> float:
     return power * max(step for step in (1, 2, 5) if step <= value / power * (1 + 1e-9))
 
 
-def _words(state: ContactResult | Picture | None) -> str:
+def _load_text(state: ContactResult | LoadFrame | None) -> str:
     if state is None:
         return ""
-    return f"{engineering(state.load, 'N')}, contact {percent(state.contact_fraction)}"
+    return (
+        f"{format_engineering(state.load, 'N')}, contact {format_percent(state.contact_fraction)}"
+    )
 
 
 def _head(key: str, bar: Any, shape: tuple[int, ...], words: str) -> dict[str, Any]:

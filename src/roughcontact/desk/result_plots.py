@@ -19,7 +19,7 @@ from roughcontact.analyses.sweep.fields import CURVE_COLUMNS
 from roughcontact.analyses.sweep.model import LoadCurve
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import rasters, style
-from roughcontact.desk.controls import escaped, table
+from roughcontact.desk.controls import escape_markup, markup_table
 from roughcontact.desk.rasters import Box
 from roughcontact.drawing.cells import pressure_colors, pressure_limit
 from roughcontact.drawing.style import (
@@ -37,24 +37,24 @@ from roughcontact.drawing.style import (
 from roughcontact.report.kind import listing_of, rows_of
 from roughcontact.report.uncertainty import STUDY_COLUMNS
 from roughcontact.uncertainty.resolution import ResolutionStudy
-from roughcontact.units import engineering
+from roughcontact.units import format_engineering
 
 
-class Curve:
+class LoadCurveView:
     """A load curve: areas, gap and stiffness over the load, and where the load is now."""
 
     def __init__(self) -> None:
         names = ("load", "contact", "saturated", "gap", "approach", "stiffness")
-        self.source: Any = style.source(*names)
+        self.source: Any = style.empty_source(*names)
         self.now: Any = models.Span(
             dimension="height", line_color=NEUTRAL, line_width=1.5, line_dash="dashed",
             visible=False,
         )  # fmt: skip
         self._load, self._factor = math.nan, 1.0
         log: dict[str, Any] = {"x_axis_type": "log"}
-        self.area = style.chart("Contact and saturated area", y_axis_type="log", **log)
-        self.lengths = style.chart("Approach and mean gap", x_range=self.area.x_range, **log)
-        self.stiffness = style.chart(
+        self.area = style.make_chart("Contact and saturated area", y_axis_type="log", **log)
+        self.lengths = style.make_chart("Approach and mean gap", x_range=self.area.x_range, **log)
+        self.stiffness = style.make_chart(
             "Contact stiffness", y_axis_type="log", x_range=self.area.x_range, **log
         )
         for plot, name, colour, label in (
@@ -72,9 +72,9 @@ class Curve:
             style.quiet_legend(plot)
             plot.add_layout(self.now)
         self.area.yaxis.axis_label = "share of the map [%]"
-        self.table: Any = style.facts()
+        self.table: Any = style.facts_below()
         self.root = models.Column(
-            style.grid([[self.area, self.lengths], [self.stiffness, None]]),
+            style.figure_grid([[self.area, self.lengths], [self.stiffness, None]]),
             self.table,
             sizing_mode="stretch_width",
         )
@@ -93,7 +93,7 @@ class Curve:
         shares = (100 * curve.column(f"{name}_area") / curve.nominal_area
                   for name in ("contact", "saturated"))  # fmt: skip
         contact, saturated = (np.where(share > 0, share, np.nan) for share in shares)
-        with style.together(self.area.document):
+        with style.batch_changes(self.area.document):
             self.source.data = {
                 "load": load * self._factor, "contact": contact, "saturated": saturated,
                 "gap": curve.column("mean_gap") * scale,
@@ -104,7 +104,7 @@ class Curve:
             self.lengths.yaxis.axis_label = f"length [{length_unit}]"
             self.stiffness.yaxis.axis_label = f"stiffness dW/dω [{stiffness_unit}]"
             heads, rows = listing_of(CURVE_COLUMNS, curve, brief=True)
-            style.put(self.table, table(rows, heads))
+            style.set_markup(self.table, markup_table(rows, heads))
             self.mark(self._load)
 
     def mark(self, load: float) -> None:
@@ -115,12 +115,14 @@ class Curve:
             self.now.location = load * self._factor
 
 
-class Study:
+class ResolutionView:
     """A study of the resolution: contact on each grid, and what that means."""
 
     def __init__(self) -> None:
-        self.source: Any = style.source("case", "contact", "saturated")
-        self.plot = style.chart("Contact on other grids", x_range=models.FactorRange(), height=240)
+        self.source: Any = style.empty_source("case", "contact", "saturated")
+        self.plot = style.make_chart(
+            "Contact on other grids", x_range=models.FactorRange(), height=240
+        )
         for name, colour, place in (("contact", ELASTIC, -0.18), ("saturated", SATURATED, 0.18)):
             self.plot.vbar(
                 dodge("case", place, range=self.plot.x_range), top=name, width=0.32,
@@ -130,14 +132,14 @@ class Study:
         self.plot.yaxis.axis_label = "share of the map [%]"
         self.plot.y_range.start = 0
         self.plot.xaxis.major_label_orientation = 0.6
-        self.table: Any = style.facts()
+        self.table: Any = style.facts_below()
         self.root = models.Column(self.plot, self.table, sizing_mode="stretch_width")
 
     def show(self, study: ResolutionStudy) -> None:
         """Show a study."""
         cases = study.named()
         names = [name for name, _ in cases]
-        with style.together(self.plot.document):
+        with style.batch_changes(self.plot.document):
             self.plot.x_range.factors = names
             self.source.data = {
                 "case": names,
@@ -145,11 +147,11 @@ class Study:
                 "saturated": [100 * case.saturated_fraction for _, case in cases],
             }
             heads, rows = listing_of(STUDY_COLUMNS, study)
-            said = "".join(f"<p>{escaped(text)}</p>" for text in study.sentences)
-            style.put(self.table, said + table(rows, heads))
+            said = "".join(f"<p>{escape_markup(text)}</p>" for text in study.sentences)
+            style.set_markup(self.table, said + markup_table(rows, heads))
 
 
-class SideBySide:
+class ComparisonView:
     """Pressure of two contacts, its difference, and one over the other; they zoom together."""
 
     def __init__(self, names: Sequence[str]) -> None:
@@ -157,10 +159,10 @@ class SideBySide:
 
         steps = np.linspace(0, 1, 256)
         self.mapper: Any = models.LinearColorMapper(
-            palette=style.palette(pressure_colors()), nan_color=OPEN, high_color=OVER
+            palette=style.color_palette(pressure_colors()), nan_color=OPEN, high_color=OVER
         )
         self.change: Any = models.LinearColorMapper(
-            palette=style.palette(colormaps["RdBu_r"](steps)), nan_color=OPEN
+            palette=style.color_palette(colormaps["RdBu_r"](steps)), nan_color=OPEN
         )
         titles = (*(f"Pressure, {name}" for name in names), " − ".join(names), " | ".join(names))
         mappers = (self.mapper, self.mapper, self.change, self.mapper)
@@ -168,14 +170,14 @@ class SideBySide:
             "x_range": models.DataRange1d(range_padding=0),
             "y_range": models.DataRange1d(range_padding=0, flipped=True),
         }
-        self.sources = [style.source("x", "y", "dw", "dh", "pressure") for _ in titles]
+        self.sources = [style.empty_source("x", "y", "dw", "dh", "pressure") for _ in titles]
         self.plots = [
             map_picture(title, "pressure", source, mapper, **ranges)
             for title, source, mapper in zip(titles, self.sources, mappers, strict=True)
         ]
         for plot in self.plots[1:3]:
-            plot.add_layout(style.bar_of(plot.renderers[0].glyph.color_mapper), "right")
-        self.swiped: Any = style.source(*self.sources[0].data)
+            plot.add_layout(style.color_bar(plot.renderers[0].glyph.color_mapper), "right")
+        self.swiped: Any = style.empty_source(*self.sources[0].data)
         over: Any = self.plots[3]
         over.image("pressure", "x", "y", "dw", "dh", source=self.swiped, color_mapper=self.mapper)
         self.edge: Any = models.Span(dimension="height", line_color=NEUTRAL, line_width=2)
@@ -186,7 +188,9 @@ class SideBySide:
         )  # fmt: skip
         self.swipe.on_change("value", lambda attr, old, new: self._swipe(new))
         self.root = models.Column(
-            style.grid([self.plots[:2], self.plots[2:]]), self.swipe, sizing_mode="stretch_width"
+            style.figure_grid([self.plots[:2], self.plots[2:]]),
+            self.swipe,
+            sizing_mode="stretch_width",
         )
 
     def _swipe(self, percent: float) -> None:
@@ -195,7 +199,7 @@ class SideBySide:
         values, wide = data["pressure"][0], data["dw"][0]
         first = min(round(percent / 100 * values.shape[1]), values.shape[1] - 1)
         place = wide * first / values.shape[1]
-        with style.together(self.swipe.document):
+        with style.batch_changes(self.swipe.document):
             self.swiped.data = {
                 **data, "x": [data["x"][0] + place], "dw": [wide - place],
                 "pressure": [values[:, first:]],
@@ -210,11 +214,13 @@ class SideBySide:
         values = []
         for result, source in zip(results, self.sources, strict=False):
             surface = result.surface
-            view = rasters.window(
+            view = rasters.window_of(
                 surface.shape, surface.pixel, rasters.box_of(surface), (_DOTS, _DOTS)
             )
-            place = rasters.extent(view, surface.pixel)
-            values.append(rasters.pressure(rasters.pressed(result, view)) * np.float32(factor))
+            place = rasters.window_extent(view, surface.pixel)
+            values.append(
+                rasters.largest_pressure(rasters.result_window(result, view)) * np.float32(factor)
+            )
             _put_map(source, "pressure", values[-1], Box(*(edge * length for edge in place)))
         self.sources[3].data = dict(self.sources[0].data)
         self._swipe(self.swipe.value)
@@ -237,7 +243,7 @@ def map_picture(title: str, name: str, source: Any, mapper: Any, **ranges: Any) 
         tools="pan,wheel_zoom,box_zoom,reset", active_scroll=None, min_border_left=50,
         min_border_right=64, **ranges,
     )  # fmt: skip
-    style.quiet(plot)
+    style.apply_style(plot)
     plot.grid.visible = False
     plot.image(name, "x", "y", "dw", "dh", source=source, color_mapper=mapper)
     return plot
@@ -258,7 +264,7 @@ _DOTS = 400
 _NEAR = 12
 
 
-class Stress:
+class StressView:
     """Von Mises stress: profile over the depth, section through its maximum, map at a depth."""
 
     def __init__(self) -> None:
@@ -270,16 +276,16 @@ class Stress:
         )  # fmt: skip
         self.slider.on_change("value", self._slid)
         names = ("depth", "mises", "tresca", "shear")
-        self.source: Any = style.source(*names)
+        self.source: Any = style.empty_source(*names)
         self.mapper: Any = models.LinearColorMapper(
-            palette=style.palette(field_colours()(np.linspace(0, 1, 256))), high_color=OVER
+            palette=style.color_palette(field_colours()(np.linspace(0, 1, 256))), high_color=OVER
         )
         self.depth: Any = models.Span(dimension="height", line_color=NEUTRAL, line_dash="dashed")
         self.level: Any = models.Span(dimension="width", line_color=NEUTRAL, line_dash="dashed")
         self.strength: Any = models.Span(
             dimension="width", line_color=SERIES[1], line_dash="dotted", visible=False
         )
-        self.profile = style.chart(
+        self.profile = style.make_chart(
             "Largest stress at each depth", height=280, x_range=models.Range1d(0, 1)
         )
         for name, colour, dash, label in (
@@ -298,11 +304,11 @@ class Stress:
         self.cut, self.cut_source = self._picture("Section along x, at the largest stress")
         self.cut.add_layout(self.level)
         self.map, self.map_source = self._picture("Largest over all depths")
-        self.map.add_layout(style.bar_of(self.mapper), "right")
-        self.table: Any = style.facts()
+        self.map.add_layout(style.color_bar(self.mapper), "right")
+        self.table: Any = style.facts_below()
         self.root = models.Column(
             self.slider,
-            style.grid([[self.profile, self.cut], [self.map, None]]),
+            style.figure_grid([[self.profile, self.cut], [self.map, None]]),
             self.table,
             sizing_mode="stretch_width",
         )
@@ -313,7 +319,7 @@ class Stress:
         profile = result.profile
         top, (factor, unit) = stress_plots.stress_scale(result)
         length, length_unit = prefixed(float(profile.depths[-1]), "m")
-        with style.together(self.profile.document):
+        with style.batch_changes(self.profile.document):
             self.source.data = {
                 "depth": profile.depths * length, "mises": profile.von_mises * factor,
                 "tresca": profile.tresca * factor,
@@ -335,10 +341,10 @@ class Stress:
             self.slider.update(end=max(profile.depths.size - 1, 1), value=index)
             self._mark(index)
             rows = [(row.title, row.text, row.meaning) for row in rows_of(STRESS, result)]
-            style.put(self.table, table(rows))
+            style.set_markup(self.table, markup_table(rows))
 
     def _picture(self, title: str) -> tuple[Any, Any]:
-        source = style.source("x", "y", "dw", "dh", "stress")
+        source = style.empty_source("x", "y", "dw", "dh", "stress")
         plot = map_picture(
             title, "stress", source, self.mapper, x_range=models.DataRange1d(range_padding=0),
             y_range=models.DataRange1d(range_padding=0, flipped=True),
@@ -362,11 +368,11 @@ class Stress:
     def _put_map(self, values: NDArray[Any], factor: float) -> None:
         assert self._result is not None
         surface = self._result.solution.surface
-        view = rasters.window(
+        view = rasters.window_of(
             surface.shape, surface.pixel, rasters.box_of(surface), (_DOTS / 2, _DOTS / 2)
         )
         length, unit = prefixed_window(0.0, max(surface.size))
-        place = Box(*(edge * length for edge in rasters.extent(view, surface.pixel)))
+        place = Box(*(edge * length for edge in rasters.window_extent(view, surface.pixel)))
         cells = cell_max(np.asarray(values, dtype=np.float64), view.blocks)
         _put_map(self.map_source, "stress", cells * factor, place)
         self.map.xaxis.axis_label = f"x, y [{unit}], the largest stress in each cell"
@@ -378,12 +384,12 @@ class Stress:
         self.depth.location = depth * prefixed(float(profile.depths[-1]), "m")[0]
         self.level.location = depth * self._length
         self.slider.title = (
-            f"Depth {engineering(depth, 'm')}: largest von Mises stress "
-            f"{engineering(float(profile.von_mises[index]), 'Pa')}"
+            f"Depth {format_engineering(depth, 'm')}: largest von Mises stress "
+            f"{format_engineering(float(profile.von_mises[index]), 'Pa')}"
         )
 
     def _slid(self, attr: str, old: Any, new: Any) -> None:
         if self._result is None or not 0 <= int(new) < self._result.profile.depths.size:
             return
-        with style.together(self.profile.document):
+        with style.batch_changes(self.profile.document):
             self._mark(int(new))

@@ -18,7 +18,7 @@ from roughcontact._tools import files
 from roughcontact._version import __version__
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, rasters, style, tokens
-from roughcontact.desk.controls import escaped, table
+from roughcontact.desk.controls import escape_markup, markup_table
 from roughcontact.desk.maps import (
     GAP,
     HEIGHTS,
@@ -26,11 +26,11 @@ from roughcontact.desk.maps import (
     PRESSURE,
     RESIDUAL,
     TOUCH,
-    Scale,
+    ColorLimits,
     color_mappers,
-    headlines,
     height_scale,
     map_figure,
+    map_titles,
     result_scales,
 )
 from roughcontact.drawing.style import (
@@ -48,9 +48,9 @@ from roughcontact.report import kinds, python_script, uncertainty
 from roughcontact.report.kind import TRUST
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
-from roughcontact.request.run import run
+from roughcontact.request.run import run_request
 from roughcontact.solvers.progress import Progress
-from roughcontact.units import engineering
+from roughcontact.units import format_engineering
 
 _DOTS = 512
 """Cells along the longer side: larger maps are reduced to them, so that the file stays small."""
@@ -65,7 +65,7 @@ _FIRST, _LAST = 2**16 // _COLORS, 2**16 - 1
 """Codes of the smallest and the largest value; those below are for no value."""
 
 
-class Layer(NamedTuple):
+class EncodedMap(NamedTuple):
     """A map as whole numbers: value = low + step × (code − ``_FIRST``); code 0 is missing."""
 
     codes: NDArray[np.uint16]
@@ -73,17 +73,17 @@ class Layer(NamedTuple):
     step: float  # [SI]
 
 
-def save(tell: Callable[[Progress | str], None], request: Request, path: Path) -> Outcome:
+def save_page(tell: Callable[[Progress | str], None], request: Request, path: Path) -> Outcome:
     """Solve a contact and write its page; a job for a `WorkerPool`."""
-    outcome = run(request, tell, tell)
+    outcome = run_request(request, tell, tell)
     if outcome.contact is None:
         return outcome
     tell("writing the page")
-    files.write(path, page(outcome.contact, request))
+    files.write_atomically(path, render_page(outcome.contact, request))
     return replace(outcome, written=(path,))
 
 
-def page(result: ContactResult, request: Request) -> str:
+def render_page(result: ContactResult, request: Request) -> str:
     """Return the page of a contact as the text of an HTML file, which needs nothing else."""
     if result.surface.is_profile:
         raise InputError("a profile has no maps: take its report instead")
@@ -94,8 +94,8 @@ def page(result: ContactResult, request: Request) -> str:
         f"<script>{text}</script>\n"
         for text in Resources(mode="inline", components=["bokeh"]).js_raw
     )
-    source = escaped(result.surface.provenance.source)
-    ends = uncertainty.ends(result)
+    source = escape_markup(result.surface.provenance.source)
+    ends = uncertainty.intervals_by_key(result)
     rows = [
         (row.title, row.text, ends.get(row.key, ""), row.meaning)
         for row in (*kinds.rows(result), *kinds.rows(result, TRUST))
@@ -110,10 +110,10 @@ def page(result: ContactResult, request: Request) -> str:
 reset.</p>
 <div class="maps"><div id="maps"></div>
 <aside><div id="readout">Point at a map to read its values.</div>{legend}</aside></div>
-<h2>Cautions</h2>{controls.cautions(result.cautions)}
-<h2>Numbers</h2>{table(rows, ("", "value", "interval", ""))}
-<h2>Command</h2><pre>{escaped(request.command)}</pre>
-<h2>Python</h2><pre>{escaped(python_script.repeating(result))}</pre>
+<h2>Cautions</h2>{controls.caution_list(result.cautions)}
+<h2>Numbers</h2>{markup_table(rows, ("", "value", "interval", ""))}
+<h2>Command</h2><pre>{escape_markup(request.command)}</pre>
+<h2>Python</h2><pre>{escape_markup(python_script.script_of_result(result))}</pre>
 <script type="application/json" id="item">{item}</script>
 <script>Bokeh.embed.embed_item(JSON.parse(document.getElementById("item").textContent))</script>
 </body></html>
@@ -123,23 +123,23 @@ reset.</p>
 def _maps(result: ContactResult) -> tuple[Any, str]:
     """Return the five maps with one view, and what explains their colors and values."""
     surface = result.surface
-    view = rasters.whole(surface.shape, _DOTS)
+    view = rasters.whole_window(surface.shape, _DOTS)
     height, mean = height_scale(surface)
-    part = rasters.pressed(result, view)
+    part = rasters.result_window(result, view)
     scales = {HEIGHTS: height, **result_scales(result)}
     layers = {
-        HEIGHTS: _layer(rasters.heights(surface, view, mean)),
-        PRESSURE: _layer(rasters.pressure(part)),
-        GAP: _layer(rasters.gap(part)),
-        RESIDUAL: _layer(rasters.residual(part)),
+        HEIGHTS: _layer(rasters.mean_heights(surface, view, mean)),
+        PRESSURE: _layer(rasters.largest_pressure(part)),
+        GAP: _layer(rasters.mean_gap(part)),
+        RESIDUAL: _layer(rasters.deepest_residual(part)),
     }
-    box = rasters.extent(view, surface.pixel)
+    box = rasters.window_extent(view, surface.pixel)
     factor, unit = prefixed_window(0.0, max(surface.size))
     tall, wide = (side * factor for side in surface.size)
     source = models.ColumnDataSource({
         "x": [0.0], "y": [0.0], "dw": [box.right * factor], "dh": [box.bottom * factor],
         **{key: [layer.codes] for key, layer in layers.items()},
-        TOUCH: [rasters.contact(part)], "cover": [rasters.cover(part)],
+        TOUCH: [rasters.contact_colors(part)], "cover": [rasters.closed_colors(part)],
     })  # fmt: skip
     ranges = {
         name: models.Range1d(start=start, end=end, reset_start=start, reset_end=end)
@@ -148,7 +148,7 @@ def _maps(result: ContactResult) -> tuple[Any, str]:
     cross: list[Any] = [models.Span(dimension=d, line_color=NEUTRAL, line_dash="dotted")
                         for d in ("width", "height")]  # fmt: skip
     side = _FRAME / max(tall, wide)
-    titles = headlines(result)
+    titles = map_titles(result)
     named = [[NAMES[key], key, layer.low * scales[key].factor, layer.step * scales[key].factor,
               scales[key].unit] for key, layer in layers.items()]  # fmt: skip
     read = models.CustomJS(args={"source": source, "named": named, "unit": unit}, code=_READ)
@@ -172,7 +172,12 @@ def _maps(result: ContactResult) -> tuple[Any, str]:
 
 
 def _draw(
-    plot: Any, key: str, source: Any, layer: Layer | None, scale: Scale | None, mapper: Any
+    plot: Any,
+    key: str,
+    source: Any,
+    layer: EncodedMap | None,
+    scale: ColorLimits | None,
+    mapper: Any,
 ) -> None:
     """Draw a map, with its color bar if it has one."""
     place: dict[str, Any] = {"x": "x", "y": "y", "dw": "dw", "dh": "dh", "source": source}
@@ -188,24 +193,26 @@ def _draw(
     plot.image(image=key, color_mapper=coded, **place)
     if key == GAP:
         plot.image_rgba(image="cover", **place)
-    bar = style.bar_of(mapper)
+    bar = style.color_bar(mapper)
     style.set_bar(bar, low * scale.factor, high * scale.factor, scale.unit)
     plot.add_layout(bar, "right")
 
 
-def _layer(values: NDArray[np.float32]) -> Layer:
+def _layer(values: NDArray[np.float32]) -> EncodedMap:
     """Return values [SI] as whole numbers, in the smallest steps that 16 bits allow."""
     there = ~np.isnan(values)
     if not there.any():
-        return Layer(np.zeros(values.shape, np.uint16), 0.0, 0.0)
+        return EncodedMap(np.zeros(values.shape, np.uint16), 0.0, 0.0)
     low, high = float(values[there].min()), float(values[there].max())
     step = (high - low) / (_LAST - _FIRST)
     codes = np.zeros(values.shape, np.uint16)
     codes[there] = _FIRST + np.rint((values[there].astype(float) - low) / (step or 1.0))
-    return Layer(codes, low, step)
+    return EncodedMap(codes, low, step)
 
 
-def _legend(view: rasters.Window, layers: dict[str, Layer], scales: dict[str, Scale]) -> str:
+def _legend(
+    view: rasters.Window, layers: dict[str, EncodedMap], scales: dict[str, ColorLimits]
+) -> str:
     """Return what the colors mean, and how exact the values are."""
     rows, columns = view.shape
     block = view.blocks[0]
@@ -216,19 +223,19 @@ def _legend(view: rasters.Window, layers: dict[str, Layer], scales: dict[str, Sc
             "pressure, mean gap, deepest indentation."
         )
     steps = ", ".join(
-        f"{NAMES[key].lower()} {engineering(layer.step, 'Pa' if key == PRESSURE else 'm', 2)}"
+        f"{NAMES[key].lower()} {format_engineering(layer.step, 'Pa' if key == PRESSURE else 'm', 2)}"
         for key, layer in layers.items()
         if layer.step
     )
     patches = "".join(
-        f"<div>{style.patch(*entry)}</div>"
+        f"<div>{style.color_patch(*entry)}</div>"
         for entry in (
             (OPEN, "no contact"), (ELASTIC, "elastic"), (SATURATED, "saturated"),
             (CLOSED, "closed, in the gap"), (MISSING, "missing"),
             (OVER, "pressure above the scale"),
         )
     )  # fmt: skip
-    return f"{patches}<p>{escaped(cells)} Values are in steps of {escaped(steps)}.</p>"
+    return f"{patches}<p>{escape_markup(cells)} Values are in steps of {escape_markup(steps)}.</p>"
 
 
 _POLICY = (

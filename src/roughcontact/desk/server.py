@@ -31,8 +31,14 @@ from tornado.http1connection import HTTP1Connection
 from tornado.routing import Router
 
 from roughcontact._tools import memory, processes
-from roughcontact.desk.access import Guarded, key_of
-from roughcontact.desk.projects import ProjectStore, SavedProject, Upload, require_size, shown
+from roughcontact.desk.access import GuardedApplication, work_key
+from roughcontact.desk.projects import (
+    ProjectStore,
+    SavedProject,
+    Upload,
+    require_size,
+    safe_file_name,
+)
 from roughcontact.desk.tokens import FONT, INK, QUIET
 from roughcontact.desk.workers import WorkerPool
 from roughcontact.errors import ArgumentRef, InputError, RoughcontactError
@@ -45,10 +51,10 @@ HOST, PORT = "127.0.0.1", 5106
 UPLOAD_LIMIT = memory.GIB
 """Most bytes of a file that is brought."""
 
-MOST_PAGES = 32
+MAX_PAGES = 32
 """Pages that are open at a time: each holds the maps that it shows."""
 
-TOGETHER = 8
+MAX_PARALLEL_SOLVES = 8
 """The files of all works may have so many times the limit of one."""
 
 UPLOADS = "/upload"
@@ -66,10 +72,10 @@ _EXPIRY = 3600
 # Milliseconds after which a process is made for the first long work.
 _WARM = 3000
 _FULL = (
-    f"{MOST_PAGES} pages are open, the maximum of this program: close one that is "
+    f"{MAX_PAGES} pages are open, the maximum of this program: close one that is "
     "not needed, and reload this page half a minute later."
 )
-_WAY_IN = """<!doctype html><html lang="en"><head><meta charset="utf-8">
+_LOGIN_PAGE = """<!doctype html><html lang="en"><head><meta charset="utf-8">
 <meta http-equiv="refresh" content="0; url={url}"><title>roughcontact</title></head>
 <body><p><a href="{url}">Open the page</a></p></body></html>
 """
@@ -104,19 +110,19 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Visit:
+class PageVisit:
     """One page in one browser, from its opening to its end."""
 
     work: SavedProject  # What it is about
     file: Path | None  # The map that the command named, where nothing was done in this work yet
     folder: Path  # Where it may write what nobody needs after it
-    bench: WorkerPool  # Where it may have work done in other processes
+    workers: WorkerPool  # Where it may have work done in other processes
     upload_limit: int  # Most bytes of a file that is brought
     forget: Callable[[], None]  # Removes the work with all its files
     earlier: Callable[[], list[SavedProject]]
-    peers: Callable[[], list[Visit]] = list  # Returns the other pages on the same work
+    peers: Callable[[], list[PageVisit]] = list  # Returns the other pages on the same work
     token: str = ""  # The token, where the browser keeps no cookie
-    heard: list[Callable[[Any], None]] = field(default_factory=list)
+    listeners: list[Callable[[Any], None]] = field(default_factory=list)
     _ends: ExitStack = field(default_factory=ExitStack)
 
     def offer(self, path: Path) -> str:
@@ -129,15 +135,15 @@ class Visit:
     def share(self, state: Any) -> None:
         """Send the new state to the other pages of the same project."""
         for visit in self.peers():
-            for take in visit.heard:
+            for take in visit.listeners:
                 take(state)
 
-    def at_end(self, done: Callable[[], object]) -> None:
+    def on_close(self, done: Callable[[], object]) -> None:
         """Register a callback for the end of the page; the last one runs first."""
         self._ends.callback(done)
 
 
-Page = Callable[[Visit], Any]
+Page = Callable[[PageVisit], Any]
 """``page(visit)`` returns what is shown: anything that Panel can show."""
 
 Load = Callable[[], Page]
@@ -149,10 +155,10 @@ class Server:
 
     def __init__(self, load: Load, settings: Settings) -> None:
         self._load, self._settings = load, settings
-        self._socket, self.port = _listening(settings)
+        self._socket, self.port = _open_socket(settings)
         self._works = ProjectStore(settings.folder)
         self._works.expire()
-        self._visits: dict[str, Visit] = {}
+        self._visits: dict[str, PageVisit] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
         self._server: Any = None
         self._tidying: asyncio.TimerHandle | None = None
@@ -169,11 +175,11 @@ class Server:
         return f"{base}/?{urlencode({'token': self._token, 'work': self.first.key})}"
 
     @contextlib.contextmanager
-    def way_in(self) -> Iterator[str]:
+    def login_file(self) -> Iterator[str]:
         """Give the address of a file that leads to `url`."""
         with tempfile.TemporaryDirectory(prefix="open-", dir=self._works.folder) as folder:
             path = Path(folder) / "open.html"
-            path.write_text(_WAY_IN.format(url=html.escape(self.url)), encoding="utf-8")
+            path.write_text(_LOGIN_PAGE.format(url=html.escape(self.url)), encoding="utf-8")
             yield path.as_uri()
 
     def run(self) -> None:
@@ -186,10 +192,10 @@ class Server:
             asyncio.set_event_loop(loop)
             ends.callback(loop.close)
             ends.callback(asyncio.set_event_loop, None)
-            doors, http = self._at_the_door()
-            self._opening = loop.create_task(self._open(doors, http))
+            doors, http = self._start_http()
+            self._opening = loop.create_task(self._import_page(doors, http))
             ends.callback(self._closed, http, loop)
-            with _stopping(loop):
+            with _stop_on_signals(loop):
                 loop.run_forever()
             if self._opening.done():
                 self._opening.result()
@@ -213,27 +219,29 @@ class Server:
         waiting = asyncio.all_tasks(loop)
         for task in waiting:
             task.cancel()
-        loop.run_until_complete(asyncio.wait(waiting) if waiting else _nothing())
+        loop.run_until_complete(asyncio.wait(waiting) if waiting else _run_callbacks())
 
-    def _at_the_door(self) -> tuple[Doors, Any]:
+    def _start_http(self) -> tuple[StartupRouter, Any]:
         """Listen; return what leads to the page as soon as it is there."""
         from tornado.httpserver import HTTPServer
 
         from roughcontact.desk import access
 
-        doors = Doors()
+        doors = StartupRouter()
         # What others were let in by ends with the program.
         own = not self._settings.is_open
         secret = self._works.secret if own else secrets.token_bytes(32)
         door = access.AccessPolicy(self._settings.origins, self._token, secret, self.port)
         http = HTTPServer(
-            access.guarded(door, self._knows, lambda: self._works.create().key, doors),
+            access.guard_application(
+                door, self._is_known_work, lambda: self._works.create().key, doors
+            ),
             max_body_size=_LARGEST_REQUEST,
         )
         http.add_socket(self._socket)
         return doors, http
 
-    async def _open(self, doors: Doors, http: Any) -> None:
+    async def _import_page(self, doors: StartupRouter, http: Any) -> None:
         """Import what makes pages, which takes more than a second, and have them seen."""
         loop = asyncio.get_running_loop()
         self._loop = loop
@@ -258,7 +266,7 @@ class Server:
             gc.freeze()
             gc.enable()
 
-    def _create_server(self, doors: Doors, http: Any) -> Any:
+    def _create_server(self, doors: StartupRouter, http: Any) -> Any:
         """Return the server of pages, to which the doors lead from now on."""
         import bokeh.settings
         from bokeh.core.validation import silence
@@ -277,14 +285,14 @@ class Server:
         app = BokehTornado(
             build_applications({"/": self._opened}, title="roughcontact"),
             extra_patterns=[
-                (OFFERED, Offer, {"works": self._works}),
+                (OFFERED, DownloadHandler, {"works": self._works}),
                 (
                     UPLOADS,
-                    Receive,
+                    UploadHandler,
                     {
                         "works": self._works,
                         "limit": self._settings.upload_limit,
-                        "together": TOGETHER * self._settings.upload_limit,
+                        "together": MAX_PARALLEL_SOLVES * self._settings.upload_limit,
                     },
                 ),
             ],
@@ -299,15 +307,15 @@ class Server:
             websocket_max_message_size_bytes=_LARGEST_MESSAGE,
             unused_session_lifetime_milliseconds=_LINGER * 1000,
             check_unused_sessions_milliseconds=_LOOK * 1000,
-            transforms=[access.Guarded],
-            log_function=_quiet,
+            transforms=[access.GuardedApplication],
+            log_function=_log_nothing,
         )
         doors.open(app)
         self._expiring = PeriodicCallback(self._works.expire, _EXPIRY * 1000)
         self._expiring.start()
         return BaseServer(IOLoop.current(), app, http)
 
-    def _knows(self, key: str) -> bool:
+    def _is_known_work(self, key: str) -> bool:
         return self._works.find(key) is not None
 
     def _opened(self) -> Any:
@@ -319,31 +327,31 @@ class Server:
         document = pn.state.curdoc
         assert document is not None
         context = document.session_context
-        work = self._works.find(access.key_of(context.request))
+        work = self._works.find(access.work_key(context.request))
         if work is None:
             return pn.pane.Str("This piece of work is not there any more.")
-        if len(self._visits) >= MOST_PAGES:
+        if len(self._visits) >= MAX_PAGES:
             return pn.pane.Str(_FULL)
         ends = ExitStack()
         folder = ends.enter_context(work.page())
         fresh = work.key == self.first.key and not work.project.exists()
-        visit = Visit(
+        visit = PageVisit(
             work, self._settings.file if fresh else None, folder, self.bench,
             self._settings.upload_limit, partial(self._works.remove, work.key),
-            partial(self._others, work), partial(self._peers, context.id),
-            access.told_of(context.request, access.TOKEN), _ends=ends,
+            partial(self._other_visits, work), partial(self._peer_visits, context.id),
+            access.query_or_cookie(context.request, access.TOKEN), _ends=ends,
         )  # fmt: skip
         self._visits[context.id] = visit
         widgets.send_all_after_pull(document)
         document.on_session_destroyed(lambda context: self._close_page(context.id))
         # Not before: it would take its time from this page.
-        document.add_timeout_callback(self.bench.warm, _WARM)
+        document.add_timeout_callback(self.bench.prestart, _WARM)
         sheet = pn.Column(sizing_mode="stretch_both", margin=0)
         # The browser loads the scripts first; it requests the sheet after them.
-        document.add_next_tick_callback(partial(self._fill, sheet, visit, context.id))
+        document.add_next_tick_callback(partial(self._build_page, sheet, visit, context.id))
         return sheet
 
-    def _fill(self, sheet: Any, visit: Visit, session: str) -> None:
+    def _build_page(self, sheet: Any, visit: PageVisit, session: str) -> None:
         """Make a page on its sheet."""
         import panel as pn
 
@@ -353,22 +361,22 @@ class Server:
             sheet.append(self._page(visit))
         except RoughcontactError as error:
             # Such as a project file that somebody wrote into.
-            self._leave(session)
+            self._close_visit(session)
             sheet.append(pn.pane.Str(str(error)))
         except Exception as error:
             # A mistake of the program must not leave a sheet that stays white.
             _log.exception("a page could not be made")
-            self._leave(session)
+            self._close_visit(session)
             kind = type(error).__name__
             said = f"An internal error ended this page ({kind}). Report it."
             sheet.append(pn.pane.Str(said))
 
-    def _others(self, work: SavedProject) -> list[SavedProject]:
+    def _other_visits(self, work: SavedProject) -> list[SavedProject]:
         if self._settings.is_open:
             return []
         return [other for other in self._works.saved_projects() if other.key != work.key]
 
-    def _peers(self, session: str) -> list[Visit]:
+    def _peer_visits(self, session: str) -> list[PageVisit]:
         own = self._visits.get(session)
         return [
             visit for visit in self._visits.values()
@@ -376,24 +384,24 @@ class Server:
         ]  # fmt: skip
 
     def _close_page(self, session: str) -> None:
-        self._leave(session)
+        self._close_visit(session)
         assert self._loop is not None
         # Once for pages that close together.
         if self._tidying is not None:
             self._tidying.cancel()
-        self._tidying = self._loop.call_later(_REST, _tidy)
+        self._tidying = self._loop.call_later(_REST, _release_memory)
 
-    def _leave(self, session: str) -> None:
+    def _close_visit(self, session: str) -> None:
         visit = self._visits.pop(session, None)
         if visit is not None:
             visit._ends.close()
 
     def _leave_all(self) -> None:
         for session in list(self._visits):
-            self._leave(session)
+            self._close_visit(session)
 
 
-def _tidy() -> None:
+def _release_memory() -> None:
     """Release the memory of closed pages."""
     gc.collect()
     processes.release_memory()
@@ -410,13 +418,13 @@ def serve(load: Load, settings: Settings, say: Callable[[str], None]) -> None:
         )
     with contextlib.ExitStack() as ends:
         if settings.browser:
-            opening = ends.enter_context(server.way_in())
+            opening = ends.enter_context(server.login_file())
             threading.Thread(target=webbrowser.open, args=(opening,), daemon=True).start()
         with contextlib.suppress(KeyboardInterrupt):
             server.run()
 
 
-def _listening(settings: Settings) -> tuple[socket.socket, int]:
+def _open_socket(settings: Settings) -> tuple[socket.socket, int]:
     """Return a socket that listens, and its port."""
     family = socket.AF_INET6 if ":" in settings.address else socket.AF_INET
     wanted = [PORT, 0] if settings.port is None else [settings.port]
@@ -435,7 +443,7 @@ def _listening(settings: Settings) -> tuple[socket.socket, int]:
 
 
 @contextlib.contextmanager
-def _stopping(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
+def _stop_on_signals(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
     """Let what asks a program to end stop a loop between two of its turns."""
     asking = []
     if threading.current_thread() is threading.main_thread() and sys.platform != "win32":
@@ -451,11 +459,11 @@ def _stopping(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
             loop.remove_signal_handler(item)
 
 
-async def _nothing() -> None:
+async def _run_callbacks() -> None:
     """Let the event loop run pending callbacks."""
 
 
-def _quiet(handler: Any) -> None:
+def _log_nothing(handler: Any) -> None:
     """Log nothing."""
 
 
@@ -467,7 +475,7 @@ _FOLDER, _NAME = re.compile(r"page-[0-9a-f]{16}"), re.compile(r"[a-z]+-[0-9]+(\.
 _PIECE = 2**20
 
 
-class Offer(web.RequestHandler):
+class DownloadHandler(web.RequestHandler):
     """Answers ``GET /made?work=KEY&page=FOLDER&file=NAME`` with the file, to be saved."""
 
     def initialize(self, works: ProjectStore) -> None:
@@ -486,7 +494,7 @@ class Offer(web.RequestHandler):
                 await self.flush()
 
     def _requested_file(self) -> Path:
-        work = self._works.find(key_of(self.request))
+        work = self._works.find(work_key(self.request))
         folder, name = (self.get_query_argument(key, "") for key in ("page", "file"))
         if work is None or not _FOLDER.fullmatch(folder) or not _NAME.fullmatch(name):
             raise web.HTTPError(404)
@@ -500,7 +508,7 @@ class Offer(web.RequestHandler):
 
 
 @web.stream_request_body
-class Receive(web.RequestHandler):
+class UploadHandler(web.RequestHandler):
     """Takes ``POST /upload?work=KEY&name=NAME``, the bytes of the file as its body."""
 
     def initialize(self, works: ProjectStore, limit: int, together: int) -> None:
@@ -514,7 +522,7 @@ class Receive(web.RequestHandler):
         if self.request.method != "POST":
             self._refuse(405, "a file is sent by POST")
             return
-        work = self._works.find(key_of(self.request))
+        work = self._works.find(work_key(self.request))
         if work is None:
             self._refuse(404, "this piece of work is not there any more")
             return
@@ -524,20 +532,22 @@ class Receive(web.RequestHandler):
             return
         try:
             size = int(self.request.headers["Content-Length"])
-            require_size(shown(name), size, self._limit)
-            self._ends.enter_context(self._works.room(shown(name), size, self._together))
+            require_size(safe_file_name(name), size, self._limit)
+            self._ends.enter_context(
+                self._works.reserve_upload(safe_file_name(name), size, self._together)
+            )
         except InputError as error:
             self._refuse(413, str(error))
             return
         # What the server takes of all other requests is far less.
         connection = cast(HTTP1Connection, self.request.connection)
         connection.set_max_body_size(self._limit)
-        self._upload = self._ends.enter_context(work.receiving(name, self._limit))
+        self._upload = self._ends.enter_context(work.open_upload(name, self._limit))
 
     def data_received(self, chunk: bytes) -> None:
         """Take the next bytes."""
         if self._upload is not None:
-            self._upload.take(chunk)
+            self._upload.write(chunk)
 
     def post(self) -> None:
         """Tell how it is kept, once it is there."""
@@ -575,7 +585,7 @@ _PAGE = """<!doctype html>
 h1 {{ font-size: 16px; font-weight: 600; }} p {{ color: {quiet}; }}</style></head>
 <body><h1>roughcontact</h1><p role="status">starting …</p>
 """
-_GO_ON = "<script>location.replace(location.href)</script></body></html>\n"
+_RELOAD_SCRIPT = "<script>location.replace(location.href)</script></body></html>\n"
 
 # The packages whose files the page asks for: where they are in the package, and on the server.
 _BOKEH = "bokeh", "server/static", "static"
@@ -583,14 +593,14 @@ _PANEL = "panel", "dist", "static/extensions/panel"
 _OF_BOKEH = ("bokeh", "bokeh-gl", "bokeh-widgets", "bokeh-tables")
 
 
-class Doors(Router):
+class StartupRouter(Router):
     """Leads to the page as soon as there is one, and to what is seen before."""
 
     def __init__(self) -> None:
         self.opened = asyncio.Event()
         self._app: Any = web.Application(
             [
-                (r"/", _Waiting, {"opened": self.opened}),
+                (r"/", _WaitingPage, {"opened": self.opened}),
                 *(
                     (
                         f"/{place}/(.*)",
@@ -599,9 +609,9 @@ class Doors(Router):
                     )
                     for package, inside, place in (_PANEL, _BOKEH)
                 ),
-                (r".*", _Later, {"opened": self.opened}),
+                (r".*", _RetryWhenReady, {"opened": self.opened}),
             ],
-            transforms=[Guarded],
+            transforms=[GuardedApplication],
             log_function=lambda _: None,
         )
 
@@ -633,7 +643,7 @@ def _folder(package: str, inside: str) -> Path:
     return Path(result.origin).parent / inside
 
 
-class _Waiting(web.RequestHandler):
+class _WaitingPage(web.RequestHandler):
     """The page before it is there; it takes its own place."""
 
     def initialize(self, opened: asyncio.Event) -> None:
@@ -651,10 +661,10 @@ class _Waiting(web.RequestHandler):
         self.write(_PAGE.format(scripts=scripts, font=FONT, ink=INK, quiet=QUIET))
         await self.flush()
         await self._opened.wait()
-        self.finish(_GO_ON)
+        self.finish(_RELOAD_SCRIPT)
 
 
-class _Later(web.RequestHandler):
+class _RetryWhenReady(web.RequestHandler):
     """Anything else: asked again when there is a page."""
 
     def initialize(self, opened: asyncio.Event) -> None:

@@ -12,8 +12,15 @@ from typing import Any
 
 from roughcontact._tools import files
 from roughcontact.analyses.solve.task import TASK as SOLVE
-from roughcontact.batch.project import DESK
-from roughcontact.desk.live_solver import PREVIEW_POINTS, Answer, Event, Failed, Live, Prepared
+from roughcontact.batch.project import DESK_TABLE
+from roughcontact.desk.live_solver import (
+    PREVIEW_POINTS,
+    Event,
+    FailedRequest,
+    LiveAnswer,
+    LiveSolver,
+    PreparedMaps,
+)
 from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.request.options import Panel
 from roughcontact.request.outcome import Outcome
@@ -33,7 +40,7 @@ LOADS = ("load", "hertz", "approach")
 CONTACT, PINNED = "contact", "pinned"
 """Names of the two contacts in the project file."""
 
-UNDOING = {
+OPTIONS_OF_STEP = {
     "cropped": ("crop",),
     "without_outliers": ("outliers",),
     "largest_rectangle": ("missing",),
@@ -57,7 +64,7 @@ _NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
-class State:
+class SessionState:
     """Requested contact, and the displayed section."""
 
     specified: Given = field(default_factory=lambda: _NOTHING)
@@ -86,7 +93,7 @@ class State:
         """Return what the user calls a file."""
         return self.names.get(path.name, path.name)
 
-    def named(self, text: str) -> str:
+    def with_user_names(self, text: str) -> str:
         """Return a text with the user's names of files, and without the folders of these."""
         paths = (self.file, self.specified.get("counter-surface"))
         for path in (Path(str(path)) for path in paths if path is not None):
@@ -95,26 +102,26 @@ class State:
             text = text.replace(stored, name)
         return text
 
-    def bringing(self, path: Path | None, name: str = "") -> State:
+    def with_map(self, path: Path | None, name: str = "") -> SessionState:
         """Return the state with another map; what was said of the old one's file is forgotten."""
         of_file = ("format", "channel", "unit", "size", "override-size", "points", "crop")
         others = {key: value for key, value in self.specified.items() if key not in of_file}
         state = replace(self, file=path, specified=MappingProxyType(others), line=None, pinned=None)
         return state if path is None else state._named(path, name)
 
-    def with_counter_surface(self, path: Path | None, name: str = "") -> State:
+    def with_counter_surface(self, path: Path | None, name: str = "") -> SessionState:
         """Return the state with another map of the counter-body, or none."""
         if path is None:
-            return self.without("counter-surface", "align", "offset", "angle", "mirror")
-        return self.having("counter-surface", str(path))._named(path, name)
+            return self.without_options("counter-surface", "align", "offset", "angle", "mirror")
+        return self.with_option("counter-surface", str(path))._named(path, name)
 
-    def _named(self, path: Path, name: str) -> State:
+    def _named(self, path: Path, name: str) -> SessionState:
         # A project file holds no null character.
         name = name.replace("\0", "")
         names = {**self.names, path.name: name} if name and name != path.name else self.names
         return replace(self, names=MappingProxyType(dict(names)))
 
-    def having(self, name: str, value: Value) -> State:
+    def with_option(self, name: str, value: Value) -> SessionState:
         """Return the state with an option set."""
         option = SOLVE.by_name.get(name)
         # What is written, the page offers itself, and a project file has no word for it.
@@ -123,23 +130,23 @@ class State:
         if isinstance(value, str):
             value = value.strip()
         if value in ("", False):
-            return self.without(name)
-        SOLVE.parsed({name: value})
+            return self.without_options(name)
+        SOLVE.parse_options({name: value})
         others = LOADS if name in LOADS else ()
         specified = {key: old for key, old in self.specified.items() if key not in others}
         return replace(self, specified=MappingProxyType({**specified, name: value}))
 
-    def without(self, *names: str) -> State:
+    def without_options(self, *names: str) -> SessionState:
         """Return the state with options taken away."""
         specified = {key: value for key, value in self.specified.items() if key not in names}
         return replace(self, specified=MappingProxyType(specified))
 
-    def undoing(self, method: str) -> State:
+    def without_step(self, method: str) -> SessionState:
         """Return the state without a step of the preparation, told by the method of `Surface`."""
-        state = self.without(*UNDOING.get(method, ()))
-        for name in UNDOING.get(method, ()):
+        state = self.without_options(*OPTIONS_OF_STEP.get(method, ()))
+        for name in OPTIONS_OF_STEP.get(method, ()):
             if name in _UNDONE:
-                state = state.having(name, _UNDONE[name])
+                state = state.with_option(name, _UNDONE[name])
         return state
 
     def request(self, task: Task = SOLVE, /, **more: Value) -> Request:
@@ -185,21 +192,21 @@ class State:
                 key: place(str(specified[key])) for key in ("counter-surface",) if key in specified
             }
             lines += [f"{key} = {_toml(value)}" for key, value in {**specified, **paths}.items()]
-        lines += ["", f"[{DESK}]"]
+        lines += ["", f"[{DESK_TABLE}]"]
         if self.line is not None:
             lines.append(f"line = [{', '.join(map(repr, self.line))}]")
         lines += [f"names.{_toml(key)} = {_toml(name)}" for key, name in self.names.items()]
         return "\n".join(lines) + "\n"
 
 
-def from_script(text: str, folder: Path) -> State:
+def from_script(text: str, folder: Path) -> SessionState:
     """Return the state that a project file holds."""
     try:
         read = tomllib.loads(text)
         contacts = {contact.pop("name"): contact for contact in read["contact"]}
-        own = read.get(DESK, {})
+        own = read.get(DESK_TABLE, {})
         line = own.get("line")
-        state = State(
+        state = SessionState(
             names=MappingProxyType({str(k): str(v) for k, v in own.get("names", {}).items()}),
             line=None if line is None else _line(line),
         )
@@ -210,11 +217,11 @@ def from_script(text: str, folder: Path) -> State:
     if files[0] is not None:
         state = replace(state, file=folder / str(files[0]))
     for key, value in specified.items():
-        state = state.having(key, _word(value))
+        state = state.with_option(key, _word(value))
     if PINNED in contacts:
-        other = State()
+        other = SessionState()
         for key, value in contacts[PINNED].items():
-            other = other.having(key, _word(value))
+            other = other.with_option(key, _word(value))
         state = replace(state, pinned=other.specified)
     return state
 
@@ -236,14 +243,14 @@ def _toml(value: Value) -> str:
 # --- One piece of work at the desk: its state, what was before, and what follows from it ---
 
 
-_REMEMBERED = 200
+_MAX_UNDO = 200
 """States that undoing goes back."""
 
 # The tolerance of a preview.
 _ROUGH = "1e-4"
 
 # What a surface is prepared with where only that can be done: any material serves.
-_STAND_IN = {"material": "100Cr6", "load": "1 N", "boundary": "free"}
+_PREVIEW_OPTIONS = {"material": "100Cr6", "load": "1 N", "boundary": "free"}
 
 
 class Session:
@@ -253,26 +260,26 @@ class Session:
         self,
         project: Path,
         on_event: Callable[[Event], None],
-        follow: Callable[[Callable[[Event], None]], Live] = Live,
-        share: Callable[[State], None] = lambda _: None,
+        follow: Callable[[Callable[[Event], None]], LiveSolver] = LiveSolver,
+        share: Callable[[SessionState], None] = lambda _: None,
     ) -> None:
         self.project = project
         self.number = 0
         self._share = share
-        self.prepared: Prepared | None = None
+        self.prepared: PreparedMaps | None = None
         self._outcome: Outcome | None = None
-        self.failure: Failed | None = None
+        self.failure: FailedRequest | None = None
         self._on_event = on_event
         self._wanted: Request | None = None
-        self._past: list[State] = []
-        self._future: list[State] = []
-        self._state = State()
+        self._past: list[SessionState] = []
+        self._future: list[SessionState] = []
+        self._state = SessionState()
         if project.exists():
             self._state = from_script(project.read_text(encoding="utf-8"), project.parent)
-        self._live = follow(self._hear)
+        self._live = follow(self._handle_event)
 
     @property
-    def state(self) -> State:
+    def state(self) -> SessionState:
         """Current state."""
         return self._state
 
@@ -298,30 +305,30 @@ class Session:
 
     # What one does.
 
-    def bring(self, path: Path | None, name: str = "") -> None:
+    def open_map(self, path: Path | None, name: str = "") -> None:
         """Take another map; None for a nominal body alone."""
-        self._change(self._state.bringing(path, name))
+        self._change_state(self._state.with_map(path, name))
 
-    def face(self, path: Path | None, name: str = "") -> None:
+    def open_counter_map(self, path: Path | None, name: str = "") -> None:
         """Take another map of the counter-body, or none."""
-        self._change(self._state.with_counter_surface(path, name))
+        self._change_state(self._state.with_counter_surface(path, name))
 
-    def give(self, name: str, value: Value) -> None:
-        """Set an option; empty takes it away. See `State.having` for what is refused."""
-        self._change(self._state.having(name, value))
+    def set_option(self, name: str, value: Value) -> None:
+        """Set an option; empty takes it away. See `State.with_option` for what is refused."""
+        self._change_state(self._state.with_option(name, value))
 
     def give_all(self, specified: dict[str, Value]) -> None:
         """Set several options as one step."""
         state = self._state
         for name, value in specified.items():
-            state = state.having(name, value)
-        self._change(state)
+            state = state.with_option(name, value)
+        self._change_state(state)
 
     def undo_step(self, method: str) -> None:
         """Take away a step of the preparation."""
-        self._change(self._state.undoing(method))
+        self._change_state(self._state.without_step(method))
 
-    def keep(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
+    def crop_map(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
         """Crop the map to some rows and columns of it as it is prepared."""
         state = self._state
         changing = [name for name in ("rotate", "pixel", "align") if name in state.specified]
@@ -337,43 +344,43 @@ class Session:
         before = window(str(state.specified.get("crop", ":,:")), "crop")
         top, left = (part.start or 0 for part in before)
         bounds = (top + rows[0], top + rows[1]), (left + columns[0], left + columns[1])
-        self.give("crop", ",".join(f"{first}:{last}" for first, last in bounds))
+        self.set_option("crop", ",".join(f"{first}:{last}" for first, last in bounds))
 
     def pin(self) -> None:
         """Keep the state to compare with."""
-        self._change(replace(self._state, pinned=self._state.specified))
+        self._change_state(replace(self._state, pinned=self._state.specified))
 
     def unpin(self) -> None:
         """Forget it."""
-        self._change(replace(self._state, pinned=None))
+        self._change_state(replace(self._state, pinned=None))
 
-    def swap(self) -> None:
+    def swap_pinned(self) -> None:
         """Make the pinned state that which is worked on, and pin this one."""
         if self._state.pinned is None:
             raise InputError("nothing is pinned: pin a state first")
         specified = self._state.specified
-        self._change(replace(self._state, specified=self._state.pinned, pinned=specified))
+        self._change_state(replace(self._state, specified=self._state.pinned, pinned=specified))
 
     def draw_line(self, line: Line | None) -> None:
         """Look at another section."""
-        self._change(replace(self._state, line=line), solve=False)
+        self._change_state(replace(self._state, line=line), solve=False)
 
     def undo(self) -> None:
         """Go back by one change."""
         if self._past:
             self._future.append(self._state)
-            self._become(self._past.pop())
+            self._set_state(self._past.pop())
 
     def redo(self) -> None:
         """Do again what was undone."""
         if self._future:
             self._past.append(self._state)
-            self._become(self._future.pop())
+            self._set_state(self._future.pop())
 
-    def adopt(self, state: State) -> None:
+    def adopt_state(self, state: SessionState) -> None:
         """Take up the state to which another page on the same work came."""
         before = self._state
-        self._remember()
+        self._push_undo()
         self._state = state
         if (state.specified, state.file) != (before.specified, before.file):
             self.solve()
@@ -387,18 +394,18 @@ class Session:
             self._live.cancel()
             self.prepared = None
             return
-        specified = {**state.specified, **{name: _STAND_IN[name] for name in state.missing}}
+        specified = {**state.specified, **{name: _PREVIEW_OPTIONS[name] for name in state.missing}}
         if state.missing:
             specified.setdefault("missing", "mask")
         try:
             request = replace(state, specified=MappingProxyType(specified)).request()
         except InputError as error:
             self._live.cancel()
-            self.failure = Failed(None, error)
+            self.failure = FailedRequest(None, error)
             self._on_event(self.failure)
             return
         self._wanted = request
-        self._live.ask(request, Answer.MAPS if state.missing else Answer.CONTACT)
+        self._live.request(request, LiveAnswer.MAPS if state.missing else LiveAnswer.CONTACT)
 
     def preview(self, name: str, value: Value) -> bool:
         """Solve the contact with another load on larger pixels; False where that does not pay."""
@@ -406,8 +413,8 @@ class Session:
         shape = (0,) if prepared is None or self._state.missing else prepared.surfaces[0].shape
         if max(shape) <= PREVIEW_POINTS:
             return False
-        request = self._state.having(name, value).request(uncalibrated=True, tolerance=_ROUGH)
-        self._live.ask(request, Answer.PREVIEW)
+        request = self._state.with_option(name, value).request(uncalibrated=True, tolerance=_ROUGH)
+        self._live.request(request, LiveAnswer.PREVIEW)
         return True
 
     def close(self) -> None:
@@ -425,38 +432,41 @@ class Session:
 
     # What follows.
 
-    def _change(self, state: State, solve: bool = True) -> None:
+    def _change_state(self, state: SessionState, solve: bool = True) -> None:
         if state == self._state:
             return
-        self._remember()
-        self._become(state, solve)
+        self._push_undo()
+        self._set_state(state, solve)
 
-    def _remember(self) -> None:
-        self._past = [*self._past[-_REMEMBERED + 1 :], self._state]
+    def _push_undo(self) -> None:
+        self._past = [*self._past[-_MAX_UNDO + 1 :], self._state]
         self._future.clear()
 
-    def _become(self, state: State, solve: bool = True) -> None:
-        files.write(self.project, state.script)
+    def _set_state(self, state: SessionState, solve: bool = True) -> None:
+        files.write_atomically(self.project, state.script)
         self._state = state
         if solve:
             self.solve()
         self._share(state)
 
-    def _hear(self, what: Event) -> None:
+    def _handle_event(self, what: Event) -> None:
         # Event of an outdated request.
-        is_late = isinstance(what, (Prepared, Outcome, Failed)) and what.request is not self._wanted
+        is_late = (
+            isinstance(what, (PreparedMaps, Outcome, FailedRequest))
+            and what.request is not self._wanted
+        )
         if is_late and not isinstance(what, Outcome):
             return
-        if isinstance(what, Prepared):
+        if isinstance(what, PreparedMaps):
             self.prepared = what
         elif isinstance(what, Outcome):
             self._outcome = None if is_late else what
-        elif isinstance(what, Failed):
+        elif isinstance(what, FailedRequest):
             self.failure = what
             self._show_at_least(what)
         self._on_event(what)
 
-    def _show_at_least(self, failed: Failed) -> None:
+    def _show_at_least(self, failed: FailedRequest) -> None:
         """Have the map seen where only its holes keep it from being pressed."""
         request = failed.request
         if (
@@ -467,8 +477,8 @@ class Session:
             return
         specified = {
             **self._state.specified,
-            **{name: _STAND_IN[name] for name in self._state.missing},
+            **{name: _PREVIEW_OPTIONS[name] for name in self._state.missing},
         }
         specified["missing"] = "mask"
         self._wanted = replace(self._state, specified=MappingProxyType(specified)).request()
-        self._live.ask(self._wanted, Answer.MAPS)
+        self._live.request(self._wanted, LiveAnswer.MAPS)

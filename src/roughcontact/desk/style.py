@@ -219,7 +219,7 @@ def theme(dark: bool) -> Theme:
     )
 
 
-def quiet(plot: Any) -> None:
+def apply_style(plot: Any) -> None:
     """Give a figure the house's fonts and colours."""
     plot.title.text_font = FONT
     plot.title.text_font_size = TEXT_SIZE
@@ -237,28 +237,28 @@ def quiet(plot: Any) -> None:
     plot.toolbar.logo = None
 
 
-def chart(title: str, height: int = 260, **options: Any) -> Any:
+def make_chart(title: str, height: int = 260, **options: Any) -> Any:
     """Return a figure of lines in the house's style."""
     plot: Any = figure(
         title=title, height=height, sizing_mode="stretch_width", min_border_left=60,
         tools="pan,box_zoom,wheel_zoom,reset", active_scroll=None, **options,
     )  # fmt: skip
-    quiet(plot)
+    apply_style(plot)
     return plot
 
 
-def source(*names: str) -> Any:
+def empty_source(*names: str) -> Any:
     """Return columns without values."""
     return ColumnDataSource({name: [] for name in names})
 
 
-def empty(*sources: Any) -> None:
+def clear_source(*sources: Any) -> None:
     """Take the values out of columns."""
     for item in sources:
         item.data = {name: [] for name in item.data}
 
 
-def grid(rows: Sequence[Sequence[Any]]) -> Any:
+def figure_grid(rows: Sequence[Sequence[Any]]) -> Any:
     """Return figures in rows, with one toolbar."""
     created = gridplot(
         rows, merge_tools=True, toolbar_location="above", sizing_mode="stretch_width",
@@ -268,19 +268,19 @@ def grid(rows: Sequence[Sequence[Any]]) -> Any:
     return created
 
 
-def facts() -> Any:
+def facts_below() -> Any:
     """Return room for a table below figures."""
-    return markup(sizing_mode="stretch_width", margin=(4, 8))
+    return make_markup(sizing_mode="stretch_width", margin=(4, 8))
 
 
-def noted(plot: Any) -> tuple[Any, Any]:
+def with_note(plot: Any) -> tuple[Any, Any]:
     """Return a figure with room for markup below it, and the model of that."""
     plot.toolbar.autohide = True
-    note = markup(sizing_mode="stretch_width", margin=(0, 8, 4, 60))
+    note = make_markup(sizing_mode="stretch_width", margin=(0, 8, 4, 60))
     return Column(plot, note, sizing_mode="stretch_width"), note
 
 
-def hover(plot: Any, drawn: Any, text: Sequence[tuple[str, str]]) -> Any:
+def add_hover(plot: Any, drawn: Any, text: Sequence[tuple[str, str]]) -> Any:
     """Add a hover tool that shows columns by name; `hover_units` sets the units."""
     tool: Any = HoverTool(
         renderers=[drawn],
@@ -315,7 +315,7 @@ def quiet_legend(plot: Any) -> None:
     legend.location = "left"
 
 
-def bar_of(mapper: Any) -> Any:
+def color_bar(mapper: Any) -> Any:
     """Return the colour bar of a map."""
     return ColorBar(
         color_mapper=mapper,
@@ -346,13 +346,13 @@ def set_bar(bar: Any, low: float, high: float, unit: str) -> None:
     bar.major_label_overrides = labels
 
 
-def palette(colours: NDArray[np.float64]) -> list[str]:
+def color_palette(colours: NDArray[np.float64]) -> list[str]:
     """Return colours, red, green, blue first along the end, as texts."""
     levels = np.rint(np.asarray(colours)[:, :3] * 255).astype(int)
     return [f"#{red:02x}{green:02x}{blue:02x}" for red, green, blue in levels]
 
 
-def patch(colour: str, text: str) -> str:
+def color_patch(colour: str, text: str) -> str:
     """Return a sample of a colour with its name, as markup; the name is text."""
     return (
         f'<span style="display:inline-block;width:11px;height:11px;margin-right:5px;'
@@ -361,18 +361,18 @@ def patch(colour: str, text: str) -> str:
     )
 
 
-def markup(**options: Any) -> Any:
-    """Return a model that holds markup; `put` sets it."""
+def make_markup(**options: Any) -> Any:
+    """Return a model that holds markup; `set_markup` sets it."""
     return HTML(text="", run_scripts=False, disable_math=True, stylesheets=[TEXT], **options)
 
 
-def put(model: Any, text: str) -> None:
+def set_markup(model: Any, text: str) -> None:
     """Set the markup of a model."""
     model.text = html.escape(text)
 
 
 @contextmanager
-def together(document: Any) -> Iterator[None]:
+def batch_changes(document: Any) -> Iterator[None]:
     """Send the changes of a block to the browser at its end, as one message."""
     # What changes before the page has told that it stands would be held for ever.
     if document is None or not state.loaded:
@@ -382,7 +382,7 @@ def together(document: Any) -> Iterator[None]:
         yield
 
 
-class Later:
+class Debounced:
     """An action that runs once for many calls in a row, some milliseconds after the first."""
 
     def __init__(self, model: Any, action: Callable[[], None], milliseconds: int = 40) -> None:

@@ -69,7 +69,7 @@ _SHEET = f"""
 """
 
 
-class Drop(JSComponent):  # type: ignore[misc]
+class FileDrop(JSComponent):  # type: ignore[misc]
     """An area that takes one file; ``arrived`` is what the server answered, see ``upload``."""
 
     words = param.String("")
@@ -535,14 +535,14 @@ for (const page of Bokeh.documents) {{
 # --- Tabs whose panels are built when first shown ---
 
 
-class View:
+class TabPanel:
     """A part of the page."""
 
     root: Any
     """What stands there."""
 
     _working: Any = None
-    """The work under way, a `controls.Working`; None where nothing takes long."""
+    """The work under way, a `controls.JobButton`; None where nothing takes long."""
 
     def show(self) -> None:
         """Update the panel; called after each change while it is visible."""
@@ -553,12 +553,12 @@ class View:
             self._working.cancel()
 
 
-class Views:
+class TabPanels:
     """Tabs, the first of which is always there."""
 
-    def __init__(self, first: Any, others: Mapping[str, Callable[[], View]]) -> None:
+    def __init__(self, first: Any, others: Mapping[str, Callable[[], TabPanel]]) -> None:
         self._makers = list(others.values())
-        self._created: dict[int, View] = {}
+        self._created: dict[int, TabPanel] = {}
         self._places = [
             pn.Column(sizing_mode="stretch_both", margin=0, stylesheets=[style.VIEW])
             for _ in others

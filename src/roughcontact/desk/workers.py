@@ -43,7 +43,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Stage:
+class JobStage:
     """How far a job is."""
 
     progress: Progress | str  # Solver progress, or a stage as text
@@ -66,8 +66,8 @@ class JobResult:
     seconds: float = 0.0  # Time that it took
 
 
-OnStage = Callable[[Stage], None]
-Ended = Callable[[JobResult], None]
+OnStage = Callable[[JobStage], None]
+OnEnd = Callable[[JobResult], None]
 
 
 class WorkerPool:
@@ -81,12 +81,12 @@ class WorkerPool:
         # Each solve takes all cores: more than two at a time only delay each other and the drawing.
         self.turns = threading.Semaphore(2)
 
-    def begin(
+    def submit(
         self,
         work: Callable[..., Any],
         *args: Any,
         on_stage: OnStage | None = None,
-        ended: Ended | None = None,
+        ended: OnEnd | None = None,
         limits: Limits | None = None,
         folders: Sequence[Path] = (),
     ) -> Job:
@@ -96,16 +96,16 @@ class WorkerPool:
         if process is None or not process.is_alive():
             process = _Process()
         job = Job(
-            process, (work, args, limits or Limits()), on_stage, self._parting(ended), folders
+            process, (work, args, limits or Limits()), on_stage, self._forget_job(ended), folders
         )
         with self._lock:
             self._jobs.add(job)
         job.begin()
         # The next one starts when this one has begun, and does not hold it up.
-        threading.Thread(target=self.warm, daemon=True).start()
+        threading.Thread(target=self.prestart, daemon=True).start()
         return job
 
-    def warm(self) -> None:
+    def prestart(self) -> None:
         """Have a process wait, unless there is one already."""
         with self._lock:
             if self._keeps and (self._spare is None or not self._spare.is_alive()):
@@ -124,7 +124,7 @@ class WorkerPool:
         for job in jobs:
             job.wait()
 
-    def _parting(self, ended: Ended | None) -> Callable[[Job, JobResult], None]:
+    def _forget_job(self, ended: OnEnd | None) -> Callable[[Job, JobResult], None]:
         def parted(job: Job, end: JobResult) -> None:
             with self._lock:
                 self._jobs.discard(job)
@@ -135,7 +135,7 @@ class WorkerPool:
 
 
 class Job:
-    """A piece of work in another process; `WorkerPool.begin` makes it."""
+    """A piece of work in another process; `WorkerPool.submit` makes it."""
 
     def __init__(
         self,
@@ -172,11 +172,11 @@ class Job:
     def _follow(self) -> None:
         try:
             try:
-                end = self._watched()
+                end = self._watch_process()
             finally:
                 self._process.end()
                 for folder in self._folders:
-                    files.clear(folder)
+                    files.remove_unfinished(folder)
             self._end = replace(end, seconds=self._seconds)
             self._ended(self, self._end)
         finally:
@@ -186,7 +186,7 @@ class Job:
     def _seconds(self) -> float:
         return time.monotonic() - self._begun
 
-    def _watched(self) -> JobResult:
+    def _watch_process(self) -> JobResult:
         maximum = self._task[2].seconds
         try:
             self._process.connection.send(self._task)
@@ -201,18 +201,18 @@ class Job:
                     return JobResult(value=what)
                 if kind == _FAILED:
                     return JobResult(error=what)
-                self._tell(what)
+                self._notify(what)
         except (EOFError, OSError):
             if not self._canceled.is_set():
                 return JobResult(error=RoughcontactError(self._process.lost()))
         return JobResult(canceled=True)
 
-    def _tell(self, state: Progress | str) -> None:
+    def _notify(self, state: Progress | str) -> None:
         if isinstance(state, Progress) and state.count > 1:
             done = (state.number - 1 + state.kept) / state.count
             self._share = max(self._share or 0.0, done)
         if self._on_stage is not None:
-            self._on_stage(Stage(state, self._share, self._seconds))
+            self._on_stage(JobStage(state, self._share, self._seconds))
 
 
 # Processes
@@ -227,11 +227,11 @@ class _Process:
     """A process that waits for its task, and the pipe to it."""
 
     def __init__(self) -> None:
-        self.connection, theirs = processes.pipe(duplex=True)
-        self._waking, self._wake = processes.pipe()
-        self._process: SpawnProcess = processes.create_process(_serve, theirs)
+        self.connection, theirs = processes.open_pipe(duplex=True)
+        self._waking, self._wake = processes.open_pipe()
+        self._process: SpawnProcess = processes.create_process(_run_worker, theirs)
         self._ending = threading.Lock()
-        processes.start(self._process)
+        processes.start_process(self._process)
         theirs.close()
 
     def is_alive(self) -> bool:
@@ -253,12 +253,12 @@ class _Process:
 
     def end(self) -> None:
         with self._ending:
-            processes.end([self._process])
+            processes.end_processes([self._process])
             for connection in (self.connection, self._waking, self._wake):
                 connection.close()
 
 
-def _serve(connection: Connection) -> None:
+def _run_worker(connection: Connection) -> None:
     """Do one task, in a process of its own."""
     # What any task needs comes while nobody waits for it.
     for name in _NEEDED:
@@ -269,20 +269,20 @@ def _serve(connection: Connection) -> None:
         except EOFError:
             return
         try:
-            with _kept_to(limits.memory):
+            with _limit_memory(limits.memory):
                 value = work(lambda state: connection.send((_AT, state)), *args)
             connection.send((_ENDED, value))
         except RoughcontactError as error:
             connection.send((_FAILED, error))
         except MemoryError:
-            connection.send((_FAILED, _used_up(limits.memory)))
+            connection.send((_FAILED, _limit_error(limits.memory)))
         except OSError as error:
             words = f"{error.filename or 'a file'}: {error.strerror or error}"
             connection.send((_FAILED, RoughcontactError(words)))
 
 
 @contextmanager
-def _kept_to(maximum: int | None) -> Iterator[None]:
+def _limit_memory(maximum: int | None) -> Iterator[None]:
     """Limit the additional memory of this process [bytes]."""
     try:
         import resource
@@ -304,7 +304,7 @@ def _kept_to(maximum: int | None) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_AS, before)
 
 
-def _used_up(maximum: int | None) -> InsufficientMemoryError:
+def _limit_error(maximum: int | None) -> InsufficientMemoryError:
     specified = "" if maximum is None else f" of {maximum / memory.GIB:.3g} GiB"
     return InsufficientMemoryError(f"the memory{specified} is used up; crop the map")
 
@@ -312,21 +312,21 @@ def _used_up(maximum: int | None) -> InsufficientMemoryError:
 # Jobs
 
 
-def carry_out(tell: Callable[[Progress | str], None], request: Request) -> Any:
-    """Carry out a request; a job for `WorkerPool.begin`, which gives an `Outcome`."""
+def run_request(tell: Callable[[Progress | str], None], request: Request) -> Any:
+    """Carry out a request; a job for `WorkerPool.submit`, which gives an `Outcome`."""
     from roughcontact.request import run
 
-    return run.run(request, tell, tell)
+    return run.run_request(request, tell, tell)
 
 
-def folders_of(request: Request) -> list[Path]:
+def output_folders(request: Request) -> list[Path]:
     """Return the folders that a request writes into."""
     result = {path.parent for _, path in request.places}
     folder = request.get(FOLDER)
     return sorted(result if folder is None else result | {folder})
 
 
-def read(
+def read_map(
     tell: Callable[[Progress | str], None], path: Path, reading: dict[str, Any]
 ) -> tuple[Surface, Any]:
     """Read a map and the channels of its file, as `formats.read.read_with_channels`; a job."""
@@ -335,7 +335,7 @@ def read(
     return formats.read_with_channels(path, **reading)
 
 
-def channels(
+def read_channels(
     tell: Callable[[Progress | str], None],
     path: Path,
     format: str | None = None,  # noqa: A002
@@ -349,13 +349,13 @@ def channels(
 READING = Limits(READING_MEMORY, READING_SECONDS)
 
 
-def reader(bench: WorkerPool, limits: Limits = READING) -> Callable[..., Surface]:
+def make_reader(bench: WorkerPool, limits: Limits = READING) -> Callable[..., Surface]:
     """Return what reads maps apart and waits for them, as `formats.read.read_announced`."""
 
     def read_apart(path: Path, announced: Callable[..., None], *reading: Any) -> Surface:
         names = ("format", "channel", "unit", "size", "override_size")
         requested = dict(zip(names, reading, strict=False))
-        end = bench.begin(partial(read, path=path, reading=requested), limits=limits).wait()
+        end = bench.submit(partial(read_map, path=path, reading=requested), limits=limits).wait()
         assert end is not None
         if end.canceled:
             raise RoughcontactError(f"the reading of {path.name} was ended")

@@ -96,7 +96,7 @@ class Shares(NamedTuple):
         return self.elastic + self.saturated
 
 
-def shares(contact: Mask, saturated: Mask, gap: Array, blocks: tuple[int, int]) -> Shares:
+def cell_shares(contact: Mask, saturated: Mask, gap: Array, blocks: tuple[int, int]) -> Shares:
     """Return the shares of each cell that are elastic contact, saturated, missing."""
     missing = np.isnan(gap) & ~contact
     return Shares(
@@ -106,21 +106,21 @@ def shares(contact: Mask, saturated: Mask, gap: Array, blocks: tuple[int, int]) 
     )
 
 
-def classes(result: Shares) -> Array:
+def class_colors(result: Shares) -> Array:
     """Return the colours of the classes, in their shares of each cell."""
     colours = (
         (style.ELASTIC, result.elastic),
         (style.SATURATED, result.saturated),
         (style.MISSING, result.missing),
     )
-    return style.mixed(colours, style.OPEN)
+    return style.mix_colors(colours, style.OPEN)
 
 
 def open_gap(contact: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
     """Return the mean gap of the open points of each cell [m]; NaN where none is open."""
     is_open = ~contact & np.isfinite(gap)
-    number = style.reduced(np.add, is_open, blocks, np.float64)
-    total = style.reduced(np.add, np.where(is_open, np.maximum(gap, 0), 0.0), blocks)
+    number = style.reduce_cells(np.add, is_open, blocks, np.float64)
+    total = style.reduce_cells(np.add, np.where(is_open, np.maximum(gap, 0), 0.0), blocks)
     return np.where(number > 0, total / np.maximum(number, 1), np.nan)
 
 
@@ -130,7 +130,7 @@ def closed_cover(result: Shares, colour: str) -> Array:
     Red, green, blue and opacity along the end; the opacity is their share of a cell.
     """
     covered = result.touching + result.missing
-    cover = style.mixed(
+    cover = style.mix_colors(
         [(style.MISSING, result.missing / np.where(covered > 0, covered, 1.0))], colour
     )
     return np.dstack([cover, np.minimum(covered, 1.0)])
@@ -139,7 +139,7 @@ def closed_cover(result: Shares, colour: str) -> Array:
 # --- Maps that no process holds as a whole, drawn from blocks of their points ---
 
 
-def figures(
+def map_painters(
     size: tuple[float, float], heights: Array, pressure: Array, gap: Array
 ) -> dict[str, Callable[[], Figure]]:
     """Return what draws the reduced maps of a contact, by what they show.
@@ -159,7 +159,7 @@ def figures(
     viridis = colormaps["viridis"].with_extremes(bad=style.MISSING)
     open_gap = np.maximum(gap, 0)
     loaded = np.where(pressure > 0, pressure, np.nan)
-    colours = style.listed(pressure_colors()).with_extremes(bad=style.OPEN)
+    colours = style.listed_colormap(pressure_colors()).with_extremes(bad=style.OPEN)
     draw = partial(_map, size)
     return {
         "Mean height of each block": partial(draw, heights, "height", "m", low, high, viridis),

@@ -16,7 +16,7 @@ from roughcontact.drawing import style
 from roughcontact.elastoplastic import result as depth
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.errors import require_positive
-from roughcontact.units import counted, engineering, percent
+from roughcontact.units import count_noun, format_engineering, format_percent
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,7 +70,7 @@ def residual_displacement(result: ElastoplasticResult) -> Figure:
     image.set_norm(TwoSlopeNorm(0.0, -top, top))
     if highest < 0.02 * top:
         image.set_norm(None)
-        image.set_cmap(style.listed(colormaps["RdBu_r"](np.linspace(0.5, 1, 256))))
+        image.set_cmap(style.listed_colormap(colormaps["RdBu_r"](np.linspace(0.5, 1, 256))))
         image.set_clim(0, top)
     style.colour_bar(axes, image, f"residual displacement [{unit}]", "neither")
     # A cell lies inside the line if half of it touches: the line then encloses about the area.
@@ -81,8 +81,10 @@ def residual_displacement(result: ElastoplasticResult) -> Figure:
         for points, block, edge in zip(shape, blocks, contact.surface.pixel, strict=True)
     )
     style.outline(axes, touching, y, x, style.NEUTRAL)
-    largest = engineering(float(values.max()), "m", 3)
-    style.name_axes(axes, title=f"Residual displacement, up to {largest}{style.doubt(result)}")
+    largest = format_engineering(float(values.max()), "m", 3)
+    style.name_axes(
+        axes, title=f"Residual displacement, up to {largest}{style.doubt_suffix(result)}"
+    )
     style.cell_note(figure, blocks, "the mean displacement in it")
     return figure
 
@@ -130,7 +132,7 @@ def section(
 
     if width is not None:
         require_positive(width=width)
-    cut = _window(depth.cut(result, along, index, body), width)
+    cut = _window(depth.section_of(result, along, index, body), width)
     plane, columns = cut.plane, cut.columns
     length = float(plane.edges[columns.stop] - plane.edges[columns.start])
     height = _PANEL * cut.depth / length
@@ -152,7 +154,7 @@ def section(
         down = f"{'depth' if height > 0.8 else 'z'} [{unit}]"
         style.name_axes(axes, y="" if column else down)
         _bar(_panel(figure, column, top, height, _PANEL + 0.1, 0.14), mesh, height)
-    where = f"at {'y' if along == 'x' else 'x'} = {engineering(plane.across, 'm', 4)}"
+    where = f"at {'y' if along == 'x' else 'x'} = {format_engineering(plane.across, 'm', 4)}"
     title = f"Section{_which(result, body)} along {along} {where}, {_state(result, body)}"
     figure.suptitle(title, fontsize=style.TITLE, y=1 - 0.1 / tall, va="top")
     return figure
@@ -255,7 +257,7 @@ def profile(
             loc="lower center", bbox_to_anchor=(0.5, 1), ncols=3, fontsize=style.TICK,
             frameon=False, handlelength=1.6, columnspacing=1.0, handletextpad=0.5,
         )  # fmt: skip
-    y, x = (engineering(place, "m", 4) for place in answer.place)
+    y, x = (format_engineering(place, "m", 4) for place in answer.place)
     figure.suptitle(
         f"Below y = {y}, x = {x}{_which(result, body)}, {_state(result, body)}",
         fontsize=style.TITLE,
@@ -395,9 +397,11 @@ def path(result: ElastoplasticResult) -> Figure:
         style.plain_axes(axes, y=f"{name} [{shown}]")
     for axes in grid[1]:
         style.name_axes(axes, over)
-    count = counted(len(steps), "increment")
+    count = count_noun(len(steps), "increment")
     style.shared_legend(
-        figure, grid, f"Path{'' if result.has_moved else ' of loads'}, {count}{style.doubt(result)}"
+        figure,
+        grid,
+        f"Path{'' if result.has_moved else ' of loads'}, {count}{style.doubt_suffix(result)}",
     )
     return figure
 
@@ -437,8 +441,10 @@ def convergence(result: ElastoplasticResult) -> Figure:
     )
     axes.set_xlim(0, first)
     style.plain_axes(axes, "iteration, all increments together", "residual of the plastic strain")
-    count = counted(len(result.increments), "increment")
-    style.shared_legend(figure, np.array([axes]), f"Convergence, {count}{style.doubt(result)}")
+    count = count_noun(len(result.increments), "increment")
+    style.shared_legend(
+        figure, np.array([axes]), f"Convergence, {count}{style.doubt_suffix(result)}"
+    )
     return figure
 
 
@@ -542,6 +548,6 @@ def _which(result: ElastoplasticResult, body: int) -> str:
 
 def _state(result: ElastoplasticResult, body: int) -> str:
     load = result.solution.load
-    state = f"at {engineering(load, 'N', 3)}" if load else "unloaded"
-    strain = percent(result.bodies[body].max_plastic_strain)
-    return f"{state}, largest strain {strain}{style.doubt(result)}"
+    state = f"at {format_engineering(load, 'N', 3)}" if load else "unloaded"
+    strain = format_percent(result.bodies[body].max_plastic_strain)
+    return f"{state}, largest strain {strain}{style.doubt_suffix(result)}"

@@ -117,7 +117,7 @@ Drawing = Callable[[], "Figure"]
 _MOST = 256
 
 
-def pngs(
+def draw_pngs(
     drawings: Sequence[Drawing],
     processes: int = 1,
     tell: Callable[[int, int], None] | None = None,
@@ -140,9 +140,9 @@ def pngs(
         The same bytes with any number of processes.
     """
     result: dict[int, bytes] = {}
-    many = min(processes, len(drawings), _affordable() if processes > 1 else 1)
+    many = min(processes, len(drawings), _process_limit() if processes > 1 else 1)
     if many > 1 and len(drawings) <= _MOST:
-        result = _shared(drawings, many, tell)
+        result = _draw_in_processes(drawings, many, tell)
     # What a process has failed in is drawn here, to the same error.
     for number, draw in enumerate(drawings):
         if number not in result:
@@ -152,15 +152,15 @@ def pngs(
     return [result[number] for number in range(len(drawings))]
 
 
-def _affordable() -> int:
+def _process_limit() -> int:
     """Return how many processes may draw, even if each comes to need a copy of all that is here."""
     # Libraries of macOS do not bear it.
     if not hasattr(os, "fork") or sys.platform == "darwin":
         return 1
-    return 1 + memory.free() // memory.held()
+    return 1 + memory.free_bytes() // memory.resident_bytes()
 
 
-def _shared(
+def _draw_in_processes(
     drawings: Sequence[Drawing], processes: int, tell: Callable[[int, int], None] | None
 ) -> dict[int, bytes]:
     """Return what this process and its forks have drawn, by number."""
@@ -177,7 +177,7 @@ def _shared(
     try:
         for _ in range(processes - 1):
             _fork(helpers, queue, (here, alive), drawings)
-        result = _drawn(queue, drawings, tell)
+        result = _draw_remaining(queue, drawings, tell)
         for helper, answer in list(helpers.items()):
             with os.fdopen(answer, "rb", closefd=False) as stream:
                 text = stream.read()
@@ -199,15 +199,15 @@ def _fork(
     answer, writer = os.pipe()
     # Python warns developers of forks beside threads, which may hold a lock that a fork then waits
     # for. Those that solve are at rest, and what draws has nothing to do with them.
-    with _deaf() as before:
+    with _block_stop_signals() as before:
         helper = os.fork()
         if helper == 0:
-            _help(queue, writer, life, drawings, before)
+            _draw_in_child(queue, writer, life, drawings, before)
         helpers[helper] = answer
     os.close(writer)
 
 
-def _help(
+def _draw_in_child(
     queue: int,
     text: int,
     life: tuple[int, int],
@@ -218,26 +218,26 @@ def _help(
     status = 1
     try:
         os.close(life[1])
-        threading.Thread(target=_follow, args=(life[0],), daemon=True).start()
+        threading.Thread(target=_exit_with_parent, args=(life[0],), daemon=True).start()
         # The first process ends it.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         for asking in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(asking, signal.SIG_DFL)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         with os.fdopen(text, "wb") as stream:
-            stream.write(pickle.dumps(_drawn(queue, drawings)))
+            stream.write(pickle.dumps(_draw_remaining(queue, drawings)))
         status = 0
     finally:
         os._exit(status)
 
 
-def _follow(here: int) -> None:
+def _exit_with_parent(here: int) -> None:
     """End with the process that began this one, in the midst of a figure."""
     os.read(here, 1)
     os._exit(1)
 
 
-def _drawn(
+def _draw_remaining(
     queue: int,
     drawings: Sequence[Drawing],
     tell: Callable[[int, int], None] | None = None,
@@ -252,7 +252,7 @@ def _drawn(
 
 
 @contextmanager
-def _deaf() -> Iterator[set[signal.Signals]]:
+def _block_stop_signals() -> Iterator[set[signal.Signals]]:
     """Block the signals that end the program, and yield those blocked before."""
     asking = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
     before = signal.pthread_sigmask(signal.SIG_BLOCK, asking)

@@ -19,22 +19,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.spots import FEW_PIXELS
+from roughcontact.contact.spots import MIN_SPOT_PIXELS
 from roughcontact.drawing import style
 from roughcontact.drawing.cells import (
-    classes,
+    cell_shares as cell_shares,
+    class_colors,
     closed_cover,
     gap_limit,
     height_limits,
     open_gap,
     pressure_colors,
     pressure_limit,
-    shares as cell_shares,
 )
 from roughcontact.drawing.sections import draw_histogram, window
 from roughcontact.errors import InputError, require_positive
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering, percent
+from roughcontact.units import format_engineering, format_percent
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -98,7 +98,7 @@ def pressure(result: ContactResult, limit: float | None = None) -> Figure:
     style.name_axes(
         axes,
         title=f"Contact pressure at {style.load_text(result)}, largest "
-        f"{style.in_unit(result.max_pressure, drawn.scale, 'Pa')}{style.doubt(result)}",
+        f"{style.in_unit(result.max_pressure, drawn.scale, 'Pa')}{style.doubt_suffix(result)}",
     )
     style.cell_note(figure, drawn.cell, "the largest pressure in it", _marked(result, drawn.cell))
     return figure
@@ -121,7 +121,7 @@ def contact(result: ContactResult) -> Figure:
     """
     figure, axes = style.single_axes(result.surface.size, bar=False)
     drawn = _draw_contact(axes, result, style.CELLS_ALONE)
-    style.name_axes(axes, title=f"Contact at {style.load_text(result)}{style.doubt(result)}")
+    style.name_axes(axes, title=f"Contact at {style.load_text(result)}{style.doubt_suffix(result)}")
     style.cell_note(figure, drawn.cell, _IN_SHARES)
     return figure
 
@@ -143,14 +143,15 @@ def gap(result: ContactResult) -> Figure:
     """
     figure, axes = style.single_axes(result.surface.size)
     blocks, scale = draw_gap(axes, result, style.CELLS_ALONE)
-    entries = [(style.CLOSED, f"closed {percent(result.contact_fraction)}")]
+    entries = [(style.CLOSED, f"closed {format_percent(result.contact_fraction)}")]
     lost = float(np.count_nonzero(np.isnan(result.gap))) / result.gap.size
     if lost:
-        entries.append((style.MISSING, f"missing {percent(lost)}"))
+        entries.append((style.MISSING, f"missing {format_percent(lost)}"))
     style.patch_legend(axes, entries)
     mean = style.in_unit(result.mean_gap, scale, "m")
     style.name_axes(
-        axes, title=f"Open gap at {style.load_text(result)}, mean {mean}{style.doubt(result)}"
+        axes,
+        title=f"Open gap at {style.load_text(result)}, mean {mean}{style.doubt_suffix(result)}",
     )
     style.cell_note(figure, blocks, "the mean of its open gap, and its closed share")
     return figure
@@ -185,7 +186,7 @@ def comparison(
     top = pressure_limit(results, limit)
     aspect = max(style.shown_aspect(result.surface.size) for result in results)
     width, height = 4.9 * len(results) + 1.0, 8.4 * aspect + 2.7
-    height += 1.4 if aspect <= style.UPRIGHT else 0.0
+    height += 1.4 if aspect <= style.MIN_LABEL_RATIO else 0.0
     figure, grid = style.panels(width, height, 2, len(results), squeeze=False)
     over = max(result.max_pressure for result in results) > top
     cells = []
@@ -194,7 +195,7 @@ def comparison(
         drawn = _draw_pressure(upper, result, top, style.CELLS_IN_PANEL)
         largest = style.in_unit(result.max_pressure, drawn.scale, "Pa")
         load = style.load_text(result)
-        title = f"{name}{style.doubt(result)}\n{load}, largest pressure {largest}"
+        title = f"{name}{style.doubt_suffix(result)}\n{load}, largest pressure {largest}"
         style.name_axes(upper, title=title)
         if column == len(results) - 1:
             _pressure_bar(upper, drawn.image, top, over=over)
@@ -231,12 +232,12 @@ def overview(result: ContactResult) -> Figure:
     draw_histogram(grid[1, 1], [result], [""], "linear")
     grid[1, 1].set_title("Distribution of the contact pressure", fontsize=style.TITLE, pad=24)
     certificate = f"certificate {result.certificate:.1e}"
-    saturated = f"saturated {percent(result.saturated_fraction)}"
+    saturated = f"saturated {format_percent(result.saturated_fraction)}"
     words = [
         f"load {style.load_text(result)}",
-        f"contact {percent(result.contact_fraction)}",
+        f"contact {format_percent(result.contact_fraction)}",
         "no ceiling" if result.ceiling is None else saturated,
-        f"largest pressure {engineering(result.max_pressure, 'Pa', 3)}",
+        f"largest pressure {format_engineering(result.max_pressure, 'Pa', 3)}",
         certificate if result.converged else f"NOT CONVERGED, {certificate}",
     ]
     figure.suptitle(
@@ -299,7 +300,7 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     style.name_axes(left, title="Contact pressure")
     gap = result.gap[rows, columns]
     shares = cell_shares(part > 0, result.saturated[rows, columns], gap, blocks)
-    style.draw_map(right, classes(shares), size, blocks, part.shape, corner)
+    style.draw_map(right, class_colors(shares), size, blocks, part.shape, corner)
     entries = [
         (style.OPEN, "no contact"),
         (style.ELASTIC, "elastic"),
@@ -308,7 +309,7 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     style.patch_legend(right, entries + [(style.MISSING, "missing")] * bool(np.isnan(gap).any()))
     style.name_axes(right, title="Contact")
     figure.suptitle(
-        f"Part of the contact at {style.load_text(result)}{style.doubt(result)}",
+        f"Part of the contact at {style.load_text(result)}{style.doubt_suffix(result)}",
         fontsize=style.TITLE,
     )
     style.cell_note(figure, blocks, _PRESSURE_OR_SHARES)
@@ -339,9 +340,9 @@ def spots(result: ContactResult) -> Figure:
     at_least = np.cumsum(counts[::-1])[::-1]
     axes.axvspan(
         0.5 * pixel * factor,
-        FEW_PIXELS * pixel * factor,
+        MIN_SPOT_PIXELS * pixel * factor,
         color="#ececec",
-        label=f"fewer than {FEW_PIXELS} pixels: size set by the grid",
+        label=f"fewer than {MIN_SPOT_PIXELS} pixels: size set by the grid",
     )
     axes.plot(sizes * factor, at_least, "o-", color=style.SERIES[0], markersize=4, linewidth=1.2)
     if areas.size:
@@ -355,12 +356,13 @@ def spots(result: ContactResult) -> Figure:
         )
     style.log_scale(axes, "x")
     style.log_scale(axes, "y")
-    axes.set_xlim(0.7 * pixel * factor, max(2 * largest, 2 * FEW_PIXELS * pixel) * factor)
+    axes.set_xlim(0.7 * pixel * factor, max(2 * largest, 2 * MIN_SPOT_PIXELS * pixel) * factor)
     axes.set_ylim(0.7, 2.0 * max(areas.size, 5))
     style.name_axes(axes, f"area A of a spot [{unit}]", "spots of at least that area")
     noun = "spot" if areas.size == 1 else "spots"
     style.plain_axes(
-        axes, title=f"{areas.size} contact {noun} at {style.load_text(result)}{style.doubt(result)}"
+        axes,
+        title=f"{areas.size} contact {noun} at {style.load_text(result)}{style.doubt_suffix(result)}",
     )
     style.legend_below(axes, columns=2)
     return figure
@@ -407,7 +409,7 @@ def _draw_surface(axes: Axes, surface: Surface, cells: int) -> _Drawn:
     extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, above]
     style.colour_bar(axes, image, f"height above mean [{unit}]", extend)
     if surface.missing:
-        share = percent(surface.missing / surface.heights.size)
+        share = format_percent(surface.missing / surface.heights.size)
         style.patch_legend(axes, [(style.MISSING, f"missing {share}")])
     return _Drawn(image, blocks, (factor, unit))
 
@@ -423,7 +425,9 @@ def _draw_pressure(axes: Axes, result: ContactResult, top: float, cells: int) ->
 
 
 def _colour_pressure(image: AxesImage, top: float) -> None:
-    image.set_cmap(style.listed(pressure_colors()).with_extremes(bad=style.OPEN, over=style.OVER))
+    image.set_cmap(
+        style.listed_colormap(pressure_colors()).with_extremes(bad=style.OPEN, over=style.OVER)
+    )
     image.set_clim(0, top)
 
 
@@ -438,16 +442,16 @@ def _draw_contact(axes: Axes, result: ContactResult, cells: int) -> _Drawn:
     blocks = style.cell_size(shape, size, cells)
     missing = int(np.count_nonzero(np.isnan(result.gap)))
     shares = cell_shares(result.contact, result.saturated, result.gap, blocks)
-    image = style.draw_map(axes, classes(shares), size, blocks, shape)
+    image = style.draw_map(axes, class_colors(shares), size, blocks, shape)
     lost = missing / result.pressure.size
     touching, saturated = result.contact_fraction, result.saturated_fraction
     entries = [
-        (style.OPEN, f"no contact\n{percent(1 - touching - lost)}"),
-        (style.ELASTIC, f"elastic\n{percent(touching - saturated)}"),
-        (style.SATURATED, f"saturated\n{percent(saturated)}"),
+        (style.OPEN, f"no contact\n{format_percent(1 - touching - lost)}"),
+        (style.ELASTIC, f"elastic\n{format_percent(touching - saturated)}"),
+        (style.SATURATED, f"saturated\n{format_percent(saturated)}"),
     ]
     if missing:
-        entries.append((style.MISSING, f"missing\n{percent(lost)}"))
+        entries.append((style.MISSING, f"missing\n{format_percent(lost)}"))
     style.patch_legend(axes, entries)
     return _Drawn(image, blocks)
 
@@ -463,6 +467,6 @@ def _marked(result: ContactResult, blocks: tuple[int, int]) -> str:
         float(style.cell_points(result.pressure.shape, blocks)[cells].sum()) / result.pressure.size
     )
     return (
-        f"That marks {percent(marked)} of the picture of the pressure, where "
-        f"{percent(result.contact_fraction)} of the map touches."
+        f"That marks {format_percent(marked)} of the picture of the pressure, where "
+        f"{format_percent(result.contact_fraction)} of the map touches."
     )

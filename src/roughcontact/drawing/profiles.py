@@ -89,6 +89,6 @@ def pressed(result: ContactResult, width: float | None = None, middle: int | Non
     style.name_axes(grid[1], f"x [{unit}]", f"pressure [{unit_press}]")
     grid[1].set_xlim(first * factor, last * factor)
     style.shared_legend(
-        figure, grid, f"Profile under {style.load_text(result)}{style.doubt(result)}"
+        figure, grid, f"Profile under {style.load_text(result)}{style.doubt_suffix(result)}"
     )
     return figure

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact import hertz_comparison
-from roughcontact.contact.nominal_hertz import LINE, Smooth
+from roughcontact.contact.nominal_hertz import LINE, SmoothContact
 from roughcontact.contact.result import ContactResult
 from roughcontact.drawing import style
 from roughcontact.errors import InputError, require_positive
 from roughcontact.solvers import rigid_tilt
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering, percent
+from roughcontact.units import format_engineering, format_percent
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -127,7 +127,7 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
     style.shared_legend(
         figure,
         grid,
-        f"Sections through the highest peak at {style.load_text(result)}{style.doubt(result)}",
+        f"Sections through the highest peak at {style.load_text(result)}{style.doubt_suffix(result)}",
     )
     return figure
 
@@ -422,17 +422,17 @@ def histogram_label(
 ) -> str:
     """Return what a distribution of pressures says of the contact, in lines."""
     text = f"{name}: " if name else ""
-    text += f"{percent(result.contact_fraction)} of the map in contact{style.doubt(result)}"
+    text += f"{format_percent(result.contact_fraction)} of the map in contact{style.doubt_suffix(result)}"
     if result.ceiling is not None:
         ceiling = _uniform_ceiling(result)
-        which = "its" if math.isinf(ceiling) else f"the {engineering(ceiling, 'Pa', 3)}"
+        which = "its" if math.isinf(ceiling) else f"the {format_engineering(ceiling, 'Pa', 3)}"
         if result.saturated_fraction == 0:
             text += f",\nnone of it at {which} ceiling"
         else:
             text += f",\n{_share_at_ceiling(result)} of it at {which} ceiling (not drawn)"
     rare = values[(values < limits[0]) | (values > limits[1] * (1 + 1e-9))]
     if rare.size:
-        share = percent(rare.size / int(np.count_nonzero(result.contact)))
+        share = format_percent(rare.size / int(np.count_nonzero(result.contact)))
         end = f"down to {style.in_unit(float(rare.min()), scale, 'Pa')}"
         if rare.max() > limits[1]:
             end = f"up to {style.in_unit(float(rare.max()), scale, 'Pa')}"
@@ -441,7 +441,7 @@ def histogram_label(
 
 
 def _share_at_ceiling(result: ContactResult) -> str:
-    return percent(result.saturated_fraction / result.contact_fraction)
+    return format_percent(result.saturated_fraction / result.contact_fraction)
 
 
 def _uniform_ceiling(result: ContactResult) -> float:
@@ -506,25 +506,25 @@ def versus_hertz(result: ContactResult) -> Figure:
         axes,
         f"{name} [{unit}]",
         f"pressure [{pressure_unit}]",
-        f"Beside Hertz at {style.load_text(result)}{style.doubt(result)}",
+        f"Beside Hertz at {style.load_text(result)}{style.doubt_suffix(result)}",
     )
     style.legend_below(axes, columns=1)
     return figure
 
 
-def _mean_lines(result: ContactResult, smooth: Smooth) -> tuple[Array, Array, Array]:
+def _mean_lines(result: ContactResult, smooth: SmoothContact) -> tuple[Array, Array, Array]:
     """Return distances across a cylinder, and mean and largest pressure along it."""
     axis = smooth.shape.axis
     assert axis is not None
-    across = hertz_comparison.places(result, result.center_of_pressure)[1 - axis].ravel()
+    across = hertz_comparison.distances_from(result, result.center_of_pressure)[1 - axis].ravel()
     return across, result.pressure.mean(axis=axis), result.pressure.max(axis=axis)
 
 
-def _rings(result: ContactResult, smooth: Smooth) -> tuple[Array, Array, Array]:
+def _rings(result: ContactResult, smooth: SmoothContact) -> tuple[Array, Array, Array]:
     """Return distances from the middle, and mean and largest pressure on rings."""
     a, b = smooth.semi_axes[0], smooth.semi_axes[-1]
-    along, across = hertz_comparison.directions(smooth)
-    y, x = hertz_comparison.places(result, result.center_of_pressure)
+    along, across = hertz_comparison.contact_axes(smooth)
+    y, x = hertz_comparison.distances_from(result, result.center_of_pressure)
     u, v = (cy * y + cx * x for cy, cx in (along, across))
     distance = np.sqrt(u**2 + (v * (a / b)) ** 2).ravel()
     width = max(result.surface.pixel) * (a / b)

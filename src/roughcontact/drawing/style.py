@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.errors import InputError
-from roughcontact.units import engineering
+from roughcontact.units import format_engineering
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,7 +38,7 @@ CELLS_ALONE, CELLS_IN_PANEL = 600, 520
 The axes have more dots than that, so that drawing to the nearest cell leaves none out.
 """
 
-UPRIGHT = 0.45
+MIN_LABEL_RATIO = 0.45
 """Height over width of a map up to which the colour bar lies on top of it."""
 
 TITLE, LABEL, TICK, NOTE = 13.0, 12.0, 11.0, 10.5
@@ -84,7 +84,7 @@ def in_unit(value: float, scale: tuple[float, str], symbol: str) -> str:
     factor, unit = scale
     scaled = float(f"{value * factor:.3g}")
     fits = scaled == 0 or 1e-3 <= abs(scaled) < 1e4
-    return f"{scaled:.7g} {unit}" if fits else engineering(value, symbol, 3)
+    return f"{scaled:.7g} {unit}" if fits else format_engineering(value, symbol, 3)
 
 
 def prefixed_area(largest: float) -> tuple[float, str]:
@@ -101,7 +101,7 @@ def layout() -> ConstrainedLayoutEngine:
     return ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1)
 
 
-def blank(width: float, height: float) -> Figure:
+def empty_figure(width: float, height: float) -> Figure:
     """Return an empty figure of a size [inch]."""
     from matplotlib.figure import Figure
 
@@ -112,7 +112,7 @@ def panels(
     width: float, height: float, rows: int = 1, columns: int = 1, **more: Any
 ) -> tuple[Figure, Any]:
     """Return a figure of a size [inch], and its axes as ``Figure.subplots`` gives them."""
-    figure = blank(width, height)
+    figure = empty_figure(width, height)
     return figure, figure.subplots(rows, columns, **more)
 
 
@@ -129,7 +129,7 @@ def single_axes(
     # enough for the note whatever the map.
     aspect = size[0] / size[1]
     height = max(5.2 * min(aspect, 1.0), 1.0) + (2.6 if legend else 1.8)
-    return panels(7.2, height + (1.0 if bar and aspect <= UPRIGHT else 0.0))
+    return panels(7.2, height + (1.0 if bar and aspect <= MIN_LABEL_RATIO else 0.0))
 
 
 def name_axes(axes: Axes, x: str = "", y: str = "", title: str = "") -> None:
@@ -186,7 +186,7 @@ def cell_size(shape: tuple[int, ...], size: tuple[float, float], cells: int) -> 
     return by, bx
 
 
-def reduced(
+def reduce_cells(
     ufunc: np.ufunc,
     values: NDArray[Any],
     blocks: tuple[int, int],
@@ -213,7 +213,7 @@ def _reduced(ufunc: np.ufunc, values: NDArray[Any], block: int) -> NDArray[Any]:
 
 def cell_max(values: Array, blocks: tuple[int, int]) -> Array:
     """Return the largest value of each cell."""
-    return reduced(np.maximum, values, blocks)
+    return reduce_cells(np.maximum, values, blocks)
 
 
 def cell_points(shape: tuple[int, ...], blocks: tuple[int, int]) -> Array:
@@ -227,11 +227,11 @@ def cell_points(shape: tuple[int, ...], blocks: tuple[int, int]) -> Array:
 
 def cell_share(mask: Mask, blocks: tuple[int, int]) -> Array:
     """Return the share of the points of each cell that are marked."""
-    marked = np.asarray(reduced(np.add, mask, blocks, np.float64), dtype=np.float64)
+    marked = np.asarray(reduce_cells(np.add, mask, blocks, np.float64), dtype=np.float64)
     return marked / cell_points(mask.shape, blocks)
 
 
-def mixed(shares: Sequence[tuple[str, Array]], ground: str) -> Array:
+def mix_colors(shares: Sequence[tuple[str, Array]], ground: str) -> Array:
     """Return colours in their shares of each cell, over a ground: red, green, blue along the end.
 
     The mean of the picture is then that of the points, whatever the size of the cells.
@@ -249,8 +249,8 @@ def cell_mean(values: Array, blocks: tuple[int, int]) -> Array:
     if blocks == (1, 1):
         return values.copy()
     there = np.isfinite(values)
-    count = reduced(np.add, there, blocks, np.float64)
-    total = reduced(np.add, values if there.all() else np.where(there, values, 0.0), blocks)
+    count = reduce_cells(np.add, there, blocks, np.float64)
+    total = reduce_cells(np.add, values if there.all() else np.where(there, values, 0.0), blocks)
     maximum = cell_points(values.shape, blocks)
     return np.where(2 * count > maximum, total / np.maximum(count, 1), np.nan)
 
@@ -316,7 +316,7 @@ def colour_bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:
     left, right = axes.get_xlim()
     bottom, top = axes.get_ylim()
     aspect = abs(bottom - top) / abs(right - left)
-    upright = aspect > UPRIGHT
+    upright = aspect > MIN_LABEL_RATIO
     thickness = 0.045 * max(aspect, 1) if upright else 0.045 / aspect
     place = (1 + 0.6 * thickness, 0, thickness, 1) if upright else (0, 1 + thickness, 1, thickness)
     inset = axes.inset_axes(place)
@@ -335,10 +335,12 @@ def field_colours(**beyond: Any) -> Any:
     """Return the colours of a field, from the lightest on: it has no ground to drown in."""
     from matplotlib import colormaps
 
-    return listed(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(**beyond)
+    return listed_colormap(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(
+        **beyond
+    )
 
 
-def listed(colours: Any) -> ListedColormap:
+def listed_colormap(colours: Any) -> ListedColormap:
     """Return a colour map of some colours."""
     from matplotlib.colors import ListedColormap
 
@@ -440,9 +442,9 @@ def result_names(results: Sequence[ContactResult], labels: Sequence[str] | None)
 
 def load_text(result: ContactResult) -> str:
     """Return the load of a result for a title."""
-    return engineering(result.load, result.pair.load_unit, 3)
+    return format_engineering(result.load, result.pair.load_unit, 3)
 
 
-def doubt(result: ContactResult | ElastoplasticResult) -> str:
+def doubt_suffix(result: ContactResult | ElastoplasticResult) -> str:
     """Return what a title adds where a result is not to be trusted."""
     return "" if result.converged else " (NOT CONVERGED)"

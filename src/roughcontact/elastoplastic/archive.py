@@ -84,7 +84,7 @@ def to_dataset(result: ElastoplasticResult) -> tuple[netcdf.Dataset, dict[str, A
         about = {"units": "Pa", "long_name": "contact pressure at the largest load of the path"}
         dataset["largest_pressure"] = (("y", "x"), result.largest_pressure, about)
         packed["largest_pressure"] = netcdf.SHUFFLED
-    for name, body in zip(yielding(result.solution), result.bodies, strict=True):
+    for name, body in zip(yielding_materials(result.solution), result.bodies, strict=True):
         packed |= _add_body(dataset, name, body)
     dataset["component"] = ("component", list(_COMPONENTS))
     add_increments(dataset, result.increments)
@@ -109,13 +109,13 @@ def _add_body(dataset: netcdf.Dataset, name: str, body: PlasticBody | SharedBody
     dataset.attrs["volume_margin"] = body.margin
     packed = {}
     if isinstance(body, PlasticBody):
-        for field, (dims, about) in described().items():
+        for field, (dims, about) in field_attributes().items():
             dataset[f"{name}_{field}"] = (dims, getattr(body, field), about)
             packed[f"{name}_{field}"] = netcdf.SHUFFLED
     return packed
 
 
-def described() -> dict[str, tuple[tuple[str, ...], dict[str, str]]]:
+def field_attributes() -> dict[str, tuple[tuple[str, ...], dict[str, str]]]:
     """Return the axes and the attributes of each field of a body."""
     rows, columns = "volume_y", "volume_x"
     return {
@@ -157,14 +157,14 @@ def load_elastoplastic(
     """Read a result that ``ElastoplasticResult.save`` wrote."""
     result = load_step(path)[0]
     if verify:
-        verified(result).require(Path(path).name)
+        verify_result(result).require(Path(path).name)
     return result
 
 
 def load_step(path: str | os.PathLike[str]) -> tuple[ElastoplasticResult, dict[str, NDArray[Any]]]:
     """Read a result of `save_elastoplastic`, and what the run carried on to the next load."""
-    dataset = archive.opened(path)
-    with archive.refused(path, "ElastoplasticResult"):
+    dataset = archive.open_archive(path)
+    with archive.as_format_error(path, "ElastoplasticResult"):
         return from_dataset(dataset), carried_arrays(dataset)
 
 
@@ -172,20 +172,20 @@ def load_result(
     path: str | os.PathLike[str], dataset: xarray.Dataset | None = None, *, verify: bool = False
 ) -> ContactResult | ElastoplasticResult:
     """Read the result that a file holds."""
-    dataset = archive.opened(path) if dataset is None else dataset
+    dataset = archive.open_archive(path) if dataset is None else dataset
     result: ContactResult | ElastoplasticResult
     if "elastoplastic_status" in dataset.attrs:
-        with archive.refused(path, "ElastoplasticResult"):
+        with archive.as_format_error(path, "ElastoplasticResult"):
             result = from_dataset(dataset)
     else:
-        with archive.refused(path, "ContactResult"):
+        with archive.as_format_error(path, "ContactResult"):
             result = archive.from_dataset(dataset)
     if verify:
-        verified(result).require(Path(path).name)
+        verify_result(result).require(Path(path).name)
     return result
 
 
-def verified(result: ContactResult | ElastoplasticResult) -> Verification:
+def verify_result(result: ContactResult | ElastoplasticResult) -> Verification:
     """Return the stored and the recomputed values of a result."""
     if isinstance(result, ContactResult):
         return verify_contact(result)
@@ -197,7 +197,7 @@ def from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
     pressed = archive.from_dataset(dataset)
     attributes = dataset.attrs
     bodies = []
-    for name in yielding(pressed):
+    for name in yielding_materials(pressed):
         arrays = {
             field: np.array(dataset[f"{name}_{field}"].values)
             for field in ("thickness", *_TENSORS, *_FIELDS)
@@ -251,7 +251,7 @@ def carried_arrays(dataset: xarray.Dataset) -> dict[str, NDArray[Any]]:
     }
 
 
-def yielding(pressed: ContactResult) -> list[str]:
+def yielding_materials(pressed: ContactResult) -> list[str]:
     """Return which materials of a contact yield."""
     return [name for name in archive.MATERIALS if getattr(pressed, name).yield_strength is not None]
 
@@ -259,37 +259,37 @@ def yielding(pressed: ContactResult) -> list[str]:
 # A volume on several ranks in one file, as `archive` writes it: layer by layer, rank by rank.
 
 
-def save(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
+def write_result(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
     """Write a result to a NetCDF file; all ranks call it where they share it."""
     bodies = [body for body in result.bodies if isinstance(body, SharedBody)]
     if not bodies:
         save_elastoplastic(result, path)
         return
-    names = yielding(result.solution)
+    names = yielding_materials(result.solution)
     maps = {
         netcdf.Streamed(
             f"{name}_{field}", own.dtype.str, (body.thickness.size, *own.shape[1:]), about,
             packed=True, dims=dims,
         ): [
-            netcdf.Part(layer % body.share.count, 1, partial(_layer, body, own, layer))
+            netcdf.RankPart(layer % body.share.count, 1, partial(_read_layer, body, own, layer))
             for layer in range(body.thickness.size)
         ]
         for name, body in zip(names, bodies, strict=True)
-        for field, (dims, about) in described().items()
+        for field, (dims, about) in field_attributes().items()
         for own in (getattr(body.own, field),)
     }  # fmt: skip
     netcdf.write_shared(lambda: to_dataset(result)[0], maps, path, bodies[0].share.ranks)
 
 
-def _layer(body: SharedBody, own: Array, layer: int) -> Array:
-    return own[[body.here.index(layer)]]
+def _read_layer(body: SharedBody, own: Array, layer: int) -> Array:
+    return own[[body.local_layers.index(layer)]]
 
 
 # Files of results: whether they are as they were written, and hold the solutions they claim.
 
 
 @dataclass(frozen=True)
-class Checked:
+class CheckedFile:
     """Result of checking a file."""
 
     file: str  # Its path
@@ -303,17 +303,17 @@ class Checked:
         return {"file": self.file, "sealed": self.sealed, "found": found, "reason": self.reason}
 
 
-def check_file(path: str | os.PathLike[str]) -> Checked:
+def check_file(path: str | os.PathLike[str]) -> CheckedFile:
     """Return the result of checking a file."""
     file = str(path)
     try:
         result = load_result(path)
-        answer = verified(result)
+        answer = verify_result(result)
     except (FormatError, InsufficientMemoryError) as error:
-        return Checked(file, False, None, str(error))
+        return CheckedFile(file, False, None, str(error))
     pressed = result if isinstance(result, ContactResult) else result.solution
     try:
         answer.require(Path(path).name)
     except FormatError as error:
-        return Checked(file, not pressed.without_checksums, answer, str(error))
-    return Checked(file, not pressed.without_checksums, answer, "")
+        return CheckedFile(file, not pressed.without_checksums, answer, str(error))
+    return CheckedFile(file, not pressed.without_checksums, answer, "")

@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arguments import checked
-from roughcontact._tools.files import require_suffix, to_json, write
+from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.files import require_suffix, to_json, write_atomically
 from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.solve import press
-from roughcontact.contact.validation import check
+from roughcontact.contact.solve import solve_pair
+from roughcontact.contact.validation import check_problem
 from roughcontact.elastoplastic import solve as elastoplastic
 from roughcontact.elastoplastic.increments import AUTO
 from roughcontact.elastoplastic.result import ElastoplasticResult
@@ -31,7 +31,7 @@ from roughcontact.errors import InputError, input_error
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
 from roughcontact.solvers.progress import Progress, Tell, shows_progress_bar
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, quantity
+from roughcontact.units import Quantities, to_si
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ QUANTITIES = {
 """What is compared, with units."""
 
 # Change of a relative error that is no more than the tolerance of the solver.
-_NOTHING = 1e-5
+_NEGLIGIBLE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +157,7 @@ class ModelComparison:
         best = []
         for row in error.T:
             change = np.flatnonzero(row[:-1] * row[1:] < 0)
-            if len(row) > 1 and np.ptp(row) < _NOTHING:
+            if len(row) > 1 and np.ptp(row) < _NEGLIGIBLE:
                 best.append(math.nan)
             elif change.size:
                 # The first: higher up, where a ceiling is hardly reached, errors may be near zero.
@@ -209,7 +209,7 @@ class ModelComparison:
             If it ends otherwise.
         """
         require_suffix(path, ".json")
-        write(path, to_json(self.summary()) + "\n")
+        write_atomically(path, to_json(self.summary()) + "\n")
 
 
 def _value(result: ContactResult, area_of: ContactResult | ElastoplasticResult, name: str) -> float:
@@ -223,7 +223,7 @@ def _value(result: ContactResult, area_of: ContactResult | ElastoplasticResult, 
 
 
 @shows_progress_bar
-@checked
+@validate_arguments
 def compare_models(
     surface: Surface,
     *,
@@ -279,16 +279,16 @@ def compare_models(
     body = pair.softer
     if body is None or body.yield_strength is None:
         raise InputError("no body has a yield strength: there is no plasticity to compare")
-    specified = _ascending("loads", quantity(loads, "force", "loads"))
-    tried = _ascending("factors", factors)
+    specified = _check_ascending("loads", to_si(loads, "force", "loads"))
+    tried = _check_ascending("factors", factors)
     strength = body.yield_strength
-    check(pair, LoadCase(load=specified[-1], ceiling=tried[0] * strength))
-    states = _states(pair, specified, increments, progress)
-    rows = tuple(_row(pair, specified, factor * strength) for factor in tried)
+    check_problem(pair, LoadCase(load=specified[-1], ceiling=tried[0] * strength))
+    states = _solve_volume(pair, specified, increments, progress)
+    rows = tuple(_solve_ceiling(pair, specified, factor * strength) for factor in tried)
     return ModelComparison(tuple(tried), rows, states, strength)
 
 
-def _states(
+def _solve_volume(
     pair: Pair, loads: list[float], increments: int | str, progress: Tell
 ) -> tuple[ElastoplasticResult, ...]:
     """Return the state of the volume model after each load."""
@@ -315,16 +315,16 @@ def _states(
     return tuple(states)
 
 
-def _row(pair: Pair, loads: list[float], ceiling: float) -> tuple[ContactResult, ...]:
+def _solve_ceiling(pair: Pair, loads: list[float], ceiling: float) -> tuple[ContactResult, ...]:
     """Return the solution at each load under one ceiling."""
     row: list[ContactResult] = []
     for load in loads:
         terms = LoadCase(load=load, ceiling=ceiling)
-        row.append(press(pair, terms, start=row[-1] if row else None))
+        row.append(solve_pair(pair, terms, start=row[-1] if row else None))
     return tuple(row)
 
 
-def _ascending(name: str, values: Sequence[float]) -> list[float]:
+def _check_ascending(name: str, values: Sequence[float]) -> list[float]:
     try:
         specified = np.array(values, float)
     except (TypeError, ValueError):

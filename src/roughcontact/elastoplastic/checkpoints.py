@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools import checkpoints, netcdf
-from roughcontact._tools.checkpoints import Place
+from roughcontact._tools.checkpoints import RunFolder
 from roughcontact.contact import archive as contact_archive
 from roughcontact.elastoplastic import archive
 from roughcontact.elastoplastic.archive import (
@@ -23,7 +23,7 @@ from roughcontact.elastoplastic.archive import (
     carried_arrays,
     increments_of,
 )
-from roughcontact.elastoplastic.problem import Extent, Problem
+from roughcontact.elastoplastic.problem import ElastoplasticProblem, Extent
 from roughcontact.elastoplastic.result import ElastoplasticResult, Increment, PathPoint
 from roughcontact.errors import FormatError, InputError, OtherRunError
 
@@ -46,18 +46,18 @@ class Checkpoint:
     result: ElastoplasticResult | None = None  # The state itself, where it is held whole
 
     @classmethod
-    def of(
+    def from_result(
         cls, result: ElastoplasticResult, carried: Mapping[str, Array] | None = None
     ) -> Checkpoint:
         """Return the checkpoint of a result and the values carried to the next load."""
         bodies = [(body.plastic_strain, body.accumulated) for body in result.whole_bodies]
         return cls(
-            Extent.of(result), bodies, result.solution.pressure, result.increments, result.largest,
+            Extent.from_result(result), bodies, result.solution.pressure, result.increments, result.largest,
             result.seconds, carried or {}, result,
         )  # fmt: skip
 
 
-def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
+def write_checkpoint(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
     """Write it to a NetCDF file: of the volume only what has yielded, and no stress."""
     dataset = netcdf.Dataset({
         "margin": checkpoint.extent.margin,
@@ -83,10 +83,10 @@ def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
     netcdf.write(dataset, path)
 
 
-def load(path: Path) -> Checkpoint:
-    """Read what `save` wrote; every number keeps its bits."""
-    dataset = contact_archive.opened(path)
-    with contact_archive.refused(path, "solve_elastoplastic"):
+def read_checkpoint(path: Path) -> Checkpoint:
+    """Read what `write_checkpoint` wrote; every number keeps its bits."""
+    dataset = contact_archive.open_archive(path)
+    with contact_archive.as_format_error(path, "solve_elastoplastic"):
         arrays = {str(name): np.array(values) for name, values in dataset.data_vars.items()}
         thickness, shape = arrays["thickness"], tuple(arrays["grid"].tolist())
         bodies = []
@@ -112,30 +112,32 @@ def load(path: Path) -> Checkpoint:
 @contextmanager
 def open_step_folder(
     folder: str | os.PathLike[str] | None,
-    problem: Problem,
+    problem: ElastoplasticProblem,
     path: list[PathPoint],
     start: ElastoplasticResult | None,
     volume: list[float],
     *,
     automatic: bool,
-) -> Iterator[Steps]:
+) -> Iterator[CheckpointSeries]:
     """Hold the folder of a run alone, and give the states of the run in it."""
     if folder is None:
-        yield Steps(None, problem, path)
+        yield CheckpointSeries(None, problem, path)
         return
-    described = _described(problem, start, volume)
+    described = _run_record(problem, start, volume)
     if automatic:
         described["increments"] = "auto"
     with checkpoints.lock_folder(
         folder, described, kind="run", record="volume.json", pattern="step-*.nc"
     ) as place:
-        yield Steps(place, problem, path)
+        yield CheckpointSeries(place, problem, path)
 
 
-class Steps:
+class CheckpointSeries:
     """The states of a run after each of its loads: files in a folder, or none without one."""
 
-    def __init__(self, place: Place | None, problem: Problem, path: list[PathPoint]) -> None:
+    def __init__(
+        self, place: RunFolder | None, problem: ElastoplasticProblem, path: list[PathPoint]
+    ) -> None:
         self._problem, self._path = problem, path
         # Along a path, only the data of the next step is kept.
         self._travels = any(any(point.offset) or point.friction for point in path)
@@ -153,20 +155,20 @@ class Steps:
         """Whether anything is kept."""
         return bool(self._files)
 
-    def whole(self, number: int, every: bool) -> bool:
+    def is_full(self, number: int, every: bool) -> bool:
         """Whether the state after a load is to be saved whole, which every one may have to be."""
         return bool(self) and (every or not self._travels or number == len(self._files) - 1)
 
     def latest(self) -> tuple[int, Checkpoint | None]:
         """Return how many loads are done, and what the next starts from."""
         done = self._done()
-        noted = self._noted(done)
+        noted = self._read_note(done)
         if noted is not None:
             return noted
         if not done:
             return 0, None
         file = self._files[done - 1]
-        checkpoint = self._read(file, lambda: Checkpoint.of(*archive.load_step(file)))
+        checkpoint = self._read(file, lambda: Checkpoint.from_result(*archive.load_step(file)))
         if checkpoint.result is not None:
             self._problem.check_same(str(file), checkpoint.result)
         return done, self._of_this_run(checkpoint, file, done)
@@ -178,12 +180,12 @@ class Steps:
             return max((n for n, result in enumerate(there, 1) if result), default=0)
         return [*there, False].index(False)
 
-    def _noted(self, done: int) -> tuple[int, Checkpoint] | None:
+    def _read_note(self, done: int) -> tuple[int, Checkpoint] | None:
         """Return the intermediate checkpoint, if it is further than a number of loads."""
         if self._note is None or not self._note.exists():
             return None
         file = self._note
-        checkpoint = self._read(file, lambda: load(file))
+        checkpoint = self._read(file, lambda: read_checkpoint(file))
         number = len(checkpoint.carried["path"])
         if not done < number <= len(self._path):
             return None
@@ -226,7 +228,7 @@ class Steps:
 
     def save(self, number: int, result: ElastoplasticResult, carried: dict[str, Array]) -> None:
         """Write the state after a load, and what the loop carries on from it."""
-        file, held = self._files[number], carried | self._marks(number)
+        file, held = self._files[number], carried | self._run_attributes(number)
         self._write(file, lambda: archive.save_elastoplastic(result, file, held))
         if self._note is not None:
             self._note.unlink(missing_ok=True)
@@ -235,10 +237,12 @@ class Steps:
         """Replace the intermediate checkpoint."""
         file = self._note
         if file is not None:
-            held = replace(checkpoint, carried={**checkpoint.carried, **self._marks(number)})
-            self._write(file, lambda: save(held, file))
+            held = replace(
+                checkpoint, carried={**checkpoint.carried, **self._run_attributes(number)}
+            )
+            self._write(file, lambda: write_checkpoint(held, file))
 
-    def _marks(self, number: int) -> dict[str, Array]:
+    def _run_attributes(self, number: int) -> dict[str, Array]:
         return self._mark | {"path": self._rows(number + 1)}
 
     def _write(self, file: Path, write: Callable[[], None]) -> None:
@@ -251,14 +255,14 @@ class Steps:
             ) from None
 
 
-def _described(
-    problem: Problem, start: ElastoplasticResult | None, volume: list[float]
+def _run_record(
+    problem: ElastoplasticProblem, start: ElastoplasticResult | None, volume: list[float]
 ) -> dict[str, Any]:
     """Return what the states depend on, for the record in the folder."""
     described = problem.pair.record()
     described |= {
         "boundary": str(problem.pair.boundary),
-        "layers": checkpoints.digest(volume),
+        "layers": checkpoints.digest_arrays(volume),
         "tolerance": float(problem.tolerance),
         "max_iterations": int(problem.max_iterations),
         "precision": problem.precision,
@@ -267,5 +271,5 @@ def _described(
     if start is not None:
         layers = [strain for body in start.whole_bodies for strain in body.plastic_strain]
         flowed = [layer for body in start.whole_bodies for layer in body.accumulated]
-        described["start"] = checkpoints.digest(start.solution.pressure, *layers, *flowed)
+        described["start"] = checkpoints.digest_arrays(start.solution.pressure, *layers, *flowed)
     return described

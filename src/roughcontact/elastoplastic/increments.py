@@ -25,19 +25,29 @@ from numpy.typing import NDArray
 
 from roughcontact.elastoplastic.checkpoints import Checkpoint
 from roughcontact.elastoplastic.plastic_body import GUARD
-from roughcontact.elastoplastic.plastic_flow import Body, StrainSnapshot, Way, equivalent_strain
-from roughcontact.elastoplastic.problem import ContactSolver, Extent, Problem, fits
+from roughcontact.elastoplastic.plastic_flow import (
+    StrainSnapshot,
+    Way,
+    YieldingBody,
+    equivalent_strain,
+)
+from roughcontact.elastoplastic.problem import (
+    ContactSolver,
+    ElastoplasticProblem,
+    Extent,
+    is_within_memory,
+)
 from roughcontact.elastoplastic.result import CONVERGED, Increment, PathPoint
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.halfspace.layers import Pull
-from roughcontact.halfspace.volume_partition import Share
+from roughcontact.halfspace.volume_partition import VolumePartition
 from roughcontact.solvers.anderson import Mixer, Parts, embedded
 from roughcontact.solvers.problem import Loaded
 
 Array = NDArray[Any]
 
 # How often a load increment may be halved.
-_CUTS = 5
+_MAX_CUTS = 5
 
 
 @dataclass(frozen=True)
@@ -60,7 +70,7 @@ class IncrementInfo(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class LoopState:
     """Snapshot of a loop: plastic strain, and the start values of the next increment."""
 
     extent: Extent
@@ -72,11 +82,17 @@ class State:
     point: PathPoint
 
 
-class Loop:
+class IncrementLoop:
     """The loop over increments and iterations."""
 
     def __init__(
-        self, problem: Problem, solver: ContactSolver, share: Share, extent: Extent, *, deepen: bool
+        self,
+        problem: ElastoplasticProblem,
+        solver: ContactSolver,
+        share: VolumePartition,
+        extent: Extent,
+        *,
+        deepen: bool,
     ) -> None:
         self.problem, self.solver = problem, solver
         self.share, self._workspace = share, share.workspace
@@ -85,7 +101,7 @@ class Loop:
         both = (pair.material, 1.0), (pair.counter_material, -1.0)
         yielding = [(body, sign) for body, sign in both if body.yield_strength is not None]
         self.bodies = [
-            Body(material, pair.pixel, pair.boundary, problem.precision, share, pulled=sign)
+            YieldingBody(material, pair.pixel, pair.boundary, problem.precision, share, pulled=sign)
             for material, sign in yielding
         ]
         # The counter-body takes its strain along where it slides.
@@ -100,9 +116,9 @@ class Loop:
         ny, nx = self.solver.initial_gap.shape
         for body in self.bodies:
             body.resize(extent.thickness, (ny, nx))
-        self._forget()
+        self._reset_increment()
 
-    def _forget(self) -> None:
+    def _reset_increment(self) -> None:
         # Strain of the increment before, and its load: the first guess of the next.
         self._places, self._added = self._nothing()
         self._stride = IncrementInfo()
@@ -117,7 +133,7 @@ class Loop:
             added.append([np.empty((5, 0), body.real)] * layers)
         return places, added
 
-    def carried(self) -> dict[str, Array]:
+    def carried_values(self) -> dict[str, Array]:
         """Return the values carried to the next load in addition to the state."""
         held = {"stride": np.array(self._stride)}
         if self.solver.loaded is not None:
@@ -132,24 +148,24 @@ class Loop:
         self, done: Sequence[Increment], largest: tuple[float, Array | None], seconds: float
     ) -> Checkpoint:
         """Return what the next point starts from, as long as none is visited."""
-        bodies = [body.on_map() for body in self.bodies]
+        bodies = [body.strain_on_map() for body in self.bodies]
         pressure = self.solver.pressure[self.solver.inside]
         return Checkpoint(
-            self.extent, bodies, pressure, tuple(done), largest, seconds, self.carried()
+            self.extent, bodies, pressure, tuple(done), largest, seconds, self.carried_values()
         )
 
     def resume(self, before: Checkpoint) -> None:
         """Resume from the state of a run."""
         points = [step.point for step in before.increments]
         for start, end in itertools.pairwise(points):
-            self._slid = self._slid_to(start, end)
+            self._slid = self._slip_at(start, end)
         self._slide(self._slid)
         for yielding, old in zip(self.bodies, before.bodies, strict=True):
             yielding.resume(*old)
         self.solver.resume(before.pressure)
         if before.increments:
             self._point = before.increments[-1].point
-            self.solver.place(self.problem.gap_at(self._point.offset), (0, 0))
+            self.solver.set_gap(self.problem.gap_at(self._point.offset), (0, 0))
         held = before.carried
         if not held:
             return
@@ -164,11 +180,11 @@ class Loop:
                 self._places[body] = np.split(held[f"places_{body}"], cuts)
                 self._added[body] = np.split(held[f"added_{body}"], cuts, axis=1)
 
-    def held(self) -> State:
+    def snapshot(self) -> LoopState:
         """Return the state that `restore` goes back to."""
-        return State(
+        return LoopState(
             self.extent,
-            [body.held() for body in self.bodies],
+            [body.snapshot() for body in self.bodies],
             self.solver.loaded,
             [list(places) for places in self._places],
             [list(added) for added in self._added],
@@ -176,18 +192,18 @@ class Loop:
             self._point,
         )
 
-    def restore(self, state: State) -> None:
+    def restore(self, state: LoopState) -> None:
         """Go back to a state; layers and points that came since are kept."""
         for body, held in zip(self.bodies, state.bodies, strict=True):
             body.restore(held)
-        self._go(state.point)
+        self._move_counter_surface(state.point)
         if self.extent is state.extent:
             self.solver.loaded = state.loaded
             self._places = [list(places) for places in state.places]
             self._added = [list(added) for added in state.added]
             self._stride = state.stride
         else:
-            self._forget()
+            self._reset_increment()
 
     @property
     def pull(self) -> Pull:
@@ -199,7 +215,7 @@ class Loop:
         """Whether there was plastic flow in the last increment."""
         return self.share.any(any(part.any() for added in self._added for part in added))
 
-    def thaw(self) -> None:
+    def unfreeze_strain(self) -> None:
         """Let the strain change that a result has frozen, when that is on disk."""
         for body in self.bodies:
             body.strain.flags.writeable = True
@@ -212,14 +228,14 @@ class Loop:
             displacement += body.displacement(place, strain, trace=True)
         return displacement
 
-    def _go(self, point: PathPoint) -> None:
+    def _move_counter_surface(self, point: PathPoint) -> None:
         """Put the counter-surface where a point of the path wants it."""
         if point.offset != self._point.offset:
-            way = self._way(self._point, point)
-            self.solver.place(self.problem.gap_at(point.offset), way)
+            way = self._pixel_path(self._point, point)
+            self.solver.set_gap(self.problem.gap_at(point.offset), way)
         self._point = point
 
-    def _slid_to(self, before: PathPoint, point: PathPoint) -> Way:
+    def _slip_at(self, before: PathPoint, point: PathPoint) -> Way:
         """Return how far the counter-body has slid at a point, in pixels."""
         if not point.friction:
             return self._slid
@@ -231,7 +247,7 @@ class Loop:
         for number in self._sliding:
             self.bodies[number].slid = way
 
-    def _way(self, before: PathPoint, point: PathPoint) -> tuple[int, int]:
+    def _pixel_path(self, before: PathPoint, point: PathPoint) -> tuple[int, int]:
         """Return the way between two points to the nearest pixel."""
         edges, ends = self.problem.pair.pixel, zip(before.offset, point.offset, strict=True)
         y, x = (round((end - start) / edge) for (start, end), edge in zip(ends, edges, strict=True))
@@ -247,30 +263,30 @@ class Loop:
         while todo:
             point = todo[-1]
             loaded = self.solver.loaded
-            self._go(point)
-            slid = self._slid_to(before, point)
+            self._move_counter_surface(point)
+            slid = self._slip_at(before, point)
             self._slide(slid)
             result = self._relax(before, watch)
             if result is None:
-                self._go(before)
+                self._move_counter_surface(before)
                 self._slide(self._slid)
                 self.solver.loaded = loaded
-                self._forget()
-                if cuts == _CUTS or (not done and point.load == 0):
+                self._reset_increment()
+                if cuts == _MAX_CUTS or (not done and point.load == 0):
                     return self._reason(point.load, cuts)
                 cuts += 1
                 todo.append(before.between(point, 1, 2))
                 continue
-            if self._enlarged():
-                self._go(before)
+            if self._enlarge_volume():
+                self._move_counter_surface(before)
                 self._slide(self._slid)
                 continue
             todo.pop()
             cuts = max(0, cuts - 1)
             self._accept()
-            self._stride = IncrementInfo(point.load - before.load, *self._way(before, point))
+            self._stride = IncrementInfo(point.load - before.load, *self._pixel_path(before, point))
             before, self._slid = point, slid
-            done.append(self._increment(*result))
+            done.append(self._make_increment(*result))
         return CONVERGED
 
     def _reason(self, load: float, cuts: int) -> str:
@@ -286,7 +302,7 @@ class Loop:
         for body, places, added in zip(self.bodies, self._places, self._added, strict=True):
             body.accept(places, added)
 
-    def _increment(self, residuals: tuple[float, ...], convolutions: int) -> Increment:
+    def _make_increment(self, residuals: tuple[float, ...], convolutions: int) -> Increment:
         """Return what a point of the path gave whose strain is accepted."""
         pressure, (dy, dx) = self.solver.pressure, self.problem.pair.pixel
         return Increment(
@@ -300,10 +316,10 @@ class Loop:
             convolutions=convolutions,
         )
 
-    def _enlarged(self) -> bool:
+    def _enlarge_volume(self) -> bool:
         """Enlarge the volume if plastic strain has come to its bottom or its edge."""
         surface, old = self.problem.pair, self.extent
-        new = old.grown(
+        new = old.enlarged(
             surface.shape,
             surface.pixel,
             deeper=self._deepen and self._at_bottom(),
@@ -313,7 +329,7 @@ class Loop:
         # Where it does not fit the result says that plastic strain has come that far.
         if sizes[0] == sizes[1]:
             return False
-        if self.share.any(not fits(self.problem, self.share, *sizes)):
+        if self.share.any(not is_within_memory(self.problem, self.share, *sizes)):
             return False
         self._resize(new)
         return True
@@ -341,7 +357,7 @@ class Loop:
     ) -> tuple[tuple[float, ...], int] | None:
         """Find the plastic strain of one increment; keep it beside that accepted."""
         solver, tolerance, load = self.solver, self.problem.tolerance, self._point.load
-        self._guess(IncrementInfo(load - before.load, *self._way(before, self._point)))
+        self._guess(IncrementInfo(load - before.load, *self._pixel_path(before, self._point)))
         mixer = Mixer(self._weights(), self._workspace, self._whole)
         convolutions = solver.convolutions
         residuals: list[float] = []
@@ -350,13 +366,13 @@ class Loop:
                 body.displacement(places, added)
                 for body, places, added in zip(self.bodies, self._places, self._added, strict=True)
             )
-            solver.press(np.asarray(displacement), load)
-            x, y = self._flow(mixer)
+            solver.solve(np.asarray(displacement), load)
+            x, y = self._return_to_yield_surface(mixer)
             defect = [item - other for item, other in zip(x, y, strict=True)]
             residuals.append(self._residual(x, defect))
             watch(load, iteration, residuals[-1])
             settled = residuals[-1] <= tolerance and solver.solved
-            self._keep(x if settled else mixer.mix(x, defect))
+            self._store_strain(x if settled else mixer.mix(x, defect))
             if settled:
                 return tuple(residuals), solver.convolutions - convolutions
         return None
@@ -412,9 +428,9 @@ class Loop:
         """Return rows of all layers of those here, body after body."""
         layers = self.extent.thickness.size
         bodies = np.split(rows, len(self.bodies))
-        return np.concatenate([self.share.whole(part, layers) for part in bodies])
+        return np.concatenate([self.share.gather_layers(part, layers) for part in bodies])
 
-    def _flow(self, mixer: Mixer) -> tuple[Parts, Parts]:
+    def _return_to_yield_surface(self, mixer: Mixer) -> tuple[Parts, Parts]:
         """Return the strain after the return to the yield surface, and that before it."""
         x: Parts = []
         y: Parts = []
@@ -431,7 +447,7 @@ class Loop:
             y += old
         return x, y
 
-    def _keep(self, x: Parts) -> None:
+    def _store_strain(self, x: Parts) -> None:
         """Take over the strain of all layers, body by body."""
         cut = 0
         for number, body in enumerate(self.bodies):
@@ -465,55 +481,58 @@ STEP_ERROR = 0.01
 # Steps of the first way from nothing to a load; and how many times as many there are at most.
 _STEPS, _MOST = 6, 8
 # The difference of two solutions exceeds rounding if their step counts differ by this factor.
-_FINER = 1.5
+_REFINEMENT = 1.5
 # Gap, over the approach, from which on a pixel does not count as touching.
 _NEAR = 0.05
 
 
-class _Look(NamedTuple):
+class _StateSample(NamedTuple):
     """What is compared of a state."""
 
     approach: float
     near: float
 
 
-def between(before: PathPoint, point: PathPoint, count: int) -> list[PathPoint]:
+def points_between(before: PathPoint, point: PathPoint, count: int) -> list[PathPoint]:
     """Return points in equal steps; the last is as given, and not what rounding makes of it."""
     return [*(before.between(point, i, count) for i in range(1, count)), point]
 
 
-def reach(
-    loop: Loop, point: PathPoint, done: list[Increment], watch: Callable[[float, int, float], None]
+def visit_load(
+    loop: IncrementLoop,
+    point: PathPoint,
+    done: list[Increment],
+    watch: Callable[[float, int, float], None],
 ) -> str:
     """Visit a load in as many steps as the error estimate requires; return why it stopped."""
     before, load = done[-1].load if done else 0.0, point.load
     allowed = STEP_ERROR * abs(load - before) / max(load, before, np.finfo(float).tiny)
-    start, parts = loop.held(), _first(load, done)
-    status, result, flowed = _tried(loop, point, parts, done, watch)
-    coarse = _look(loop) if status == CONVERGED else None
+    start, parts = loop.snapshot(), _first_subdivision(load, done)
+    status, result, flowed = _visit_in_parts(loop, point, parts, done, watch)
+    coarse = _sample_state(loop) if status == CONVERGED else None
     if coarse and not flowed:
         # Nothing flows, so nothing turns.
-        _add(done, result, 0.0)
+        _append_increments(done, result, 0.0)
         return status
     maximum, more, error = _MOST * parts, 2 * parts, math.inf
     while True:
         loop.restore(start)
-        status, result, _ = _tried(loop, point, more, done, watch)
+        status, result, _ = _visit_in_parts(loop, point, more, done, watch)
         if status != CONVERGED:
-            _add(done, result, None)
+            _append_increments(done, result, None)
             return status
-        fine = _look(loop)
+        fine = _sample_state(loop)
         if coarse:
-            error = _change(coarse, fine) * parts / (more - parts)
+            error = _relative_difference(coarse, fine) * parts / (more - parts)
         if error <= allowed or more == maximum:
             break
-        wanted = max(_FINER * more, more * min(error / allowed, _MOST))
+        wanted = max(_REFINEMENT * more, more * min(error / allowed, _MOST))
         coarse, parts, more = fine, more, min(math.ceil(wanted), maximum)
-    _add(done, result, error if coarse else None)
+    _append_increments(done, result, error if coarse else None)
     return status
 
 
-def _first(load: float, done: list[Increment]) -> int:
+def _first_subdivision(load: float, done: list[Increment]) -> int:
     """Return in how many steps to go to a load at first: up to the largest so far little flows."""
     before = done[-1].load if done else 0.0
     if load <= max((step.load for step in done), default=0.0):
@@ -521,8 +540,8 @@ def _first(load: float, done: list[Increment]) -> int:
     return max(1, math.ceil(_STEPS * (load - before) / load - 1e-9))
 
 
-def _tried(
-    loop: Loop,
+def _visit_in_parts(
+    loop: IncrementLoop,
     point: PathPoint,
     parts: int,
     done: list[Increment],
@@ -531,7 +550,7 @@ def _tried(
     """Visit a load in so many parts."""
     result, status, flowed = list(done), CONVERGED, False
     before = done[-1].point if done else PathPoint(0.0, point.offset)
-    for step in between(before, point, parts):
+    for step in points_between(before, point, parts):
         status = loop.reach(step, result, watch)
         flowed = flowed or loop.flowing
         if status != CONVERGED:
@@ -539,22 +558,22 @@ def _tried(
     return status, result, flowed
 
 
-def _look(loop: Loop) -> _Look:
+def _sample_state(loop: IncrementLoop) -> _StateSample:
     solver = loop.solver
     near = 0.0
     if solver.solution is not None:
         reach = max(_NEAR * abs(solver.approach), np.finfo(float).tiny)
         near = float(np.clip(1 - solver.solution.gap / reach, 0, 1).sum())
-    return _Look(solver.approach, near)
+    return _StateSample(solver.approach, near)
 
 
-def _change(coarse: _Look, fine: _Look) -> float:
+def _relative_difference(coarse: _StateSample, fine: _StateSample) -> float:
     """Return by how much two states of one load differ, relatively."""
     approach = abs(coarse.approach - fine.approach) / max(abs(fine.approach), 1e-300)
     return max(approach, abs(coarse.near - fine.near) / fine.near if fine.near else 0.0)
 
 
-def _add(done: list[Increment], result: list[Increment], error: float | None) -> None:
+def _append_increments(done: list[Increment], result: list[Increment], error: float | None) -> None:
     """Add the increments that came to those done, with the error up to there."""
     known = done[-1].step_error if done else 0.0
     total = None

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace import tensors
-from roughcontact.halfspace.volume_partition import Shared
+from roughcontact.halfspace.volume_partition import DistributedPartition
 from roughcontact.material.material import Material
 
 Array = NDArray[Any]
@@ -26,7 +26,7 @@ class _Layers:
     @property
     def depth(self) -> NDArray[np.float64]:
         """Depth of the middle of each layer [m], shape (nz,)."""
-        return _middles(self.faces)
+        return _layer_centers(self.faces)
 
 
 class _Stresses(_Layers):
@@ -76,7 +76,7 @@ class DepthSection(_Stresses):
     @property
     def place(self) -> NDArray[np.float64]:
         """Centres of the pixels along the plane [m], shape (n,)."""
-        return _middles(self.edges)
+        return _layer_centers(self.edges)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,7 @@ class LayerProfile(_Layers):
     max_residual_von_mises: Array  # (nz,) By the plastic strain alone [Pa]
 
 
-def _middles(edges: NDArray[np.float64]) -> NDArray[np.float64]:
+def _layer_centers(edges: NDArray[np.float64]) -> NDArray[np.float64]:
     return (edges[1:] + edges[:-1]) / 2
 
 
@@ -198,7 +198,7 @@ class PlasticBody:
         strength = self.material.law.strength(self.accumulated)
         return bool((self.residual_von_mises > (1 + _ROUNDING) * strength).any())
 
-    def most_strained(self, inside: Window) -> tuple[int, int, int]:
+    def largest_strain_index(self, inside: Window) -> tuple[int, int, int]:
         """Return layer, row and column of the largest plastic strain in a window of rows."""
         values = self.accumulated[:, *inside]
         if not values.any():
@@ -240,7 +240,7 @@ class SharedBody:
     """A body whose layers lie on several ranks; all numbers are those of the whole of it."""
 
     own: PlasticBody  # The layers of this rank
-    share: Shared  # The ranks
+    share: DistributedPartition  # The ranks
     thickness: NDArray[np.float64]  # (nz,) Thickness of all layers [m]
     cells: NDArray[np.int64]  # (nz,) Pixels of each layer that have flowed
     layers: LayerProfile  # What each holds at most below the map
@@ -258,7 +258,7 @@ class SharedBody:
     flows_back: bool  # As of a `PlasticBody`
 
     @property
-    def here(self) -> range:
+    def local_layers(self) -> range:
         """Which of the layers are on this rank."""
         return self.share.layers(self.thickness.size)
 
@@ -288,7 +288,7 @@ class SharedBody:
         layers = np.flatnonzero(self.cells)
         return float(self.thickness[: layers[-1] + 1].sum()) if layers.size else 0.0
 
-    def most_strained(self, inside: Window) -> tuple[int, int, int]:
+    def largest_strain_index(self, inside: Window) -> tuple[int, int, int]:
         """Return layer, row and column of the largest plastic strain below the map."""
         return self.maximum_place
 
@@ -313,8 +313,11 @@ class SharedBody:
         return faces, item, two, three, four
 
 
-def gathered(
-    own: PlasticBody, share: Shared, thickness: NDArray[np.float64], shape: tuple[int, int]
+def gather_body(
+    own: PlasticBody,
+    share: DistributedPartition,
+    thickness: NDArray[np.float64],
+    shape: tuple[int, int],
 ) -> SharedBody:
     """Return a body gathered from all ranks; all of them call this."""
     layers = thickness.size
@@ -323,7 +326,7 @@ def gathered(
     here = own.of_layers(window)
 
     def whole(values: Any) -> Array:
-        return share.whole(np.asarray(values), layers)
+        return share.gather_layers(np.asarray(values), layers)
 
     profile = LayerProfile(
         np.append(0.0, np.cumsum(thickness)),
@@ -339,7 +342,7 @@ def gathered(
     top = own.flowed_at_top & (share.layers(layers)[0] == 0)
     under = own.flowed_under
     if share.count > 1:
-        top, under = (share.ranks.added(result.astype(np.int32)) > 0 for result in (top, under))
+        top, under = (share.ranks.allreduce(result.astype(np.int32)) > 0 for result in (top, under))
     return SharedBody(
         own=own,
         share=share,

@@ -12,8 +12,8 @@ from roughcontact.elastoplastic.plastic_body import PlasticBody
 from roughcontact.halfspace import fft, tensors
 from roughcontact.halfspace.fft import frequencies, half_frequencies
 from roughcontact.halfspace.layers import Pull
-from roughcontact.halfspace.plastic_halfspace import HalfSpace
-from roughcontact.halfspace.volume_partition import Share
+from roughcontact.halfspace.plastic_halfspace import PlasticHalfSpace
+from roughcontact.halfspace.volume_partition import VolumePartition
 from roughcontact.material.hardening import back_modulus, plastic_increment
 from roughcontact.material.material import Material
 from roughcontact.solvers.anderson import Parts
@@ -22,7 +22,7 @@ Array = NDArray[Any]
 Way = tuple[float, float]
 
 # Share of a pixel within which a way counts as a whole number of them.
-_WHOLE = 1e-6
+_WHOLE_PIXEL_TOLERANCE = 1e-6
 
 
 class StrainSnapshot(NamedTuple):
@@ -34,7 +34,7 @@ class StrainSnapshot(NamedTuple):
     accumulated: Parts
 
 
-class Body:
+class YieldingBody:
     """A body that yields: its plastic strain up to now, and its volume operator."""
 
     def __init__(
@@ -43,7 +43,7 @@ class Body:
         pixel: tuple[float, float],
         boundary: str,
         precision: str,
-        share: Share,
+        share: VolumePartition,
         *,
         pulled: float = 1.0,
     ) -> None:
@@ -63,7 +63,7 @@ class Body:
 
     def resize(self, thickness: NDArray[np.float64], shape: tuple[int, int]) -> None:
         """Take on more layers below and more points around those there are."""
-        self.operator = HalfSpace(
+        self.operator = PlasticHalfSpace(
             shape, self.pixel, thickness,
             shear_modulus=self.shear_modulus, poisson=self.material.poisson,
             boundary=self.boundary, precision=self.precision, workspace=self._share.workspace,
@@ -81,9 +81,9 @@ class Body:
         fields: Array = np.zeros((len(self.here), *shape), self.real)
         fields[place] = accumulated.reshape(len(old), ny, nx)
         self.accumulated = fields.reshape(len(self.here), -1)
-        self._hardened(range(len(self.here)))
+        self._update_strength(range(len(self.here)))
 
-    def _hardened(self, layers: range) -> None:
+    def _update_strength(self, layers: range) -> None:
         if layers.start == 0:
             self._square_strength: Array = np.empty_like(self.accumulated)
             self._rows: list[slice | None] = [None] * len(layers)
@@ -102,9 +102,9 @@ class Body:
         self.accumulated[...] = np.roll(accumulated, (-y, -x), (-2, -1)).reshape(
             self.accumulated.shape
         )
-        self._hardened(range(len(self.strain)))
+        self._update_strength(range(len(self.strain)))
 
-    def held(self) -> StrainSnapshot:
+    def snapshot(self) -> StrainSnapshot:
         """Return the plastic strain up to now, where there is any."""
         places = [np.flatnonzero(layer) for layer in self.accumulated]
         return StrainSnapshot(
@@ -125,7 +125,7 @@ class Body:
             place = (rows + top) * nx + columns + left
             self.strain[layer].reshape(5, -1)[:, place] = held.strain[layer]
             self.accumulated[layer, place] = held.accumulated[layer]
-        self._hardened(range(len(self.strain)))
+        self._update_strength(range(len(self.strain)))
 
     def displacement(
         self, places: Parts, added: Parts, *, trace: bool = False
@@ -146,18 +146,18 @@ class Body:
                 return slice(low, high)
             return slice(min(low, rows.start), max(high, rows.stop))
 
-        return carried(self.operator.displacement(fill, trace=trace), self.slid)
+        return shift_field(self.operator.displacement(fill, trace=trace), self.slid)
 
-    def _under(self, pressure: Array) -> Array:
+    def _local_pressure(self, pressure: Array) -> Array:
         """Return a pressure on the map as this body feels it, at its own places."""
         y, x = self.slid
-        return carried(pressure, (-y, -x))
+        return shift_field(pressure, (-y, -x))
 
     @property
     def _whole_way(self) -> tuple[int, int]:
         return round(self.slid[0]), round(self.slid[1])
 
-    def on_map(self) -> tuple[Array, Array]:
+    def strain_on_map(self) -> tuple[Array, Array]:
         """Return plastic strain and how much it was in all, as they lie over the map."""
         accumulated = self.accumulated.reshape(-1, *self.shape)
         if not any(self._whole_way):
@@ -167,7 +167,7 @@ class Body:
         )
         return strain, accumulated
 
-    def _pull(self, pull: Pull) -> Pull:
+    def _traction(self, pull: Pull) -> Pull:
         return self._pulled * pull[0], self._pulled * pull[1]
 
     def flow(self, pressure: Array, pull: Pull, places: Parts, added: Parts) -> tuple[Parts, Parts]:
@@ -177,7 +177,7 @@ class Body:
         twice = self.real(2 * self.shear_modulus)
 
         def visit(layer: int, stress: Array) -> None:
-            self._recall(stress, layer)
+            self._subtract_back_stress(stress, layer)
             trial, place = stress.reshape(5, -1), places[layer]
             if place.size:
                 trial[:, place] += twice * added[layer]
@@ -198,10 +198,10 @@ class Body:
             factor = self.real(1.5) * step / np.where(q > 0, q, 1)
             new_places[layer], flowed[layer] = place, trial[:, place] * factor
 
-        self.operator.stress(self._under(pressure), visit, self._pull(pull))
+        self.operator.stress(self._local_pressure(pressure), visit, self._traction(pull))
         return new_places, flowed
 
-    def _recall(self, stress: Array, layer: int) -> None:
+    def _subtract_back_stress(self, stress: Array, layer: int) -> None:
         """Take the back stress off, which the strain before this increment has left."""
         rows = self._rows[layer]
         if self._back and rows is not None:
@@ -213,7 +213,7 @@ class Body:
             if place.size:
                 self.strain[layer].reshape(5, -1)[:, place] += strain
                 self.accumulated[layer, place] += equivalent_strain(strain)
-        self._hardened(range(len(self.strain)))
+        self._update_strength(range(len(self.strain)))
 
     @property
     def max_plastic_strain(self) -> float:
@@ -224,11 +224,11 @@ class Body:
     def plastic_volume(self) -> float:
         """Volume with plastic strain [m³]."""
         cells = np.count_nonzero(self.accumulated, axis=1)
-        cells = self._share.whole(cells, self.thickness.size)
+        cells = self._share.gather_layers(cells, self.thickness.size)
         dy, dx = self.pixel
         return float(cells @ self.thickness) * dy * dx
 
-    def finished(self, pressure: Array, pull: Pull, margin: int) -> tuple[PlasticBody, float]:
+    def final_layers(self, pressure: Array, pull: Pull, margin: int) -> tuple[PlasticBody, float]:
         """Return the layers here with stresses, and how far stress passes the yield strength."""
         fields = self.strain.shape[0], *self.strain.shape[2:]
         excess = np.full(fields[0], -1.0)
@@ -237,11 +237,15 @@ class Body:
 
         def keep(layer: int, values: Array) -> None:
             stress[layer] = values
-            self._recall(values, layer)
+            self._subtract_back_stress(values, layer)
             q = tensors.equivalent(values).ravel()
             excess[layer] = np.sqrt((q * q / self._square_strength[layer]).max()) - 1
 
-        nothing, pull, pressure = np.zeros(fields[1:]), self._pull(pull), self._under(pressure)
+        nothing, pull, pressure = (
+            np.zeros(fields[1:]),
+            self._traction(pull),
+            self._local_pressure(pressure),
+        )
         self.operator.stress(pressure, keep, pull)
         self.operator.mean_stress(pressure, lambda layer, v: np.copyto(mean[layer], v), pull)
         self.operator.stress(nothing, lambda layer, v: np.copyto(residual[layer], v))
@@ -253,18 +257,18 @@ class Body:
                 for field in (stress, mean, residual, mean_residual)
             )
         body = PlasticBody(
-            self.material, dy * dx, margin, self.thickness[self.here], *self.on_map(),
+            self.material, dy * dx, margin, self.thickness[self.here], *self.strain_on_map(),
             stress, mean, residual, mean_residual,
         )  # fmt: skip
         return body, self._share.largest(float(excess.max()))
 
 
-def carried(field: NDArray[np.float64], way: Way) -> NDArray[np.float64]:
+def shift_field(field: NDArray[np.float64], way: Way) -> NDArray[np.float64]:
     """Return a field of a periodic map, moved by pixels along y and x."""
     if not any(way):
         return field
     whole = round(way[0]), round(way[1])
-    if max(abs(part - n) for part, n in zip(way, whole, strict=True)) < _WHOLE:
+    if max(abs(part - n) for part, n in zip(way, whole, strict=True)) < _WHOLE_PIXEL_TOLERANCE:
         return np.roll(field, whole, (0, 1))
     y, x = frequencies(field.shape[0])[:, None], half_frequencies(field.shape[1])
     waves = fft.rfft2(field) * np.exp(-2j * math.pi * (y * way[0] + x * way[1]))

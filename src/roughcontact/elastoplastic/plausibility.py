@@ -8,7 +8,14 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning, ordered
+from roughcontact.cautions import (
+    Caution,
+    CautionTag,
+    as_caution,
+    as_note,
+    as_warning,
+    sort_cautions,
+)
 from roughcontact.contact import plausibility
 from roughcontact.contact.plausibility import LARGE_STRAIN
 from roughcontact.elastoplastic.result import ElastoplasticResult
@@ -16,7 +23,7 @@ from roughcontact.errors import ArgumentRef, Part
 from roughcontact.halfspace import tensors
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulated
 from roughcontact.surface.provenance import Provenance
-from roughcontact.units import engineering
+from roughcontact.units import format_engineering
 
 LARGE_DEFORMATION = 0.1
 """Root-mean-square slope under the contact, 0.7 a/R of a sphere.
@@ -30,7 +37,7 @@ _EXCESS = 0.05
 
 # What the contact alone says without knowing of the volume.
 _OF_THE_CEILING = (
-    Kind.NOT_CONVERGED, Kind.EDGE, Kind.ABOVE_CEILING, Kind.CEILING, Kind.HARDNESS, Kind.STRAIN,
+    CautionTag.NOT_CONVERGED, CautionTag.EDGE, CautionTag.ABOVE_CEILING, CautionTag.CEILING, CautionTag.HARDNESS, CautionTag.STRAIN,
 )  # fmt: skip
 
 
@@ -38,10 +45,10 @@ def cautions(result: ElastoplasticResult) -> tuple[Caution, ...]:
     """Return what a reader of a state of the volume has to know, the severest first."""
     answer = [check(result) for check in _CHECKS]
     shown = (c for c in result.solution.cautions if c.kind not in _OF_THE_CEILING)
-    return ordered([*(caution for caution in answer if caution is not None), *shown])
+    return sort_cautions([*(caution for caution in answer if caution is not None), *shown])
 
 
-def checked(result: ElastoplasticResult) -> tuple[str, ...]:
+def performed_checks(result: ElastoplasticResult) -> tuple[str, ...]:
     """Return the checks that were performed on a volume result, a short text each."""
     subjects = [
         "convergence", "stress against the yield strength",
@@ -94,25 +101,25 @@ def perfectly_plastic(result: ElastoplasticResult) -> bool:
 # The checks
 
 
-def _convergence(result: ElastoplasticResult) -> Caution | None:
+def _check_convergence(result: ElastoplasticResult) -> Caution | None:
     if result.converged:
         return None
     return as_warning(
-        Kind.NOT_CONVERGED,
-        f"Not converged: the load path stopped at {engineering(result.solution.load, 'N', 3)}. "
+        CautionTag.NOT_CONVERGED,
+        f"Not converged: the load path stopped at {format_engineering(result.solution.load, 'N', 3)}. "
         f"Increase {ArgumentRef('max_iterations')} or {ArgumentRef('tolerance')}.",
     )
 
 
-def _edge(result: ElastoplasticResult) -> Caution | None:
-    return plausibility.at_edge(result.solution)
+def _check_edge(result: ElastoplasticResult) -> Caution | None:
+    return plausibility.edge_caution(result.solution)
 
 
-def _excess(result: ElastoplasticResult) -> Caution | None:
+def _check_excess(result: ElastoplasticResult) -> Caution | None:
     if not result.yield_excess > _EXCESS:
         return None
     return as_warning(
-        Kind.YIELD_EXCESS,
+        CautionTag.YIELD_EXCESS,
         f"Stress exceeds yield strength by {100 * result.yield_excess:.3g} %: plastic strain is "
         f"not converged. Use a smaller {ArgumentRef('tolerance')}.",
         yield_excess=result.yield_excess,
@@ -134,14 +141,14 @@ def _ends(result: ElastoplasticResult) -> Caution | None:
         text = ("the deepest layer. Increase ", ArgumentRef("depth"), ".")
     else:
         return None
-    return as_warning(Kind.PLASTIC_EDGE, f"Plastic zone reaches {text[0]}", *text[1:])
+    return as_warning(CautionTag.PLASTIC_EDGE, f"Plastic zone reaches {text[0]}", *text[1:])
 
 
-def _deformations(result: ElastoplasticResult) -> Caution | None:
+def _check_deformation(result: ElastoplasticResult) -> Caution | None:
     strain = largest_strain(result)
     if strain > LARGE_STRAIN:
         return as_caution(
-            Kind.PLASTIC_STRAIN,
+            CautionTag.PLASTIC_STRAIN,
             f"Plastic strain {100 * strain:.3g} % exceeds the small-strain limit "
             f"({100 * LARGE_STRAIN:.0f} %): local values are estimates.",
             max_plastic_strain=strain,
@@ -149,7 +156,7 @@ def _deformations(result: ElastoplasticResult) -> Caution | None:
     slope = slope_under(result)
     if slope > LARGE_DEFORMATION:
         return as_caution(
-            Kind.PLASTIC_STRAIN,
+            CautionTag.PLASTIC_STRAIN,
             f"Slope under the contact is {slope:.2g}, limit {LARGE_DEFORMATION:g}: areas and "
             "pressures are estimates.",
             slope=slope,
@@ -157,13 +164,13 @@ def _deformations(result: ElastoplasticResult) -> Caution | None:
     return None
 
 
-def _hardening(result: ElastoplasticResult) -> Caution | None:
+def _check_hardening(result: ElastoplasticResult) -> Caution | None:
     for body in result.bodies:
         law = body.material.law
         law = law.isotropic if isinstance(law, Kinematic) else law
         if isinstance(law, Tabulated) and body.max_plastic_strain > law.strain[-1]:
             return as_caution(
-                Kind.HARDENING_RANGE,
+                CautionTag.HARDENING_RANGE,
                 f"Plastic strain exceeds your hardening table ({law.strain[-1]:.3g}). Strength is "
                 "held constant beyond it.",
                 max_plastic_strain=body.max_plastic_strain,
@@ -171,11 +178,11 @@ def _hardening(result: ElastoplasticResult) -> Caution | None:
     return None
 
 
-def _scatter(result: ElastoplasticResult) -> Caution | None:
+def _check_scatter(result: ElastoplasticResult) -> Caution | None:
     if not (perfectly_plastic(result) and result.plastic_volume and result.solution.load):
         return None
     return as_note(
-        Kind.PIXEL_SCATTER,
+        CautionTag.PIXEL_SCATTER,
         "Single-pixel pressures scatter by 5 to 10 % without hardening. Use 3 × 3 means.",
     )
 
@@ -185,14 +192,14 @@ def _residual(result: ElastoplasticResult) -> Caution | None:
     if not (loaded and any(body.flows_back for body in result.bodies)):
         return None
     return as_caution(
-        Kind.RESIDUAL_YIELD,
+        CautionTag.RESIDUAL_YIELD,
         "Bodies would yield again on unloading. End the load path at zero "
         f"({ArgumentRef('unload')}).",
     )
 
 
 _CHECKS = (
-    _convergence, _excess, _edge, _ends, _deformations, _hardening, _scatter, _residual,
+    _check_convergence, _check_excess, _check_edge, _ends, _check_deformation, _check_hardening, _check_scatter, _residual,
 )  # fmt: skip
 
 
@@ -219,7 +226,7 @@ _FINE_STEP = 0.25
 _ALONG = 5.0
 
 
-def axis_of(counter_body: Provenance) -> float | None:
+def cylinder_axis(counter_body: Provenance) -> float | None:
     """Return where the axis of a nominal cylinder lies [degrees], ``None`` for other bodies."""
     created = counter_body.origin
     if created is None or created.method != "nominal.cylinder" or counter_body.operations:
@@ -234,20 +241,20 @@ def half_width(result: ElastoplasticResult, direction: float) -> float:
     if not touching.any():
         return math.inf
     along = np.zeros(answer[0].size)
-    for axis, share in enumerate(_shares(direction)):
+    for axis, share in enumerate(_direction_components(direction)):
         index = answer[axis]
         used: NDArray[np.bool_] = np.any(touching, axis=1 - axis)
         if axis in solution.boundary.periodic_axes:
             if share and used.all():
                 return math.inf
-            index = (index - _begin(used)) % used.size
+            index = (index - _first_after_gap(used)) % used.size
         along += share * solution.surface.pixel[axis] * index
-    return (float(np.ptp(along)) + _pixel(result, direction)) / 2
+    return (float(np.ptp(along)) + _pixel_along(result, direction)) / 2
 
 
 def too_long(result: ElastoplasticResult, step: float, direction: float) -> bool:
     """Return whether the dents of neighbouring places of a pass may lie apart."""
-    return _stride(result, step, direction) > LONGEST_STEP
+    return _relative_step(result, step, direction) > LONGEST_STEP
 
 
 def rolling_cautions(
@@ -255,27 +262,27 @@ def rolling_cautions(
 ) -> Iterator[Caution]:
     """Yield what a reader of passes has to know of their steps, grid and direction."""
     if axis is not None and abs((axis - direction + 90) % 180 - 90) <= _ALONG:
-        yield _slides(axis, direction)
+        yield _axial_motion_caution(axis, direction)
         return
     half = half_width(result, direction)
-    stride = _stride(result, step, direction)
+    stride = _relative_step(result, step, direction)
     if stride > LONG_STEP:
-        yield _coarse(stride, half, math.ceil(count * stride / _FINE_STEP - 1e-9))
-    pixels = half / _pixel(result, direction)
+        yield _coarse_step_caution(stride, half, math.ceil(count * stride / _FINE_STEP - 1e-9))
+    pixels = half / _pixel_along(result, direction)
     if pixels < FEW_PIXELS:
         yield as_warning(
-            Kind.ROLLING_PIXEL,
+            CautionTag.ROLLING_PIXEL,
             f"Contact half-width has {pixels:.2g} pixels: strain per pass is too small. Use at "
             "least 8, better 16.",
             pixels=pixels,
         )
 
 
-def _coarse(stride: float, half: float, steps: int) -> Caution:
+def _coarse_step_caution(stride: float, half: float, steps: int) -> Caution:
     """Return the message on the step length over the half-width of the contact."""
     apart = stride > LONGEST_STEP
     return (as_warning if apart else as_caution)(
-        Kind.STEP_LENGTH,
+        CautionTag.STEP_LENGTH,
         f"Step is {stride:.2g} contact half-widths: "
         f"{'strain means nothing' if apart else 'strain per pass is too small'}. Use ",
         ArgumentRef("steps", steps),
@@ -285,10 +292,10 @@ def _coarse(stride: float, half: float, steps: int) -> Caution:
     )
 
 
-def _slides(axis: float, direction: float) -> Caution:
+def _axial_motion_caution(axis: float, direction: float) -> Caution:
     """Return the message on a cylinder that moves along its axis."""
     return as_warning(
-        Kind.CYLINDER_SLIDES,
+        CautionTag.CYLINDER_SLIDES,
         "The cylinder moves along its own axis: it slides, not rolls. Use ",
         ArgumentRef("direction", (axis + 90) % 180),
         ".",
@@ -297,26 +304,26 @@ def _slides(axis: float, direction: float) -> Caution:
     )
 
 
-def _stride(result: ElastoplasticResult, step: float, direction: float) -> float:
+def _relative_step(result: ElastoplasticResult, step: float, direction: float) -> float:
     """Return a step over the half-width; 0 for one of a pixel, which passes over no point."""
-    if step <= (1 + 1e-9) * _pixel(result, direction):
+    if step <= (1 + 1e-9) * _pixel_along(result, direction):
         return 0.0
     return step / half_width(result, direction)
 
 
-def _shares(direction: float) -> tuple[float, float]:
+def _direction_components(direction: float) -> tuple[float, float]:
     """Return the parts of a direction along y and x; a right angle has a cosine of 6e-17."""
     angle = math.radians(direction)
     return round(math.sin(angle), 15), round(math.cos(angle), 15)
 
 
-def _pixel(result: ElastoplasticResult, direction: float) -> float:
+def _pixel_along(result: ElastoplasticResult, direction: float) -> float:
     """Return the length of a pixel along a direction [m]."""
-    edges = zip(_shares(direction), result.solution.surface.pixel, strict=True)
+    edges = zip(_direction_components(direction), result.solution.surface.pixel, strict=True)
     return sum(abs(share) * edge for share, edge in edges)
 
 
-def _begin(used: NDArray[np.bool_]) -> int:
+def _first_after_gap(used: NDArray[np.bool_]) -> int:
     """Return the first index behind the longest gap round a period."""
     index = np.flatnonzero(used)
     gaps = np.diff(index, append=index[0] + used.size)

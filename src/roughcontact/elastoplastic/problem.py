@@ -14,21 +14,21 @@ from roughcontact._tools import memory
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.validation import touchable_gap
 from roughcontact.elastoplastic.plastic_body import GUARD
-from roughcontact.elastoplastic.result import ElastoplasticResult, moved
+from roughcontact.elastoplastic.result import ElastoplasticResult, move_counter_surface
 from roughcontact.errors import InputError
 from roughcontact.halfspace import plastic_halfspace
 from roughcontact.halfspace.fft import Workspace, default_workers
 from roughcontact.halfspace.layers import SWEEP_POINTS, graded_layers
-from roughcontact.halfspace.volume_partition import TRAVELLING, Share
+from roughcontact.halfspace.volume_partition import MAX_MESSAGE_BYTES, VolumePartition
 from roughcontact.material.material import CEILING_FACTOR, Material
 from roughcontact.solvers import bounded
 from roughcontact.solvers.operator import Family
-from roughcontact.solvers.problem import Loaded, Problem as ContactProblem
+from roughcontact.solvers.problem import BoundedProblem as ContactProblem, Loaded
 from roughcontact.solvers.progress import Status
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class ElastoplasticProblem:
     """What all loads of a path have in common; see `solve_elastoplastic`."""
 
     pair: Pair
@@ -49,7 +49,7 @@ class Problem:
 
     def pair_at(self, offset: tuple[float, float]) -> Pair:
         """Return the bodies with the counter-surface moved along ``(y, x)`` [m]."""
-        return moved(self.pair, offset)
+        return move_counter_surface(self.pair, offset)
 
     def gap_at(self, offset: tuple[float, float]) -> NDArray[np.float64]:
         """Return their gap at first touch [m], infinite where they never touch."""
@@ -84,14 +84,19 @@ class ContactSolver:
     """The contact solver, started each time from the pressure before."""
 
     def __init__(
-        self, gap: NDArray[np.float64], make: Family, area: float, tolerance: float, share: Share
+        self,
+        gap: NDArray[np.float64],
+        make: Family,
+        area: float,
+        tolerance: float,
+        share: VolumePartition,
     ) -> None:
         self._map, self._share = gap, share
         self._make, self.area, self.tolerance = make, area, tolerance
         self.resize(0)
         self.approach = 0.0
         self.convolutions = 0
-        self.solution: bounded.Solution | None = None
+        self.solution: bounded.BoundedSolution | None = None
 
     def resize(self, margin: int) -> None:
         """Add points that never touch around the map, and forget the pressure."""
@@ -100,7 +105,7 @@ class ContactSolver:
         self.loaded: Loaded | None = None
         self.pressure = np.zeros(self.initial_gap.shape)
 
-    def place(self, gap: NDArray[np.float64], moved: tuple[int, int]) -> None:
+    def set_gap(self, gap: NDArray[np.float64], moved: tuple[int, int]) -> None:
         """Take on another gap, of a counter-surface that has moved by some pixels."""
         self._map = gap
         self.initial_gap = np.pad(gap, self.inside[0].start, constant_values=np.inf)
@@ -121,14 +126,14 @@ class ContactSolver:
         if index.size:
             self.loaded = index, self.pressure.ravel()[index]
 
-    def pressed(self, load: float, strength: float) -> NDArray[np.bool_]:
+    def first_contact(self, load: float, strength: float) -> NDArray[np.bool_]:
         """Return the contact under a ceiling of three yield strengths, roughly."""
         total = load / self.area
         limit = CEILING_FACTOR * strength
         if total > 0.9 * limit * np.count_nonzero(np.isfinite(self.initial_gap)):
             return np.isfinite(self.initial_gap)
         problem = ContactProblem(self.initial_gap, limit, total)
-        rough = self._share.by_first(
+        rough = self._share.broadcast_from_first(
             lambda: bounded.solve(problem, self._make, tolerance=1e-2, max_iterations=200)
         )
         pressed = np.zeros(self.initial_gap.shape, bool)
@@ -140,7 +145,7 @@ class ContactSolver:
         """Whether the last contact, if there is any, is within its tolerance."""
         return self.solution is None or self.solution.status is Status.CONVERGED
 
-    def press(self, displacement: NDArray[np.float64], load: float) -> None:
+    def solve(self, displacement: NDArray[np.float64], load: float) -> None:
         """Find the pressure that carries a load on the surface as plastic strain left it."""
         gap = self.initial_gap + displacement
         self.pressure = np.zeros(gap.shape)
@@ -148,7 +153,7 @@ class ContactSolver:
             self.loaded, self.solution = None, None
             self.approach = float(gap.min())
             return
-        solution = self._share.by_first(
+        solution = self._share.broadcast_from_first(
             lambda: bounded.solve(
                 ContactProblem(gap, np.inf, load / self.area),
                 self._make,
@@ -163,7 +168,9 @@ class ContactSolver:
         self.approach, self.solution = solution.approach, solution
 
 
-def untouched(problem: Problem, share: Share, workspace: Workspace) -> ContactSolver:
+def solve_without_load(
+    problem: ElastoplasticProblem, share: VolumePartition, workspace: Workspace
+) -> ContactSolver:
     """Return the contact without pressure, if there can be one that yields."""
     if not problem.yielding:
         raise InputError(
@@ -181,20 +188,20 @@ def untouched(problem: Problem, share: Share, workspace: Workspace) -> ContactSo
 LAYER_RATIO = 1.08
 """Thickness of a layer over that of the one above."""
 
-LEAST_LAYERS = 10
+MIN_LAYERS = 10
 """No volume has fewer layers unless they are given."""
 
 # Layers: the first over the shorter edge of a pixel, the depth of them all over the radius of the
 # largest contact spot, and in pixels at least.
 _FIRST_LAYER = 0.5
 _DEPTH = 3.0
-_LEAST_DEPTH = 8.0
+_MIN_DEPTH = 8.0
 # Depth of the layers over that before, when plastic strain has reached the lowest; growth of the
 # volume to each side when it has reached the edge, over the edge of the map.
 _DEEPER = 1.3
 _WIDER = 0.1
 # Distance of the edge of the volume from the contact, over the radius of the largest spot.
-_SPAN = 0.8
+_MAX_SPAN = 0.8
 
 
 class Extent(NamedTuple):
@@ -204,7 +211,7 @@ class Extent(NamedTuple):
     margin: int  # Rows and columns beyond each edge of the map
 
     @classmethod
-    def of(cls, result: ElastoplasticResult) -> Extent:
+    def from_result(cls, result: ElastoplasticResult) -> Extent:
         """Return the extent of a result."""
         body = result.bodies[0]
         return cls(body.thickness, body.margin)
@@ -213,7 +220,7 @@ class Extent(NamedTuple):
         """Return the points of a layer over a map of some shape."""
         return shape[0] + 2 * self.margin, shape[1] + 2 * self.margin
 
-    def grown(
+    def enlarged(
         self, shape: tuple[int, int], pixel: tuple[float, float], *, deeper: bool, wider: bool
     ) -> Extent:
         """Return a larger one over a map, as far as it may still become deeper or wider."""
@@ -229,7 +236,7 @@ class Extent(NamedTuple):
 
 
 def first_extent(
-    problem: Problem,
+    problem: ElastoplasticProblem,
     solver: ContactSolver,
     load: float,
     depth: float | None,
@@ -238,11 +245,11 @@ def first_extent(
     """Return the volume for loads up to this one."""
     pixel = problem.pair.pixel
     weaker = problem.pair.softer
-    radius, margin = _spots(solver, load, weaker, pixel)
+    radius, margin = _spot_extent(solver, load, weaker, pixel)
     margin = margin if problem.pair.boundary.free_axes else 0
     if layers is None:
         if depth is None:
-            depth = max(_DEPTH * radius, _LEAST_DEPTH * max(pixel))
+            depth = max(_DEPTH * radius, _MIN_DEPTH * max(pixel))
         return Extent(graded_layers(_FIRST_LAYER * min(pixel), depth, LAYER_RATIO), margin)
     thickness = np.array(layers, float)
     if thickness.sum() < radius:
@@ -255,13 +262,13 @@ def first_extent(
     return Extent(thickness, margin)
 
 
-def _spots(
+def _spot_extent(
     solver: ContactSolver, load: float, body: Material | None, pixel: tuple[float, float]
 ) -> tuple[float, int]:
     """Return the radius of the largest contact spot [m] and the margin that its volume needs."""
     from scipy import ndimage
 
-    pressed = solver.pressed(load, (body.yield_strength or math.inf) if body else math.inf)
+    pressed = solver.first_contact(load, (body.yield_strength or math.inf) if body else math.inf)
     spots, number = ndimage.label(pressed, np.ones((3, 3)))
     largest = int(np.bincount(spots.ravel())[1:].max()) if number else 0
     radius = math.sqrt(largest * pixel[0] * pixel[1] / math.pi)
@@ -270,7 +277,7 @@ def _spots(
         lines = np.flatnonzero(pressed.any(axis=1 - axis))
         if lines.size:
             near = min(int(lines[0]), pressed.shape[axis] - 1 - int(lines[-1]))
-            margin = max(margin, math.ceil(_SPAN * radius / edge) - near)
+            margin = max(margin, math.ceil(_MAX_SPAN * radius / edge) - near)
     return radius, margin
 
 
@@ -295,19 +302,19 @@ def memory_estimate(
     swept = min(default_workers() * SWEEP_POINTS, padded / 4)
     volume = bodies * layers * (7.5 * padded + 35 * points) + (6 * layers + 56) * swept
     # Messages between ranks: one or more layers per thread, in six arrays.
-    layer = max(TRAVELLING, default_workers() * 5 * real * padded)
+    layer = max(MAX_MESSAGE_BYTES, default_workers() * 5 * real * padded)
     under_way = 0 if ranks == 1 else 6 * layer
     return int(real * volume) // ranks + under_way + 200 * points
 
 
-def require(
+def require_memory(
     shape: tuple[int, int],
     layers: int,
     *,
     bodies: int = 1,
     boundary: str = "free",
     precision: str = "single",
-    share: Share | None = None,
+    share: VolumePartition | None = None,
 ) -> None:
     """Raise `InsufficientMemoryError` unless a volume fits into the memory that is free."""
     count, reference = (1, 1) if share is None else (share.count, share.here)
@@ -318,16 +325,16 @@ def require(
     what = f"{shape[0]} × {shape[1]} points in {layers} layers"
     if count > 1:
         what += f" on {count} ranks, {reference} of them on this machine,"
-    memory.require(
+    memory.require_memory(
         needed,
         f"{what} need",
         advice=(f"a square grid of up to about {points} × {points} points fits, or fewer layers",),
     )
 
 
-def fits(
-    problem: Problem,
-    share: Share,
+def is_within_memory(
+    problem: ElastoplasticProblem,
+    share: VolumePartition,
     old: tuple[tuple[int, int], int],
     new: tuple[tuple[int, int], int],
 ) -> bool:
@@ -335,11 +342,11 @@ def fits(
     more, less = (
         memory_estimate(*size, **memory_terms(problem), ranks=share.count) for size in (new, old)
     )
-    return share.here * (more - less) < memory.free()
+    return share.here * (more - less) < memory.free_bytes()
 
 
-def memory_terms(problem: Problem) -> dict[str, Any]:
-    """Return what `require` has to know of a problem besides its grid."""
+def memory_terms(problem: ElastoplasticProblem) -> dict[str, Any]:
+    """Return what `require_memory` has to know of a problem besides its grid."""
     return {
         "bodies": max(len(problem.yielding), 1),
         "boundary": problem.pair.boundary,

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arguments import checked
-from roughcontact._tools.deprecated import Renamed
+from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.deprecated import RenamedAttributes
 from roughcontact.cautions import Caution
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
@@ -29,13 +29,13 @@ from roughcontact.elastoplastic.plastic_body import (
 )
 from roughcontact.errors import InputError, input_error
 from roughcontact.halfspace.layers import Pull
-from roughcontact.result import Result, face
-from roughcontact.surface.placement import shifted
-from roughcontact.units import Quantities, Quantity, quantity
+from roughcontact.result import Result, presentation
+from roughcontact.surface.placement import shift_surface
+from roughcontact.units import Quantities, Quantity, to_si
 
 
 @dataclass(frozen=True)
-class PathPoint(Renamed):
+class PathPoint(RenamedAttributes):
     """A point of the path of a contact.
 
     Parameters
@@ -60,7 +60,7 @@ class PathPoint(Renamed):
     friction: float = 0.0
     direction: float = 0.0
 
-    @checked
+    @validate_arguments
     def __init__(
         self,
         load: Quantity,
@@ -68,8 +68,8 @@ class PathPoint(Renamed):
         friction: float = 0.0,
         direction: float = 0.0,
     ) -> None:
-        object.__setattr__(self, "load", quantity(load, "force", "load"))
-        object.__setattr__(self, "offset", _two(quantity(offset, "length", "offset")))
+        object.__setattr__(self, "load", to_si(load, "force", "load"))
+        object.__setattr__(self, "offset", _as_direction(to_si(offset, "length", "offset")))
         object.__setattr__(self, "friction", friction)
         object.__setattr__(self, "direction", direction)
         for name, minimum in (("load", 0.0), ("friction", 0.0), ("direction", -math.inf)):
@@ -99,15 +99,17 @@ class PathPoint(Renamed):
         return PathPoint(load, (y, x), end.friction, end.direction)
 
 
-def moved(pair: Pair, offset: tuple[float, float]) -> Pair:
+def move_counter_surface(pair: Pair, offset: tuple[float, float]) -> Pair:
     """Return a pair whose counter-surface has moved along ``(y, x)`` [m]; see `shifted`."""
     counter = pair.counter_surface
     if counter is None or not any(offset):
         return pair
-    return replace(pair, counter_surface=shifted(counter, offset, pair.boundary.periodic_axes))
+    return replace(
+        pair, counter_surface=shift_surface(counter, offset, pair.boundary.periodic_axes)
+    )
 
 
-def _two(values: Any) -> tuple[float, float]:
+def _as_direction(values: Any) -> tuple[float, float]:
     if (
         isinstance(values, Sequence | np.ndarray)
         and len(values) == 2
@@ -336,19 +338,19 @@ class ElastoplasticResult(Result):
     @cached_property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        return face().volume_cautions(self)
+        return presentation().volume_cautions(self)
 
     def profile(self, point: tuple[int, int] | None = None, body: int = 0) -> DepthProfile:
         """Return plastic strain and stress over the depth; see `result.profile`."""
-        return face().profile(self, point, body)
+        return presentation().profile(self, point, body)
 
     def section(self, along: str = "x", index: int | None = None, body: int = 0) -> DepthSection:
-        """Return them on a vertical plane; see `roughcontact.elastoplastic.result.cut`."""
-        return face().section(self, along, index, body)
+        """Return them on a vertical plane; see `roughcontact.elastoplastic.result.section_of`."""
+        return presentation().section(self, along, index, body)
 
     def layers(self, body: int = 0) -> LayerProfile:
         """Return what each layer holds at most; see `roughcontact.elastoplastic.result.layers`."""
-        return face().layers(self, body)
+        return presentation().layers(self, body)
 
 
 # --- Profiles and sections through bodies that have yielded, cut from their arrays ---
@@ -357,7 +359,7 @@ class ElastoplasticResult(Result):
 def most_strained(result: ElastoplasticResult, body: int = 0) -> tuple[int, int, int]:
     """Return where the plastic strain is largest below the map."""
     held = _body(result, body)
-    return held.most_strained(_map(result, held))
+    return held.largest_strain_index(_map_window(result, held))
 
 
 def profile(
@@ -376,7 +378,7 @@ def profile(
     )
 
 
-def cut(
+def section_of(
     result: ElastoplasticResult, along: str = "x", index: int | None = None, body: int = 0
 ) -> DepthSection:
     """Return plastic strain and stress on a vertical plane."""
@@ -409,7 +411,7 @@ def cut(
 def layers(result: ElastoplasticResult, body: int = 0) -> LayerProfile:
     """Return the largest plastic strain and stresses of each layer below the map."""
     held = _body(result, body)
-    return held.of_layers(_map(result, held))
+    return held.of_layers(_map_window(result, held))
 
 
 def _body(result: ElastoplasticResult, body: int) -> PlasticBody | SharedBody:
@@ -418,7 +420,7 @@ def _body(result: ElastoplasticResult, body: int) -> PlasticBody | SharedBody:
     return result.bodies[body]
 
 
-def _map(result: ElastoplasticResult, body: PlasticBody | SharedBody) -> Window:
+def _map_window(result: ElastoplasticResult, body: PlasticBody | SharedBody) -> Window:
     """Return the rows and columns of the volume that lie below the map."""
     ny, nx = result.solution.pressure.shape
     first = body.margin

@@ -18,25 +18,25 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import memory
-from roughcontact._tools.arguments import checked
+from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.ranks import Ranks
 from roughcontact._version import __version__
 from roughcontact.contact.load_case import GivenLoad, Load, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE
-from roughcontact.contact.validation import check_holes, row
+from roughcontact.contact.validation import as_finite_row, check_holes
 from roughcontact.elastoplastic import increments as stepping, problem as setup
-from roughcontact.elastoplastic.checkpoints import Checkpoint, Steps, open_step_folder
-from roughcontact.elastoplastic.increments import AUTO, IterationInfo, Loop, between
-from roughcontact.elastoplastic.plastic_body import gathered
+from roughcontact.elastoplastic.checkpoints import Checkpoint, CheckpointSeries, open_step_folder
+from roughcontact.elastoplastic.increments import AUTO, IncrementLoop, IterationInfo, points_between
+from roughcontact.elastoplastic.plastic_body import gather_body
 from roughcontact.elastoplastic.problem import (
-    LEAST_LAYERS,
+    MIN_LAYERS,
     ContactSolver,
+    ElastoplasticProblem,
     Extent,
-    Problem,
     first_extent,
-    untouched,
+    solve_without_load,
 )
 from roughcontact.elastoplastic.result import CONVERGED, ElastoplasticResult, Increment, PathPoint
 from roughcontact.errors import (
@@ -52,11 +52,15 @@ from roughcontact.errors import (
     require_positive,
 )
 from roughcontact.halfspace.fft import Workspace, default_workers
-from roughcontact.halfspace.volume_partition import Share, Shared, SingleProcess
+from roughcontact.halfspace.volume_partition import (
+    DistributedPartition,
+    SingleProcess,
+    VolumePartition,
+)
 from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers.progress import Progress, Status, Tell, shows_progress_bar
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, Quantity, quantity
+from roughcontact.units import Quantities, Quantity, to_si
 
 # Mean pressure over the yield strength that no flat punch with the outline of a map reaches: it
 # flows at 2.97 on a strip and 3.28 on a disc (shear strength σ_Y/√3; Hill 1950, Shield 1955).
@@ -64,7 +68,7 @@ _PUNCH = 3.5
 
 
 def check_arguments(
-    problem: Problem,
+    problem: ElastoplasticProblem,
     increments: int | str,
     depth: float | None,
     layers: ArrayLike | None,
@@ -133,11 +137,11 @@ def _check_layers(depth: float | None, layers: ArrayLike | None, pixel: float) -
             raise InputError(
                 f"give either {ArgumentRef('depth')} or {ArgumentRef('layers')}, not both"
             )
-    if layers is not None and not (row(layers, "layers") > 0).all():
+    if layers is not None and not (as_finite_row(layers, "layers") > 0).all():
         raise input_error("layers", layers, "must be positive [m]")
 
 
-def check_capacity(problem: Problem, solver: ContactSolver, load: float) -> None:
+def check_capacity(problem: ElastoplasticProblem, solver: ContactSolver, load: float) -> None:
     """Refuse a load under which a map that ends yields without limit."""
     if not problem.pair.boundary.free_axes:
         return
@@ -153,14 +157,14 @@ def check_capacity(problem: Problem, solver: ContactSolver, load: float) -> None
         )
 
 
-def path_of(
-    problem: Problem,
+def points_of_path(
+    problem: ElastoplasticProblem,
     requested: tuple[float | None, Quantities | None, Sequence[PathPoint] | None],
     increments: int | str,
     start: ElastoplasticResult | None,
 ) -> list[PathPoint]:
     """Return the points to visit, one after the other, of a load, of loads or of a path."""
-    load, loads, path = requested[0], quantity(requested[1], "force", "loads"), requested[2]
+    load, loads, path = requested[0], to_si(requested[1], "force", "loads"), requested[2]
     if sum(specified is not None for specified in (load, loads, path)) != 1:
         raise InputError(
             f"give either {ArgumentRef('load')}, {ArgumentRef('loads')} or {ArgumentRef('path')}, "
@@ -181,10 +185,10 @@ def path_of(
     if load is None or isinstance(increments, str):
         return points
     before = start.increments[-1].point if start and start.increments else PathPoint(0.0)
-    return between(before, points[0], int(increments))
+    return points_between(before, points[0], int(increments))
 
 
-def _check_path(problem: Problem, points: Sequence[PathPoint]) -> None:
+def _check_path(problem: ElastoplasticProblem, points: Sequence[PathPoint]) -> None:
     """Refuse a path on which a counter-surface moves that cannot, or slides off and yields."""
     pair = problem.pair
     if pair.counter_surface is None and any(any(point.offset) for point in points):
@@ -234,11 +238,11 @@ TOLERANCE = 1e-4
 
 # Points of a map from which threads share its layers: on smaller ones they wait for the
 # interpreter, and two take up to 1.6 times as long as one.
-LEAST_SHARED = 1 << 15
+MIN_SHARED_POINTS = 1 << 15
 
 
 @shows_progress_bar
-@checked
+@validate_arguments
 def solve_elastoplastic(
     surface: Surface,
     *,
@@ -371,21 +375,21 @@ def solve_elastoplastic(
     ('converged', 'plastic up to the surface')
     """
     began = time.perf_counter()
-    volume = quantity(depth, "length", "depth"), quantity(layers, "length", "layers")
+    volume = to_si(depth, "length", "depth"), to_si(layers, "length", "layers")
     pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
-    problem = Problem(pair, tolerance, max_iterations, precision)
+    problem = ElastoplasticProblem(pair, tolerance, max_iterations, precision)
     check_arguments(problem, increments, *volume, start, on_failure)
     force, specified = resolve_force(load, pair)
-    points = path_of(problem, (force, loads, path), increments, start)
+    points = points_of_path(problem, (force, loads, path), increments, start)
     automatic = increments == AUTO and path is None
-    share = _share(pair.shape, ranks, start=start, folder=folder, on_step=on_step, path=path)
-    solver, extent = _prepared(problem, points, *volume, start, share)
+    share = _volume_share(pair.shape, ranks, start=start, folder=folder, on_step=on_step, path=path)
+    solver, extent = _prepare_solver(problem, points, *volume, start, share)
     layered = [extent.margin, layers is None, *extent.thickness]
-    loop_in = partial(Loop, problem, solver, share, deepen=layers is None)
+    loop_in = partial(IncrementLoop, problem, solver, share, deepen=layers is None)
     with open_step_folder(folder, problem, points, start, layered, automatic=automatic) as steps:
-        run = _Run(problem, points, automatic, steps, progress, began, on_step)
-        result = _with_load_form(run.finished(start, extent, loop_in), specified)
-    return _judged(result, on_failure, folder)
+        run = _PathRun(problem, points, automatic, steps, progress, began, on_step)
+        result = _with_load_form(run.final_state(start, extent, loop_in), specified)
+    return _require_complete(result, on_failure, folder)
 
 
 def _with_load_form(
@@ -395,40 +399,42 @@ def _with_load_form(
     return replace(result, solution=replace(result.solution, specified_load=specified))
 
 
-def _share(shape: tuple[int, int], communicator: Any, **alone: Any) -> Share:
+def _volume_share(shape: tuple[int, int], communicator: Any, **alone: Any) -> VolumePartition:
     """Return which part of the volume is here: all of it without a communicator."""
     if communicator is None:
-        return SingleProcess(Workspace(1 if math.prod(shape) < LEAST_SHARED else None))
+        return SingleProcess(Workspace(1 if math.prod(shape) < MIN_SHARED_POINTS else None))
     check_shared(**alone)
     ranks = communicator if isinstance(communicator, Ranks) else Ranks(communicator)
-    return Shared(ranks, Workspace(max(1, default_workers() // ranks.here())))
+    return DistributedPartition(ranks, Workspace(max(1, default_workers() // ranks.node_size())))
 
 
-def _prepared(
-    problem: Problem,
+def _prepare_solver(
+    problem: ElastoplasticProblem,
     path: Sequence[PathPoint],
     depth: float | None,
     layers: ArrayLike | None,
     start: ElastoplasticResult | None,
-    share: Share,
+    share: VolumePartition,
 ) -> tuple[ContactSolver, Extent]:
     """Return the solver of the contact and the volume to start with, for the loads of a path."""
 
     def require(shape: tuple[int, int], count: int) -> None:
-        share.agreed(
-            lambda: setup.require(shape, count, **setup.memory_terms(problem), share=share)
+        share.run_on_all(
+            lambda: setup.require_memory(shape, count, **setup.memory_terms(problem), share=share)
         )
 
     # Before anything of the size of the map is made; again once the volume is known.
-    require(problem.pair.shape, LEAST_LAYERS if layers is None else np.size(layers))
+    require(problem.pair.shape, MIN_LAYERS if layers is None else np.size(layers))
     # The contact is one rank's, and the cores of its machine are idle meanwhile.
-    solver = untouched(problem, share, share.workspace if share.count == 1 else Workspace())
+    solver = solve_without_load(
+        problem, share, share.workspace if share.count == 1 else Workspace()
+    )
     load = max(point.load for point in path)
     check_capacity(problem, solver, load)
     if start is None:
         extent = first_extent(problem, solver, load, depth, layers)
     else:
-        extent = Extent.of(start)
+        extent = Extent.from_result(start)
     grid = extent.grid(problem.pair.shape)
     share.require(extent.thickness.size, grid)
     require(grid, extent.thickness.size)
@@ -436,19 +442,22 @@ def _prepared(
 
 
 @dataclass
-class _Run:
+class _PathRun:
     """A path of loads that is followed."""
 
-    problem: Problem  # What all loads have in common
+    problem: ElastoplasticProblem  # What all loads have in common
     path: list[PathPoint]  # Its points
     automatic: bool  # Whether the steps to each are chosen by their error
-    steps: Steps  # What is kept of them
+    steps: CheckpointSeries  # What is kept of them
     progress: Tell  # Called after every iteration
     began: float  # When, by `time.perf_counter`
     each: Callable[[int, ElastoplasticResult], object] | None = None
 
-    def finished(
-        self, start: ElastoplasticResult | None, extent: Extent, loop_in: Callable[[Extent], Loop]
+    def final_state(
+        self,
+        start: ElastoplasticResult | None,
+        extent: Extent,
+        loop_in: Callable[[Extent], IncrementLoop],
     ) -> ElastoplasticResult:
         """Return the state after the last load that is reached, kept or not."""
         number, before = self.steps.latest()
@@ -457,48 +466,50 @@ class _Run:
             if callable(self.progress):
                 self.progress(Progress(number, len(self.path), None, kept=True))
             for done, state in self.steps.states(number) if self.each else ():
-                self._show(done, state)
+                self._report_progress(done, state)
             if number == len(self.path) and before.result is not None:
                 return before.result
         elif start is not None:
-            before = Checkpoint.of(start)
+            before = Checkpoint.from_result(start)
         loop = loop_in(extent if before is None else before.extent)
         if before is not None:
             loop.resume(before)
         return self._follow(loop, number, before)
 
-    def _follow(self, loop: Loop, first: int, before: Checkpoint | None) -> ElastoplasticResult:
+    def _follow(
+        self, loop: IncrementLoop, first: int, before: Checkpoint | None
+    ) -> ElastoplasticResult:
         """Visit the loads from a number on."""
         done = [] if before is None else list(before.increments)
         largest = (0.0, None) if before is None else before.largest
         result, status = None, CONVERGED
-        reach = stepping.reach if self.automatic else Loop.reach
+        reach = stepping.visit_load if self.automatic else IncrementLoop.reach
         for number in range(first, len(self.path)):
             result = None
-            loop.thaw()
+            loop.unfreeze_strain()
             point = self.path[number]
-            status = reach(loop, point, done, self._watch(number))
+            status = reach(loop, point, done, self._iteration_callback(number))
             if status != CONVERGED:
                 break
             # The pressure under the largest load is kept for those who look at what it left.
             lowered = any(p.load < point.load for p in self.path[number + 1 : number + 2])
-            whole = self.steps.whole(number, every=self.each is not None)
+            whole = self.steps.is_full(number, every=self.each is not None)
             if whole or lowered or self.each:
                 result = _result(loop, done, status, self.began, largest)
                 largest = result.largest
-                self._show(number + 1, result)
+                self._report_progress(number + 1, result)
             if whole and result is not None:
-                self.steps.save(number, result, loop.carried())
+                self.steps.save(number, result, loop.carried_values())
             elif self.steps:
                 seconds = time.perf_counter() - self.began
                 self.steps.note(number, loop.checkpoint(done, largest, seconds))
         return result or _result(loop, done, status, self.began, largest)
 
-    def _show(self, number: int, state: ElastoplasticResult) -> None:
+    def _report_progress(self, number: int, state: ElastoplasticResult) -> None:
         if self.each is not None:
             self.each(number, state)
 
-    def _watch(self, number: int) -> Callable[[float, int, float], None]:
+    def _iteration_callback(self, number: int) -> Callable[[float, int, float], None]:
         """Return what tells of iterations at one load of the path."""
 
         def watch(load: float, iteration: int, residual: float) -> None:
@@ -511,7 +522,7 @@ class _Run:
         return watch
 
 
-def _judged(
+def _require_complete(
     result: ElastoplasticResult, on_failure: str, folder: str | os.PathLike[str] | None
 ) -> ElastoplasticResult:
     """Return a result, or raise if its path was left early."""
@@ -528,7 +539,7 @@ def _judged(
 
 
 def _result(
-    loop: Loop,
+    loop: IncrementLoop,
     done: list[Increment],
     status: str,
     began: float,
@@ -540,22 +551,24 @@ def _result(
     problem, solver = loop.problem, loop.solver
     before, loaded = solver.convolutions, solver.loaded
     displacement = loop.displacement()
-    solver.press(displacement, load)
+    solver.solve(displacement, load)
     # The next load starts from where the loop ended, whether or not anyone looks at this one.
     solver.loaded = loaded
     finished = [
-        body.finished(solver.pressure, loop.pull, loop.extent.margin) for body in loop.bodies
+        body.final_layers(solver.pressure, loop.pull, loop.extent.margin) for body in loop.bodies
     ]
     seconds = time.perf_counter() - began
-    pressed = _pressed(pair, solver, displacement, load, solver.convolutions - before, seconds)
+    pressed = _displaced_contact(
+        pair, solver, displacement, load, solver.convolutions - before, seconds
+    )
     if status == CONVERGED and not pressed.converged:
         status = Sentence(
             "the contact did not converge at the last load: ", *message_parts(pressed.status)
         )
     bodies: Any = tuple(body for body, _ in finished)
-    if isinstance(share := loop.share, Shared):
+    if isinstance(share := loop.share, DistributedPartition):
         layers = loop.extent.thickness
-        bodies = tuple(gathered(body, share, layers, pair.shape) for body in bodies)
+        bodies = tuple(gather_body(body, share, layers, pair.shape) for body in bodies)
     return ElastoplasticResult(
         solution=pressed,
         residual_displacement=displacement[solver.inside].copy(),
@@ -571,7 +584,7 @@ def _result(
     )
 
 
-def _pressed(
+def _displaced_contact(
     pair: Pair,
     solver: ContactSolver,
     displacement: Array,

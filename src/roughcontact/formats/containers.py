@@ -22,9 +22,9 @@ from roughcontact._tools import memory
 from roughcontact.errors import FormatError, InputError
 from roughcontact.formats import matrices, source
 from roughcontact.formats.source import (
-    Asked,
     Channel,
     InputFormat,
+    ReadOptions,
     damage_as_error,
     one_line,
     unit_in_meters,
@@ -45,7 +45,7 @@ FormatOf = Callable[[Path], InputFormat]
 
 
 @dataclass(frozen=True)
-class _Measurement:
+class ContainerEntry:
     """A measurement as the container describes it."""
 
     name: str
@@ -63,13 +63,13 @@ class _Measurement:
         return len(self.size) != 1
 
 
-def read(path: Path, requested: Asked, format_of: FormatOf) -> Surface:
+def read(path: Path, requested: ReadOptions, format_of: FormatOf) -> Surface:
     """Return one map of a container."""
-    with _errors(path):
-        measurements = _measurements(path)
+    with _container_errors(path):
+        measurements = _list_entries(path)
         maps = [name for name, item in measurements.items() if item.is_map]
         names = maps if maps and requested.channel is None else list(measurements)
-        item = measurements[matrices.chosen(path, names, requested.channel)]
+        item = measurements[matrices.choose_array(path, names, requested.channel)]
         if not item.is_map:
             raise InputError(
                 f"{item.name!r} of {path.name} is a line scan; unpack {item.member} and read it",
@@ -78,8 +78,8 @@ def read(path: Path, requested: Asked, format_of: FormatOf) -> Surface:
         if item.unit:
             source.refuse_unit(path, requested)
             if item.size and requested.size is not None and not requested.override_size:
-                source.asked_pixel(path, (1.0, 1.0), (1, 1), requested)
-        with _unpacked(path, item.member, format_of) as (file, known):
+                source.resolve_pixel(path, (1.0, 1.0), (1, 1), requested)
+        with _unpack_member(path, item.member, format_of) as (file, known):
             surface = _read(path, file, known, item, requested)
     if item.is_squeezed:
         note = "heights as prepared by contact.engineering"
@@ -98,19 +98,19 @@ def read(path: Path, requested: Asked, format_of: FormatOf) -> Surface:
 def channels(path: Path, format_of: FormatOf) -> tuple[Channel, ...]:
     """Return the measurements of a container; line scans are no maps."""
     result = []
-    with _errors(path):
-        for item in _measurements(path).values():
+    with _container_errors(path):
+        for item in _list_entries(path).values():
             if not item.is_map:
                 result.append(Channel(item.name, item.unit, False, ()))
                 continue
-            with _unpacked(path, item.member, format_of) as (file, known):
+            with _unpack_member(path, item.member, format_of) as (file, known):
                 inside = known.channels(file, known.name)[item.channel]
             result.append(replace(inside, name=item.name, unit=inside.unit or item.unit))
     return tuple(result)
 
 
 def _read(
-    path: Path, file: Path, known: InputFormat, item: _Measurement, requested: Asked
+    path: Path, file: Path, known: InputFormat, item: ContainerEntry, requested: ReadOptions
 ) -> Surface:
     """Return the map in a data file, with unit and size of the container where it has none."""
     if known.name in _BARE:
@@ -137,7 +137,7 @@ def _read(
         return known.read(file, known.name, replace(requested, size=size))
 
 
-def _measurements(path: Path) -> dict[str, _Measurement]:
+def _list_entries(path: Path) -> dict[str, ContainerEntry]:
     """Return what a container lists, by names that differ."""
     with zipfile.ZipFile(path) as archive:
         name = next((name for name in (_INDEX, _YAML) if name in archive.namelist()), None)
@@ -162,14 +162,14 @@ def _measurements(path: Path) -> dict[str, _Measurement]:
     for index, (name, (_, item)) in enumerate(zip(names, listed, strict=True)):
         if names.count(name) > 1:
             name = f"{name} ({index})"
-        result[name] = _described(name, item)
+        result[name] = _parse_entry(name, item)
     return result
 
 
-def _described(name: str, item: dict[str, Any]) -> _Measurement:
+def _parse_entry(name: str, item: dict[str, Any]) -> ContainerEntry:
     files = item["datafile"]
     squeezed = files.get(_SQUEEZED)
-    return _Measurement(
+    return ContainerEntry(
         name,
         str(squeezed or files[_ORIGINAL]),
         is_squeezed=bool(squeezed),
@@ -197,7 +197,9 @@ def _from_yaml(path: Path, text: str) -> Any:
 
 
 @contextmanager
-def _unpacked(path: Path, name: str, format_of: FormatOf) -> Iterator[tuple[Path, InputFormat]]:
+def _unpack_member(
+    path: Path, name: str, format_of: FormatOf
+) -> Iterator[tuple[Path, InputFormat]]:
     """Give a data file of a container under its own name, and its format."""
     with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
         file = Path(folder) / Path(name).name
@@ -215,5 +217,5 @@ def _unpacked(path: Path, name: str, format_of: FormatOf) -> Iterator[tuple[Path
         yield file, known
 
 
-def _errors(path: Path) -> AbstractContextManager[None]:
+def _container_errors(path: Path) -> AbstractContextManager[None]:
     return damage_as_error(path, "a container of contact.engineering", "download it again")

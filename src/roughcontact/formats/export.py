@@ -25,7 +25,7 @@ Target = str | os.PathLike[str]
 Writer = Callable[[Any, Target], None]
 
 
-class Kind(Enum):
+class ContentType(Enum):
     """What can be written, and how a message calls it."""
 
     SURFACE = "a surface"
@@ -48,85 +48,85 @@ class OutputFormat:
     """A format that maps and results are written in."""
 
     suffix: str  # How its files end
-    contents: dict[Kind, Content]  # What it holds of each `Kind` that it can hold
+    contents: dict[ContentType, Content]  # What it holds of each `ContentType` that it can hold
 
 
-def _by(place: str) -> Writer:
+def _lazy_writer(place: str) -> Writer:
     """Return a writer that is loaded when it writes: help and messages need the table alone."""
     return lambda source, path: resolve_name(f"roughcontact.{place}")(source, path)
 
 
-def _last(write: Writer) -> Writer:
+def _last_state_writer(write: Writer) -> Writer:
     """Return what writes the state after the last pass."""
     return lambda rolling, path: write(rolling.result, path)
 
 
-_X3P, _SUR = _by("formats.metrology:save_x3p"), _by("formats.metrology:save_sur")
-_VTR, _VTI = _by("formats.vtk:save_vtr"), _by("formats.vtk:save_vtk")
-_CSV, _LAW = _by("formats.tables:save_csv"), _by("analyses.law.decks:save")
+_X3P, _SUR = _lazy_writer("formats.metrology:save_x3p"), _lazy_writer("formats.metrology:save_sur")
+_VTR, _VTI = _lazy_writer("formats.vtk:save_vtr"), _lazy_writer("formats.vtk:save_vtk")
+_CSV, _LAW = _lazy_writer("formats.tables:save_csv"), _lazy_writer("analyses.law.decks:save")
 
 
-def _of_results(content: Content) -> dict[Kind, Content]:
-    return {Kind.CONTACT: content, Kind.VOLUME: content}
+def _result_contents(content: Content) -> dict[ContentType, Content]:
+    return {ContentType.CONTACT: content, ContentType.VOLUME: content}
 
 
 FORMATS = (
     OutputFormat(".nc", {
-        Kind.SURFACE: Content("heights and provenance, every bit", _by("formats.netcdf:save")),
-        Kind.CONTACT: Content("everything", _by("contact.archive:save_result")),
-        Kind.VOLUME: Content("everything", _by("elastoplastic.archive:save")),
-        Kind.ROLLING: Content("everything", _by("analyses.roll.model:save_rolling")),
+        ContentType.SURFACE: Content("heights and provenance, every bit", _lazy_writer("formats.netcdf:save")),
+        ContentType.CONTACT: Content("everything", _lazy_writer("contact.archive:save_result")),
+        ContentType.VOLUME: Content("everything", _lazy_writer("elastoplastic.archive:save")),
+        ContentType.ROLLING: Content("everything", _lazy_writer("analyses.roll.model:save_rolling")),
     }),
     OutputFormat(".npz", {
-        Kind.SURFACE: Content("heights and pixel, every bit", _by("formats.tables:save_npz")),
-        Kind.LAW: Content("arrays", _LAW),
+        ContentType.SURFACE: Content("heights and pixel, every bit", _lazy_writer("formats.tables:save_npz")),
+        ContentType.LAW: Content("arrays", _LAW),
     }),
     OutputFormat(".x3p", {
-        Kind.SURFACE: Content("heights and pixel, every bit; ISO 25178-72", _X3P),
+        ContentType.SURFACE: Content("heights and pixel, every bit; ISO 25178-72", _X3P),
     }),
     OutputFormat(".sur", {
-        Kind.SURFACE: Content("heights to 32 bits; Digital Surf", _SUR),
+        ContentType.SURFACE: Content("heights to 32 bits; Digital Surf", _SUR),
     }),
     OutputFormat(".vtr", {
-        Kind.VOLUME: Content("strain and stress of the volume model", _VTR),
-        Kind.ROLLING: Content("final strain and stress", _last(_VTR)),
+        ContentType.VOLUME: Content("strain and stress of the volume model", _VTR),
+        ContentType.ROLLING: Content("final strain and stress", _last_state_writer(_VTR)),
     }),
     OutputFormat(".vti", {
-        Kind.SURFACE: Content("heights for ParaView", _VTI),
-        **_of_results(Content("maps for ParaView", _VTI)),
-        Kind.ROLLING: Content("final maps", _last(_VTI)),
+        ContentType.SURFACE: Content("heights for ParaView", _VTI),
+        **_result_contents(Content("maps for ParaView", _VTI)),
+        ContentType.ROLLING: Content("final maps", _last_state_writer(_VTI)),
     }),
     OutputFormat(".pvd", {
-        Kind.ROLLING: Content(
-            "all steps of --folder for ParaView", _by("analyses.roll.files:save_pvd"),
+        ContentType.ROLLING: Content(
+            "all steps of --folder for ParaView", _lazy_writer("analyses.roll.files:save_pvd"),
         ),
     }),
     OutputFormat(".csv", {
-        Kind.SURFACE: Content("heights as text, every bit", _CSV),
-        **_of_results(Content("pressure", _CSV)),
-        Kind.LAW: Content("thinned tables", _LAW),
+        ContentType.SURFACE: Content("heights as text, every bit", _CSV),
+        **_result_contents(Content("pressure", _CSV)),
+        ContentType.LAW: Content("thinned tables", _LAW),
     }),
     OutputFormat(".json", {
-        **_of_results(Content("numbers", _by("formats.tables:save_json"))),
-        Kind.LAW: Content("numbers", _LAW),
+        **_result_contents(Content("numbers", _lazy_writer("formats.tables:save_json"))),
+        ContentType.LAW: Content("numbers", _LAW),
     }),
     OutputFormat(".inp", {
-        Kind.LAW: Content("a deck for Abaqus", _LAW),
+        ContentType.LAW: Content("a deck for Abaqus", _LAW),
     }),
     OutputFormat(".ccx", {
-        Kind.LAW: Content("a deck for CalculiX", _LAW),
+        ContentType.LAW: Content("a deck for CalculiX", _LAW),
     }),
     OutputFormat(".mac", {
-        Kind.LAW: Content("real constants for Ansys APDL", _LAW),
+        ContentType.LAW: Content("real constants for Ansys APDL", _LAW),
     }),
     OutputFormat(".i", {
-        Kind.LAW: Content("functions for MOOSE", _LAW),
+        ContentType.LAW: Content("functions for MOOSE", _LAW),
     }),
     OutputFormat(".fcmacro", {
-        Kind.LAW: Content("a macro for FreeCAD", _LAW),
+        ContentType.LAW: Content("a macro for FreeCAD", _LAW),
     }),
     OutputFormat(".txt", {
-        Kind.LAW: Content("a table for mixed lubrication", _LAW),
+        ContentType.LAW: Content("a table for mixed lubrication", _LAW),
     }),
 )  # fmt: skip
 """Every format; help, messages, project file and documentation read them from here."""
@@ -136,12 +136,12 @@ FORMATS = (
 _OF_MAPS = (".x3p", ".sur", ".vti", ".vtr")
 
 
-def suffixes(*kinds: Kind) -> tuple[str, ...]:
+def suffixes(*kinds: ContentType) -> tuple[str, ...]:
     """Return how files may end that hold one of some kinds."""
     return tuple(known.suffix for known in FORMATS if known.contents.keys() & set(kinds))
 
 
-def format_list_text(*kinds: Kind) -> str:
+def format_list_text(*kinds: ContentType) -> str:
     """Return a text that lists the content of the formats of some kinds."""
     words = []
     for known in FORMATS:
@@ -153,7 +153,7 @@ def format_list_text(*kinds: Kind) -> str:
 def save_surface(surface: Surface, path: str | os.PathLike[str]) -> None:
     """Write a height map in the format that the suffix of the file names."""
     _require_kept(surface, path)
-    writer_of(Kind.SURFACE, path)(surface, path)
+    writer_of(ContentType.SURFACE, path)(surface, path)
 
 
 def save_contact(result: ContactResult, path: Target) -> None:
@@ -161,12 +161,12 @@ def save_contact(result: ContactResult, path: Target) -> None:
     if Path(path).suffix.lower() != ".nc":
         result.require_whole("a file other than .nc")
         _require_kept(result.surface, path)
-    writer_of(Kind.CONTACT, path)(result, path)
+    writer_of(ContentType.CONTACT, path)(result, path)
 
 
 def save_volume(result: ElastoplasticResult, path: Target) -> None:
     """Write a contact with its volume in the format that the suffix of the file names."""
-    writer_of(Kind.VOLUME, path)(result, path)
+    writer_of(ContentType.VOLUME, path)(result, path)
 
 
 def _require_kept(surface: Surface, path: str | os.PathLike[str]) -> None:
@@ -180,7 +180,7 @@ def _require_kept(surface: Surface, path: str | os.PathLike[str]) -> None:
         )
 
 
-def writer_of(kind: Kind, path: str | os.PathLike[str]) -> Writer:
+def writer_of(kind: ContentType, path: str | os.PathLike[str]) -> Writer:
     """Return what writes a kind in the format that the suffix names; `InputError` if none does."""
     suffix = Path(path).suffix.lower()
     for known in FORMATS:

@@ -20,18 +20,18 @@ from roughcontact._tools import memory, netcdf
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
 from roughcontact.formats import metrology, readers, source, text_files
 from roughcontact.formats.source import (
-    Asked,
-    Bounded,
+    BoundedStream,
     Channel,
-    asked_pixel,
-    in_metres,
+    ReadOptions,
     is_length,
+    make_surface,
     one_line,
     refuse_unit,
-    surface_of,
+    resolve_pixel,
+    to_meters,
     unit_in_meters,
 )
-from roughcontact.surface.grid import WIDTH
+from roughcontact.surface.grid import PROFILE_WIDTH
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 
@@ -104,49 +104,49 @@ _EACH = 40
 _EPOCH = 1970
 
 
-def read(path: Path, name: str, requested: Asked) -> Surface:
+def read(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return the map in an instrument's file; ``name`` is that of SurfaceTopography's reader."""
-    with _opened(path, name) as reader:
+    with _open_reader(path, name) as reader:
         entries = list(reader.channels)
         result = [_described(path, entry) for entry in entries]
         default = int(reader.default_channel.index)
-        index = _chosen(path, result, requested.channel, default)
+        index = _choose_channel(path, result, requested.channel, default)
         entry, described = entries[index], result[index]
         _check_grid(path, described)
-        requested.expect(described.shape)
+        requested.check_shape(described.shape)
         if described.unit:
             refuse_unit(path, requested)
         metre = unit_in_meters(path, described.unit or requested.unit)
-        topography, stated = _sized(entry, metre)
+        topography, stated = _sized_map(entry, metre)
         values = np.ma.filled(np.ma.asarray(topography.heights(), dtype=np.float64), np.nan)
         notes: tuple[str, ...] = ()
         if values.ndim == 1:
-            values, stated, notes = _along(topography, values, metre)
+            values, stated, notes = _profile_map(topography, values, metre)
         elif described.shape[0] == 1 and stated is not None:
-            stated = WIDTH, stated[1]
-        pixel = asked_pixel(path, stated, values.T.shape, requested)
-        contradiction = _contradiction(path, name, entry, values)
+            stated = PROFILE_WIDTH, stated[1]
+        pixel = resolve_pixel(path, stated, values.T.shape, requested)
+        contradiction = _header_contradiction(path, name, entry, values)
         if contradiction:
             raise FormatError(
                 f"{path.name} contradicts itself: {contradiction}; copy or export it again"
             )
         # SurfaceTopography has [x, y], this program [y, x].
-        heights = in_metres(np.ascontiguousarray(values.T), metre)
+        heights = to_meters(np.ascontiguousarray(values.T), metre)
         instrument = _instrument_name(reader, entry)
-        acquired = _acquired(entry)
+        acquired = _acquisition_time(entry)
     provenance = Provenance(
         source=path.name, instrument=instrument, channel=_channel_name(result, index), steps=notes
     )
-    return surface_of(path, heights, pixel, provenance, metre, stated, acquired)
+    return make_surface(path, heights, pixel, provenance, metre, stated, acquired)
 
 
 def channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the channels of an instrument's file."""
-    with _opened(path, name) as reader:
+    with _open_reader(path, name) as reader:
         return tuple(_described(path, entry) for entry in reader.channels)
 
 
-def _sized(entry: Any, metre: float) -> tuple[Any, tuple[float, float] | None]:
+def _sized_map(entry: Any, metre: float) -> tuple[Any, tuple[float, float] | None]:
     """Return SurfaceTopography's map of a channel, and the pixel [m] that its file gives."""
     if entry.dim == 1:
         return entry.topography(), None
@@ -158,15 +158,15 @@ def _sized(entry: Any, metre: float) -> tuple[Any, tuple[float, float] | None]:
     return topography, (along_y * metre, along_x * metre)
 
 
-def _along(
+def _profile_map(
     profile: Any, values: Array, metre: float
 ) -> tuple[Array, tuple[float, float], tuple[str, ...]]:
     """Return a profile as SurfaceTopography has maps, its pixel [m], and what was done to it."""
     if profile.is_uniform:
-        return values[:, None], (WIDTH, float(profile.pixel_size[0]) * metre), ()
+        return values[:, None], (PROFILE_WIDTH, float(profile.pixel_size[0]) * metre), ()
     position = np.asarray(profile.positions(), dtype=np.float64) * metre
-    even, spacing, notes = text_files.evenly(position, values)
-    return even[:, None], (WIDTH, spacing), notes
+    even, spacing, notes = text_files.resample_evenly(position, values)
+    return even[:, None], (PROFILE_WIDTH, spacing), notes
 
 
 def _described(path: Path, entry: Any) -> Channel:
@@ -191,7 +191,9 @@ def _described(path: Path, entry: Any) -> Channel:
     return Channel(str(entry.name), text, is_height, shape)
 
 
-def _chosen(path: Path, result: list[Channel], channel: str | int | None, default: int) -> int:
+def _choose_channel(
+    path: Path, result: list[Channel], channel: str | int | None, default: int
+) -> int:
     heights = [index for index, entry in enumerate(result) if entry.is_height]
     listing = "; ".join(
         f"{index}: {entry.name!r}"
@@ -267,7 +269,7 @@ def _check_packed(path: Path, kind: str) -> None:
     with path.open("rb") as stream:
         start = stream.read(4)
     if kind in _HDF5 or start == b"\x89HDF":
-        for name, stored in netcdf.check(path).items():
+        for name, stored in netcdf.check_hdf5(path).items():
             memory.require_size(f"{name!r} in {path.name}", stored.size, packed=path.stat().st_size)
             if stored.kind == "c":
                 raise FormatError(
@@ -275,7 +277,7 @@ def _check_packed(path: Path, kind: str) -> None:
                     "again"
                 )
     elif start == b"PK\x03\x04" or (kind in _ARCHIVES and zipfile.is_zipfile(path)):
-        source.check(path)
+        source.check_archive(path)
         if kind == "x3p":
             metrology.check_x3p(path)
     elif kind in _STREAMS:
@@ -286,13 +288,17 @@ def _check_packed(path: Path, kind: str) -> None:
 
 
 @contextlib.contextmanager
-def _opened(path: Path, kind: str) -> Iterator[Any]:
+def _open_reader(path: Path, kind: str) -> Iterator[Any]:
     """Give SurfaceTopography's reader of a file, with one kind of error."""
     try:
         _check_packed(path, kind)
         opened = _opener(path, kind)
         # Our own stream: a reader that fails half-way leaves files open that it opened.
-        with np.errstate(all="ignore"), _stream(path, kind) as stream, opened(stream) as reader:
+        with (
+            np.errstate(all="ignore"),
+            _reader_stream(path, kind) as stream,
+            opened(stream) as reader,
+        ):
             yield reader
     except RoughcontactError:
         raise
@@ -305,10 +311,10 @@ def _opened(path: Path, kind: str) -> Iterator[Any]:
         ) from error
 
 
-def _stream(path: Path, kind: str) -> io.BufferedIOBase:
+def _reader_stream(path: Path, kind: str) -> io.BufferedIOBase:
     """Return what a reader reads of a file; a bare profile of Mahr in the archive it expects."""
     if kind != "qep" or zipfile.is_zipfile(path):
-        return Bounded(io.FileIO(path))
+        return BoundedStream(io.FileIO(path))
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
         archive.write(path, "Kontur1.prf")
@@ -325,7 +331,7 @@ def _channel_name(result: list[Channel], index: int) -> str:
     return name if len(result) > 1 else ""
 
 
-def _acquired(entry: Any) -> str:
+def _acquisition_time(entry: Any) -> str:
     """Return when a map was measured; empty if its file does not tell, or had no clock."""
     when = entry.info.get("acquisition_time")
     # Instruments whose clock was never set, and programs that know no date, write 1970.
@@ -344,7 +350,7 @@ def _instrument_name(reader: Any, entry: Any) -> str:
 # Contradictions
 
 
-def _contradiction(path: Path, kind: str, entry: Any, values: Array) -> str:
+def _header_contradiction(path: Path, kind: str, entry: Any, values: Array) -> str:
     """Return what in a header does not fit the rest of the file; empty if everything does."""
     check = _CONTRADICTIONS.get(kind)
     header = entry.info.get("raw_metadata")

@@ -24,19 +24,19 @@ from roughcontact._tools import memory, netcdf
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
 from roughcontact.formats import source, text_files
 from roughcontact.formats.source import (
-    Asked,
     Channel,
-    asked_pixel,
+    ReadOptions,
     damage_as_error,
-    in_metres,
     is_length,
+    make_surface,
     one_line,
     refuse_unit,
-    surface_of,
+    resolve_pixel,
+    to_meters,
     unit_in_meters,
 )
 from roughcontact.formats.text_files import Head
-from roughcontact.surface.grid import WIDTH
+from roughcontact.surface.grid import PROFILE_WIDTH
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
 
@@ -80,7 +80,7 @@ class Arrays:
                 return values
 
 
-def opened(path: Path, kind: str) -> Arrays:
+def open_arrays(path: Path, kind: str) -> Arrays:
     """Return what is in a file."""
     with _errors(path):
         if kind == "npz":
@@ -145,7 +145,7 @@ TEXT_MARK = "# roughcontact map"
 """First line of a text matrix whose head names its quantity, unit and pixel."""
 
 # Characters of a line, and bytes that reading takes a point.
-_LONGEST_LINE = 32 * 2**20
+_MAX_LINE_BYTES = 32 * 2**20
 _EACH = 20
 
 _MISSING = re.compile(r"|nan|n/?a|bad|\*+|-{2,}", re.IGNORECASE)
@@ -156,7 +156,7 @@ _WITH_COMMA = re.compile(rf"{_DECIMAL_COMMA.pattern}|[+-]?\d+|nan|bad", re.IGNOR
 _POINTS = ".xyz"
 
 
-def read_text(path: Path, name: str, requested: Asked) -> Surface:
+def read_text(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return the map in a text: a matrix, or points x, y, z on a grid."""
     if requested.channel is not None:
         raise InputError(
@@ -165,7 +165,7 @@ def read_text(path: Path, name: str, requested: Asked) -> Surface:
     scale = _scale_in_text(path)
     if scale is not None:
         values, steps = _read_text(path)
-        requested.expect(values.shape)
+        requested.check_shape(values.shape)
         about = Provenance(path.name, f"matrix ({name})", "", steps)
         return _scaled(path, values, about, scale, requested)
     head = _foreign_head(path)
@@ -174,21 +174,21 @@ def read_text(path: Path, name: str, requested: Asked) -> Surface:
         return text_files.read(path, trace, requested)
     values, steps = _read_text(path, head.lines)
     if _lists_points(path, values, head):
-        return _of_points(path, name, values, head, steps, requested)
-    if min(values.shape) == 1 and values.size >= text_files.FEWEST:
-        return text_files.column(path, values.ravel(), requested)
+        return _map_of_points(path, name, values, head, steps, requested)
+    if min(values.shape) == 1 and values.size >= text_files.MIN_POINTS:
+        return text_files.read_single_column(path, values.ravel(), requested)
     if not head.is_map:
         _refuse_points(path, values)
-    values = _as_told(path, values, head)
-    requested.expect(values.shape)
+    values = _apply_head(path, values, head)
+    requested.check_shape(values.shape)
     metre, text = _unit_told(path, head, requested)
     _require_map(path, values.shape, values.dtype, None)
     ny, nx = values.shape
     stated = head.pixel_of((ny, nx))
-    pixel = asked_pixel(path, stated, values.shape, requested)
+    pixel = resolve_pixel(path, stated, values.shape, requested)
     about = Provenance(path.name, f"matrix ({name})", head.channel, (*steps, *text))
-    heights = in_metres(values, metre * head.factor)
-    return surface_of(path, heights, pixel, about, metre * head.factor, stated)
+    heights = to_meters(values, metre * head.factor)
+    return make_surface(path, heights, pixel, about, metre * head.factor, stated)
 
 
 def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
@@ -204,21 +204,21 @@ def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
         return (Channel("", trace.units[1], True, (1, len(trace.columns))),)
     values, _ = _read_text(path, head.lines)
     if _lists_points(path, values, head):
-        values = text_files.gridded(path, values)[0]
+        values = text_files.grid_points(path, values)[0]
     elif values.shape[1] == 1:
         values = values.T
     else:
         if not head.is_map:
             _refuse_points(path, values)
-        values = _as_told(path, values, head)
+        values = _apply_head(path, values, head)
     return (Channel(head.channel, head.unit, True, values.shape),)
 
 
 def _foreign_head(path: Path) -> Head:
     """Return what another program has written above its numbers; an empty head if nothing."""
     try:
-        with source.opened(path, errors="replace") as stream:
-            return text_files.head_of(path, _lines(path, stream)) or Head(0)
+        with source.open_text(path, errors="replace") as stream:
+            return text_files.parse_head(path, _lines(path, stream)) or Head(0)
     except OSError as error:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None
 
@@ -231,25 +231,25 @@ def _lists_points(path: Path, values: Array, head: Head) -> bool:
     return named or text_files.look_like_points(values)
 
 
-def _of_points(
-    path: Path, name: str, values: Array, head: Head, steps: tuple[str, ...], requested: Asked
+def _map_of_points(
+    path: Path, name: str, values: Array, head: Head, steps: tuple[str, ...], requested: ReadOptions
 ) -> Surface:
     """Return the map of points x, y, z on a grid, all in one unit where the head tells no other."""
-    heights, steps_apart, absent = text_files.gridded(path, values)
-    requested.expect(heights.shape)
+    heights, steps_apart, absent = text_files.grid_points(path, values)
+    requested.check_shape(heights.shape)
     metre, text = _unit_told(path, head, requested)
     lateral = head.lateral or metre
     stated = steps_apart[0] * lateral, steps_apart[1] * lateral
-    pixel = asked_pixel(path, stated, heights.shape, requested)
+    pixel = resolve_pixel(path, stated, heights.shape, requested)
     note = f"read: {values.shape[0]} points x, y, z laid on their grid"
     if absent:
         note += f", {absent} of it without a point"
     about = Provenance(path.name, f"points ({name})", head.channel, (*steps, *text, note))
-    laid = in_metres(heights, metre * head.factor)
-    return surface_of(path, laid, pixel, about, metre * head.factor, stated)
+    laid = to_meters(heights, metre * head.factor)
+    return make_surface(path, laid, pixel, about, metre * head.factor, stated)
 
 
-def _as_told(path: Path, values: Array, head: Head) -> Array:
+def _apply_head(path: Path, values: Array, head: Head) -> Array:
     """Return a matrix as its head describes it, rows along y."""
     if head.turned:
         values = np.ascontiguousarray(values.T)
@@ -262,7 +262,7 @@ def _as_told(path: Path, values: Array, head: Head) -> Array:
     return values
 
 
-def _unit_told(path: Path, head: Head, requested: Asked) -> tuple[float, tuple[str, ...]]:
+def _unit_told(path: Path, head: Head, requested: ReadOptions) -> tuple[float, tuple[str, ...]]:
     """Return the unit [m] of the heights, and what was decided: who reads a file knows better."""
     if requested.unit is None or not head.unit:
         return unit_in_meters(path, head.unit or requested.unit), ()
@@ -275,23 +275,25 @@ def _unit_told(path: Path, head: Head, requested: Asked) -> tuple[float, tuple[s
     )
 
 
-def read_arrays(path: Path, name: str, requested: Asked) -> Surface:
+def read_arrays(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return the map in a NumPy file; ``name`` says whether it is one array or an archive."""
-    arrays = opened(path, name)
+    arrays = open_arrays(path, name)
     scale = _scale_in_arrays(path, arrays) if requested.channel in (None, "heights") else None
-    channel = chosen(path, list(arrays.heads), requested.channel if scale is None else "heights")
+    channel = choose_array(
+        path, list(arrays.heads), requested.channel if scale is None else "heights"
+    )
     head = arrays.heads[channel]
-    line = len(head.shape) == 1 and head.shape[0] >= text_files.FEWEST
+    line = len(head.shape) == 1 and head.shape[0] >= text_files.MIN_POINTS
     if scale is None and line and head.dtype.kind in "fiu":
         memory.require_points(path.name, head.shape, _EACH)
-        return text_files.column(path, arrays.read(channel), requested)
+        return text_files.read_single_column(path, arrays.read(channel), requested)
     _require_map(path, head.shape, head.dtype, scale)
     memory.require_points(path.name, head.shape, _EACH)
-    requested.expect(head.shape)
+    requested.check_shape(head.shape)
     provenance = Provenance(path.name, f"matrix ({name})", channel)
     values = arrays.read(channel)
     if scale is None:
-        trace = text_files.in_columns(values)
+        trace = text_files.read_columns(values)
         if trace is not None:
             return text_files.read(path, trace, requested)
         _refuse_points(path, values)
@@ -301,7 +303,7 @@ def read_arrays(path: Path, name: str, requested: Asked) -> Surface:
 
 def array_channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the arrays in a NumPy file."""
-    heads = opened(path, name).heads
+    heads = open_arrays(path, name).heads
     return tuple(
         Channel(name, "", len(head.shape) == 2, head.shape) for name, head in heads.items()
     )
@@ -310,7 +312,7 @@ def array_channels(path: Path, name: str) -> tuple[Channel, ...]:
 def _require_map(
     path: Path, shape: tuple[int, ...], dtype: np.dtype[Any], scale: Scale | None
 ) -> None:
-    if shape[:1] == (1,) and scale is not None and scale[1][0] == WIDTH:
+    if shape[:1] == (1,) and scale is not None and scale[1][0] == PROFILE_WIDTH:
         # A profile as the program keeps it.
         shape = (2, *shape[1:])
     if dtype.kind not in "fiu" or len(shape) != 2 or min(shape) < 2:
@@ -320,22 +322,26 @@ def _require_map(
         )
 
 
-def scaled(
-    path: Path, values: NDArray[Any], provenance: Provenance, unit: str, requested: Asked
+def scale_array(
+    path: Path, values: NDArray[Any], provenance: Provenance, unit: str, requested: ReadOptions
 ) -> Surface:
     """Return the map of an array that states its unit, or none, and no pixel."""
     _require_map(path, values.shape, values.dtype, None)
     _refuse_points(path, values)
     _refuse_list(path, values)
     metre, notes = _unit_told(path, Head(0, unit=unit), requested)
-    pixel = asked_pixel(path, None, values.shape, requested)
+    pixel = resolve_pixel(path, None, values.shape, requested)
     for text in notes:
         provenance = provenance.then(Operation.note(text))
-    return surface_of(path, in_metres(values, metre), pixel, provenance, metre)
+    return make_surface(path, to_meters(values, metre), pixel, provenance, metre)
 
 
 def _scaled(
-    path: Path, values: NDArray[Any], provenance: Provenance, scale: Scale | None, requested: Asked
+    path: Path,
+    values: NDArray[Any],
+    provenance: Provenance,
+    scale: Scale | None,
+    requested: ReadOptions,
 ) -> Surface:
     """Return the map of numbers whose scale the file states, or whoever reads it."""
     _require_map(path, values.shape, values.dtype, scale)
@@ -344,12 +350,12 @@ def _scaled(
     else:
         refuse_unit(path, requested)
         metre, stated = scale
-    pixel = asked_pixel(path, stated, values.shape, requested)
-    return surface_of(path, in_metres(values, metre), pixel, provenance, metre, stated)
+    pixel = resolve_pixel(path, stated, values.shape, requested)
+    return make_surface(path, to_meters(values, metre), pixel, provenance, metre, stated)
 
 
 @contextmanager
-def _naming(path: Path) -> Iterator[None]:
+def _name_file_in_errors(path: Path) -> Iterator[None]:
     """Turn the complaint about a quantity into one about the file that states it."""
     try:
         yield
@@ -360,7 +366,7 @@ def _naming(path: Path) -> Iterator[None]:
 def _head_of_text(path: Path) -> dict[str, str]:
     """Return what the head of a text matrix states; nothing if it has no head of this program."""
     try:
-        with source.opened(path, errors="replace") as stream:
+        with source.open_text(path, errors="replace") as stream:
             lines = _lines(path, stream)
             if next(lines, "").strip() != TEXT_MARK:
                 return {}
@@ -374,11 +380,11 @@ def _head_of_text(path: Path) -> dict[str, str]:
 def _lines(path: Path, stream: TextIO) -> Iterator[str]:
     """Yield the lines of a text, none of which fills the memory."""
     number = 0
-    while line := stream.readline(_LONGEST_LINE):
+    while line := stream.readline(_MAX_LINE_BYTES):
         number += 1
-        if len(line) == _LONGEST_LINE:
+        if len(line) == _MAX_LINE_BYTES:
             raise FormatError(
-                f"{path.name} has more than {_LONGEST_LINE // 2**20} million characters in line "
+                f"{path.name} has more than {_MAX_LINE_BYTES // 2**20} million characters in line "
                 f"{number}; a text matrix has one row of the map a line"
             )
         yield line
@@ -397,7 +403,7 @@ def _scale_in_text(path: Path) -> Scale | None:
         )
     if stated["quantity"] != "height":
         raise FormatError(f"{path.name} holds {stated['quantity']!r}, no heights")
-    with _naming(path):
+    with _name_file_in_errors(path):
         metre = unit_in_meters(path, stated["unit"])
         dy, dx = (units.parse(stated[name], "length", name) for name in ("pixel_y", "pixel_x"))
     return metre, (dy, dx)
@@ -415,12 +421,12 @@ def _scale_in_arrays(path: Path, arrays: Arrays) -> Scale | None:
             f"{edges.dtype} of shape {edges.shape} and {word.dtype} of shape {word.shape}"
         )
     pixel, unit = arrays.read("pixel"), arrays.read("unit")
-    with _naming(path):
+    with _name_file_in_errors(path):
         metre = unit_in_meters(path, str(unit))
     return metre, (float(pixel[0]) * metre, float(pixel[1]) * metre)
 
 
-def chosen(path: Path, names: list[str], channel: str | int | None) -> str:
+def choose_array(path: Path, names: list[str], channel: str | int | None) -> str:
     """Return which array of a file is meant: by its name, by its index, or the only one."""
     if channel is None and len(names) == 1:
         return names[0]
@@ -445,12 +451,12 @@ def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
     first, columns, room = 0, 0, 0
     delimiter: str | None = None
     try:
-        with source.opened(path) as stream:
+        with source.open_text(path) as stream:
             for number, line in enumerate(_lines(path, stream), start=1):
                 ended = line.endswith("\n")
                 if number <= head:
                     continue
-                if head and line.startswith("#") and text_files.begins(line):
+                if head and line.startswith("#") and text_files.starts_new_map(line):
                     raise FormatError(
                         f"{path.name} holds several maps, another from line {number} on; export "
                         "each into its own file"
@@ -490,10 +496,12 @@ def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None
     if not values:
         raise FormatError(f"{path.name} holds no numbers; a matrix of heights was expected")
-    return _judged(np.frombuffer(values).reshape(-1, columns), trailing, ended, "," in marks)
+    return _interpret_matrix(
+        np.frombuffer(values).reshape(-1, columns), trailing, ended, "," in marks
+    )
 
 
-def _judged(
+def _interpret_matrix(
     matrix: Array, trailing: bool, ended: bool, commas: bool
 ) -> tuple[Array, tuple[str, ...]]:
     """Return a matrix as it was meant, and what was decided about it."""
@@ -529,7 +537,7 @@ def _row(
         try:
             value = float(cell)
         except ValueError:
-            value = _unusual(path, cell.strip(), number, position, delimiter, marks)
+            value = _parse_cell(path, cell.strip(), number, position, delimiter, marks)
         else:
             # Python's float() takes 1_0 for ten; no instrument writes that.
             if "_" in cell or math.isinf(value):
@@ -543,7 +551,7 @@ def _row(
     return values
 
 
-def _unusual(
+def _parse_cell(
     path: Path, word: str, number: int, position: int, delimiter: str | None, marks: set[str]
 ) -> float:
     """Return what a cell means that is no number with a decimal point."""
@@ -567,7 +575,7 @@ def _mixed(path: Path, number: int) -> FormatError:
 def _refuse_points(path: Path, matrix: NDArray[Any]) -> None:
     """Refuse coordinates beside the heights, which would pass for heights of a narrow map."""
     for pairs in (matrix, matrix.T):
-        if text_files.in_columns(pairs) or text_files.in_columns(pairs[:, ::-1]):
+        if text_files.read_columns(pairs) or text_files.read_columns(pairs[:, ::-1]):
             raise FormatError(
                 f"{path.name} looks like a profile, {pairs.shape[0]} points x, z: write them in "
                 "two columns, the positions first"
@@ -590,23 +598,23 @@ def _refuse_list(path: Path, matrix: NDArray[Any]) -> None:
 _UNIT_NAMES = ("unit", "units", "Unit", "Units")
 
 
-def read(path: Path, name: str, requested: Asked) -> Surface:
+def read(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return one of the matrices in an HDF5 file: rows run along y."""
     result = channels(path, name)
     listed = [entry.name for entry in result]
-    index = listed.index(chosen(path, listed, requested.channel))
+    index = listed.index(choose_array(path, listed, requested.channel))
     shape, unit = result[index].shape, result[index].unit
     memory.require_points(path.name, shape, _EACH)
-    requested.expect(shape)
+    requested.check_shape(shape)
     values = _values(path, listed[index])
     about = Provenance(path.name, "matrix (hdf5)", listed[index] if len(listed) > 1 else "")
-    return scaled(path, values, about, unit, requested)
+    return scale_array(path, values, about, unit, requested)
 
 
 def channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the matrices of real numbers in an HDF5 file."""
     try:
-        stored = netcdf.check(path)
+        stored = netcdf.check_hdf5(path)
         import h5py
 
         with h5py.File(path, "r") as file:

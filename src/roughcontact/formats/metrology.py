@@ -28,9 +28,9 @@ import numpy as np
 from roughcontact._tools.files import atomic_write, require_suffix
 from roughcontact._version import __version__
 from roughcontact.errors import FormatError, InputError
-from roughcontact.formats.source import BLOCK, blocks, little_endian
+from roughcontact.formats.source import BLOCK, iter_blocks, little_endian
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering, lengths
+from roughcontact.units import format_engineering, format_lengths
 
 # Bytes of a member of an archive from which it gets the header for more than 2 GB, which not
 # every reader knows.
@@ -56,7 +56,7 @@ def save_x3p(surface: Surface, path: str | os.PathLike[str]) -> None:
     ):
         for name, content in members.items():
             with archive.open(name, "w", force_zip64=len(content) > _LARGE) as member:
-                for block in blocks(content):
+                for block in iter_blocks(content):
                     member.write(block)
 
 
@@ -122,7 +122,7 @@ def save_sur(surface: Surface, path: str | os.PathLike[str]) -> None:
     if not all(0 < value < math.inf for value in (step, *edges)):
         raise InputError(
             f"{path} keeps pixel and step of the heights in single precision, got pixel "
-            f"{lengths(surface.pixel)} and heights up to {engineering(largest / 1e3, 'm')}; write "
+            f"{format_lengths(surface.pixel)} and heights up to {format_engineering(largest / 1e3, 'm')}; write "
             ".x3p or .npz"
         )
     lowest, highest = (round(1e3 * extreme / step) for extreme in (low, high))

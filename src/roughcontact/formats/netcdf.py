@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from roughcontact._tools import memory, netcdf
 from roughcontact.errors import FormatError, RoughcontactError
 from roughcontact.formats.source import (
-    Asked,
     Channel,
-    asked_pixel,
-    in_metres,
+    ReadOptions,
+    make_surface,
     one_line,
     refuse_unit,
-    surface_of,
+    resolve_pixel,
+    to_meters,
     unit_in_meters,
 )
 from roughcontact.surface.provenance import Provenance
@@ -37,7 +37,7 @@ SIGNATURE = b"CDF"
 _EACH = 40
 
 
-def read_classic(path: Path, requested: Asked) -> Surface:
+def read_classic(path: Path, requested: ReadOptions) -> Surface:
     """Return the variable ``heights`` of a classic NetCDF file."""
     result, unit = _read(path, requested)
     if unit:
@@ -51,19 +51,19 @@ def read_classic(path: Path, requested: Asked) -> Surface:
     if all("length" in result[axis].attrs for axis in "yx"):
         along_y, along_x = (float(result[axis].attrs["length"]) * metre for axis in "yx")
         stated = along_y / ny, along_x / nx
-    pixel = asked_pixel(path, stated, shape, requested)
+    pixel = resolve_pixel(path, stated, shape, requested)
     about = Provenance(path.name, "SurfaceTopography NetCDF")
     # Its first index runs along x.
-    return surface_of(path, in_metres(values.T, metre), pixel, about, metre, stated)
+    return make_surface(path, to_meters(values.T, metre), pixel, about, metre, stated)
 
 
 def classic_channels(path: Path) -> tuple[Channel, ...]:
     """Return the heights as the only channel."""
-    result, unit = _read(path, Asked())
+    result, unit = _read(path, ReadOptions())
     return (Channel("heights", unit, True, result["heights"].shape[::-1]),)
 
 
-def _read(path: Path, requested: Asked) -> tuple[xarray.Dataset, str]:
+def _read(path: Path, requested: ReadOptions) -> tuple[xarray.Dataset, str]:
     """Return heights and mask, and the unit of lengths; empty if the file gives none."""
     memory.require_size(path.name, path.stat().st_size)
     try:
@@ -79,7 +79,7 @@ def _read(path: Path, requested: Asked) -> tuple[xarray.Dataset, str]:
             if heights.dims != ("x", "y"):
                 raise ValueError(f"'heights' over ({', '.join(map(str, heights.dims))}), no map")
             memory.require_points(path.name, heights.shape[::-1], _EACH)
-            requested.expect(heights.shape[::-1])
+            requested.check_shape(heights.shape[::-1])
             result = whole[[name for name in ("heights", "mask") if name in whole]].load()
         units = {str(result[name].attrs.get("unit", "")) for name in ("heights", "x", "y")} - {""}
         if len(units) > 1:
@@ -113,7 +113,7 @@ def save(surface: Surface, path: str | os.PathLike[str]) -> None:
     netcdf.write(surface_to_dataset(surface), path)
 
 
-def read(path: Path, name: str, requested: Asked) -> Surface:
+def read(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return the variable ``height`` [m] over ``y`` and ``x`` [m] of a NetCDF file."""
     if _is_classic(path):
         return read_classic(path, requested)
@@ -125,7 +125,7 @@ def channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the heights as the only channel."""
     if _is_classic(path):
         return classic_channels(path)
-    return (Channel("height", "m", True, _map(path, Asked()).shape),)
+    return (Channel("height", "m", True, _map(path, ReadOptions()).shape),)
 
 
 def _is_classic(path: Path) -> bool:
@@ -133,10 +133,10 @@ def _is_classic(path: Path) -> bool:
         return stream.read(3) == SIGNATURE
 
 
-def _map(path: Path, requested: Asked) -> Surface:
+def _map(path: Path, requested: ReadOptions) -> Surface:
     expected = "expected a NetCDF file with a variable 'height' [m] over (y, x)"
     try:
-        with netcdf.opened(path) as dataset:
+        with netcdf.open_dataset(path) as dataset:
             height = dataset["height"]
             dimensions, unit = height.dims, height.attrs.get("units")
             if dimensions != ("y", "x") or unit != "m" or height.dtype.kind not in "fiu":
@@ -144,7 +144,7 @@ def _map(path: Path, requested: Asked) -> Surface:
                     f"{path.name} has 'height' over {dimensions} with units {unit!r}; {expected}"
                 )
             memory.require_points(path.name, height.shape, _NETCDF_EACH)
-            requested.expect(height.shape)
+            requested.check_shape(height.shape)
             values = np.asarray(height.values)
             attributes = dict(dataset.attrs)
             coordinates = [
@@ -153,7 +153,7 @@ def _map(path: Path, requested: Asked) -> Surface:
                 if name in dataset.coords
             ]
             seen = [name for name in ("height", "y", "x") if name in dataset.variables]
-            changed = netcdf.mismatches(dataset, seen)
+            changed = netcdf.changed_names(dataset, seen)
     except RoughcontactError:
         raise
     # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more.
@@ -171,9 +171,9 @@ def _map(path: Path, requested: Asked) -> Surface:
             f"{path.name} has neither attributes pixel_y and pixel_x [m] nor evenly spaced "
             f"coordinates y and x; {expected}"
         ) from None
-    chosen = asked_pixel(path, pixel, values.shape, requested)
+    chosen = resolve_pixel(path, pixel, values.shape, requested)
     about = Provenance(path.name, "roughcontact NetCDF")
-    return surface_of(path, values, chosen, about, stated=pixel)
+    return make_surface(path, values, chosen, about, stated=pixel)
 
 
 def _spacing(centres: Array) -> float:

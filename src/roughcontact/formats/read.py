@@ -12,7 +12,13 @@ from typing import TYPE_CHECKING
 
 from roughcontact.errors import ArgumentRef, FormatError, InputError, input_error
 from roughcontact.formats import containers, instruments, matrices, netcdf, source, spreadsheets
-from roughcontact.formats.source import Asked, Channel, InputFormat, check_scale, existing
+from roughcontact.formats.source import (
+    Channel,
+    InputFormat,
+    ReadOptions,
+    check_scale,
+    open_existing,
+)
 from roughcontact.surface.provenance import Operation
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities
@@ -21,7 +27,7 @@ if TYPE_CHECKING:
     pass
 
 
-def _read_container(path: Path, name: str, requested: Asked) -> Surface:
+def _read_container(path: Path, name: str, requested: ReadOptions) -> Surface:
     return containers.read(path, requested, _format_of)
 
 
@@ -118,7 +124,7 @@ def read_surface(
     that the reader would take as 1 (opd).
     """
     with _opened(path, format) as (file, known):
-        return _read(file, known, format, Asked(channel, unit, size, override_size))
+        return _read(file, known, format, ReadOptions(channel, unit, size, override_size))
 
 
 def read_announced(
@@ -132,7 +138,9 @@ def read_announced(
 ) -> Surface:
     """Return what `read_surface` does, of a file whose size may be refused before it is read."""
     with _opened(path, format) as (file, known):
-        return _read(file, known, format, Asked(channel, unit, size, override_size, announced))
+        return _read(
+            file, known, format, ReadOptions(channel, unit, size, override_size, announced)
+        )
 
 
 def read_with_channels(
@@ -145,7 +153,7 @@ def read_with_channels(
 ) -> tuple[Surface, tuple[Channel, ...]]:
     """Return what `read_surface` and `channels` do, of a pipe as well, which can be read once."""
     with _opened(path, format) as (file, known):
-        surface = _read(file, known, format, Asked(channel, unit, size, override_size))
+        surface = _read(file, known, format, ReadOptions(channel, unit, size, override_size))
         return surface, known.channels(file, known.name)
 
 
@@ -161,11 +169,11 @@ def channels(
 @contextmanager
 def _opened(path: str | os.PathLike[str], wanted: str | None) -> Iterator[tuple[Path, InputFormat]]:
     """Give a file that may be opened again, and its format."""
-    with existing(path) as file:
+    with open_existing(path) as file:
         yield file, _format_of(file, wanted, piped=file != Path(path))
 
 
-def _read(file: Path, known: InputFormat, wanted: str | None, requested: Asked) -> Surface:
+def _read(file: Path, known: InputFormat, wanted: str | None, requested: ReadOptions) -> Surface:
     """Return the map in a file, with how it was read in its provenance."""
     if requested.override_size and requested.size is None:
         raise InputError(f"needs a {ArgumentRef('size')}", argument="override_size")

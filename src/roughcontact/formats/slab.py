@@ -11,20 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools import netcdf
-from roughcontact._tools.arguments import checked
+from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.ranks import Ranks
 from roughcontact.contact.share import Slab, slab_rows
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
 from roughcontact.formats import matrices
-from roughcontact.formats.matrices import chosen
+from roughcontact.formats.matrices import choose_array
 from roughcontact.formats.source import (
-    Asked,
-    asked_pixel,
+    ReadOptions,
     check_lengths,
-    existing,
     one_line,
+    open_existing,
     pixel_of,
     refuse_unit,
+    resolve_pixel,
     unit_in_meters,
 )
 from roughcontact.surface.provenance import Operation, Provenance
@@ -45,7 +45,7 @@ class _Found(NamedTuple):
     kind: str
 
 
-@checked
+@validate_arguments
 def read_slab(
     path: str | os.PathLike[str],
     ranks: Any,
@@ -84,7 +84,7 @@ def read_slab(
     Nobody reads all of the file, so that checksums of its maps are not compared.
     """
     ranks = ranks if isinstance(ranks, Ranks) else Ranks(ranks)
-    requested = Asked(channel, unit, size, override_size)
+    requested = ReadOptions(channel, unit, size, override_size)
     result = ranks.agreed(lambda: _rows(Path(path), ranks, requested))
     heights = np.array(result.values, np.float64, order="C")
     heights *= result.metre
@@ -97,7 +97,7 @@ def read_slab(
     return slab
 
 
-def _about(name: str, requested: Asked, result: _Found, slab: Slab) -> Provenance:
+def _about(name: str, requested: ReadOptions, result: _Found, slab: Slab) -> Provenance:
     """Return where a map came from and how it was read."""
     specified = {"path": name, "format": None, "channel": requested.channel, "unit": requested.unit,
              "size": requested.size}  # fmt: skip
@@ -109,7 +109,7 @@ def _about(name: str, requested: Asked, result: _Found, slab: Slab) -> Provenanc
     return replace(about, origin=Operation("read_surface", specified, read), operations=masked)
 
 
-def _rows(path: Path, ranks: Ranks, requested: Asked) -> _Found:
+def _rows(path: Path, ranks: Ranks, requested: ReadOptions) -> _Found:
     kind = FORMATS.get(path.suffix.lower())
     if kind is None:
         raise InputError(
@@ -117,7 +117,7 @@ def _rows(path: Path, ranks: Ranks, requested: Asked) -> _Found:
             "of these first, with surface.save or numpy.save",
             argument="path",
         )
-    with existing(path) as file:
+    with open_existing(path) as file:
         if kind == "npy":
             return _of_npy(file, ranks, requested)
         try:
@@ -139,12 +139,12 @@ def _own(shape: tuple[int, ...], path: Path, ranks: Ranks) -> tuple[slice, tuple
     return slab_rows(whole, ranks), whole
 
 
-def _of_npy(path: Path, ranks: Ranks, requested: Asked) -> _Found:
+def _of_npy(path: Path, ranks: Ranks, requested: ReadOptions) -> _Found:
     if requested.channel is not None:
         raise InputError(
             f"{path.name} has no channels; leave out ", ArgumentRef("channel", requested.channel)
         )
-    arrays = matrices.opened(path, "npy")
+    arrays = matrices.open_arrays(path, "npy")
     head = arrays.heads[""]
     if head.dtype.kind not in "fiu":
         raise FormatError(f"{path.name} holds {head.dtype}, not real numbers")
@@ -154,12 +154,12 @@ def _of_npy(path: Path, ranks: Ranks, requested: Asked) -> _Found:
     return _Found(arrays.read("")[rows], shape, metre, pixel, "npy", "matrix (npy)")
 
 
-def _of_hdf5(path: Path, ranks: Ranks, requested: Asked) -> _Found:
+def _of_hdf5(path: Path, ranks: Ranks, requested: ReadOptions) -> _Found:
     import h5py
 
     result = matrices.channels(path, "hdf5")
     listed = [entry.name for entry in result]
-    channel = result[listed.index(chosen(path, listed, requested.channel))]
+    channel = result[listed.index(choose_array(path, listed, requested.channel))]
     rows, shape = _own(channel.shape, path, ranks)
     if channel.unit:
         refuse_unit(path, requested)
@@ -169,13 +169,13 @@ def _of_hdf5(path: Path, ranks: Ranks, requested: Asked) -> _Found:
         return _Found(file[channel.name][rows], shape, metre, pixel, "hdf5", "matrix (hdf5)")
 
 
-def _of_netcdf(path: Path, ranks: Ranks, requested: Asked) -> _Found:
+def _of_netcdf(path: Path, ranks: Ranks, requested: ReadOptions) -> _Found:
     refuse_unit(path, requested)
-    with netcdf.opened(path) as dataset:
+    with netcdf.open_dataset(path) as dataset:
         height = dataset["height"]
         if height.dims != ("y", "x") or height.attrs.get("units") != "m":
             raise FormatError(f"{path.name} has no variable 'height' [m] over (y, x)")
         rows, shape = _own(height.shape, path, ranks)
         stated = float(dataset.attrs["pixel_y"]), float(dataset.attrs["pixel_x"])
-        pixel = asked_pixel(path, stated, shape, requested)
+        pixel = resolve_pixel(path, stated, shape, requested)
         return _Found(height[rows].values, shape, 1.0, pixel, "netcdf", "roughcontact NetCDF")

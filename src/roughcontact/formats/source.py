@@ -1,6 +1,6 @@
 """Shared by all readers: read options, channels and error messages.
 
-`check`: A member is read to the size that the archive states and no further, whatever it
+`check_archive`: A member is read to the size that the archive states and no further, whatever it
 unpacks to; readers of a damaged length would stop before they come to the checksum.
 """
 
@@ -28,10 +28,10 @@ from numpy.typing import NDArray
 from roughcontact import units
 from roughcontact._tools import files, memory, netcdf
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError, input_error
-from roughcontact.surface.grid import WIDTH
+from roughcontact.surface.grid import PROFILE_WIDTH
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, quantity
+from roughcontact.units import Quantities, to_si
 
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _BLOCK = 2**20
@@ -44,7 +44,7 @@ _GZIP = b"\x1f\x8b"
 _ZLIB = re.compile(rb"\x78[\x01\x5e\x9c\xda]")
 
 
-def check(path: Path) -> None:
+def check_archive(path: Path) -> None:
     """Refuse an archive that is damaged, or unpacks to more than a map may take."""
     check_sizes(path)
     with zipfile.ZipFile(path) as archive:
@@ -64,7 +64,7 @@ def check_sizes(path: Path) -> int:
 
 
 @contextmanager
-def unpacked(path: Path) -> Iterator[Path]:
+def open_gzip(path: Path) -> Iterator[Path]:
     """Open the content of a gzip file as a file with its original name."""
     with path.open("rb") as stream:
         packed = stream.read(2) == _GZIP
@@ -73,14 +73,14 @@ def unpacked(path: Path) -> Iterator[Path]:
         return
     with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
         copy = Path(folder) / path.name
-        _unpack(path, copy)
+        _decompress(path, copy)
         yield copy
 
 
-def _unpack(path: Path, target: Path) -> None:
+def _decompress(path: Path, target: Path) -> None:
     """Write what gzip has packed into a file, as far as a map may go."""
     packed, size = path.stat().st_size, 0
-    maximum = min(memory.most_unpacked(packed), memory.free())
+    maximum = min(memory.max_unpacked_bytes(packed), memory.free_bytes())
     try:
         with gzip.open(path) as source, target.open("xb") as copy:
             while size <= maximum and (block := source.read(_BLOCK)):
@@ -120,7 +120,7 @@ def _check_member(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo)
 def check_streams(path: Path) -> None:
     """Refuse a file in which streams of zlib unpack to more than a map may take."""
     packed, unpacked, place = path.stat().st_size, 0, 0
-    maximum = memory.most_unpacked(packed)
+    maximum = memory.max_unpacked_bytes(packed)
     with (
         path.open("rb") as stream,
         mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content,
@@ -128,12 +128,12 @@ def check_streams(path: Path) -> None:
         while unpacked <= maximum and (result := _ZLIB.search(content, place)):
             # Two bytes of a height may look like a start; what follows soon shows that they are
             # none.
-            size, end = _unpacked(content, result.start(), maximum - unpacked)
+            size, end = _decompressed_size(content, result.start(), maximum - unpacked)
             unpacked, place = unpacked + size, end
     memory.require_size(path.name, unpacked, packed=packed)
 
 
-def _unpacked(content: mmap.mmap, start: int, maximum: int) -> tuple[int, int]:
+def _decompressed_size(content: mmap.mmap, start: int, maximum: int) -> tuple[int, int]:
     """Return the decompressed size of a member of a stream, and the offset of the next one."""
     unpacking, size, place = zlib.decompressobj(), 0, start
     rest = b""
@@ -168,7 +168,7 @@ class Channel:
 
 
 @dataclass(frozen=True)
-class Asked:
+class ReadOptions:
     """Options for reading a file; see `roughcontact.read_surface`."""
 
     channel: str | int | None = None
@@ -180,9 +180,9 @@ class Asked:
     def __post_init__(self) -> None:
         """Keep a text as it was given, and anything else in meters."""
         if not isinstance(self.size, str):
-            object.__setattr__(self, "size", quantity(self.size, "length", "size"))
+            object.__setattr__(self, "size", to_si(self.size, "length", "size"))
 
-    def expect(self, shape: tuple[int, ...]) -> None:
+    def check_shape(self, shape: tuple[int, ...]) -> None:
         """Tell how large the map will be."""
         if self.announced is not None:
             ny, nx = shape
@@ -195,13 +195,13 @@ class InputFormat:
 
     name: str  # As `format` of `roughcontact.read_surface` takes it
     suffixes: tuple[str, ...]  # How its files end
-    read: Callable[[Path, str, Asked], Surface]  # `read(path, name, asked)` returns the map
+    read: Callable[[Path, str, ReadOptions], Surface]  # `read(path, name, asked)` returns the map
     channels: Callable[[Path, str], tuple[Channel, ...]]
     numbered: bool = False  # Whether three digits as a suffix stand for it as well
 
 
 @contextmanager
-def existing(path: str | os.PathLike[str]) -> Iterator[Path]:
+def open_existing(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Give a file that is there and not empty, as one that may be opened again and searched."""
     path = Path(path)
     with ExitStack() as stack:
@@ -213,7 +213,7 @@ def existing(path: str | os.PathLike[str]) -> Iterator[Path]:
             file = stack.enter_context(files.as_regular_file(path))
             with file.open("rb"):
                 empty = not file.stat().st_size
-            file = stack.enter_context(unpacked(file))
+            file = stack.enter_context(open_gzip(file))
         except FormatError:
             raise
         except (OSError, ValueError) as error:
@@ -224,7 +224,7 @@ def existing(path: str | os.PathLike[str]) -> Iterator[Path]:
         yield file
 
 
-def surface_of(
+def make_surface(
     path: Path,
     heights: NDArray[Any],
     pixel: tuple[float, float],
@@ -276,7 +276,7 @@ BLOCK = 2**20
 """Bytes handled at a time; divisible by the size of every number."""
 
 
-class Bounded(io.BufferedReader):
+class BoundedStream(io.BufferedReader):
     """A stream that reserves no more memory for a read than the file can fill."""
 
     def read(self, size: int | None = -1, /) -> bytes:
@@ -293,7 +293,7 @@ def little_endian(values: NDArray[Any]) -> memoryview:
     return little.reshape(-1).view(np.uint8).data
 
 
-def blocks(content: bytes | memoryview) -> Iterator[memoryview]:
+def iter_blocks(content: bytes | memoryview) -> Iterator[memoryview]:
     """Yield bytes in blocks, the last of them shorter."""
     view = memoryview(content)
     for start in range(0, len(view), BLOCK):
@@ -340,7 +340,7 @@ def format_of(path: Path, hinted: str | None) -> str | None:
 def _in_hdf5(path: Path, hinted: str | None) -> str:
     """Return the name of the format that an HDF5 file has by what is in its root."""
     try:
-        netcdf.check(path)
+        netcdf.check_hdf5(path)
         import h5py
 
         with h5py.File(path, "r") as file:
@@ -374,7 +374,7 @@ def encoding_of(path: Path) -> str | None:
     return None
 
 
-def opened(path: Path, errors: str = "strict") -> TextIO:
+def open_text(path: Path, errors: str = "strict") -> TextIO:
     """Return a text, opened in its own encoding; ``errors`` as for `open`."""
     return path.open(encoding=encoding_of(path) or "utf-8-sig", errors=errors)
 
@@ -392,7 +392,7 @@ _PIXEL_RANGE = (1e-12, 1e-2)
 _HEIGHT_OVER_SIDE = 100.0
 
 
-def refuse_unit(path: Path, requested: Asked) -> None:
+def refuse_unit(path: Path, requested: ReadOptions) -> None:
     """Raise `InputError` where a unit is given that a file says itself."""
     if requested.unit is not None:
         raise InputError(
@@ -400,8 +400,8 @@ def refuse_unit(path: Path, requested: Asked) -> None:
         )
 
 
-def asked_pixel(
-    path: Path, stated: tuple[float, float] | None, shape: tuple[int, ...], requested: Asked
+def resolve_pixel(
+    path: Path, stated: tuple[float, float] | None, shape: tuple[int, ...], requested: ReadOptions
 ) -> tuple[float, float]:
     """Return the pixel of a map, from its file or from whoever reads it."""
     if stated is not None and requested.size is None:
@@ -456,21 +456,21 @@ def pixel_of(
         sides = tuple(units.parse(part, "length", "size") for part in parts)
     else:
         try:
-            specified = np.asarray(units.quantity(size, "length", "size"), dtype=float)
+            specified = np.asarray(units.to_si(size, "length", "size"), dtype=float)
             sides = tuple(float(side) for side in np.atleast_1d(specified))
         except (TypeError, ValueError):
             raise input_error("size", size, "must be a pair (y, x) in meters") from None
     if ny == 1:
         # The one side of a profile. A map that was cut off in its first row is none.
-        if len(sides) == 2 and sides[0] != WIDTH:
-            length = units.engineering(sides[-1], "m")
+        if len(sides) == 2 and sides[0] != PROFILE_WIDTH:
+            length = units.format_engineering(sides[-1], "m")
             raise InputError(
                 f"gives two sides, {size!r}, but {name} is a single line of heights; a profile has "
                 "its length alone, ", ArgumentRef("size", length),
                 ", and a map more lines: was it cut off?",
                 argument="size", value=size
             )  # fmt: skip
-        sides = (WIDTH, *sides[-1:])
+        sides = (PROFILE_WIDTH, *sides[-1:])
     elif len(sides) == 1 and ny == nx:
         sides *= 2
     if len(sides) != 2:
@@ -485,7 +485,7 @@ def pixel_of(
     return sides[0] / ny, sides[1] / nx
 
 
-def in_metres(values: NDArray[Any], metre: float) -> Array:
+def to_meters(values: NDArray[Any], metre: float) -> Array:
     """Return values of some unit in meters, locked: a `Surface` takes them as they are."""
     # Damaged numbers overflow, or are NaN of the signalling kind: `Surface` judges the outcome.
     with np.errstate(all="ignore"):
@@ -513,8 +513,8 @@ def check_lengths(
     ):
         if not all(low <= value <= high for value in counted):
             raise FormatError(
-                f"{path.name} was read with {name} of {units.lengths(counted)}, which is outside "
-                f"{units.engineering(low, 'm')} to {units.engineering(high, 'm')}; {what}, or "
+                f"{path.name} was read with {name} of {units.format_lengths(counted)}, which is outside "
+                f"{units.format_engineering(low, 'm')} to {units.format_engineering(high, 'm')}; {what}, or "
                 "replace a size that the file has wrong by "
                 f"{ArgumentRef('size', '0.1 mm x 0.2 mm')} and "
                 f"{ArgumentRef('override_size', True)}"
@@ -523,12 +523,12 @@ def check_lengths(
     span, longest = top - bottom, max(sides)
     if span > _HEIGHT_OVER_SIDE * longest:
         raise FormatError(
-            f"{path.name} was read with heights that span {units.engineering(span, 'm')} on sides "
-            f"of {units.engineering(longest, 'm')}; {what}, or mark outliers as missing"
+            f"{path.name} was read with heights that span {units.format_engineering(span, 'm')} on sides "
+            f"of {units.format_engineering(longest, 'm')}; {what}, or mark outliers as missing"
         )
     if max(top, -bottom) > _SIDE_RANGE[1]:
         raise FormatError(
-            f"{path.name} was read with heights from {units.engineering(bottom, 'm')} to "
-            f"{units.engineering(top, 'm')}, further than {units.engineering(_SIDE_RANGE[1], 'm')} "
+            f"{path.name} was read with heights from {units.format_engineering(bottom, 'm')} to "
+            f"{units.format_engineering(top, 'm')}, further than {units.format_engineering(_SIDE_RANGE[1], 'm')} "
             f"from zero; {what}"
         )

@@ -12,20 +12,20 @@ from typing import Any
 from roughcontact._tools import memory
 from roughcontact.errors import FormatError, RoughcontactError
 from roughcontact.formats import instruments, matrices, source
-from roughcontact.formats.source import Asked, Channel, one_line
+from roughcontact.formats.source import Channel, ReadOptions, one_line
 from roughcontact.surface.surface import Surface
 
 # The reader of SurfaceTopography that knows the workbooks of this instrument.
 _MITUTOYO = "mitutoyo"
 
 
-def read(path: Path, name: str, requested: Asked) -> Surface:
+def read(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return the map in one of the sheets of a workbook."""
     sheets = _sheets(path)
-    if _of_mitutoyo(sheets) and requested.channel is None:
+    if _is_mitutoyo(sheets) and requested.channel is None:
         return instruments.read(path, _MITUTOYO, requested)
-    sheet = matrices.chosen(path, sheets, requested.channel)
-    with _as_text(path, sheet) as text:
+    sheet = matrices.choose_array(path, sheets, requested.channel)
+    with _sheet_as_text(path, sheet) as text:
         surface = matrices.read_text(text, name, replace(requested, channel=None))
     if len(sheets) == 1:
         return surface
@@ -36,11 +36,11 @@ def channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the sheets of a workbook; those without numbers are no heights."""
     result = []
     sheets = _sheets(path)
-    if _of_mitutoyo(sheets):
+    if _is_mitutoyo(sheets):
         return instruments.channels(path, _MITUTOYO)
     for sheet in sheets:
         try:
-            with _as_text(path, sheet) as text:
+            with _sheet_as_text(path, sheet) as text:
                 (inside,) = matrices.text_channels(text, name)
             result.append(replace(inside, name=sheet))
         except FormatError:
@@ -48,7 +48,7 @@ def channels(path: Path, name: str) -> tuple[Channel, ...]:
     return tuple(result)
 
 
-def _of_mitutoyo(sheets: list[str]) -> bool:
+def _is_mitutoyo(sheets: list[str]) -> bool:
     """Return whether a workbook is a profile of a Mitutoyo SurfTest."""
     return {"DATA", "Certificate"} <= set(sheets)
 
@@ -59,12 +59,12 @@ def _sheets(path: Path) -> list[str]:
 
 
 @contextlib.contextmanager
-def _as_text(path: Path, sheet: str) -> Iterator[Path]:
+def _sheet_as_text(path: Path, sheet: str) -> Iterator[Path]:
     """Give a sheet as a text under the name of the workbook, a tab between two cells."""
     with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
         copy = Path(folder) / path.name
         with _opened(path) as workbook, copy.open("x", encoding="utf-8") as stream:
-            size, maximum = 0, memory.most_unpacked(path.stat().st_size)
+            size, maximum = 0, memory.max_unpacked_bytes(path.stat().st_size)
             for row in _rows(path, workbook[sheet]):
                 size += stream.write("\t".join(map(_cell, row)) + "\n")
                 # One cell may stand thousands of empty ones away from the others.

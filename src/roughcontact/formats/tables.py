@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.files import atomic_write, require_suffix, to_json, write
+from roughcontact._tools.files import atomic_write, require_suffix, to_json, write_atomically
 from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.errors import input_error
@@ -43,7 +43,7 @@ def surface_of(source: Surface | Result) -> Surface:
     return source if isinstance(source, Surface) else source.surface
 
 
-def names(source: Surface | Result) -> list[str]:
+def map_names(source: Surface | Result) -> list[str]:
     """Return which maps there are."""
     if isinstance(source, Surface):
         return ["height"]
@@ -59,7 +59,7 @@ def names(source: Surface | Result) -> list[str]:
 
 
 def field_values(source: Surface | Result, name: str) -> NDArray[Any]:
-    """Return one of the maps that `names` lists, in the unit of `UNITS`."""
+    """Return one of the maps that `map_names` lists, in the unit of `UNITS`."""
     if isinstance(source, Surface):
         return source.heights
     if isinstance(source, ElastoplasticResult):
@@ -90,7 +90,7 @@ def save_csv(
     require_suffix(path, ".csv")
     if field is None:
         field = "height" if isinstance(source, Surface) else "pressure"
-    known = names(source)
+    known = map_names(source)
     if field not in known:
         raise input_error("field", field, f"must be one of {', '.join(known)}")
     (dy, dx), values = surface_of(source).pixel, field_values(source, field)
@@ -125,18 +125,23 @@ def _save_columns(
 
 
 def save_json(result: Result, path: str | os.PathLike[str]) -> None:
-    """Write the summary of a result, as `record` gives it, as JSON in SI units."""
+    """Write the summary of a result, as `result_record` gives it, as JSON in SI units."""
     require_suffix(path, ".json")
-    write(path, to_json(record(result)) + "\n")
+    write_atomically(path, to_json(result_record(result)) + "\n")
 
 
-def record(result: Result) -> dict[str, Any]:
+def result_record(result: Result) -> dict[str, Any]:
     """Return the summary of a result with the bodies that went in."""
     if isinstance(result, ElastoplasticResult):
         text = result.summary()
         # The contact alone knows no plastic strain.
         own = {name: text[name] for name in ("status", "regime", "warnings", "cautions")}
-        return {**record(result.solution), **own, "converged": result.converged, "volume": text}
+        return {
+            **result_record(result.solution),
+            **own,
+            "converged": result.converged,
+            "volume": text,
+        }
     bodies = {"material": result.material, "counter_material": result.counter_material}
     other = result.counter_surface
     return {

@@ -18,19 +18,19 @@ from roughcontact._tools import memory
 from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.formats import source
 from roughcontact.formats.source import (
-    Asked,
-    asked_pixel,
-    in_metres,
+    ReadOptions,
     is_length,
-    surface_of,
+    make_surface,
+    resolve_pixel,
+    to_meters,
     unit_in_meters,
 )
-from roughcontact.surface.grid import WIDTH
+from roughcontact.surface.grid import PROFILE_WIDTH
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering
+from roughcontact.units import format_engineering
 
-MOST_LINES = 200
+MAX_HEAD_LINES = 200
 """Lines in which a head must end."""
 
 # Characters of a line of a head.
@@ -116,11 +116,11 @@ class Head:
         return self.pixel
 
 
-def head_of(path: Path, lines: Iterable[str]) -> Head | None:
+def parse_head(path: Path, lines: Iterable[str]) -> Head | None:
     """Return what the first lines of a text say of its numbers."""
     result: dict[str, tuple[str, ...]] = {}
     count = 0
-    for line in itertools.islice(lines, MOST_LINES):
+    for line in itertools.islice(lines, MAX_HEAD_LINES):
         if is_data(line):
             break
         text = line[:_LONGEST].strip()
@@ -137,12 +137,12 @@ def head_of(path: Path, lines: Iterable[str]) -> Head | None:
     if not _TELLING & result.keys():
         return None
     try:
-        return _understood(path, result, count)
+        return _parse_head_text(path, result, count)
     except InputError as error:
         raise FormatError(f"{path.name} states its scale wrongly: {error}") from None
 
 
-def begins(line: str) -> bool:
+def starts_new_map(line: str) -> bool:
     """Return whether a line between numbers begins another map."""
     return any(re.search(_KEYS[key], line, re.IGNORECASE) for key in ("channel", "side_x"))
 
@@ -167,7 +167,7 @@ def _columns(text: str) -> tuple[str, ...]:
     return tuple(unit for _, unit in named)
 
 
-def _understood(path: Path, result: dict[str, tuple[str, ...]], lines: int) -> Head:
+def _parse_head_text(path: Path, result: dict[str, tuple[str, ...]], lines: int) -> Head:
     """Return the head that was found in words."""
     head = Head(lines, channel=_first(result, "channel").strip())
     if "wyko" in result:
@@ -275,7 +275,7 @@ def _float(text: str) -> float:
 Array = NDArray[np.float64]
 
 # Part of a step by which coordinates may lie off the grid, by the digits that they are written in.
-_OFF = 0.05
+_GRID_TOLERANCE = 0.05
 # Points of the grid for each point of the list, at most: more are missing than measured.
 _SPARSE = 4
 # Bytes that laying them on the grid takes a point.
@@ -295,7 +295,7 @@ def look_like_points(matrix: Array) -> bool:
     return min(counts) > 1 and pairs == matrix.shape[0] <= counts[0] * counts[1] <= 2 * pairs
 
 
-def gridded(path: Path, matrix: Array) -> tuple[Array, tuple[float, float], int]:
+def grid_points(path: Path, matrix: Array) -> tuple[Array, tuple[float, float], int]:
     """Return the heights of points on their grid."""
     if not np.isfinite(matrix[:, :2]).all():
         raise FormatError(f"{path.name} lists points whose x or y is missing; export it again")
@@ -335,7 +335,7 @@ def _steps(path: Path, axis: str, values: Array) -> tuple[NDArray[np.int64], flo
     step = extent / max(round(extent / float(alike.mean())), 1)
     place = (values - known[0]) / step
     nearest = np.rint(place)
-    if np.abs(place - nearest).max() > _OFF:
+    if np.abs(place - nearest).max() > _GRID_TOLERANCE:
         raise FormatError(
             f"{path.name} lists points x, y, z whose {axis} is not evenly spaced; interpolate them "
             "to a grid first"
@@ -346,7 +346,7 @@ def _steps(path: Path, axis: str, values: Array) -> tuple[NDArray[np.int64], flo
 # --- Profiles: positions and heights in two columns of text, brought to equal distances ---
 
 
-FEWEST = 9
+MIN_POINTS = 9
 """Points below which columns may as well be a narrow map, where nothing names their units."""
 
 _FEWEST_NAMED = 3
@@ -393,7 +393,7 @@ def find_profile(path: Path) -> Trace | None:
     rows: list[tuple[float, ...]] = []
     room, count = 0, ""
     try:
-        with source.opened(path) as stream:
+        with source.open_text(path) as stream:
             while line := stream.readline(_TRACES_LONGEST):
                 text = line.split("#", 1)[0].strip(" \r\n") if rows else line.strip(" \r\n")
                 cells = _cells(text)
@@ -415,7 +415,7 @@ def find_profile(path: Path) -> Trace | None:
                         return None
                     head.append(text)
                     continue
-                if len(cells) != (len(rows[0]) if rows else 3 if _third(head) else 2):
+                if len(cells) != (len(rows[0]) if rows else 3 if _third_column_name(head) else 2):
                     return None
                 if len(rows) >= room:
                     room = 2 * room + 1024
@@ -426,10 +426,10 @@ def find_profile(path: Path) -> Trace | None:
         return None
     if not rows or (count and count not in (str(len(rows)), str(len(rows) - 1))):
         return None
-    return _of_rows(np.array(rows, dtype=np.float64), head)
+    return _trace_from_rows(np.array(rows, dtype=np.float64), head)
 
 
-def _third(head: Sequence[str]) -> str:
+def _third_column_name(head: Sequence[str]) -> str:
     """Return what the third column of a trace is by its name; empty if nothing names one."""
     named = [cells for line in head if len(cells := _cells(line.lstrip("# "))) == 3]
     if any(_VALID.fullmatch(cells[2]) for cells in named):
@@ -437,41 +437,41 @@ def _third(head: Sequence[str]) -> str:
     return "number" if any(_NUMBERED.fullmatch(cells[0]) for cells in named) else ""
 
 
-def _of_rows(values: Array, head: Sequence[str]) -> Trace | None:
+def _trace_from_rows(values: Array, head: Sequence[str]) -> Trace | None:
     """Return the trace in rows of two or three numbers below a head."""
-    third = _third(head) if values.shape[1] == 3 else ""
+    third = _third_column_name(head) if values.shape[1] == 3 else ""
     if third == "valid":
         values[values[:, 2] != 1.0, 1] = np.nan
     first = int(third == "number")
-    return in_columns(values[:, first : first + 2], _units(head, values.shape[1], first))
+    return read_columns(values[:, first : first + 2], _units(head, values.shape[1], first))
 
 
-def in_columns(values: NDArray[Any], units: tuple[str, str] = ("", "")) -> Trace | None:
+def read_columns(values: NDArray[Any], units: tuple[str, str] = ("", "")) -> Trace | None:
     """Return the trace in two columns of numbers."""
-    if values.shape[1] != 2 or len(values) < (_FEWEST_NAMED if any(units) else FEWEST):
+    if values.shape[1] != 2 or len(values) < (_FEWEST_NAMED if any(units) else MIN_POINTS):
         return None
     columns = values.astype(np.float64)
     steps = np.diff(columns[:, 0])
     return Trace(columns, units) if (steps > 0).all() or (steps < 0).all() else None
 
 
-def read(path: Path, trace: Trace, requested: Asked) -> Surface:
+def read(path: Path, trace: Trace, requested: ReadOptions) -> Surface:
     """Return the profile of a trace."""
     along, across = _metres(path, trace.units, requested)
     position, heights = trace.columns.T
-    even, spacing, notes = evenly(position * along, heights, _last_digit(position) * along)
+    even, spacing, notes = resample_evenly(position * along, heights, _last_digit(position) * along)
     if requested.unit is not None and all(trace.units):
         notes += (
             f"read: units {' and '.join(trace.units)} of the file replaced by {requested.unit}",
         )
-    stated = (WIDTH, spacing)
-    requested.expect((1, even.size))
-    pixel = asked_pixel(path, stated, (1, even.size), requested)
+    stated = (PROFILE_WIDTH, spacing)
+    requested.check_shape((1, even.size))
+    pixel = resolve_pixel(path, stated, (1, even.size), requested)
     about = Provenance(path.name, "profile (text)", "", notes)
-    return surface_of(path, in_metres(even[None], across), pixel, about, across, stated)
+    return make_surface(path, to_meters(even[None], across), pixel, about, across, stated)
 
 
-def evenly(
+def resample_evenly(
     position: Array, heights: Array, digit: float = 0.0
 ) -> tuple[Array, float, tuple[str, ...]]:
     """Return the heights of a trace at equal distances."""
@@ -488,7 +488,7 @@ def evenly(
         index = np.arange(position.size) - 0.5 * steps.size
         slope = float(np.sum(index * off) / np.sum(index**2)) + mean
         if np.ptp(position - slope * index) <= _ROUNDED * digit:
-            text = (engineering(value, "m", 3) for value in (digit, slope))
+            text = (format_engineering(value, "m", 3) for value in (digit, slope))
             note = "read: positions rounded to {} are taken as {} apart".format(*text)
             return np.ascontiguousarray(heights), slope, (note,)
     count = round(length / median) + 1
@@ -499,10 +499,10 @@ def evenly(
     left = np.clip(np.searchsorted(position, place, "right") - 1, 0, steps.size - 1)
     reference = np.minimum(place - position[left], position[left + 1] - place)
     even[(steps[left] > _GAP * median) & (reference > 0.5 * spacing)] = np.nan
-    few, many = (engineering(float(end), "m", 3) for end in (steps.min(), steps.max()))
+    few, many = (format_engineering(float(end), "m", 3) for end in (steps.min(), steps.max()))
     note = (
         f"read: {heights.size} points {few} to {many} apart, brought to {count} at equal distances "
-        f"of {engineering(spacing, 'm')} by linear interpolation"
+        f"of {format_engineering(spacing, 'm')} by linear interpolation"
     )
     return even, spacing, (note,)
 
@@ -567,7 +567,7 @@ def _unit_named(cell: str) -> str:
     return word if is_length(Path(), word) else ""
 
 
-def _metres(path: Path, stated: tuple[str, str], requested: Asked) -> tuple[float, float]:
+def _metres(path: Path, stated: tuple[str, str], requested: ReadOptions) -> tuple[float, float]:
     """Return the units of positions and heights [m]: as said of the file, or else by its head."""
     said = [] if requested.unit is None else [word.strip() for word in requested.unit.split(",")]
     if len(said) == 1:
@@ -589,12 +589,12 @@ def _metres(path: Path, stated: tuple[str, str], requested: Asked) -> tuple[floa
     )
 
 
-def column(path: Path, heights: Array, requested: Asked) -> Surface:
+def read_single_column(path: Path, heights: Array, requested: ReadOptions) -> Surface:
     """Return the profile that a single column or a single row of heights is."""
     if heights.size < 2:
         raise FormatError(f"{path.name} holds one number, no heights of a map or a profile")
     metre = unit_in_meters(path, requested.unit)
-    requested.expect((1, heights.size))
-    pixel = asked_pixel(path, None, (1, heights.size), requested)
+    requested.check_shape((1, heights.size))
+    pixel = resolve_pixel(path, None, (1, heights.size), requested)
     about = Provenance(path.name, "profile (text)")
-    return surface_of(path, in_metres(heights[None], metre), pixel, about, metre)
+    return make_surface(path, to_meters(heights[None], metre), pixel, about, metre)

@@ -49,7 +49,7 @@ from roughcontact._tools.files import atomic_write, require_suffix
 from roughcontact.elastoplastic.plastic_body import PlasticBody
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.formats import tables
-from roughcontact.formats.source import BLOCK, blocks, little_endian
+from roughcontact.formats.source import BLOCK, iter_blocks, little_endian
 from roughcontact.halfspace.tensors import equivalent, tensor
 from roughcontact.surface.surface import Surface
 
@@ -62,7 +62,7 @@ def save_vtk(source: Surface | tables.Result, path: str | os.PathLike[str]) -> N
     require_suffix(path, ".vti")
     surface = tables.surface_of(source)
     (ny, nx), (dy, dx) = surface.shape, surface.pixel
-    names = tables.names(source)
+    names = tables.map_names(source)
     maps = [
         _VtkArray.of(name, tables.field_values(source, name), tables.UNITS[name]) for name in names
     ]
@@ -234,7 +234,7 @@ def _append(stream: IO[bytes], parts: Iterable[NDArray[Any]]) -> None:
     """Write one array of appended data: its table of blocks, then the blocks, in base64."""
     packed, pending = [], b""
     for part in parts:
-        for piece in blocks(little_endian(part)):
+        for piece in iter_blocks(little_endian(part)):
             pending += piece
             if len(pending) >= BLOCK:
                 packed.append(zlib.compress(pending[:BLOCK], 1))

@@ -48,7 +48,7 @@ class Boundary(StrEnum):
     @property
     def periodic_axes(self) -> tuple[int, ...]:
         """Axes along which the map goes on beyond an edge on the opposite side: 0 y, 1 x."""
-        return _BEYOND[self].periodic_axes
+        return _MODELS[self].periodic_axes
 
     @property
     def free_axes(self) -> tuple[int, ...]:
@@ -58,12 +58,12 @@ class Boundary(StrEnum):
     @property
     def meaning(self) -> str:
         """In a few words."""
-        return _BEYOND[self].meaning
+        return _MODELS[self].meaning
 
     @property
     def works(self) -> tuple[str, ...]:
         """Keys of the works that its response of the half-space is from."""
-        return _BEYOND[self].works
+        return _MODELS[self].works
 
     @property
     def of_profile(self) -> Boundary:
@@ -74,9 +74,9 @@ class Boundary(StrEnum):
         InputError
             If it is not known for profiles.
         """
-        name = _BEYOND[self].of_profile
+        name = _MODELS[self].of_profile
         if not name:
-            raise self._not_known("profiles", [b for b in Boundary if _BEYOND[b].of_profile])
+            raise self._not_known("profiles", [b for b in Boundary if _MODELS[b].of_profile])
         return Boundary(name)
 
     def require_stress(self) -> None:
@@ -93,8 +93,8 @@ class Boundary(StrEnum):
 
     def _require_known_below(self, what: str) -> None:
         """Raise `InputError` if the half-space below such a map is not known, as ``what`` needs."""
-        if not _BEYOND[self].known_below:
-            raise self._not_known(what, [b for b in Boundary if _BEYOND[b].known_below])
+        if not _MODELS[self].known_below:
+            raise self._not_known(what, [b for b in Boundary if _MODELS[b].known_below])
 
     def _not_known(self, what: str, known: Sequence[Boundary]) -> InputError:
         names = " or ".join(repr(str(boundary)) for boundary in known)
@@ -140,11 +140,11 @@ class Boundary(StrEnum):
             The operator.
         """
         of = partial(
-            _BEYOND[self].operator, shape, pixel, contact_modulus,
+            _MODELS[self].operator, shape, pixel, contact_modulus,
             datum=datum, precision=precision, workspace=workspace,
         )  # fmt: skip
         operator = of(coatings=coatings)
-        if coatings is not None and coatings.bend:
+        if coatings is not None and coatings.is_long_wave_soft:
             operator.surface = of(coatings=None).spectrum
         return operator
 
@@ -217,9 +217,9 @@ class Boundary(StrEnum):
         """
         from roughcontact.halfspace import distributed
 
-        symbol = _BEYOND[self].slab_symbol
+        symbol = _MODELS[self].slab_symbol
         if symbol is None:
-            known = [b for b in Boundary if _BEYOND[b].slab_symbol]
+            known = [b for b in Boundary if _MODELS[b].slab_symbol]
             raise self._not_known("a map on several ranks", known)
         return distributed.operators(
             symbol, self.free_axes, longer_side(shape, pixel), edges, shape, pixel, contact_modulus,
@@ -257,7 +257,7 @@ class Boundary(StrEnum):
         shape : (int, int)
             Grid points ``(ny, nx)``.
         """
-        own = _BEYOND[self].kernel_memory
+        own = _MODELS[self].kernel_memory
         if own is not None:
             return own(shape)
         ny, nx = shape
@@ -270,7 +270,7 @@ def longer_side(shape: tuple[int, int], pixel: tuple[float, float]) -> float:
     return nx * pixel[1] if ny == 1 else max(ny * pixel[0], nx * pixel[1])
 
 
-class _Beyond(NamedTuple):
+class _BoundaryModel(NamedTuple):
     """All that depends on a boundary: who adds one adds its name and one of these.
 
     Parameters
@@ -307,19 +307,19 @@ class _Beyond(NamedTuple):
 # Arrays are for who makes an operator: to name a boundary, or to list them, takes none.
 
 
-def _free(*problem: Any, datum: float | None, **options: Any) -> Convolution:
+def _free_operator(*problem: Any, datum: float | None, **options: Any) -> Convolution:
     from roughcontact.halfspace import convolution
 
     return convolution.free(*problem, **options)
 
 
-def _periodic(*problem: Any, datum: float | None, **options: Any) -> Convolution:
+def _periodic_operator(*problem: Any, datum: float | None, **options: Any) -> Convolution:
     from roughcontact.halfspace import convolution
 
     return convolution.periodic(*problem, **options)
 
 
-def _endless(*problem: Any, **options: Any) -> Convolution:
+def _periodic_strip_operator(*problem: Any, **options: Any) -> Convolution:
     from roughcontact.halfspace import convolution
 
     return convolution.strip(*problem, **options)
@@ -343,33 +343,33 @@ def _endless_slab(grid: Grid, axis: int) -> tuple[NDArray[np.float64], float]:
     return distributed.strip_y(grid) if axis == 0 else distributed.strip_x(grid)
 
 
-def _strip(axis: int) -> _Beyond:
+def _strip(axis: int) -> _BoundaryModel:
     along, across = ("y", "x") if axis == 0 else ("x", "y")
-    return _Beyond(
+    return _BoundaryModel(
         (axis,),
         f"the map repeats along {along} and ends along {across}",
         ("Johnson1985", "DLMF"),
-        partial(_endless, axis=axis),
+        partial(_periodic_strip_operator, axis=axis),
         of_profile="periodic-y" if axis == 0 else "periodic",
         slab_symbol=partial(_endless_slab, axis=axis),
     )
 
 
-_BEYOND = {
-    Boundary.FREE: _Beyond(
+_MODELS = {
+    Boundary.FREE: _BoundaryModel(
         (),
         "the body ends at the map edge",
         ("Johnson1985", "Love1929"),
-        _free,
+        _free_operator,
         known_below=True,
         of_profile="periodic-y",
         slab_symbol=_free_slab,
     ),
-    Boundary.PERIODIC: _Beyond(
+    Boundary.PERIODIC: _BoundaryModel(
         (0, 1),
         "the map is one period of a larger surface",
         ("Johnson1985", "Stanley1997"),
-        _periodic,
+        _periodic_operator,
         known_below=True,
         of_profile="periodic",
         slab_symbol=_periodic_slab,

@@ -52,7 +52,7 @@ _DEAD, _TERMS = 40.0, 12
 # --- A wave ---
 
 
-def excess(material: Material, waves: NDArray[Any]) -> NDArray[Any]:
+def layer_excess(material: Material, waves: NDArray[Any]) -> NDArray[Any]:
     """Return what the layers below the outermost one add to its response.
 
     Parameters
@@ -236,7 +236,7 @@ def tabulate(material: Material, pieces: int, *, line: bool = False) -> Table:
     """
     from scipy.special import hankel1
 
-    waves, weights = _ray()
+    waves, weights = _ray_quadrature()
     weights = weights * (np.exp(1j * waves) if line else hankel1(0, waves))
     nodes = np.cos(np.pi * (np.arange(_PIECE) + 0.5) / _PIECE)
     dense = 2 * np.arange(_DENSE) / _DENSE - 1
@@ -244,7 +244,7 @@ def tabulate(material: Material, pieces: int, *, line: bool = False) -> Table:
     for piece in range(pieces):
         rho, slope = (f(piece + (nodes + 1) / 2) for f in (np.sinh, np.cosh))
         depths = waves / rho[:, None]
-        found = _beyond_log(material, depths) if line else excess(material, depths)
+        found = _beyond_log(material, depths) if line else layer_excess(material, depths)
         values = (found * weights).sum(axis=1).real / rho
         kernel.append(chebval(dense, chebfit(nodes, values, _PIECE - 1)))
         width = slope / 2 if line else rho * slope / 2
@@ -258,15 +258,17 @@ def _beyond_log(material: Material, waves: NDArray[Any]) -> NDArray[Any]:
     """Return ``(F(H) - F(0) exp(-H))/H``."""
     size = np.abs(waves)
     straight = waves * np.maximum(1, _STRAIGHT / size)
-    return (excess(material, straight) - _softer(material) * np.exp(-straight)) / straight
+    return (
+        layer_excess(material, straight) - _base_softness(material) * np.exp(-straight)
+    ) / straight
 
 
-def _softer(material: Material) -> float:
+def _base_softness(material: Material) -> float:
     """Return F(0): how much softer the base is than the outermost layer, -1 if it is rigid."""
     return material.uncoated.compliance / material.compliance - 1
 
 
-def _ray() -> tuple[NDArray[Any], NDArray[Any]]:
+def _ray_quadrature() -> tuple[NDArray[Any], NDArray[Any]]:
     """Return nodes H ρ on the ray, and their weights."""
     panels = math.ceil(math.log(_LAST / _FIRST) / math.log(_GROWTH))
     ends = np.append(0.0, _LAST * _GROWTH ** np.arange(-panels, 1.0))
@@ -277,7 +279,7 @@ def _ray() -> tuple[NDArray[Any], NDArray[Any]]:
     return waves, turn * (half * weights).ravel()
 
 
-def pixels(
+def pixel_response(
     material: Material,
     shape: tuple[int, int],
     pixel: tuple[float, float],
@@ -352,7 +354,7 @@ class Coatings:
     grounded: bool  # Whether every body that deforms lies on a rigid base
 
     @classmethod
-    def of(cls, *bodies: Material) -> Coatings | None:
+    def from_bodies(cls, *bodies: Material) -> Coatings | None:
         """Return those of two bodies, None where neither has any."""
         total = sum(body.compliance for body in bodies)
         coated = tuple(body for body in bodies if body.coating)
@@ -362,9 +364,9 @@ class Coatings:
         return cls(coated, shares, all(math.isinf(body.young) for body in bodies))
 
     @property
-    def bend(self) -> bool:
+    def is_long_wave_soft(self) -> bool:
         """Whether long waves move them far more than short ones do: stiff films on soft bodies."""
-        softer = map(_softer, self.bodies)
+        softer = map(_base_softness, self.bodies)
         return sum(s * more for s, more in zip(self.shares, softer, strict=True)) > _SOFT
 
     def tables(self, reach: float) -> list[Table]:
@@ -384,7 +386,7 @@ class Coatings:
         """Return π E* times what they add to `kernels.love` of E* [m]."""
         added = np.zeros(shape)
         for body, share, table in zip(self.bodies, self.shares, tables, strict=True):
-            added += share * pixels(body, shape, pixel, first_row, table)
+            added += share * pixel_response(body, shape, pixel, first_row, table)
         return added
 
     def factor(self, waves: Array) -> Array:
@@ -423,7 +425,7 @@ class Coatings:
             added[:, 0] = self._below_line(ny, dy, datum)
         while first < q.size:
             last = int(np.searchsorted(q, 2 * q[first]))
-            added[:, first:last] = self._across(ny, dy, q[first:last])
+            added[:, first:last] = self._row_response(ny, dy, q[first:last])
             first = last
         return added * (2 / math.pi)
 
@@ -443,10 +445,10 @@ class Coatings:
             edges = w * (np.arange(offsets + 1.0) - 0.5)
             logs = edges * np.log(edges**2 + 1) - 2 * edges + 2 * np.arctan(edges)
             logs = np.diff(logs) / w - math.log(far**2 + zero)
-            added += share * width * (rest - _softer(body) / 2 * logs)
+            added += share * width * (rest - _base_softness(body) / 2 * logs)
         return added
 
-    def _across(self, offsets: int, width: float, waves: Array) -> Array:
+    def _row_response(self, offsets: int, width: float, waves: Array) -> Array:
         """Return π E*/2 times what waves along rows of pixels add at offsets from 0 on [m²]."""
         # So far apart that the images, which a sum over waves brings, do not matter.
         far = offsets + math.ceil(_DEAD / (waves[0] * width))
@@ -476,7 +478,7 @@ class Coatings:
 def _interpolant(material: Material, lowest: int) -> tuple[Array, Array]:
     """Return ln H from an exponent on, and ln(1 + F) there."""
     known = np.linspace(lowest, _DEEPEST, (_DEEPEST - lowest) * _WAVES + 1)
-    return known, np.log1p(excess(material, np.exp(known)))
+    return known, np.log1p(layer_excess(material, np.exp(known)))
 
 
 def _row_means(table: Table, offsets: int, width: float) -> Array:

@@ -26,7 +26,7 @@ from roughcontact.halfspace.fft import Workspace, default_workers
 
 Array = NDArray[np.float64]
 
-MOST = 2**27
+MAX_CACHE_BYTES = 2**27
 """Bytes that are kept at most, in a process; a map of 2900 × 2900 points needs half of it."""
 
 
@@ -73,7 +73,7 @@ class ArrayCache:
 
 
 # The one thing that outlives a call. It changes no result: an array depends on its key alone.
-SPECTRA = ArrayCache(MOST)
+SPECTRA = ArrayCache(MAX_CACHE_BYTES)
 
 
 # --- Sums and extremes over all pixels of a map ---
@@ -115,25 +115,25 @@ class LocalSums:
         """Return the smallest, or ``limit`` where none is smaller."""
         return min(float(values.min()), limit) if values.size else limit
 
-    def added(self, parts: NDArray[Any]) -> NDArray[Any]:
+    def allreduce(self, parts: NDArray[Any]) -> NDArray[Any]:
         """Return the entrywise sums over all processes."""
         return parts
 
     # What else a contact needs where several processes hold its map.
 
-    def agreed(self, task: Callable[[], Found]) -> Found:
+    def run_on_all(self, task: Callable[[], Found]) -> Found:
         """Return the result of a task, or raise its error on all processes."""
         return task()
 
-    def following(self, rows: NDArray[Any]) -> NDArray[Any]:
+    def next_rows(self, rows: NDArray[Any]) -> NDArray[Any]:
         """Return the same rows of the next process, and of the first one after the last."""
         return rows
 
-    def workers(self) -> int:
+    def thread_count(self) -> int:
         """Return the number of threads of this process."""
         return default_workers()
 
-    def cost(self) -> NDArray[np.float64]:
+    def communication_cost(self) -> NDArray[np.float64]:
         """Return time in communication [s] and bytes sent, up to now, mean of all processes."""
         return np.zeros(2)
 
@@ -151,7 +151,7 @@ Where a band begins decides which of its pixels count as near, hence their last 
 not depend on the number of threads.
 """
 
-APART = 4
+MIN_BLOCK_GAP = 4
 """Half the rows and columns of zeros that keep the opposite edges of a map apart."""
 
 
@@ -231,12 +231,12 @@ class Convolution:
         self._column_step = max(4, min(self._rows[1], fft.COLUMN_BYTES // (padded[0] * itemsize)))
 
     @property
-    def bends(self) -> bool:
+    def is_long_wave_soft(self) -> bool:
         """Whether it moves far more in long waves than in short ones, as a plate on a soft bed."""
         return self.surface is not None
 
     @property
-    def wrapped(self) -> tuple[bool, bool]:
+    def periodic_axes(self) -> tuple[bool, bool]:
         """Whether the map goes on beyond an edge on the opposite side, along y and along x."""
         return self.padded[0] == self.shape[0], self.padded[1] == self.shape[1]
 
@@ -300,7 +300,7 @@ class Convolution:
         self.spread(self.support(index), pressure.ravel()[index], visit)
         return displacement
 
-    def in_single(self) -> Convolution:
+    def to_single_precision(self) -> Convolution:
         """Return the same in single precision; itself where it is so.
 
         The buffer is shared: the two operators must not be at work at the same time.
@@ -339,8 +339,8 @@ class Convolution:
     def inverse_grid(self) -> tuple[tuple[int, int], list[NDArray[np.int64]]]:
         """Return the period of `approximate_inverse`, and the padded waves nearest to its own."""
         period = [
-            points if wrapped else 2 * fft.fast_length(points // 2 + APART)
-            for points, wrapped in zip(self.shape, self.wrapped, strict=True)
+            points if wrapped else 2 * fft.fast_length(points // 2 + MIN_BLOCK_GAP)
+            for points, wrapped in zip(self.shape, self.periodic_axes, strict=True)
         ]
         waves = [
             np.rint(np.arange(short // 2 + 1) * (long / short)).astype(np.int64)
@@ -372,8 +372,8 @@ class Convolution:
 
         loaded = np.flatnonzero(np.diff(starts))
         each(forward, loaded)
-        runs_in = joined(blocks, loaded)
-        runs_out = joined(blocks, shown)
+        runs_in = join_blocks(blocks, loaded)
+        runs_out = join_blocks(blocks, shown)
 
         def columns(first: int) -> None:
             block = slice(first, min(first + self._column_step, width))
@@ -425,7 +425,7 @@ def multiply_columns(
         part[...] = scratch[rows]
 
 
-def joined(blocks: Sequence[slice], numbers: Iterable[int]) -> list[slice]:
+def join_blocks(blocks: Sequence[slice], numbers: Iterable[int]) -> list[slice]:
     """Return the rows of some blocks, joined where they touch."""
     runs: list[slice] = []
     for number in numbers:

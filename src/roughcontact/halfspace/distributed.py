@@ -18,19 +18,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.ranks import Exchange, Ranks
+from roughcontact._tools.ranks import PendingExchange, Ranks
 from roughcontact.errors import require_pixel, require_positive
 from roughcontact.halfspace import fft
 from roughcontact.halfspace.coating import Coatings
 from roughcontact.halfspace.convolution import (
-    APART,
     BAND,
+    MIN_BLOCK_GAP,
     Found,
     LocalSums,
     Part,
     Visit,
     free_rows,
-    joined,
+    join_blocks,
     multiply_columns,
     periodic_symbol,
     strip_rows,
@@ -39,7 +39,7 @@ from roughcontact.halfspace.fft import Workspace
 
 Array = NDArray[np.float64]
 
-TRAVELLING = 1 << 23
+MAX_MESSAGE_BYTES = 1 << 23
 """Bytes of the columns of all rows that one rank transforms at a time."""
 
 # Rows that one thread copies at a time.
@@ -62,47 +62,47 @@ class SlabSums:
 
     def size(self, values: NDArray[Any]) -> int:
         """Return how many there are."""
-        return int(self.ranks.total(values.size))
+        return int(self.ranks.allreduce_scalar(values.size))
 
     def total(self, values: NDArray[Any]) -> float:
         """Return their sum."""
-        return self.ranks.total(self._here.total(values))
+        return self.ranks.allreduce_scalar(self._here.total(values))
 
     def dot(self, first: Array, second: Array) -> float:
         """Return the inner product of two rows."""
-        return self.ranks.total(self._here.dot(first, second))
+        return self.ranks.allreduce_scalar(self._here.dot(first, second))
 
     def count(self, chosen: NDArray[np.bool_]) -> int:
         """Return how many are true."""
-        return int(self.ranks.total(self._here.count(chosen)))
+        return int(self.ranks.allreduce_scalar(self._here.count(chosen)))
 
     def largest(self, values: NDArray[Any], floor: float = -math.inf) -> float:
         """Return the largest, or ``floor`` where none is larger."""
-        return float(self.ranks.everyone(self._here.largest(values, floor)).max())
+        return float(self.ranks.allgather(self._here.largest(values, floor)).max())
 
     def smallest(self, values: NDArray[Any], limit: float = math.inf) -> float:
         """Return the smallest, or ``limit`` where none is smaller."""
-        return float(self.ranks.everyone(self._here.smallest(values, limit)).min())
+        return float(self.ranks.allgather(self._here.smallest(values, limit)).min())
 
-    def added(self, parts: NDArray[Any]) -> NDArray[Any]:
+    def allreduce(self, parts: NDArray[Any]) -> NDArray[Any]:
         """Return the entrywise sums over all ranks."""
-        return self.ranks.added(parts)
+        return self.ranks.allreduce(parts)
 
-    def agreed(self, task: Callable[[], Found]) -> Found:
+    def run_on_all(self, task: Callable[[], Found]) -> Found:
         """Return the result of a task of each rank, or raise the error of one on all."""
-        return self.ranks.agreed(task)
+        return self.ranks.run_on_all(task)
 
-    def following(self, rows: NDArray[Any]) -> NDArray[Any]:
+    def next_rows(self, rows: NDArray[Any]) -> NDArray[Any]:
         """Return the same rows of the next rank, and of the first one after the last."""
-        return self.ranks.following(rows)
+        return self.ranks.shift(rows)
 
-    def workers(self) -> int:
+    def thread_count(self) -> int:
         """Return the number of threads of this rank: its part of the cores of its machine."""
-        return max(1, fft.default_workers() // self.ranks.here())
+        return max(1, fft.default_workers() // self.ranks.node_size())
 
-    def cost(self) -> Array:
+    def communication_cost(self) -> Array:
         """Return time in communication [s] and bytes sent, up to now, mean of all ranks."""
-        return self.added(np.array([self.ranks.seconds, self.ranks.sent])) / self.ranks.count
+        return self.allreduce(np.array([self.ranks.seconds, self.ranks.sent])) / self.ranks.count
 
 
 @dataclass(frozen=True)
@@ -177,7 +177,7 @@ class SlabConvolution:
         K₀₀ [m/Pa]; without it it is taken from the spectrum.
     """
 
-    wrapped = (True, True)
+    periodic_axes = (True, True)
 
     def __init__(
         self,
@@ -198,7 +198,7 @@ class SlabConvolution:
         if self_displacement is None:
             columns = layout.waves(ranks.number)
             part = _part_at_origin(spectrum, layout.padded, columns)
-            self_displacement = softness * ranks.total(part)
+            self_displacement = softness * ranks.allreduce_scalar(part)
         self.self_displacement = self_displacement
         self.spectrum = spectrum.astype(self.real, copy=False)
         self.surface: NDArray[Any] | None = None
@@ -210,11 +210,11 @@ class SlabConvolution:
         self._blocks = cut_up(self._height, self._step)
         self._column_step = max(4, fft.COLUMN_BYTES // (my * itemsize))
         widest = max(np.diff(layout.columns))
-        travelling = max(self._column_step, TRAVELLING // (ny * itemsize))
+        travelling = max(self._column_step, MAX_MESSAGE_BYTES // (ny * itemsize))
         self._travels = cut_up(int(widest), int(travelling))
 
     @property
-    def bends(self) -> bool:
+    def is_long_wave_soft(self) -> bool:
         """As of `Convolution`."""
         return self.surface is not None
 
@@ -238,12 +238,12 @@ class SlabConvolution:
         starts = np.searchsorted(index, tops)
         blocks = [cut_up(int(height), self._step) for height in np.diff(self.layout.edges)]
         loaded = np.diff(starts).astype(bool).view(np.uint8)
-        everyone = self.ranks.joined(loaded, [len(own) for own in blocks])
+        everyone = self.ranks.allgatherv(loaded, [len(own) for own in blocks])
         runs, place = [], 0
         for first, own in zip(self.layout.edges, blocks, strict=False):
             numbers = np.flatnonzero(everyone[place : place + len(own)])
             place += len(own)
-            runs.append([_moved(rows, first) for rows in joined(own, numbers)])
+            runs.append([_copy_block(rows, first) for rows in join_blocks(own, numbers)])
         return SlabSupport(index, position, starts, tuple(runs))
 
     def each_block(self, task: Callable[[int, slice], None]) -> None:
@@ -283,9 +283,9 @@ class SlabConvolution:
         here = pressure[self.rows]
         index = np.flatnonzero(here)
         self.spread(self.support(index), here.ravel()[index], visit)
-        return self.ranks.joined(displacement, np.diff(self.layout.edges).tolist())
+        return self.ranks.allgatherv(displacement, np.diff(self.layout.edges).tolist())
 
-    def in_single(self) -> SlabConvolution:
+    def to_single_precision(self) -> SlabConvolution:
         """Return the same in single precision; itself where it is so."""
         if self.real is np.float32:
             return self
@@ -303,7 +303,7 @@ class SlabConvolution:
         """
         layout = self.layout
         period = [
-            points if long == points else 2 * fft.fast_length(points // 2 + APART)
+            points if long == points else 2 * fft.fast_length(points // 2 + MIN_BLOCK_GAP)
             for points, long in zip(self.shape, layout.padded, strict=True)
         ]
         waves_y, waves_x = (
@@ -358,7 +358,7 @@ class SlabConvolution:
         wanted: tuple[list[slice], ...],
     ) -> None:
         """Put in place of the spectra of rows those of their displacement."""
-        returning: Exchange | None = None
+        returning: PendingExchange | None = None
         ahead = self._send(spectra, loaded, 0)
         for number in range(len(self._travels)):
             arriving = ahead
@@ -373,7 +373,7 @@ class SlabConvolution:
 
     def _send(
         self, spectra: NDArray[Any], loaded: tuple[list[slice], ...], number: int
-    ) -> Exchange:
+    ) -> PendingExchange:
         """Send the columns of a block to those who transform them, from the loaded rows."""
         block, me = self._travels[number], self.ranks.number
         own = loaded[me]
@@ -395,17 +395,17 @@ class SlabConvolution:
     def _answer(
         self,
         spectra: NDArray[Any],
-        arriving: Exchange,
+        arriving: PendingExchange,
         loaded: tuple[list[slice], ...],
         wanted: tuple[list[slice], ...],
         number: int,
-    ) -> Exchange:
+    ) -> PendingExchange:
         """Transform the columns of a block, multiply, transform back, and return what is wanted."""
         block, me = self._travels[number], self.ranks.number
         columns, width = self.layout.waves(me, block), self._width(me, block)
         parts = [_height(rows) * width * (rank != me) for rank, rows in enumerate(wanted)]
         back = self._memory("back", number, sum(parts))
-        coming = self._shares(spectra, loaded, columns, arriving.arrived())
+        coming = self._shares(spectra, loaded, columns, arriving.wait())
         outgoing = self._shares(spectra, wanted, columns, np.split(back, np.cumsum(parts)[:-1]))
         my, first = self.layout.padded[0], columns.start - self.layout.columns[me]
 
@@ -426,13 +426,13 @@ class SlabConvolution:
     def _take(
         self,
         spectra: NDArray[Any],
-        returning: Exchange,
+        returning: PendingExchange,
         wanted: tuple[list[slice], ...],
         number: int,
     ) -> None:
         """Put what came back where it was taken from."""
         block, me, copies = self._travels[number], self.ranks.number, []
-        for rank, part in enumerate(returning.arrived()):
+        for rank, part in enumerate(returning.wait()):
             columns, width, index = self.layout.waves(rank, block), self._width(rank, block), 0
             for rows in wanted[me] if rank != me else ():
                 piece, index = _cut(part, index, rows, width)
@@ -464,7 +464,7 @@ class SlabConvolution:
 
     def _here(self, rows: slice) -> slice:
         """Return where rows of the map lie among those of this rank."""
-        return _moved(rows, -self.rows.start)
+        return _copy_block(rows, -self.rows.start)
 
     def _memory(self, name: str, number: int, size: int) -> NDArray[Any]:
         """Return an array for what travels; that of the block before is still on its way."""
@@ -479,7 +479,7 @@ def cut_up(points: int, step: int) -> list[slice]:
     return [slice(first, min(first + step, points)) for first in range(0, points, step)]
 
 
-def _moved(rows: slice, by: int) -> slice:
+def _copy_block(rows: slice, by: int) -> slice:
     return slice(rows.start + by, rows.stop + by)
 
 
@@ -568,7 +568,7 @@ def operators(
         rows = (*(edge // coarsening[0] for edge in edges[:-1]), shape[0])
         padded = _period(free_axes, shape)
         waves = padded[1] // 2 + 1
-        columns = _shared_out(waves, ranks.count)
+        columns = _distribute_lines(waves, ranks.count)
         layout = Layout(shape, padded, rows, columns)
         grid = Grid(layout, coarse, datum, coatings, ranks, workspace)
         own, softness = symbol(grid)
@@ -578,14 +578,14 @@ def operators(
             precision=precision if coarsening == (1, 1) else "single",
             softness=softness / contact_modulus,
         )  # fmt: skip
-        if coatings is not None and coatings.bend:
+        if coatings is not None and coatings.is_long_wave_soft:
             result.surface = symbol(grid._replace(coatings=None))[0]
         return result
 
     return operator
 
 
-def _shared_out(lines: int, count: int) -> tuple[int, ...]:
+def _distribute_lines(lines: int, count: int) -> tuple[int, ...]:
     """Return the first line of each rank, and their number."""
     return tuple(lines * rank // count for rank in range(count + 1))
 
@@ -630,7 +630,7 @@ def free(grid: Grid) -> tuple[Array, float]:
 
     work.each(fill, range(0, last - first, BAND))
     fft.even_spectrum(quadrant, work, axes=(1,))
-    symbol = _transposed(quadrant, tops, layout.columns, ranks)
+    symbol = _transpose_columns(quadrant, tops, layout.columns, ranks)
     return fft.even_spectrum(symbol, work, axes=(0,)), pixel[0]
 
 
@@ -654,19 +654,21 @@ def strip_y(grid: Grid) -> tuple[Array, float]:
     # The kernel knows x as the periodic axis.
     shape = (layout.padded[1] // 2 + 1, layout.padded[0])
     waves = layout.padded[0] // 2 + 1
-    tops = _shared_out(waves, ranks.count)
+    tops = _distribute_lines(waves, ranks.count)
     own = slice(tops[ranks.number], tops[ranks.number + 1])
     table = strip_rows(shape, grid.pixel[::-1], grid.datum, own, grid.coatings)
     rows = fft.even_spectrum(np.ascontiguousarray(table.T), grid.workspace, axes=(1,))
-    return _transposed(rows, tops, layout.columns, ranks), grid.pixel[1]
+    return _transpose_columns(rows, tops, layout.columns, ranks), grid.pixel[1]
 
 
-def _transposed(rows: Array, tops: Sequence[int], columns: Sequence[int], ranks: Ranks) -> Array:
+def _transpose_columns(
+    rows: Array, tops: Sequence[int], columns: Sequence[int], ranks: Ranks
+) -> Array:
     """Return all rows of the columns of this rank, from its rows of all columns."""
     me = ranks.number
     first, last = columns[me], columns[me + 1]
     result = np.empty((tops[-1], last - first))
-    step = max(1, TRAVELLING // (8 * tops[-1]))
+    step = max(1, MAX_MESSAGE_BYTES // (8 * tops[-1]))
     for block in cut_up(int(max(np.diff(columns))), step):
         parts = [
             rows[:, min(start + block.start, end) : min(start + block.stop, end)].ravel()
@@ -678,6 +680,6 @@ def _transposed(rows: Array, tops: Sequence[int], columns: Sequence[int], ranks:
         exchange = ranks.exchange(
             outgoing, [part.size for part in parts], np.empty(sum(sizes)), sizes
         )
-        for top, bottom, part in zip(tops, tops[1:], exchange.arrived(), strict=False):
+        for top, bottom, part in zip(tops, tops[1:], exchange.wait(), strict=False):
             result[top:bottom, index] = part.reshape(bottom - top, index.stop - index.start)
     return result

@@ -35,18 +35,18 @@ ROW_BYTES = 1 << 19
 _LINES = 8
 
 
-# Set by `at_most` alone, for what its block calls.
-_limit: ContextVar[int | None] = ContextVar("most", default=None)
+# Set by `limit_threads` alone, for what its block calls.
+_thread_limit: ContextVar[int | None] = ContextVar("most", default=None)
 
 
 def default_workers() -> int:
-    """Return the number of processor cores that this process may use; see `at_most`."""
+    """Return the number of processor cores that this process may use; see `limit_threads`."""
     result = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return min(result or 1, _limit.get() or result or 1)
+    return min(result or 1, _thread_limit.get() or result or 1)
 
 
 @contextmanager
-def at_most(threads: int) -> Iterator[None]:
+def limit_threads(threads: int) -> Iterator[None]:
     """Limit the number of threads in the block, for this thread.
 
     Parameters
@@ -54,11 +54,11 @@ def at_most(threads: int) -> Iterator[None]:
     threads : int
         Cores; the others are for whatever else runs here at the same time.
     """
-    token = _limit.set(threads)
+    token = _thread_limit.set(threads)
     try:
         yield
     finally:
-        _limit.reset(token)
+        _thread_limit.reset(token)
 
 
 # SciPy's FFT is imported where needed: most of the time of `import roughcontact` would be its.

@@ -31,14 +31,14 @@ from roughcontact.halfspace.fft import (
     half_frequencies,
     half_spectrum,
 )
-from roughcontact.halfspace.volume_partition import Parts, Share, SingleProcess, Write
+from roughcontact.halfspace.volume_partition import Parts, SingleProcess, VolumePartition, Write
 
 Array = NDArray[Any]
 Pair = tuple[Array, Array]
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class LayerStack:
     """What a half-space of layers is made of.
 
     Parameters
@@ -84,7 +84,7 @@ class Sweep:
     band : Band
         The wave vectors.
     spectra : ndarray, shape (nz, 5, 2, ...)
-        Strain of the layers in the axes of the map, real and imaginary part; `down` leaves the
+        Strain of the layers in the axes of the map, real and imaginary part; `sweep_down` leaves the
         deviator of the stress there.
     array : callable
         ``array(name, shape)`` returns memory of this thread.
@@ -92,7 +92,7 @@ class Sweep:
 
     def __init__(
         self,
-        body: Body,
+        body: LayerStack,
         band: Band,
         spectra: Array,
         array: Callable[[str, tuple[int, ...]], Array],
@@ -110,7 +110,7 @@ class Sweep:
         self._memory = array("sweep", (9, step, *shape))
         self._weights = array("weights", (4, step, *shape[1:]))
 
-    def up(self) -> None:
+    def sweep_up(self) -> None:
         """Sweep from the bottom to the top; turn the strain into the axes of its wave vector."""
         cosine, sine, cosine2, sine2 = self._band.angles
         self._state[...] = 0
@@ -118,13 +118,13 @@ class Sweep:
             _, half, xy, xz, yz = self._strain(part)
             self._rotate((half, xy), (half, xy), cosine2, sine2)
             self._rotate((xz, yz), (xz, yz), cosine, sine)
-            self._weigh(part)
-            self._send(part, upwards=True)
+            self._layer_weights(part)
+            self._layer_sources(part, upwards=True)
             for layer in range(part.stop - 1, part.start - 1, -1):
                 self._risen[layer] = self._state
                 self._propagate(layer, layer - part.start)
 
-    def reflect(self, surface: Array | None) -> None:
+    def reflect_at_surface(self, surface: Array | None) -> None:
         """Throw back what arrives at the surface, and write the displacement that it causes.
 
         The free surface moves by (a + (1-2ν) b)/q and sends down ::
@@ -148,7 +148,7 @@ class Sweep:
         np.multiply(b, 3 - 4 * nu, out=b)
         np.add(b, temp, out=b)
 
-    def down(self, trace: Array | None) -> None:
+    def sweep_down(self, trace: Array | None) -> None:
         """Sweep from the top to the bottom and leave the stress in place of the strain.
 
         Parameters
@@ -158,13 +158,13 @@ class Sweep:
         """
         cosine, sine, cosine2, sine2 = self._band.angles
         for part in self._parts:
-            self._weigh(part)
-            self._send(part, upwards=False)
+            self._layer_weights(part)
+            self._layer_sources(part, upwards=False)
             for number, layer in enumerate(range(part.start, part.stop)):
                 self._fallen[number] = self._state
                 self._propagate(layer, number)
-            self._press(part)
-            self._shear(part)
+            self._layer_thrust(part)
+            self._layer_shear(part)
             if trace is not None:
                 self._write_mean(part, trace[part])
             self._write_normal(part)
@@ -211,7 +211,7 @@ class Sweep:
             np.add(first, temp, out=into[0])
             np.subtract(second, third, out=into[1])
 
-    def _weigh(self, part: slice) -> None:
+    def _layer_weights(self, part: slice) -> None:
         """Work out x, weight, pull and tail of some layers."""
         decay, mean, x, weight, pull, tail = (table[:, 0] for table in self._tables(part))
         thickness = self._body.thickness[part].astype(x.dtype)
@@ -220,7 +220,7 @@ class Sweep:
         np.multiply(x, mean, out=pull)
         np.multiply(x, weight, out=tail)
 
-    def _send(self, part: slice, *, upwards: bool) -> None:
+    def _layer_sources(self, part: slice, *, upwards: bool) -> None:
         """Work out what some layers add to the waves.
 
         Upper signs upwards, with the push r = 3/2 zz - p ± 2·13::
@@ -247,7 +247,7 @@ class Sweep:
         np.multiply(turn, pull, out=turn)
 
     def _propagate(self, layer: int, number: int) -> None:
-        """Carry the waves through a layer, the one of this number in its part; see `_send`."""
+        """Carry the waves through a layer, the one of this number in its part; see `_layer_sources`."""
         (a, b, g), temp = self._state, self._temp
         near, far, push, turn = self._memory[:4, number]
         np.multiply(self._weights[0, number], b, out=temp)
@@ -258,7 +258,7 @@ class Sweep:
         np.add(b, push, out=b)
         np.add(g, turn, out=g)
 
-    def _press(self, part: slice) -> None:
+    def _layer_thrust(self, part: slice) -> None:
         """Work out what the waves through layers and their own strain press, averaged over each.
 
         With the sums a, b of the waves from above and from below::
@@ -286,7 +286,7 @@ class Sweep:
         np.multiply(mean, both, out=both)
         np.subtract(bend, both, out=bend)
 
-    def _shear(self, part: slice) -> None:
+    def _layer_shear(self, part: slice) -> None:
         """Work out the shear stresses, averaged over each layer.
 
         With the sum (Σ) and the difference (Δ) of the waves from above and from below::
@@ -380,13 +380,13 @@ NO_PULL: Pull = (0.0, 0.0)
 SWEEP_POINTS = 16384
 """Wave vectors that one thread sweeps at a time, at most."""
 
-LEAST_SWEEP = 2048
+MIN_SWEEP_POINTS = 2048
 """Wave vectors that one thread sweeps at a time, at least: fewer take no less time."""
 
 # Short waves fade out of the coarse operators: the response to them jumps at the Nyquist frequency,
 # so that periods of different length differ by tails that alternate from cell to cell. Those do
 # not cancel, and would cost the operator its sign as well.
-_FADE = 6.0
+_DECAY_LIMIT = 6.0
 
 
 def graded_layers(first: float, depth: float, ratio: float = 1.1) -> NDArray[np.float64]:
@@ -418,7 +418,7 @@ def graded_layers(first: float, depth: float, ratio: float = 1.1) -> NDArray[np.
     return np.array(layers)
 
 
-class Layers:
+class PeriodicHalfSpace:
     """The operators of a laterally periodic half-space, on one grid.
 
     Parameters
@@ -469,12 +469,12 @@ class Layers:
         workspace: Workspace,
         precision: str = "double",
         smooth: bool = False,
-        share: Share | None = None,
+        share: VolumePartition | None = None,
     ) -> None:
         self.shape, self.thickness, self.padded = shape, thickness, padded
         self.real: type = np.float32 if precision == "single" else np.float64
         self._complex: type = np.complex64 if precision == "single" else np.complex128
-        self.body, self._isolated = Body(thickness, shear_modulus, poisson), isolated
+        self.body, self._isolated = LayerStack(thickness, shear_modulus, poisson), isolated
         self._workspace, self.share = workspace, share or SingleProcess(workspace)
         self._quiet = True
         (my, mx), (dy, dx) = padded, pixel
@@ -510,7 +510,7 @@ class Layers:
             from scipy.special import erfc
 
             waves = frequencies(my), half_frequencies(mx)
-            fade = [erfc(_FADE * (2 * np.abs(wave) - 0.5)) / 2 for wave in waves]
+            fade = [erfc(_DECAY_LIMIT * (2 * np.abs(wave) - 0.5)) / 2 for wave in waves]
             self._fade = np.outer(*fade).astype(self.real)
         self._fill_tables(q)
         self._spectra = np.zeros((0, 5, 2, my, self._width), self.real)
@@ -594,7 +594,7 @@ class Layers:
         surface = self._sweep(self._trace if trace else None)
         if mean is not None:
             surface[0, 0] = mean
-        surface = self.share.columns(surface, self._all_waves)
+        surface = self.share.gather_columns(surface, self._all_waves)
         return from_half_spectrum(surface, self.shape, self.padded).astype(np.float64)
 
     def _transform(self, fill: Fill, see: Visit | None) -> bool:
@@ -639,7 +639,7 @@ class Layers:
         """Leave the stress in place of the strain; return the spectrum of the displacement."""
         my = self.padded[0]
         surface: Array = np.empty((my, self._width), self._complex)
-        step = max(my // (2 * self._workspace.workers), LEAST_SWEEP // self._width)
+        step = max(my // (2 * self._workspace.workers), MIN_SWEEP_POINTS // self._width)
         step = max(1, min(SWEEP_POINTS // self._width, step))
         # A band of rows lies on one side of the tables' fold.
         bands = [slice(i, min(i + step, self._half)) for i in range(0, self._half, step)]
@@ -651,15 +651,15 @@ class Layers:
                 self._angles[:, rows], self._q[fold], self._decay[:, fold], self._mean[:, fold]
             )
             waves = Sweep(self.body, band, self._spectra[..., rows, :], self._array)
-            waves.up()
-            waves.reflect(surface[rows])
-            waves.down(None if trace is None else trace[..., rows, :])
+            waves.sweep_up()
+            waves.reflect_at_surface(surface[rows])
+            waves.sweep_down(None if trace is None else trace[..., rows, :])
 
         self._workspace.each(sweep, bands)
         waves = Sweep(self.body, self._at_nyquist, self._odd, self._array)
-        waves.up()
-        waves.reflect(None)
-        waves.down(None)
+        waves.sweep_up()
+        waves.reflect_at_surface(None)
+        waves.sweep_down(None)
         return surface
 
     def _take_nyquist(self, layer: int) -> None:

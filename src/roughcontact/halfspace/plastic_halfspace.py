@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact.errors import input_error, require_pixel, require_positive
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace, fast_length
-from roughcontact.halfspace.layers import NO_PULL, Fill, Layers, Pull, Visit
-from roughcontact.halfspace.volume_partition import Share
+from roughcontact.halfspace.layers import NO_PULL, Fill, PeriodicHalfSpace, Pull, Visit
+from roughcontact.halfspace.volume_partition import VolumePartition
 
 Array = NDArray[Any]
 
@@ -83,7 +83,7 @@ def _linear(fine: NDArray[np.float64], coarse: NDArray[np.float64]) -> NDArray[n
     return matrix
 
 
-def _merged(thickness: NDArray[np.float64], minimum: float) -> NDArray[np.float64]:
+def _merge_layers(thickness: NDArray[np.float64], minimum: float) -> NDArray[np.float64]:
     """Return sums of neighbouring layers, all but the last of at least some thickness."""
     merged, current = [], 0.0
     for layer in thickness:
@@ -101,7 +101,7 @@ class Images:
 
     def __init__(
         self,
-        fine: Layers,
+        fine: PeriodicHalfSpace,
         pixel: tuple[float, float],
         coarse: int,
         cells: tuple[int, int],
@@ -114,13 +114,13 @@ class Images:
         workspace = fine._workspace
         self._workspace, self._fine = workspace, fine
         edges = pixel[0] * coarse, pixel[1] * coarse
-        thickness = _merged(fine.thickness, _COARSE_DEPTH * min(edges))
+        thickness = _merge_layers(fine.thickness, _COARSE_DEPTH * min(edges))
         arguments = (cells, edges, thickness, fine.body.shear_modulus, fine.body.poisson)
         more: dict[str, Any] = dict(
             isolated=True, workspace=workspace, precision=precision, smooth=True
         )
-        self._near = Layers(*arguments, near, **more)
-        self._far = Layers(*arguments, far, **more)
+        self._near = PeriodicHalfSpace(*arguments, near, **more)
+        self._far = PeriodicHalfSpace(*arguments, far, **more)
         matrix = scipy.sparse.csr_array
         self._up_y = matrix(_cubic(fine.shape[0], coarse, cells[0]).astype(fine.real))
         self._up_x = matrix(_cubic(fine.shape[1], coarse, cells[1]).astype(fine.real))
@@ -144,7 +144,7 @@ class Images:
         halfway = self._down_y @ values
         return (self._down_x @ halfway.T).T
 
-    def take(self, layer: int, strain: Array) -> None:
+    def add_layer_strain(self, layer: int, strain: Array) -> None:
         """Restrict the strain of one layer of those here."""
         for component, values in enumerate(strain):
             self._parts[layer, component] = self._restricted(values)
@@ -152,7 +152,7 @@ class Images:
     def displacement(self, *, trace: bool) -> Array:
         """Return the correction of the displacement by the strain taken."""
         self._strain[...] = 0
-        parts = self._fine.share.whole(self._parts, self._fine.thickness.size)
+        parts = self._fine.share.gather_layers(self._parts, self._fine.thickness.size)
         for layer in np.flatnonzero(parts.any(axis=(1, 2, 3))):
             part = parts[layer]
             for into in np.flatnonzero(self._down_z[:, layer]):
@@ -203,7 +203,7 @@ class Images:
 # The elastic half-space with plastic strain, free or periodic: strain and pressure in, stress …
 
 
-class HalfSpace:
+class PlasticHalfSpace:
     """A half-space that deforms plastically: strain and pressure in, displacement and stress out.
 
     Parameters
@@ -225,7 +225,7 @@ class HalfSpace:
     precision : {"double", "single"}
         Arithmetic of transforms and sweeps.
     share : Share, optional
-        As for `Layers`.
+        As for `PeriodicHalfSpace`.
 
     Raises
     ------
@@ -252,7 +252,7 @@ class HalfSpace:
         boundary: str = "free",
         workspace: Workspace | None = None,
         precision: str = "double",
-        share: Share | None = None,
+        share: VolumePartition | None = None,
     ) -> None:
         require_pixel(pixel)
         require_positive(shear_modulus=shear_modulus)
@@ -270,7 +270,7 @@ class HalfSpace:
             coarse, cells = coarse_grid(shape)
             near, far = periods(shape, coarse, cells)
             padded = near[0] * coarse, near[1] * coarse
-        self._fine = Layers(
+        self._fine = PeriodicHalfSpace(
             shape, pixel, layers, float(shear_modulus), float(poisson), padded,
             isolated=free, workspace=self.workspace, precision=precision, share=share,
         )  # fmt: skip
@@ -294,7 +294,7 @@ class HalfSpace:
         if self._images is None:
             return self._fine.displacement(fill, trace=trace)
         self._images.clear()
-        displacement = self._fine.displacement(fill, trace=trace, see=self._images.take)
+        displacement = self._fine.displacement(fill, trace=trace, see=self._images.add_layer_strain)
         return displacement + self._images.displacement(trace=trace)
 
     def stress(self, pressure: Array, visit: Visit, pull: Pull = NO_PULL) -> None:
@@ -325,14 +325,14 @@ class HalfSpace:
 
 
 def points_transformed(shape: tuple[int, int], boundary: str) -> int:
-    """Return the points of all periods in which a `HalfSpace` transforms a layer.
+    """Return the points of all periods in which a `PlasticHalfSpace` transforms a layer.
 
     Parameters
     ----------
     shape : (int, int)
         Grid points ``(ny, nx)`` of the surface.
     boundary : {"free", "periodic"}
-        As for `HalfSpace`.
+        As for `PlasticHalfSpace`.
 
     Returns
     -------

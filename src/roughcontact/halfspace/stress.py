@@ -410,7 +410,7 @@ def field_of(
         along_y, along_x = checked_traction(traction, shape, friction)
         source, pulls = np.stack([source, along_x, along_y]), [("x", 1.0, 1), ("y", 1.0, 2)]
     source = source / unit
-    loads = _Loads(pixel, poisson, tuple(pulls))
+    loads = _UnitLoads(pixel, poisson, tuple(pulls))
     terms = loads.wave_terms() if not boundary.free_axes else loads.terms()
 
     def responses(padded: tuple[int, int]) -> Responses:
@@ -433,7 +433,7 @@ def field_of(
         if max(every) == 1:
             return near, near.sampled(partial(loads.on_pixels, depth))
         if not far:
-            far.append(responses(_blended_period(shape)))
+            far.append(responses(_blending_period(shape)))
         sample = partial(blended, partial(loads.on_points, depth), terms, shape, far[0].padded)
         return far[0], _spread(far[0].sampled(sample, every), pixel, far[0].padded)
 
@@ -493,7 +493,7 @@ def pulls_of(friction: float, direction: float) -> list[tuple[str, float]]:
 
 
 @dataclass(frozen=True)
-class _Loads:
+class _UnitLoads:
     """Unit pressure and tractions; arrays of offsets are in pixels.
 
     Each traction has its axis, its size, and the number of the map that it goes with: 0 is the
@@ -545,9 +545,9 @@ class _Loads:
         return kernels(x, y, z, self.poisson)
 
 
-def unit_loads(pixel: tuple[float, float], poisson: float) -> _Loads:
+def unit_loads(pixel: tuple[float, float], poisson: float) -> _UnitLoads:
     """Return a unit pressure without traction, on pixels or in waves."""
-    return _Loads(pixel, poisson, ())
+    return _UnitLoads(pixel, poisson, ())
 
 
 def _spread(symbols: Symbols, pixel: tuple[float, float], period: tuple[int, int]) -> Symbols:
@@ -576,7 +576,7 @@ def steps(shape: tuple[int, int], pixel: tuple[float, float], depth: float) -> t
     return 2 ** int(math.log2(y)), 2 ** int(math.log2(x))
 
 
-def _blended_period(shape: tuple[int, int]) -> tuple[int, int]:
+def _blending_period(shape: tuple[int, int]) -> tuple[int, int]:
     """Return a period that leaves room to blend kernels, and is a multiple of all steps."""
     y, x = (math.ceil(_BLEND * n / _COARSEST) for n in shape)
     period = free_period((y, x))
@@ -634,7 +634,7 @@ def blended(
 
 
 def _waves(
-    loads: _Loads, terms: list[Term], shape: tuple[int, int], z: float, damped: float
+    loads: _UnitLoads, terms: list[Term], shape: tuple[int, int], z: float, damped: float
 ) -> Symbols:
     """Return the stress of waves of pressure, up to those with q z = ``damped``."""
     (ny, nx), (dy, dx) = shape, loads.pixel
@@ -860,10 +860,10 @@ def sections(
     listed, (ny, nx) = depth_list(depths), field.shape
     if not (0 <= point[0] < ny and 0 <= point[1] < nx):
         raise input_error("point", point, f"must lie on the map of {ny} × {nx} pixels")
-    return planes(field, [cross_of(field, depth, point) for depth in listed.tolist()])
+    return planes(field, [cross_section(field, depth, point) for depth in listed.tolist()])
 
 
-class Cross:
+class CrossSection:
     """The stress of one depth on the row and on the column through a pixel.
 
     Parameters
@@ -879,7 +879,7 @@ class Cross:
         self.along_x: NDArray[Any] = np.empty((6, nx), field.real)
         self.along_y: NDArray[Any] = np.empty((6, ny), field.real)
 
-    def keep(self, rows: slice, stress: NDArray[Any]) -> None:
+    def store_block(self, rows: slice, stress: NDArray[Any]) -> None:
         """Keep what a row block holds; a visitor of `Responses.stream`."""
         row, column = self.point
         self.along_y[:, rows] = stress[:, :, column]
@@ -887,15 +887,15 @@ class Cross:
             self.along_x[...] = stress[:, row - rows.start]
 
 
-def cross_of(field: Field, depth: float, point: tuple[int, int]) -> Cross:
+def cross_section(field: Field, depth: float, point: tuple[int, int]) -> CrossSection:
     """Return the stress of one depth on the row and on the column through a pixel."""
-    cross = Cross(field, point)
+    cross = CrossSection(field, point)
     responses, symbols = field.in_depth(depth)
-    responses.stream(symbols, cross.keep)
+    responses.stream(symbols, cross.store_block)
     return cross
 
 
-def planes(field: Field, crosses: list[Cross]) -> tuple[NDArray[Any], NDArray[Any]]:
+def planes(field: Field, crosses: list[CrossSection]) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return the results of `sections` from the crosses of all depths."""
     along_x = np.stack([cross.along_x for cross in crosses], axis=1)
     along_y = np.stack([cross.along_y for cross in crosses], axis=1)

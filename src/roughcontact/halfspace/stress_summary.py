@@ -17,9 +17,9 @@ from roughcontact.halfspace import fft, stress_kernels
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.stress import (
-    Cross,
+    CrossSection,
     Field,
-    cross_of,
+    cross_section,
     depth_list,
     field_of,
     graded_depths,
@@ -216,19 +216,19 @@ def _points(contact: Sliding) -> _Points:
     touching = contact.pressure > 0
     result = []
     for step in ((0, 1), (0, -1), (1, 0), (-1, 0)):
-        rim = touching & ~_ahead(touching, step, 1, contact.periodic)
+        rim = touching & ~_next_pixels(touching, step, 1, contact.periodic)
         for distance in (-1, -2):
-            rim &= _ahead(touching, step, distance, contact.periodic)
+            rim &= _next_pixels(touching, step, distance, contact.periodic)
         if not contact.periodic:
             # The stress around is needed.
             rim[[0, -1]] = rim[:, [0, -1]] = False
         rows, columns = np.nonzero(rim)
         steps = np.repeat(np.array(step)[:, None], rows.size, axis=1)
-        result.append(_placed(contact, rows, columns, steps))
+        result.append(_locate_rims(contact, rows, columns, steps))
     return _Points(*(np.concatenate(parts, axis=-1) for parts in zip(*result, strict=True)))
 
 
-def _ahead(values: NDArray[Any], step: tuple[int, int], distance: int, periodic: bool) -> Any:
+def _next_pixels(values: NDArray[Any], step: tuple[int, int], distance: int, periodic: bool) -> Any:
     """Return what lies some steps ahead of each pixel; nothing lies beyond a free edge."""
     shift = [-distance * part for part in step]
     rolled = np.roll(values, shift, axis=(0, 1))
@@ -239,7 +239,7 @@ def _ahead(values: NDArray[Any], step: tuple[int, int], distance: int, periodic:
     return rolled
 
 
-def _placed(contact: Sliding, rows: Index, columns: Index, step: Index) -> _Points:
+def _locate_rims(contact: Sliding, rows: Index, columns: Index, step: Index) -> _Points:
     """Return where the rims are, and how they lie; those across another axis are left out."""
 
     def squared(forward: int, right: int = 0) -> Array:
@@ -538,7 +538,7 @@ def summarize(
     >>> round(found.max_von_mises, 2), round(found.depth_of_max / 20, 2)
     (0.62, 0.48)
     """
-    passage = _passage(
+    passage = _stream_depths(
         pressure, pixel, poisson, depths=depths, yield_strength=yield_strength, boundary=boundary,
         friction=friction, direction=direction, traction=traction, precision=precision,
         workers=workers,
@@ -565,7 +565,7 @@ def summarize_with_sections(
     along_y : ndarray, shape (6, nz, ny)
         See ``along_x``.
     """
-    passage = _passage(pressure, pixel, poisson, **options)
+    passage = _stream_depths(pressure, pixel, poisson, **options)
     summary = passage.summary(pixel[0] * pixel[1])
     return summary, *passage.sections(summary.pixel_of_max)
 
@@ -578,13 +578,13 @@ def summarize_field(
     tell: Callable[[int, int], None] | None = None,
 ) -> tuple[Summary, NDArray[Any], NDArray[Any]]:
     """Return what `summarize_with_sections` does of any field, with pixels of this area [m²]."""
-    passage = _Passage(field, None, pressure, None, tell)
-    passage.look(depths)
+    passage = _DepthScan(field, None, pressure, None, tell)
+    passage.scan_depths(depths)
     summary = passage.summary(cell)
     return summary, *passage.sections(summary.pixel_of_max)
 
 
-def _passage(
+def _stream_depths(
     pressure: ArrayLike,
     pixel: tuple[float, float],
     poisson: float,
@@ -598,7 +598,7 @@ def _passage(
     precision: str = "single",
     workers: int | None = None,
     tell: Callable[[int, int], None] | None = None,
-) -> _Passage:
+) -> _DepthScan:
     """Return the depths of `summarize` after they have passed."""
     workspace = Workspace(workers)
     field = field_of(
@@ -612,16 +612,18 @@ def _passage(
     )
     # Between the points of a profile nothing is looked for.
     looked = (pulls or traction is not None) and field.shape[0] > 1
-    passage = _Passage(field, yield_strength, np.asarray(pressure), rim if looked else None, tell)
+    passage = _DepthScan(field, yield_strength, np.asarray(pressure), rim if looked else None, tell)
     if depths is None:
-        passage.look(graded_depths(np.asarray(pressure), pixel, boundary=boundary), _REFINEMENTS)
-        passage.close_in()
+        passage.scan_depths(
+            graded_depths(np.asarray(pressure), pixel, boundary=boundary), _REFINEMENTS
+        )
+        passage.refine_maximum()
     else:
-        passage.look(depth_list(depths))
+        passage.scan_depths(depth_list(depths))
     return passage
 
 
-class _Passage:
+class _DepthScan:
     """The depths of one stress field as they pass, and what is kept of them."""
 
     def __init__(
@@ -641,17 +643,17 @@ class _Passage:
         self._row = int(np.abs(pressure).max(axis=1).argmax())
         self._pixel, self._largest = (self._row, 0), 0.0
 
-    def look(self, depths: Array, more: int = 0) -> None:
+    def scan_depths(self, depths: Array, more: int = 0) -> None:
         """Look at some depths, one after the other; so many more may follow."""
         self._count = depths.size + more
         for depth in depths.tolist():
             self._layers[depth] = self._layer(depth)
             self._row = self._layers[depth].pixel[0]
 
-    def close_in(self) -> None:
+    def refine_maximum(self) -> None:
         """Look a few times more where the largest stress should be."""
         for _ in range(_REFINEMENTS):
-            depth = _between(self._layers)
+            depth = _refined_depth(self._layers)
             if depth is None:
                 break
             self._layers[depth] = self._layer(depth)
@@ -659,7 +661,7 @@ class _Passage:
     def _layer(self, depth: float) -> _Layer:
         if self._tell is not None:
             self._tell(len(self._layers) + 1, self._count)
-        cross = Cross(self._field, self._pixel)
+        cross = CrossSection(self._field, self._pixel)
         layer = _layer(self._field, depth, self._peak, self._limit, self._row, cross)
         rim = None if depth > 0 or self._rim is None else self._rim()
         if rim is not None:
@@ -685,7 +687,7 @@ class _Passage:
     def sections(self, point: tuple[int, int]) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return the stress on the planes through a pixel, mostly kept from the layers."""
         crosses = [
-            layer.cross if layer.cross.point == point else cross_of(self._field, depth, point)
+            layer.cross if layer.cross.point == point else cross_section(self._field, depth, point)
             for depth, layer in sorted(self._layers.items())
         ]
         return planes(self._field, crosses)
@@ -780,7 +782,7 @@ class _Layer:
     pixel: tuple[int, int]
     orthogonal_shear: tuple[float, float]
     yielded: int
-    cross: Cross
+    cross: CrossSection
     tension: float | None  # Largest principal stress in the surface; None below it
     tension_pixel: tuple[int, int]
 
@@ -791,7 +793,7 @@ def _layer(
     peak: NDArray[Any],
     limit: float | None,
     row: int,
-    cross: Cross,
+    cross: CrossSection,
 ) -> _Layer:
     """Look at one depth: squared von Mises stress into ``peak``, and what the layer adds.
 
@@ -805,7 +807,7 @@ def _layer(
     y_ranges: list[tuple[NDArray[Any], NDArray[Any]]] = []
 
     def visit(rows: slice, stress: NDArray[Any]) -> None:
-        cross.keep(rows, stress)
+        cross.store_block(rows, stress)
         squared = von_mises_squared(stress)
         np.maximum(peak[rows], squared, out=peak[rows])
         place = int(squared.argmax())
@@ -842,7 +844,7 @@ def _layer(
     )
 
 
-def _between(layers: dict[float, _Layer]) -> float | None:
+def _refined_depth(layers: dict[float, _Layer]) -> float | None:
     """Return the depth where the largest stress should be, or nothing if it is known."""
     depths = sorted(layers)
     values = [layers[depth].von_mises for depth in depths]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from roughcontact.halfspace import fft, kernels
 from roughcontact.halfspace.boundary import Boundary, longer_side
-from roughcontact.halfspace.convolution import BAND, SPECTRA, Convolution, Support, joined
+from roughcontact.halfspace.convolution import BAND, SPECTRA, Convolution, Support, join_blocks
 from roughcontact.halfspace.fft import Workspace
 
 Array = NDArray[np.float64]
@@ -77,7 +77,7 @@ class TangentialConvolution(Convolution):
             for field, spectrum in zip(displacement, both, strict=True):
                 field[part] = fft.irfft_rows(spectrum[rows], mx, padded).ravel()[positions]
 
-        runs = joined(blocks, loaded)
+        runs = join_blocks(blocks, loaded)
         work.each(forward, loaded)
         work.each(columns, range(0, width, self._column_step))
         work.each(backward, loaded)
@@ -110,7 +110,7 @@ class TangentialConvolution(Convolution):
             for rows in runs:
                 spectrum[rows] = displaced[rows]
 
-    def in_single(self) -> TangentialConvolution:
+    def to_single_precision(self) -> TangentialConvolution:
         """Return the same in single precision, with the buffer in common."""
         return TangentialConvolution(
             self.spectra, self.shape, self.padded, self._coarser, workspace=self.workspace,

@@ -15,7 +15,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.ranks import Exchange, Ranks
+from roughcontact._tools.ranks import PendingExchange, Ranks
 from roughcontact.errors import InputError
 from roughcontact.halfspace.fft import Workspace
 
@@ -28,11 +28,11 @@ Write = Callable[[int, int, Array], None]
 Parts = Callable[[int], Array]
 """``parts(component)`` returns the spectrum of all waves; it may be overwritten."""
 
-TRAVELLING = 1 << 23
+MAX_MESSAGE_BYTES = 1 << 23
 """Bytes of the spectra of layers that travel from a rank at a time, if one layer has no more."""
 
 
-class Share(Protocol):
+class VolumePartition(Protocol):
     """Which layers and which waves a process holds, and how it comes to those of others.
 
     Attributes
@@ -96,10 +96,10 @@ class Share(Protocol):
             Of the numbers.
         """
 
-    def columns(self, spectrum: Array, width: int) -> Array:
+    def gather_columns(self, spectrum: Array, width: int) -> Array:
         """Return a spectrum of all waves, shape (my, width), of the columns that are here."""
 
-    def whole(self, values: Array, count: int) -> Array:
+    def gather_layers(self, values: Array, count: int) -> Array:
         """Return an array over all layers, so many, of one over those that are here."""
 
     def any(self, value: bool) -> bool:
@@ -111,10 +111,10 @@ class Share(Protocol):
     def largest(self, value: float) -> float:
         """Return the largest value that a process gives."""
 
-    def agreed(self, task: Callable[[], Found]) -> Found:
+    def run_on_all(self, task: Callable[[], Found]) -> Found:
         """Return the result of a task of each process, or raise the error of one on all."""
 
-    def by_first(self, task: Callable[[], Found]) -> Found:
+    def broadcast_from_first(self, task: Callable[[], Found]) -> Found:
         """Return on all what a task gives that the first does."""
 
 
@@ -174,11 +174,11 @@ class SingleProcess:
 
         self.workspace.each(backward, range(layers))
 
-    def columns(self, spectrum: Array, width: int) -> Array:
+    def gather_columns(self, spectrum: Array, width: int) -> Array:
         """Return the spectrum."""
         return spectrum
 
-    def whole(self, values: Array, count: int) -> Array:
+    def gather_layers(self, values: Array, count: int) -> Array:
         """Return the array."""
         return values
 
@@ -193,16 +193,16 @@ class SingleProcess:
         """Return the value."""
         return value
 
-    def agreed(self, task: Callable[[], Found]) -> Found:
+    def run_on_all(self, task: Callable[[], Found]) -> Found:
         """Return what a task gives."""
         return task()
 
-    def by_first(self, task: Callable[[], Found]) -> Found:
+    def broadcast_from_first(self, task: Callable[[], Found]) -> Found:
         """Return what a task gives."""
         return task()
 
 
-class Shared:
+class DistributedPartition:
     """Layers and waves that lie on several ranks, which all call the same in the same order.
 
     Parameters
@@ -215,7 +215,7 @@ class Shared:
 
     def __init__(self, ranks: Ranks, workspace: Workspace) -> None:
         self.ranks, self.workspace = ranks, workspace
-        self.count, self.here = ranks.count, ranks.here()
+        self.count, self.here = ranks.count, ranks.node_size()
 
     def layers(self, count: int) -> range:
         """Return the local layers: every n-th of n processes."""
@@ -247,19 +247,19 @@ class Shared:
         batches = self._batches(len(spectra), 10 * spectra.shape[-2] * width * spectra.itemsize)
         loud = np.zeros(len(spectra), bool)
         spectra[...] = 0
-        before: tuple[Exchange, list[list[int]]] | None = None
+        before: tuple[PendingExchange, list[list[int]]] | None = None
         for number, batch in enumerate(batches):
             begun = self._send(transform, batch, loud, spectra, width, number)
             if before is not None:
-                self._take(*before, spectra)
+                self._store_received(*before, spectra)
             before = begun
         assert before is not None
-        self._take(*before, spectra)
+        self._store_received(*before, spectra)
         return loud
 
     def _batches(self, layers: int, size: int) -> list[list[list[int]]]:
         """Return for each round the layers of each rank that travel."""
-        step = max(self.workspace.workers, TRAVELLING // size, 1)
+        step = max(self.workspace.workers, MAX_MESSAGE_BYTES // size, 1)
         # The same on all ranks, whose threads may differ.
         step = int(self.largest(step))
         rounds = -(-len(self._layers(0, layers)) // step)
@@ -277,7 +277,7 @@ class Shared:
         spectra: Array,
         width: int,
         number: int,
-    ) -> tuple[Exchange, list[list[int]]]:
+    ) -> tuple[PendingExchange, list[list[int]]]:
         """Transform the layers of a round, and send off those that have any strain."""
         own = batch[self.ranks.number]
         shape = spectra.shape[1:-1]
@@ -288,7 +288,7 @@ class Shared:
             result[place] = transform(own[place] // self.count, planes[place])
 
         self.workspace.each(forward, range(len(own)))
-        joined = self.ranks.joined(result, [len(layers) for layers in batch])
+        joined = self.ranks.allgatherv(result, [len(layers) for layers in batch])
         for layer, any_strain in zip((n for layers in batch for n in layers), joined, strict=True):
             loud[layer] = any_strain
         me, places = self.ranks.number, np.flatnonzero(result)
@@ -318,9 +318,11 @@ class Shared:
         coming = self._memory("coming", number % 2, (sum(sizes),), spectra.dtype)
         return self.ranks.exchange(outgoing, parts, coming, sizes), moving
 
-    def _take(self, exchange: Exchange, moving: list[list[int]], spectra: Array) -> None:
+    def _store_received(
+        self, exchange: PendingExchange, moving: list[list[int]], spectra: Array
+    ) -> None:
         """Put what has arrived into its place."""
-        arrived = exchange.arrived()
+        arrived = exchange.wait()
         tasks = [
             (layer, plane)
             for layers, part in zip(moving, arrived, strict=True)
@@ -344,7 +346,7 @@ class Shared:
         """Give everyone the spectra of its layers; see `Share.collect`."""
         layers, components, my, width = shape
         size = 2 * components * my * width * np.dtype(dtype).itemsize
-        before: tuple[Exchange, Array] | None = None
+        before: tuple[PendingExchange, Array] | None = None
         for number, batch in enumerate(batches := self._batches(layers, size)):
             begun = self._return(write, batch, (components, my, width), dtype, number)
             if before is not None:
@@ -360,7 +362,7 @@ class Shared:
         shape: tuple[int, int, int],
         dtype: type,
         number: int,
-    ) -> tuple[Exchange, Array]:
+    ) -> tuple[PendingExchange, Array]:
         """Write the waves that are here of the layers of a round, and send off those of others."""
         (components, my, width), me = shape, self.ranks.number
         here, own = self._width(me, width), batch[me]
@@ -390,7 +392,7 @@ class Shared:
 
     def _read(
         self,
-        exchange: Exchange,
+        exchange: PendingExchange,
         own_part: Array,
         batch: list[list[int]],
         read: Callable[[int, Parts], None],
@@ -402,7 +404,7 @@ class Shared:
             own_part
             if rank == self.ranks.number
             else part.reshape(*own_part.shape[:-1], self._width(rank, width))
-            for rank, part in enumerate(exchange.arrived())
+            for rank, part in enumerate(exchange.wait())
         ]
 
         def backward(place: int) -> None:
@@ -424,34 +426,34 @@ class Shared:
         flat = self.workspace.scratch(f"{name} {number}", (1, math.prod(shape)), dtype.type)
         return flat.reshape(shape)
 
-    def columns(self, spectrum: Array, width: int) -> Array:
+    def gather_columns(self, spectrum: Array, width: int) -> Array:
         """Return a spectrum of all waves of the columns that are here."""
         counts = [self._width(rank, width) for rank in range(self.count)]
-        return np.ascontiguousarray(self.ranks.joined(spectrum.T, counts).T)
+        return np.ascontiguousarray(self.ranks.allgatherv(spectrum.T, counts).T)
 
-    def whole(self, values: Array, count: int) -> Array:
+    def gather_layers(self, values: Array, count: int) -> Array:
         """Return an array over all layers of one over those that are here."""
         layers = [self._layers(rank, count) for rank in range(self.count)]
-        by_rank = self.ranks.joined(values, [len(own) for own in layers])
+        by_rank = self.ranks.allgatherv(values, [len(own) for own in layers])
         ordered = np.empty_like(by_rank)
         ordered[[layer for own in layers for layer in own]] = by_rank
         return ordered
 
     def any(self, result: bool) -> bool:
         """Return whether any rank has found something."""
-        return bool(self.ranks.everyone(float(result)).any())
+        return bool(self.ranks.allgather(float(result)).any())
 
     def largest(self, value: float) -> float:
         """Return the largest value that a rank gives."""
-        return float(self.ranks.everyone(value).max())
+        return float(self.ranks.allgather(value).max())
 
-    def agreed(self, task: Callable[[], Found]) -> Found:
+    def run_on_all(self, task: Callable[[], Found]) -> Found:
         """Return the result of a task of each rank, or raise the error of one on all."""
-        return self.ranks.agreed(task)
+        return self.ranks.run_on_all(task)
 
-    def by_first(self, task: Callable[[], Found]) -> Found:
+    def broadcast_from_first(self, task: Callable[[], Found]) -> Found:
         """Return on all ranks what a task gives that the first does."""
-        return self.ranks.by_first(task)
+        return self.ranks.broadcast_from_first(task)
 
 
 def _scratch(workspace: Workspace, shape: tuple[int, ...], dtype: type) -> Array:

@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arguments import checked
+from roughcontact._tools.arguments import validate_arguments
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
-from roughcontact.units import Quantities, Quantity, quantity
+from roughcontact.units import Quantities, Quantity, to_si
 
 Array = NDArray[Any]
 
@@ -48,9 +48,9 @@ class Perfect:
 
     initial: float
 
-    @checked
+    @validate_arguments
     def __init__(self, initial: Quantity) -> None:
-        object.__setattr__(self, "initial", quantity(initial, "pressure", "initial"))
+        object.__setattr__(self, "initial", to_si(initial, "pressure", "initial"))
         require_positive(initial=self.initial)
 
     def strength(self, strain: Array) -> Array:
@@ -88,10 +88,10 @@ class Linear:
     initial: float
     modulus: float
 
-    @checked
+    @validate_arguments
     def __init__(self, initial: Quantity, modulus: Quantity) -> None:
-        object.__setattr__(self, "initial", quantity(initial, "pressure", "initial"))
-        object.__setattr__(self, "modulus", quantity(modulus, "pressure", "modulus"))
+        object.__setattr__(self, "initial", to_si(initial, "pressure", "initial"))
+        object.__setattr__(self, "modulus", to_si(modulus, "pressure", "modulus"))
         require_positive(initial=self.initial)
         _require_modulus(self.modulus)
 
@@ -138,9 +138,9 @@ class Swift:
     offset: float
     exponent: float
 
-    @checked
+    @validate_arguments
     def __init__(self, coefficient: Quantity, offset: float, exponent: float) -> None:
-        object.__setattr__(self, "coefficient", quantity(coefficient, "pressure", "coefficient"))
+        object.__setattr__(self, "coefficient", to_si(coefficient, "pressure", "coefficient"))
         object.__setattr__(self, "offset", offset)
         object.__setattr__(self, "exponent", exponent)
         require_positive(coefficient=self.coefficient, offset=self.offset)
@@ -188,10 +188,10 @@ class Tabulated:
     strain: tuple[float, ...]
     stress: tuple[float, ...]
 
-    @checked
+    @validate_arguments
     def __init__(self, strain: Sequence[float], stress: Quantities) -> None:
         object.__setattr__(self, "strain", strain)
-        object.__setattr__(self, "stress", quantity(stress, "pressure", "stress"))
+        object.__setattr__(self, "stress", to_si(stress, "pressure", "stress"))
         self._check()
 
     def _check(self) -> None:
@@ -277,10 +277,10 @@ class Kinematic:
     isotropic: Isotropic
     modulus: float
 
-    @checked
+    @validate_arguments
     def __init__(self, isotropic: Isotropic, modulus: Quantity) -> None:
         object.__setattr__(self, "isotropic", isotropic)
-        object.__setattr__(self, "modulus", quantity(modulus, "pressure", "modulus"))
+        object.__setattr__(self, "modulus", to_si(modulus, "pressure", "modulus"))
         _require_modulus(self.modulus)
 
     @property

@@ -47,7 +47,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from roughcontact import units
-from roughcontact._tools.arguments import checked
+from roughcontact._tools.arguments import validate_arguments
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
 
 STANDARD_GRAVITY = 9.80665
@@ -134,7 +134,7 @@ def parse(text: str) -> Reading:
     return Reading(value, scale, conditions[1] / conditions[0] ** 2)
 
 
-@checked
+@validate_arguments
 def vickers(value: float, scale: str) -> float:
     """Return the Vickers number of a steel from another scale."""
     require_positive(value=value)
@@ -154,14 +154,14 @@ def vickers(value: float, scale: str) -> float:
     return float(np.interp(value, numbers, equivalents))
 
 
-@checked
+@validate_arguments
 def pressure(vickers: float) -> float:
     """Return the mean pressure under a Vickers pyramid, ``g HV / sin 68°``."""
     require_positive(vickers=vickers)
     return vickers * STANDARD_GRAVITY * 1e6 / math.sin(_HALF_ANGLE)
 
 
-@checked
+@validate_arguments
 def brinell_pressure(brinell: float, force_index: float = 30.0) -> float:
     """Return the mean pressure under a Brinell ball (Meyer's hardness)."""
     require_positive(brinell=brinell, force_index=force_index)
@@ -178,7 +178,7 @@ def brinell_pressure(brinell: float, force_index: float = 30.0) -> float:
 def stress(value: Any, name: str) -> Any:
     """Return a pressure that may be given as a hardness, in the scale of a test."""
     if not isinstance(value, str):
-        return units.quantity(value, "pressure", name)
+        return units.to_si(value, "pressure", name)
     if not _SCALED.search(value):
         return units.parse(value, "pressure", name)
     try:
@@ -188,7 +188,7 @@ def stress(value: Any, name: str) -> Any:
         raise InputError(ArgumentRef(name), ": ", *own, *error.parts) from None
 
 
-@checked
+@validate_arguments
 def ceiling(hardness: str | float) -> float:
     """Return the pressure ceiling of a body from its hardness."""
     if not isinstance(hardness, str):

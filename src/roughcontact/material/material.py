@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from numbers import Real
 
-from roughcontact._tools.arguments import checked
-from roughcontact._tools.deprecated import Renamed
+from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.deprecated import RenamedAttributes
 from roughcontact.errors import (
     ArgumentRef,
     InputError,
@@ -18,8 +18,8 @@ from roughcontact.errors import (
 )
 from roughcontact.material.hardening import Hardening, Perfect, Swift
 from roughcontact.material.hardness import stress
-from roughcontact.result import face
-from roughcontact.units import Quantity, quantity
+from roughcontact.result import presentation
+from roughcontact.units import Quantity, to_si
 
 CEILING_FACTOR = 3.0
 """Pressure ceiling over yield strength of the softer body (Tabor 1951: H ≈ 3 σ_Y)."""
@@ -30,7 +30,7 @@ _LEAST, _MOST = 1e-50, 1e50
 # Poisson's ratio up to which a cylinder first yields at its surface.
 _AT_SURFACE = 0.1938
 
-AT_ODDS = 0.15
+MAX_STRENGTH_MISMATCH = 0.15
 """Excess of three yield strengths over the hardness from which they are not of one condition."""
 
 PROOF_STRAIN, TABOR_STRAIN = 0.002, 0.08
@@ -77,7 +77,7 @@ class Layer:
     name: str = ""
     residual_stress: float = 0.0
 
-    @checked
+    @validate_arguments
     def __init__(
         self,
         young: Quantity,
@@ -92,11 +92,11 @@ class Layer:
         bulk = Material(young, poisson, yield_strength, name, hardness)
         if math.isinf(bulk.young):
             raise input_error("young", young, "must be finite: a layer is elastic")
-        deep = quantity(thickness, "length", "thickness")
+        deep = to_si(thickness, "length", "thickness")
         require_positive(thickness=deep)
         for key in ("young", "poisson", "yield_strength", "hardness", "name"):
             object.__setattr__(self, key, getattr(bulk, key))
-        residual = quantity(residual_stress, "pressure", "residual_stress")
+        residual = to_si(residual_stress, "pressure", "residual_stress")
         if not math.isfinite(residual):
             raise input_error("residual_stress", residual_stress, "must be finite")
         object.__setattr__(self, "thickness", deep)
@@ -109,7 +109,7 @@ class Layer:
 
 
 @dataclass(frozen=True)
-class Material(Renamed):
+class Material(RenamedAttributes):
     """An isotropic, linearly elastic material with an optional yield strength or hardness.
 
     Parameters
@@ -154,7 +154,7 @@ class Material(Renamed):
     coating: tuple[Layer, ...] = ()
     base: str = "bonded"
 
-    @checked
+    @validate_arguments
     def __init__(
         self,
         young: Quantity,
@@ -167,8 +167,8 @@ class Material(Renamed):
         coating: Sequence[Layer] = (),
         base: str = "bonded",
     ) -> None:
-        strength = quantity(yield_strength, "pressure", "yield_strength")
-        object.__setattr__(self, "young", quantity(young, "pressure", "young"))
+        strength = to_si(yield_strength, "pressure", "yield_strength")
+        object.__setattr__(self, "young", to_si(young, "pressure", "young"))
         object.__setattr__(self, "poisson", poisson)
         object.__setattr__(self, "yield_strength", strength)
         object.__setattr__(self, "name", name)
@@ -182,7 +182,7 @@ class Material(Renamed):
     @classmethod
     def _named(cls, name: str) -> Material:
         """Return a metal of the catalogue."""
-        return face().material(name)
+        return presentation().material(name)
 
     def _check(self) -> None:
         """Refuse constants that no material has."""
@@ -294,7 +294,7 @@ class Material(Renamed):
         if self.yield_strength is None or self.hardness is None or self.hardening is not None:
             return None
         ratio = CEILING_FACTOR * self.yield_strength / self.hardness
-        return ratio if ratio - 1 > AT_ODDS else None
+        return ratio if ratio - 1 > MAX_STRENGTH_MISMATCH else None
 
     @property
     def first_yield_pressure(self) -> float | None:
@@ -327,7 +327,7 @@ RIGID = Material(young=math.inf, poisson=0.0, name="rigid")
 """A body that neither deforms nor yields."""
 
 
-@checked
+@validate_arguments
 def contact_modulus(material: Material, counter_material: Material) -> float:
     """Return the contact modulus E* of two bodies.
 
@@ -362,7 +362,7 @@ def contact_modulus(material: Material, counter_material: Material) -> float:
     return 1 / compliance
 
 
-def softer(first: Material, second: Material) -> Material | None:
+def softer_material(first: Material, second: Material) -> Material | None:
     """Return the body with the smaller ceiling, or ``None`` if none is known or one is coated."""
     if first.coating or second.coating:
         return None
@@ -405,7 +405,7 @@ class Conductor:
     softening_voltage: float | None = None
     melting_voltage: float | None = None
 
-    @checked
+    @validate_arguments
     def __init__(
         self,
         resistivity: Quantity | None = None,
@@ -425,7 +425,7 @@ class Conductor:
 
 
 def _positive(value: Quantity | None, dimension: str, argument: str) -> float | None:
-    result = quantity(value, dimension, argument)
+    result = to_si(value, dimension, argument)
     if result is None:
         return None
     if not (isinstance(result, Real) and 0 < float(result) < math.inf):

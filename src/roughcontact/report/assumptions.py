@@ -18,11 +18,11 @@ from roughcontact.elastoplastic.plausibility import largest_strain, slope_under
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic
-from roughcontact.material.material import Material, contact_modulus, softer
+from roughcontact.material.material import Material, contact_modulus, softer_material
 from roughcontact.report import phrases
 from roughcontact.report.phrases import is_rigid
 from roughcontact.surface.provenance import Provenance
-from roughcontact.units import counted, engineering, lengths, percent
+from roughcontact.units import count_noun, format_engineering, format_lengths, format_percent
 
 HEAD = ("The model assumes", "In this case", "Matters if")
 
@@ -103,7 +103,7 @@ class Assumption:
     when: Callable[[Any], bool] = lambda _: True  # Whether the model makes it
 
 
-def rows(table: Sequence[Assumption], case: Any) -> list[Cells]:
+def assumption_rows(table: Sequence[Assumption], case: Any) -> list[Cells]:
     """Return what a model assumes of a case."""
     return [
         (item.name, item.case if isinstance(item.case, str) else item.case(case), item.matters)
@@ -129,7 +129,7 @@ def slope_errors(case: Case) -> tuple[float, float]:
 def _slope(case: Case) -> str:
     if math.isnan(case.slope):
         return "no slope is known on this map"
-    return f"rms slope {case.slope:.3g}: error {percent(min(sum(slope_errors(case)), 1.0))}"
+    return f"rms slope {case.slope:.3g}: error {format_percent(min(sum(slope_errors(case)), 1.0))}"
 
 
 def _half_spaces(case: Case) -> str:
@@ -139,12 +139,12 @@ def _half_spaces(case: Case) -> str:
     largest = ""
     if case.contact is not None and not case.is_profile and case.contact.spots().count:
         spot = math.sqrt(float(case.contact.spots().area[0]))
-        largest = f"; the largest spot is about {engineering(spot, 'm', 2)} wide"
+        largest = f"; the largest spot is about {format_engineering(spot, 'm', 2)} wide"
     return f"{deforms}{largest}"
 
 
-def _beyond(case: Case) -> str:
-    size = lengths([float(f"{side:.3g}") for side in case.size[case.is_profile :]])
+def _boundary_text(case: Case) -> str:
+    size = format_lengths([float(f"{side:.3g}") for side in case.size[case.is_profile :]])
     axes = ["xy"[1 - axis] for axis in case.boundary.periodic_axes]
     if case.is_profile:
         axes = ["x"] if case.boundary is Boundary.PERIODIC else []
@@ -160,13 +160,13 @@ def _periodic(case: Case) -> bool:
 
 
 def _ceiling(case: Case) -> str:
-    text = phrases.limit(
+    text = phrases.ceiling_text(
         case.ceiling, *case.bodies,
         agreed=None if case.contact is None else case.contact.calibration,
     )  # fmt: skip
     if not case.reached:
         return f"{text}; no point reaches it"
-    body = softer(*case.bodies)
+    body = softer_material(*case.bodies)
     if body is None or body.yield_strength is None or math.isnan(case.slope):
         return text
     return f"{text}; E*h′/σ_Y = {case.modulus * case.slope / body.yield_strength:.3g}"
@@ -184,7 +184,7 @@ def _elastic(case: Case) -> bool:
     return case.ceiling is None and not _yields(case)
 
 
-def _travels(case: Case) -> bool:
+def _path_travels(case: Case) -> bool:
     return case.volume is not None and case.volume.has_moved
 
 
@@ -193,7 +193,7 @@ def _counter_body(case: Case) -> bool:
 
 
 def _grid(case: Case) -> str:
-    pixel = lengths([float(f"{edge:.3g}") for edge in case.pixel[case.is_profile :]])
+    pixel = format_lengths([float(f"{edge:.3g}") for edge in case.pixel[case.is_profile :]])
     contact = case.contact
     if contact is None:
         return f"pixel {pixel} at most"
@@ -201,7 +201,7 @@ def _grid(case: Case) -> str:
         return f"pixel {pixel}"
     pixels = load_bearing_spot_pixels(contact, contact.spots())
     what = "segments" if case.is_profile else "spots"
-    text = f"pixel {pixel}; half of the load is on {what} of {counted(pixels, 'pixel')} or more"
+    text = f"pixel {pixel}; half of the load is on {what} of {count_noun(pixels, 'pixel')} or more"
     if case.is_profile:
         return text
     corrected = (case.volume or contact).perimeter_corrected_area
@@ -212,8 +212,8 @@ def _grid(case: Case) -> str:
 def _missing(case: Case) -> str:
     text = []
     if case.contact is not None and (gone := int(np.count_nonzero(np.isnan(case.contact.gap)))):
-        share = percent(gone / case.contact.gap.size)
-        text.append(f"{counted(gone, 'point')} ({share}) without height never touch")
+        share = format_percent(gone / case.contact.gap.size)
+        text.append(f"{count_noun(gone, 'point')} ({share}) without height never touch")
     elif case.prepared_by("masked"):
         text.append("points without height never touch")
     if case.prepared_by("filled"):
@@ -236,7 +236,7 @@ def _strain(case: Case) -> str:
 def _plastic_strain(case: Case) -> str:
     assert case.volume is not None
     slope = slope_under(case.volume)
-    strain = f"plastic strain {percent(largest_strain(case.volume))} at most"
+    strain = f"plastic strain {format_percent(largest_strain(case.volume))} at most"
     # On a sphere of radius R, of a spot of radius a: a/R = √2 times the rms slope.
     return strain if math.isnan(slope) else f"{strain}; slope under the contact {slope:.3g}"
 
@@ -253,8 +253,8 @@ def _hardening(case: Case) -> str:
 def _layers(case: Case) -> str:
     assert case.volume is not None
     body = case.volume.bodies[0]
-    thin, thick = (engineering(h, "m", 3) for h in (body.thickness[0], body.thickness[-1]))
-    deep = engineering(float(body.thickness.sum()), "m", 3)
+    thin, thick = (format_engineering(h, "m", 3) for h in (body.thickness[0], body.thickness[-1]))
+    deep = format_engineering(float(body.thickness.sum()), "m", 3)
     return f"layers of {thin} (surface) to {thick}, {deep} deep"
 
 
@@ -263,8 +263,8 @@ def _path(case: Case) -> str:
     loads = [step.load for step in case.volume.increments]
     error = case.volume.step_error
     known = "not estimated" if error is None else f"about {100 * error:.2g} %"
-    largest = engineering(max(loads, default=0.0), "N")
-    return f"{counted(len(loads), 'increment')} up to {largest}; error of the steps {known}"
+    largest = format_engineering(max(loads, default=0.0), "N")
+    return f"{count_noun(len(loads), 'increment')} up to {largest}; error of the steps {known}"
 
 
 def _friction(case: Case) -> str:
@@ -282,11 +282,11 @@ ASSUMPTIONS = (
     Assumption("Straight ridges", "the profile continues unchanged along y",
                "the surface is rough in both directions", lambda c: c.is_profile),
     Assumption("Half-spaces", _half_spaces, "a coating, thin wall or edge is near"),
-    Assumption("Periodic sample", _beyond, "waves are longer than the map", _periodic),
-    Assumption("Body ends at the map edge", _beyond, "the map is a sample of a larger face",
+    Assumption("Periodic sample", _boundary_text, "waves are longer than the map", _periodic),
+    Assumption("Body ends at the map edge", _boundary_text, "the map is a sample of a larger face",
                lambda c: not _periodic(c)),
     Assumption("Datum of the approach", lambda c: "a line load displaces nothing at a distance of "
-               f"{engineering(c.size[1] if c.is_profile else max(c.size), 'm', 3)}",
+               f"{format_engineering(c.size[1] if c.is_profile else max(c.size), 'm', 3)}",
                "approach or stiffness is used", lambda c: len(c.boundary.periodic_axes) == 1),
     Assumption("Small slopes", _slope, f"the slope is above {LARGE_SLOPE:g}"),
     Assumption("Small strains", _strain, f"above {LARGE_STRAIN:g}", lambda c: not _yields(c)),
@@ -294,14 +294,14 @@ ASSUMPTIONS = (
     Assumption("Ceiling for plastic flow", _ceiling,
                "residual stress, pile-up or many passes matter", _limited),
     Assumption("No plastic flow",
-               lambda c: f"elastic; peak pressure {engineering(c.max_pressure, 'Pa', 3)}",
+               lambda c: f"elastic; peak pressure {format_engineering(c.max_pressure, 'Pa', 3)}",
                "a metal yields (peak pressure above 1.6 σ_Y)", _elastic),
     Assumption("Hardening", _hardening, "load reverses, or creep, fracture or heat occur", _yields),
     Assumption("Layers", _layers, "peaks are narrower than a layer or pixel", _yields),
     Assumption("No friction, no adhesion", "pressure is normal and never negative",
-               "bodies slide, are soft, or are very smooth", lambda c: not _travels(c)),
+               "bodies slide, are soft, or are very smooth", lambda c: not _path_travels(c)),
     Assumption("Rolling without slip zones", _friction, "torque, spin or a lubricant act",
-               _travels),
+               _path_travels),
     Assumption("Smooth counter-body", "its roughness is not included", "both faces are rough",
                lambda c: not _counter_body(c)),
     Assumption("Two surfaces in one position", "only the sum of their heights counts",
@@ -311,7 +311,7 @@ ASSUMPTIONS = (
     Assumption("One slow loading", _loading, "faces are run in, creep or wear",
                lambda c: c.history is None and not _yields(c)),
     Assumption("Path of loads",
-               lambda c: f"{counted(len(c.history.steps), 'stage')}; unloading is elastic, "
+               lambda c: f"{count_noun(len(c.history.steps), 'stage')}; unloading is elastic, "
                "displaced material is lost", "displaced material or residual stress matters",
                lambda c: c.history is not None),
     Assumption("Path of loads", _path, "machining left residual stress", _yields),

@@ -9,7 +9,7 @@ from importlib import metadata
 from typing import Any, NamedTuple
 
 from roughcontact._version import __version__
-from roughcontact.contact.hertz_comparison import limits
+from roughcontact.contact.hertz_comparison import comparison_limits
 from roughcontact.contact.plausibility import load_bearing_spot_pixels
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
@@ -28,39 +28,39 @@ from roughcontact.report import (
 )
 from roughcontact.report.kind import (
     TRUST,
-    Kind,
+    Presentation,
     Quantity,
     Row,
     Table,
-    capital,
+    capitalize_first,
     rows_of,
     side_by_side,
 )
 from roughcontact.report.page import Block, Cells, PageTable, Picture
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering, percent
+from roughcontact.units import format_engineering, format_percent
 
 # Spots whose share of the load is told.
 _LARGEST = 10
 
 
-class Spotted(NamedTuple):
+class ContactWithSpots(NamedTuple):
     """A contact with its spots."""
 
     result: ContactResult
     spots: Spots
 
 
-def _share_of_load(result: Spotted, count: int) -> str:
+def _share_of_load(result: ContactWithSpots, count: int) -> str:
     load = result.spots.load
-    return percent(min(float(load[:count].sum()) / float(load.sum()), 1.0))
+    return format_percent(min(float(load[:count].sum()) / float(load.sum()), 1.0))
 
 
 SPOTS: Table = (
     Quantity("count", "contact spots", of="spots.count", meaning="connected pixels in contact"),
     Quantity(
         "largest_area", "largest spot", unit="m²", of=lambda s: float(s.spots.area[0]),
-        text=lambda s: f"{engineering(float(s.spots.area[0]), 'm²')}, "
+        text=lambda s: f"{format_engineering(float(s.spots.area[0]), 'm²')}, "
         f"{_share_of_load(s, 1)} of the load",
         meaning="area, and the load that it carries",
     ),
@@ -70,7 +70,7 @@ SPOTS: Table = (
         of=lambda s: load_bearing_spot_pixels(s.result, s.spots),
     ),
 )  # fmt: skip
-"""Of the contact spots, `Spotted`."""
+"""Of the contact spots, `ContactWithSpots`."""
 
 
 class Yielding:
@@ -95,31 +95,31 @@ class Yielding:
 def _place(result: Yielding) -> str:
     layer, row, column = depth.most_strained(result.result, result.number)
     dy, dx = result.result.solution.surface.pixel
-    deep = engineering(float(result.body.depth[layer]), "m")
-    y, x = (engineering(place, "m") for place in ((row + 0.5) * dy, (column + 0.5) * dx))
+    deep = format_engineering(float(result.body.depth[layer]), "m")
+    y, x = (format_engineering(place, "m") for place in ((row + 0.5) * dy, (column + 0.5) * dx))
     return f"{deep} deep, at y, x = {y}, {x}"
 
 
 def _deepest(result: Yielding, name: str) -> str:
     values = getattr(result.layers, name)
     deep = float(result.body.depth[int(values.argmax())])
-    return f"{engineering(float(values.max()), 'Pa')}, {engineering(deep, 'm')} deep"
+    return f"{format_engineering(float(values.max()), 'Pa')}, {format_engineering(deep, 'm')} deep"
 
 
 def _layers(result: Yielding) -> str:
     thickness = result.body.thickness
-    return f"{thickness.size}, {engineering(float(thickness.sum()), 'm')} deep in all"
+    return f"{thickness.size}, {format_engineering(float(thickness.sum()), 'm')} deep in all"
 
 
 YIELDING: Table = (
     Quantity(
         "max_plastic_strain", "largest accumulated plastic strain", of="body.max_plastic_strain",
-        text=lambda b: f"{percent(b.body.max_plastic_strain)}, {_place(b)}",
+        text=lambda b: f"{format_percent(b.body.max_plastic_strain)}, {_place(b)}",
         when=lambda b: bool(b.body.plastic_volume),
     ),
     Quantity(
         "max_von_mises", "largest stress", unit="Pa", of="body.max_von_mises",
-        text=lambda b: f"{engineering(b.body.max_von_mises, 'Pa')}, {_place(b)}",
+        text=lambda b: f"{format_engineering(b.body.max_von_mises, 'Pa')}, {_place(b)}",
         when=lambda b: not b.body.plastic_volume,
     ),
     Quantity(
@@ -157,7 +157,7 @@ def cells(rows: Iterable[Row]) -> list[Cells]:
     return [(row.title, row.text, row.meaning) for row in rows]
 
 
-def headlines(kind: Kind, result: Any, keys: Iterable[str]) -> list[Cells]:
+def headlines(kind: Presentation, result: Any, keys: Iterable[str]) -> list[Cells]:
     """Return what a report says first: names, values and remarks."""
     return cells(replace(kind.row(result, key), symbol="") for key in keys)
 
@@ -175,24 +175,24 @@ def quantities(rows: Iterable[Row]) -> list[Block]:
     return table(told, ("quantity", "value", "meaning"), "wide")
 
 
-def steps(kind: Kind, result: Any, count: int = _MANY) -> list[Block]:
+def steps(kind: Presentation, result: Any, count: int = _MANY) -> list[Block]:
     """Return the block of the steps of a result, at most ``count`` of them, evenly spaced."""
     head, rows = kind.listing(result)
-    chosen = spaced(rows, count)
+    chosen = evenly_spaced(rows, count)
     blocks = table(chosen, head)
     if len(chosen) < len(rows):
         blocks.append(Block("small", f"{len(chosen)} of {len(rows)} steps; files have all."))
     return blocks
 
 
-def spaced(rows: Sequence[Cells], count: int) -> list[Cells]:
+def evenly_spaced(rows: Sequence[Cells], count: int) -> list[Cells]:
     """Return at most ``count`` rows, evenly spaced, with the first and the last."""
     if len(rows) <= count:
         return list(rows)
     return [rows[round(index * (len(rows) - 1) / (count - 1))] for index in range(count)]
 
 
-def pictures(table: figures.Illustrations, scene: Any, chapter: str) -> list[Picture]:
+def picture_list(table: figures.Illustrations, scene: Any, chapter: str) -> list[Picture]:
     """Return the figures of a table that belong to a chapter; none without a scene."""
     return (
         []
@@ -205,15 +205,17 @@ def pictures(table: figures.Illustrations, scene: Any, chapter: str) -> list[Pic
     )
 
 
-def shown(table: figures.Illustrations, scene: Any, chapter: str = figures.RESULTS) -> list[Block]:
+def figure_blocks(
+    table: figures.Illustrations, scene: Any, chapter: str = figures.RESULTS
+) -> list[Block]:
     """Return the blocks of the figures of a table that belong to a chapter."""
-    return [Block("figure", item) for item in pictures(table, scene, chapter)]
+    return [Block("figure", item) for item in picture_list(table, scene, chapter)]
 
 
 # --- Input ---
 
 
-def maps(result: ContactResult, drawn: bool = True) -> list[Block]:
+def map_blocks(result: ContactResult, drawn: bool = True) -> list[Block]:
     """Return the blocks on the maps of a contact and their preparation; drawn also the rest."""
     names = ["map", "counter-body"]
     surfaces: list[Any] = [result.share]
@@ -235,7 +237,7 @@ def maps(result: ContactResult, drawn: bool = True) -> list[Block]:
     for surface in measured:
         of = " of the counter-body" if surface is result.counter_surface else ""
         entry = figures.PROFILE_MAP if surface.is_profile else figures.MAP
-        (picture,) = pictures((entry,), figures.MapScene(surface, of), figures.FILES)
+        (picture,) = picture_list((entry,), figures.MapScene(surface, of), figures.FILES)
         beside = surface is measured[0] and not surface.is_profile
         blocks.append(
             Block("aside", (picture, [PageTable(rows, head, style)])) if beside
@@ -278,7 +280,9 @@ _PARAMETERS: tuple[Cells, ...] = (
 )
 
 
-def bodies(pair: tuple[Material, Material], specified: Iterable[Row], model: Table) -> list[Block]:
+def body_blocks(
+    pair: tuple[Material, Material], specified: Iterable[Row], model: Table
+) -> list[Block]:
     """Return the blocks on two materials, where their values are from, and on the problem."""
     rows = [(row.title, *texts) for row, texts in side_by_side(model, pair, brief=True)]
     sources = "; ".join(inputs.sources(pair))
@@ -293,22 +297,22 @@ def bodies(pair: tuple[Material, Material], specified: Iterable[Row], model: Tab
 # --- Results ---
 
 
-def spots(result: ContactResult) -> list[Cells]:
+def spot_rows(result: ContactResult) -> list[Cells]:
     """Return number, size and load of the spots, in rows."""
     found = result.spots()
     if found.count == 0:
         return [("Contact spots", "none", "the bodies do not touch")]
     if result.pair.is_profile:
         return list(of_profile.segments(result, found))
-    return cells(rows_of(SPOTS, Spotted(result, found)))
+    return cells(rows_of(SPOTS, ContactWithSpots(result, found)))
 
 
-def with_hertz(result: ContactResult) -> list[Block]:
+def hertz_blocks(result: ContactResult) -> list[Block]:
     """Return the blocks on Hertz's contact of the nominal bodies; none where none is given."""
     contact = result.hertz
     if contact is None or not smooth.applies(result):
         return []
-    rows = [(capital(name), *texts) for name, *texts in smooth.rows(result)]
+    rows = [(capitalize_first(name), *texts) for name, *texts in smooth.rows(result)]
     picture = Picture(
         partial(versus_hertz, result),
         "Mean and maximum pressure over the distance from the middle, and that of the smooth "
@@ -317,9 +321,9 @@ def with_hertz(result: ContactResult) -> list[Block]:
     )
     return [
         Block("head", "Compared with the smooth bodies (Hertz)"),
-        Block("small", f"{capital(smooth.bodies(contact))}. {smooth.SIZE}"),
+        Block("small", f"{capitalize_first(smooth.bodies(contact))}. {smooth.SIZE}"),
         Block("aside", (picture, [PageTable(rows, ("", *smooth.HEADS[1:]))])),
-        *(Block("small", page.sentence(limit.text)) for limit in limits(result)),
+        *(Block("small", page.as_sentence(limit.text)) for limit in comparison_limits(result)),
     ]
 
 
@@ -332,7 +336,7 @@ RIGHT_PROBLEM = "It verifies the solution of this model; sections 3 and 4 cover 
 _LIBRARIES = ("numpy", "scipy", "ducc0", "matplotlib")
 
 
-def trust(kind: Kind, result: Any, checked: Sequence[str]) -> list[Block]:
+def trust_blocks(kind: Presentation, result: Any, checked: Sequence[str]) -> list[Block]:
     """Return the blocks on how exactly a result is solved, and what it was checked for."""
     rows = [(row.title, row.text) for row in kind.rows(result, TRUST, brief=True)]
     return [
@@ -362,7 +366,7 @@ def certificate(result: ContactResult) -> list[Block]:
     ]
 
 
-def repetition(version: str, command: str, script: str, what: str) -> list[Block]:
+def script_blocks(version: str, command: str, script: str, what: str) -> list[Block]:
     """Return the blocks on how to get the same result again."""
     blocks = [Block("code", command)] if command else []
     if not command and script:

@@ -11,8 +11,8 @@ from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.formats import instruments
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Hardening, Kinematic, Swift
-from roughcontact.references import NO_REFERENCES, Reference, References, cited
-from roughcontact.report.kind import Kind, Use
+from roughcontact.references import NO_REFERENCES, Reference, References, make_use
+from roughcontact.report.kind import Presentation, Use
 from roughcontact.surface.provenance import Operation, Provenance
 
 Uses = Iterator[Use]
@@ -25,17 +25,17 @@ _STEPS = {
     "reference_map": ("generated surface", "Persson2005", "Jacobs2017"),
 }
 
-CEILING = cited("ceiling of the pressure", "EngineeringModel", "Almqvist2007", "Tabor1951")
-RECOMMENDED = cited("calibrated ceiling", "Jackson2005")
+CEILING = make_use("ceiling of the pressure", "EngineeringModel", "Almqvist2007", "Tabor1951")
+RECOMMENDED = make_use("calibrated ceiling", "Jackson2005")
 
 
-def of(kind: Kind, result: Any) -> References:
+def references_of(kind: Presentation, result: Any) -> References:
     """Return the works behind a result, by what they were used for."""
     contact = () if kind.contact is None else of_contact(kind.contact(result))
     return _gathered([*contact, *kind.works(result)])
 
 
-def known(works: References) -> list[str]:
+def cited_works(works: References) -> list[str]:
     """Return the works whose authors or publishers are known, one line each."""
     return [work.text for work in works if work.authors or work.year]
 
@@ -56,13 +56,13 @@ def of_contact(result: ContactResult) -> Uses:
         yield RECOMMENDED
     if result.hertz is not None:
         ellipse = result.hertz.shape.kind == ELLIPSE
-        yield cited("smooth bodies compared", "Johnson1985", *(["Carlson1995"] * ellipse))
+        yield make_use("smooth bodies compared", "Johnson1985", *(["Carlson1995"] * ellipse))
     tool = result.measurement and result.measurement.instrument
     if tool is not None:
         of_kind = {"optical": "DeGroot2024", "tip": "Villarrubia1997"}[tool.kind]
-        yield cited("surface behind the map", "Wilson2021", "Jacobs2017", "Moisan2011", of_kind)
+        yield make_use("surface behind the map", "Wilson2021", "Jacobs2017", "Moisan2011", of_kind)
     if result.estimate is not None:
-        yield cited("formulas of nominally flat contact", "Persson2001", "Yang2008")
+        yield make_use("formulas of nominally flat contact", "Persson2001", "Yang2008")
 
 
 def _elastic(result: ContactResult) -> Uses:
@@ -76,9 +76,9 @@ def _elastic(result: ContactResult) -> Uses:
         yield from of_maps(pair.origins, pair.is_profile)
     yield from solved_of(result.boundary, pair.is_profile, known)
     if pair.is_coated:
-        yield cited("response of the layers", "Burmister1945")
+        yield make_use("response of the layers", "Burmister1945")
     if result.moments is not None:
-        yield cited("bodies that tilt", "Nocedal2006", "Gilbert1988")
+        yield make_use("bodies that tilt", "Nocedal2006", "Gilbert1988")
 
 
 def of_maps(origins: Iterable[Provenance], is_profile: bool) -> Uses:
@@ -86,25 +86,27 @@ def of_maps(origins: Iterable[Provenance], is_profile: bool) -> Uses:
     for origin in origins:
         yield from _of_provenance(origin)
     if is_profile:
-        yield cited("parameters of the profile", "ISO21920-2", "ISO4287")
+        yield make_use("parameters of the profile", "ISO21920-2", "ISO4287")
     else:
-        yield cited("parameters of the map", "ISO25178-2")
+        yield make_use("parameters of the map", "ISO25178-2")
 
 
 def solved_of(boundary: Boundary, is_profile: bool, yields: bool) -> Uses:
     """Yield kernel and solver; ``yields`` where a yield strength is known."""
     # Of a profile that of plane strain.
-    yield cited("response of the half-space", *(("Johnson1985",) if is_profile else boundary.works))
-    yield cited("principle of minimum", "Kalker1977")
-    yield cited(
+    yield make_use(
+        "response of the half-space", *(("Johnson1985",) if is_profile else boundary.works)
+    )
+    yield make_use("principle of minimum", "Kalker1977")
+    yield make_use(
         "solver", "Polonsky1999", "Hintermueller2002", "Pardalos1990", "Birgin2000", "More1991",
         "Golub1999",
     )  # fmt: skip
     if yields:
-        yield cited("first yield", "Green2005" if is_profile else "Jackson2005")
+        yield make_use("first yield", "Green2005" if is_profile else "Jackson2005")
     if not is_profile:
-        yield cited("perimeter-corrected contact area", "Yastrebov2017")
-    yield cited("arrays, transforms and linear algebra", "Harris2020", "Virtanen2020")
+        yield make_use("perimeter-corrected contact area", "Yastrebov2017")
+    yield make_use("arrays, transforms and linear algebra", "Harris2020", "Virtanen2020")
 
 
 def _of_provenance(provenance: Provenance) -> Uses:
@@ -116,36 +118,36 @@ def _of_provenance(provenance: Provenance) -> Uses:
 
 def _of_step(step: Operation) -> Uses:
     if step.method in _STEPS:
-        yield cited(*_STEPS[step.method])
+        yield make_use(*_STEPS[step.method])
     name = step.found.get("format")
     if step.method == "read_surface" and name in instruments.SUFFIXES:
         norm = ("ISO25178-72",) if name == "x3p" else ()
-        yield cited("reader of the file", "Rottger2022", *norm)
+        yield make_use("reader of the file", "Rottger2022", *norm)
     for other in step.arguments.values():
         if isinstance(other, Provenance):
             yield from _of_provenance(other)
 
 
-def below(boundary: Boundary) -> tuple[str, tuple[Reference, ...]]:
+def stress_references(boundary: Boundary) -> tuple[str, tuple[Reference, ...]]:
     """Return the works behind stress below the surface."""
     free = () if boundary.periodic_axes else ("Love1929", "Liu2002")
-    return cited("stress below the surface", "Johnson1985", *free)
+    return make_use("stress below the surface", "Johnson1985", *free)
 
 
 def of_volume(result: ElastoplasticResult) -> Uses:
     """Yield the works of a contact with plasticity of the volume."""
     yield from _elastic(result.solution)
-    yield cited("plasticity of the volume", "Jacq2002", "Nelias2006", "Frerot2019", "Simo1998")
-    yield cited("acceleration of the loop", "Anderson1965")
+    yield make_use("plasticity of the volume", "Jacq2002", "Nelias2006", "Frerot2019", "Simo1998")
+    yield make_use("acceleration of the loop", "Anderson1965")
     if result.has_moved:
-        yield cited("bodies that move", "Boucly2007")
+        yield make_use("bodies that move", "Boucly2007")
     for body in result.bodies:
         yield from _of_law(body.material.law)
 
 
 def _of_law(law: Hardening) -> Uses:
     if isinstance(law, Kinematic):
-        yield cited("kinematic hardening", "Prager1955", "Simo1998")
+        yield make_use("kinematic hardening", "Prager1955", "Simo1998")
         law = law.isotropic
     if isinstance(law, Swift):
-        yield cited("hardening law", "Swift1952")
+        yield make_use("hardening law", "Swift1952")

@@ -35,21 +35,21 @@ from roughcontact.report.kind import (
     ABSENT,
     PROBLEM,
     CellTable,
-    Kind,
+    Presentation,
     Row,
-    capital,
+    capitalize_first,
     quantity_of,
     rows_of,
 )
 from roughcontact.report.page import HALF, Block, Cells
 from roughcontact.uncertainty.intervals import QUANTITIES, Cause, Interval
 from roughcontact.uncertainty.resolution import ResolutionStudy
-from roughcontact.units import changed_by, counted, engineering
+from roughcontact.units import count_noun, format_change, format_engineering
 
 
 def question(result: ContactResult) -> str:
     """Return the question that a contact answers."""
-    name, under = phrases.source(result.share.provenance), phrases.under(result)
+    name, under = phrases.source(result.share.provenance), phrases.load_phrase(result)
     smooth = result.hertz if not result.pair.is_shared else None
     if result.control == "approach":
         return f"Which load does {name} carry {under}?"
@@ -59,7 +59,7 @@ def question(result: ContactResult) -> str:
 
 
 def inputs_of(
-    kind: Kind, result: Any, pressed: ContactResult | None, drawn: bool = True
+    kind: Presentation, result: Any, pressed: ContactResult | None, drawn: bool = True
 ) -> list[Block]:
     """Return the blocks on what went into a result: maps, bodies and load of its contact."""
     if kind.inputs is not None:
@@ -71,8 +71,8 @@ def inputs_of(
             *own.rows(pressed, PROBLEM)]  # fmt: skip
     specified = {row.key: row for row in reversed(rows)}.values()
     return [
-        *chapters.maps(pressed, drawn),
-        *chapters.bodies(
+        *chapters.map_blocks(pressed, drawn),
+        *chapters.body_blocks(
             (pressed.material, pressed.counter_material), reversed(specified),
             inputs.bodies("ceiling", pressed.pair.is_profile),
         ),
@@ -83,19 +83,19 @@ def uncertainty_of(result: ContactResult | None, study: ResolutionStudy | None) 
     """Return the blocks on the intervals of a contact and what contributes to them."""
     if result is None or not (result.converged and result.load):
         return []
-    measured, known = result.measurement, uncertainty.ends(result, study)
+    measured, known = result.measurement, uncertainty.intervals_by_key(result, study)
     rows = [
-        (capital(name), interval, causes)
+        (capitalize_first(name), interval, causes)
         for name, interval, causes in uncertainty.uncertainty_rows(result, study)
         if interval in known.values()
     ]
     head = "interval" if measured is None else "95 % interval"
     blocks = chapters.table(rows, ("quantity", head, "contributions"))
     table = kind_of(result).table
-    blocks += uncertainty.budget(result, study)
+    blocks += uncertainty.budget_block(result, study)
     others = [quantity_of(table, key).name for key in QUANTITIES if key not in known]
     if measured is not None:
-        blocks.append(Block("small", uncertainty.measured_by(measured)))
+        blocks.append(Block("small", uncertainty.measurement_text(measured)))
         blocks += [Block("small", remark) for remark in measured.remarks]
     else:
         hint = "" if study is not None else f" The pixel was not studied ({uncertainty.STUDY_REF})."
@@ -115,7 +115,7 @@ def details(result: ContactResult, scene: Any, **more: Any) -> list[Block]:
     """Return the blocks with all results of a contact; the elastic one beside it with figures."""
     kind, elastic = kind_of(result), None
     if scene is not None and result.saturated_fraction > 0 and not result.pair.is_shared:
-        elastic = _best(result.elastic)
+        elastic = _elastic_or_best(result.elastic)
     answer = [*_columns(kind, result, elastic)]
     if elastic is not None and not elastic.converged:
         answer.append(
@@ -125,32 +125,34 @@ def details(result: ContactResult, scene: Any, **more: Any) -> list[Block]:
                 f"limit {elastic.tolerance:.0e}. Its column is not a solution.",
             )
         )
-    answer += chapters.shown(kind.figures, scene, FRONT)[1:]
-    answer += chapters.shown(kind.figures, scene)
-    return answer if result.pair.is_shared else [*answer, *chapters.with_hertz(result)]
+    answer += chapters.figure_blocks(kind.figures, scene, FRONT)[1:]
+    answer += chapters.figure_blocks(kind.figures, scene)
+    return answer if result.pair.is_shared else [*answer, *chapters.hertz_blocks(result)]
 
 
-def in_short(result: ContactResult) -> list[Block]:
+def short_blocks(result: ContactResult) -> list[Block]:
     """Return the blocks on the contact under the largest load of other results."""
     kind = kind_of(result)
     keys = [key for key in headlines(result) if quantity_of(kind.table, key).when(result)]
-    rows = [*chapters.headlines(kind, result, keys), *chapters.spots(result)]
-    head = f"Contact under {engineering(result.load, result.pair.load_unit)}, the largest load"
+    rows = [*chapters.headlines(kind, result, keys), *chapters.spot_rows(result)]
+    head = (
+        f"Contact under {format_engineering(result.load, result.pair.load_unit)}, the largest load"
+    )
     scene = figures.ContactScene(result)
-    front = chapters.shown(kind.figures, scene, FRONT)
+    front = chapters.figure_blocks(kind.figures, scene, FRONT)
     if not (result.pair.is_profile or scene.is_sparse):
         # Its gap is that of the deformed bodies, if they have a history.
-        front += chapters.shown(kind.figures, scene)
+        front += chapters.figure_blocks(kind.figures, scene)
     count = 1 if result.pair.is_profile or scene.is_sparse else 2
-    shown = [*chapters.table(rows, style="key"), *front[:count], *chapters.with_hertz(result)]
+    shown = [*chapters.table(rows, style="key"), *front[:count], *chapters.hertz_blocks(result)]
     return [Block("head", head), *shown]
 
 
 def _columns(
-    kind: Kind, result: ContactResult, elastic: ContactResult | None = None
+    kind: Presentation, result: ContactResult, elastic: ContactResult | None = None
 ) -> list[Block]:
     """Return the block of all results: a column for each ceiling, the elastic one last."""
-    heads, answer = beside_calibrated(kind, result, brief=True)
+    heads, answer = with_calibrated_column(kind, result, brief=True)
     others = {}
     if elastic is not None:
         heads = (*(heads or (_ceiling_head(result),)), "elastic")
@@ -161,14 +163,14 @@ def _columns(
     ]
     if not result.pair.is_shared and result.load:
         empty = ("",) * (len(heads or ("value",)) - 1)
-        rows += [(name, text, *empty, note) for name, text, note in chapters.spots(result)]
+        rows += [(name, text, *empty, note) for name, text, note in chapters.spot_rows(result)]
     return chapters.table(rows, ("quantity", *(heads or ("value",)), "meaning"), "wide")
 
 
 def _ceiling_head(result: ContactResult) -> str:
     if isinstance(result.ceiling, np.ndarray):
         return "with ceiling"
-    return f"ceiling {engineering(float(result.ceiling or 0), 'Pa', 3)}"
+    return f"ceiling {format_engineering(float(result.ceiling or 0), 'Pa', 3)}"
 
 
 def headlines(result: ContactResult) -> tuple[str, ...]:
@@ -191,13 +193,13 @@ class SharedScene:
         assert isinstance(share, Slab)
         return cls(
             share.size,
-            [share.reduced(values, largest=values is pressure)
+            [share.reduce_blocks(values, largest=values is pressure)
              for values in (share.heights, pressure, gap)],
         )  # fmt: skip
 
     def drawn(self, index: int) -> Any:
         """Return one of the maps as a figure."""
-        return list(cells.figures(self.size, *self.blocks).values())[index]()
+        return list(cells.map_painters(self.size, *self.blocks).values())[index]()
 
 
 def _reduced(index: int, caption: str, chapter: str) -> Illustration:
@@ -211,7 +213,7 @@ _SHARED = (
 )
 
 
-def _best(solve: Callable[[], ContactResult]) -> ContactResult | None:
+def _elastic_or_best(solve: Callable[[], ContactResult]) -> ContactResult | None:
     """Return the same problem under another ceiling, or the best that was found of it."""
     try:
         return solve()
@@ -229,7 +231,7 @@ _CALIBRATED = (
 )  # fmt: skip
 
 
-def under_calibrated(result: Any) -> dict[str, str]:
+def calibrated_numbers(result: Any) -> dict[str, str]:
     """Return the values under the calibrated ceiling, by key; empty if it changes nothing."""
     other = getattr(result, "calibrated", None)
     if other is None or not other.differs:
@@ -248,11 +250,11 @@ def _ceilings(result: ContactResult) -> tuple[str, str]:
     return f"ceiling {own}", f"calibrated, {other}"
 
 
-def beside_calibrated(
-    kind: Kind, result: Any, brief: bool = False
+def with_calibrated_column(
+    kind: Presentation, result: Any, brief: bool = False
 ) -> tuple[Cells, list[tuple[Row, Cells]]]:
     """Return heads and rows of an answer, with a second column where another ceiling changes it."""
-    answer, calibrated = kind.rows(result, brief=brief), under_calibrated(result)
+    answer, calibrated = kind.rows(result, brief=brief), calibrated_numbers(result)
     if not calibrated:
         return (), [(row, (row.text,)) for row in answer]
     return _ceilings(result), [(row, (row.text, calibrated.get(row.key, ""))) for row in answer]
@@ -275,8 +277,8 @@ def answer(result: ContactResult, study: ResolutionStudy | None = None) -> str:
     if smooth is not None:
         return _beside_hertz(result, smooth.area, interval)
     what = "profile" if result.pair.is_profile else "face"
-    ends = _ends(interval, lambda value: phrases.share(value))
-    share = phrases.share(interval.value if interval else result.contact_fraction)
+    ends = _ends(interval, lambda value: phrases.format_share(value))
+    share = phrases.format_share(interval.value if interval else result.contact_fraction)
     return f"{share} of the {what} is in contact{ends}{_yields(result)}"
 
 
@@ -294,13 +296,13 @@ def _ends(interval: Interval | None, form: Callable[[float], str]) -> str:
 
 def _beside_hertz(result: ContactResult, smooth: float, interval: Interval | None) -> str:
     unit = "m" if result.pair.is_profile else "m²"
-    ends = _ends(interval, lambda value: phrases.size(value * result.nominal_area, unit))
+    ends = _ends(interval, lambda value: phrases.format_short(value * result.nominal_area, unit))
     value = result.nominal_area * interval.value if interval else result.contact_area
-    area, ratio = phrases.size(value, unit), value / smooth
+    area, ratio = phrases.format_short(value, unit), value / smooth
     if abs(ratio - 1) < _ALIKE:
         return f"The bodies touch on {area}{ends}, as Hertz's theory has it{_yields(result)}"
     rough = f"Roughness carries the load on {area}{ends}"
-    return f"{rough}, {phrases.share(ratio)} of the Hertz contact{_yields(result)}"
+    return f"{rough}, {phrases.format_share(ratio)} of the Hertz contact{_yields(result)}"
 
 
 _YIELDING = {
@@ -315,7 +317,7 @@ _YIELDING = {
 def _yields(result: ContactResult) -> str:
     if result.regime is Regime.SATURATED:
         saturated, area = (_known(result, f"{what}_fraction") for what in ("saturated", "contact"))
-        share = phrases.share(min(saturated / area, 1.0))
+        share = phrases.format_share(min(saturated / area, 1.0))
         return f"; {share} of that is at the pressure ceiling."
     if result.pair.is_coated:
         return "."
@@ -331,33 +333,37 @@ def _known(result: ContactResult, name: str) -> float:
 def numbers(result: ContactResult, study: ResolutionStudy | None = None) -> CellTable:
     """Return the numbers of a contact that are said first."""
     if not result.contact_area:
-        return (), [("Load", phrases.size(result.load, result.pair.load_unit))]
+        return (), [("Load", phrases.format_short(result.load, result.pair.load_unit))]
     if result.measurement is not None:
         return uncertainty.CORRECTED, uncertainty.corrected_rows(result)
     if hertz_comparison.applies(result):
         return hertz_comparison.HEADS, hertz_comparison.rows(result)
     unit, what = ("m", "length") if result.pair.is_profile else ("m²", "area")
-    nominal = phrases.size(result.nominal_area, unit)
-    area = f"{phrases.size(result.contact_area, unit)} of {nominal}"
+    nominal = phrases.format_short(result.nominal_area, unit)
+    area = f"{phrases.format_short(result.contact_area, unit)} of {nominal}"
     if not result.pair.is_shared:
-        area += f", {counted(result.spots().count, 'spot')}"
+        area += f", {count_noun(result.spots().count, 'spot')}"
     rows = [
         (f"Real contact {what}", area),
         (
             "Contact pressure",
-            f"{phrases.size(result.load / result.contact_area, 'Pa')} mean; {_upper(result)}",
+            f"{phrases.format_short(result.load / result.contact_area, 'Pa')} mean; {_upper(result)}",
         ),
-        ("Mean gap", phrases.size(result.mean_gap, "m")),
+        ("Mean gap", phrases.format_short(result.mean_gap, "m")),
     ]
     if result.control == "load":
-        rows.append(("Approach", f"{phrases.size(result.approach, 'm')} from first contact"))
+        rows.append(
+            ("Approach", f"{phrases.format_short(result.approach, 'm')} from first contact")
+        )
     else:
-        rows.insert(0, ("Load", phrases.size(result.load, result.pair.load_unit)))
+        rows.insert(0, ("Load", phrases.format_short(result.load, result.pair.load_unit)))
     if result.saturated_fraction:
-        depth = phrases.size(result.totals.max_indentation, "m")
+        depth = phrases.format_short(result.totals.max_indentation, "m")
         rows.append(("Residual indentation", f"{depth} at most"))
     if result.moments is not None:
-        rows.append(("Tilt (y, x)", ", ".join(phrases.size(value, "rad") for value in result.tilt)))
+        rows.append(
+            ("Tilt (y, x)", ", ".join(phrases.format_short(value, "rad") for value in result.tilt))
+        )
     return (), rows
 
 
@@ -366,9 +372,9 @@ def _upper(result: ContactResult) -> str:
     if not result.saturated_fraction or isinstance(result.ceiling, np.ndarray):
         edge = result.ceiling is None and result.totals.edge_load is not None
         limit = ", no limit at the map edge" if edge else ""
-        return f"{phrases.size(result.max_pressure, 'Pa')} peak{limit}"
+        return f"{phrases.format_short(result.max_pressure, 'Pa')} peak{limit}"
     assert result.ceiling is not None
-    return f"ceiling {phrases.size(float(result.ceiling), 'Pa')}{_in_strengths(result)}"
+    return f"ceiling {phrases.format_short(float(result.ceiling), 'Pa')}{_in_strengths(result)}"
 
 
 def _in_strengths(result: ContactResult) -> str:
@@ -397,19 +403,19 @@ def _calibrated(result: ContactResult) -> str:
     other = result.calibrated
     if other is None or not other.differs:
         return ""
-    area = changed_by(other.contact_fraction / result.contact_fraction - 1)
-    gap = changed_by(other.mean_gap / result.mean_gap - 1) if result.mean_gap else "0 %"
+    area = format_change(other.contact_fraction / result.contact_fraction - 1)
+    gap = format_change(other.mean_gap / result.mean_gap - 1) if result.mean_gap else "0 %"
     ceiling = f"calibrated ceiling ({other.factor:.3g} σ_Y)"
     if other.is_of_base:
-        ceiling = f"ceiling of the base ({engineering(other.ceiling, 'Pa', 3)})"
+        ceiling = f"ceiling of the base ({format_engineering(other.ceiling, 'Pa', 3)})"
     return (
         f"With the {ceiling}: contact "
-        f"{phrases.share(other.contact_fraction)} ({area}), mean gap "
-        f"{phrases.size(other.mean_gap, 'm')} ({gap})"
+        f"{phrases.format_share(other.contact_fraction)} ({area}), mean gap "
+        f"{phrases.format_short(other.mean_gap, 'm')} ({gap})"
     )
 
 
-KIND = Kind(
+KIND = Presentation(
     ContactResult, contact_fields.CONTACT, figures=figures.CONTACT, scene=figures.ContactScene,
     plots=(
         maps.overview, maps.pressure, maps.contact, maps.gap, maps.close_up, maps.spots,
@@ -419,7 +425,7 @@ KIND = Kind(
     dataset=archive.to_dataset,
     problem=phrases.problem, answer=answer, numbers=numbers, remarks=remarks,
     question=question, details=details, meaning=phrases.regime,
-    checked=plausibility.checked, script=python_script.repeating,
+    checked=plausibility.performed_checks, script=python_script.script_of_result,
 )  # fmt: skip
 PROFILE_KIND = replace(
     KIND, table=contact_fields.PROFILE_CONTACT, when=lambda result: result.pair.is_profile,
@@ -438,7 +444,7 @@ SHARED_KIND = replace(
 )
 
 
-def kind_of(result: ContactResult) -> Kind:
+def kind_of(result: ContactResult) -> Presentation:
     """Return the kind of a contact: of a map in one place or on several ranks, or of a profile."""
     if result.pair.is_shared:
         return SHARED_KIND

@@ -28,11 +28,11 @@ from roughcontact.report.kind import (
     Columns,
     Quantity,
     Table,
-    pick,
+    delegated,
+    pick_quantities,
     quantity_of,
-    within,
 )
-from roughcontact.units import counted, engineering, percent, tiny
+from roughcontact.units import count_noun, format_engineering, format_percent, order_of_magnitude
 
 # The contact
 
@@ -48,7 +48,7 @@ def _status(result: Any) -> str:
 
 def _specified_text(quantity: str, unit: str) -> Callable[[ContactResult], str]:
     def text(result: ContactResult) -> str:
-        value = engineering(getattr(result, quantity), unit)
+        value = format_engineering(getattr(result, quantity), unit)
         return f"{value} (given)" if result.control == quantity else value
 
     return text
@@ -67,12 +67,12 @@ def _touches(result: ContactResult) -> bool:
 
 
 def _area_and_share(result: ContactResult) -> str:
-    return f"{engineering(result.contact_area, 'm²')} ({percent(result.contact_fraction)})"
+    return f"{format_engineering(result.contact_area, 'm²')} ({format_percent(result.contact_fraction)})"
 
 
 def up_to(value: float) -> str:
     """Return the text of a largest length."""
-    return f"up to {engineering(value, 'm')}" if value else "none"
+    return f"up to {format_engineering(value, 'm')}" if value else "none"
 
 
 def _saturated_share(result: ContactResult) -> float:
@@ -82,11 +82,13 @@ def _saturated_share(result: ContactResult) -> float:
 def _load_error(result: ContactResult) -> str:
     free = result.control == "approach"
     aim = "the approach was given" if free else f"at most {LOAD_TOLERANCE:.0e}"
-    return f"{tiny(result.load_error)} ({aim})"
+    return f"{order_of_magnitude(result.load_error)} ({aim})"
 
 
 def _within(key: str) -> Callable[[Any], str]:
-    return lambda result: f"{tiny(getattr(result, key))} (tolerance {result.tolerance:.0e})"
+    return lambda result: (
+        f"{order_of_magnitude(getattr(result, key))} (tolerance {result.tolerance:.0e})"
+    )
 
 
 CONTACT: Table = (
@@ -116,7 +118,7 @@ CONTACT: Table = (
     ),
     Quantity(
         "moment_error", "moment error", part=TRUST, when=_tilts,
-        form=lambda v: f"{tiny(v)} of load × size (at most {MOMENT_TOLERANCE:.0e})",
+        form=lambda v: f"{order_of_magnitude(v)} of load × size (at most {MOMENT_TOLERANCE:.0e})",
     ),
     Quantity(
         "tilt", "tilt (y, x)", unit="rad",
@@ -153,7 +155,7 @@ CONTACT: Table = (
         meaning="pixels with pressure, and their share of the map", text=_area_and_share,
     ),
     Quantity(
-        "contact_fraction", "real contact", meaning="share of the map that touches", form=percent,
+        "contact_fraction", "real contact", meaning="share of the map that touches", form=format_percent,
         part=HEADLINE,
     ),
     Quantity(
@@ -162,11 +164,11 @@ CONTACT: Table = (
     ),
     Quantity(
         "saturated_fraction", "saturated area", meaning="share of the map at the ceiling",
-        form=percent, when=_limited,
+        form=format_percent, when=_limited,
     ),
     Quantity(
         "saturated_share", "saturated share", meaning="of the contact area that is at the ceiling",
-        of=_saturated_share, form=percent, stored=False, brief=False,
+        of=_saturated_share, form=format_percent, stored=False, brief=False,
         when=lambda r: _limited(r) and _touches(r),
     ),
     Quantity(
@@ -217,7 +219,7 @@ SHARED: Table = (
     *CONTACT,
     Quantity("ranks", "ranks", of="share.ranks.count", part=TRUST),
     Quantity("communication", "communication", unit="s", part=TRUST,
-             text=lambda r: f"{percent(r.communication / r.seconds)} of the time"),
+             text=lambda r: f"{format_percent(r.communication / r.seconds)} of the time"),
     Quantity("sent"),
 )  # fmt: skip
 """Of a `ContactResult` whose map several ranks hold."""
@@ -240,17 +242,17 @@ def largest_load(result: ElastoplasticResult) -> float:
 
 def _path_of_loads(result: ElastoplasticResult) -> str:
     load, largest = result.solution.load, largest_load(result)
-    after = f" after {engineering(largest, 'N')}," if largest > load else ""
-    return f"{engineering(load, 'N')}{after} in {counted(len(result.increments), 'increment')}"
+    after = f" after {format_engineering(largest, 'N')}," if largest > load else ""
+    return f"{format_engineering(load, 'N')}{after} in {count_noun(len(result.increments), 'increment')}"
 
 
-def _raised(result: ElastoplasticResult) -> float:
+def _is_raised(result: ElastoplasticResult) -> float:
     return max(-float(result.residual_displacement.min()), 0.0)
 
 
 def _of_contact(key: str, **changes: Any) -> Quantity:
     """Return a quantity of the contact as one of the volume model."""
-    return within("solution", quantity_of(CONTACT, key), **changes)
+    return delegated("solution", quantity_of(CONTACT, key), **changes)
 
 
 def _laws(result: ElastoplasticResult) -> str:
@@ -264,7 +266,7 @@ def _laws(result: ElastoplasticResult) -> str:
 VOLUME: Table = (
     Quantity(
         "turns", "loads", symbol="W", unit="N", part=PROBLEM, stored=False, brief=False,
-        form=lambda loads: " → ".join(engineering(load, "N") for load in [0.0, *loads]),
+        form=lambda loads: " → ".join(format_engineering(load, "N") for load in [0.0, *loads]),
         meaning="as given",
     ),
     Quantity("status", "status", part=TRUST, text=_status),
@@ -296,14 +298,14 @@ VOLUME: Table = (
     ),
     Quantity(
         "raised", "raised surface", unit="m", meaning="by which it takes from the gap (pile-up)",
-        of=_raised, form=up_to, stored=False, brief=False,
+        of=_is_raised, form=up_to, stored=False, brief=False,
     ),
     Quantity(
         "max_residual_stress", "residual stress", unit="Pa", meaning="von Mises, at most",
         of=lambda r: max(body.max_residual_von_mises for body in r.bodies), stored=False,
         part=HEADLINE,
     ),
-    Quantity("max_plastic_strain", "plastic strain", meaning="accumulated, at most", form=percent),
+    Quantity("max_plastic_strain", "plastic strain", meaning="accumulated, at most", form=format_percent),
     Quantity("plastic_volume", "plastic volume", unit="m³", meaning="with any plastic strain"),
     Quantity("plastic_depth", "plastic depth", unit="m", meaning="that plastic strain reaches"),
     Quantity(
@@ -327,7 +329,7 @@ VOLUME: Table = (
     ),
     Quantity(
         "iterations", "iterations", part=TRUST,
-        text=lambda r: f"{r.iterations} in {counted(len(r.increments), 'increment')}",
+        text=lambda r: f"{r.iterations} in {count_noun(len(r.increments), 'increment')}",
     ),
     Quantity(
         "convolutions", "convolutions of the contact",
@@ -357,9 +359,9 @@ INCREMENTS: Columns = (
     Column("approach", "approach", unit="m", steps="increments", stored=False),
     Column("contact_area", "contact area", unit="m²", steps="increments", stored=False),
     Column("max_pressure", "largest pressure", unit="Pa", steps="increments", stored=False),
-    Column("max_plastic_strain", "plastic strain", steps="increments", stored=False, form=percent),
+    Column("max_plastic_strain", "plastic strain", steps="increments", stored=False, form=format_percent),
     Column("plastic_volume", "plastic volume", unit="m³", steps="increments", stored=False),
-    Column("residual", "residual", steps="increments", stored=False, form=tiny),
+    Column("residual", "residual", steps="increments", stored=False, form=order_of_magnitude),
     Column("iterations", "iterations", steps="increments", stored=False),
 )  # fmt: skip
 """Of the increments of an `ElastoplasticResult`."""
@@ -376,7 +378,7 @@ INCREMENTS: Columns = (
 
 def of_largest(key: str) -> Quantity:
     """Return a quantity of the contact under the largest load as one of all; in files alone."""
-    return within("largest", quantity_of(CONTACT, key), name="", part=PROBLEM)
+    return delegated("largest", quantity_of(CONTACT, key), name="", part=PROBLEM)
 
 
 PAIR: Table = tuple(
@@ -405,7 +407,7 @@ REFERENCE = (
 """What the approach counts from."""
 
 
-def beyond(result: ContactResult) -> str:
+def edge_condition(result: ContactResult) -> str:
     """Return what lies beyond the ends of a profile, by name."""
     return BOUNDARY[result.boundary][0]
 
@@ -415,11 +417,11 @@ def _of(key: str, **changes: Any) -> Quantity:
 
 
 def _length(result: ContactResult) -> str:
-    return f"{engineering(result.contact_area, 'm')} ({percent(result.contact_fraction)})"
+    return f"{format_engineering(result.contact_area, 'm')} ({format_percent(result.contact_fraction)})"
 
 
 PROFILE_CONTACT: Table = (
-    *pick(CONTACT, "status", "certificate", "load_error", "tolerance"),
+    *pick_quantities(CONTACT, "status", "certificate", "load_error", "tolerance"),
     Quantity("kind", of=lambda _: "profile"),
     _of(
         "load", name="load per length", symbol="W′", unit=LOAD, text=_specified_text("load", LOAD),
@@ -427,12 +429,12 @@ PROFILE_CONTACT: Table = (
     ),
     Quantity("load_unit", of=lambda _: LOAD),
     _of("approach", meaning=REFERENCE),
-    *pick(CONTACT, "control", "given_load"),
+    *pick_quantities(CONTACT, "control", "given_load"),
     _of(
-        "boundary", of=beyond, part=PROBLEM,
+        "boundary", of=edge_condition, part=PROBLEM,
         text=lambda r: ": ".join(BOUNDARY[r.boundary]),
     ),
-    *pick(CONTACT, "contact_modulus", "ceiling"),
+    *pick_quantities(CONTACT, "contact_modulus", "ceiling"),
     Quantity(
         "nominal_pressure", "nominal pressure", unit="Pa", meaning="load over length",
         of=lambda r: r.load / r.surface.size[1], stored=False, brief=False,
@@ -448,13 +450,13 @@ PROFILE_CONTACT: Table = (
     _of("saturated_share", meaning="of the contact length that is at the ceiling"),
     _of("max_pressure", meaning="on any point"),
     _of("mean_pressure", meaning="load over contact length"),
-    *pick(CONTACT, "mean_gap", "max_residual_indentation", "regime", "hertz"),
+    *pick_quantities(CONTACT, "mean_gap", "max_residual_indentation", "regime", "hertz"),
     *CAUTIONS,
     Quantity("points", of=lambda r: r.pressure.size),
     Quantity("spacing", unit="m", of=lambda r: r.surface.pixel[1]),
-    *pick(CONTACT, "source", "preparation", "iterations"),
+    *pick_quantities(CONTACT, "source", "preparation", "iterations"),
     _of("convolutions", name="convolutions"),
-    *pick(CONTACT, "seconds", "precision", "version"),
+    *pick_quantities(CONTACT, "seconds", "precision", "version"),
 )  # fmt: skip
 """Of a `ContactResult` of profiles."""
 
@@ -471,19 +473,21 @@ PROFILE_CONTACT: Table = (
 def segments(result: ContactResult, spots: Spots) -> list[tuple[str, str, str]]:
     """Return number, length and load of the contact segments, in rows of name, text and meaning."""
     largest, load = float(spots.area[0]), float(spots.load[0])
-    share = percent(min(load / float(spots.load.sum()), 1.0))
+    share = format_percent(min(load / float(spots.load.sum()), 1.0))
     return [
         ("Number", str(spots.count), "parts of the profile that touch without a break"),
-        ("Mean length", engineering(float(spots.area.mean()), "m"), ""),
+        ("Mean length", format_engineering(float(spots.area.mean()), "m"), ""),
         (
             "Longest",
-            f"{engineering(largest, 'm')} ({percent(largest / result.contact_area)} of all)",
+            f"{format_engineering(largest, 'm')} ({format_percent(largest / result.contact_area)} of all)",
             f"{round(largest / result.surface.pixel[1])} points",
         ),
-        ("Load on the longest", f"{engineering(load, LOAD)} ({share} of the load)", ""),
+        ("Load on the longest", f"{format_engineering(load, LOAD)} ({share} of the load)", ""),
     ]
 
 
 def shares(name: str) -> Callable[[Any], list[str]]:
     """Return what tells an area of each step of a joint as a share of the nominal one."""
-    return lambda joint: [percent(v) for v in (joint.column(name) / joint.nominal_area).tolist()]
+    return lambda joint: [
+        format_percent(v) for v in (joint.column(name) / joint.nominal_area).tolist()
+    ]

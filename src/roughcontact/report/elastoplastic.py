@@ -22,9 +22,9 @@ from roughcontact.report import (
     phrases,
     python_script,
 )
-from roughcontact.report.kind import PROBLEM, CellTable, Kind, Row, rows_of
+from roughcontact.report.kind import PROBLEM, CellTable, Presentation, Row, rows_of
 from roughcontact.report.page import Block
-from roughcontact.units import counted, engineering, percent, tiny
+from roughcontact.units import count_noun, format_engineering, format_percent, order_of_magnitude
 
 
 def question(result: ElastoplasticResult) -> str:
@@ -32,10 +32,10 @@ def question(result: ElastoplasticResult) -> str:
     contact = result.solution
     name = phrases.source(contact.surface.provenance)
     if contact.load:
-        return f"How deep does {name} yield {phrases.under(contact)}?"
+        return f"How deep does {name} yield {phrases.load_phrase(contact)}?"
     if not result.increments:
         return f"How deep does {name} yield?"
-    largest = engineering(contact_fields.largest_load(result), "N")
+    largest = format_engineering(contact_fields.largest_load(result), "N")
     return f"What does a load of {largest} leave on {name}?"
 
 
@@ -43,8 +43,8 @@ def inputs_of(result: ElastoplasticResult, specified: Sequence[Row], drawn: bool
     """Return the blocks on what went into an elastoplastic contact."""
     contact = result.solution
     return [
-        *chapters.maps(contact, drawn),
-        *chapters.bodies(
+        *chapters.map_blocks(contact, drawn),
+        *chapters.body_blocks(
             (contact.material, contact.counter_material), specified, inputs.bodies("volume")
         ),
     ]
@@ -63,11 +63,13 @@ def _details(result: ElastoplasticResult, scene: Any, **more: Any) -> list[Block
         blocks += chapters.quantities(rows_of(chapters.YIELDING, chapters.Yielding(result, number)))
         # That of the first is on the first page.
         if scene is not None:
-            blocks += chapters.shown((figures.SECTION,) if number else (), body, figures.FRONT)
-            blocks += chapters.shown(figures.VOLUME, body.close(), figures.BODY)
+            blocks += chapters.figure_blocks(
+                (figures.SECTION,) if number else (), body, figures.FRONT
+            )
+            blocks += chapters.figure_blocks(figures.VOLUME, body.close(), figures.BODY)
     contact = result.solution
     if contact.spots().count:
-        blocks += [*chapters.table(chapters.spots(contact)), *chapters.with_hertz(contact)]
+        blocks += [*chapters.table(chapters.spot_rows(contact)), *chapters.hertz_blocks(contact)]
     return blocks
 
 
@@ -92,13 +94,13 @@ def _answer(result: ElastoplasticResult) -> str:
     """Return how much touches, and how deep plastic strain reaches."""
     if not result.converged:
         return "No solution: the numbers are those of the last load that was reached."
-    depth = f"plastic strain reaches {phrases.size(result.plastic_depth, 'm')} deep"
+    depth = f"plastic strain reaches {phrases.format_short(result.plastic_depth, 'm')} deep"
     if not result.plastic_volume:
         depth = "nothing yields"
     if not result.solution.load:
-        dent = phrases.size(float(result.residual_displacement.max()), "m")
+        dent = phrases.format_short(float(result.residual_displacement.max()), "m")
         return f"Unloaded: an indentation of {dent} remains; {depth}."
-    return f"{phrases.share(result.solution.contact_fraction)} of the face is in contact; {depth}."
+    return f"{phrases.format_share(result.solution.contact_fraction)} of the face is in contact; {depth}."
 
 
 def _numbers(result: ElastoplasticResult) -> CellTable:
@@ -106,20 +108,20 @@ def _numbers(result: ElastoplasticResult) -> CellTable:
     contact, rows = result.solution, []
     if contact.load:
         area, mean = contact.contact_area, contact.load / contact.contact_area
-        whole = phrases.size(contact.nominal_area, "m²")
+        whole = phrases.format_short(contact.nominal_area, "m²")
         rows = [
-            ("Real contact area", f"{phrases.size(area, 'm²')} of {whole}"),
+            ("Real contact area", f"{phrases.format_short(area, 'm²')} of {whole}"),
             (
                 "Contact pressure",
-                f"{phrases.size(mean, 'Pa')} mean; {phrases.size(contact.max_pressure, 'Pa')} peak",
+                f"{phrases.format_short(mean, 'Pa')} mean; {phrases.format_short(contact.max_pressure, 'Pa')} peak",
             ),
-            ("Approach", f"{phrases.size(contact.approach, 'm')} from first contact"),
+            ("Approach", f"{phrases.format_short(contact.approach, 'm')} from first contact"),
         ]
-    strain = percent(result.max_plastic_strain)
+    strain = format_percent(result.max_plastic_strain)
     volume = KIND.row(result, "plastic_volume").text
     return (), [
         *rows,
-        ("Plastic depth", phrases.size(result.plastic_depth, "m")),
+        ("Plastic depth", phrases.format_short(result.plastic_depth, "m")),
         ("Plastic strain", f"{strain} at most, in {volume}"),
         ("Residual displacement", KIND.row(result, "max_residual_displacement").text),
     ]
@@ -128,8 +130,8 @@ def _numbers(result: ElastoplasticResult) -> CellTable:
 def _remarks(result: ElastoplasticResult) -> tuple[str, ...]:
     """Return the error of the load steps, and how exactly it is solved."""
     status = (
-        f"Solved: residual {tiny(result.residual)} (limit {result.tolerance:.0e}), "
-        f"{counted(len(result.increments), 'increment')}"
+        f"Solved: residual {order_of_magnitude(result.residual)} (limit {result.tolerance:.0e}), "
+        f"{count_noun(len(result.increments), 'increment')}"
         if result.converged
         else f"Not converged: {result.status}. Do not use these numbers."
     )
@@ -142,7 +144,7 @@ def _dataset(result: ElastoplasticResult) -> netcdf.Dataset:
     return archive.to_dataset(result)[0]
 
 
-KIND = Kind(
+KIND = Presentation(
     ElastoplasticResult, contact_fields.VOLUME, contact_fields.INCREMENTS, figures=figures.VOLUME,
     scene=figures.VolumeScene,
     plots=(
@@ -154,6 +156,6 @@ KIND = Kind(
     problem=lambda result: phrases.problem(result.solution), answer=_answer, numbers=_numbers,
     remarks=_remarks, question=question, meaning=phrases.volume_regime,
     inputs=_inputs, details=_details,
-    case=assumptions.of_volume, method=method, checked=plausibility.checked,
+    case=assumptions.of_volume, method=method, checked=plausibility.performed_checks,
     script=python_script.repeating_volume,
 )  # fmt: skip

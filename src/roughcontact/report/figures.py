@@ -23,7 +23,7 @@ from roughcontact.drawing import elastoplastic, maps, profiles, sections
 from roughcontact.elastoplastic.result import ElastoplasticResult, profile
 from roughcontact.report.page import HALF, MIDDLE, WIDE
 from roughcontact.surface.surface import Surface
-from roughcontact.units import counted, engineering, percent
+from roughcontact.units import count_noun, format_engineering, format_percent
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -252,7 +252,7 @@ MAP = Illustration("surface", lambda s: maps.surface(s.surface), _heights, FILES
 
 
 def _load(scene: ContactScene) -> str:
-    return engineering(scene.result.load, scene.result.pair.load_unit, 3)
+    return format_engineering(scene.result.load, scene.result.pair.load_unit, 3)
 
 
 def _classes(scene: ContactScene) -> str:
@@ -262,16 +262,16 @@ def _classes(scene: ContactScene) -> str:
         yields = " Dark red: pressure at the ceiling, the material yields."
     carried = ""
     if spots.count > _LARGEST:
-        share = percent(float(spots.load[:_LARGEST].sum() / spots.load.sum()))
+        share = format_percent(float(spots.load[:_LARGEST].sum() / spots.load.sum()))
         carried = f" The {_LARGEST} largest spots carry {share} of the load."
     return (
-        f"Where the bodies touch under {_load(scene)}: {counted(spots.count, 'spot')}. Blue: "
+        f"Where the bodies touch under {_load(scene)}: {count_noun(spots.count, 'spot')}. Blue: "
         f"elastic.{yields}{carried}{scene.missing}"
     )
 
 
 def _gap(scene: ContactScene) -> str:
-    mean = engineering(scene.result.mean_gap, "m", 3)
+    mean = format_engineering(scene.result.mean_gap, "m", 3)
     return (
         f"Open gap under {_load(scene)}, mean {mean}. Orange: closed. Dark blue: widest, room for "
         f"fluid or wear debris.{scene.missing}"
@@ -279,7 +279,7 @@ def _gap(scene: ContactScene) -> str:
 
 
 def _pressure(scene: ContactScene) -> str:
-    largest = engineering(scene.result.max_pressure, "Pa", 3)
+    largest = format_engineering(scene.result.max_pressure, "Pa", 3)
     return (
         f"Contact pressure under {_load(scene)}, maximum {largest}. Darker is higher; the lightest "
         "ground is not in contact."
@@ -287,12 +287,12 @@ def _pressure(scene: ContactScene) -> str:
 
 
 def _close_up(scene: ContactScene, region: Region) -> str:
-    about = engineering(region.width, "m", 3)
+    about = format_engineering(region.width, "m", 3)
     where = "the most loaded spot" if region is scene.most_loaded else "the contact"
     pixels = load_bearing_spot_pixels(scene.result, scene.spots)
     return (
         f"Pressure (left) and state (right) in {about} around {where}. Count the pixels: half of "
-        f"the load is on spots of {counted(pixels, 'pixel')} or more."
+        f"the load is on spots of {count_noun(pixels, 'pixel')} or more."
     )
 
 
@@ -485,7 +485,7 @@ def _pressed(scene: ContactScene) -> str:
 
 
 def _close(scene: ContactScene) -> str:
-    width = engineering(scene.most_loaded.width, "m", 3)
+    width = format_engineering(scene.most_loaded.width, "m", 3)
     return f"{width} around the segment that carries most. Look whether points resolve the contact."
 
 

@@ -6,17 +6,19 @@ from typing import Any
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.report.kind import Quantity, Table
-from roughcontact.units import engineering, percent
+from roughcontact.units import format_engineering, format_percent
 
 
 def share(result: Any) -> str:
     """Return a share with its interval."""
-    return f"{percent(result.value)} ({percent(result.low)} to {percent(result.high)})"
+    return f"{format_percent(result.value)} ({format_percent(result.low)} to {format_percent(result.high)})"
 
 
 def length_of(result: Any) -> str:
     """Return a length with its interval."""
-    value, low, high = (engineering(v, "m", 3) for v in (result.value, result.low, result.high))
+    value, low, high = (
+        format_engineering(v, "m", 3) for v in (result.value, result.low, result.high)
+    )
     return f"{value} ({low} to {high})"
 
 
@@ -33,7 +35,7 @@ def _beside_contact(result: ContactResult) -> str:
     assert answer is not None
     nominal = result.pressure.size * result.pixel_area
     by = result.perimeter_corrected_area / nominal / answer.contact.value - 1
-    own = f"perimeter-corrected, this one is {percent(abs(by))} {_side(by)} it"
+    own = f"perimeter-corrected, this one is {format_percent(abs(by))} {_side(by)} it"
     return f"{share(answer.contact)}; {own}"
 
 
@@ -41,7 +43,7 @@ def _beside_gap(result: ContactResult) -> str:
     answer = result.estimate
     assert answer is not None
     by = (result.mean_gap - answer.gap.value) / answer.roughness.Sq
-    return f"{length_of(answer.gap)}; this one is {percent(abs(by))} of Sq {_side(by)} it"
+    return f"{length_of(answer.gap)}; this one is {format_percent(abs(by))} of Sq {_side(by)} it"
 
 
 BESIDE: Table = (

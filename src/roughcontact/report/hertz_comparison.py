@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from roughcontact.contact import hertz_comparison
-from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, Smooth
+from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, SmoothContact
 from roughcontact.contact.result import ContactResult
 from roughcontact.report.kind import ABSENT
-from roughcontact.units import engineering
+from roughcontact.units import format_engineering
 
 HEADS = ("compared with Hertz", "smooth (Hertz)", "rough", "ratio")
 """Of the columns of `rows`."""
@@ -31,16 +31,16 @@ def applies(result: ContactResult) -> bool:
     return result.converged and known and result.contact_area > 0
 
 
-def bodies(smooth: Smooth) -> str:
+def bodies(smooth: SmoothContact) -> str:
     """Return what touches in which shape, in a few words."""
-    radii = " and ".join(engineering(radius, "m") for radius in smooth.shape.radii)
+    radii = " and ".join(format_engineering(radius, "m") for radius in smooth.shape.radii)
     many = len(smooth.shape.radii) > 1
     words = f"{smooth.shape.kind}, {'radii' if many else 'radius'} of relative curvature {radii}"
     if smooth.shape.kind != CIRCLE:
         what = "axis" if smooth.shape.kind == LINE else "longer side"
         words += f", {what} at {smooth.shape.angle:g} degrees counter-clockwise from x"
     if smooth.length is not None:
-        words += f", {engineering(1e-3 * smooth.load / smooth.length, 'N')}/mm"
+        words += f", {format_engineering(1e-3 * smooth.load / smooth.length, 'N')}/mm"
     return words
 
 
@@ -70,8 +70,13 @@ def _area(result: ContactResult) -> tuple[str, str]:
 
 def _row(name: str, unit: str, there: float | None, here: float) -> tuple[str, ...]:
     if there is None:
-        return name, ABSENT, engineering(here, unit), ABSENT
-    return name, engineering(there, unit), engineering(here, unit), f"{here / there:.4g}"
+        return name, ABSENT, format_engineering(here, unit), ABSENT
+    return (
+        name,
+        format_engineering(there, unit),
+        format_engineering(here, unit),
+        f"{here / there:.4g}",
+    )
 
 
 def record(result: ContactResult) -> dict[str, Any] | None:
@@ -91,5 +96,5 @@ def record(result: ContactResult) -> dict[str, Any] | None:
         "contact_area": smooth.area,
         "approach": smooth.approach,
         "spread_here": list(hertz_comparison.equivalent_hertz_size(result)),
-        "limits": [limit.summary() for limit in hertz_comparison.limits(result)],
+        "limits": [limit.summary() for limit in hertz_comparison.comparison_limits(result)],
     }

@@ -18,32 +18,40 @@ from roughcontact.report.kind import (
     Headline,
     Quantity,
     Table,
-    capital,
+    capitalize_first,
+    delegated,
+    format_value,
     quantity_of,
-    within,
-    written,
 )
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering, grouped, lengths, percent, plain
+from roughcontact.units import (
+    format_engineering,
+    format_lengths,
+    format_percent,
+    group_digits,
+    plain_decimal,
+)
 
 if TYPE_CHECKING:
-    from roughcontact.contact.share import Share
+    from roughcontact.contact.share import MapOrSlab
 
 
 def _pair(values: Sequence[float]) -> str:
-    return " × ".join(engineering(value, "m") for value in values)
+    return " × ".join(format_engineering(value, "m") for value in values)
 
 
 def _range(surface: Surface) -> str:
     low, high = (float(end(surface.heights)) for end in (np.nanmin, np.nanmax))
-    first, last, depth = (grouped(engineering(value, "m")) for value in (low, high, high - low))
+    first, last, depth = (
+        group_digits(format_engineering(value, "m")) for value in (low, high, high - low)
+    )
     return f"{first} to {last}, range {depth}"
 
 
-def _missing(surface: Share) -> str:
+def _missing(surface: MapOrSlab) -> str:
     share = surface.missing / math.prod(surface.shape)
-    return f"{surface.missing} ({percent(share)})" if surface.missing else "none"
+    return f"{surface.missing} ({format_percent(share)})" if surface.missing else "none"
 
 
 SURFACE: Table = (
@@ -89,7 +97,7 @@ TRACE: Table = (
 """Of a `Surface` that is a profile."""
 
 
-def table_of(surface: Share) -> Table:
+def table_of(surface: MapOrSlab) -> Table:
     """Return the quantities of a map, of the rows of one, or of a profile."""
     return TRACE if surface.is_profile else SURFACE
 
@@ -99,7 +107,7 @@ def _strength(name: str) -> Callable[[Material], str]:
         value: float | None = getattr(body, name)
         if value is None:
             return ABSENT if phrases.is_rigid(body) else "not given"
-        return engineering(value, "Pa")
+        return format_engineering(value, "Pa")
 
     return text
 
@@ -111,7 +119,7 @@ BODY: Table = (
     ),
     Quantity(
         "young", "Young's modulus", symbol="E", unit="Pa",
-        form=lambda v: "rigid" if math.isinf(v) else engineering(v, "Pa"),
+        form=lambda v: "rigid" if math.isinf(v) else format_engineering(v, "Pa"),
     ),
     Quantity(
         "poisson", "Poisson's ratio", symbol="ν",
@@ -183,7 +191,8 @@ class Measured(NamedTuple):
 def _both(name: str, unit: str) -> Quantity:
     def text(result: Measured) -> str:
         first, second = (
-            written(getattr(surface, name), unit) for surface in (result.surface, result.leveled)
+            format_value(getattr(surface, name), unit)
+            for surface in (result.surface, result.leveled)
         )
         return f"{first}, after plane {second}"
 
@@ -203,7 +212,7 @@ def _character(values: Mapping[str, float]) -> str:
     if (values["Str"] if known else values["Str_max"]) < _DIRECTED:
         return f"Directional, {heights}"
     if not known:
-        return capital(heights)
+        return capitalize_first(heights)
     return f"{'Weakly directional' if values['Str'] < _ISOTROPIC else 'Isotropic'}, {heights}"
 
 
@@ -212,16 +221,20 @@ def headline(result: Measured, name: str) -> Headline:
     surface, leveled = result.surface, result.leveled
     about = surface.provenance.instrument or "height map"
     missing = surface.missing
-    state = "complete" if not missing else f"{percent(missing / surface.heights.size)} missing"
+    state = (
+        "complete" if not missing else f"{format_percent(missing / surface.heights.size)} missing"
+    )
     action = "ready to solve" if not missing else "choose --missing fill, mask or crop"
     if surface.is_profile:
-        grid = f"{surface.shape[1]} points, {lengths((surface.size[1],))}"
+        grid = f"{surface.shape[1]} points, {format_lengths((surface.size[1],))}"
         roughness = [(f"{key}", value) for key, value, *_ in profile_parameters(leveled)[:6]]
-        answer = f"{capital(state)}; {action}."
+        answer = f"{capitalize_first(state)}; {action}."
         return Headline(f"{name}: {about}, {grid}", answer, (), roughness, ())
     values = leveled.roughness()
     ny, nx = surface.shape
-    grid = f"{ny} × {nx} points, {lengths(surface.size)}, pixel {lengths(surface.pixel)}"
+    grid = (
+        f"{ny} × {nx} points, {format_lengths(surface.size)}, pixel {format_lengths(surface.pixel)}"
+    )
     notes = leveled.resolution_notes()
     rows = [
         ("   ".join(f"{key} {parameter(key, values)}" for key in keys),)
@@ -234,25 +247,25 @@ def headline(result: Measured, name: str) -> Headline:
 
 
 FILE: Table = (
-    *(within("surface", quantity) for quantity in SURFACE if quantity.key != "missing"),
+    *(delegated("surface", quantity) for quantity in SURFACE if quantity.key != "missing"),
     _both("Sq", "m"),
     Quantity("Sq_leveled", unit="m", of="leveled.Sq"),
     _both("Sdq", "1"),
     Quantity("Sdq_leveled", of="leveled.Sdq"),
-    within("surface", quantity_of(SURFACE, "missing")),
+    delegated("surface", quantity_of(SURFACE, "missing")),
     Quantity("missing_fraction", of=lambda f: f.surface.missing / f.surface.heights.size),
     Quantity("roughness_leveled", of=lambda result: result.leveled.roughness()),
 )
 """Of a map in a file, `Measured`."""
 
 FILE_OF_PROFILE: Table = (
-    *(within("surface", quantity) for quantity in TRACE),
+    *(delegated("surface", quantity) for quantity in TRACE),
     Quantity("missing_fraction", of=lambda f: f.surface.missing / f.surface.heights.size),
     Quantity(
         "cutoff", "roughness without waves beyond λc", unit="m",
         of=lambda result: roughness.cutoff(result.surface.size[1]),
         form=lambda v: "λc not determined: five of 0.08 mm do not fit into the profile"
-        if v is None else f"{engineering(v, 'm')}, the largest λc of which five fit",
+        if v is None else f"{format_engineering(v, 'm')}, the largest λc of which five fit",
     ),
     Quantity("primary", of=lambda result: primary(result.leveled)),
     Quantity("roughness", of=lambda result: filtered(result.leveled)),
@@ -318,7 +331,7 @@ def profile_parameters(surface: Surface) -> list[tuple[str, str, str, str]]:
 
 
 def _parameter(value: float, unit: str) -> str:
-    return "not defined" if math.isnan(value) else engineering(value, unit)
+    return "not defined" if math.isnan(value) else format_engineering(value, unit)
 
 
 ROUGHNESS = {
@@ -354,9 +367,9 @@ def parameter(name: str, values: Mapping[str, float]) -> str:
         largest = values.get(f"{name}_max", math.nan)
         if math.isnan(largest):
             return "not defined on this map"
-        return f"not determined, at most {engineering(largest, unit, 2)}"
+        return f"not determined, at most {format_engineering(largest, unit, 2)}"
     if unit == "%":
-        return f"{plain(100 * value)} %"
+        return f"{plain_decimal(100 * value)} %"
     if unit == "ml/m²":
-        return f"{plain(1e6 * value)} ml/m²"
-    return grouped(engineering(value, unit))
+        return f"{plain_decimal(1e6 * value)} ml/m²"
+    return group_digits(format_engineering(value, unit))

@@ -10,12 +10,12 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughcontact._tools.files import require_suffix, to_json, write
+from roughcontact._tools.files import require_suffix, to_json, write_atomically
 from roughcontact._tools.ranks import Ranks
 from roughcontact._version import __version__
 from roughcontact.errors import InputError
 from roughcontact.references import Reference
-from roughcontact.units import engineering, grouped, plain
+from roughcontact.units import format_engineering, group_digits, plain_decimal
 
 if TYPE_CHECKING:
     import pandas
@@ -51,7 +51,7 @@ class Row:
     @property
     def title(self) -> str:
         """Name and symbol, as the first cell of a row."""
-        return capital(f"{self.name} {self.symbol}".rstrip())
+        return capitalize_first(f"{self.name} {self.symbol}".rstrip())
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,9 @@ class Quantity:
 
     def format_value(self, value: Any) -> str:
         """Return a value in words."""
-        return written(value, self.unit, self.digits) if self.form is None else self.form(value)
+        return (
+            format_value(value, self.unit, self.digits) if self.form is None else self.form(value)
+        )
 
     def row(self, result: Any) -> Row:
         """Return the row of a result."""
@@ -124,7 +126,7 @@ class Column:
 
     def texts(self, result: Any) -> list[str]:
         """Return the cells of the column."""
-        form = self.form or (lambda value: written(value, self.unit, self.digits))
+        form = self.form or (lambda value: format_value(value, self.unit, self.digits))
         return [form(value) for value in (self.shown or self.values)(result)]
 
 
@@ -135,7 +137,7 @@ _ROUNDING = 1e-9
 _SIDES = {1e-3: "mm", 1e-6: "µm", 1e-9: "nm"}
 
 
-def sizable(key: str) -> Callable[[Any], Sequence[float]]:
+def without_rounding(key: str) -> Callable[[Any], Sequence[float]]:
     """Return a formatter of values ≥ 0 that shows rounding errors as zero."""
 
     def values(result: Any) -> list[float]:
@@ -150,24 +152,24 @@ Table = Sequence[Quantity]
 Columns = Sequence[Column]
 
 
-def written(value: Any, unit: str, digits: int = 4) -> str:
+def format_value(value: Any, unit: str, digits: int = 4) -> str:
     """Return a value with its unit, as all tables show it."""
     if isinstance(value, str):
         return value
     if isinstance(value, (tuple, list)):
-        return ", ".join(written(entry, unit, digits) for entry in value)
+        return ", ".join(format_value(entry, unit, digits) for entry in value)
     if unit == "m³":
         # Between two prefixes of a cube lie nine digits.
         side = 1e-3 if value >= 1e-12 else 1e-6 if value >= 1e-21 or not value else 1e-9
-        return f"{plain(value / side**3, digits)} {_SIDES[side]}³"
+        return f"{plain_decimal(value / side**3, digits)} {_SIDES[side]}³"
     if unit == "s":
         return f"{value:.2f} s"
     if unit == "1":
-        return grouped(str(value)) if isinstance(value, int) else f"{value:.{digits}g}"
-    return grouped(engineering(value, unit, digits))
+        return group_digits(str(value)) if isinstance(value, int) else f"{value:.{digits}g}"
+    return group_digits(format_engineering(value, unit, digits))
 
 
-def capital(text: str) -> str:
+def capitalize_first(text: str) -> str:
     """Return a text with a capital letter, as the beginning of a row."""
     return text[:1].upper() + text[1:]
 
@@ -201,7 +203,7 @@ def side_by_side(
 _ENDS = 3
 
 
-def some(rows: Sequence[Cells]) -> Sequence[Cells]:
+def first_and_last(rows: Sequence[Cells]) -> Sequence[Cells]:
     """Return the first and the last of many rows."""
     if len(rows) <= 2 * _ENDS:
         return rows
@@ -213,12 +215,12 @@ def quantity_of(table: Table, key: str) -> Quantity:
     return next(quantity for quantity in table if quantity.key == key)
 
 
-def pick(table: Table, *keys: str) -> Table:
+def pick_quantities(table: Table, *keys: str) -> Table:
     """Return some quantities by their keys."""
     return [quantity_of(table, key) for key in keys]
 
 
-def within(attribute: str, quantity: Quantity, **changes: Any) -> Quantity:
+def delegated(attribute: str, quantity: Quantity, **changes: Any) -> Quantity:
     """Return a quantity of what a result holds as one of the result itself."""
     inner = attrgetter(attribute)
 
@@ -230,7 +232,7 @@ def within(attribute: str, quantity: Quantity, **changes: Any) -> Quantity:
     return replace(moved, **changes)
 
 
-def stored(table: Table, result: Any) -> dict[str, Any]:
+def stored_values(table: Table, result: Any) -> dict[str, Any]:
     """Return what files keep of a result: values by key, in SI units, ready for JSON."""
     return {quantity.key: quantity.value(result) for quantity in table if quantity.stored}
 
@@ -312,7 +314,7 @@ def _itself(result: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Kind:
+class Presentation:
     """Presentation of one class of results, or of some of them."""
 
     result: type  # The class
@@ -361,7 +363,7 @@ class Kind:
         )
         heads, rows = listed
         answer, remarks = self.answer(result, **more), self.remarks(result, **more)
-        return Headline(self.problem(result), answer, heads, some(rows), remarks)
+        return Headline(self.problem(result), answer, heads, first_and_last(rows), remarks)
 
     def row(self, result: Any, key: str) -> Row:
         """Return one quantity of a result."""
@@ -383,7 +385,7 @@ class Kind:
         require_suffix(path, *((".csv", ".json") if self.columns else (".json",)))
         table = Path(path).suffix.lower() == ".csv"
         text = csv_text(self.columns, result) if table else to_json(self.summary(result)) + "\n"
-        write(path, text)
+        write_atomically(path, text)
 
     def to_pandas(self, result: Any) -> pandas.DataFrame:
         """Return the steps of a result as a table of pandas."""
@@ -400,7 +402,7 @@ class Kind:
 
     def summary(self, result: Any) -> dict[str, Any]:
         """Return a result by name, in SI units, ready for JSON."""
-        numbers = stored(self.table, result)
+        numbers = stored_values(self.table, result)
         if self.listed:
             return {**numbers, **stored_columns(self.columns, result), "version": __version__}
         return numbers

@@ -26,9 +26,9 @@ from roughcontact.report import (
     phrases,
     python_script,
 )
-from roughcontact.report.kind import ANSWER, TRUST, Headline, Kind, Row, some
+from roughcontact.report.kind import ANSWER, TRUST, Headline, Presentation, Row, first_and_last
 from roughcontact.report.page import PLAIN, Block, Chapter, Edition, Front, PageTable
-from roughcontact.units import engineering
+from roughcontact.units import format_engineering
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -59,7 +59,7 @@ KINDS = {
 }
 
 
-def of(result: Any) -> Kind:
+def presentation_of(result: Any) -> Presentation:
     """Return the kind of a result; `TypeError` for what is none."""
     for name in (base.__name__ for base in type(result).__mro__):
         for kind in map(_loaded, KINDS.get(name, ())):
@@ -68,12 +68,12 @@ def of(result: Any) -> Kind:
     raise TypeError(f"there is no kind of results for a {type(result).__name__}")
 
 
-def every() -> list[Kind]:
+def all_presentations() -> list[Presentation]:
     """Return all kinds."""
     return [_loaded(place) for places in KINDS.values() for place in places]
 
 
-def _loaded(place: str) -> Kind:
+def _loaded(place: str) -> Presentation:
     return pkgutil.resolve_name(f"roughcontact.{place}")
 
 
@@ -82,37 +82,37 @@ def _loaded(place: str) -> Kind:
 
 def rows(result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
     """Return the rows of a result; see `kind.rows_of`."""
-    return of(result).rows(result, part, brief)
+    return presentation_of(result).rows(result, part, brief)
 
 
 def listing(result: Any, brief: bool = False) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return the head and the rows of the steps of a result; see `kind.listing_of`."""
-    return of(result).listing(result, brief)
+    return presentation_of(result).listing(result, brief)
 
 
 def sentences(result: Any) -> tuple[str, ...]:
     """Return what a reader of a result has to know before its numbers."""
-    return of(result).sentences(result)
+    return presentation_of(result).sentences(result)
 
 
 def summary(result: Any) -> dict[str, Any]:
     """Return a result by name, in SI units, ready for JSON."""
-    return of(result).summary(result)
+    return presentation_of(result).summary(result)
 
 
 def references(result: Any) -> References:
     """Return the papers behind a result."""
-    return citations.of(of(result), result)
+    return citations.references_of(presentation_of(result), result)
 
 
 def headline(result: Any, **more: Any) -> Headline:
     """Return what is said first of a result."""
-    return of(result).headline(result, **more)
+    return presentation_of(result).headline(result, **more)
 
 
 def tables(result: Any, **more: Any) -> list[Block]:
     """Return all that a report tells of a result but for its figures and how it is solved."""
-    kind = of(result)
+    kind = presentation_of(result)
     contact_of = None if kind.contact is None else kind.contact(result)
     stated = [
         *contact.inputs_of(kind, result, contact_of, drawn=False),
@@ -126,12 +126,12 @@ def tables(result: Any, **more: Any) -> list[Block]:
 
 def drawings(result: Any) -> dict[str, Callable[[], Figure]]:
     """Return what draws the figures of a result that are written to files, by name."""
-    return of(result).drawings(result)
+    return presentation_of(result).drawings(result)
 
 
 def save(result: Any, path: str | os.PathLike[str]) -> None:
     """Write a map or a result in the format that the suffix of the file names."""
-    kind = of(result)
+    kind = presentation_of(result)
     (kind.save or kind.write)(result, path)
 
 
@@ -141,7 +141,7 @@ def save(result: Any, path: str | os.PathLike[str]) -> None:
 def report(result: Any, path: str | os.PathLike[str], edition: Edition, **more: Any) -> None:
     """Write the report on a result to an HTML file."""
     page.check_path(path)
-    kind = of(result)
+    kind = presentation_of(result)
     if not kind.question(result):
         raise InputError(f"there is no report on a {type(result).__name__} alone")
     # All ranks that hold a map reduce it, one writes.
@@ -150,7 +150,7 @@ def report(result: Any, path: str | os.PathLike[str], edition: Edition, **more: 
     if ranks is None:
         write()
     else:
-        ranks.agreed(lambda: write() if ranks.first else None)
+        ranks.run_on_all(lambda: write() if ranks.is_root else None)
 
 
 def _write(
@@ -162,7 +162,7 @@ def _write(
 
 def render(result: Any, edition: Edition = PLAIN, *, scene: Any = None, **more: Any) -> str:
     """Return the report on any result as the text of an HTML file."""
-    kind = of(result)
+    kind = presentation_of(result)
     scene = kind.scene(result) if scene is None else scene
     pressed_by = kind.largest or kind.contact
     pressed = None if pressed_by is None else pressed_by(result)
@@ -173,22 +173,22 @@ def render(result: Any, edition: Edition = PLAIN, *, scene: Any = None, **more: 
         "Assumptions": _assumptions(kind, result, pressed),
         "Method and certificate": _method(kind, result, pressed),
         "How to repeat": _repetition(kind, result, pressed, edition),
-        "References": [Block("list", citations.known(references(result)))],
+        "References": [Block("list", citations.cited_works(references(result)))],
     }
     return page.render(
-        _front(kind, result, scene, pressed, more.get("study")),
+        _front_page(kind, result, scene, pressed, more.get("study")),
         [Chapter(title, blocks) for title, blocks in sections.items() if blocks],
         edition,
     )
 
 
-def _front(kind: Kind, result: Any, scene: Any, pressed: Any, study: Any) -> Front:
+def _front_page(kind: Presentation, result: Any, scene: Any, pressed: Any, study: Any) -> Front:
     first = kind.headline(result, **({} if study is None else {"study": study}))
     numbers = PageTable(first.rows, first.heads, "" if first.heads else "key")
-    lead = next(iter(chapters.pictures(kind.figures, scene, figures.FRONT)), None)
+    lead = next(iter(chapters.picture_list(kind.figures, scene, figures.FRONT)), None)
     meaning = kind.meaning(result)
     if not meaning and pressed is not None and result is not pressed and pressed.load:
-        under = engineering(pressed.load, pressed.pair.load_unit)
+        under = format_engineering(pressed.load, pressed.pair.load_unit)
         meaning = phrases.regime(pressed, in_layers=bool(getattr(result, "faces", ())))
         meaning = meaning and f"{meaning} (Under {under}.)"
     return Front(
@@ -198,64 +198,64 @@ def _front(kind: Kind, result: Any, scene: Any, pressed: Any, study: Any) -> Fro
     )  # fmt: skip
 
 
-def _on_front(kind: Kind, result: Any) -> bool:
+def _fits_on_front(kind: Presentation, result: Any) -> bool:
     """Return whether all that is shown of the steps is on the first page."""
     _, rows = kind.listing(result)
-    return not rows or (kind.numbers is None and some(rows) == rows)
+    return not rows or (kind.numbers is None and first_and_last(rows) == rows)
 
 
 def _results(
-    kind: Kind, result: Any, scene: Any, pressed: ContactResult | None, more: dict[str, Any]
+    kind: Presentation, result: Any, scene: Any, pressed: ContactResult | None, more: dict[str, Any]
 ) -> list[Block]:
     if result is pressed:
         return kind.details(result, scene, **more)
     return [
         *chapters.quantities(kind.rows(result)),
-        *([] if _on_front(kind, result) else chapters.steps(kind, result)),
-        *chapters.shown(kind.figures, scene),
+        *([] if _fits_on_front(kind, result) else chapters.steps(kind, result)),
+        *chapters.figure_blocks(kind.figures, scene),
         *kind.details(result, scene, **more),
-        *([] if pressed is None or not pressed.load else contact.in_short(pressed)),
+        *([] if pressed is None or not pressed.load else contact.short_blocks(pressed)),
     ]
 
 
-def _assumptions(kind: Kind, result: Any, pressed: ContactResult | None) -> list[Block]:
+def _assumptions(kind: Presentation, result: Any, pressed: ContactResult | None) -> list[Block]:
     case = None if kind.case is None else kind.case(result)
     if case is None and pressed is not None and not pressed.pair.is_shared:
         case = assumptions.of_contact(pressed)
-    rows = [] if case is None else assumptions.rows(assumptions.ASSUMPTIONS, case)
-    rows += assumptions.rows(kind.assumptions, result)
+    rows = [] if case is None else assumptions.assumption_rows(assumptions.ASSUMPTIONS, case)
+    rows += assumptions.assumption_rows(kind.assumptions, result)
     explained = Block("small", "The user guide explains each assumption: “Assumptions”.")
     return [explained, *chapters.table(rows, assumptions.HEAD)] if rows else []
 
 
-def _method(kind: Kind, result: Any, pressed: ContactResult | None) -> list[Block]:
+def _method(kind: Presentation, result: Any, pressed: ContactResult | None) -> list[Block]:
     certificate = [] if pressed is None else chapters.certificate(pressed)
     known = _sentences(kind, result)
     return [*kind.method(result), *known, *certificate, *_trust(kind, result, pressed)]
 
 
-def _sentences(kind: Kind, result: Any) -> list[Block]:
+def _sentences(kind: Presentation, result: Any) -> list[Block]:
     text = " ".join(kind.sentences(result))
     return [Block("text", text)] if text else []
 
 
-def _trust(kind: Kind, result: Any, pressed: ContactResult | None) -> list[Block]:
+def _trust(kind: Presentation, result: Any, pressed: ContactResult | None) -> list[Block]:
     """Return how exactly a result is solved, and what it was checked for."""
     checked = kind.checked(result)
     if pressed is not None:
-        checked = checked or plausibility.checked(pressed)
+        checked = checked or plausibility.performed_checks(pressed)
     if not kind.rows(result, TRUST) and pressed is not None:
-        return chapters.trust(contact.kind_of(pressed), pressed, checked)
-    return chapters.trust(kind, result, checked)
+        return chapters.trust_blocks(contact.kind_of(pressed), pressed, checked)
+    return chapters.trust_blocks(kind, result, checked)
 
 
 def _repetition(
-    kind: Kind, result: Any, pressed: ContactResult | None, edition: Edition
+    kind: Presentation, result: Any, pressed: ContactResult | None, edition: Edition
 ) -> list[Block]:
     script, what, version = kind.script(result), "the same problem", getattr(result, "version", "")
     if pressed is not None and not script and not pressed.pair.is_shared:
-        script, what = python_script.repeating(pressed), "the contact under the largest load"
-    return chapters.repetition(version, edition.command, script, what)
+        script, what = python_script.script_of_result(pressed), "the contact under the largest load"
+    return chapters.script_blocks(version, edition.command, script, what)
 
 
 # --- A result at a glance: what a session prints of it, and a notebook shows ---
@@ -269,7 +269,7 @@ def headline_text(shown: Any) -> str:
     """Return problem, answer and headline numbers of an object, some ten lines."""
     first = _headline_of(shown)
     lines = [f"{_class_name(shown)}: {first.problem}".removesuffix(": ")]
-    lines += _wrapped(first.answer)
+    lines += _wrap_text(first.answer)
     table = _table(first)
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines += [
@@ -277,11 +277,11 @@ def headline_text(shown: Any) -> str:
         for row in table
     ]
     for sentence in (*first.remarks, *_cautions(shown)):
-        lines += _wrapped(sentence)
+        lines += _wrap_text(sentence)
     return "\n".join(lines)
 
 
-def _wrapped(sentence: str) -> list[str]:
+def _wrap_text(sentence: str) -> list[str]:
     return textwrap.wrap(sentence, _LINE, initial_indent="  ", subsequent_indent="    ")
 
 
@@ -303,7 +303,7 @@ def headline_html(shown: Any) -> str:
 
 def _headline_of(shown: Any) -> Headline:
     """Return what is said first; of a map its parameters."""
-    kind = of(shown)
+    kind = presentation_of(shown)
     if kind.has_answer:
         return headline(shown)
     rows = [(row.name, row.text) for row in kind.rows(shown, brief=kind.brief)]
@@ -337,7 +337,7 @@ def _picture(shown: Any) -> str:
     from roughcontact.drawing.export import png
 
     try:
-        figures = Plots(shown, of(shown).plots)
+        figures = Plots(shown, presentation_of(shown).plots)
         # One map: what shows four at once is too small here.
         figure = figures.pressure() if "pressure" in dir(figures) else figures()
     except (AttributeError, InputError):

@@ -14,9 +14,9 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from roughcontact._tools.files import write
+from roughcontact._tools.files import write_atomically
 from roughcontact._version import __version__
-from roughcontact.cautions import Caution, Kind, Severity
+from roughcontact.cautions import Caution, CautionTag, Severity
 from roughcontact.drawing import export
 from roughcontact.drawing.style import DPI
 from roughcontact.errors import InputError, Sentence, Spell, message_parts, render_message
@@ -135,7 +135,7 @@ PLAIN = Edition()
 def save(text: str, path: str | os.PathLike[str]) -> None:
     """Write a page to an HTML file; it appears only once it is complete."""
     check_path(path)
-    write(path, text)
+    write_atomically(path, text)
 
 
 def check_path(path: str | os.PathLike[str]) -> None:
@@ -159,7 +159,7 @@ def render(front: Front, chapters: Sequence[Chapter], edition: Edition = PLAIN) 
     """Return a page as the text of an HTML file."""
     pictures = list(_pictures(front, chapters))
     drawings = [picture.drawn for picture in pictures]
-    data = export.pngs(drawings, edition.processes, edition.tell)
+    data = export.draw_pngs(drawings, edition.processes, edition.tell)
     return _template(edition.spell).render(
         front=front,
         chapters=chapters,
@@ -167,13 +167,15 @@ def render(front: Front, chapters: Sequence[Chapter], edition: Edition = PLAIN) 
         version=__version__,
         messages=_messages(front.cautions),
         shown={
-            picture: _Shown(number, *_dots(png), base64.b64encode(png).decode("ascii"))
+            picture: _RenderedPicture(
+                number, *_png_size(png), base64.b64encode(png).decode("ascii")
+            )
             for number, (picture, png) in enumerate(zip(pictures, data, strict=True), start=1)
         },
     )
 
 
-class _Shown(NamedTuple):
+class _RenderedPicture(NamedTuple):
     """A picture that is drawn."""
 
     number: int
@@ -182,7 +184,7 @@ class _Shown(NamedTuple):
     source: str
 
 
-def _dots(png: bytes) -> tuple[int, int]:
+def _png_size(png: bytes) -> tuple[int, int]:
     """Return width and height, which stand first in a PNG file's first chunk."""
     return int.from_bytes(png[16:20], "big"), int.from_bytes(png[20:24], "big")
 
@@ -216,11 +218,11 @@ def _template(spell: Spell) -> jinja2.Template:
 def _messages(cautions: Sequence[Caution]) -> list[tuple[str, str]]:
     """Return severity and sentence of what has to be known, the severest first."""
     return [
-        (str(caution.severity), sentence(caution.text))
+        (str(caution.severity), as_sentence(caution.text))
         for severity in Severity
         for caution in cautions
         # The first line of the page says so, with the reason.
-        if caution.severity is severity and caution.kind != Kind.NOT_CONVERGED
+        if caution.severity is severity and caution.kind != CautionTag.NOT_CONVERGED
     ]
 
 
@@ -233,7 +235,7 @@ def _printable(value: Any, spell: Spell) -> Any:
     return "".join(c if c.isprintable() or c in "\n\t" else "�" for c in value)
 
 
-def sentence(note: str) -> str:
+def as_sentence(note: str) -> str:
     """Return a note with a capital letter and a full stop; nothing for nothing."""
     if not note:
         return ""

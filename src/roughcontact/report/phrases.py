@@ -14,13 +14,19 @@ from numpy.typing import NDArray
 from roughcontact import units
 from roughcontact._tools.statistics import Mean
 from roughcontact.contact import load_case
-from roughcontact.contact.ceiling import AGREEMENT
+from roughcontact.contact.ceiling import CEILING_TOLERANCE
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Swift, Tabulated
-from roughcontact.material.material import RIGID, Material, softer
+from roughcontact.material.material import RIGID, Material, softer_material
 from roughcontact.solvers.progress import Progress, Step
 from roughcontact.surface.provenance import Provenance
-from roughcontact.units import changed_by, engineering, grouped, percent, tiny
+from roughcontact.units import (
+    format_change,
+    format_engineering,
+    format_percent,
+    group_digits,
+    order_of_magnitude,
+)
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import CalibrationRecord
@@ -28,7 +34,7 @@ if TYPE_CHECKING:
     from roughcontact.elastoplastic.result import ElastoplasticResult
 
 
-def described(state: Progress) -> str:
+def progress_text(state: Progress) -> str:
     """Return what a solver is doing, in one line."""
     part = f"{state.number} of {state.count}: " if state.count > 1 else ""
     label = f"{state.label}: " if state.label else ""
@@ -50,7 +56,7 @@ def _step(step: Step) -> str:
 
 
 def _look(look: IterationInfo) -> str:
-    load = units.engineering(look.load, "N")
+    load = units.format_engineering(look.load, "N")
     return f"at {load}: iteration {look.iteration}, residual {look.residual:.1e}"
 
 
@@ -60,10 +66,10 @@ def _look(look: IterationInfo) -> str:
 def ceiling(result: ContactResult) -> str:
     """Return the ceiling of a result and where it comes from, without a full stop."""
     both = (result.material, result.counter_material)
-    return limit(result.ceiling, *both, agreed=result.calibration)
+    return ceiling_text(result.ceiling, *both, agreed=result.calibration)
 
 
-def limit(
+def ceiling_text(
     ceiling: float | NDArray[np.float64] | str | None,
     material: Material,
     counter_material: Material,
@@ -73,16 +79,16 @@ def limit(
     if isinstance(ceiling, str):
         return "calibrated, by map and load"
     if ceiling is None:
-        known = softer(material.uncoated, counter_material.uncoated) is not None
+        known = softer_material(material.uncoated, counter_material.uncoated) is not None
         return "none: purely elastic" + ("" if known else ", no yield strength is given")
     if isinstance(ceiling, np.ndarray):
         low, high = float(ceiling.min()), float(ceiling.max())
         return (
-            f"given point by point, {engineering(low, 'Pa')} to "
-            + (engineering(high, "Pa") if math.isfinite(high) else "none")
+            f"given point by point, {format_engineering(low, 'Pa')} to "
+            + (format_engineering(high, "Pa") if math.isfinite(high) else "none")
         )  # fmt: skip
-    text = engineering(float(ceiling), "Pa")
-    body = softer(material, counter_material)
+    text = format_engineering(float(ceiling), "Pa")
+    body = softer_material(material, counter_material)
     if body is None or body.ceiling is None:
         return f"{text}, as given"
     automatic = math.isclose(float(ceiling), body.ceiling, rel_tol=1e-9)
@@ -102,7 +108,7 @@ def limit(
 
 def largest_pressure(result: ContactResult) -> str:
     """Return the largest pressure, and whether it is the ceiling that was given."""
-    value = engineering(result.max_pressure, "Pa")
+    value = format_engineering(result.max_pressure, "Pa")
     return f"{value}, ceiling (given)" if result.saturated_fraction else value
 
 
@@ -112,15 +118,15 @@ def source(provenance: Provenance) -> str:
     return f"the {source}" if source.startswith(("nominal", "surface")) else source
 
 
-def under(result: ContactResult) -> str:
+def load_phrase(result: ContactResult) -> str:
     """Return load or approach of a result, as a question ends."""
     if result.control == "approach":
-        return f"at an approach of {engineering(result.approach, 'm')}"
+        return f"at an approach of {format_engineering(result.approach, 'm')}"
     specified = result.specified_load
     if specified is None:
         if result.pair.is_profile:
             return f"under {_line_load(result.load)}"
-        return f"under {engineering(result.load, result.pair.load_unit)}"
+        return f"under {format_engineering(result.load, result.pair.load_unit)}"
     value = _form(specified.form)
     if isinstance(specified.form, load_case.NominalPressure):
         return f"at {value}"
@@ -142,27 +148,25 @@ def load_range(result: Any) -> str:
         contact.specified_load.form, load_case.NominalPressure
     ):
         area = contact.nominal_area
-        ends = [engineering(step.load / area, "Pa", 3) for step in result.steps]
+        ends = [format_engineering(step.load / area, "Pa", 3) for step in result.steps]
         return f"at {span(ends)}"
     unit = contact.pair.load_unit
-    return f"under {span([engineering(step.load, unit) for step in result.steps])}"
+    return f"under {span([format_engineering(step.load, unit) for step in result.steps])}"
 
 
 def given_load(specified: load_case.GivenLoad, result: ContactResult) -> str:
     """Return a load in the form in which it was given, and the force that it came to."""
-    force = engineering(specified.force, result.pair.load_unit)
+    force = format_engineering(specified.force, result.pair.load_unit)
     words = f"{load_case.NAMES[type(specified.form)]}: {_form(specified.form)}"
     if isinstance(specified.form, load_case.NominalPressure):
         of_profile = result.pair.is_profile
         what, unit = ("profile", "m") if of_profile else ("map", "m²")
-        area = engineering(result.nominal_area, unit)
+        area = format_engineering(result.nominal_area, unit)
         return f"{words} on the whole {what}, {area}, are {force}"
     smooth = result.hertz
     match specified.form:
         case load_case.LineLoad() if smooth is not None and smooth.length is not None:
-            return (
-                f"{words} on {engineering(smooth.length, 'm')}, the length of the map, are {force}"
-            )
+            return f"{words} on {format_engineering(smooth.length, 'm')}, the length of the map, are {force}"
         case load_case.HertzPressure() if smooth is not None:
             line = ""
             if smooth.length is not None and not result.pair.is_profile:
@@ -175,7 +179,7 @@ def given_loads(specified: Sequence[load_case.GivenLoad], unit: str = "N") -> st
     """Return several loads in the forms in which they were given, with their forces [``unit``]."""
     parts = []
     for form, group in groupby(dict.fromkeys(specified), lambda item: type(item.form)):
-        values = [f"{_form(item.form)} ({engineering(item.force, unit)})" for item in group]
+        values = [f"{_form(item.form)} ({format_engineering(item.force, unit)})" for item in group]
         few = len(values) <= _FEW_LOADS
         text = ", ".join(values) if few else f"{values[0]} to {values[-1]}"
         parts.append(f"{load_case.NAMES[form]} {text}")
@@ -185,12 +189,12 @@ def given_loads(specified: Sequence[load_case.GivenLoad], unit: str = "N") -> st
 def _form(form: load_case.NominalPressure | load_case.LineLoad | load_case.HertzPressure) -> str:
     if isinstance(form, load_case.LineLoad):
         return _line_load(form.value)
-    return engineering(form.value, "Pa")
+    return format_engineering(form.value, "Pa")
 
 
 def _line_load(value: float) -> str:
     # As engineers write it.
-    return f"{engineering(value / 1e3, 'N')}/mm"
+    return f"{format_engineering(value / 1e3, 'N')}/mm"
 
 
 # Loads of one form that are told one by one.
@@ -201,8 +205,8 @@ def recommended(result: CalibrationRecord) -> str:
     """Return how a ceiling was found that agrees with itself, in a few words."""
     times = float(f"{result.load_ratio:.2g}")
     text = f"calibrated: {result.factor:.3g} yield strengths at {times:g} times first yield"
-    if abs(result.mismatch) > AGREEMENT:
-        text += f", where its own solution gives {changed_by(result.mismatch)}"
+    if abs(result.mismatch) > CEILING_TOLERANCE:
+        text += f", where its own solution gives {format_change(result.mismatch)}"
     return text
 
 
@@ -217,8 +221,8 @@ def with_usual_ceiling(result: ContactResult) -> str:
     )
     parts = []
     for name, usual, now, unit in text:
-        change = f" ({changed_by(usual / now - 1)})" if now else ""
-        parts.append(f"{name} {engineering(usual, unit) if usual else 'none'}{change}")
+        change = f" ({format_change(usual / now - 1)})" if now else ""
+        parts.append(f"{name} {format_engineering(usual, unit) if usual else 'none'}{change}")
     return ", ".join(parts)
 
 
@@ -230,18 +234,18 @@ def hardening(body: Material) -> str:
         return "elastic"
     law = body.law
     if isinstance(law, Kinematic):
-        back = f"kinematic hardening, modulus {engineering(law.modulus, 'Pa')}"
+        back = f"kinematic hardening, modulus {format_engineering(law.modulus, 'Pa')}"
         if isinstance(law.isotropic, Perfect):
             return back
         return f"{hardening(replace(body, hardening=law.isotropic))}, and {back}"
     if isinstance(law, Linear):
-        return f"linear hardening, modulus {engineering(law.modulus, 'Pa')}"
+        return f"linear hardening, modulus {format_engineering(law.modulus, 'Pa')}"
     if isinstance(law, Swift):
-        strength = engineering(law.coefficient, "Pa")
+        strength = format_engineering(law.coefficient, "Pa")
         text = f"Swift hardening, {strength} ({law.offset:g} + 1e6 e)^{law.exponent:.3g}"
         return text if body.hardening is not None else f"{text}, from yield strength and hardness"
     if isinstance(law, Tabulated):
-        last = engineering(law.stress[-1], "Pa")
+        last = format_engineering(law.stress[-1], "Pa")
         return f"tabulated hardening, {last} from a strain of {law.strain[-1]:g} on"
     return "perfectly plastic"
 
@@ -249,8 +253,8 @@ def hardening(body: Material) -> str:
 def coating(body: Material) -> str:
     """Return the layers of a body, the outermost first."""
     return "; ".join(
-        f"{layer.name or 'layer'} {engineering(layer.thickness, 'm')} "
-        f"(E {engineering(layer.young, 'Pa')}, ν {layer.poisson:g})"
+        f"{layer.name or 'layer'} {format_engineering(layer.thickness, 'm')} "
+        f"(E {format_engineering(layer.young, 'Pa')}, ν {layer.poisson:g})"
         for layer in body.coating
     )
 
@@ -281,10 +285,10 @@ def regime(result: ContactResult, *, in_layers: bool = False) -> str:
 
     Empty for a coated body if a stress result already gives the yielding ``in_layers``.
     """
-    largest = engineering(result.max_pressure, "Pa", 3)
+    largest = format_engineering(result.max_pressure, "Pa", 3)
     name = result.regime
     if name is Regime.SATURATED:
-        share = percent(result.saturated_fraction / result.contact_fraction)
+        share = format_percent(result.saturated_fraction / result.contact_fraction)
         return (
             f"The material yields at the surface: on {share} of the contact {_extent(result)} the "
             "pressure is at its ceiling, and the surface there keeps an indentation."
@@ -297,7 +301,7 @@ def regime(result: ContactResult, *, in_layers: bool = False) -> str:
     assert body is not None
     if name in (Regime.UNKNOWN, Regime.BEYOND_HARDNESS):
         assert body.hardness is not None
-        hardness = engineering(body.hardness, "Pa", 3)
+        hardness = format_engineering(body.hardness, "Pa", 3)
         if name is Regime.UNKNOWN:
             return (
                 f"The largest pressure, {largest}, stays below the hardness of the softer body, "
@@ -313,7 +317,7 @@ def regime(result: ContactResult, *, in_layers: bool = False) -> str:
     assert yielding is not None
     pressure = result.pair.yields_at(yielding)
     assert pressure is not None
-    first = engineering(pressure, "Pa", 3)
+    first = format_engineering(pressure, "Pa", 3)
     if name is Regime.BELOW_FIRST_YIELD:
         return (
             f"Nothing yields: the largest pressure, {largest}, stays below {first}, at which "
@@ -369,12 +373,12 @@ def volume_regime(result: ElastoplasticResult) -> str:
     from roughcontact.elastoplastic.result import PlasticRegime
 
     if result.regime is PlasticRegime.ELASTIC:
-        share = percent(min(1 + result.yield_excess, 1.0))
+        share = format_percent(min(1 + result.yield_excess, 1.0))
         return (
             f"Nothing has yielded: the von Mises stress is at most {share} of the yield strength."
         )
-    reached = engineering(result.plastic_depth, "m", 3)
-    strain = percent(result.max_plastic_strain)
+    reached = format_engineering(result.plastic_depth, "m", 3)
+    strain = format_percent(result.max_plastic_strain)
     text = f"Plastic strain, up to {strain}, reaches down to {reached}"
     surface = (
         " and up to the surface."
@@ -383,7 +387,7 @@ def volume_regime(result: ElastoplasticResult) -> str:
     )
     if result.solution.load:
         return text + surface
-    deepest = engineering(float(result.residual_displacement.max()), "m", 3)
+    deepest = format_engineering(float(result.residual_displacement.max()), "m", 3)
     return f"{text}{surface} The load is gone, and has left an indentation of up to {deepest}."
 
 
@@ -393,15 +397,15 @@ DIGITS = 3
 """Significant digits of what is said first."""
 
 
-def share(value: float) -> str:
+def format_share(value: float) -> str:
     """Return a share with two digits, as a sentence has it."""
     text = f"{100 * value:.2g}"
-    return percent(value) if "e" in text else f"{text} %"
+    return format_percent(value) if "e" in text else f"{text} %"
 
 
-def size(value: float, unit: str) -> str:
+def format_short(value: float, unit: str) -> str:
     """Return a quantity as what is said first has it."""
-    return grouped(engineering(value, unit, DIGITS))
+    return group_digits(format_engineering(value, unit, DIGITS))
 
 
 def between(low: float, high: float, form: Any) -> str:
@@ -424,11 +428,14 @@ def map_name(surface: Any) -> str:
 
 def _name(body: Material) -> str:
     if body.coating:
-        layers = (f"{layer.name or 'layer'} {size(layer.thickness, 'm')}" for layer in body.coating)
+        layers = (
+            f"{layer.name or 'layer'} {format_short(layer.thickness, 'm')}"
+            for layer in body.coating
+        )
         return f"{' on '.join(layers)} on {_name(body.uncoated)}"
     if is_rigid(body):
         return body.name
-    return body.name or f"E {engineering(body.young, 'Pa', DIGITS)}"
+    return body.name or f"E {format_engineering(body.young, 'Pa', DIGITS)}"
 
 
 def _counter_body(contact: ContactResult) -> str:
@@ -449,13 +456,13 @@ def bodies(contact: ContactResult, name: str = "") -> str:
 
 def force(value: float, unit: str) -> str:
     """Return a force, or one per length [N/m] as engineers write it."""
-    return f"{size(1e-3 * value, 'N')}/mm" if unit == "N/m" else size(value, unit)
+    return f"{format_short(1e-3 * value, 'N')}/mm" if unit == "N/m" else format_short(value, unit)
 
 
 def load(contact: ContactResult) -> str:
     """Return the load as it was given, and the force where that is another number."""
     if contact.control == "approach":
-        return f"approach {size(contact.approach, 'm')}"
+        return f"approach {format_short(contact.approach, 'm')}"
     specified = contact.specified_load
     # Of a body that is unloaded it is the largest load.
     largest = contact.load if specified is None else specified.force
@@ -467,9 +474,9 @@ def load_text(specified: load_case.GivenLoad | None, load: float, unit: str) -> 
     total = force(load, unit)
     match None if specified is None else specified.form:
         case load_case.NominalPressure(value=value):
-            return f"{size(value, 'Pa')} nominal ({total})"
+            return f"{format_short(value, 'Pa')} nominal ({total})"
         case load_case.HertzPressure(value=value):
-            return f"Hertz pressure {size(value, 'Pa')} ({total})"
+            return f"Hertz pressure {format_short(value, 'Pa')} ({total})"
         case load_case.LineLoad(value=value):
             return f"{force(value, 'N/m')} ({total})"
     return total
@@ -485,7 +492,7 @@ def problem(contact: ContactResult) -> str:
     return f"{bodies(contact)}, {load(contact)}{boundary(contact)}"
 
 
-def drawn(draws: Sequence[Mean]) -> list[str]:
+def draws_text(draws: Sequence[Mean]) -> list[str]:
     """Return of how many pairs of faces the numbers of a joint are the mean."""
     return [f"Mean of {draws[0].count} pairs of faces; places are of the first"] if draws else []
 
@@ -499,7 +506,7 @@ def problem_of_loads(contact: ContactResult, loads: Sequence[float]) -> str:
         contact.specified_load.form, load_case.NominalPressure
     ):
         area = contact.nominal_area
-        span = between(ends[0] / area, ends[1] / area, lambda value: size(value, "Pa"))
+        span = between(ends[0] / area, ends[1] / area, lambda value: format_short(value, "Pa"))
         what = f"nominal pressures from {span}"
     else:
         unit = contact.pair.load_unit
@@ -509,12 +516,12 @@ def problem_of_loads(contact: ContactResult, loads: Sequence[float]) -> str:
 
 def status(contact: ContactResult) -> str:
     """Return how exactly a contact is solved."""
-    limit = f"{tiny(contact.certificate)} (limit {contact.tolerance:.0e})"
+    limit = f"{order_of_magnitude(contact.certificate)} (limit {contact.tolerance:.0e})"
     if not contact.converged:
         return f"Not converged: certificate {limit}. Do not use these numbers."
-    return f"Solved: certificate {limit}, {size(contact.seconds, 's')}"
+    return f"Solved: certificate {limit}, {format_short(contact.seconds, 's')}"
 
 
 def worst(certificate: float, tolerance: float, count: int) -> str:
     """Return how exactly several contacts are solved."""
-    return f"Solved: {count} contacts, certificate {tiny(certificate)} (limit {tolerance:.0e})"
+    return f"Solved: {count} contacts, certificate {order_of_magnitude(certificate)} (limit {tolerance:.0e})"

@@ -28,7 +28,7 @@ _WIDTH = 96
 _RESULT = "result.nc"
 
 
-def repeating(result: ContactResult) -> str:
+def script_of_result(result: ContactResult) -> str:
     """Return a script that solves the same problem again."""
     script = _Script()
     script.add_maps(result)
@@ -46,7 +46,7 @@ def repeating(result: ContactResult) -> str:
     return script.text()
 
 
-def preparing(surface: Surface) -> str:
+def script_of_map(surface: Surface) -> str:
     """Return a script that makes the same map again."""
     script = _Script()
     script.add_map("surface", surface)
@@ -125,7 +125,7 @@ class _Script:
 
     def add_map(self, name: str, surface: Surface) -> None:
         """Write the lines that make a surface of a result."""
-        lost = _lost(surface.provenance)
+        lost = _unrepeatable_steps(surface.provenance)
         if lost:
             self.comment(f"No script can repeat what is known as: {'; '.join(lost)}")
             self.comment("The map as it was pressed is in the file that holds the result.")
@@ -253,7 +253,7 @@ def _solve_arguments(
     return specified
 
 
-def _lost(about: Provenance) -> list[str]:
+def _unrepeatable_steps(about: Provenance) -> list[str]:
     """Return in words the steps that cannot be repeated."""
     steps = list(about.operations)
     if about.origin is not None and about.origin.method == "Surface":
@@ -263,7 +263,12 @@ def _lost(about: Provenance) -> list[str]:
     inner = [value for step in steps for value in step.arguments.values()]
     return [
         *(text for step in steps if step.method not in vars(Surface) for text in step.sentences),
-        *(text for value in inner if isinstance(value, Provenance) for text in _lost(value)),
+        *(
+            text
+            for value in inner
+            if isinstance(value, Provenance)
+            for text in _unrepeatable_steps(value)
+        ),
     ]
 
 

@@ -13,11 +13,19 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.drawing.uncertainty import uncertainty_budget
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.report import chapters, contact_fields, figures, page, phrases
-from roughcontact.report.kind import Column, Columns, Kind, Quantity, Table, capital, quantity_of
+from roughcontact.report.kind import (
+    Column,
+    Columns,
+    Presentation,
+    Quantity,
+    Table,
+    capitalize_first,
+    quantity_of,
+)
 from roughcontact.uncertainty import intervals as uncertainty
 from roughcontact.uncertainty.intervals import Cause, ErrorSource, Interval, Uncertainty
 from roughcontact.uncertainty.resolution import QUANTITIES, ResolutionStudy
-from roughcontact.units import changed_by, engineering, percent
+from roughcontact.units import format_change, format_engineering, format_percent
 
 STUDY: Table = (
     Quantity("grids", of=lambda study: [vars(grid) for grid in study.grids]),
@@ -36,11 +44,11 @@ def _cases(key: str) -> Callable[[ResolutionStudy], list[float]]:
 
 STUDY_COLUMNS: Columns = (
     Column("case", "case", of=lambda study: [name for name, _ in study.named()]),
-    Column("contact_fraction", "contact", of=_cases("contact_fraction"), form=percent),
+    Column("contact_fraction", "contact", of=_cases("contact_fraction"), form=format_percent),
     Column(
-        "corrected_fraction", "perimeter-corrected", of=_cases("corrected_fraction"), form=percent
+        "corrected_fraction", "perimeter-corrected", of=_cases("corrected_fraction"), form=format_percent
     ),
-    Column("saturated_fraction", "saturated", of=_cases("saturated_fraction"), form=percent),
+    Column("saturated_fraction", "saturated", of=_cases("saturated_fraction"), form=format_percent),
     Column("max_pressure", "largest pressure", unit="Pa", of=_cases("max_pressure")),
     Column("mean_pressure", "mean pressure", unit="Pa", of=_cases("mean_pressure")),
 )  # fmt: skip
@@ -48,7 +56,7 @@ STUDY_COLUMNS: Columns = (
 
 
 # Its papers are those of the contact in the same report.
-KIND = Kind(
+KIND = Presentation(
     ResolutionStudy, STUDY, STUDY_COLUMNS, answer=lambda study: "".join(study.sentences[:1])
 )
 
@@ -100,10 +108,12 @@ def corrected_rows(result: ContactResult) -> list[tuple[str, ...]]:
         if item.name in ("mean_pressure", "constriction_length"):
             continue
         is_share = item.name.endswith("fraction")
-        form = phrases.share if is_share else partial(phrases.size, unit=quantity.unit)
+        form = (
+            phrases.format_share if is_share else partial(phrases.format_short, unit=quantity.unit)
+        )
         ends = phrases.between(item.low, item.high, form)
         measured = form(item.value if item.measured is None else item.measured)
-        rows.append((capital(quantity.name), form(item.value), ends, measured))
+        rows.append((capitalize_first(quantity.name), form(item.value), ends, measured))
     return rows
 
 
@@ -161,7 +171,7 @@ def _parts(interval: Interval) -> tuple[str, str]:
             if item.cause is Cause.TOLERANCE or not item.known:
                 continue
             ends = dict.fromkeys(
-                changed_by(end) for end in (item.low, item.high) if abs(end) >= _LEAST
+                format_change(end) for end in (item.low, item.high) if abs(end) >= _LEAST
             )
             text = "without limit" if math.isinf(item.high) else " to ".join(ends) or "below 0.1 %"
             known.append(f"{_SHORT[item.cause]} {text}")
@@ -187,8 +197,8 @@ def of_joint(
 def under_calibrated(joint: Any, index: int) -> str:
     """Return how one of the numbers of a joint changes under the calibrated ceiling."""
     known = joint.calibrated
-    change = changed_by(known.numbers[index])
-    return f"calibrated ceiling ({engineering(known.ceiling, 'Pa', 3)}) {change}"
+    change = format_change(known.numbers[index])
+    return f"calibrated ceiling ({format_engineering(known.ceiling, 'Pa', 3)}) {change}"
 
 
 def has_ends(interval: Interval) -> bool:
@@ -196,7 +206,7 @@ def has_ends(interval: Interval) -> bool:
     return not interval.unknown and interval.low < interval.high < math.inf
 
 
-def with_ends(interval: Interval, form: Callable[[float], str]) -> str:
+def with_interval(interval: Interval, form: Callable[[float], str]) -> str:
     """Return a number in some form, with its interval where that is known."""
     text = form(interval.value)
     if not has_ends(interval):
@@ -204,7 +214,7 @@ def with_ends(interval: Interval, form: Callable[[float], str]) -> str:
     return f"{text} ({phrases.between(interval.low, interval.high, form)})"
 
 
-def ends(result: ContactResult, study: ResolutionStudy | None = None) -> dict[str, str]:
+def intervals_by_key(result: ContactResult, study: ResolutionStudy | None = None) -> dict[str, str]:
     """Return the intervals of the key numbers of a contact, by key."""
     if result.pair.is_shared or not (result.converged and result.load):
         return {}
@@ -266,25 +276,27 @@ MEASURED_COLUMNS: Columns = (
 """Of its intervals."""
 
 
-def measured_by(known: Uncertainty) -> str:
+def measurement_text(known: Uncertainty) -> str:
     """Return what measured a map, and how the intervals were found."""
     tool = known.instrument
     if tool is None:
         return "Intervals of grid and material, without the instrument."
-    resolved = f"the map shows waves down to {phrases.size(known.resolved, 'm')}"
+    resolved = f"the map shows waves down to {phrases.format_short(known.resolved, 'm')}"
     down = "" if known.shortest_wave is None else (
-        f", the surface has waves down to {phrases.size(known.shortest_wave, 'm')}")  # fmt: skip
+        f", the surface has waves down to {phrases.format_short(known.shortest_wave, 'm')}")  # fmt: skip
     lengths = (("resolution", tool.resolution), ("tip radius", tool.tip_radius),
                ("noise", tool.noise))  # fmt: skip
-    stated = ", ".join(f"{name} {phrases.size(value, 'm')}" for name, value in lengths if value)
+    stated = ", ".join(
+        f"{name} {phrases.format_short(value, 'm')}" for name, value in lengths if value
+    )
     name = tool.name or f"{tool.kind} instrument"
     return f"{name} ({stated}): {resolved}{down}. {known.draws} draws, seed {known.seed}."
 
 
-def budget(result: ContactResult, study: ResolutionStudy | None) -> list[page.Block]:
+def budget_block(result: ContactResult, study: ResolutionStudy | None) -> list[page.Block]:
     """Return the block of the figure of the sources of each interval."""
     rows = [
-        (capital(quantity.name), interval.budget)
+        (capitalize_first(quantity.name), interval.budget)
         for quantity, interval in _named(result, study)
         if has_ends(interval)
     ]
@@ -292,7 +304,7 @@ def budget(result: ContactResult, study: ResolutionStudy | None) -> list[page.Bl
         "", lambda _: uncertainty_budget(rows),
         lambda _: "Sources of each interval. The shares of a bar add to 100 %.", width=page.WIDE,
     )  # fmt: skip
-    return chapters.shown((figure,), result) if rows else []
+    return chapters.figure_blocks((figure,), result) if rows else []
 
 
-MEASURED_KIND = Kind(Uncertainty, MEASURED, MEASURED_COLUMNS)
+MEASURED_KIND = Presentation(Uncertainty, MEASURED, MEASURED_COLUMNS)

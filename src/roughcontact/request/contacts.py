@@ -15,8 +15,17 @@ from roughcontact._tools import memory
 from roughcontact.errors import ArgumentRef, CapacityError, ConvergenceError, InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
-from roughcontact.request.options import EXCLUDES, NEEDED, NEEDS, TABLES, Option, Panel, Rule, file
-from roughcontact.request.outcome import Look, Outcome, Solve, Work, solve_afresh
+from roughcontact.request.options import (
+    EXCLUDES,
+    NEEDED,
+    NEEDS,
+    TABLES,
+    Option,
+    Panel,
+    Rule,
+    file_option,
+)
+from roughcontact.request.outcome import OnProgress, Outcome, Solve, TaskContext, solve_afresh
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress, one_of_several
 
@@ -39,10 +48,10 @@ TO = Option(
 )  # fmt: skip
 STEPS = Option(
     "steps", Panel.BODIES, "NUMBER", "Number of pressures (logarithmic); default: 13.",
-    parsing.counted(2, memory.STEPS), 13,
+    parsing.int_parser(2, memory.STEPS), 13,
 )  # fmt: skip
 RANGE = (FROM, TO, STEPS)
-OUTPUT = file("output", "FILE.csv|json", "Table of loads.", TABLES)
+OUTPUT = file_option("output", "FILE.csv|json", "Table of loads.", TABLES)
 
 RESISTIVITY = Option(
     "resistivity", Panel.BODIES, "RESISTIVITY",
@@ -122,7 +131,7 @@ def check_loads(request: Request) -> None:
             "is needed, such as '1 N', or several: '1 N, 3 N, 10 N'; or ",
             ArgumentRef("from", "1 MPa"), " and ", ArgumentRef("to", "100 MPa"), argument="load",
         )  # fmt: skip
-    options.check(PRESSURE_RULES, request)
+    options.check_rules(PRESSURE_RULES, request)
     check_pressures(request)
 
 
@@ -144,7 +153,7 @@ def _conductor(request: Request, material: Option[Any], *specified: Option[Any])
     return replace(result, **{name: value for name, value in values.items() if value is not None})
 
 
-def outcome(request: Request, work: Work, result: Any) -> Outcome:
+def outcome(request: Request, work: TaskContext, result: Any) -> Outcome:
     """Return the outcome of a joint analysis, with remarks on the measurement."""
     largest = replace(result.largest, extra_cautions=work.extra_cautions)
     return Outcome(
@@ -153,24 +162,24 @@ def outcome(request: Request, work: Work, result: Any) -> Outcome:
 
 
 @dataclass(frozen=True, eq=False)
-class Contacts:
+class JointContacts:
     """The contacts of a request, solved as they are asked for."""
 
     request: Request  # The request
-    work: Work  # With what
+    work: TaskContext  # With what
     maps: Sequence[Surface]  # The maps that are pressed
     more: Sequence[Surface] = ()  # Other maps of the surface
     counter_maps: Sequence[Surface] = ()  # Maps of the counter-body's face
 
     @classmethod
-    def of_request(cls, request: Request, work: Work) -> Contacts:
+    def of_request(cls, request: Request, work: TaskContext) -> JointContacts:
         """Return the contacts of the maps of a request."""
         last = len(work.maps) - len(request[options.COUNTER_MAPS])
         # Several are maps of one surface.
         first = 1 if len(request.files) > 1 else last
         return cls(request, work, work.maps[:first], work.maps[first:last], work.maps[last:])
 
-    def each(self) -> Iterator[Contacts]:
+    def iter_maps(self) -> Iterator[JointContacts]:
         """Yield the contacts of each map of the surface, or of each pair of faces drawn."""
         pairs: Sequence[tuple[Surface, ...]] = [
             (surface, *self.maps[1:]) for surface in (self.maps[0], *self.more)
@@ -184,7 +193,7 @@ class Contacts:
             look = one_of_several(self.work.look, number, len(pairs))
             yield replace(self.of(maps[0]), maps=maps, work=replace(self.work, look=look))
 
-    def of(self, surface: Surface) -> Contacts:
+    def of(self, surface: Surface) -> JointContacts:
         """Return the contacts of another map."""
         return replace(self, maps=(surface, *self.maps[1:]), more=(), counter_maps=())
 
@@ -192,7 +201,7 @@ class Contacts:
         """Raise `InputError` for profiles, before anything is solved."""
         self.request.pair(self.maps).require_map(what)
 
-    def under(self, loads: Sequence[Any], relief: float = 0.0) -> Iterator[ContactResult]:
+    def solve_loads(self, loads: Sequence[Any], relief: float = 0.0) -> Iterator[ContactResult]:
         """Yield the contacts under some loads, in whatever form they were given, less a force."""
         forces = [self.request.force(self.maps, load) for load in loads]
         forces.sort(key=lambda load: -load[0])
@@ -205,19 +214,19 @@ class Contacts:
             result = self.work.solve(self.maps[0], **arguments, load=force - relief, progress=watch)
             yield replace(result, specified_load=specified)
 
-    def over_draws(self, compute: Callable[[Contacts], Any]) -> Any:
+    def over_draws(self, compute: Callable[[JointContacts], Any]) -> Any:
         """Return what is computed of a joint with its variants, as a mean over the faces drawn."""
-        first, *others = self.each()
+        first, *others = self.iter_maps()
         result = first.with_variants(compute(first))
         return result.with_draws([compute(pair) for pair in others]) if others else result
 
     def with_variants(self, result: Any) -> Any:
         """Return a joint with its changes under the calibrated ceiling and on a coarser grid."""
-        from roughcontact.uncertainty.resolution import coarsened
+        from roughcontact.uncertainty.resolution import coarsen_pair
 
         largest, arguments = result.largest, self.request.arguments(self.maps, *options.SOLVER)
         arguments |= {"surface": self.maps[0], "load": largest.load}
-        ceiling, pair = calibrated_ceiling(largest), coarsened(largest.pair)
+        ceiling, pair = calibrated_ceiling(largest), coarsen_pair(largest.pair)
         # The longest first: the other is then forecast too long, not too short.
         variants: dict[str, dict[str, Any]] = {}
         if ceiling is not None:
@@ -230,7 +239,7 @@ class Contacts:
         for number, (label, changes) in enumerate(variants.items(), start=1):
             look = one_of_several(self.work.look, number, len(variants))
 
-            def watch(state: Progress, label: str = label, look: Look = look) -> None:
+            def watch(state: Progress, label: str = label, look: OnProgress = look) -> None:
                 look(replace(state, label=label))
 
             try:
@@ -249,7 +258,7 @@ def calibrated_ceiling(result: ContactResult) -> float | None:
 
     if not isinstance(result.ceiling, float) or result.calibration is not None:
         return None
-    advice = plausibility.advice(result)
+    advice = plausibility.recommended_ceiling_of(result)
     if advice is None or result.regime is Regime.BELOW_FIRST_YIELD:
         return None
     change = abs(area_change(advice, result.ceiling, result.contact_modulus))
@@ -272,10 +281,10 @@ def cached_solver() -> Iterator[Solve]:
             requested = {"surface": surface, **arguments}
             for known, rest, file in solved:
                 if _same(known, requested):
-                    return _filled(rest, file)
+                    return _load_maps(rest, file)
             result = solve_afresh(surface, progress=progress, **arguments)
             file = stack.enter_context(tempfile.TemporaryFile())
-            solved.append((requested, _emptied(result, file), file))
+            solved.append((requested, _spill_maps(result, file), file))
             return result
 
         yield solve_once
@@ -285,14 +294,14 @@ def _same(known: dict[str, Any], requested: dict[str, Any]) -> bool:
     """Return whether two contacts are one, whichever objects hold their maps."""
     maps = ("surface", "counter_surface")
     return all(
-        _alike(known.get(name), requested.get(name))
+        _are_equal(known.get(name), requested.get(name))
         if name in maps
         else name in known and known[name] == requested[name]
         for name in requested
     )
 
 
-def _alike(first: Surface | None, second: Surface | None) -> bool:
+def _are_equal(first: Surface | None, second: Surface | None) -> bool:
     import numpy as np
 
     if first is second or first is None or second is None:
@@ -302,7 +311,7 @@ def _alike(first: Surface | None, second: Surface | None) -> bool:
     )
 
 
-def _emptied(result: ContactResult, file: IO[bytes]) -> dict[str, Any]:
+def _spill_maps(result: ContactResult, file: IO[bytes]) -> dict[str, Any]:
     """Return what makes a contact but for its maps, which go to a file."""
     import numpy as np
 
@@ -312,7 +321,7 @@ def _emptied(result: ContactResult, file: IO[bytes]) -> dict[str, Any]:
     return {name: there[name] for name in there.keys() - {"pressure", "gap", "_counted"}}
 
 
-def _filled(known: dict[str, Any], file: IO[bytes]) -> ContactResult:
+def _load_maps(known: dict[str, Any], file: IO[bytes]) -> ContactResult:
     """Return a contact with its maps again."""
     import numpy as np
 

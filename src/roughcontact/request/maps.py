@@ -8,18 +8,18 @@ from pathlib import Path
 from typing import Any
 
 from roughcontact._tools.memory import require_grid
-from roughcontact.cautions import Caution, of_several
+from roughcontact.cautions import Caution, merge_cautions
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import read
 from roughcontact.formats.source import pixel_of
 from roughcontact.request import options
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
-from roughcontact.request.task import Command, Values
+from roughcontact.request.task import Command, ParsedOptions
 from roughcontact.surface import placement
 from roughcontact.surface.cleaning import MOST_FILLED
 from roughcontact.surface.surface import Surface
-from roughcontact.units import percent
+from roughcontact.units import format_percent
 
 Reader = Callable[..., Surface]
 """``reader(path, announced, *reading)``, as `formats.read.read_announced`."""
@@ -52,7 +52,7 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
             requested.get(options.OFFSET) or (0.0, 0.0),
             requested.get(options.ANGLE) or 0.0,
         )
-        matched = placement.matched(maps[0], maps[1], offset, angle, requested[options.MIRROR])
+        matched = placement.match_grids(maps[0], maps[1], offset, angle, requested[options.MIRROR])
         # What one of them does not cover the other cannot touch.
         maps = [surface.masked() for surface in matched]
     counter_form = requested.get(options.COUNTER_BODY)
@@ -64,10 +64,10 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
     return maps
 
 
-def preparation(request: Request) -> Values:
+def preparation(request: Request) -> ParsedOptions:
     """Return all that the maps of a request are prepared by: no other option can be read."""
     prepares = tuple(option for option in request.task.options if option.prepares)
-    return Values(Command(request.task.name, "", prepares), request.values)
+    return ParsedOptions(Command(request.task.name, "", prepares), request.values)
 
 
 def prepared_by(request: Request) -> str:
@@ -80,7 +80,7 @@ def prepared_by(request: Request) -> str:
 def resolution_cautions(request: Request, maps: Sequence[Surface]) -> tuple[Caution, ...]:
     """Return the message on what limits the lateral resolution of the prepared maps."""
     radius = request.get(options.TIP_RADIUS)
-    return of_several(
+    return merge_cautions(
         [
             (surface.provenance.source, [x.caution for x in surface.resolution_limits(radius)])
             for surface in maps
@@ -90,7 +90,7 @@ def resolution_cautions(request: Request, maps: Sequence[Surface]) -> tuple[Caut
     )
 
 
-def _prepared(request: Request, requested: Values, surface: Surface, path: Path) -> Surface:
+def _prepared(request: Request, requested: ParsedOptions, surface: Surface, path: Path) -> Surface:
     # Points go first, then form, then waves: each step sees what the one before has cleaned.
     crop, outliers, form = (
         requested[options.CROP],
@@ -130,8 +130,8 @@ def _prepared(request: Request, requested: Values, surface: Surface, path: Path)
     share = surface.missing / surface.heights.size
     if holes == "fill" and share > MOST_FILLED:
         raise InputError(
-            f"{path.name} has no height at {percent(share)} of its points, and at most "
-            f"{percent(MOST_FILLED)} are filled: cut it with ",
+            f"{path.name} has no height at {format_percent(share)} of its points, and at most "
+            f"{format_percent(MOST_FILLED)} are filled: cut it with ",
             ArgumentRef("crop"),
             ", or choose ",
             ArgumentRef("missing", "mask"),

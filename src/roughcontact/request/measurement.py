@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import InputError
 from roughcontact.request import parsing
-from roughcontact.request.options import LENGTH, NEEDS, Option, Panel, Rule, flag
-from roughcontact.request.outcome import Look
+from roughcontact.request.options import LENGTH, NEEDS, Option, Panel, Rule, flag_option
+from roughcontact.request.outcome import OnProgress
 from roughcontact.request.request import Request
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def _instrument(text: str, argument: str) -> Instrument:
     try:
         return Instrument.named(text)
     except InputError as error:
-        raise parsing.about(argument, error) from None
+        raise parsing.as_argument_error(argument, error) from None
 
 
 def _maps(text: str, argument: str) -> tuple[tuple[Path, Instrument | None], ...]:
@@ -47,7 +47,7 @@ def _uncertainties(text: str, argument: str) -> dict[str, float]:
     return found
 
 
-UNCERTAINTY = flag(
+UNCERTAINTY = flag_option(
     "uncertainty", Panel.SOLVER,
     "Correct for the instrument; give 95 % intervals and their sources.",
 )  # fmt: skip
@@ -82,7 +82,7 @@ RULES = (
 )
 
 
-def measured(request: Request, result: ContactResult, look: Look) -> ContactResult:
+def measured(request: Request, result: ContactResult, look: OnProgress) -> ContactResult:
     """Return a contact with its intervals."""
     return replace(result, measurement=result.uncertainty(**how(request), progress=look))
 

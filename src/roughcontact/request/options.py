@@ -83,22 +83,22 @@ class Option(Generic[T_co]):
         unit = _UNITS.get(self.parse)
         if not isinstance(value, float):
             return str(value)
-        return f"{value:g}" if unit is None else units.engineering(value, unit)
+        return f"{value:g}" if unit is None else units.format_engineering(value, unit)
 
 
-def flag(name: str, panel: str, text: str, **more: Any) -> Option[bool]:
+def flag_option(name: str, panel: str, text: str, **more: Any) -> Option[bool]:
     """Return an option without a value."""
     return Option(name, panel, "", text, parsing.flag, False, **more)
 
 
-def file(
+def file_option(
     name: str, metavar: str, text: str, suffixes: tuple[str, ...] = (), **more: Any
 ) -> Option[Any]:
     """Return an option of one file or folder that is written."""
     return Option(name, Panel.OUTPUT, metavar, text, parsing.path, None, suffixes=suffixes, **more)
 
 
-def files(name: str, text: str, suffixes: tuple[str, ...], **more: Any) -> Option[Any]:
+def files_option(name: str, text: str, suffixes: tuple[str, ...], **more: Any) -> Option[Any]:
     """Return an option of files that are written."""
     return Option(
         name, Panel.OUTPUT, "FILE", text, parsing.paths, (), many=True, suffixes=suffixes, **more
@@ -108,7 +108,7 @@ def files(name: str, text: str, suffixes: tuple[str, ...], **more: Any) -> Optio
 # --- What options ask of each other, as data ---
 
 
-class Demand(Enum):
+class RuleKind(Enum):
     """Type of a rule between options."""
 
     NEEDED = auto()
@@ -118,24 +118,24 @@ class Demand(Enum):
     ANY_OF = auto()
 
 
-NEEDED, NEEDS, EXCLUDES, ONE_OF, ANY_OF = Demand
+NEEDED, NEEDS, EXCLUDES, ONE_OF, ANY_OF = RuleKind
 
 
 @dataclass(frozen=True, init=False)
 class Rule:
     """Rule between options."""
 
-    demand: Demand  # `NEEDED`: the first is given
+    demand: RuleKind  # `NEEDED`: the first is given
     options: tuple[Option[Any], ...]  # Of which it speaks
     value: str = ""  # Of a `NEEDS`: what the other has to be
     text: str = ""  # What to give, or an example of it
 
-    def __init__(self, demand: Demand, *options: Option[Any], **more: str) -> None:
+    def __init__(self, demand: RuleKind, *options: Option[Any], **more: str) -> None:
         for name, held in {"demand": demand, "options": options, **more}.items():
             object.__setattr__(self, name, held)
 
 
-def check(rules: Iterable[Rule], request: Any) -> None:
+def check_rules(rules: Iterable[Rule], request: Any) -> None:
     """Raise `InputError` for the first rule that a request breaks."""
     for rule in rules:
         first, *others = rule.options
@@ -145,22 +145,22 @@ def check(rules: Iterable[Rule], request: Any) -> None:
             raise InputError(f"is needed: {rule.text}", argument=about)
         if rule.demand is ONE_OF and len(specified) != 1:
             raise InputError(
-                "give one of ", *listed(rule.options, " and "), ", and no more than one, such as ",
+                "give one of ", *join_mentions(rule.options, " and "), ", and no more than one, such as ",
                 ArgumentRef(about, rule.text),
             )  # fmt: skip
         if rule.demand is ANY_OF and not specified:
-            raise InputError("nothing is asked: give ", *listed(rule.options, " or "))
+            raise InputError("nothing is asked: give ", *join_mentions(rule.options, " or "))
         if rule.demand is NEEDS and rule.value:
             if first in specified and request.get(others[0]) != rule.value:
                 needed = ArgumentRef(others[0].argument, rule.value)
                 raise InputError("needs ", needed, argument=about)
         elif rule.demand is NEEDS and specified == [first]:
-            raise InputError("needs ", *listed(others, " or "), argument=about)
+            raise InputError("needs ", *join_mentions(others, " or "), argument=about)
         if rule.demand is EXCLUDES and first in specified and specified != [first]:
-            raise InputError("goes without ", *listed(others, " and "), argument=about)
+            raise InputError("goes without ", *join_mentions(others, " and "), argument=about)
 
 
-def listed(options: Iterable[Option[Any]], last: str) -> list[Any]:
+def join_mentions(options: Iterable[Option[Any]], last: str) -> list[Any]:
     """Return mentions of options with commas between them, and a word before the last."""
     mentions: list[Any] = [ArgumentRef(option.argument) for option in options]
     parts = [part for mention in mentions for part in (mention, ", ")][:-1]
@@ -173,7 +173,7 @@ def listed(options: Iterable[Option[Any]], last: str) -> list[Any]:
 
 LEVELS = ("plane", "quadric", "mean", "robust", "none")
 MISSING_KNOWN = ("error", "fill", "fill-all", "mask", "crop")
-ITERATIONS = parsing.counted(1, memory.ITERATIONS)
+ITERATIONS = parsing.int_parser(1, memory.ITERATIONS)
 
 # Which maps
 
@@ -187,23 +187,23 @@ GROUP: Option[tuple[tuple[str, tuple[str, ...]], ...]] = Option(
 
 FORMAT = Option(
     "format", Panel.MAP, "NAME", "File format; default: recognized from the file.",
-    parsing.words, None, prepares=True,
+    parsing.as_text, None, prepares=True,
 )  # fmt: skip
 CHANNEL = Option(
     "channel", Panel.MAP, "NAME|INDEX", "Height channel, name or index; default: the proposed one.",
-    parsing.words, None, prepares=True, whole_map=False,
+    parsing.as_text, None, prepares=True, whole_map=False,
 )  # fmt: skip
 UNIT = Option(
     "unit", Panel.MAP, "UNIT",
     'Unit of the heights, e.g. um; of a profile "mm, um" (positions first).',
-    parsing.words, None, "Unit of the heights", prepares=True, whole_map=False,
+    parsing.as_text, None, "Unit of the heights", prepares=True, whole_map=False,
 )  # fmt: skip
 SIZE = Option(
     "size", Panel.MAP, "LENGTHS",
     'Side lengths (y, x) if the file has none: "0.1 mm x 0.2 mm".',
-    parsing.words, None, "Side lengths (y × x)", prepares=True, whole_map=False,
+    parsing.as_text, None, "Side lengths (y × x)", prepares=True, whole_map=False,
 )  # fmt: skip
-OVERRIDE_SIZE = flag(
+OVERRIDE_SIZE = flag_option(
     "override-size", Panel.MAP,
     "Use --size instead of the size in the file.",
     label="Use these side lengths instead of the file's", prepares=True, whole_map=False,
@@ -263,7 +263,7 @@ PIXEL = Option(
 ROTATE = Option(
     "rotate", Panel.MAP, "DEGREES",
     "Rotation of the map, degrees counterclockwise, a multiple of 90.",
-    parsing.turns, 0, prepares=True,
+    parsing.parse_quarter_turns, 0, prepares=True,
 )  # fmt: skip
 PREPARATION = (CROP, OUTLIERS, LEVEL, FORM, MISSING, S_FILTER, L_FILTER, PIXEL, ROTATE)
 MAP = (*READING, TIP_RADIUS, POINTS, *PREPARATION)
@@ -349,9 +349,9 @@ COUNTER_MAPS: Option[Any] = Option(
 )  # fmt: skip
 DRAWS = Option(
     "draws", Panel.BODIES, "NUMBER",
-    "Number of pairs of faces drawn; default: 5.", parsing.counted(2, 100), 5,
+    "Number of pairs of faces drawn; default: 5.", parsing.int_parser(2, 100), 5,
 )  # fmt: skip
-ALIGN = flag(
+ALIGN = flag_option(
     "align", Panel.BODIES,
     "Resample both maps to one grid, centered, and keep the overlap.",
     label="Resample both maps to one grid", prepares=True,
@@ -366,7 +366,7 @@ ANGLE = Option(
     "Rotation of the aligned counter-map, degrees counterclockwise.",
     parsing.number, None, "Rotation of counter-map", prepares=True,
 )  # fmt: skip
-MIRROR = flag(
+MIRROR = flag_option(
     "mirror", Panel.BODIES,
     "Mirror the aligned counter-map (measured from its own front).",
     label="Mirror counter-map", prepares=True,
@@ -397,7 +397,7 @@ LOAD = Option(
 HERTZ = Option(
     "hertz", Panel.BODIES, "PRESSURE",
     'Load given as Hertz peak pressure of the smooth bodies: "1.5 GPa".',
-    parsing.peak, None, "Hertz pressure",
+    parsing.hertz_load, None, "Hertz pressure",
 )  # fmt: skip
 APPROACH = Option(
     "approach", Panel.BODIES, "LENGTH", 'Approach from first contact, instead of a load: "1 um".',
@@ -439,16 +439,18 @@ SOLVER_DOUBLE = (TOLERANCE_DOUBLE, MAX_ITERATIONS)
 FIGURES = Option(
     "figures", Panel.OUTPUT, "FOLDER|PREFIX",
     "Figures: folder or file prefix; add .svg or .pdf for the format.",
-    parsing.words, None, suffixes=PICTURES,
+    parsing.as_text, None, suffixes=PICTURES,
 )  # fmt: skip
-REPORT = file(
+REPORT = file_option(
     "report", "FILE.html", "Report with figures as one HTML file.", (".html",),
     whole_map=False,
 )  # fmt: skip
-FOLDER = file("folder", "FOLDER", "Folder for finished steps; the same command resumes.")
-JSON = flag("json", Panel.OUTPUT, "Print JSON in SI units.", whole_map=False)
-QUIET = flag("quiet", Panel.OUTPUT, "Print errors only.", whole_map=False)
-VERBOSE = flag("verbose", Panel.OUTPUT, "Print all quantities, checks and notes.", whole_map=False)
+FOLDER = file_option("folder", "FOLDER", "Folder for finished steps; the same command resumes.")
+JSON = flag_option("json", Panel.OUTPUT, "Print JSON in SI units.", whole_map=False)
+QUIET = flag_option("quiet", Panel.OUTPUT, "Print errors only.", whole_map=False)
+VERBOSE = flag_option(
+    "verbose", Panel.OUTPUT, "Print all quantities, checks and notes.", whole_map=False
+)
 SHOWN = (VERBOSE, JSON, QUIET)
 """What the terminal shows, which does not describe a run."""
 OUTPUT = (REPORT, *SHOWN)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import RoughcontactError, Sentence, message_parts
 from roughcontact.request.options import FOLDER
-from roughcontact.request.outputs import Saved, Say, UnfinishedError
+from roughcontact.request.outputs import SavedSteps, Say, UnfinishedError
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
     from roughcontact.surface.surface import Surface
 
-Look = Callable[[Progress], None]
-Show = Callable[["ContactResult"], None]
+OnProgress = Callable[[Progress], None]
+OnPreview = Callable[["ContactResult"], None]
 Solve = Callable[..., "ContactResult"]
 """`contact.solve.solve`, or what gives the same for the same arguments."""
 
 
-def unseen(_: Any) -> None:
+def ignore(_: Any) -> None:
     """Look at nothing."""
 
 
@@ -46,17 +46,17 @@ def remarks_on(request: Request, maps: Sequence[Surface]) -> tuple[Caution, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Work:
+class TaskContext:
     """What a task works with."""
 
     request: Request  # Request
     read: Callable[[], Sequence[Surface]]  # Returns its maps, prepared
     say: Say  # Called with a few words before every stage
-    look: Look  # Called with the `Progress` of the solver
+    look: OnProgress  # Called with the `Progress` of the solver
     solve: Solve = solve_afresh  # What solves contacts that several tasks look at
     known: Mapping[str, Any] = field(default_factory=dict)
     ranks: Ranks | None = None  # Those that share a volume
-    show: Show = unseen  # Called with a contact that lacks only the calibrated ceiling
+    show: OnPreview = ignore  # Called with a contact that lacks only the calibrated ceiling
 
     @cached_property
     def maps(self) -> Sequence[Surface]:
@@ -69,7 +69,9 @@ class Work:
         return remarks_on(self.request, self.maps)
 
     @contextmanager
-    def keeping(self, pattern: str, part: str) -> Iterator[tuple[Look, list[int]]]:
+    def report_saved_steps_on_interrupt(
+        self, pattern: str, part: str
+    ) -> Iterator[tuple[OnProgress, list[int]]]:
         """Note the saved parts of the folder; on Ctrl-C, report the complete ones."""
         reused: list[int] = []
         last = Progress(1, 0, None)
@@ -90,7 +92,7 @@ class Work:
             files = sorted(folder.glob(pattern))
             # Of some parts no file is kept, and nothing has been told of the last yet.
             number = max(last.number - (not last.kept), len(files))
-            raise UnfinishedError(files, Saved(number, last.count, part, folder)) from None
+            raise UnfinishedError(files, SavedSteps(number, last.count, part, folder)) from None
 
 
 @dataclass(frozen=True)
@@ -143,7 +145,7 @@ class Outcome:
         from roughcontact.report import kinds
 
         record = self.request.task.record(self)
-        answer = kinds.of(self.result).answer(self.result, **self.extra_results)
+        answer = kinds.presentation_of(self.result).answer(self.result, **self.extra_results)
         return {"answer": answer, **record, "written": [str(path) for path in self.written]}
 
 

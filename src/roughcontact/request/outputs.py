@@ -21,7 +21,7 @@ _SHOWN = 40
 
 
 @dataclass(frozen=True)
-class Saved:
+class SavedSteps:
     """What stands in a folder of a calculation that was interrupted."""
 
     number: int  # Parts that are complete
@@ -33,12 +33,12 @@ class Saved:
 class UnfinishedError(Exception):
     """Ctrl-C, with the files that were complete by then, and the parts that need no second run."""
 
-    def __init__(self, written: Sequence[Path], saved: Saved | None = None) -> None:
+    def __init__(self, written: Sequence[Path], saved: SavedSteps | None = None) -> None:
         super().__init__()
         self.written, self.saved = written, saved
 
 
-def write(tasks: Iterable[Writing], say: Say) -> list[Path]:
+def write_files(tasks: Iterable[Writing], say: Say) -> list[Path]:
     """Write files one after the other and return those that are complete."""
     written: list[Path] = []
     for path, save in tasks:
@@ -56,7 +56,7 @@ def write(tasks: Iterable[Writing], say: Say) -> list[Path]:
     return written
 
 
-def saver(draw: Callable[[], Any]) -> Callable[[Path], object]:
+def figure_saver(draw: Callable[[], Any]) -> Callable[[Path], object]:
     """Return what draws a figure and saves it."""
 
     def save(path: Path) -> None:

@@ -37,7 +37,7 @@ _NO_FORCE = re.compile(r"0+(\.0*)?\s*\w*N")
 _DATA = re.compile(r"([0-9]+(?:\.[0-9]*)?)\s*(|[kMGT]|[KMGT]i)B")
 
 
-def about(argument: str, error: InputError) -> InputError:
+def as_argument_error(argument: str, error: InputError) -> InputError:
     """Return an error of the library as one about the text given for an argument."""
     own = () if error.argument is None else (ArgumentRef(error.argument), " ")
     return InputError(ArgumentRef(argument), ": ", *own, *error.parts)
@@ -48,7 +48,7 @@ def quantity(dimension: str) -> Callable[[str, str], float]:
     return lambda text, argument: units.parse(text, dimension, argument)
 
 
-def words(text: str, argument: str) -> str:
+def as_text(text: str, argument: str) -> str:
     """Return the text as it is."""
     return text
 
@@ -80,7 +80,7 @@ def number(text: str, argument: str) -> float:
         ) from None
 
 
-def whole(text: str, argument: str) -> int:
+def parse_int(text: str, argument: str) -> int:
     """Return a whole number."""
     try:
         return int(text)
@@ -90,11 +90,11 @@ def whole(text: str, argument: str) -> int:
         ) from None
 
 
-def counted(minimum: int, maximum: int) -> Callable[[str, str], int]:
+def int_parser(minimum: int, maximum: int) -> Callable[[str, str], int]:
     """Return a parser of whole numbers from one to another."""
 
     def parsed(text: str, argument: str) -> int:
-        count = whole(text, argument)
+        count = parse_int(text, argument)
         require_count(minimum, maximum, **{argument: count})
         return count
 
@@ -108,7 +108,7 @@ def counted_or_auto(minimum: int, maximum: int) -> Callable[[str, str], int | st
         if text == "auto":
             return text
         try:
-            return counted(minimum, maximum)(text, argument)
+            return int_parser(minimum, maximum)(text, argument)
         except InputError:
             if text.strip("+-").isdecimal():
                 raise
@@ -178,7 +178,7 @@ def coating(text: str, argument: str) -> Layer:
         return Layer(thickness=thickness, poisson=float(known.pop("poisson")), **known)
     except InputError as error:
         if error.argument not in (None, argument):
-            raise about(argument, error) from None
+            raise as_argument_error(argument, error) from None
         error.argument = argument
         raise
     except (KeyError, ValueError, TypeError):
@@ -305,7 +305,7 @@ def load(text: str, argument: str) -> float | Load:
     """Return a force [N], or what stands for one on given bodies."""
     from roughcontact.contact import load_case
 
-    return cast("float | Load", load_case.required(text, argument))
+    return cast("float | Load", load_case.parse_required_load(text, argument))
 
 
 def nominal(text: str, argument: str) -> float:
@@ -314,7 +314,7 @@ def nominal(text: str, argument: str) -> float:
     return units.parse(text, "pressure", argument, needs=needs)
 
 
-def data(text: str, argument: str) -> int:
+def parse_bytes(text: str, argument: str) -> int:
     """Return a number of bytes: ``"1 GiB"``, ``"500 MB"``."""
     result = _DATA.fullmatch(text.strip())
     size = 0.0
@@ -386,7 +386,7 @@ def group_text(name: str, files: Iterable[str]) -> str:
     return f"{quoted(name)}={','.join(map(quoted, files))}"
 
 
-def peak(text: str, argument: str) -> Load:
+def hertz_load(text: str, argument: str) -> Load:
     """Return the load at which smooth bodies have a peak pressure."""
     from roughcontact.contact.load_case import HertzPressure
 
@@ -400,8 +400,8 @@ def load_or_approach(text: str, argument: str) -> tuple[str, float | Load]:
     try:
         return "approach", units.parse(text, "length", argument)
     except InputError:
-        needs = f"{load_case.NEEDS}, or an approach such as '1 um'"
-        return "load", cast("float | Load", load_case.required(text, argument, needs))
+        needs = f"{load_case.LOAD_EXAMPLES}, or an approach such as '1 um'"
+        return "load", cast("float | Load", load_case.parse_required_load(text, argument, needs))
 
 
 def stages(text: str, argument: str) -> tuple[tuple[str, float | Load], ...]:
@@ -413,7 +413,7 @@ def stages(text: str, argument: str) -> tuple[tuple[str, float | Load], ...]:
     )
 
 
-def turns(text: str, argument: str) -> int:
+def parse_quarter_turns(text: str, argument: str) -> int:
     """Return a multiple of 90 degrees."""
     degrees = number(text, argument)
     if degrees % 90:

@@ -14,10 +14,10 @@ from roughcontact import units
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options as shared, outputs, parsing
-from roughcontact.request.options import PICTURES, Option, check
+from roughcontact.request.options import PICTURES, Option, check_rules
 from roughcontact.request.outputs import Say
-from roughcontact.request.parsing import about
-from roughcontact.request.task import Given, Pieces, Reading, Task
+from roughcontact.request.parsing import as_argument_error
+from roughcontact.request.task import Given, OptionValues, Subtasks, Task
 
 if TYPE_CHECKING:
     from roughcontact.contact.load_case import GivenLoad
@@ -31,7 +31,7 @@ Move = Callable[[Path], Path]
 
 
 @dataclass(frozen=True)
-class Request(Reading):
+class Request(OptionValues):
     """One run: its options, checked as far as possible without its files."""
 
     task: Task  # Analysis of the maps
@@ -45,7 +45,7 @@ class Request(Reading):
         """Refuse what can be seen to be wrong without looking at any file."""
         self._check_maps()
         self.bodies()
-        check((*shared.RULES, *self.task.rules), self)
+        check_rules((*shared.RULES, *self.task.rules), self)
         self.task.check(self)
         for option, path in self._written:
             outputs.check_suffix(path, option)
@@ -55,7 +55,7 @@ class Request(Reading):
         cls, task: Task, file: Path | None, specified: Given, files: tuple[Path, ...] = ()
     ) -> Request:
         """Return the request that options in words describe."""
-        return cls(task, file, dict(specified), task.parsed(specified), files)
+        return cls(task, file, dict(specified), task.parse_options(specified), files)
 
     @property
     def inputs(self) -> list[Path]:
@@ -70,7 +70,7 @@ class Request(Reading):
         """The files to compare by the names of their groups; empty of those that have none."""
         result: dict[str, list[Path]] = {"": list(self.files)} if self.files else {}
         for name, words in self.get(shared.GROUP) or ():
-            result.setdefault(name, []).extend(path for word in words for path in matching(word))
+            result.setdefault(name, []).extend(path for word in words for path in match_files(word))
         return result
 
     @property
@@ -105,7 +105,7 @@ class Request(Reading):
         body = self._material(shared.BODY_CONSTANTS)
         hardening = self.get(shared.HARDENING)
         if hardening is not None:
-            body = _hardened(body, self[shared.YIELD_STRENGTH], hardening)
+            body = _hardening_material(body, self[shared.YIELD_STRENGTH], hardening)
         strength = self[shared.COUNTER_YIELD_STRENGTH]
         if not any(map(self.is_given, shared.COUNTER_CONSTANTS[:-1])):
             other = Material(RIGID.young, 0.0, strength, RIGID.name) if strength else RIGID
@@ -297,17 +297,19 @@ class Request(Reading):
 
     def require_contact(self, shape: tuple[int, int], held: int = 0) -> None:
         """Raise `InsufficientMemoryError` unless a contact fits, with a number of further maps."""
-        from roughcontact.contact.memory import Room
+        from roughcontact.contact.memory import MemoryNeed
 
         precision = str(self.get(shared.PRECISION) or "double")
-        Room(shape, self._boundary, precision, self._map_count + held).require()
+        MemoryNeed(shape, self._boundary, precision, self._map_count + held).require()
 
     def require_volume(self, shape: tuple[int, int]) -> None:
         """Raise `InsufficientMemoryError` unless plasticity of the volume fits."""
         from roughcontact.elastoplastic import problem
 
         precision = str(self.get(shared.PRECISION) or "single")
-        problem.require(shape, problem.LEAST_LAYERS, boundary=self._boundary, precision=precision)
+        problem.require_memory(
+            shape, problem.MIN_LAYERS, boundary=self._boundary, precision=precision
+        )
 
     @property
     def _map_count(self) -> int:
@@ -337,7 +339,7 @@ class Request(Reading):
             option = self.task.by_name[name]
             if option is shared.GROUP:
                 group, words = parsing.group(text, name)
-                paths = (path for item in words for path in matching(item))
+                paths = (path for item in words for path in match_files(item))
                 lie = [known(str(read(path)), str(path)) for path in paths]
                 return known(parsing.group_text(group, lie), text)
             move = written if option.is_written else read
@@ -359,7 +361,7 @@ class Request(Reading):
 
     def subtask_ids(self) -> tuple[str, ...]:
         """Return a word for each piece; none where it is one."""
-        result = self._pieces.of(self) if self.task.pieces else ()
+        result = self._pieces.names(self) if self.task.pieces else ()
         return result if len(result) > 1 else ()
 
     def subtask_inputs(self, word: str) -> tuple[Path, ...]:
@@ -380,16 +382,16 @@ class Request(Reading):
         return "" if file is None else file.name, frozenset(written | reference)
 
     def solve_subtask(self, word: str, say: Say, look: Callable[[Any], None]) -> Any:
-        """Return the result of a piece, which `request.run.run` takes by its word."""
-        return self._pieces.find(self, word, say, look)
+        """Return the result of a piece, which `request.run.run_request` takes by its word."""
+        return self._pieces.solve(self, word, say, look)
 
     @property
-    def _pieces(self) -> Pieces:
+    def _pieces(self) -> Subtasks:
         assert self.task.pieces is not None
         return self.task.pieces
 
 
-def _hardened(
+def _hardening_material(
     material: Material, yield_strength: float | None, requested: parsing.Hardening
 ) -> Material:
     """Return a material that hardens; ``yield_strength`` is as specified."""
@@ -397,7 +399,7 @@ def _hardened(
 
     law: hardening.Isotropic
     if requested.law == "swift":
-        law = _swift(yield_strength, requested.constants)
+        law = _swift_law(yield_strength, requested.constants)
     elif material.yield_strength is None:
         name = requested.law or "kinematic"
         raise InputError(
@@ -416,16 +418,18 @@ def _hardened(
     return replace(material, yield_strength=None, hardening=with_back)
 
 
-def _swift(yield_strength: float | None, constants: tuple[float, ...]) -> hardening.Swift:
+def _swift_law(yield_strength: float | None, constants: tuple[float, ...]) -> hardening.Swift:
     """Return Swift's law; ``yield_strength`` is as specified."""
     from roughcontact.material.hardening import Swift
 
     try:
         swift = Swift(*constants)
     except InputError as error:
-        raise about("hardening", error) from None
+        raise as_argument_error("hardening", error) from None
     if yield_strength is not None and not math.isclose(yield_strength, swift.initial, rel_tol=1e-3):
-        first, other = (units.engineering(value, "Pa") for value in (swift.initial, yield_strength))
+        first, other = (
+            units.format_engineering(value, "Pa") for value in (swift.initial, yield_strength)
+        )
         raise InputError(
             f"starts at a yield strength of {first}, but ", ArgumentRef("yield_strength"),
             f" is {other}; leave ", ArgumentRef("yield_strength"), " out", argument="hardening",
@@ -433,7 +437,7 @@ def _swift(yield_strength: float | None, constants: tuple[float, ...]) -> harden
     return swift
 
 
-def matching(word: str) -> list[Path]:
+def match_files(word: str) -> list[Path]:
     """Return the files that a word with wildcards fits, or the one that it names."""
     path = Path(word)
     if not any(sign in word for sign in "*?[") or path.exists():

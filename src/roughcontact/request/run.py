@@ -13,7 +13,15 @@ from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import contacts, outputs
 from roughcontact.request.maps import prepared_by, surfaces
 from roughcontact.request.options import REPORT
-from roughcontact.request.outcome import Look, Outcome, Show, Solve, Work, solve_afresh, unseen
+from roughcontact.request.outcome import (
+    OnPreview,
+    OnProgress,
+    Outcome,
+    Solve,
+    TaskContext,
+    ignore,
+    solve_afresh,
+)
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import each_part
@@ -23,10 +31,10 @@ if TYPE_CHECKING:
     from roughcontact.surface.surface import Surface
 
 
-def run(
+def run_request(
     request: Request,
     say: Say,
-    look: Look | None = None,
+    look: OnProgress | None = None,
     known: Mapping[str, Any] | None = None,
     *,
     read: Callable[[Request, Say], Sequence[Surface]] | None = None,
@@ -34,14 +42,14 @@ def run(
 ) -> Outcome:
     """Read, prepare, solve, and write a request."""
     request.check_places()
-    reads = partial(read or prepared, request, say)
-    work = Work(request, reads, say, look or unseen, solve, known or {})
+    reads = partial(read or prepare_maps, request, say)
+    work = TaskContext(request, reads, say, look or ignore, solve, known or {})
     outcome: Outcome = request.task.run(request, work)
     if not outcome.converged:
         return outcome
     # The numbers are shown even where the files cannot be written.
     try:
-        written = tuple(outputs.write(files(outcome, work), say))
+        written = tuple(outputs.write_files(files(outcome, work), say))
     except RoughcontactError as error:
         return replace(outcome, failure=error)
     return replace(outcome, written=written)
@@ -49,7 +57,7 @@ def run(
 
 @contextmanager
 def shared_runner() -> Iterator[Callable[..., Outcome]]:
-    """Yield a function like `run` that caches data shared by several requests."""
+    """Yield a function like `run_request` that caches data shared by several requests."""
     with contacts.cached_solver() as solve:
         known: dict[str, Sequence[Surface]] = {}
 
@@ -58,26 +66,30 @@ def shared_runner() -> Iterator[Callable[..., Outcome]]:
             if words in known:
                 request.require_memory(known[words][0].shape)
             else:
-                known[words] = prepared(request, say)
+                known[words] = prepare_maps(request, say)
             return known[words]
 
-        yield partial(run, read=read, solve=solve)
+        yield partial(run_request, read=read, solve=solve)
 
 
-def prepared(request: Request, say: Say) -> list[Surface]:
+def prepare_maps(request: Request, say: Say) -> list[Surface]:
     """Return the maps of a request: body and counter-body, or several maps of one surface."""
     single = [replace(request, file=path, files=()) for path in request.files] or [request]
     return [surface for item in single for surface in surfaces(item, say)]
 
 
-def solved(
-    request: Request, maps: Sequence[Surface], say: Say, look: Look = unseen, show: Show = unseen
+def solve_request(
+    request: Request,
+    maps: Sequence[Surface],
+    say: Say,
+    look: OnProgress = ignore,
+    show: OnPreview = ignore,
 ) -> Outcome:
     """Carry out a request on maps that are prepared, and write nothing."""
-    return request.task.run(request, Work(request, lambda: maps, say, look, show=show))
+    return request.task.run(request, TaskContext(request, lambda: maps, say, look, show=show))
 
 
-def files(outcome: Outcome, work: Work) -> Iterator[outputs.Writing]:
+def files(outcome: Outcome, work: TaskContext) -> Iterator[outputs.Writing]:
     """Yield the files that were asked for, with what writes them."""
     from roughcontact.report import kinds
 
@@ -89,7 +101,7 @@ def files(outcome: Outcome, work: Work) -> Iterator[outputs.Writing]:
             yield request[option], partial(save, outcome)
     report = request.get(REPORT)
     if report is not None:
-        edition = edition_of(request, each_part(work.look, f"writing {report}, figures"))
+        edition = make_edition(request, each_part(work.look, f"writing {report}, figures"))
         write = partial(kinds.report, edition=edition, **outcome.extra_results)
         yield report, partial(write, result)
     requested = list(request.figures())
@@ -97,13 +109,13 @@ def files(outcome: Outcome, work: Work) -> Iterator[outputs.Writing]:
     for _, name, path in requested:
         # A profile has fewer of them than a map.
         if not name or name in drawings:
-            yield path, outputs.saver(drawings[name or next(iter(drawings))])
+            yield path, outputs.figure_saver(drawings[name or next(iter(drawings))])
 
 
-def edition_of(request: Request, tell: Callable[[int, int], None] | None) -> Edition:
+def make_edition(request: Request, tell: Callable[[int, int], None] | None) -> Edition:
     """Return what every report takes of a request, and of the cores there are."""
     from roughcontact.report.page import Edition
 
     return Edition(
-        request.command, spell=request.task.spelled, processes=default_workers(), tell=tell
+        request.command, spell=request.task.spell_argument, processes=default_workers(), tell=tell
     )

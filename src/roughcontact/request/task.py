@@ -35,7 +35,7 @@ class Command:
     name: str  # As users write it
     help: str  # First sentence, what else there is to say, and an example
     options: tuple[Option[Any], ...]  # Its options, in the order of the help
-    first: tuple[Option[Any], ...] = ()  # The ten that the help explains first
+    short_help: tuple[Option[Any], ...] = ()  # The ten that the help explains first
     reads_map: bool = False  # Whether it takes a map
     example: str = ""  # How it is called, where the help does not say it
 
@@ -44,14 +44,14 @@ class Command:
         """Its options by their names."""
         return {option.name: option for option in self.options}
 
-    def named(self, argument: str) -> Option[Any] | None:
+    def option_of_argument(self, argument: str) -> Option[Any] | None:
         """Return the option that an argument stands for, None if there is none."""
         for option in self.options:
             if argument == option.argument or argument in option.arguments:
                 return option
         return None
 
-    def parsed(self, specified: Given) -> dict[str, Any]:
+    def parse_options(self, specified: Given) -> dict[str, Any]:
         """Return the values of options that were given as text, by name."""
         values: dict[str, Any] = {}
         for name, value in specified.items():
@@ -66,15 +66,15 @@ class Command:
                 values[name] = option.parse(str(value), option.argument)
         return values
 
-    def read(self, specified: Given) -> Values:
+    def read(self, specified: Given) -> ParsedOptions:
         """Return what options that were given as text say."""
-        return Values(self, self.parsed(specified))
+        return ParsedOptions(self, self.parse_options(specified))
 
-    def spelled(self, mention: ArgumentRef) -> str:
+    def spell_argument(self, mention: ArgumentRef) -> str:
         """Return an argument in the words of the command line."""
         if mention.name == "file" and self.reads_map:
             return "FILE"
-        option = self.named(mention.name)
+        option = self.option_of_argument(mention.name)
         if option is None:
             return _FUNCTIONS.get(mention.name, str(mention))
         if mention.value is None or mention.value is True:
@@ -82,7 +82,7 @@ class Command:
         return f"--{option.name} {shlex.quote(option.text(mention.value))}"
 
 
-class Reading:
+class OptionValues:
     """What reads the values of options: ``self[VISCOSITY]``."""
 
     task: Command
@@ -112,7 +112,7 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Values(Reading):
+class ParsedOptions(OptionValues):
     """What options of a command say."""
 
     task: Command
@@ -120,22 +120,22 @@ class Values(Reading):
 
 
 @dataclass(frozen=True, eq=False)
-class Question:
+class Analysis:
     """How the page asks it."""
 
     name: str  # Title
     about: str  # Result in one sentence
     options: tuple[Option[Any], ...] = ()  # What is given besides the contact
-    first: tuple[tuple[Option[Any], str | bool], ...] = ()  # Values to begin with
+    short_help: tuple[tuple[Option[Any], str | bool], ...] = ()  # Values to begin with
     fixed: tuple[tuple[Option[Any], str | bool], ...] = ()
 
 
 @dataclass(frozen=True)
-class Pieces:
+class Subtasks:
     """How a request falls into what can be solved apart."""
 
-    of: Callable[[Any], tuple[str, ...]]  # `of(request)` returns a word for each piece
-    find: Callable[..., Any]  # `find(request, word, say, look)` returns what is found of one
+    names: Callable[[Any], tuple[str, ...]]  # `names(request)` returns a word for each piece
+    solve: Callable[..., Any]  # `solve(request, word, say, look)` returns what is found of one
     file_of: Callable[[Any, str], Path | None] | None = None
     shared_options: tuple[Option[Any], ...] = ()  # Options that say nothing of any one piece
 
@@ -161,12 +161,12 @@ class Task(Command):
     memory: Callable[[Any, tuple[int, int]], object] | None = None
     writes: tuple[tuple[Option[Any], Callable[[Any, Path], object]], ...] = ()
     figures: Callable[[Any], Sequence[str]] | None = None
-    questions: tuple[Question, ...] = ()  # How the page asks it
+    questions: tuple[Analysis, ...] = ()  # How the page asks it
     maps: tuple[str, ...] = ("file",)
     needs_map: bool = True  # Whether it cannot do without a map or a nominal body
     shares_contacts: bool = False  # Whether it looks at contacts that others may ask, too
     in_projects: bool = True  # Whether project files may ask it
-    pieces: Pieces | None = None  # How it falls into what can be solved apart
+    pieces: Subtasks | None = None  # How it falls into what can be solved apart
     reads_map: bool = True
 
     @property

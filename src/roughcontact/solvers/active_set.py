@@ -14,16 +14,16 @@ from numpy.typing import NDArray
 from roughcontact.solvers.operator import Operator, Sums, norm
 from roughcontact.solvers.preconditioner import Patches
 from roughcontact.solvers.problem import (
+    BoundedProblem,
     Limit,
     Loaded,
-    Problem,
+    remove_rounding,
     shift_to_balance,
     shift_to_sum,
-    without_dust,
 )
 
 # A load that differs by no more is the same.
-_CARRIED = 1e-12
+_MIN_LOAD_SHARE = 1e-12
 # Gaps are counted in so many bins where pixels are sought that can carry a load.
 _BINS = 4096
 # Certificate above which single precision is good enough, in itself and over the tolerance; and
@@ -52,19 +52,19 @@ class Iterate:
     tilt: tuple[float, float]
 
 
-class Viewer:
+class Evaluator:
     """Evaluates pressures on the whole map.
 
     Far from the solution in single precision: what such a look shows is off in its last digits,
     and good enough to come nearer.
     """
 
-    def __init__(self, problem: Problem, operator: Operator, tolerance: float) -> None:
+    def __init__(self, problem: BoundedProblem, operator: Operator, tolerance: float) -> None:
         if problem.moments is not None:
             problem = replace(problem, moments=problem.moments.within(operator.rows))
         self.problem, self.operator = problem, operator
         # Of this size there is one: patches work with it too.
-        self.rough = operator.in_single()
+        self.rough = operator.to_single_precision()
         self._tolerance = tolerance
         # Where single precision is still good enough, and how far away the last look was.
         self._far = max(_FAR, _TOLERANCES * tolerance)
@@ -82,30 +82,30 @@ class Viewer:
         limit = self.problem.limit
         return limit.ravel()[index] if isinstance(limit, np.ndarray) else limit
 
-    def look(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Iterate:
+    def evaluate(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Iterate:
         """Return the effect of a pressure, evaluated on the whole map."""
         self.seen = None
-        pressure = without_dust(pressure, self.limit(index), self.sums)
-        index, pressure = chosen(pressure > 0, index, pressure)
+        pressure = remove_rounding(pressure, self.limit(index), self.sums)
+        index, pressure = select_entries(pressure > 0, index, pressure)
         if self._distance > self._far:
-            seen = self._looked(self.rough, index, pressure)
+            seen = self._evaluated(self.rough, index, pressure)
             blurred = seen.floor > _BLURRED * seen.certificate
             self._distance = 0.0 if blurred else seen.certificate
             if seen.certificate > self._tolerance and not blurred:
                 self.seen = seen
                 return seen
-        self.seen = self._looked(self.operator, index, pressure)
+        self.seen = self._evaluated(self.operator, index, pressure)
         self._distance = 0.0
         return self.seen
 
-    def settle(self, now: Iterate) -> Iterate:
+    def confirm(self, now: Iterate) -> Iterate:
         """Return a pressure looked at before as the last thing seen, to all digits."""
         if self.seen is now and now.sharp:
             return now
         self._distance = 0.0
-        return self.look(now.index, now.pressure)
+        return self.evaluate(now.index, now.pressure)
 
-    def _looked(
+    def _evaluated(
         self, operator: Operator, index: NDArray[np.int64], pressure: NDArray[np.float64]
     ) -> Iterate:
         total = self.problem.total
@@ -115,10 +115,10 @@ class Viewer:
             # More pixels can only lower the approach that carries the load: this one is a bound.
             approach = self._multiplier(index, pressure, total)
         loaded_pixels = self.sums.size(index)
-        index, pressure = self._joined(operator, index, pressure, starts, approach)
+        index, pressure = self._add_penetrating(operator, index, pressure, starts, approach)
         if total is not None and self.sums.size(index) > loaded_pixels:
             approach = self._multiplier(index, pressure, total)
-        gap, moved, floor = self._judged(operator, index, pressure, approach)
+        gap, moved, floor = self._pixel_residual(operator, index, pressure, approach)
         size = norm(pressure, self.sums)
         if operator.real is not np.float64:
             # Double precision would see it.
@@ -149,7 +149,7 @@ class Viewer:
         self._tilt = np.zeros(2)
         return support.starts
 
-    def carrying(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Loaded:
+    def scaled_to_load(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Loaded:
         """Return a pressure that can carry the load, near to that of another load.
 
         Changed in proportion; where the ceiling of these pixels is too low for it, or pixels would
@@ -161,13 +161,13 @@ class Viewer:
         if total is None or not carried > 0:
             return index, pressure
         limit = self.limit(index)
-        leaving = total < carried * (1 - _CARRIED) and self.sums.count(pressure >= limit)
+        leaving = total < carried * (1 - _MIN_LOAD_SHARE) and self.sums.count(pressure >= limit)
         if not leaving and sums.total(np.broadcast_to(limit, index.shape)) > total:
             return index, pressure * (total / carried)
         starts = self._displaced(self.rough, index, pressure)
         approach = self._deep_enough(total)
-        index, pressure = self._joined(self.rough, index, pressure, starts, approach)
-        target = self.opened(index)
+        index, pressure = self._add_penetrating(self.rough, index, pressure, starts, approach)
+        target = self.displacement_plus_gap(index)
         target -= approach
         target /= -self.unit
         target += pressure
@@ -181,13 +181,13 @@ class Viewer:
         opened = opened[touchable]
         maximum = limit.ravel()[touchable] if isinstance(limit, np.ndarray) else None
         low, high = self.sums.smallest(opened), self.sums.largest(opened)
-        carried = self.sums.added(np.histogram(opened, _BINS, (low, high), weights=maximum)[0])
+        carried = self.sums.allreduce(np.histogram(opened, _BINS, (low, high), weights=maximum)[0])
         if maximum is None:
             carried = carried * limit
         enough = int(np.searchsorted(np.cumsum(carried), total)) + 1
         return low + (high - low) * min(enough, _BINS) / _BINS
 
-    def _judged(
+    def _pixel_residual(
         self,
         operator: Operator,
         index: NDArray[np.int64],
@@ -199,7 +199,7 @@ class Viewer:
         Norms of ``p - clip(p - g/K₀₀, 0, limit)``, and of how far the last digit of displacement
         and initial gap may change that step, which does not matter on pixels far beyond a bound.
         """
-        bound, doubt = self.limit(index), self.opened(index)
+        bound, doubt = self.limit(index), self.displacement_plus_gap(index)
         gap = doubt - approach
         reach = gap / self.unit
         np.subtract(pressure, reach, out=reach)
@@ -219,14 +219,14 @@ class Viewer:
         step -= reach
         return gap, moved, 0.5 * norm(step, self.sums)
 
-    def opened(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
+    def displacement_plus_gap(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return displacement plus initial gap of the last look on some pixels."""
         return self.open.ravel()[index].astype(np.float64)
 
     def _multiplier(
         self, index: NDArray[np.int64], pressure: NDArray[np.float64], total: float
     ) -> float:
-        values = self.opened(index)
+        values = self.displacement_plus_gap(index)
         # Offset first, so that the root find works on numbers of the size of the pressure.
         offset = self.sums.total(values) / self.sums.size(values)
         values -= offset
@@ -242,7 +242,7 @@ class Viewer:
         tilted = plane[1] * moments.target[0] + plane[2] * moments.target[1]
         return float(offset + plane[0] - tilted)
 
-    def _joined(
+    def _add_penetrating(
         self,
         operator: Operator,
         index: NDArray[np.int64],
@@ -271,13 +271,13 @@ class Viewer:
         return np.insert(index, position, new), np.insert(pressure, position, 0.0)
 
 
-def admissible(problem: Problem, start: Loaded, sums: Sums) -> Loaded:
+def project_admissible(problem: BoundedProblem, start: Loaded, sums: Sums) -> Loaded:
     """Return a pressure that keeps bounds and load, near the one given."""
     index, pressure = start
     touchable = np.isfinite(problem.initial_gap)
     if isinstance(problem.limit, np.ndarray):
         touchable &= problem.limit > 0
-    index, pressure = chosen((pressure > 0) & touchable.ravel()[index], index, pressure)
+    index, pressure = select_entries((pressure > 0) & touchable.ravel()[index], index, pressure)
     bound = problem.limit.ravel()[index] if isinstance(problem.limit, np.ndarray) else problem.limit
     if problem.total is None:
         return index, np.clip(pressure, 0, bound)
@@ -295,7 +295,7 @@ def admissible(problem: Problem, start: Loaded, sums: Sums) -> Loaded:
     return index, pressure if kept is None else kept
 
 
-def chosen(
+def select_entries(
     wanted: NDArray[np.bool_], index: NDArray[np.int64], pressure: NDArray[np.float64]
 ) -> Loaded:
     """Return the entries that are wanted: the arrays themselves where all are."""
@@ -304,19 +304,19 @@ def chosen(
     return index[wanted], pressure[wanted]
 
 
-def slopes(now: Iterate, moved: NDArray[np.float64], viewer: Viewer) -> tuple[float, float]:
+def slopes(now: Iterate, moved: NDArray[np.float64], viewer: Evaluator) -> tuple[float, float]:
     """Return the slopes of the energy at both ends of the step that was looked at last.
 
     The energy is quadratic: its change is the mean of the two, its curvature their difference.
     """
     direction = moved - now.pressure
     # A shift of the approach cancels under a given load, as the step sums to zero.
-    gap = viewer.opened(now.index) - now.approach
+    gap = viewer.displacement_plus_gap(now.index) - now.approach
     sums = viewer.sums
     return sums.dot(direction, now.gap), sums.dot(direction, gap)
 
 
-def projected(now: Iterate, viewer: Viewer, rate: float) -> NDArray[np.float64]:
+def projected(now: Iterate, viewer: Evaluator, rate: float) -> NDArray[np.float64]:
     """Return the admissible pressure nearest to a step down the gradient."""
     bound, problem = viewer.limit(now.index), viewer.problem
     target = now.pressure - rate * now.gap
@@ -326,7 +326,7 @@ def projected(now: Iterate, viewer: Viewer, rate: float) -> NDArray[np.float64]:
     return now.pressure if kept is None else kept
 
 
-def settled(now: Iterate, viewer: Viewer, tolerance: float) -> Iterate:
+def snap_to_bounds(now: Iterate, viewer: Evaluator, tolerance: float) -> Iterate:
     """Return a solution whose pixels are on the bounds that they belong to.
 
     The certificate does not tell a pixel at the ceiling from one a hair's breadth below it, nor
@@ -339,7 +339,7 @@ def settled(now: Iterate, viewer: Viewer, tolerance: float) -> Iterate:
     rises = (target >= bound) & (now.pressure < bound)
     if not viewer.sums.count(falls | rises):
         return now
-    settled = viewer.look(now.index, target)
+    settled = viewer.evaluate(now.index, target)
     return settled if settled.certificate <= tolerance else now
 
 
@@ -370,19 +370,19 @@ class _Free(NamedTuple):
 
 def active_set_step(
     now: Iterate,
-    viewer: Viewer,
+    viewer: Evaluator,
     patches: Patches,
     tolerance: float,
     max_iterations: int,
 ) -> NDArray[np.float64]:
     """Solve on the free pixels by conjugate gradients; return the pressure, kept admissible."""
-    result = _solved(now, viewer, patches, tolerance, max_iterations)
-    return now.pressure if result is None else _restored(now, result, viewer)
+    result = _solve_free(now, viewer, patches, tolerance, max_iterations)
+    return now.pressure if result is None else _restore_feasible(now, result, viewer)
 
 
 def step_along_arc(
     now: Iterate,
-    viewer: Viewer,
+    viewer: Evaluator,
     patches: Patches,
     tolerance: float,
     max_iterations: int,
@@ -394,14 +394,14 @@ def step_along_arc(
     Straight on, in the end: a step that short goes down (Moré and Toraldo 1991,
     doi:10.1137/0801008).
     """
-    result = _solved(now, viewer, patches, tolerance, max_iterations, bounded=False)
+    result = _solve_free(now, viewer, patches, tolerance, max_iterations, bounded=False)
     if result is None:
         return now
     first, way = now.pressure[result.free], 1.0
     while viewer.convolutions < max_iterations:
         part = result._replace(x=first + way * (result.x - first))
-        moved = _restored(now, part, viewer)
-        after = viewer.look(now.index, moved)
+        moved = _restore_feasible(now, part, viewer)
+        after = viewer.evaluate(now.index, moved)
         start, end = slopes(now, moved, viewer)
         if start + end < 0 or after.certificate < now.certificate:
             return after
@@ -409,14 +409,14 @@ def step_along_arc(
             if not start < 0:
                 return now
             cut = start / (start - end)
-            return viewer.look(now.index, now.pressure + cut * (moved - now.pressure))
+            return viewer.evaluate(now.index, now.pressure + cut * (moved - now.pressure))
         way *= _SHORTER
     return now
 
 
-def _solved(
+def _solve_free(
     now: Iterate,
-    viewer: Viewer,
+    viewer: Evaluator,
     patches: Patches,
     tolerance: float,
     max_iterations: int,
@@ -435,7 +435,7 @@ def _solved(
         return None
     # From here on in place where that can be: in full contact every array is as large as the map.
     limit = bound[free] if isinstance(bound, np.ndarray) else bound
-    centred = _centring(viewer, now.index[free])
+    centred = _centering(viewer, now.index[free])
     x = pressure[free]
     residual = gap[free]
     np.negative(residual, out=residual)
@@ -469,7 +469,7 @@ def _solved(
         curvature = sums.dot(direction, response)
         if curvature <= _FLAT * unit * sums.dot(direction, direction):
             # A wave that nothing resists: only the bounds end the step.
-            x += _way(x, direction, limit, sums) * direction
+            x += _feasible_length(x, direction, limit, sums) * direction
             break
         length = product / curvature
         x += length * direction
@@ -482,25 +482,27 @@ def _solved(
             break
         if error < _REDUCTION * first and violation > 0.1 * error:
             break
-    block = patch.inverse.block_of(free_index) if patch.operator.bends else None
+    block = patch.inverse.block_of(free_index) if patch.operator.is_long_wave_soft else None
     return _Free(free, x, limit, block)
 
 
-def _centred(values: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
+def _remove_mean(values: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
     """Return values, changed to be less their mean: what changes the load is the approach's."""
     values -= sums.total(values) / sums.size(values)
     return values
 
 
-def _centring(
-    viewer: Viewer, index: NDArray[np.int64]
+def _centering(
+    viewer: Evaluator, index: NDArray[np.int64]
 ) -> Callable[[NDArray[np.float64], Sums], NDArray[np.float64]]:
     """Return what takes off values on some pixels what approach and tilt do."""
     if viewer.problem.total is None:
-        return _as_it_is
+        return _identity
     if viewer.problem.moments is None:
-        return _centred
-    return partial(_without, _orthonormal(viewer.problem.moments.rows(index), viewer.sums))
+        return _remove_mean
+    return partial(
+        _remove_projection, _orthonormal(viewer.problem.moments.rows(index), viewer.sums)
+    )
 
 
 def _orthonormal(rows: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
@@ -514,7 +516,7 @@ def _orthonormal(rows: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
     ])  # fmt: skip
 
 
-def _without(
+def _remove_projection(
     rows: NDArray[np.float64], values: NDArray[np.float64], sums: Sums
 ) -> NDArray[np.float64]:
     """Return values, changed to be less what approach and tilt take off."""
@@ -523,7 +525,7 @@ def _without(
     return values
 
 
-def _as_it_is(values: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
+def _identity(values: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
     return values
 
 
@@ -534,7 +536,7 @@ def _excess(x: NDArray[np.float64], limit: Limit, sums: Sums) -> float:
     return norm(outside, sums)
 
 
-def _way(
+def _feasible_length(
     x: NDArray[np.float64],
     direction: NDArray[np.float64],
     limit: Limit,
@@ -547,7 +549,7 @@ def _way(
     return way if math.isfinite(way) else 0.0
 
 
-def _restored(now: Iterate, result: _Free, viewer: Viewer) -> NDArray[np.float64]:
+def _restore_feasible(now: Iterate, result: _Free, viewer: Evaluator) -> NDArray[np.float64]:
     """Return the pressure with the values found back within the bounds and the load."""
     total, sums = viewer.problem.total, viewer.sums
     free, x, limit, block = result
@@ -580,7 +582,7 @@ def _kept_by_block(
     number = int(sums.largest(block, floor=0)) + 1
 
     def of_blocks(values: NDArray[Any]) -> NDArray[np.float64]:
-        return sums.added(np.bincount(block, values, minlength=number))
+        return sums.allreduce(np.bincount(block, values, minlength=number))
 
     force = np.maximum(of_blocks(x), 0)
     kept: NDArray[np.float64] = np.clip(x, 0, limit)

@@ -33,7 +33,7 @@ _PAIRINGS = 3
 _STRONG = 0.1
 """Conductance over the smaller sum at its ends from which two nodes may be taken together."""
 
-_CHANCE = 0.5
+_RANDOM_FACTOR = 0.5
 """Part of a coupling that chance adds at most, in the choice of a partner."""
 
 _ROUNDS = 6
@@ -77,8 +77,8 @@ class Network:
         flow : ndarray, shape (m,)
             Through each link, from its first to its second node.
         """
-        leaving = _summed(self.first, flow, self.nodes)
-        leaving -= _summed(self.second, flow, self.nodes)
+        leaving = _sum_by_group(self.first, flow, self.nodes)
+        leaving -= _sum_by_group(self.second, flow, self.nodes)
         return leaving
 
     def drop(self, potential: Array) -> Array:
@@ -168,12 +168,12 @@ class Multigrid:
             self.levels.append(level)
             if network.nodes <= _COARSEST or len(self.levels) == _MOST_LEVELS:
                 break
-            group, network = _paired(network, level.diagonal, random)
+            group, network = _pair_nodes(network, level.diagonal, random)
             for _ in range(_PAIRINGS - 1):
                 # A pool with narrow ends is not taken together with what lies beyond them: of
                 # its links, those inside count as well.
-                inner = _summed(group, level.diagonal, network.nodes)
-                second, network = _paired(network, inner, random)
+                inner = _sum_by_group(group, level.diagonal, network.nodes)
+                second, network = _pair_nodes(network, inner, random)
                 group = second[group]
             self._groups.append(group)
         self._factors = self.levels[-1].factors()
@@ -191,7 +191,7 @@ class Multigrid:
         result = level.smoothed(residual)
         residual -= level.excess(result)
         diagonal = self.levels[depth + 1].diagonal
-        coarse = _summed(group, residual * level.diagonal, diagonal.size)
+        coarse = _sum_by_group(group, residual * level.diagonal, diagonal.size)
         coarse /= diagonal
         change = self._solved(depth + 1, coarse)[group]
         residual -= level.excess(change)
@@ -274,13 +274,13 @@ def conjugate_gradients(
     return result, max_steps
 
 
-def _paired(
+def _pair_nodes(
     network: Network, diagonal: Array, random: np.random.Generator
 ) -> tuple[Indices, Network]:
     """Return the group that each node belongs to, and the network of the groups."""
     nodes = network.nodes
     group = np.full(nodes, -1, np.int32)
-    first, second, weight = _strong(network, diagonal, random)
+    first, second, weight = _strong_links(network, diagonal, random)
     count = 0
     for _ in range(_ROUNDS):
         best = np.zeros(nodes)
@@ -298,10 +298,10 @@ def _paired(
         first, second, weight = first[remaining], second[remaining], weight[remaining]
     alone = np.nonzero(group < 0)[0]
     group[alone] = np.arange(count, count + alone.size, dtype=np.int32)
-    return group, _joined(network, group, count + alone.size)
+    return group, _merge_network(network, group, count + alone.size)
 
 
-def _strong(
+def _strong_links(
     network: Network, diagonal: Array, random: np.random.Generator
 ) -> tuple[Indices, Indices, Array]:
     """Return the links along which nodes may be taken together, and how well that would do."""
@@ -312,11 +312,11 @@ def _strong(
     strong = weight >= _STRONG
     weight = weight[strong]
     # A slope of conductances would else be one long chain, each node preferring the next.
-    weight *= 1 + _CHANCE * random.random(weight.size)
+    weight *= 1 + _RANDOM_FACTOR * random.random(weight.size)
     return first[strong], second[strong], weight
 
 
-def _joined(network: Network, group: Indices, count: int) -> Network:
+def _merge_network(network: Network, group: Indices, count: int) -> Network:
     """Return the network of groups of nodes; links inside a group are gone."""
     from scipy.sparse import coo_array
 
@@ -331,11 +331,11 @@ def _joined(network: Network, group: Indices, count: int) -> Network:
         links.row.astype(np.int32, copy=False),
         links.col.astype(np.int32, copy=False),
         links.data,
-        _summed(group, network.ground, count),
+        _sum_by_group(group, network.ground, count),
     )
 
 
-def _summed(group: Indices, values: Array, count: int) -> Array:
+def _sum_by_group(group: Indices, values: Array, count: int) -> Array:
     return np.bincount(group, values, count).astype(np.float64, copy=False)
 
 

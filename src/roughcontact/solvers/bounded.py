@@ -30,19 +30,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.solvers.active_set import (
+    Evaluator,
     Iterate,
-    Viewer,
     active_set_step,
-    admissible,
-    chosen,
+    project_admissible,
     projected,
-    settled,
+    select_entries,
     slopes,
+    snap_to_bounds,
     step_along_arc,
 )
 from roughcontact.solvers.operator import Family, Operator, norm
 from roughcontact.solvers.preconditioner import Patches
-from roughcontact.solvers.problem import Loaded, Problem, coarsened, prolonged
+from roughcontact.solvers.problem import BoundedProblem, Loaded, coarsen_problem, prolong_pressure
 from roughcontact.solvers.progress import Status, Step
 
 # Reached on coarse grids: below it the error of the grid outweighs that of the solver.
@@ -51,14 +51,14 @@ _COARSEST = 32
 # Steps without a better certificate before projected gradients and steps along an arc take over,
 # in turn; the number of the former after a step that overshoots, doubled every time that they take
 # over; how often before giving up; over how many the energy may rise.
-_PATIENCE = 3
+_MAX_STALLS = 3
 _BURST = 6
 _BURSTS = 20
 _NONMONOTONE = 5
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class BoundedSolution:
     """What the solver found.
 
     Parameters
@@ -96,7 +96,7 @@ class Solution:
 
 
 def solve(
-    problem: Problem,
+    problem: BoundedProblem,
     family: Family,
     *,
     tolerance: float,
@@ -104,7 +104,7 @@ def solve(
     start: Loaded | None = None,
     progress: Callable[[Step], None] | None = None,
     interruptible: bool = False,
-) -> Solution:
+) -> BoundedSolution:
     """Return the pressure that solves a bounded contact problem.
 
     Parameters
@@ -141,7 +141,7 @@ def solve(
             progress(history[-1])
 
     # Made and let go where it is needed: in full contact it is as large as the map twice.
-    first: Callable[[], Loaded] = partial(_first, levels[-1], start)
+    first: Callable[[], Loaded] = partial(_initial_pressure, levels[-1], start)
     # The largest operator first: the coarse ones then work in its memory.
     finest_operator = family(problem.shape, (1, 1))
     for depth in range(len(levels) - 1, -1, -1):
@@ -159,7 +159,7 @@ def solve(
         if not finest:
             loaded = solution.index, solution.pressure
             finer = levels[depth - 1].initial_gap.shape
-            first = partial(prolonged, loaded, solution.gap.shape[1], finer)
+            first = partial(prolong_pressure, loaded, solution.gap.shape[1], finer)
             del levels[depth], solution, loaded
     near = solution.status is Status.INTERRUPTED and solution.certificate <= tolerance
     status = Status.CONVERGED if near else solution.status
@@ -196,15 +196,15 @@ def coarser_grids(shape: tuple[int, int]) -> int:
     return number
 
 
-def _levels(problem: Problem) -> list[Problem]:
+def _levels(problem: BoundedProblem) -> list[BoundedProblem]:
     """Return the problem and what it is on coarser and coarser grids."""
     levels = [problem]
     for _ in range(coarser_grids(problem.shape)):
-        levels.append(coarsened(levels[-1]))
+        levels.append(coarsen_problem(levels[-1]))
     return levels
 
 
-def _first(problem: Problem, start: Loaded | None) -> Loaded:
+def _initial_pressure(problem: BoundedProblem, start: Loaded | None) -> Loaded:
     """Return a pressure to start from: that given, or else a uniform one."""
     if start is not None:
         return start
@@ -213,13 +213,13 @@ def _first(problem: Problem, start: Loaded | None) -> Loaded:
     return np.arange(pixels), np.full(pixels, mean)
 
 
-def _lost(certificate: float, floor: float, bursts: int) -> bool:
+def _is_stagnant(certificate: float, floor: float, bursts: int) -> bool:
     """Return whether rounding may be all that is left, or every burst has been tried."""
     return certificate <= 10 * floor or bursts == _BURSTS
 
 
 def _solve_level(
-    problem: Problem,
+    problem: BoundedProblem,
     operator: Operator,
     family: Family,
     pixel: tuple[int, int],
@@ -230,31 +230,31 @@ def _solve_level(
     *,
     warm: bool,
     interruptible: bool,
-) -> Solution:
-    viewer = Viewer(problem, operator, tolerance)
+) -> BoundedSolution:
+    viewer = Evaluator(problem, operator, tolerance)
     patches = Patches(viewer.rough, family, pixel)
     loaded = first()
     if warm:
-        loaded = viewer.carrying(*loaded)
-    now = best = viewer.look(*admissible(viewer.problem, loaded, operator.sums))
+        loaded = viewer.scaled_to_load(*loaded)
+    now = best = viewer.evaluate(*project_admissible(viewer.problem, loaded, operator.sums))
     del loaded
     iteration, fruitless, bursts = 0, 0, 0
     try:
         while True:
             note(Step(problem.shape, iteration, viewer.convolutions, now.certificate, tolerance))
             if now.certificate <= tolerance:
-                now = settled(now, viewer, tolerance)
+                now = snap_to_bounds(now, viewer, tolerance)
                 status = Status.CONVERGED
                 break
             if viewer.convolutions >= max_iterations:
                 status = Status.CONVOLUTION_LIMIT if max_iterations else Status.INTERRUPTED
                 break
-            if fruitless >= _PATIENCE and _lost(best.certificate, best.floor, bursts):
+            if fruitless >= _MAX_STALLS and _is_stagnant(best.certificate, best.floor, bursts):
                 status = Status.STALLED
                 break
             iteration += 1
-            if fruitless < _PATIENCE:
-                after = _advanced(now, viewer, patches, tolerance, max_iterations)
+            if fruitless < _MAX_STALLS:
+                after = _next_iterate(now, viewer, patches, tolerance, max_iterations)
             elif bursts % 2:
                 after = step_along_arc(best, viewer, patches, tolerance, max_iterations)
                 bursts, fruitless = bursts + 1, -1
@@ -272,10 +272,10 @@ def _solve_level(
         status = Status.INTERRUPTED
     if now.certificate > best.certificate and status is not Status.CONVERGED:
         now = best
-    now = viewer.settle(now)
-    index, pressure = chosen(now.pressure > 0, now.index, now.pressure)
+    now = viewer.confirm(now)
+    index, pressure = select_entries(now.pressure > 0, now.index, now.pressure)
     viewer.open -= viewer.open.dtype.type(now.approach)
-    return Solution(
+    return BoundedSolution(
         index=index,
         pressure=pressure,
         gap=viewer.open,
@@ -289,24 +289,26 @@ def _solve_level(
     )
 
 
-def _advanced(
-    now: Iterate, viewer: Viewer, patches: Patches, tolerance: float, max_iterations: int
+def _next_iterate(
+    now: Iterate, viewer: Evaluator, patches: Patches, tolerance: float, max_iterations: int
 ) -> Iterate:
     """Return what an active-set step leads to, or what follows where it overshoots."""
     moved = active_set_step(now, viewer, patches, tolerance, max_iterations)
-    after = viewer.look(now.index, moved)
+    after = viewer.evaluate(now.index, moved)
     if after.certificate > now.certificate and viewer.convolutions < max_iterations:
         start, end = slopes(now, moved, viewer)
         # Where the set of free pixels is far off, the step overshoots: the energy rises.
         if start < 0 < start + end:
             # Nothing is kept that is no longer needed: each look holds three arrays of the contact.
             del after
-            moved = _between(now.pressure, moved, start / (start - end))
-            return projected_gradient(viewer.look(now.index, moved), viewer, _BURST, max_iterations)
+            moved = _interpolate_iterates(now.pressure, moved, start / (start - end))
+            return projected_gradient(
+                viewer.evaluate(now.index, moved), viewer, _BURST, max_iterations
+            )
     return after
 
 
-def _between(
+def _interpolate_iterates(
     start: NDArray[np.float64], end: NDArray[np.float64], cut: float
 ) -> NDArray[np.float64]:
     """Return the point at a part of the way, in the memory of its end."""
@@ -316,7 +318,7 @@ def _between(
     return end
 
 
-def projected_gradient(now: Iterate, viewer: Viewer, steps: int, max_iterations: int) -> Iterate:
+def projected_gradient(now: Iterate, viewer: Evaluator, steps: int, max_iterations: int) -> Iterate:
     """Follow projected gradients with Barzilai–Borwein lengths; return the best pressure seen.
 
     A step may raise the energy above that before, but not above the highest of the last few, else
@@ -330,7 +332,7 @@ def projected_gradient(now: Iterate, viewer: Viewer, steps: int, max_iterations:
         if viewer.convolutions + 2 > max_iterations:
             break
         target = projected(now, viewer, rate)
-        after = viewer.look(now.index, target)
+        after = viewer.evaluate(now.index, target)
         start, end = slopes(now, target, viewer)
         if not start < end:
             if not start < 0:
@@ -344,8 +346,8 @@ def projected_gradient(now: Iterate, viewer: Viewer, steps: int, max_iterations:
             if 0.5 * (start + end) + energies[-1] > max(energies[-_NONMONOTONE:]):
                 cut = -start / (end - start)
                 del after
-                target = _between(now.pressure, target, cut)
-                after = viewer.look(now.index, target)
+                target = _interpolate_iterates(now.pressure, target, cut)
+                after = viewer.evaluate(now.index, target)
             energies.append(energies[-1] + cut * start + 0.5 * cut**2 * (end - start))
         now = after
         if now.certificate < best.certificate:

@@ -47,7 +47,7 @@ class Sums(Protocol):
     def smallest(self, values: NDArray[Any], limit: float = ...) -> float:
         """Return the smallest, or ``limit`` where none is smaller."""
 
-    def added(self, parts: NDArray[Any]) -> NDArray[Any]:
+    def allreduce(self, parts: NDArray[Any]) -> NDArray[Any]:
         """Return the entrywise sums over all processes."""
 
 
@@ -86,11 +86,11 @@ class Operator(Protocol):
         """Displacement of a pixel under unit pressure on itself, K₀₀ [m/Pa]."""
 
     @property
-    def bends(self) -> bool:
+    def is_long_wave_soft(self) -> bool:
         """Whether it moves far more in long waves than in short ones, as a plate on a soft bed."""
 
     @property
-    def wrapped(self) -> tuple[bool, bool]:
+    def periodic_axes(self) -> tuple[bool, bool]:
         """Axes ``(y, x)`` along which no shorter map can stand for this one.
 
         Those along which it repeats itself; both where several processes hold it.
@@ -119,7 +119,7 @@ class Operator(Protocol):
     def __call__(self, pressure: NDArray[Any]) -> NDArray[Any]:
         """Return the displacement of a small map, which every process holds as a whole."""
 
-    def in_single(self) -> Operator:
+    def to_single_precision(self) -> Operator:
         """Return the same in single precision; itself where it is so."""
 
     def approximate_inverse(self) -> Operator:

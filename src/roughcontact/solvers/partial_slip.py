@@ -47,7 +47,7 @@ FORCE_TOLERANCE = 1e-10
 """Largest force error of a converged solution, over the largest force."""
 
 # Projected-gradient steps on the coarsest grid, and where a Newton step fails.
-_DESCENT = 10
+_GRADIENT_STEPS = 10
 # Rounds of a solve, Newton steps of a round, and conjugate-gradient steps of each.
 _ROUNDS, _NEWTON, _INNER = 4, 30, 200
 # Residual of the linear problem of a step, over its first: the least, and the most where stick and
@@ -83,7 +83,7 @@ class TangentialOperator(Protocol):
     def gather(self, support: Any, traction: Array) -> Array:
         """Return the displacement of the loaded pixels themselves."""
 
-    def in_single(self) -> TangentialOperator:
+    def to_single_precision(self) -> TangentialOperator:
         """Return the operator in single precision."""
 
     def approximate_inverse(self) -> TangentialOperator:
@@ -94,7 +94,7 @@ class TangentialOperator(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class PartialSlipProblem:
     """Bounds, and what drives the traction; fields have the shape (2, n), components (y, x)."""
 
     index: NDArray[np.int64]  # Flat indices of the pixels, ascending
@@ -107,7 +107,7 @@ class Problem:
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class PartialSlipSolution:
     """A traction with its certificate."""
 
     traction: Array  # q [Pa], shape (2, n)
@@ -120,7 +120,7 @@ class Solution:
     applications: int  # Of the operator: two transforms forward and back each
 
 
-def within(values: Array, bound: Array) -> Array:
+def project_to_discs(values: Array, bound: Array) -> Array:
     """Return the nearest values in the discs, shape (2, n)."""
     size = np.hypot(*values)
     outside = size > bound
@@ -129,7 +129,7 @@ def within(values: Array, bound: Array) -> Array:
     return values * factor
 
 
-def project(values: Array, bound: Array, total: Array, sums: Sums) -> tuple[Array, Array]:
+def project_with_sum(values: Array, bound: Array, total: Array, sums: Sums) -> tuple[Array, Array]:
     """Return the nearest values in the discs with a given sum, and the shift that makes them so.
 
     The shift c of Π(v + c) is the minimum of a smooth convex function: damped Newton steps.
@@ -168,7 +168,7 @@ def _dual(
     clipped = moved * ratio
     y, x = np.divide(moved, size, out=np.zeros_like(moved), where=outside)
     energy = np.where(outside, bound * (size - 0.5 * bound), 0.5 * size**2)
-    parts = sums.added(
+    parts = sums.allreduce(
         np.array(
             [
                 *clipped.sum(axis=1), energy.sum(),
@@ -180,7 +180,9 @@ def _dual(
     return clipped, total - parts[:2], float(parts[2] - total @ shift), matrix
 
 
-def solve(operator: TangentialOperator, problem: Problem, tolerance: float = 1e-6) -> Solution:
+def solve(
+    operator: TangentialOperator, problem: PartialSlipProblem, tolerance: float = 1e-6
+) -> PartialSlipSolution:
     """Return the traction under given bounds and a given sum or shift.
 
     Parameters
@@ -254,10 +256,10 @@ class _Blocks:
     def __init__(self, operator: TangentialOperator, index: NDArray[np.int64]) -> None:
         edges = block_edges(operator.shape)
         assert edges is not None
-        self.blocks, self.sums = operator.coarser(edges).in_single(), operator.sums
+        self.blocks, self.sums = operator.coarser(edges).to_single_precision(), operator.sums
         (by, bx), area = self.blocks.shape, edges[0] * edges[1]
         self.block = block_of(index, operator.shape[1], edges, bx)
-        touching = self.sums.added(np.bincount(self.block, minlength=by * bx))
+        touching = self.sums.allreduce(np.bincount(self.block, minlength=by * bx))
         self.number, self.touching = by * bx, np.flatnonzero(touching)
         self.support = self.blocks.support(self.touching)
         self.own = own_part(touching[self.touching], edges)
@@ -286,7 +288,7 @@ class _Blocks:
     def added(self, values: Array) -> Array:
         """Return the sums of both components over the pixels of each block that touches."""
         parts = [np.bincount(self.block, row, minlength=self.number) for row in values]
-        return self.sums.added(np.stack(parts))[:, self.touching]
+        return self.sums.allreduce(np.stack(parts))[:, self.touching]
 
     def displaced(self, force: Array) -> Array:
         """Return C times the forces on the blocks."""
@@ -302,22 +304,24 @@ class _Inverse:
         self.wrapped, self.space = wrapped, space
         shape = space.normal.shape
         units = [space.along(np.broadcast_to(unit[:, None], shape)) for unit in np.eye(2)]
-        self.uniform = [self.alone(unit) for unit in units]
+        self.uniform = [self.apply_wrapped(unit) for unit in units]
         self.shared = None
         if blocks is not None:
             weight = np.maximum(np.stack([self.uniform[0][0], self.uniform[1][1]]), _STIFFEST)
             self.shared = blocks.within(weight)
-            self.uniform = [self.less(*pair) for pair in zip(self.uniform, units, strict=True)]
+            self.uniform = [
+                self.apply_corrected(*pair) for pair in zip(self.uniform, units, strict=True)
+            ]
 
     def __call__(self, values: Array) -> Array:
         """Return z."""
-        return self.less(self.alone(values), values)
+        return self.apply_corrected(self.apply_wrapped(values), values)
 
-    def alone(self, values: Array) -> Array:
+    def apply_wrapped(self, values: Array) -> Array:
         """Return z as the wrapped inverse has it."""
         return self.space.along(self.space.weight * self.wrapped(self.space.weight * values))
 
-    def less(self, answer: Array, values: Array) -> Array:
+    def apply_corrected(self, answer: Array, values: Array) -> Array:
         """Return z less what spots do to each other."""
         return answer if self.shared is None else answer - self.space.along(self.shared(values))
 
@@ -325,7 +329,7 @@ class _Inverse:
 class _Solver:
     """The problem in units of its largest bound, K₀₀ = 1."""
 
-    def __init__(self, operator: TangentialOperator, problem: Problem) -> None:
+    def __init__(self, operator: TangentialOperator, problem: PartialSlipProblem) -> None:
         self.operator, self.problem, self.sums = operator, problem, operator.sums
         self.pressure = self.sums.largest(problem.bound)
         self.length = self.pressure * operator.self_displacement
@@ -333,7 +337,7 @@ class _Solver:
         self.offset = problem.offset / self.length
         self.total = None if problem.total is None else problem.total / self.pressure
         self.support = operator.support(problem.index)
-        self.rough = operator.in_single()
+        self.rough = operator.to_single_precision()
         self.rough_support = self.rough.support(problem.index)
         wrapped = operator.approximate_inverse()
         self.wrapped = partial(wrapped.gather, wrapped.support(problem.index))
@@ -342,12 +346,12 @@ class _Solver:
         self.applications = 0
         self.points = self.sums.size(self.bound)
 
-    def displaced(self, traction: Array) -> Array:
+    def apply(self, traction: Array) -> Array:
         """Return K q."""
         self.applications += 1
         return self.operator.gather(self.support, traction) / self.operator.self_displacement
 
-    def nearly(self, traction: Array) -> Array:
+    def apply_single(self, traction: Array) -> Array:
         """Return K q in single precision."""
         self.applications += 1
         displacement = self.rough.gather(self.rough_support, traction)
@@ -359,7 +363,7 @@ class _Solver:
 
     def sum(self, values: Array) -> Array:
         """Return the sums of both components."""
-        return self.sums.added(values.sum(axis=1))
+        return self.sums.allreduce(values.sum(axis=1))
 
     def slip(self, state: _State) -> Array:
         """Return s = t + f - K q."""
@@ -368,19 +372,19 @@ class _Solver:
     def projected(self, values: Array) -> tuple[Array, Array]:
         """Return the nearest admissible traction, and the shift that makes it so."""
         if self.total is None:
-            return within(values, self.bound), np.zeros(2)
-        return project(values, self.bound, self.total, self.sums)
+            return project_to_discs(values, self.bound), np.zeros(2)
+        return project_with_sum(values, self.bound, self.total, self.sums)
 
     def merit(self, state: _State) -> float:
         """Return the residual of the conditions, with that of the force."""
-        change = state.traction - within(state.traction + self.slip(state), self.bound)
+        change = state.traction - project_to_discs(state.traction + self.slip(state), self.bound)
         square = self.dot(change, change)
         if self.total is not None:
             lack = self.total - self.sum(state.traction)
             square += float(lack @ lack) / self.points
         return math.sqrt(square)
 
-    def solve(self, tolerance: float) -> Solution:
+    def solve(self, tolerance: float) -> PartialSlipSolution:
         """Return the solution."""
         state, newton, near = self.start(), 0, False
         for _ in range(_ROUNDS):
@@ -393,10 +397,10 @@ class _Solver:
                     continue
                 if merit <= 0.5 * tolerance * size:
                     break
-                tried = self.advanced(state, merit, 0.5 * tolerance * size)
+                tried = self.newton_step(state, merit, 0.5 * tolerance * size)
                 newton += 1
-                state = self.descended(state) if tried is None else tried
-            solution = self.judged(state, newton)
+                state = self.descend(state) if tried is None else tried
+            solution = self.certified(state, newton)
             if solution.certificate <= tolerance and solution.force_error <= FORCE_TOLERANCE:
                 return replace(solution, status=Status.CONVERGED)
             # The projection to the discs has moved it.
@@ -419,9 +423,9 @@ class _Solver:
         else:
             part = np.zeros(2) if self.total is None else self.total / self.sums.total(self.bound)
             traction = part[:, None] * self.bound
-        state = _State(traction, self.nearly(traction), shift)
+        state = _State(traction, self.apply_single(traction), shift)
         if rough:
-            return self.descended(state)
+            return self.descend(state)
         if self.total is not None:
             # Near it first: far away the projection does not find it.
             shift = -self.sum(self.bound * self.slip(state)) / self.sums.total(self.bound)
@@ -444,7 +448,7 @@ class _Solver:
         offset = np.stack([mean(problem.bound * row)[index] for row in problem.offset])
         solution = solve(
             coarse,
-            Problem(
+            PartialSlipProblem(
                 index, bound[index], offset / bound[index],
                 total=None if problem.total is None else problem.total / pixels,
                 shift=problem.shift, scale=problem.scale,
@@ -457,15 +461,15 @@ class _Solver:
 
     def placed(self, traction: Array, shift: Array) -> _State:
         """Return the state of a traction."""
-        return _State(traction, self.displaced(traction), shift)
+        return _State(traction, self.apply(traction), shift)
 
-    def descended(self, state: _State) -> _State:
+    def descend(self, state: _State) -> _State:
         """Return the state after some projected-gradient steps of Barzilai and Borwein."""
         length = 1.0
-        for _ in range(_DESCENT):
+        for _ in range(_GRADIENT_STEPS):
             slip = self.slip(state)
             traction, moved = self.projected(state.traction + length * slip)
-            following = _State(traction, self.nearly(traction), state.shift + moved / length)
+            following = _State(traction, self.apply_single(traction), state.shift + moved / length)
             change = traction - state.traction
             square = self.dot(change, change)
             work = self.dot(change, following.displacement - state.displacement)
@@ -475,7 +479,7 @@ class _Solver:
             length = square / work
         return state
 
-    def advanced(self, state: _State, merit: float, enough: float) -> _State | None:
+    def newton_step(self, state: _State, merit: float, enough: float) -> _State | None:
         """Return the state after a Newton step, none better than enough; None if none is better."""
         slip = self.slip(state)
         space = _Space(state.traction + slip, self.bound)
@@ -523,8 +527,8 @@ class _Solver:
         if lack is not None:
             sums = np.array([self.sum(field) for field in invert.uniform]).T
             inverse = np.linalg.pinv(sums, rcond=1e-9)
-            step = _combined(invert.uniform, inverse @ lack)
-        moved = self.nearly(rim + step)
+            step = _combine_fields(invert.uniform, inverse @ lack)
+        moved = self.apply_single(rim + step)
         residual: Array = space.along(driving - moved) - space.stiffness * step
         response, last = residual, 1.0
         direction: Array = np.zeros_like(step)
@@ -532,7 +536,7 @@ class _Solver:
             gradient = invert(residual)
             if lack is not None:
                 shift = -inverse @ self.sum(gradient)
-                gradient += _combined(invert.uniform, shift)
+                gradient += _combine_fields(invert.uniform, shift)
             square = self.dot(residual, gradient)
             yield _Iterate(step, moved, shift, residual, square)
             if square <= 0:
@@ -540,7 +544,7 @@ class _Solver:
             # The inverse is not quite linear: see `roughcontact.solvers.active_set`.
             direction = gradient - self.dot(response, gradient) / last * direction
             last = square
-            displaced = self.nearly(direction)
+            displaced = self.apply_single(direction)
             response = space.along(displaced) + space.stiffness * direction
             length = square / self.dot(direction, response)
             step = step + length * direction
@@ -548,17 +552,17 @@ class _Solver:
             response *= length
             residual = residual - response
 
-    def judged(self, state: _State, steps: int) -> Solution:
+    def certified(self, state: _State, steps: int) -> PartialSlipSolution:
         """Return the nearest admissible traction with its certificate, computed from it alone."""
         traction, _ = self.projected(state.traction)
         final = self.placed(traction, state.shift)
         slip = self.slip(final)
-        change = norm((traction - within(traction + slip, self.bound)).ravel(), self.sums)
+        change = norm((traction - project_to_discs(traction + slip, self.bound)).ravel(), self.sums)
         force_error = 0.0
         if self.total is not None:
             force_error = math.hypot(*(self.total - self.sum(traction)))
         size = self.norm(final)
-        return Solution(
+        return PartialSlipSolution(
             traction=traction * self.pressure,
             slip=slip * self.length,
             shift=state.shift * self.length,
@@ -570,7 +574,7 @@ class _Solver:
         )
 
 
-def _combined(fields: list[Array], factors: Array) -> Array:
+def _combine_fields(fields: list[Array], factors: Array) -> Array:
     """Return the sum of two fields with these factors."""
     return factors[0] * fields[0] + factors[1] * fields[1]
 
@@ -598,7 +602,7 @@ def stiffness(
     traction = slip = np.zeros((2, index.size))
     if solution is not None:
         traction, slip, bound = solution
-    solver = _Solver(operator, Problem(index, bound, np.zeros((2, index.size))))
+    solver = _Solver(operator, PartialSlipProblem(index, bound, np.zeros((2, index.size))))
     space = _Space((traction / solver.pressure + slip / solver.length), solver.bound * (1 - STICK))
     none = np.zeros_like(slip)
     for step, moved, _, _, square in solver.iterates(space, none, none, direction):

@@ -105,13 +105,13 @@ class FreePixelInverse:
         size, new = sums.size(index), sums.count(unknown)
         stale = new + (self._size - (size - new)) > _STALE * size
         # Where long waves move far more, what is left of M is smaller than what m may be off by.
-        if stale or self._blocks.bends:
+        if stale or self._blocks.is_long_wave_soft:
             # Positive but for rounding: a pixel is stiffer than its neighbours are soft.
             weight = np.maximum(self._wrapped.gather(support, np.ones(index.size)), 1e-6)
             self._weights[...] = np.nan
             self._weights[index], self._size = weight, size
-            stiffness = sums.added(np.bincount(block, weight, minlength=number))
-            touching = sums.added(np.bincount(block, minlength=number))
+            stiffness = sums.allreduce(np.bincount(block, weight, minlength=number))
+            touching = sums.allreduce(np.bincount(block, minlength=number))
             self._yielding = np.divide(1, stiffness, out=np.zeros(number), where=stiffness > 0)
             self._own = self._yielding * own_part(touching, self._edges)
         else:
@@ -121,7 +121,7 @@ class FreePixelInverse:
 
         def apply(displacement: Array) -> Array:
             pressure = self._wrapped.gather(support, displacement)
-            force = sums.added(np.bincount(block, weight * displacement, minlength=number))
+            force = sums.allreduce(np.bincount(block, weight * displacement, minlength=number))
             # As M sees it; where no pixel touched when D was made, M is left alone.
             common = yielding * force
             common -= yielding * forces_on_blocks(self._displaced, common, own, itself)
@@ -291,14 +291,14 @@ class Patches:
 
     def __init__(self, operator: Operator, family: Family, pixel: tuple[int, int]) -> None:
         self._family, self._pixel, self._width = family, pixel, operator.shape[1]
-        self._whole = self._patch((0, 0), operator.in_single())
+        self._whole = self._patch((0, 0), operator.to_single_precision())
         self._last = self._whole
 
     def around(self, index: NDArray[np.int64]) -> Patch:
         """Return a patch that holds these pixels."""
         whole = self._whole.operator
         (ny, nx), sums = whole.shape, whole.sums
-        if all(whole.wrapped) or not sums.size(index):
+        if all(whole.periodic_axes) or not sums.size(index):
             return self._whole
         # Indices ascend: the rows of the first and of the last are the lowest and the highest.
         row, column = index[[0, -1]] // nx, index % nx
@@ -307,14 +307,16 @@ class Patches:
         if self._last is not self._whole and self._last.holds(low, high):
             return self._last
         first, points = [], []
-        for start, end, maximum, wrapped in zip(low, high, whole.shape, whole.wrapped, strict=True):
+        for start, end, maximum, wrapped in zip(
+            low, high, whole.shape, whole.periodic_axes, strict=True
+        ):
             # Room for the contact to grow by a few pixels from step to step.
             margin = maximum if wrapped else 2 + (end - start) // 32
             first.append(max(0, start - margin))
             points.append(min(maximum, end + 1 + margin) - first[-1])
         if 2 * points[0] * points[1] > ny * nx:
             return self._whole
-        operator = self._family((points[0], points[1]), self._pixel).in_single()
+        operator = self._family((points[0], points[1]), self._pixel).to_single_precision()
         self._last = self._patch((first[0], first[1]), operator)
         return self._last
 

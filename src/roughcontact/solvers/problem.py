@@ -44,7 +44,7 @@ class Moments:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class BoundedProblem:
     """A bounded contact problem on one grid.
 
     Parameters
@@ -105,7 +105,7 @@ class Problem:
         return ny, nx
 
 
-def coarsened(problem: Problem) -> Problem:
+def coarsen_problem(problem: BoundedProblem) -> BoundedProblem:
     """Return the problem on pixels of twice the length; odd edges are repeated."""
     gap, limit = problem.initial_gap, problem.limit
     touchable = np.isfinite(gap)
@@ -122,18 +122,18 @@ def coarsened(problem: Problem) -> Problem:
         limit = np.where(touchable, limit, 0)
     if isinstance(limit, np.ndarray):
         limit = _block_mean(limit)
-    return Problem(
+    return BoundedProblem(
         initial_gap=gap,
         limit=limit,
         # A profile has a single row, on any grid.
         total=None if problem.total is None else problem.total / (4 if problem.shape[0] > 1 else 2),
         approach=problem.approach,
-        whole=problem.whole and _halved(problem.whole),
-        moments=problem.moments and _thinned(problem.moments, _halved(problem.shape)),
+        whole=problem.whole and _halve_map(problem.whole),
+        moments=problem.moments and _thin_pixels(problem.moments, _halve_map(problem.shape)),
     )
 
 
-def prolonged(start: Loaded, width: int, shape: tuple[int, ...]) -> Loaded:
+def prolong_pressure(start: Loaded, width: int, shape: tuple[int, ...]) -> Loaded:
     """Return each pressure on the four pixels that make up its coarse pixel."""
     coarse_index, coarse_pressure = start
     row, column = np.divmod(coarse_index, width)
@@ -156,7 +156,7 @@ def prolonged(start: Loaded, width: int, shape: tuple[int, ...]) -> Loaded:
     return index[inside], pressure[inside]
 
 
-def _thinned(moments: Moments, shape: tuple[int, ...]) -> Moments:
+def _thin_pixels(moments: Moments, shape: tuple[int, ...]) -> Moments:
     """Return the same on fewer pixels; from edge to edge, so that whatever balances still does."""
     y, x = (
         np.linspace(arms[0], arms[-1], points)
@@ -165,7 +165,7 @@ def _thinned(moments: Moments, shape: tuple[int, ...]) -> Moments:
     return replace(moments, arms=(y, x))
 
 
-def _halved(shape: tuple[int, int]) -> tuple[int, int]:
+def _halve_map(shape: tuple[int, int]) -> tuple[int, int]:
     return -(-shape[0] // 2), -(-shape[1] // 2)
 
 
@@ -187,7 +187,7 @@ def _block_mean(values: NDArray[Any]) -> NDArray[np.float64]:
 _MAX_STEPS = 4300
 _ROUNDING = 1e-15
 # Part of the sum that may be left after a shift, and how often one is added to another.
-_LEFT = 1e-12
+_BALANCE_TOLERANCE = 1e-12
 _MOST_PASSES = 4
 # Steps of Newton's method for load and moments that may gain nothing, the least slope relatively;
 # what may be missing of the load before the last digits, and how fast values grow.
@@ -195,7 +195,7 @@ _MOST_FRUITLESS, _FLATTEST, _ROUGH, _STEEPER = 10, 1e-13, 1e-6, 4.0
 # Part of the slope left at the end of a step, and the longest step.
 _NEARLY, _LONGEST = 0.1, 1e60
 # Relative to the limit, or to the largest value: values this near to a bound are put on it.
-_DUST = 1e-12
+_ROUNDING_SHARE = 1e-12
 
 
 def shift_to_sum(
@@ -293,7 +293,10 @@ def project(
         if missing and count:
             share = missing / count
             np.clip(projected + share, 0, limit, out=projected, where=free)
-        off = abs(missing) > _LEFT * total and abs(total - sums.total(projected)) > _LEFT * total
+        off = (
+            abs(missing) > _BALANCE_TOLERANCE * total
+            and abs(total - sums.total(projected)) > _BALANCE_TOLERANCE * total
+        )
         if not off:
             break
         # Where they dwarf the total, it may leave everything. Once they are shifted, the values
@@ -333,26 +336,26 @@ def shift_to_balance(
     found by Newton's method. Where the values dwarf what the entries may be, hardly an entry is
     between its bounds: then values of the size of the entries come first, and grow.
     """
-    kept, enough = np.zeros(3), _LEFT * rest[0]
+    kept, enough = np.zeros(3), _BALANCE_TOLERANCE * rest[0]
     if not (sums.size(values) and rest[0] > 0):
         return None, kept
-    shift, error = _balanced(values, limit, rows, rest, sums, kept)
+    shift, error = _balance_multipliers(values, limit, rows, rest, sums, kept)
     if error > _ROUGH * rest[0]:
         steep = sums.largest(values) - sums.smallest(values)
         steep = max(steep * sums.size(values) / rest[0], 1.0)
-        shift, error = _balanced(values / steep, limit, rows, rest, sums, kept)
+        shift, error = _balance_multipliers(values / steep, limit, rows, rest, sums, kept)
         if error > _ROUGH * rest[0]:
             return None, kept
         while steep > 1:
             flatter = max(steep / _STEEPER, 1.0)
             shift *= steep / flatter
             steep = flatter
-            shift = _balanced(values / steep, limit, rows, rest, sums, shift)[0]
+            shift = _balance_multipliers(values / steep, limit, rows, rest, sums, shift)[0]
     for _ in range(_MOST_PASSES):
         kept += shift
         # Where the values dwarf the sums, only among those shifted before a shift is resolved.
         values = values + _combined(rows, shift)
-        shift, error = _balanced(values, limit, rows, rest, sums, np.zeros(3))
+        shift, error = _balance_multipliers(values, limit, rows, rest, sums, np.zeros(3))
         if error <= enough:
             break
     kept += shift
@@ -360,7 +363,7 @@ def shift_to_balance(
     return (result if error <= enough else None), kept
 
 
-def _balanced(
+def _balance_multipliers(
     values: NDArray[np.float64],
     limit: Limit,
     rows: NDArray[np.float64],
@@ -426,7 +429,7 @@ def _length(
     return length if length < _LONGEST else math.inf
 
 
-def without_dust(
+def remove_rounding(
     pressure: NDArray[np.float64], limit: float | NDArray[np.float64], sums: Sums
 ) -> NDArray[np.float64]:
     """Return the pressure with what rounding left near a bound put on the bound.
@@ -445,7 +448,7 @@ def without_dust(
     ndarray, shape (n,)
         The values, in which rounding no longer decides whether a pixel touches or is saturated.
     """
-    dust = _DUST * np.minimum(limit, sums.largest(pressure, floor=0))
+    dust = _ROUNDING_SHARE * np.minimum(limit, sums.largest(pressure, floor=0))
     cleaned = np.where(pressure > limit - dust, limit, pressure)
     cleaned[cleaned < dust] = 0
     return cleaned

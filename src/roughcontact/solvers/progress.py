@@ -120,7 +120,7 @@ class Forecast:
             self._begun, self._end = now, 0.0
         if part or other_grid:
             self._since, self._share = now, state.done
-        elif state.done > max(self._share, _TELLING) and state.step.iteration > 1:
+        elif state.done > max(self._share, _MIN_SHARE) and state.step.iteration > 1:
             pace = (now - self._since) / (state.done - self._share)
             self._end = now + pace * (1.0 - state.done)
         parts = state.number - self._first
@@ -135,7 +135,7 @@ class Forecast:
 
 
 # Minimum share of a solve for a time estimate: small grids and first steps give none.
-_TELLING = 0.02
+_MIN_SHARE = 0.02
 
 
 def _grid(state: Progress) -> tuple[int, int] | None:
@@ -146,7 +146,7 @@ Tell = Callable[[Progress], None] | bool | None
 """What ``progress`` may be. Where the work is done, ``True`` has become a function already."""
 
 
-def numbered(
+def progress_callback(
     progress: Tell, number: int, count: int, label: str = ""
 ) -> Callable[[Step], None] | None:
     """Return a solver callback that turns each `Step` into a `Progress`; or ``None``.
@@ -207,7 +207,7 @@ R = TypeVar("R")
 _WIDTH = 24
 
 
-class Bar:
+class ProgressBar:
     """Draws a `Progress` on one line, over the one before.
 
     Parameters
@@ -264,13 +264,13 @@ def _error(state: Progress) -> float:
 
 
 def shows_progress_bar(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a function that takes ``progress`` draw a `Bar` on standard error if it is ``True``."""
+    """Let a function that takes ``progress`` draw a `ProgressBar` on standard error if it is ``True``."""
 
     @functools.wraps(function)
     def call(*positional: P.args, **named: P.kwargs) -> R:
         if named.get("progress") is not True:
             return function(*positional, **named)
-        bar = Bar(sys.stderr)
+        bar = ProgressBar(sys.stderr)
         named["progress"] = bar
         try:
             return function(*positional, **named)

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.solvers import bounded
-from roughcontact.solvers.bounded import Solution
+from roughcontact.solvers.bounded import BoundedSolution
 from roughcontact.solvers.operator import Family
 from roughcontact.solvers.preconditioner import Patches
-from roughcontact.solvers.problem import Moments, Problem
+from roughcontact.solvers.problem import BoundedProblem, Moments
 from roughcontact.solvers.progress import Status
 
 # Curvature over K₀₀ below which nothing resists a pressure.
@@ -129,7 +129,7 @@ _MOST_POINTS = 1 << 20
 _BOUND = 1e-12
 
 
-def rigid_tilt(problem: Problem, levers: tuple[Array, Array], target: Array) -> Array | None:
+def rigid_tilt(problem: BoundedProblem, levers: tuple[Array, Array], target: Array) -> Array | None:
     """Return the tilt at which rigid bodies rest under a load that acts at a point.
 
     Parameters
@@ -292,14 +292,14 @@ def _nearest(points: Array) -> Array:
 
 
 def solve(
-    problem: Problem,
+    problem: BoundedProblem,
     family: Family,
     target: Array,
     pixel: tuple[float, float],
     *,
     max_iterations: int,
     **options: Any,
-) -> tuple[Solution, tuple[float, float]]:
+) -> tuple[BoundedSolution, tuple[float, float]]:
     """Return the pressure and the tilt that balance a moment.
 
     Parameters

@@ -43,7 +43,7 @@ from roughcontact.surface import filters, form, grid
 Array = NDArray[np.float64]
 Placement = tuple[Array, Array]
 
-SIMILAR = math.sqrt(2)
+MAX_PIXEL_RATIO = math.sqrt(2)
 """Pixels are of similar size, and interpolation needs no filter, up to this ratio."""
 
 # Relative difference at which two pixels are of one size, as `contact.solve` takes it; and the
@@ -67,7 +67,7 @@ def cosine_sine(angle: float) -> tuple[float, float]:
     return turned[0] + 0.0, turned[1] + 0.0
 
 
-def place(
+def grid_positions(
     shape: tuple[int, int],
     pixel: tuple[float, float],
     new_shape: tuple[int, int],
@@ -97,7 +97,7 @@ def place(
     return matrix, start
 
 
-def coincident(placement: Placement) -> bool:
+def is_coincident(placement: Placement) -> bool:
     """Tell whether every point of the grid is a point of the map, or beyond its edge."""
     whole = all(bool((part == np.rint(part)).all()) for part in placement)
     return whole and bool((np.abs(placement[0]).sum(axis=1) == 1).all())
@@ -106,15 +106,15 @@ def coincident(placement: Placement) -> bool:
 def cutoffs(placement: Placement) -> tuple[float, float]:
     """Return the S-filter that a map needs before it is sampled on a coarser grid."""
     along_y, along_x = (math.hypot(*row) for row in placement[0])
-    limit = SIMILAR * (1 + _SAME)
+    limit = MAX_PIXEL_RATIO * (1 + _SAME)
     return 2 * along_y if along_y > limit else 0.0, 2 * along_x if along_x > limit else 0.0
 
 
 def sample(heights: Array, placement: Placement, shape: tuple[int, int]) -> Array:
     """Return a map on the points of another grid."""
     heights = np.asarray(heights, dtype=np.float64)
-    if coincident(placement):
-        return _gathered(heights, placement, shape)
+    if is_coincident(placement):
+        return _gather_points(heights, placement, shape)
     if min(heights.shape) < 4:
         raise InputError(
             f"a spline needs at least 4 × 4 points, got {heights.shape[0]} × {heights.shape[1]}"
@@ -131,9 +131,9 @@ def sample(heights: Array, placement: Placement, shape: tuple[int, int]) -> Arra
         residual = form.level(heights)
         values = filters.along_axes(residual, smoothing) + (heights - residual)
     if holes:
-        from roughcontact.surface.cleaning import fill
+        from roughcontact.surface.cleaning import fill_missing
 
-        values = fill(values, (1.0, 1.0))
+        values = fill_missing(values, (1.0, 1.0))
     coefficients = _coefficients(_coefficients(values).T).T
     # Coefficient 0 belongs to the point before the first.
     new: Array = ndimage.affine_transform(
@@ -210,7 +210,7 @@ def common_pixel(
     require_pixel(pixel)
     require_pixel(other)
     c, s = cosine_sine(angle)
-    (dy, dx), limit = other, SIMILAR * (1 + _SAME)
+    (dy, dx), limit = other, MAX_PIXEL_RATIO * (1 + _SAME)
     seen = 1 / math.hypot(c / dy, s / dx), 1 / math.hypot(s / dy, c / dx)
     along_y, along_x = (
         own if own <= limit * edge else edge for own, edge in zip(pixel, seen, strict=True)
@@ -230,7 +230,7 @@ def align(
     """Return a map on another grid, moved over it."""
     heights = np.asarray(heights, dtype=np.float64)
     ny, nx = heights.shape
-    placement = place((ny, nx), pixel, new_shape, new_pixel, offset, angle, mirrored)
+    placement = grid_positions((ny, nx), pixel, new_shape, new_pixel, offset, angle, mirrored)
     grid.require_memory(new_shape, grid.RESAMPLED)
     new = sample(heights, placement, new_shape)
     if np.isnan(new).all():
@@ -254,7 +254,7 @@ def _checked_offset(offset: tuple[float, float]) -> tuple[float, float]:
     return y, x
 
 
-def _gathered(heights: Array, placement: Placement, shape: tuple[int, int]) -> Array:
+def _gather_points(heights: Array, placement: Placement, shape: tuple[int, int]) -> Array:
     # Each axis of the map runs along one axis of the grid, forwards or backwards.
     matrix, start = placement
     along = np.abs(matrix).argmax(axis=1)

@@ -11,7 +11,7 @@ summit would count as an outlier: remove the form first.
 holes, and how far to the left and right that whole strip can be moved. The largest rectangle is
 one of them.
 
-`fill`: Solves the five-point Laplace equation, weights 1/dy² and 1/dx², on the missing points
+`fill_missing`: Solves the five-point Laplace equation, weights 1/dy² and 1/dx², on the missing points
 alone, with the measured rim as boundary values and zero slope across the edge of the map. Up to
 50 000 missing points are solved directly, more by conjugate gradients with a multigrid
 preconditioner to a residual of 1e-10 of the right-hand side.
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
 from roughcontact.surface import grid
-from roughcontact.units import percent
+from roughcontact.units import format_percent
 
 if TYPE_CHECKING:
     from scipy import sparse
@@ -87,14 +87,16 @@ def largest_rectangle(heights: Array) -> tuple[tuple[int, int], tuple[int, int]]
     return rows, columns
 
 
-def rotate(heights: Array, angle: int = 90) -> Array:
+def rotate_map(heights: Array, angle: int = 90) -> Array:
     """Return the map turned by multiples of 90°."""
     if isinstance(angle, bool) or not isinstance(angle, Real) or angle % 90 != 0:
         raise input_error("angle", angle, "must be a multiple of 90 degrees")
     return np.rot90(heights, int(angle) // 90 % 4).copy()
 
 
-def crop(heights: NDArray[Any], rows: tuple[int, int], columns: tuple[int, int]) -> NDArray[Any]:
+def crop_map(
+    heights: NDArray[Any], rows: tuple[int, int], columns: tuple[int, int]
+) -> NDArray[Any]:
     """Return the part of a map between two rows and two columns."""
     for name, (start, stop), length in (
         ("rows", rows, heights.shape[0]),
@@ -118,7 +120,7 @@ def _local_median(heights: Array, window: int) -> Array:
     padded = np.pad(heights, reach, mode="reflect", reflect_type="odd")
     nx = heights.shape[1]
     median = np.empty_like(heights)
-    for rows in grid.of_rows(heights.shape, window**2 // 4):
+    for rows in grid.row_blocks(heights.shape, window**2 // 4):
         start, stop = rows.start, rows.stop
         part = np.lib.stride_tricks.sliding_window_view(
             padded[start : stop + 2 * reach], (window, window)
@@ -147,7 +149,7 @@ _TOLERANCE = 1e-10
 _MOST_STEPS = 500
 
 
-def fill(heights: Array, pixel: tuple[float, float], maximum: float = 1.0) -> Array:
+def fill_missing(heights: Array, pixel: tuple[float, float], maximum: float = 1.0) -> Array:
     """Return the heights with missing points replaced by a harmonic surface."""
     heights = np.asarray(heights, dtype=np.float64)
     missing = np.isnan(heights)
@@ -158,7 +160,7 @@ def fill(heights: Array, pixel: tuple[float, float], maximum: float = 1.0) -> Ar
     share = float(missing.mean())
     if not share <= maximum:
         raise InputError(
-            f"has no height at {percent(share)} of its points, and at most {percent(maximum)} are "
+            f"has no height at {format_percent(share)} of its points, and at most {format_percent(maximum)} are "
             "filled: crop it, let the missing points never touch (masked), or fill them all with "
             f"{ArgumentRef('most', 1.0)}",
             argument="surface",

@@ -1,6 +1,6 @@
 """Waves of a map: Gaussian filters after ISO 16610, and resampling.
 
-`gaussian`: Weights exp(-π (x² + y²)/(α λ)²)/(α λ)², α = √(ln 2/π), sampled at the pixels and
+`gaussian_lowpass`: Weights exp(-π (x² + y²)/(α λ)²)/(α λ)², α = √(ln 2/π), sampled at the pixels and
 cut off at 1.5 λ, where they are 1e-14 of the central one. Below about five pixels the sampled
 weights let more than 50 % pass; their width is then chosen anew per axis, so that exactly 50 %
 pass.
@@ -34,7 +34,7 @@ from roughcontact.errors import (
 )
 from roughcontact.halfspace import fft
 from roughcontact.surface import grid
-from roughcontact.units import engineering
+from roughcontact.units import format_engineering
 
 Array = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ _REACH = 1.5
 _BLOCK = 2**20
 
 
-def gaussian(heights: Array, pixel: tuple[float, float], cutoff: float) -> Array:
+def gaussian_lowpass(heights: Array, pixel: tuple[float, float], cutoff: float) -> Array:
     """Return the long waves of a map: the areal Gaussian filter of ISO 16610-61."""
     require_pixel(pixel)
     heights = np.asarray(heights, dtype=np.float64)
@@ -64,7 +64,7 @@ def along_axes(heights: Array, cutoffs: tuple[float, float]) -> Array:
     return _smoothed(np.asarray(heights, dtype=np.float64), cutoffs)
 
 
-def band(
+def gaussian_band(
     heights: Array,
     pixel: tuple[float, float],
     s: float | None = None,
@@ -81,13 +81,13 @@ def band(
             _check_cutoff(heights.shape, pixel, cutoff)
     if s is not None and l is not None and not s < l:
         raise InputError(
-            f"must be below l, got s = {engineering(s, 'm')} and l = {engineering(l, 'm')}: "
+            f"must be below l, got s = {format_engineering(s, 'm')} and l = {format_engineering(l, 'm')}: "
             "no waves are left",
             argument="s",
         )
     if s is not None:
-        heights = gaussian(heights, pixel, s)
-    return heights if l is None else heights - gaussian(heights, pixel, l)
+        heights = gaussian_lowpass(heights, pixel, s)
+    return heights if l is None else heights - gaussian_lowpass(heights, pixel, l)
 
 
 def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited") -> Array:
@@ -173,8 +173,8 @@ def _check_cutoff(shape: tuple[int, ...], pixel: tuple[float, float], cutoff: fl
     if not shortest * (1 - 1e-12) <= cutoff <= longest * (1 + 1e-12):
         raise InputError(
             "must lie between two pixels and the shorter side of the map, "
-            f"{engineering(shortest, 'm')} to {engineering(longest, 'm')}, got "
-            f"{engineering(cutoff, 'm')}",
+            f"{format_engineering(shortest, 'm')} to {format_engineering(longest, 'm')}, got "
+            f"{format_engineering(cutoff, 'm')}",
             argument="cutoff",
             value=cutoff,
         )

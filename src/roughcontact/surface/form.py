@@ -70,7 +70,7 @@ def without_terms(heights: Array, terms: Terms, form: str, weights: Array | None
     for _ in range(2):
         moments = _moments(residual, basis_y, basis_x, terms, weights)
         table[index] = np.einsum("ij,j->i", solve, moments)
-        for block in grid.of_rows(heights.shape):
+        for block in grid.row_blocks(heights.shape):
             along_x = np.einsum("yb,bi->yi", basis_y[block], table)
             residual[block] -= np.einsum("yi,ix->yx", along_x, basis_x)
     return residual
@@ -105,7 +105,7 @@ def _gram(
     pairs_y = (basis_y[:, :, None] * basis_y[:, None, :]).reshape(-1, count**2)
     pairs_x = (basis_x[:, None] * basis_x).reshape(count**2, -1)
     sums = np.zeros((count**2, count**2))
-    for block in grid.of_rows(heights.shape):
+    for block in grid.row_blocks(heights.shape):
         sums += _projected(_weighted(heights, block, weights), pairs_y[block], pairs_x)
     b, i = np.array(terms).T
     return sums.reshape((count,) * 4)[b[:, None], b, i[:, None], i]
@@ -115,7 +115,7 @@ def _moments(
     heights: Array, basis_y: Array, basis_x: Array, terms: Terms, weights: Array | None
 ) -> Array:
     sums = np.zeros((basis_y.shape[1], len(basis_x)))
-    for block in grid.of_rows(heights.shape):
+    for block in grid.row_blocks(heights.shape):
         there = np.where(np.isfinite(heights[block]), heights[block], 0.0)
         if weights is not None:
             there *= _weighted(heights, block, weights)
@@ -243,7 +243,7 @@ class _Fit:
         """Return the sum of squares, the normal matrix and the right-hand side."""
         cost, matrix = 0.0, np.zeros((values.size, values.size))
         right = np.zeros(values.size)
-        for block in grid.of_rows(self.heights.shape):
+        for block in grid.row_blocks(self.heights.shape):
             heights = self.heights[block]
             there = np.isfinite(heights)
             row, column = np.nonzero(there)
@@ -333,7 +333,7 @@ class _Fit:
 
     def residual(self, heights: Array, model: _Model, values: Array) -> Array:
         residual = heights - self.offset
-        for block in grid.of_rows(heights.shape):
+        for block in grid.row_blocks(heights.shape):
             y, x = np.broadcast_arrays(self.y[block][:, None], self.x)
             # The corners of a map may lie beyond the equator, if nothing was measured there.
             with np.errstate(invalid="ignore", divide="ignore"):

@@ -1,6 +1,6 @@
 """Surfaces without a file: random maps with the parameters of ISO 25178 that are asked for.
 
-`turned`: Shaw, Metal Cutting Principles (2005), the ideal roughness f²/(8R) of turning
+`turned_heights`: Shaw, Metal Cutting Principles (2005), the ideal roughness f²/(8R) of turning
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arguments import both, checked
+from roughcontact._tools.arguments import as_pair, validate_arguments
 from roughcontact.errors import (
     ArgumentRef,
     InputError,
@@ -30,12 +30,12 @@ from roughcontact.surface.shapes import require_grid
 from roughcontact.surface.spectrum import texture
 from roughcontact.surface.surface import Surface, summary
 from roughcontact.theory import height_distribution
-from roughcontact.units import Quantities, Quantity, quantity
+from roughcontact.units import Quantities, Quantity, to_si
 
 Array = NDArray[np.float64]
 
 
-def turned(
+def turned_heights(
     shape: tuple[int, int],
     pixel: tuple[float, float],
     feed: float,
@@ -69,7 +69,7 @@ def turned(
     return grooves
 
 
-def joined(grooves: Array, roughness: Array, height: float) -> Array:
+def combine_with_grooves(grooves: Array, roughness: Array, height: float) -> Array:
     """Return grooves with as much roughness between them as gives a root-mean-square height."""
     own = float(np.mean(grooves * grooves))
     if own > height**2:
@@ -91,7 +91,7 @@ def joined(grooves: Array, roughness: Array, height: float) -> Array:
 
 Waves = NDArray[np.complex128]
 
-WITHIN = 0.02
+PARAMETER_TOLERANCE = 0.02
 """Relative tolerance within which a parameter of the map equals the requested one."""
 
 # Pixels of the shortest wave where no cut-off is asked for.
@@ -101,10 +101,10 @@ _HONED = 0.1
 # Sal over the wavelength of the roll-off, about, from which the search starts.
 _SAL = 0.33
 # Rounds of the search for roll-off and ratio, and translations of one round; each ends where the
-# parameters are met much closer than `WITHIN`.
+# parameters are met much closer than `PARAMETER_TOLERANCE`.
 _ROUNDS, _TRANSLATIONS, _CLOSE = 8, 40, 0.005
 # Str of a map with two lays changes up to half more than the stretch of its spectrum.
-_CAUTIOUS = 0.8
+_MOMENT_DAMPING = 0.8
 # Part of what was missed by which the next aim differs, and how near to two heights it may come
 # and how far into the tails.
 _GAIN, _LEAST, _MOST = 0.5, 0.5, 4 * height_distribution.LARGEST_KURTOSIS
@@ -113,7 +113,7 @@ _SPAN = 1.5
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _RequestedParameters:
     """Requested parameters, in SI units; None if derived from the others."""
 
     Sq: float
@@ -136,7 +136,7 @@ class _State:
     aim: tuple[float, float]
 
 
-@checked
+@validate_arguments
 def generate(
     shape: tuple[int, int] | int,
     pixel: Quantities | Quantity,
@@ -188,7 +188,7 @@ def generate(
         lay.
     turning : (float, float), optional
         Feed and radius of the nose of the tool [m] of a turned surface, with grooves along the
-        lay; see `turned`. Random roughness supplies the rest of Sq.
+        lay; see `turned_heights`. Random roughness supplies the rest of Sq.
     rng : int, numpy.random.Generator or None
         Seed of ``numpy.random.default_rng``, 0 or more. It gives the same surface, to rounding,
         on every machine. A generator draws a seed, None another one in every call; the surface
@@ -198,7 +198,7 @@ def generate(
     -------
     Surface
         With requested and measured parameters in its provenance; see
-        `compared`. But for grooves of turning across a corner it is periodic. Equal seeds give
+        `compare_parameters`. But for grooves of turning across a corner it is periodic. Equal seeds give
         the same waves on every grid over the same sides.
 
     Raises
@@ -229,7 +229,7 @@ def generate(
     >>> [float(f"{found[name]:.2g}") for name in ("Sq", "Sal", "Ssk")]
     [4e-07, 8e-06, -0.8]
     """
-    shape, edges = both(shape, "shape"), both(quantity(pixel, "length", "pixel"), "pixel")
+    shape, edges = as_pair(shape, "shape"), as_pair(to_si(pixel, "length", "pixel"), "pixel")
     require_grid(shape, edges, grid.TRANSLATED)
     seed = random_surfaces.seed_of(rng)
     specified = _in_metres(
@@ -243,9 +243,9 @@ def generate(
         heights, spectrum = _translated(shape, edges, requested, seed)
         heights *= requested.Sq / rms_height(heights)
     else:
-        grooves = turned(shape, edges, feed, specified["turning"][1], lay)
+        grooves = turned_heights(shape, edges, feed, specified["turning"][1], lay)
         heights, spectrum = _translated(shape, edges, requested, seed)
-        heights = joined(grooves, heights, requested.Sq)
+        heights = combine_with_grooves(grooves, heights, requested.Sq)
     return _surface(heights, edges, specified, spectrum)
 
 
@@ -253,14 +253,14 @@ def _in_metres(**specified: Any) -> dict[str, Any]:
     """Return arguments with their lengths in meters."""
     lengths = ("Sq", "Sal", "rolloff_wavelength", "cutoff_wavelength", "turning")
     return {
-        name: quantity(value, "length", name) if name in lengths else value
+        name: to_si(value, "length", name) if name in lengths else value
         for name, value in specified.items()
     }
 
 
 def _resolved_request(
     specified: dict[str, Any], pixel: tuple[float, float], feed: float | None
-) -> _Asked:
+) -> _RequestedParameters:
     """Return the request with defaults filled in; raise on contradictions."""
     kurtosis = (
         height_distribution.usual_kurtosis(specified["Ssk"])
@@ -268,7 +268,7 @@ def _resolved_request(
         else specified["Sku"]
     )
     honed = specified["Str"] is None and specified["honing"] is not None
-    requested = _Asked(
+    requested = _RequestedParameters(
         specified["Sq"], specified["Sal"], specified["Sdq"], specified["hurst"],
         specified["rolloff_wavelength"] or feed,
         specified["cutoff_wavelength"] or _CUTOFF * max(pixel),
@@ -332,7 +332,9 @@ def _feed(specified: dict[str, Any]) -> float | None:
     return float(turning[0])
 
 
-def _check(requested: _Asked, pixel: tuple[float, float], specified: dict[str, Any]) -> None:
+def _check(
+    requested: _RequestedParameters, pixel: tuple[float, float], specified: dict[str, Any]
+) -> None:
     """Refuse what no surface has, and what is said twice or not at all."""
     require_positive(Sq=requested.Sq)
     for name in ("Sal", "Sdq", "rolloff_wavelength", "cutoff_wavelength"):
@@ -360,7 +362,7 @@ def _check(requested: _Asked, pixel: tuple[float, float], specified: dict[str, A
 
 
 def _translated(
-    shape: tuple[int, int], pixel: tuple[float, float], requested: _Asked, seed: int
+    shape: tuple[int, int], pixel: tuple[float, float], requested: _RequestedParameters, seed: int
 ) -> tuple[Array, Spectrum]:
     """Return a map of zero mean that has the spectrum, the moments and the texture asked for."""
     start = requested.rolloff or (requested.Sal / _SAL if requested.Sal else 2 * requested.cutoff)
@@ -373,14 +375,14 @@ def _translated(
         requested.Str or 1.0,
         requested.lay,
     )
-    spectrum = _steep(spectrum, requested)
+    spectrum = _with_gradient(spectrum, requested)
     # Two generators whose draws have nothing in common, the first of them the same for both.
     sources = np.random.default_rng(seed).spawn(1 if requested.honing is None else 2)
     drawn = [_phases(random_surfaces.random_amplitudes(shape, pixel, rng)) for rng in sources]
     state = _State(drawn, _of_each(requested.moments, len(drawn)))
     for _ in range(_ROUNDS):
         amplitudes = _families(spectrum, requested.honing)
-        heights, state = _imposed(shape, amplitudes, state, requested.moments)
+        heights, state = _impose_moments(shape, amplitudes, state, requested.moments)
         corrected = _corrected(spectrum, requested, heights)
         if corrected == spectrum:
             break
@@ -394,7 +396,7 @@ def _families(spectrum: Spectrum, honing: float | None) -> list[Array]:
     return [np.sqrt(replace(spectrum, lay=spectrum.lay + turn).power) for turn in turns]
 
 
-def _steep(spectrum: Spectrum, requested: _Asked) -> Spectrum:
+def _with_gradient(spectrum: Spectrum, requested: _RequestedParameters) -> Spectrum:
     """Return a spectrum with the gradient asked for, if one is."""
     if requested.Sdq is None:
         return spectrum
@@ -402,26 +404,26 @@ def _steep(spectrum: Spectrum, requested: _Asked) -> Spectrum:
     return with_gradient(spectrum, sought, requested.Sdq, requested.Sq)
 
 
-def _corrected(spectrum: Spectrum, requested: _Asked, heights: Array) -> Spectrum:
+def _corrected(spectrum: Spectrum, requested: _RequestedParameters, heights: Array) -> Spectrum:
     """Return a spectrum closer to Sal and Str as a map shows them; the same if it is close."""
     if requested.Sal is None and requested.Str is None:
         return spectrum
     Sal, Str, _ = texture(heights, spectrum.pixel)
     rolloff, ratio = spectrum.rolloff, spectrum.ratio
     if requested.Sal is not None and not abs(Sal / requested.Sal - 1) < _CLOSE:
-        rolloff = _longer(spectrum, requested, Sal)
+        rolloff = _longer_rolloff(spectrum, requested, Sal)
     if (
         requested.Str is not None
         and not math.isnan(Str)
         and not abs(Str / requested.Str - 1) < _CLOSE
     ):
-        ratio = min(ratio * (requested.Str / Str) ** _CAUTIOUS, 1.0)
+        ratio = min(ratio * (requested.Str / Str) ** _MOMENT_DAMPING, 1.0)
     if (rolloff, ratio) == (spectrum.rolloff, spectrum.ratio):
         return spectrum
-    return _steep(replace(spectrum, rolloff=rolloff, ratio=ratio), requested)
+    return _with_gradient(replace(spectrum, rolloff=rolloff, ratio=ratio), requested)
 
 
-def _longer(spectrum: Spectrum, requested: _Asked, Sal: float) -> float:
+def _longer_rolloff(spectrum: Spectrum, requested: _RequestedParameters, Sal: float) -> float:
     """Return a roll-off closer to Sal, or complain that the map can hold none."""
     assert requested.Sal is not None
     side = min(n * edge for n, edge in zip(spectrum.shape, spectrum.pixel, strict=True))
@@ -449,7 +451,7 @@ def _longer(spectrum: Spectrum, requested: _Asked, Sal: float) -> float:
     return rolloff
 
 
-def _imposed(
+def _impose_moments(
     shape: tuple[int, int], amplitudes: list[Array], state: _State, wanted: tuple[float, float]
 ) -> tuple[Array, _State]:
     """Return a map with these amplitudes and moments, and where the search for it has ended."""
@@ -468,7 +470,7 @@ def _imposed(
             abs(by) < _CLOSE * max(abs(want), 1) for by, want in zip(missed, wanted, strict=True)
         ):
             break
-        aim = _aimed(state.aim, missed, len(parts))
+        aim = _next_moments(state.aim, missed, len(parts))
         try:
             ranks = _of_unit_height(height_distribution.fitted(*aim).heights(scores))
         except ValueError:
@@ -478,11 +480,13 @@ def _imposed(
                 "use a shorter ", ArgumentRef("cutoff_wavelength"), " or a larger map",
                 argument="Ssk",
             ) from None  # fmt: skip
-        state = _State([_phases(fft.rfft2(_ranked(part, ranks))) for part in parts], aim)
+        state = _State([_phases(fft.rfft2(_rank_transform(part, ranks))) for part in parts], aim)
     return heights, state
 
 
-def _aimed(aim: tuple[float, float], missed: Sequence[float], parts: int) -> tuple[float, float]:
+def _next_moments(
+    aim: tuple[float, float], missed: Sequence[float], parts: int
+) -> tuple[float, float]:
     """Return the moments to aim at next in each part of a map."""
     by = _of_each((missed[0], 3 + missed[1]), parts)
     skewness, kurtosis = aim[0] + _GAIN * by[0], aim[1] + _GAIN * (by[1] - 3)
@@ -502,7 +506,7 @@ def _normal_scores(points: int) -> Array:
     return ndtri((np.arange(points) + 0.5) / points)
 
 
-def _ranked(heights: Array, ranks: Array) -> Array:
+def _rank_transform(heights: Array, ranks: Array) -> Array:
     """Return the map whose heights, from the lowest to the highest, are those given."""
     created = np.empty_like(heights)
     created.reshape(-1)[np.argsort(heights, axis=None)] = ranks
@@ -542,11 +546,11 @@ class Parameter:
 
     @property
     def met(self) -> bool:
-        """Whether it is the one asked for, within `WITHIN`."""
-        return abs(self.missed) <= WITHIN
+        """Whether it is the one asked for, within `PARAMETER_TOLERANCE`."""
+        return abs(self.missed) <= PARAMETER_TOLERANCE
 
 
-def compared(surface: Surface) -> tuple[Parameter, ...]:
+def compare_parameters(surface: Surface) -> tuple[Parameter, ...]:
     """Return the requested and the actual parameters of a generated map."""
     created = surface.provenance.origin
     if created is None or created.method != "generate" or surface.provenance.operations:

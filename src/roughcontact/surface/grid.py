@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import memory
 from roughcontact.errors import InputError, input_error
-from roughcontact.units import quantity
+from roughcontact.units import to_si
 
 VALUES = 2**20
 """Values per block: temporaries of 8 MiB, whatever the size of the map."""
 
 
-def of_rows(shape: tuple[int, ...], values: int = 1) -> Iterator[slice]:
+def row_blocks(shape: tuple[int, ...], values: int = 1) -> Iterator[slice]:
     """Yield the rows of a map in blocks."""
     step = max(1, VALUES // max(1, shape[1] * values))
     for start in range(0, shape[0], step):
@@ -26,15 +26,15 @@ def of_rows(shape: tuple[int, ...], values: int = 1) -> Iterator[slice]:
 # --- What a map is made of, checked: heights and the edges of their pixels ---
 
 
-WIDTH = 1.0
+PROFILE_WIDTH = 1.0
 """Width of the pixels of a profile [m]: what is carried by it is carried per metre."""
 
 
-def checked(heights: ArrayLike, pixel: Any) -> tuple[NDArray[np.float64], tuple[float, float]]:
+def check_grid(heights: ArrayLike, pixel: Any) -> tuple[NDArray[np.float64], tuple[float, float]]:
     """Return heights and pixel edges as a map keeps them."""
     array = _real(heights)
     if array.ndim == 1:
-        array, edges = array[None], (WIDTH, _spacing(pixel))
+        array, edges = array[None], (PROFILE_WIDTH, _spacing(pixel))
     else:
         edges = _edges(pixel)
     _require_grid(array, edges)
@@ -69,7 +69,7 @@ def _real(heights: ArrayLike) -> NDArray[Any]:
 def _require_grid(array: NDArray[Any], edges: tuple[float, float]) -> None:
     if array.ndim != 2 or min(array.shape) < 2:
         if array.ndim == 2 and array.shape[0] == 1 and array.shape[1] > 1:
-            if edges[0] == WIDTH:
+            if edges[0] == PROFILE_WIDTH:
                 return
             raise InputError(
                 f"of one row are a profile: give the {array.shape[1]} heights as a 1-D array, and "
@@ -100,7 +100,7 @@ def _locked(array: NDArray[Any]) -> NDArray[np.float64]:
 
 def _edges(pixel: Any) -> tuple[float, float]:
     try:
-        dy, dx = (float(edge) for edge in quantity(pixel, "length", "pixel"))
+        dy, dx = (float(edge) for edge in to_si(pixel, "length", "pixel"))
     except (TypeError, ValueError):
         raise input_error("pixel", pixel, "must be a pair (dy, dx) in meters") from None
     if not (0 < dy < np.inf and 0 < dx < np.inf):
@@ -110,7 +110,7 @@ def _edges(pixel: Any) -> tuple[float, float]:
 
 def _spacing(pixel: Any) -> float:
     try:
-        spacing = float(quantity(pixel, "length", "pixel"))
+        spacing = float(to_si(pixel, "length", "pixel"))
     except (TypeError, ValueError):
         raise input_error(
             "pixel", pixel, "of a profile must be the one distance of its points in meters"
@@ -123,10 +123,10 @@ def _spacing(pixel: Any) -> float:
 # --- The memory that making a map takes ---
 
 
-MADE = 7
+BYTES_PER_GENERATED_POINT = 7
 """Maps held at once while a form is laid on a grid."""
 
-GENERATED = 3
+GENERATED_ARRAYS = 3
 """The same while a random surface is generated."""
 
 TRANSLATED = 17
@@ -155,7 +155,7 @@ def require_memory(shape: tuple[int, ...], maps: int, what: str = "a map") -> No
         return
     needed = 8 * maps * ny * nx
     side = memory.square_side(needed, (ny, nx))
-    memory.require(
+    memory.require_memory(
         needed,
         f"{what} of {ny} × {nx} points needs",
         advice=(f"a square grid of up to about {side} × {side} points fits",),

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact._tools.arguments import checked_methods
+from roughcontact._tools.arguments import validate_public_methods
 from roughcontact.errors import InputError, input_error, require_choice
 from roughcontact.halfspace import fft
 from roughcontact.surface import resolution as resolutions
@@ -35,7 +35,7 @@ from roughcontact.surface.form import level
 from roughcontact.surface.random_surfaces import generator_of
 from roughcontact.surface.roughness import rms_height
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantity, quantity
+from roughcontact.units import Quantity, to_si
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ STORED = Path(__file__).with_name("instruments.toml")
 
 
 @dataclass(frozen=True)
-@checked_methods
+@validate_public_methods
 class Instrument:
     """A virtual instrument: how a map differs from its surface.
 
@@ -105,7 +105,7 @@ class Instrument:
             ("tip_radius", tip_radius),
             ("noise", noise),
         ):
-            numbers[key] = quantity(value or 0.0, "length", key)
+            numbers[key] = to_si(value or 0.0, "length", key)
         for key, value in numbers.items():
             if not 0 <= value < math.inf:
                 raise input_error(key, value, "must not be negative")
@@ -140,7 +140,7 @@ class Instrument:
         known = {row["name"].casefold(): row for row in rows}
         kind, _, length = name.partition(" ")
         if kind in _LENGTHS and name.casefold() not in known:
-            size = quantity(length, "length", "instrument")
+            size = to_si(length, "length", "instrument")
             return cls(kind, **{_LENGTHS[kind]: size}, noise=noise, name=name)
         if name.casefold() not in known:
             listed = ", ".join(row["name"] for row in rows)

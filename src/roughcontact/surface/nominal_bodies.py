@@ -17,7 +17,7 @@ from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.surface import shapes
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, quantity
+from roughcontact.units import Quantities, to_si
 
 Array = NDArray[np.float64]
 
@@ -42,13 +42,13 @@ def flat(
     *, shape: tuple[int, int], pixel: Quantities, center: tuple[float, float] | None = None
 ) -> Surface:
     """Return a flat body."""
-    edges = quantity(pixel, "length", "pixel")
+    edges = to_si(pixel, "length", "pixel")
     origin = Operation("nominal.flat", {"shape": shape, "pixel": edges})
     return Surface(shapes.flat(shape, edges), edges, Provenance("nominal flat", origin=origin))
 
 
 def _length(value: float) -> str:
-    return units.engineering(value, "m", 6)
+    return units.format_engineering(value, "m", 6)
 
 
 def _edge(edge_radius: float) -> str:
@@ -91,7 +91,7 @@ InputError
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Form:
+class NominalForm:
     """A kind of nominal body: called with its size, ``shape`` and ``pixel`` it gives a surface."""
 
     name: str  # Its name in this module, and that of its heights in `shapes`
@@ -157,7 +157,7 @@ class Form:
         if shape is None or pixel is None:
             missing = "shape" if shape is None else "pixel"
             raise InputError("is needed for a grid; leave out both for none", argument=missing)
-        edges = quantity(pixel, "length", "pixel")
+        edges = to_si(pixel, "length", "pixel")
         heights: Array = getattr(shapes, self.name)(shape, edges, center=center, **sizes)
         sizes = {name: sizes[name] for name in (self.size, self.option) if name}
         beyond = int(np.count_nonzero(np.isnan(heights)))
@@ -178,18 +178,18 @@ class Form:
                 f"got {', '.join(names) or 'nothing'}"
             )
         return dict.fromkeys(options, 0.0) | {
-            name: value if name in _PLAIN else quantity(value, "length", name)
+            name: value if name in _PLAIN else to_si(value, "length", name)
             for name, value in specified
         }
 
 
-sphere = Form(
+sphere = NominalForm(
     "sphere", "radius", "the radius",
     lambda radius: f"sphere of radius {_length(radius)}",
     ("sphere 10 mm",), curvatures=lambda radius: (1 / radius, 1 / radius),
 )  # fmt: skip
 """Sphere of a radius: a nominal body, or a surface with ``shape`` and ``pixel``."""
-ellipsoid = Form(
+ellipsoid = NominalForm(
     "ellipsoid", "radii", "each radius of curvature",
     lambda radii, angle: (
         f"ellipsoid of the radii of curvature {_length(radii[0])} along y and "
@@ -198,7 +198,7 @@ ellipsoid = Form(
     ),
     ("ellipsoid 10 mm 4 mm 30 deg",), "angle", 2, lambda radii: (1 / radii[0], 1 / radii[1]),
 )  # fmt: skip
-cylinder = Form(
+cylinder = NominalForm(
     "cylinder", "radius", "the radius",
     lambda radius, angle: (
         f"cylinder of radius {_length(radius)}, axis at {angle:g} degrees counter-clockwise from x"
@@ -206,12 +206,12 @@ cylinder = Form(
     ("cylinder 5 mm 90 deg",), "angle", curvatures=lambda radius: (1 / radius, 0.0),
 )  # fmt: skip
 """Cylinder of a radius and the angle of its axis, as `sphere`."""
-punch = Form(
+punch = NominalForm(
     "punch", "radius", "the radius",
     lambda radius, edge_radius: f"round punch of radius {_length(radius)}{_edge(edge_radius)}",
     ("punch 20 um", "punch 20 um 10 um", "punch 20 um edge 2 um"), "edge_radius",
 )  # fmt: skip
-rectangular_punch = Form(
+rectangular_punch = NominalForm(
     "rectangular_punch", "sides", "each side",
     lambda sides, edge_radius: (
         f"rectangular punch of {_length(sides[0])} along y by {_length(sides[1])} along x"
@@ -219,8 +219,10 @@ rectangular_punch = Form(
     ),
     option="edge_radius", count=2,
 )  # fmt: skip
-cone = Form("cone", "slope", "the slope", lambda slope: f"cone of slope {slope:g}", ("cone 0.01",))
-wedge = Form(
+cone = NominalForm(
+    "cone", "slope", "the slope", lambda slope: f"cone of slope {slope:g}", ("cone 0.01",)
+)
+wedge = NominalForm(
     "wedge", "slope", "the slope",
     lambda slope, angle: (
         f"wedge of slope {slope:g}, ridge at {angle:g} degrees counter-clockwise from x"
@@ -251,7 +253,7 @@ def parse(text: str, name: str = "body") -> NominalBody:
     if option == "angle" and (result := _ANGLE.search(sizes)):
         sizes, specified = sizes[: result.start()], {option: float(result[1])}
     elif option == "edge_radius" and (result := _EDGE.search(sizes)):
-        edge = _measured(result[1], name, "the edge radius of the punch")
+        edge = _parse_size(result[1], name, "the edge radius of the punch")
         sizes, specified = sizes[: result.start()], {option: edge}
     parts = _QUANTITY.findall(sizes)
     read_whole = "".join(parts).replace(" ", "") == sizes.replace(" ", "")
@@ -261,14 +263,14 @@ def parse(text: str, name: str = "body") -> NominalBody:
         return NominalBody(flat)
     for form in forms:
         if len(parts) == form.count:
-            measured = _slope if form.size == "slope" else _measured
+            measured = _slope if form.size == "slope" else _parse_size
             values = [measured(part, name, f"{form.size_text} of the {word}") for part in parts]
             size = values[0] if form.count == 1 else tuple(values)
             return form(size, **specified)
     raise wrong
 
 
-def _measured(text: str, name: str, what: str) -> float:
+def _parse_size(text: str, name: str, what: str) -> float:
     try:
         return units.parse(text, "length", what)
     except InputError as error:

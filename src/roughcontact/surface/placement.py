@@ -1,6 +1,6 @@
 """Surfaces that have moved over their grid.
 
-`matched`: The grid is that of the first map, which then keeps its bits, unless along an axis
+`match_grids`: The grid is that of the first map, which then keeps its bits, unless along an axis
 the pixel of the second is smaller by more than √2: then it has the finer edge. The finest waves
 of either body carry the highest pressures, and a grid that cannot hold them would make the
 contact too large; a coarse map on a fine grid is merely interpolated.
@@ -15,19 +15,19 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arguments import checked
+from roughcontact._tools.arguments import validate_arguments
 from roughcontact.errors import InputError
 from roughcontact.surface import alignment, nominal_bodies
 from roughcontact.surface.nominal_bodies import flat
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
-from roughcontact.units import lengths
+from roughcontact.units import format_lengths
 
 LEAST_POINTS = 16
 """Points along the shorter side of a part, below which a part says little about a surface."""
 
 
-@checked
+@validate_arguments
 def partition(surface: Surface, divisions: int = 2, level: str = "plane") -> tuple[Surface, ...]:
     """Return equal parts of a map, its quarters by default.
 
@@ -57,7 +57,7 @@ def partition(surface: Surface, divisions: int = 2, level: str = "plane") -> tup
     >>> len(quarters), quarters[0].shape
     (4, (16, 16))
     """
-    if divisions < 1 or not divides(surface.shape, divisions):
+    if divisions < 1 or not is_divisible(surface.shape, divisions):
         ny, nx = surface.shape
         raise InputError(
             f"must leave {LEAST_POINTS} points along each side of a part; the map has {ny} × {nx} "
@@ -76,7 +76,7 @@ def partition(surface: Surface, divisions: int = 2, level: str = "plane") -> tup
     return tuple(result)
 
 
-def divides(shape: tuple[int, int], divisions: int) -> bool:
+def is_divisible(shape: tuple[int, int], divisions: int) -> bool:
     """Return whether parts of a grid would have points enough."""
     return min(shape) // divisions >= LEAST_POINTS
 
@@ -95,7 +95,7 @@ def _part(
 # --- Two measured maps brought to one grid, as they lie on each other ---
 
 
-def matched(
+def match_grids(
     first: Surface,
     second: Surface,
     offset: tuple[float, float] = (0.0, 0.0),
@@ -115,10 +115,10 @@ def matched(
     shape = ny, nx
     rows, columns = alignment.common_rectangle(
         [
-            (first.shape, alignment.place(first.shape, first.pixel, shape, pixel)),
+            (first.shape, alignment.grid_positions(first.shape, first.pixel, shape, pixel)),
             (
                 second.shape,
-                alignment.place(
+                alignment.grid_positions(
                     second.shape, second.pixel, shape, pixel, offset, angle, mirrored
                 ),
             ),
@@ -159,7 +159,7 @@ def drawn_pairs(
         rows, columns = int(rng.integers(ny)), int(rng.integers(nx))
         way = rows * second.pixel[0], columns * second.pixel[1]
         over = second.aligned(second, mirrored=True).rotated(turn)
-        pairs.append((first, shifted(over, way, (0, 1))))
+        pairs.append((first, shift_surface(over, way, (0, 1))))
     return pairs
 
 
@@ -172,7 +172,7 @@ Array = NDArray[np.float64]
 _WHOLE = 1e-6
 
 
-def shifted(
+def shift_surface(
     surface: Surface, way: tuple[float, float], periodic_axes: tuple[int, ...] = ()
 ) -> Surface:
     """Return a surface that has moved over its grid."""
@@ -184,10 +184,10 @@ def shifted(
     if _is_nominal(surface):
         for axis in {0, 1} - set(periodic_axes):
             whole[axis], rest[axis] = 0, pixels[axis]
-    heights = _by_parts(surface, rest, periodic_axes) if any(rest) else surface.heights
+    heights = _shift_fraction(surface, rest, periodic_axes) if any(rest) else surface.heights
     for axis, count in enumerate(whole):
-        heights = _rolled(heights, count, axis, periodic=axis in periodic_axes)
-    step = f"moved by {lengths(way)} along y and x"
+        heights = _roll_rows(heights, count, axis, periodic=axis in periodic_axes)
+    step = f"moved by {format_lengths(way)} along y and x"
     about = Provenance(surface.provenance.source, steps=(*surface.provenance.steps, step))
     masked = surface.holes_masked or bool(np.isnan(heights).any() and not surface.missing)
     return Surface(heights, surface.pixel, about, holes_masked=masked)
@@ -200,7 +200,7 @@ def _is_nominal(surface: Surface) -> bool:
     return nominally and not surface.provenance.operations
 
 
-def _by_parts(surface: Surface, rest: list[float], periodic_axes: tuple[int, ...]) -> Array:
+def _shift_fraction(surface: Surface, rest: list[float], periodic_axes: tuple[int, ...]) -> Array:
     """Return heights moved by parts of a pixel, or a nominal body moved."""
     created = surface.provenance.origin
     if created is not None and _is_nominal(surface):
@@ -234,7 +234,7 @@ def _by_parts(surface: Surface, rest: list[float], periodic_axes: tuple[int, ...
     return heights
 
 
-def _rolled(heights: Array, count: int, axis: int, *, periodic: bool) -> Array:
+def _roll_rows(heights: Array, count: int, axis: int, *, periodic: bool) -> Array:
     """Return heights moved along an axis by whole pixels."""
     moved: Array = np.roll(heights, count, axis)
     if not periodic and count:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from roughcontact.units import engineering
+from roughcontact.units import format_engineering
 
 NOTE = "note"
 """Method of an `Operation` that is known by a sentence only, and hence cannot be repeated."""
@@ -216,14 +216,14 @@ _DIGITS = 6
 
 
 def _lengths(values: Sequence[float], between: str = " × ") -> str:
-    return between.join(engineering(value, "m", _DIGITS) for value in values)
+    return between.join(format_engineering(value, "m", _DIGITS) for value in values)
 
 
 def _read(specified: _Said, result: _Said) -> tuple[str, ...]:
     notes: tuple[str, ...] = result.get("notes", ())
     if "stated_size" in result:
         stated, size = (
-            " × ".join(engineering(side, "m") for side in result[name])
+            " × ".join(format_engineering(side, "m") for side in result[name])
             for name in ("stated_size", "size")
         )
         notes += (f"read: sides of {stated}, as the file gives them, replaced by {size}",)
@@ -241,10 +241,10 @@ def _body(specified: _Said, result: _Said) -> tuple[str, ...]:
 
 
 def _generated(specified: _Said, result: _Said) -> tuple[str, ...]:
-    words = [f"Sq {engineering(specified['Sq'], 'm')}"]
+    words = [f"Sq {format_engineering(specified['Sq'], 'm')}"]
     for name, text in (("Sal", "Sal"), ("rolloff_wavelength", "roll-off")):
         if specified[name] is not None:
-            words.append(f"{text} {engineering(specified[name], 'm')}")
+            words.append(f"{text} {format_engineering(specified[name], 'm')}")
     for name, text in (("Sdq", "Sdq"), ("Str", "Str"), ("Sku", "Sku")):
         if specified[name] is not None:
             words.append(f"{text} {specified[name]:g}")
@@ -256,7 +256,7 @@ def _generated(specified: _Said, result: _Said) -> tuple[str, ...]:
     if specified["honing"] is not None:
         words.append(f"grooves {specified['honing']:g} degrees apart")
     if specified["turning"] is not None:
-        feed, radius = (engineering(length, "m") for length in specified["turning"])
+        feed, radius = (format_engineering(length, "m") for length in specified["turning"])
         words.append(f"turned with a feed of {feed} and a nose radius of {radius}")
     source = f"numpy.random.default_rng({specified['seed']})"
     return (f"generated: {', '.join(words)}; random phases of {source}",)
@@ -279,11 +279,11 @@ def _leveled(specified: _Said, result: _Said) -> tuple[str, ...]:
 def _without_form(specified: _Said, result: _Said) -> tuple[str, ...]:
     shape, degree = specified["shape"], specified["degree"]
     if degree is not None:
-        rms = engineering(result["removed_rms"], "m", _DIGITS)
+        rms = format_engineering(result["removed_rms"], "m", _DIGITS)
         what = f"polynomial of degree {degree}, {rms} rms"
     else:
         side = "convex" if result["radius"] > 0 else "concave"
-        radius = engineering(abs(result["radius"]), "m", _DIGITS)
+        radius = format_engineering(abs(result["radius"]), "m", _DIGITS)
         what = f"{side} {shape} of radius {radius}"
         if shape == "cylinder":
             what += f", axis at {result['angle']:.6g} degrees counter-clockwise from x"
@@ -335,7 +335,7 @@ def _resampled(specified: _Said, result: _Said) -> tuple[str, ...]:
 
 def _filtered(specified: _Said, result: _Said) -> tuple[str, ...]:
     parts = [
-        f"{name.upper()}-filter at {engineering(specified[name], 'm', _DIGITS)}"
+        f"{name.upper()}-filter at {format_engineering(specified[name], 'm', _DIGITS)}"
         for name in ("s", "l")
         if specified[name] is not None
     ]
@@ -353,7 +353,7 @@ def _aligned(specified: _Said, result: _Said) -> tuple[str, ...]:
         words.append(f"shifted by ({_lengths((y, x), ', ')}) (y, x)")
     words.append("by a bicubic spline" if result["spline"] else "point by point")
     smoothed = [
-        f"{engineering(length, 'm', _DIGITS)} along {axis}"
+        f"{format_engineering(length, 'm', _DIGITS)} along {axis}"
         for axis, length in zip("yx", result["smoothing"], strict=True)
         if length
     ]
@@ -366,7 +366,7 @@ def _aligned(specified: _Said, result: _Said) -> tuple[str, ...]:
 
 
 def _indented(specified: _Said, result: _Said) -> tuple[str, ...]:
-    depth = engineering(result["depth"], "m", _DIGITS)
+    depth = format_engineering(result["depth"], "m", _DIGITS)
     return (f"indented: by up to {depth} where the ceiling was reached",)
 
 

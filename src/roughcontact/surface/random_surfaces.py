@@ -18,14 +18,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arguments import both, checked
+from roughcontact._tools.arguments import as_pair, validate_arguments
 from roughcontact._tools.roots import brentq
 from roughcontact.errors import InputError, input_error, require_count, require_positive
 from roughcontact.halfspace import fft
 from roughcontact.surface import grid
 from roughcontact.surface.alignment import cosine_sine
 from roughcontact.surface.shapes import require_grid
-from roughcontact.units import Quantities, Quantity, quantity
+from roughcontact.units import Quantities, Quantity, to_si
 
 Array = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ _SLACK = 1e-9
 _SEEDS = 2**63
 
 
-@checked
+@validate_arguments
 def self_affine(
     shape: tuple[int, int] | int,
     pixel: Quantities | Quantity,
@@ -100,18 +100,18 @@ def self_affine(
     >>> bool(np.allclose(fine[::2, ::2], coarse, rtol=0, atol=1e-20))
     True
     """
-    shape, edges = both(shape, "shape"), both(quantity(pixel, "length", "pixel"), "pixel")
-    Sq = quantity(rms_height, "length", "rms_height")
-    longest = quantity(rolloff_wavelength, "length", "rolloff_wavelength")
-    shortest = quantity(cutoff_wavelength, "length", "cutoff_wavelength")
-    require_grid(shape, edges, grid.GENERATED)
+    shape, edges = as_pair(shape, "shape"), as_pair(to_si(pixel, "length", "pixel"), "pixel")
+    Sq = to_si(rms_height, "length", "rms_height")
+    longest = to_si(rolloff_wavelength, "length", "rolloff_wavelength")
+    shortest = to_si(cutoff_wavelength, "length", "cutoff_wavelength")
+    require_grid(shape, edges, grid.GENERATED_ARRAYS)
     require_positive(rms_height=Sq)
     check_waves(edges, longest, shortest, hurst)
     waves = _spectrum(shape, edges, longest, shortest, hurst, generator_of(rng))
     return _heights(waves, shape[1], Sq)
 
 
-@checked
+@validate_arguments
 def reference_map(
     n: int, rng: int | np.random.Generator | None = 0
 ) -> tuple[Array, tuple[float, float]]:
@@ -296,7 +296,7 @@ class Spectrum:
         right = fft.half_frequencies(nx, dx)
         cosine, sine = cosine_sine(self.lay)
         distances = np.empty((ny, nx // 2 + 1))
-        for rows in grid.of_rows(distances.shape):
+        for rows in grid.row_blocks(distances.shape):
             along = right * cosine + up[rows, None] * sine
             across = up[rows, None] * cosine - right * sine
             np.hypot(across, along / self.ratio, out=distances[rows])
@@ -311,7 +311,7 @@ class Spectrum:
     def power(self) -> Array:
         """Power of every wave, shape (ny, nx//2 + 1), in the order of `numpy.fft.rfft2`."""
         power = self.distances
-        for rows in grid.of_rows(power.shape):
+        for rows in grid.row_blocks(power.shape):
             q = power[rows]
             inside = q * self.cutoff <= 1 + _SLACK
             raised = np.maximum(q[inside] * self.rolloff, 1) ** (-2 - 2 * self.hurst)

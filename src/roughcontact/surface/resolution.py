@@ -41,7 +41,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import units
-from roughcontact.cautions import Caution, Kind, as_caution, as_note
+from roughcontact.cautions import Caution, CautionTag, as_caution, as_note
 from roughcontact.errors import (
     ArgumentRef,
     InputError,
@@ -59,7 +59,7 @@ from roughcontact.surface.spectrum import radial_spectrum
 Array = NDArray[np.float64]
 
 
-class Cause(StrEnum):
+class LimitCause(StrEnum):
     """What limits the lateral resolution of a map."""
 
     TIP = "tip"
@@ -72,16 +72,16 @@ class Cause(StrEnum):
 class Limit:
     """A lateral scale below which a map does not show the surface."""
 
-    cause: Cause  # What limits it
+    cause: LimitCause  # What limits it
     wave: float  # The scale [m]
     text: str  # It in one sentence or two
 
     @property
     def caution(self) -> Caution:
         """The message on a contact of the map."""
-        false = self.cause in (Cause.TIP, Cause.NOISE)
+        false = self.cause in (LimitCause.TIP, LimitCause.NOISE)
         return (as_caution if false else as_note)(
-            Kind.RESOLUTION, *message_parts(self.text), wave=self.wave
+            CautionTag.RESOLUTION, *message_parts(self.text), wave=self.wave
         )
 
 
@@ -195,12 +195,12 @@ def _bracket(
 ) -> tuple[tuple[int, float], tuple[int, float]] | None:
     """Return reach [pixels] and curvature of the sharpest peak around a limit, fine and coarse."""
     longest = max(heights.shape[1] // 4, 1)
-    fine, sharpest = 1, _sharpest(heights, dx, 1)
+    fine, sharpest = 1, _smallest_curvature(heights, dx, 1)
     if sharpest >= limit:
         return None
     while fine < longest:
         coarse = min(max(fine + 1, fine * 5 // 4), longest)
-        value = _sharpest(heights, dx, coarse)
+        value = _smallest_curvature(heights, dx, coarse)
         if value >= limit:
             break
         fine, sharpest = coarse, value
@@ -208,7 +208,7 @@ def _bracket(
         return (fine, sharpest), (fine, sharpest)
     while coarse - fine > 1:
         middle = (fine + coarse) // 2
-        between = _sharpest(heights, dx, middle)
+        between = _smallest_curvature(heights, dx, middle)
         if between >= limit:
             coarse, value = middle, between
         else:
@@ -216,10 +216,10 @@ def _bracket(
     return (fine, sharpest), (coarse, value)
 
 
-def _sharpest(heights: Array, dx: float, reach: int) -> float:
+def _smallest_curvature(heights: Array, dx: float, reach: int) -> float:
     """Return the smallest curvature along x at a reach of so many pixels [1/m]."""
     smallest = math.inf
-    for block in grid.of_rows(heights.shape):
+    for block in grid.row_blocks(heights.shape):
         rows = heights[block]
         bend = rows[:, 2 * reach :] + rows[:, : -2 * reach]
         bend -= 2 * rows[:, reach:-reach]
@@ -283,13 +283,15 @@ def tip_limits(
             "Probe measurement without tip radius: finest peaks may show the tip. Give "
             f"{ArgumentRef('tip_radius')}."
         )
-        return [Limit(Cause.UNKNOWN_TIP, 0.0, requested)]
+        return [Limit(LimitCause.UNKNOWN_TIP, 0.0, requested)]
     scale = tip_cutoff(heights, pixel, tip_radius)
     if scale is None:
         return []
-    radius = units.engineering(tip_radius, "m", 3)
-    text = f"{_below(scale, pixel)} the map shows the tip (radius {radius}), not the surface. "
-    return [Limit(Cause.TIP, scale, Sentence(text, *_filtered(scale)))]
+    radius = units.format_engineering(tip_radius, "m", 3)
+    text = (
+        f"{_below_limit(scale, pixel)} the map shows the tip (radius {radius}), not the surface. "
+    )
+    return [Limit(LimitCause.TIP, scale, Sentence(text, *_filtered(scale)))]
 
 
 def wave_limits(heights: Array, pixel: tuple[float, float]) -> list[Limit]:
@@ -302,20 +304,18 @@ def wave_limits(heights: Array, pixel: tuple[float, float]) -> list[Limit]:
     limits = []
     wave = noise_cutoff(part, pixel)
     if wave is not None:
-        text = f"{_below(wave, pixel)} the map is noise: elastic area and pressure too. "
-        limits.append(Limit(Cause.NOISE, wave, Sentence(text, *_filtered(wave))))
+        text = f"{_below_limit(wave, pixel)} the map is noise: elastic area and pressure too. "
+        limits.append(Limit(LimitCause.NOISE, wave, Sentence(text, *_filtered(wave))))
     wave = smoothing_cutoff(part, pixel)
     if wave is not None:
-        text = (
-            f"No detail {_below(wave, pixel).lower()}: smoothed, oversampled, or a smooth surface."
-        )
-        limits.append(Limit(Cause.SMOOTHING, wave, text))
+        text = f"No detail {_below_limit(wave, pixel).lower()}: smoothed, oversampled, or a smooth surface."
+        limits.append(Limit(LimitCause.SMOOTHING, wave, text))
     return limits
 
 
-def _below(length: float, pixel: tuple[float, float]) -> str:
-    return f"Below {units.engineering(length, 'm', 3)} ({length / pixel[1]:.1f} pixels)"
+def _below_limit(length: float, pixel: tuple[float, float]) -> str:
+    return f"Below {units.format_engineering(length, 'm', 3)} ({length / pixel[1]:.1f} pixels)"
 
 
 def _filtered(wave: float) -> tuple[Part, ...]:
-    return "Use ", ArgumentRef("s", units.engineering(wave, "m", 3)), "."
+    return "Use ", ArgumentRef("s", units.format_engineering(wave, "m", 3)), "."

@@ -82,7 +82,7 @@ def height_parameters(heights: Array) -> dict[str, float]:
     top, bottom = float(np.nanmax(heights)), float(np.nanmin(heights))
     flat = top == bottom
     absolute, third, fourth = 0.0, 0.0, 0.0
-    for rows in grid.of_rows(heights.shape):
+    for rows in grid.row_blocks(heights.shape):
         z = heights[rows] - mean
         absolute += float(np.nansum(np.abs(z)))
         if not flat:
@@ -104,14 +104,14 @@ def height_parameters(heights: Array) -> dict[str, float]:
 def rms_height(heights: NDArray[np.float64]) -> float:
     """Return the root-mean-square height about the mean, Sq."""
     total, count = 0.0, 0
-    for rows in grid.of_rows(heights.shape):
+    for rows in grid.row_blocks(heights.shape):
         count += int(np.count_nonzero(~np.isnan(heights[rows])))
         total += float(np.nansum(heights[rows]))
     if count == 0:
         raise InputError("has no finite value: every point is missing", argument="heights")
     mean = total / count
     squares, rest = 0.0, 0.0
-    for rows in grid.of_rows(heights.shape):
+    for rows in grid.row_blocks(heights.shape):
         deviation = heights[rows] - mean
         rest += float(np.nansum(deviation))
         squares += float(np.nansum(np.square(deviation, out=deviation)))
@@ -126,7 +126,7 @@ def rms_gradient(heights: NDArray[np.float64], pixel: tuple[float, float]) -> fl
         # A profile is uniform across its direction.
         heights = np.repeat(heights, 2, axis=0)
     total, count = 0.0, 0
-    for rows in grid.of_rows((heights.shape[0] - 1, heights.shape[1])):
+    for rows in grid.row_blocks((heights.shape[0] - 1, heights.shape[1])):
         here = heights[rows.start + 1 : rows.stop + 1]
         slope_y = (here[:, 1:] - heights[rows, 1:]) / dy
         slope_x = np.diff(here, axis=1) / dx
@@ -144,7 +144,7 @@ def developed_area_ratio(heights: Array, pixel: tuple[float, float]) -> float:
     """Return the developed interfacial area ratio, Sdr, by triangulation."""
     dy, dx = pixel
     total, count = 0.0, 0
-    for rows in grid.of_rows((heights.shape[0] - 1, heights.shape[1])):
+    for rows in grid.row_blocks((heights.shape[0] - 1, heights.shape[1])):
         part = heights[rows.start : rows.stop + 1]
         squares_x = np.square(np.diff(part, axis=1) / dx)
         squares_y = np.square(np.diff(part, axis=0) / dy)
@@ -166,14 +166,14 @@ def developed_area_ratio(heights: Array, pixel: tuple[float, float]) -> float:
 def mean_and_count(heights: Array) -> tuple[float, int]:
     """Return the mean height, and the number of valid points."""
     total, count = 0.0, 0
-    for rows in grid.of_rows(heights.shape):
+    for rows in grid.row_blocks(heights.shape):
         count += int(np.count_nonzero(~np.isnan(heights[rows])))
         total += float(np.nansum(heights[rows]))
     if count == 0:
         raise InputError("has no finite value: every point is missing", argument="heights")
     mean = total / count
     # Once more, for what rounding took from the mean of a map far from zero height.
-    rest = sum(float(np.nansum(heights[rows] - mean)) for rows in grid.of_rows(heights.shape))
+    rest = sum(float(np.nansum(heights[rows] - mean)) for rows in grid.row_blocks(heights.shape))
     return mean + rest / count, count
 
 

@@ -237,7 +237,9 @@ def _on_grid(heights: Array, name: str) -> Array:
     return heights
 
 
-def require_grid(shape: tuple[int, int], pixel: tuple[float, float], maps: int = grid.MADE) -> None:
+def require_grid(
+    shape: tuple[int, int], pixel: tuple[float, float], maps: int = grid.BYTES_PER_GENERATED_POINT
+) -> None:
     """Raise an error unless a grid has points, its pixel edges are positive, and maps of it fit."""
     if len(shape) != 2 or min(shape) < 1:
         raise input_error("shape", shape, "must be (ny, nx), both at least 1")

@@ -60,7 +60,7 @@ def autocorrelation(heights: Array) -> Array:
     if Sq == 0 or np.nanmax(heights) == np.nanmin(heights):
         return np.full((2 * half_y + 1, half_x + 1), math.nan)
     scratch = np.zeros((fft.fast_length(ny + half_y), fft.fast_length(nx + half_x)))
-    for rows in grid.of_rows(heights.shape):
+    for rows in grid.row_blocks(heights.shape):
         z = (heights[rows] - mean) / Sq
         z[np.isnan(z)] = 0.0
         scratch[rows, :nx] = z
@@ -69,7 +69,7 @@ def autocorrelation(heights: Array) -> Array:
         pairs = np.outer(ny - np.abs(np.arange(-half_y, half_y + 1.0)),
                          nx - np.arange(half_x + 1.0))  # fmt: skip
     else:
-        for rows in grid.of_rows(heights.shape):
+        for rows in grid.row_blocks(heights.shape):
             scratch[rows, :nx] = ~np.isnan(heights[rows])
         pairs = np.rint(_sums_over_pairs(scratch, half_y, half_x))
     pairs[pairs < max(_LEAST_OVERLAP * count, 1)] = math.nan
@@ -140,7 +140,7 @@ def _shell_sums(
     """Return the sums of weight, weight times |q| and weight times power over each shell."""
     qy, qx = wave_numbers
     sums = np.zeros((3, shells))
-    for rows in grid.of_rows(spectrum.shape):
+    for rows in grid.row_blocks(spectrum.shape):
         q = np.hypot(qy[rows, None], qx)
         shell = (q / delta + 0.5).astype(np.int64).ravel()
         weights = np.broadcast_to(weight, q.shape).copy()
@@ -164,7 +164,7 @@ def _both_signs(points: int) -> Array:
 def _sums_over_pairs(padded: Array, half_y: int, half_x: int) -> Array:
     """Return Σ z(r) z(r + t) of a map padded with zeros, for lags up to half its sides."""
     spectrum = fft.rfft2(padded)
-    for rows in grid.of_rows(spectrum.shape):
+    for rows in grid.row_blocks(spectrum.shape):
         spectrum[rows] = np.square(spectrum[rows].real) + np.square(spectrum[rows].imag)
     sums: Array = fft.irfft2(spectrum, padded.shape)
     return np.concatenate([sums[padded.shape[0] - half_y :, : half_x + 1],

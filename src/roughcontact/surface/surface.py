@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import memory
-from roughcontact._tools.arguments import checked_methods
+from roughcontact._tools.arguments import validate_public_methods
 from roughcontact.errors import ArgumentRef, InputError, require_pixel
 from roughcontact.result import Displayable
 from roughcontact.surface import (
@@ -37,7 +37,7 @@ from roughcontact.surface.roughness import (
     volume_parameters,
 )
 from roughcontact.surface.spectrum import texture
-from roughcontact.units import Quantities, Quantity, WithUnit, lengths, quantity
+from roughcontact.units import Quantities, Quantity, WithUnit, format_lengths, to_si
 
 Array = NDArray[np.float64]
 
@@ -63,7 +63,7 @@ def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-@checked_methods
+@validate_public_methods
 class Surface(Displayable):
     """Heights of a surface on a regular grid, positive out of the material.
 
@@ -88,7 +88,7 @@ class Surface(Displayable):
 
     Notes
     -----
-    A profile is stored as a map of one row of pixels `grid.WIDTH` = 1 m wide. Forces [N] and areas
+    A profile is stored as a map of one row of pixels `grid.PROFILE_WIDTH` = 1 m wide. Forces [N] and areas
     [m²] of a map are line loads [N/m] and lengths [m] of a profile.
     """
 
@@ -106,7 +106,7 @@ class Surface(Displayable):
         provenance: Provenance | None = None,
         holes_masked: bool = False,
     ) -> None:
-        taken = grids.checked(quantity(heights, "length", "heights"), pixel)
+        taken = grids.check_grid(to_si(heights, "length", "heights"), pixel)
         object.__setattr__(self, "heights", taken[0])
         object.__setattr__(self, "pixel", taken[1])
         object.__setattr__(self, "provenance", provenance or Provenance())
@@ -196,7 +196,7 @@ class Surface(Displayable):
         InputError
             If the radius is not positive.
         """
-        radius = quantity(tip_radius, "length", "tip_radius")
+        radius = to_si(tip_radius, "length", "tip_radius")
         instrument = self.provenance.instrument
         tip = resolution.tip_limits(self.heights, self.pixel, radius, instrument)
         return (*tip, *self._wave_limits)
@@ -288,10 +288,10 @@ class Surface(Displayable):
         if self.missing == 0:
             return self
         # Imported late: sparse solvers double the time of the first import.
-        from roughcontact.surface.cleaning import fill
+        from roughcontact.surface.cleaning import fill_missing
 
         result = {"missing": self.missing, "points": self.heights.size}
-        heights = fill(self.heights, self.pixel, most)
+        heights = fill_missing(self.heights, self.pixel, most)
         filled = np.isnan(self.heights) | (False if self._filled is None else self._filled)
         return self._after(Operation("filled", {"most": most}, result), heights, filled=filled)
 
@@ -326,8 +326,8 @@ class Surface(Displayable):
         InputError
             If the part is not inside the map.
         """
-        part = cleaning.crop(self.heights, rows, columns)
-        filled = None if self._filled is None else cleaning.crop(self._filled, rows, columns)
+        part = cleaning.crop_map(self.heights, rows, columns)
+        filled = None if self._filled is None else cleaning.crop_map(self._filled, rows, columns)
         result = {} if filled is None else {"filled": int(filled.sum()), "points": filled.size}
         step = Operation("cropped", {"rows": rows, "columns": columns}, result)
         return self._after(step, part, filled=filled)
@@ -347,7 +347,7 @@ class Surface(Displayable):
         """
         rows, columns = cleaning.largest_rectangle(self.heights)
         step = Operation("largest_rectangle", found={"rows": rows, "columns": columns})
-        return self._after(step, cleaning.crop(self.heights, rows, columns))
+        return self._after(step, cleaning.crop_map(self.heights, rows, columns))
 
     def rotated(self, angle: int = 90) -> Surface:
         """Return the map turned by multiples of 90°.
@@ -371,7 +371,7 @@ class Surface(Displayable):
         """
         if angle % 180:
             self.require_map("a quarter turn")
-        heights = cleaning.rotate(self.heights, angle)
+        heights = cleaning.rotate_map(self.heights, angle)
         pixel = self.pixel[::-1] if angle % 180 else self.pixel
         return self._after(Operation("rotated", {"angle": angle}), heights, pixel=pixel)
 
@@ -405,7 +405,7 @@ class Surface(Displayable):
         InputError
             If there are missing points, or if not exactly one of shape and pixel is given.
         """
-        wanted = quantity(pixel, "length", "pixel")
+        wanted = to_si(pixel, "length", "pixel")
         specified = {"shape": shape, "pixel": wanted, "method": method}
         if shape is None:
             if wanted is None:
@@ -420,7 +420,7 @@ class Surface(Displayable):
             shape = (round(ratios[0]), round(ratios[1]))
             if min(shape[self.is_profile :]) < 2:
                 raise InputError(
-                    f"must be at most half the map, {lengths(self.size)}, got {lengths(wanted)}",
+                    f"must be at most half the map, {format_lengths(self.size)}, got {format_lengths(wanted)}",
                     argument="pixel",
                     value=pixel,
                 )
@@ -459,8 +459,8 @@ class Surface(Displayable):
         InputError
             If neither is given, or a cut-off is below two pixels or above a side of the map.
         """
-        specified = {name: quantity(cut, "length", name) for name, cut in (("s", s), ("l", l))}
-        heights = filters.band(self.heights, self.pixel, **specified)
+        specified = {name: to_si(cut, "length", name) for name, cut in (("s", s), ("l", l))}
+        heights = filters.gaussian_band(self.heights, self.pixel, **specified)
         return self._after(Operation("filtered", specified), heights)
 
     def with_form(self, form: Surface) -> Surface:
@@ -487,8 +487,8 @@ class Surface(Displayable):
         """
         if form.shape != self.shape or not np.allclose(form.pixel, self.pixel, rtol=1e-9, atol=0):
             raise InputError(
-                f"has {form.shape} pixels of {lengths(form.pixel)}, the surface {self.shape} of "
-                f"{lengths(self.pixel)}: make it with shape=surface.shape, pixel=surface.pixel, or "
+                f"has {form.shape} pixels of {format_lengths(form.pixel)}, the surface {self.shape} of "
+                f"{format_lengths(self.pixel)}: make it with shape=surface.shape, pixel=surface.pixel, or "
                 "bring it there with form.aligned(surface)",
                 argument="form",
             )
@@ -536,7 +536,7 @@ class Surface(Displayable):
             Bicubic spline; the same bits where the points of both grids coincide. Onto a pixel
             larger by more than √2 only after an S-filter of two such pixels, see
             `alignment.cutoffs`. Points beyond the centers of the outer pixels and on holes are
-            missing; `placement.matched` crops two maps to what they share.
+            missing; `placement.match_grids` crops two maps to what they share.
 
         Raises
         ------
@@ -544,13 +544,13 @@ class Surface(Displayable):
             If the maps do not overlap, or the motion is not finite.
         """
         self.require_map("alignment")
-        shift = quantity(offset, "length", "offset")
+        shift = to_si(offset, "length", "offset")
         motion = (grid.shape, grid.pixel, shift, angle, mirrored)
         heights = alignment.align(self.heights, self.pixel, *motion)
-        placement = alignment.place(self.shape, self.pixel, *motion)
+        placement = alignment.grid_positions(self.shape, self.pixel, *motion)
         first, last = alignment.spans(self.shape, placement, grid.shape)
         outside = grid.heights.size - int(np.maximum(last - first + 1, 0).sum())
-        spline = not alignment.coincident(placement)
+        spline = not alignment.is_coincident(placement)
         cutoffs = alignment.cutoffs(placement) if spline else (0.0, 0.0)
         flat = Operation("nominal.flat", {"shape": grid.shape, "pixel": grid.pixel})
         smoothing = [c * edge for c, edge in zip(cutoffs, self.pixel, strict=True)]

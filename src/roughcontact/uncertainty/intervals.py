@@ -31,7 +31,7 @@ from roughcontact.contact.ceiling import area_change
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.result import Result
 from roughcontact.surface.surface import Surface
-from roughcontact.uncertainty.resolution import STEADY, ResolutionStudy
+from roughcontact.uncertainty.resolution import STEADY_TOLERANCE, ResolutionStudy
 
 if TYPE_CHECKING:
     from roughcontact.surface.instrument import Instrument
@@ -283,7 +283,7 @@ def volume_plasticity(name: str, result: ContactResult) -> ErrorSource | None:
         # The ceiling of a coated body is between those of its coating and its base.
         change = getattr(other, name) / getattr(result, name) - 1
         return ErrorSource(Cause.YIELDING, min(change, 0.0), max(change, 0.0))
-    advice = plausibility.advice(result) if name == "contact_fraction" else None
+    advice = plausibility.recommended_ceiling_of(result) if name == "contact_fraction" else None
     if advice is None or isinstance(result.ceiling, np.ndarray):
         return ErrorSource(Cause.YIELDING, math.nan, math.nan)
     change = area_change(advice, result.ceiling, result.contact_modulus)
@@ -323,4 +323,6 @@ def _grid(name: str, result: ContactResult, study: ResolutionStudy | None) -> li
 def _rough(name: str, study: ResolutionStudy) -> bool:
     """Return whether a number changes from twice the pixel of the map to its own."""
     coarser = sum(grid.value > 1 for grid in study.grids)
-    return 0 < coarser < len(study.grids) and abs(study.changes(name)[coarser - 1]) >= STEADY
+    return (
+        0 < coarser < len(study.grids) and abs(study.changes(name)[coarser - 1]) >= STEADY_TOLERANCE
+    )

@@ -37,10 +37,10 @@ from numpy.typing import NDArray
 
 from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.solve import press
-from roughcontact.contact.stiffness import growth, unloading_stiffness
+from roughcontact.contact.solve import solve_pair
+from roughcontact.contact.stiffness import contact_growth, unloading_stiffness
 from roughcontact.errors import ArgumentRef, InputError, Sentence, require_choice, require_count
-from roughcontact.halfspace.fft import Workspace, at_most
+from roughcontact.halfspace.fft import Workspace, limit_threads
 from roughcontact.solvers.progress import Progress, Step, Tell
 from roughcontact.surface import filters, resolution
 from roughcontact.surface.form import level
@@ -56,7 +56,7 @@ from roughcontact.uncertainty.intervals import (
     volume_plasticity,
 )
 from roughcontact.uncertainty.reconstruction import Reconstruction
-from roughcontact.units import Quantity, changed_by, engineering, percent, quantity
+from roughcontact.units import Quantity, format_change, format_engineering, format_percent, to_si
 
 Array = NDArray[np.float64]
 
@@ -96,7 +96,7 @@ NUMBERS: dict[str, _Number] = {
     "mean_gap": _Number(lambda r: r.mean_gap, 0.02),
     "approach": _Number(lambda r: r.approach, 0.03),
     # With a ceiling it is that of a rim of single pixels: a finer grid moves it by chance.
-    "stiffness": _Number(lambda r: growth(r).stiffness, 0.02, 1, 0.0, 2.0),
+    "stiffness": _Number(lambda r: contact_growth(r).stiffness, 0.02, 1, 0.0, 2.0),
     "constriction_length": _Number(lambda r: 2 * unloading_stiffness(r) / r.contact_modulus, 0.02),
     "mean_pressure": _Number(lambda r: r.load / r.perimeter_corrected_area, 0.01, 1),
     "max_pressure": _Number(lambda r: r.max_pressure, 0.1, 1, 1.0),
@@ -129,7 +129,7 @@ def uncertainty(
     for name, needs in (("also", bool(also)), ("of", of == "surface")):
         if needs and instrument is None:
             raise InputError("is needed with ", ArgumentRef(name), argument="instrument")
-    wave = quantity(shortest_wave, "length", "shortest_wave")
+    wave = to_si(shortest_wave, "length", "shortest_wave")
     require_count(4, 1000, draws=draws)
     seed = seed_of(rng)
     known = _material(result, material)
@@ -141,13 +141,13 @@ def uncertainty(
             " measure a larger map",
             argument="surface",
         )
-    study = _Draws(result, measured, draws if instrument else 0, seed, of == "surface")
+    study = _ContactDraws(result, measured, draws if instrument else 0, seed, of == "surface")
     numbers = study.solved(progress)
     intervals, closing = _intervals(study, numbers, known)
     remarks = (
         *_remarks(measured, instrument, wave, intervals),
-        *_seam(result, measured),
-        *_choices(study, numbers, intervals),
+        *_seam_remark(result, measured),
+        *_modeling_remarks(study, numbers, intervals),
     )
     return Uncertainty(
         intervals, closing, instrument, wave, 1 / measured.reach, draws, seed, remarks,
@@ -191,7 +191,7 @@ def check(result: ContactResult) -> None:
     share = surface.provenance.filled_share(surface.heights.size)
     if share > MOST_FILLED:
         raise InputError(
-            f"has {percent(share)} filled points; intervals need at most {percent(MOST_FILLED)}",
+            f"has {format_percent(share)} filled points; intervals need at most {format_percent(MOST_FILLED)}",
             argument="surface",
         )
 
@@ -206,14 +206,14 @@ def _reconstruction(
     if instrument is None:
         return measured
     reconstruction.require_octaves(measured)
-    others = tuple(replace(_other(item, wave), ellipse=measured.tensor) for item in also)
+    others = tuple(replace(_other_map(item, wave), ellipse=measured.tensor) for item in also)
     measured = replace(measured, others=others)
     if others:
         reconstruction.require_one_surface(measured)
     least = min(max(maps.pixel) for maps in (measured, *others))
     if wave is not None and not wave >= least:
         raise InputError(
-            f"must be at least one pixel = {engineering(least, 'm')}, got {engineering(wave, 'm')}",
+            f"must be at least one pixel = {format_engineering(least, 'm')}, got {format_engineering(wave, 'm')}",
             argument="shortest_wave",
         )
     # Four points in the shortest wave, or two where it takes more than four in a pixel.
@@ -251,7 +251,9 @@ def _on_even_scale(measured: Reconstruction) -> Reconstruction:
     return measured.on_even_scale()
 
 
-def _other(item: Surface | tuple[Surface, Instrument | str], wave: float | None) -> Reconstruction:
+def _other_map(
+    item: Surface | tuple[Surface, Instrument | str], wave: float | None
+) -> Reconstruction:
     """Return another map of the surface, with what measured it."""
     surface, tool = item if isinstance(item, tuple) else (item, Instrument.from_map(item))
     if surface.missing:
@@ -282,8 +284,8 @@ def _require_unsmoothed(surface: Surface, tool: Instrument, wave: float | None) 
     cutoff = resolution.smoothing_cutoff(surface.heights, surface.pixel) or 0.0
     if tool.kind == "optical" and cutoff > 2 * max(tool.resolution, wave or 0.0) > 0:
         raise InputError(
-            f"holds hardly any waves below {engineering(cutoff, 'm')}, though its instrument "
-            f"resolves {engineering(tool.resolution, 'm')}: it was smoothed. Give the true "
+            f"holds hardly any waves below {format_engineering(cutoff, 'm')}, though its instrument "
+            f"resolves {format_engineering(tool.resolution, 'm')}: it was smoothed. Give the true "
             f"resolution, or {ArgumentRef('shortest_wave')} of a surface that is so smooth",
             argument="surface",
         )
@@ -314,7 +316,7 @@ _SKEWED, _PEAKED = 1.0, 10.0
 # --- The draws and their solves ---
 
 
-class _Draws:
+class _ContactDraws:
     """The draws of one contact, and the numbers of the contact of each."""
 
     def __init__(
@@ -341,7 +343,7 @@ class _Draws:
         }
         self.sources = [cause for cause in SOURCES if active[cause]] if draws else []
         names = [name for source in self.sources for name in SOURCES[source]]
-        strata = _strata(len(names), draws, np.random.default_rng(seed))
+        strata = _stratified_normals(len(names), draws, np.random.default_rng(seed))
         self.deviations = [dict(zip(names, row, strict=True)) for row in strata]
 
     def solved(self, progress: Tell) -> dict[Any, Array]:
@@ -351,7 +353,7 @@ class _Draws:
         done = itertools.count(1)
 
         def solve(name: Any) -> None:
-            with at_most(1):
+            with limit_threads(1):
                 for key, contact in jobs[name]():
                     found[key] = np.log(_numbers(contact))
             if callable(progress):
@@ -388,11 +390,11 @@ class _Draws:
 
         def finer() -> Any:
             # On the even scale a worn plateau has no edges that ring.
-            parts = self.measured.evened(self._drawn({}, self.seed)[0]), self.smooth
+            parts = self.measured.to_even_scale(self._drawn({}, self.seed)[0]), self.smooth
             drawn, smooth = (
                 filters.resample(part, (2 * ny, 2 * nx), self._method) for part in parts
             )
-            yield "finer", self._pressed(self.measured.uneven(drawn) + smooth)
+            yield "finer", self._pressed(self.measured.from_even_scale(drawn) + smooth)
 
         def loaded() -> Any:
             yield "load", self._pressed(result.surface.heights, load=_STEP)
@@ -436,7 +438,7 @@ class _Draws:
         pair = replace(result.pair, share=Surface(heights, (edges[0], edges[1])))
         top = None if result.ceiling is None else float(result.ceiling) * ceiling
         terms = LoadCase(result.load * load, ceiling=top, tolerance=CERTIFICATE)
-        return press(pair, terms, workers=1)
+        return solve_pair(pair, terms, workers=1)
 
 
 _STEP = 1.05
@@ -446,7 +448,7 @@ def _numbers(result: ContactResult) -> Array:
     return np.array([number.of(result) for number in NUMBERS.values()])
 
 
-def _strata(columns: int, rows: int, rng: np.random.Generator) -> Array:
+def _stratified_normals(columns: int, rows: int, rng: np.random.Generator) -> Array:
     """Return columns of the same standard normal quantiles, each in another order."""
     inverse = NormalDist().inv_cdf
     quantiles = np.array([inverse((row + 0.5) / rows) for row in range(rows)])
@@ -459,7 +461,7 @@ def _strata(columns: int, rows: int, rng: np.random.Generator) -> Array:
 
 
 def _intervals(
-    study: _Draws, numbers: Mapping[Any, Array], known: Mapping[str, float]
+    study: _ContactDraws, numbers: Mapping[Any, Array], known: Mapping[str, float]
 ) -> tuple[tuple[Interval, ...], dict[str, float]]:
     """Return the intervals, and how far the variances of the sources close, by number."""
     result, measured = study.result, np.exp(numbers["measured"])
@@ -490,7 +492,7 @@ def _intervals(
     intervals = tuple(
         Interval(
             name,
-            *_ends(study, name, column, corrected[name], part, known),
+            *_corrected_interval(study, name, column, corrected[name], part, known),
             as_measured[name],
         )
         for name, column in columns.items()
@@ -498,8 +500,8 @@ def _intervals(
     return intervals, {name: closing for name, (_, _, closing) in corrected.items()}
 
 
-def _ends(
-    study: _Draws,
+def _corrected_interval(
+    study: _ContactDraws,
     name: str,
     values: Mapping[Any, float],
     corrected: tuple[float, Mapping[Cause, float], float],
@@ -550,7 +552,7 @@ _UNDER_A_TIP = {
 
 
 def _corrected(
-    study: _Draws, values: Mapping[Any, float]
+    study: _ContactDraws, values: Mapping[Any, float]
 ) -> tuple[float, dict[Cause, float], float]:
     """Return the center by both ways, squared half widths by cause, and whether these close."""
     count = study.draws
@@ -612,9 +614,9 @@ def _remarks(
     resolved = 1 / measured.reach
     if wave is None:
         yield Sentence(
-            f"The map shows waves down to {engineering(resolved, 'm', 2)}. The intervals hold if "
+            f"The map shows waves down to {format_engineering(resolved, 'm', 2)}. The intervals hold if "
             f"the surface ends between this and "
-            f"{engineering(resolved / reconstruction.UNKNOWN, 'm', 2)}; give ",
+            f"{format_engineering(resolved / reconstruction.UNKNOWN, 'm', 2)}; give ",
             ArgumentRef("shortest_wave"), ".",
         )  # fmt: skip
     if instrument.name.startswith("estimated"):
@@ -629,7 +631,7 @@ def _remarks(
         yield "Valleys that the tip did not reach are not known. The mean gap is uncertain."
 
 
-def _seam(result: ContactResult, measured: Reconstruction) -> Iterator[str]:
+def _seam_remark(result: ContactResult, measured: Reconstruction) -> Iterator[str]:
     """Return that opposite edges of a periodic map differ, and the corrected map has no step."""
     surface = result.surface
     step = float(np.std(surface.heights - measured.heights))
@@ -644,13 +646,13 @@ def _seam(result: ContactResult, measured: Reconstruction) -> Iterator[str]:
 _STEPPED = 0.2
 
 
-def _choices(
-    study: _Draws, numbers: Mapping[Any, Array], intervals: Sequence[Interval]
+def _modeling_remarks(
+    study: _ContactDraws, numbers: Mapping[Any, Array], intervals: Sequence[Interval]
 ) -> Iterator[str]:
     """Return what the intervals leave out: the form that was leveled, and the ceiling."""
     if "form" in numbers:
         change = dict(zip(NUMBERS, np.expm1(numbers["form"] - numbers["measured"]), strict=True))
-        changes = [f"{_NAMES[item.name]} {changed_by(change[item.name])}"
+        changes = [f"{_NAMES[item.name]} {format_change(change[item.name])}"
                    for item in intervals if item.name in _NAMES]  # fmt: skip
         if changes:
             yield (
@@ -659,7 +661,7 @@ def _choices(
             )
     volume = volume_plasticity("contact_fraction", study.result)
     if volume is not None and volume.known:
-        ends = " to ".join(map(changed_by, (volume.low, volume.high)))
+        ends = " to ".join(map(format_change, (volume.low, volume.high)))
         yield f"Outside the intervals: plasticity of the volume changes contact area {ends}."
 
 

@@ -51,7 +51,7 @@ from numpy.typing import NDArray
 from roughcontact.errors import InputError
 from roughcontact.halfspace import fft
 from roughcontact.surface import filters
-from roughcontact.surface.cleaning import fill
+from roughcontact.surface.cleaning import fill_missing
 from roughcontact.surface.form import level
 from roughcontact.surface.instrument import Instrument, dilated
 from roughcontact.surface.random_surfaces import random_amplitudes
@@ -144,7 +144,7 @@ class Reconstruction:
     @cached_property
     def power(self) -> Array:
         """Power of the waves of the map [m²]."""
-        return _power(self.evened(self.heights))
+        return _power(self.to_even_scale(self.heights))
 
     @cached_property
     def limit(self) -> float:
@@ -154,7 +154,7 @@ class Reconstruction:
         half = np.exp2(-((self.instrument.resolution * q) ** 2)) * np.sinc(q * max(self.pixel))
         limit = float(q[half >= 0.5][-1])
         if self.noise:
-            place, power = _binned(self._wave_numbers(np.eye(2)), self.power, nyquist)
+            place, power = _bin_power(self._wave_numbers(np.eye(2)), self.power, nyquist)
             noisy = np.exp(place[power < 2 * self.noise])
             limit = min([limit, *noisy])
         return limit
@@ -187,7 +187,7 @@ class Reconstruction:
     def has_rolloff(self) -> bool:
         """Whether its longest waves are not much higher than those of half their length."""
         longest = 1 / min(_sides(self))
-        place, power = _binned(self._wave_numbers(np.eye(2)), self.power, 4.4 * longest)
+        place, power = _bin_power(self._wave_numbers(np.eye(2)), self.power, 4.4 * longest)
         longer = place < math.log(2.2 * longest)
         rise = np.log(power[longer]).mean() - np.log(power[~longer]).mean()
         return bool(rise < -_EXPONENT * math.log(2) / 2)
@@ -199,7 +199,7 @@ class Reconstruction:
         if not tool.resolution * tool.u_resolution:
             return 0.0, 0.0
         place, power = self._bins(tool)
-        rise = _rise(place, tool)
+        rise = _resolution_sensitivity(place, tool)
         known, covariance = self._power_law(place, power, self._count(place), rise)
         # One that bends down may be that of the surface; one that bends up was sharpened too much.
         mean = min(float(known[2]), 0.0)
@@ -224,9 +224,9 @@ class Reconstruction:
         for _ in range(_ROUNDS if instrument.tip_radius else 1):
             model = self.surface(result, seed, even=True)
             image = self.image(model, instrument, np.random.default_rng(seed))
-            power_seen = _power(self.evened(image))
-            _, got = _binned(self._wave_numbers(self.tensor), power_seen, self.limit)
-            _, wanted = _binned(self._wave_numbers(self.tensor), self.power, self.limit)
+            power_seen = _power(self.to_even_scale(image))
+            _, got = _bin_power(self._wave_numbers(self.tensor), power_seen, self.limit)
+            _, wanted = _bin_power(self._wave_numbers(self.tensor), self.power, self.limit)
             noise = self._noise(instrument)
             ratio = np.maximum(wanted - noise, 0.1 * wanted) / np.maximum(got - noise, 0.1 * got)
             power = power + np.log(np.clip(ratio, 0.3, 3))
@@ -241,7 +241,7 @@ class Reconstruction:
             waves *= math.sqrt(2) / np.where(size > 0, size, 1.0)
         k = _wave_numbers(self.shape, self.fine, spectrum.tensor)
         waves *= np.sqrt(spectrum.of_waves(k) / 2) * math.prod(self.shape)
-        return self.uneven(fft.irfft2(waves, self.shape))
+        return self.from_even_scale(fft.irfft2(waves, self.shape))
 
     def image(self, surface: Array, instrument: Instrument, rng: np.random.Generator) -> Array:
         """Return the map of a surface as this one was made: measured, filled, leveled and split."""
@@ -249,11 +249,11 @@ class Reconstruction:
         image = image + instrument.noise * rng.standard_normal(image.shape)
         if self.missing is not None and self.missing.any():
             image[self.missing] = np.nan
-            image = fill(image, self.pixel)
+            image = fill_missing(image, self.pixel)
         # Leveling makes a step between opposite edges.
         return image if self.form is None else periodic_part(level(image, self.form))
 
-    def undone(self, image: Array, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
+    def invert_image(self, image: Array, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
         """Return a surface whose map this is nearly."""
         image = self._shaped(image, spectrum, instrument)
         if instrument.tip_radius:
@@ -263,7 +263,7 @@ class Reconstruction:
         below = power * transfer**2 + self._noise(instrument)
         undo = np.divide(power * transfer, below, out=np.zeros_like(power), where=power > 0)
         undo[0, 0] = 1.0
-        heights = fft.irfft2(fft.rfft2(self.evened(image)) * undo, self.heights.shape)
+        heights = fft.irfft2(fft.rfft2(self.to_even_scale(image)) * undo, self.heights.shape)
         return filters.resample(heights, self.shape)
 
     def draw(self, deviations: Deviations, seed: int) -> tuple[Array, Array, Array]:
@@ -272,14 +272,14 @@ class Reconstruction:
         spectrum = maps.spectrum(instrument, deviations, seed)
         twin = maps.surface(spectrum, seed)
         image = maps.image(twin, instrument, np.random.default_rng([seed, 1]))
-        known = maps.undone(self.heights, spectrum, instrument)
-        drawn = known + maps.evened(twin) - maps.undone(image, spectrum, instrument)
-        return maps.uneven(drawn), twin, image
+        known = maps.invert_image(self.heights, spectrum, instrument)
+        drawn = known + maps.to_even_scale(twin) - maps.invert_image(image, spectrum, instrument)
+        return maps.from_even_scale(drawn), twin, image
 
     @property
     def structure(self) -> tuple[float, float]:
         """Skewness of the heights, and kurtosis of their shortest waves."""
-        even = self.evened(self.heights)
+        even = self.to_even_scale(self.heights)
         short, _ = self._split(even)
         off = even - even.mean()
         skewness = np.mean(off**3) / np.mean(off**2) ** 1.5
@@ -325,7 +325,7 @@ class Reconstruction:
 
     def _roughness(self, image: Array) -> tuple[Array, Array]:
         """Return the ends of classes of height of a map, and its roughness in short waves there."""
-        short, long = (part.ravel() for part in self._split(self.evened(image)))
+        short, long = (part.ravel() for part in self._split(self.to_even_scale(image)))
         parts = np.array_split(long.argsort(), _CLASSES)
         # Medians: the edges of a worn plateau are no roughness of it, nor is the mean curvature.
         local = [np.median(np.abs(short[part] - np.median(short[part]))) for part in parts]
@@ -348,7 +348,7 @@ class Reconstruction:
             far = 10 * float(np.ptp(ends))
             ends = ends + far * np.r_[-1, np.zeros(_CLASSES - 1), 1]
             even = np.r_[0.0, np.cumsum(np.diff(ends) / rough)]
-            heights = maps.uneven(ends)
+            heights = maps.from_even_scale(ends)
             even -= np.interp(self.heights, heights, even).mean()
             maps = replace(self, scale=(heights, even))
         return maps
@@ -372,16 +372,16 @@ class Reconstruction:
         expected = spectrum.of_waves(self._wave_numbers(spectrum.tensor))
         expected *= self._transfer(instrument) ** 2
         expected += self._noise(instrument)
-        even = self.evened(image)
+        even = self.to_even_scale(image)
         (place, wanted), (_, got) = (
-            _binned(q, p, float(q.max())) for p in (expected, _power(even))
+            _bin_power(q, p, float(q.max())) for p in (expected, _power(even))
         )
         beyond = q > self.limit
         factor = np.ones(q.shape)
         factor[beyond] = np.exp(
             np.interp(np.log(q[beyond]), place, np.log(np.maximum(wanted / got, 1e-30)) / 2)
         )
-        return self.uneven(fft.irfft2(fft.rfft2(even) * factor, image.shape))
+        return self.from_even_scale(fft.irfft2(fft.rfft2(even) * factor, image.shape))
 
     def _noise(self, instrument: Instrument) -> float:
         """Return the noise in the power of one wave of the even scale [m²]."""
@@ -395,11 +395,11 @@ class Reconstruction:
         slope = np.diff(self.scale[1]) / np.diff(self.scale[0])
         return float(np.mean(slope[np.searchsorted(self.scale[0][1:-1], self.heights)] ** 2))
 
-    def evened(self, heights: Array) -> Array:
+    def to_even_scale(self, heights: Array) -> Array:
         """Return heights on the even scale."""
         return heights if self.scale is None else np.interp(heights, *self.scale)
 
-    def uneven(self, heights: Array) -> Array:
+    def from_even_scale(self, heights: Array) -> Array:
         """Return the heights of a surface from those on the even scale."""
         return heights if self.scale is None else np.interp(heights, *self.scale[::-1])
 
@@ -419,8 +419,8 @@ class Reconstruction:
         """Return the logarithms of wave number and power of each bin, without the instrument."""
         noise = self._noise(instrument)
         clean = (self.power - noise) / self._transfer(instrument) ** 2
-        place, power = _binned(self._wave_numbers(self.tensor), clean, self.limit)
-        _, raw = _binned(self._wave_numbers(self.tensor), self.power, self.limit)
+        place, power = _bin_power(self._wave_numbers(self.tensor), clean, self.limit)
+        _, raw = _bin_power(self._wave_numbers(self.tensor), self.power, self.limit)
         return place, np.log(np.maximum(power, 0.1 * raw))
 
     @property
@@ -444,7 +444,10 @@ class Reconstruction:
             size = math.prod(_sides(other)) / math.prod(_sides(self))
             level = math.log1p(_LEVEL) / math.sqrt(len(self.others))
             power = drawn.power + math.log(size) + level * deviations.get("finer level", 0.0)
-            variance = 1 / other._count(drawn.place) + _rise(drawn.place, other.instrument) ** 2
+            variance = (
+                1 / other._count(drawn.place)
+                + _resolution_sensitivity(drawn.place, other.instrument) ** 2
+            )
             found.append((drawn.place[inside], power[inside], variance[inside]))
         return found
 
@@ -454,7 +457,7 @@ class Reconstruction:
     ) -> RoughSpectrum:  # fmt: skip
         count = self._count(place)
         if finer:
-            own = place, power, 1 / count + _rise(place, self.instrument) ** 2
+            own = place, power, 1 / count + _resolution_sensitivity(place, self.instrument) ** 2
             places, powers, variances = (
                 np.concatenate(part) for part in zip(own, *finer, strict=True)
             )
@@ -558,7 +561,7 @@ def _sides(maps: Reconstruction) -> tuple[float, float]:
     return ny * maps.pixel[0], nx * maps.pixel[1]
 
 
-def _rise(place: Array, instrument: Instrument) -> Array:
+def _resolution_sensitivity(place: Array, instrument: Instrument) -> Array:
     """Return how a resolution that is larger by its standard uncertainty raises a spectrum."""
     scaled = np.exp(place) * instrument.resolution
     return np.asarray(4 * math.log(2) * scaled**2 * instrument.u_resolution)
@@ -581,7 +584,7 @@ def _wave_numbers(shape: tuple[int, ...], pixel: tuple[float, float], tensor: Ar
     return np.asarray(np.sqrt(square))
 
 
-def _binned(k: Array, power: Array, limit: float) -> tuple[Array, Array]:
+def _bin_power(k: Array, power: Array, limit: float) -> tuple[Array, Array]:
     """Return the logarithm of the wave number and the mean power of the bins up to a limit."""
     index = np.full(k.shape, -1)
     inside = (k > 0) & (k <= limit * (1 + 1e-9))

@@ -22,25 +22,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact._tools.arguments import checked
-from roughcontact.cautions import Caution, Kind, as_warning
-from roughcontact.contact.ceiling import resolved_ceiling
+from roughcontact._tools.arguments import validate_arguments
+from roughcontact.cautions import Caution, CautionTag, as_warning
+from roughcontact.contact.ceiling import resolve_ceiling
 from roughcontact.contact.load_case import Load, LoadCase, resolve_force
-from roughcontact.contact.memory import Room
+from roughcontact.contact.memory import MemoryNeed
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import CALIBRATED, ContactResult
-from roughcontact.contact.solve import press
-from roughcontact.contact.validation import check
+from roughcontact.contact.solve import solve_pair
+from roughcontact.contact.validation import check_problem
 from roughcontact.errors import InputError, InsufficientMemoryError, input_error
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
 from roughcontact.result import Result
-from roughcontact.solvers.progress import Tell, numbered, shows_progress_bar
+from roughcontact.solvers.progress import Tell, progress_callback, shows_progress_bar
 from roughcontact.surface import filters
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantity, changed_by, engineering
+from roughcontact.units import Quantity, format_change, format_engineering
 
-STEADY = 0.05
+STEADY_TOLERANCE = 0.05
 """Relative change from one grid to the next below which a quantity counts as independent of it."""
 
 QUANTITIES = {
@@ -137,7 +137,7 @@ class ResolutionStudy(Result):
         """
         if self.at_edge and name == "max_pressure":
             return False
-        return all(abs(change) < STEADY for change in self.changes(name)[-2:])
+        return all(abs(change) < STEADY_TOLERANCE for change in self.changes(name)[-2:])
 
     @property
     def judged(self) -> tuple[str, ...]:
@@ -163,8 +163,8 @@ class ResolutionStudy(Result):
         name = max(changes, key=lambda name: abs(changes[name]))
         return (
             as_warning(
-                Kind.STUDY,
-                f"Depends on the pixel: {QUANTITIES[name]} changes by {changed_by(changes[name])} "
+                CautionTag.STUDY,
+                f"Depends on the pixel: {QUANTITIES[name]} changes by {format_change(changes[name])} "
                 "when the pixel is halved.",
                 **{name: changes.pop(name)},
                 **changes,
@@ -177,18 +177,18 @@ class ResolutionStudy(Result):
         names = [name for name in QUANTITIES if any(self.values(name))]
         judged = self.judged
         steady = [QUANTITIES[name] for name in judged if self.independent(name)]
-        pixels = [engineering(max(grid.pixel), "m", 3) for grid in self.grids[-3:]]
+        pixels = [format_engineering(max(grid.pixel), "m", 3) for grid in self.grids[-3:]]
         said = []
         if steady:
             said.append(
-                f"Independent of the grid (less than {100 * STEADY:.0f} % change at each step over "
+                f"Independent of the grid (less than {100 * STEADY_TOLERANCE:.0f} % change at each step over "
                 f"pixels of {', '.join(pixels)}): {', '.join(steady)}."
             )
         for name in judged:
             if self.independent(name):
                 continue
             steps = [
-                f"{changed_by(change)} at {pixel}"
+                f"{format_change(change)} at {pixel}"
                 for change, pixel in zip(self.changes(name)[-2:], pixels[1:], strict=True)
             ]
             said.append(
@@ -214,8 +214,8 @@ class ResolutionStudy(Result):
 
     def named(self) -> list[tuple[str, Variant]]:
         """Return every solve with what it is called."""
-        names = [(f"pixel {engineering(max(v.pixel), 'm')}", v) for v in self.grids]
-        names += [(f"S-filter {engineering(v.value, 'm')}", v) for v in self.cutoffs]
+        names = [(f"pixel {format_engineering(max(v.pixel), 'm')}", v) for v in self.grids]
+        names += [(f"S-filter {format_engineering(v.value, 'm')}", v) for v in self.cutoffs]
         return names + [(f"ceiling {v.value:.3g} × yield", v) for v in self.ceilings]
 
 
@@ -232,7 +232,7 @@ def limits(values: Sequence[float]) -> tuple[float, float]:
     else:
         if size >= abs(before):
             before = changes[0]
-        if size >= abs(before) and size > STEADY * abs(last):
+        if size >= abs(before) and size > STEADY_TOLERANCE * abs(last):
             return -math.inf, math.inf
         ends = last - _AT_ODDS * size, last + _AT_ODDS * size
     margin = _BY_CHANCE * abs(before)
@@ -249,9 +249,9 @@ def _span(
     what: str, argument: str, variants: tuple[Variant, ...], names: Sequence[str], unit: str
 ) -> str:
     first, last = variants[0], variants[-1]
-    ends = [engineering(v.value, unit) if unit else f"{v.value:.3g}" for v in (first, last)]
+    ends = [format_engineering(v.value, unit) if unit else f"{v.value:.3g}" for v in (first, last)]
     parts = [
-        f"{QUANTITIES[name]} {changed_by(_change(getattr(first, name), getattr(last, name)))}"
+        f"{QUANTITIES[name]} {format_change(_change(getattr(first, name), getattr(last, name)))}"
         for name in names
     ]
     return f"{what}: as {argument} goes from {ends[0]} to {ends[1]}: {', '.join(parts)}."
@@ -277,7 +277,7 @@ _FEWEST_POINTS = 32
 
 
 @shows_progress_bar
-@checked
+@validate_arguments
 def resolution_study(
     surface: Surface,
     *,
@@ -336,20 +336,20 @@ contact area, perimeter-corrected area, maximum pressure, mean pressure.
     terms = LoadCase(
         load=resolve_force(load, pair)[0], ceiling=ceiling, tolerance=tolerance, precision=precision
     )
-    study = _begun(pair, terms, progress)
-    return together([study.part(name) for name in PARTS])
+    study = _checked_study(pair, terms, progress)
+    return merge_parts([study.part(name) for name in PARTS])
 
 
 PARTS = ("grids", "cutoffs", "ceilings")
 """The fields of a study that do not depend on each other."""
 
 
-def part_of(name: str, pair: Pair, terms: LoadCase, progress: Tell = None) -> ResolutionStudy:
+def study_part(name: str, pair: Pair, terms: LoadCase, progress: Tell = None) -> ResolutionStudy:
     """Return a study with one of its `PARTS` alone; errors are those of `resolution_study`."""
-    return _begun(pair, terms, progress).part(name)
+    return _checked_study(pair, terms, progress).part(name)
 
 
-def together(parts: Sequence[ResolutionStudy]) -> ResolutionStudy:
+def merge_parts(parts: Sequence[ResolutionStudy]) -> ResolutionStudy:
     """Return the study of which these are the `PARTS`, in their order."""
     grids, cutoffs, ceilings = parts
     return replace(
@@ -360,7 +360,7 @@ def together(parts: Sequence[ResolutionStudy]) -> ResolutionStudy:
     )
 
 
-def _begun(pair: Pair, terms: LoadCase, progress: Tell) -> _Study:
+def _checked_study(pair: Pair, terms: LoadCase, progress: Tell) -> _Study:
     """Return a study, its arguments checked, with the ceiling that all of its solves have."""
     pair.require_map("a study of the resolution")
     if min(pair.shape) < 2 * _FEWEST_POINTS:
@@ -369,19 +369,19 @@ def _begun(pair: Pair, terms: LoadCase, progress: Tell) -> _Study:
             f"resolution needs at least {2 * _FEWEST_POINTS} along each side",
             argument="surface",
         )
-    check(pair, terms)
-    limit = resolved_ceiling(terms.ceiling, pair)
+    check_problem(pair, terms)
+    limit = resolve_ceiling(terms.ceiling, pair)
     if isinstance(terms.ceiling, str) and terms.ceiling == CALIBRATED:
-        limit = press(pair, terms).ceiling
+        limit = solve_pair(pair, terms).ceiling
     return _Study(pair, replace(terms, ceiling=limit), progress)
 
 
-def coarsened(pair: Pair) -> Pair | None:
+def coarsen_pair(pair: Pair) -> Pair | None:
     """Return the same bodies on a grid of twice the pixel, as the study has them."""
     if min(pair.shape) < 2 * _FEWEST_POINTS:
         return None
-    outline = _changed(pair, partial(_divisible, boundary=pair.boundary))
-    return _changed(outline, partial(_scaled, factor=2.0, boundary=pair.boundary))
+    outline = _change_maps(pair, partial(_divisible, boundary=pair.boundary))
+    return _change_maps(outline, partial(_scaled, factor=2.0, boundary=pair.boundary))
 
 
 @dataclass(eq=False)
@@ -437,20 +437,22 @@ class _Study:
     def pressed(self, label: str, pair: Pair, terms: LoadCase) -> ContactResult:
         """Return the next solve."""
         count = sum(map(len, self._wanted))
-        return press(pair, terms, progress=numbered(self.progress, self.number, count, label))
+        return solve_pair(
+            pair, terms, progress=progress_callback(self.progress, self.number, count, label)
+        )
 
     def grids(self) -> list[tuple[Variant, bool, bool]]:
         """Return the solves on other grids; whether they reach a ceiling, an edge without one."""
         boundary = self.pair.boundary
-        outline = _changed(self.pair, partial(_divisible, boundary=boundary))
+        outline = _change_maps(self.pair, partial(_divisible, boundary=boundary))
         answer = []
         for factor in self.factors:
             self.number += 1
             terms, limit = self.terms, self.terms.ceiling
             try:
                 # Before the map is made: the finer one has four times the points.
-                Room(_shape(outline.shape, factor), boundary, terms.precision).require()
-                scaled = _changed(outline, partial(_scaled, factor=factor, boundary=boundary))
+                MemoryNeed(_shape(outline.shape, factor), boundary, terms.precision).require()
+                scaled = _change_maps(outline, partial(_scaled, factor=factor, boundary=boundary))
                 if isinstance(limit, np.ndarray):
                     terms = replace(terms, ceiling=_nearest(limit, outline.shape, scaled.shape))
                 result = self.pressed(f"pixel × {factor:g}", scaled, terms)
@@ -466,8 +468,8 @@ class _Study:
         result = []
         for length in self.lengths:
             self.number += 1
-            smooth = _changed(self.pair, partial(_smoothed, length=length))
-            label = f"S-filter {engineering(length, 'm')}"
+            smooth = _change_maps(self.pair, partial(_smoothed, length=length))
+            label = f"S-filter {format_engineering(length, 'm')}"
             result.append(_variant(length, self.pressed(label, smooth, self.terms)))
         return tuple(result)
 
@@ -492,7 +494,7 @@ class _Study:
         return tuple(answer)
 
 
-def _changed(pair: Pair, change: Callable[[Surface], Surface]) -> Pair:
+def _change_maps(pair: Pair, change: Callable[[Surface], Surface]) -> Pair:
     """Return a pair with both maps changed."""
     surface, counter = change(pair.surface), pair.counter_surface
     counter = None if counter is None else change(counter)
@@ -568,4 +570,6 @@ def _nearest(values: Array, shape: tuple[int, int], wanted: tuple[int, int]) -> 
 
 
 def _smoothed(surface: Surface, length: float) -> Surface:
-    return replace(surface, heights=filters.gaussian(surface.heights, surface.pixel, length))
+    return replace(
+        surface, heights=filters.gaussian_lowpass(surface.heights, surface.pixel, length)
+    )

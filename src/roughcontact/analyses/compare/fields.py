@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from roughcontact.analyses.compare.model import Comparison
 from roughcontact.analyses.sweep.fields import of_curve
-from roughcontact.references import cited
+from roughcontact.references import make_use
 from roughcontact.report.citations import Uses
 
 
@@ -12,9 +12,9 @@ def of_comparison(result: Comparison) -> Uses:
     """Yield the works of maps that are compared."""
     for sample in result.samples:
         yield from of_curve(sample.curve)
-    yield cited("intervals of the means", "Student1908")
+    yield make_use("intervals of the means", "Student1908")
     if len(result.groups) > 1 and not result.paired:
         wide = len(result.groups) > 2
-        yield cited("intervals of the differences", "Games1976" if wide else "Welch1947")
+        yield make_use("intervals of the differences", "Games1976" if wide else "Welch1947")
     if any(result.components(name) for name in result.names):
-        yield cited("scatter between groups and within", "Searle1992")
+        yield make_use("scatter between groups and within", "Searle1992")

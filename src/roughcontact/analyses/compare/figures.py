@@ -210,7 +210,7 @@ def sampling(study: SamplingStudy, title: Name) -> Figure:
     for index, item in enumerate(study.errors):
         colour = style.SERIES[index % len(style.SERIES)]
         parts = [study.values(divisions, item.name) for divisions in study.levels]
-        halves = [statistics.single(values) / abs(item.value) for values in parts]
+        halves = [statistics.prediction_half_width(values) / abs(item.value) for values in parts]
         axes.plot(sizes * factor, np.array(halves) * 100, "o", color=colour, markersize=5)
         needed = math.sqrt(item.area)
         ends = [min(ends[0], needed), max(ends[1], needed)]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roughcontact._tools import memory, statistics
-from roughcontact._tools.arguments import checked
+from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.statistics import Components, Difference, Mean
 from roughcontact.analyses.compare.sampling import (
     CURVES,
@@ -23,14 +23,14 @@ from roughcontact.analyses.compare.sampling import (
 )
 from roughcontact.analyses.history.model import history as load_history
 from roughcontact.cautions import (
-    FEW_MAPS,
+    MIN_MAPS,
     Caution,
-    Kind,
+    CautionTag,
     as_caution,
     as_note,
     few_maps,
-    of_several,
-    ordered,
+    merge_cautions,
+    sort_cautions,
 )
 from roughcontact.contact.load_case import spaced
 from roughcontact.errors import ArgumentRef, InputError, require_count, require_positive
@@ -38,7 +38,7 @@ from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
 from roughcontact.solvers.progress import Tell, shows_progress_bar
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantity, engineering, quantity
+from roughcontact.units import Quantity, format_engineering, to_si
 
 Pair = tuple[int, int]
 
@@ -104,7 +104,7 @@ class Comparison(Result):
 
     def mean(self, group: int, name: str) -> Mean:
         """Return the mean of one of `NUMBERS` over the maps of a group, with its interval."""
-        return statistics.mean(self.groups[group].values(name))
+        return statistics.mean_with_interval(self.groups[group].values(name))
 
     def differences(self, name: str) -> dict[Pair, Difference]:
         """Return how groups differ in one of `NUMBERS`, by the numbers of first and second."""
@@ -141,7 +141,7 @@ class Comparison(Result):
     def curve(self, group: int, name: str) -> list[Mean]:
         """Return the mean of one of `CURVES` over the maps of a group at each pressure."""
         over = [sample.over_pressure(name) for sample in self.groups[group].samples]
-        return [statistics.mean(values) for values in zip(*over, strict=True)]
+        return [statistics.mean_with_interval(values) for values in zip(*over, strict=True)]
 
     @property
     def curves(self) -> list[str]:
@@ -157,18 +157,18 @@ class Comparison(Result):
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
         own = [*self._alike(), *self._sampled()]
-        shared = of_samples(self.samples)
-        studied = of_samples(self.sampling)
+        shared = sample_cautions(self.samples)
+        studied = sample_cautions(self.sampling)
         known = {caution.kind for caution in (*shared, *own)}
-        return ordered([*shared, *own, *(c for c in studied if c.kind not in known)])
+        return sort_cautions([*shared, *own, *(c for c in studied if c.kind not in known)])
 
     def _alike(self) -> Iterable[Caution]:
         """Yield what differs between the maps besides their surfaces."""
         pixels = [edge for sample in self.samples for edge in sample.pixel]
-        if _differ(pixels):
-            low, high = (engineering(end, "m") for end in (min(pixels), max(pixels)))
+        if _differ_beyond(pixels):
+            low, high = (format_engineering(end, "m") for end in (min(pixels), max(pixels)))
             yield as_caution(
-                Kind.UNLIKE_PIXEL,
+                CautionTag.UNLIKE_PIXEL,
                 f"Pixels differ ({low} to {high}): finer maps show less contact. Use a common "
                 f"{ArgumentRef('pixel')}.",
                 ratio=max(pixels) / min(pixels),
@@ -177,10 +177,10 @@ class Comparison(Result):
             )
         waves = [sample.shortest_wave for sample in self.samples]
         # Where only the pixels differ it is said above.
-        if _differ(waves, 4 * _ALIKE) and not _differ(pixels):
-            low, high = (engineering(end, "m", 3) for end in (min(waves), max(waves)))
+        if _differ_beyond(waves, 4 * _ALIKE) and not _differ_beyond(pixels):
+            low, high = (format_engineering(end, "m", 3) for end in (min(waves), max(waves)))
             yield as_caution(
-                Kind.UNLIKE_PIXEL,
+                CautionTag.UNLIKE_PIXEL,
                 f"Shortest waves differ ({low} to {high}): contact area differs for that alone. "
                 f"Use a common {ArgumentRef('s')}.",
                 ratio=max(waves) / min(waves),
@@ -188,10 +188,10 @@ class Comparison(Result):
                 largest=max(waves),
             )
         areas = [sample.curve.nominal_area for sample in self.samples]
-        if _differ(areas):
-            low, high = (engineering(end, "m²", 3) for end in (min(areas), max(areas)))
+        if _differ_beyond(areas):
+            low, high = (format_engineering(end, "m²", 3) for end in (min(areas), max(areas)))
             yield as_note(
-                Kind.UNLIKE_SIZE,
+                CautionTag.UNLIKE_SIZE,
                 f"Map sizes differ ({low} to {high}): compare contact area, not approach or peak "
                 "pressure.",
                 ratio=max(areas) / min(areas),
@@ -202,18 +202,18 @@ class Comparison(Result):
     def _sampled(self) -> Iterable[Caution]:
         """Yield how far the maps stand for their surfaces."""
         fewest = min(len(group.samples) for group in self.groups)
-        if fewest < FEW_MAPS:
+        if fewest < MIN_MAPS:
             few = [group for group in self.groups if len(group.samples) == fewest]
             yield few_maps(fewest, "pair") if self.paired else few_maps(fewest, of=_of(few))
         if any(_of_one_file(group.samples) for group in self.groups):
             yield as_note(
-                Kind.PARTS,
+                CautionTag.PARTS,
                 "Groups are parts of one map: scatter excludes other places, pieces and "
                 "measurements.",
             )
 
 
-def _differ(values: Sequence[float], part: float = _ALIKE) -> bool:
+def _differ_beyond(values: Sequence[float], part: float = _ALIKE) -> bool:
     return max(values) > (1 + part) * min(values)
 
 
@@ -228,9 +228,9 @@ def _of_one_file(samples: Sequence[Sample]) -> bool:
     return len(set(sources)) < len(sources)
 
 
-def of_samples(samples: Sequence[Sample] | Sequence[SamplingStudy]) -> tuple[Caution, ...]:
+def sample_cautions(samples: Sequence[Sample] | Sequence[SamplingStudy]) -> tuple[Caution, ...]:
     """Return the cautions of the single maps, one of each tag."""
-    return of_several([(sample.name, sample.cautions) for sample in samples], "maps")
+    return merge_cautions([(sample.name, sample.cautions) for sample in samples], "maps")
 
 
 # --- Which surface is better: several maps of each under the same nominal pressure ---
@@ -246,7 +246,7 @@ Maps = Mapping[str, Sequence[Surface]]
 
 
 @shows_progress_bar
-@checked
+@validate_arguments
 def compare(
     maps: Maps | Sequence[Surface],
     *,
@@ -368,7 +368,7 @@ class MapLoadCase:
         """Return the sample of one map; like `compare`, with a name for progress messages."""
         surfaces = [surface]
         if self.before is not None:
-            surfaces.append(_after(surface, self.before, self.problem))
+            surfaces.append(_after_preload(surface, self.before, self.problem))
         return tuple(
             solve_sample(item, name, self.pressures, self.problem, progress) for item in surfaces
         )
@@ -390,13 +390,13 @@ def build_load_case(
     """Return what each map is put under; arguments and errors as of `compare`."""
     before = None
     if preload_pressure is not None:
-        before = float(quantity(preload_pressure, "pressure", "preload_pressure"))
+        before = float(to_si(preload_pressure, "pressure", "preload_pressure"))
         require_positive(preload_pressure=before)
     return MapLoadCase(_pressures(pressure, steps), before, problem)
 
 
 def _pressures(pressure: Quantity, steps: int) -> tuple[float, ...]:
-    last = quantity(pressure, "pressure", "pressure")
+    last = to_si(pressure, "pressure", "pressure")
     require_positive(pressure=last)
     require_count(1, memory.STEPS, steps=steps)
     if steps == 1:
@@ -419,7 +419,7 @@ def _names(sources: Sequence[str]) -> list[str]:
     return result
 
 
-def _after(surface: Surface, pressure: float, problem: Mapping[str, Any]) -> Surface:
+def _after_preload(surface: Surface, pressure: float, problem: Mapping[str, Any]) -> Surface:
     """Return what a first loading leaves of a map."""
     terms = {key: value for key, value in problem.items() if key != "tolerance"}
     load = pressure * surface.size[0] * surface.size[1]

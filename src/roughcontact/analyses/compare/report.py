@@ -22,7 +22,7 @@ from roughcontact.analyses.compare.sampling import WANTED, Sample, SamplingError
 from roughcontact.analyses.sweep import fields as sweep_fields
 from roughcontact.drawing.style import prefixed
 from roughcontact.errors import ArgumentRef, Sentence
-from roughcontact.references import cited
+from roughcontact.references import make_use
 from roughcontact.report import assumptions, chapters, contact_fields, inputs, phrases
 from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration
 from roughcontact.report.kind import (
@@ -33,18 +33,24 @@ from roughcontact.report.kind import (
     CellTable,
     Column,
     Columns,
-    Kind,
+    Presentation,
     Quantity,
     Table,
     Use,
-    capital,
+    capitalize_first,
+    delegated,
     quantity_of,
     rows_of,
-    stored,
-    within,
+    stored_values,
 )
 from roughcontact.report.page import WIDE, Block
-from roughcontact.units import changed_by, counted, engineering, lengths, plain
+from roughcontact.units import (
+    count_noun,
+    format_change,
+    format_engineering,
+    format_lengths,
+    plain_decimal,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -91,7 +97,9 @@ def quantity_text(name: str, *values: float, digits: int = 4) -> str:
     if any(map(math.isnan, values)):
         return ABSENT
     factor, unit = scale_of(name, max(values, key=abs))
-    return f"{' to '.join(plain(value * factor, digits) for value in values)} {unit}".rstrip()
+    return (
+        f"{' to '.join(plain_decimal(value * factor, digits) for value in values)} {unit}".rstrip()
+    )
 
 
 def _mean(name: str, result: Mean) -> str:
@@ -118,7 +126,7 @@ def group_heads(comparison: Comparison) -> list[str]:
     """Return the groups with how many maps they have."""
     result = []
     for group in comparison.groups:
-        maps = counted(len(group.samples), "map")
+        maps = count_noun(len(group.samples), "map")
         result.append(f"{group.name}, {maps}" if group.name else maps)
     return result
 
@@ -158,7 +166,7 @@ def pair_of(comparison: Comparison, first: int, second: int) -> str:
 
 def _difference(name: str, result: Difference, base: float) -> Cells:
     # A skewness near zero has no parts.
-    change = changed_by(result.value / base) if base > 0 and name != "Ssk" else ABSENT
+    change = format_change(result.value / base) if base > 0 and name != "Ssk" else ABSENT
     value = quantity_text(name, result.value, digits=3)
     if not result.known:
         return value, "not known", change
@@ -229,7 +237,7 @@ def _components(comparison: Comparison) -> dict[str, Any]:
 
 
 def _pressures(values: Sequence[float]) -> str:
-    first, last = (engineering(value, "Pa") for value in (values[0], values[-1]))
+    first, last = (format_engineering(value, "Pa") for value in (values[0], values[-1]))
     below = f"; curves from {first} in {len(values)} steps" if len(values) > 1 else ""
     return f"{last} on every map{below}"
 
@@ -253,7 +261,7 @@ COMPARISON: Table = (
         "worst_certificate", "certificates", symbol="ε", part=TRUST,
         form=lambda v: f"{v:.1e} at most",
     ),
-    Quantity("sampling", of=lambda c: [stored(SAMPLING, study) for study in c.sampling]),
+    Quantity("sampling", of=lambda c: [stored_values(SAMPLING, study) for study in c.sampling]),
     *CAUTIONS,
     Quantity("version", of=lambda _: __version__),
 )  # fmt: skip
@@ -311,7 +319,7 @@ FIVE = f"{100 * WANTED:.0f} %"
 
 def part(share: float) -> str:
     """Return a relative error in two digits."""
-    return f"{plain(100 * share, 2)} %"
+    return f"{plain_decimal(100 * share, 2)} %"
 
 
 def side(area: float) -> str:
@@ -321,7 +329,7 @@ def side(area: float) -> str:
 
 
 def _side(area: float) -> str:
-    return engineering(math.sqrt(area), "m", 2)
+    return format_engineering(math.sqrt(area), "m", 2)
 
 
 def _error(item: SamplingError) -> str:
@@ -388,7 +396,7 @@ def answer(study: SamplingStudy) -> str:
     bound = f"{item.bound} " if item.bound else ""
     return (
         f"{study.whole.name}: for {FIVE} ({LEVEL} interval) of the contact area "
-        f"{bound}{side(item.area)}; this map, {lengths(study.whole.size)}, gives "
+        f"{bound}{side(item.area)}; this map, {format_lengths(study.whole.size)}, gives "
         f"±{part(item.relative)}"
     )
 
@@ -402,13 +410,13 @@ _NAMED = 3
 # What all maps have in common, of a `Sample`.
 _TERMS = (
     *(
-        within("curve", quantity_of(contact_fields.CONTACT, key))
+        delegated("curve", quantity_of(contact_fields.CONTACT, key))
         for key in ("boundary", "contact_modulus")
     ),
     replace(
         quantity_of(contact_fields.CONTACT, "ceiling"),
         of="curve.ceiling",
-        text=lambda item: phrases.limit(item.curve.ceiling, *item.bodies),
+        text=lambda item: phrases.ceiling_text(item.curve.ceiling, *item.bodies),
     ),
 )
 
@@ -417,13 +425,13 @@ _FIRST = ("contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sdq")
 
 def question(result: Comparison) -> str:
     """Return the question that a comparison answers."""
-    pressure = engineering(result.pressure, "Pa")
+    pressure = format_engineering(result.pressure, "Pa")
     names = [group.name for group in result.groups if group.name]
     if result.preload_pressure is not None:
-        count = counted(len(result.groups[0].samples), "map")
+        count = count_noun(len(result.groups[0].samples), "map")
         return f"What does a first loading change on {count} at {pressure}?"
     if len(result.groups) < 2:
-        return f"How much do {counted(len(result.samples), 'map')} scatter at {pressure}?"
+        return f"How much do {count_noun(len(result.samples), 'map')} scatter at {pressure}?"
     if not 1 < len(names) <= _NAMED:
         return f"Do {len(result.groups)} groups of maps differ at {pressure}?"
     *others, last = names
@@ -439,7 +447,7 @@ def _meaning(result: Comparison) -> str:
         differ = [
             name_of(name) for name in result.names if result.is_significant(name, (first, second))
         ]
-        text.append(f"{capital(pair_of(result, first, second))}: significant ({LEVEL}, Holm) "
+        text.append(f"{capitalize_first(pair_of(result, first, second))}: significant ({LEVEL}, Holm) "
                     f"in {', '.join(differ) or 'nothing'}.")  # fmt: skip
     return " ".join(text)
 
@@ -463,14 +471,14 @@ def _details(result: Comparison, scene: Any, **more: Any) -> list[Block]:
     for study in result.sampling:
         blocks += [Block("head", f"The area that is needed: {study.name}")]
         blocks += [Block("text", f"{answer(study)}."), *chapters.steps(SAMPLING_KIND, study)]
-        blocks += chapters.shown(SAMPLING_KIND.figures, study, FRONT)
+        blocks += chapters.figure_blocks(SAMPLING_KIND.figures, study, FRONT)
     return blocks
 
 
 def _maps(result: Comparison) -> list[Cells]:
     return [
-        (sample.name, group.name, lengths(sample.size), lengths(sample.pixel),
-         engineering(sample.shortest_wave, "m", 3))
+        (sample.name, group.name, format_lengths(sample.size), format_lengths(sample.pixel),
+         format_engineering(sample.shortest_wave, "m", 3))
         for group in result.groups
         for sample in group.samples
     ]  # fmt: skip
@@ -491,10 +499,10 @@ def _inputs(result: Comparison | SamplingStudy, drawn: bool) -> list[Block]:
     specified = [*kind_of(result).rows(result, PROBLEM), *rows_of(_TERMS, samples[0], PROBLEM)]
     listed: list[Block] = []
     if isinstance(result, Comparison):
-        rows = chapters.spaced(_maps(result), _MANY)
+        rows = chapters.evenly_spaced(_maps(result), _MANY)
         head = ("map", "group", "size (y × x)", "pixel (y × x)", "shortest wave")
         listed = chapters.table(rows, head)
-    bodies = chapters.bodies(samples[0].bodies, specified, inputs.bodies("ceiling"))
+    bodies = chapters.body_blocks(samples[0].bodies, specified, inputs.bodies("ceiling"))
     return [*listed, *_prepared(samples), *bodies]
 
 
@@ -536,14 +544,14 @@ def sampling(study: SamplingStudy) -> Figure:
 
 def _works(study: SamplingStudy) -> Iterator[Use]:
     yield from sweep_fields.of_curve(study.whole.curve)
-    yield cited("intervals of the means", "Student1908")
+    yield make_use("intervals of the means", "Student1908")
 
 
 # --- What is said first ---
 
 
 def _first_problem(result: Comparison | SamplingStudy) -> str:
-    pressure = f"{phrases.size(result.pressure, 'Pa')} nominal"
+    pressure = f"{phrases.format_short(result.pressure, 'Pa')} nominal"
     if isinstance(result, SamplingStudy):
         return f"{result.name}, {pressure}"
     groups = [f"{len(group.samples)} {group.name}".rstrip() for group in result.groups]
@@ -592,7 +600,7 @@ def _first_numbers(result: Comparison | SamplingStudy) -> CellTable:
     heads = tuple(group.name or "mean" for group in result.groups)
     rows = [
         (
-            capital(name_of(name)),
+            capitalize_first(name_of(name)),
             *(
                 _mean(name, result.mean(index, name)).partition(" (s ")[0]
                 for index in range(len(result.groups))
@@ -613,7 +621,7 @@ def _first_remarks(result: Comparison | SamplingStudy) -> tuple[str, ...]:
     return (Sentence(f"{mark}±: half the interval; {rest}"),)
 
 
-KIND = Kind(
+KIND = Presentation(
     Comparison, COMPARISON, COMPARISON_COLUMNS, works=compare_fields.of_comparison,
     figures=(
         Illustration("comparison", overview, "", FILES),
@@ -631,7 +639,7 @@ KIND = Kind(
     numbers=_first_numbers, remarks=_first_remarks, meaning=_meaning, inputs=_inputs,
     details=_details, case=lambda result: assumptions.of_samples(result.samples), method=_method,
 )  # fmt: skip
-SAMPLING_KIND = Kind(
+SAMPLING_KIND = Presentation(
     SamplingStudy, SAMPLING, SAMPLING_COLUMNS, works=_works,
     figures=(
         Illustration(
@@ -643,12 +651,12 @@ SAMPLING_KIND = Kind(
     inputs=_inputs, method=_sampling_method,
     problem=_first_problem, answer=_first_answer, numbers=_first_numbers, remarks=_first_remarks,
     question=lambda study: (
-        f"Is {study.whole.name} large enough at {engineering(study.pressure, 'Pa')}?"
+        f"Is {study.whole.name} large enough at {format_engineering(study.pressure, 'Pa')}?"
     ),
     case=lambda study: assumptions.of_samples([study.whole]),
 )  # fmt: skip
 
 
-def kind_of(result: Comparison | SamplingStudy) -> Kind:
+def kind_of(result: Comparison | SamplingStudy) -> Presentation:
     """Return the kind: of maps that are compared, or of the area that a map needs."""
     return SAMPLING_KIND if isinstance(result, SamplingStudy) else KIND

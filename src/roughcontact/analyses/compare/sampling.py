@@ -10,17 +10,17 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from roughcontact._tools import statistics
-from roughcontact._tools.arguments import checked
+from roughcontact._tools.arguments import validate_arguments
 from roughcontact.analyses.sweep.model import LoadCurve, contact_curve
-from roughcontact.cautions import Caution, Kind, as_caution, as_note, ordered
+from roughcontact.cautions import Caution, CautionTag, as_caution, as_note, sort_cautions
 from roughcontact.errors import ConvergenceError, InputError, Sentence, require_positive
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
 from roughcontact.solvers.progress import Progress, Tell, shows_progress_bar
 from roughcontact.surface import resolution
-from roughcontact.surface.placement import divides, partition
+from roughcontact.surface.placement import is_divisible, partition
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantity, changed_by, counted, quantity
+from roughcontact.units import Quantity, count_noun, format_change, to_si
 
 CONTACT = ("contact_fraction", "saturated_fraction", "max_pressure", "mean_gap", "approach")
 """Numbers of the contact under the largest of the pressures."""
@@ -204,13 +204,13 @@ class SamplingStudy(Result):
         """Return how far a number may be from that of an endless surface; see `AVERAGES`.
 
         Each part is pressed by itself, leveled by itself, under the nominal pressure of the whole;
-        `statistics.of_whole` lists those that do.
+        `statistics.parts_interval` lists those that do.
         """
         value = self.whole.numbers[name]
-        result = statistics.of_whole({n: self.values(n, name) for n in self.levels})
+        result = statistics.parts_interval({n: self.values(n, name) for n in self.levels})
         parts = self.values(result.divisions, name)
         area = self.whole.curve.nominal_area * (result.half / (WANTED * value)) ** 2
-        low, high = statistics.spread_of(result.parts)
+        low, high = statistics.deviation_range(result.parts)
         return SamplingError(
             name=name,
             value=value,
@@ -227,22 +227,22 @@ class SamplingStudy(Result):
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        return ordered([*self.whole.cautions, *self._judged()])
+        return sort_cautions([*self.whole.cautions, *self._judged()])
 
     def _judged(self) -> Iterator[Caution]:
         """Yield where the parts do not stand for the whole."""
         errors = self.errors
         yield from self._scaling(errors)
         few = min(item.parts for item in errors) if errors else 0
-        if few and few < statistics.USUAL**2:
+        if few and few < statistics.MIN_COUNT**2:
             yield as_note(
-                Kind.FEW_PARTS,
-                f"Only {counted(few, 'part')}: stated errors are uncertain by a factor of "
-                f"{statistics.spread_of(few)[1]:.1f}.",
+                CautionTag.FEW_PARTS,
+                f"Only {count_noun(few, 'part')}: stated errors are uncertain by a factor of "
+                f"{statistics.deviation_range(few)[1]:.1f}.",
                 parts=few,
             )
         yield as_note(
-            Kind.PARTS,
+            CautionTag.PARTS,
             "Parts are of one map: scatter excludes other places, pieces and measurements.",
         )
 
@@ -255,7 +255,7 @@ class SamplingStudy(Result):
         if drifting:
             name = max(drifting, key=lambda name: abs(drifting[name]))
             text = (
-                f"{_title(name)} depends on map size ({changed_by(drifting[name])} in the parts): "
+                f"{_title(name)} depends on map size ({format_change(drifting[name])} in the parts): "
                 "no area is large enough."
             )
             numbers = {name: drifting[name], **drifting}
@@ -272,11 +272,11 @@ class SamplingStudy(Result):
             numbers = falls
         else:
             return
-        yield as_caution(Kind.SAMPLING, text, **numbers)
+        yield as_caution(CautionTag.SAMPLING, text, **numbers)
 
 
 @shows_progress_bar
-@checked
+@validate_arguments
 def sampling_study(
     surface: Surface,
     *,
@@ -329,9 +329,9 @@ def sampling_study(
     >>> found.parts, found.area_low < found.area < found.area_high
     (16, True)
     """
-    specified = quantity(pressure, "pressure", "pressure")
+    specified = to_si(pressure, "pressure", "pressure")
     require_positive(pressure=specified)
-    if not divides(surface.shape, statistics.USUAL):
+    if not is_divisible(surface.shape, statistics.MIN_COUNT):
         ny, nx = surface.shape
         raise InputError(
             f"needs 64 points along each side for sixteen parts, got {ny} × {nx}",
@@ -347,7 +347,7 @@ def sampling_study(
     }
     name, pressures = surface.provenance.source or "map", [float(specified)]
     levels = {}
-    for divisions in (n for n in DIVISIONS if divides(surface.shape, n)):
+    for divisions in (n for n in DIVISIONS if is_divisible(surface.shape, n)):
         parts = partition(surface, divisions, level)
         levels[divisions] = tuple(
             solve_sample(part, f"{name}, part {n} of {len(parts)}", pressures, problem, progress)

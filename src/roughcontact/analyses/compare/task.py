@@ -18,13 +18,13 @@ from roughcontact.request.options import (
     Option,
     Panel,
     Rule,
-    file,
-    flag,
+    file_option,
+    flag_option,
 )
-from roughcontact.request.outcome import Look, Outcome, Work, remarks_on
+from roughcontact.request.outcome import OnProgress, Outcome, TaskContext, remarks_on
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
-from roughcontact.request.task import Pieces, Task
+from roughcontact.request.task import Subtasks, Task
 from roughcontact.solvers.progress import one_of_several
 
 if TYPE_CHECKING:
@@ -33,12 +33,14 @@ if TYPE_CHECKING:
     from roughcontact.cautions import Caution
     from roughcontact.surface.surface import Surface
 
-QUARTERS = flag("quarters", Panel.MAP, "Split each map into four quarters, one group per map.")
-SAMPLING = flag(
+QUARTERS = flag_option(
+    "quarters", Panel.MAP, "Split each map into four quarters, one group per map."
+)
+SAMPLING = flag_option(
     "sampling", Panel.MAP,
     "Estimate the sampling error and the area needed for 5 %.",
 )  # fmt: skip
-PAIRED = flag(
+PAIRED = flag_option(
     "paired", Panel.MAP,
     "Pair the maps of two groups (same places, before and after).",
 )  # fmt: skip
@@ -54,27 +56,29 @@ PRELOAD = Option(
 )  # fmt: skip
 STEPS = Option(
     "steps", Panel.BODIES, "NUMBER",
-    "Points of the load curve; 1 for none; default: 7.", parsing.counted(1, limits.STEPS), 7,
+    "Points of the load curve; 1 for none; default: 7.", parsing.int_parser(1, limits.STEPS), 7,
 )  # fmt: skip
-OUTPUT = file("output", "FILE.csv|json", "Table of means and differences.", TABLES)
-FIGURE = file("figure", "FILE", "Figure of load curves and numbers (PNG, SVG or PDF).", PICTURES)
+OUTPUT = file_option("output", "FILE.csv|json", "Table of means and differences.", TABLES)
+FIGURE = file_option(
+    "figure", "FILE", "Figure of load curves and numbers (PNG, SVG or PDF).", PICTURES
+)
 _SOLVER = options.SOLVER_DOUBLE
 
 _QUARTERS = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class MapFindings:
     """What is found of one map of a comparison, by itself."""
 
     pressed: tuple[Pressed, ...]
     study: SamplingStudy | None = None  # The sampling error, if it was asked for
 
 
-def _run(request: Request, work: Work) -> Outcome:
+def _run(request: Request, work: TaskContext) -> Outcome:
     if work.known:
         return Outcome(
-            request, _together(request, [work.known[word] for word in part_names(request)])
+            request, _compare_all(request, [work.known[word] for word in part_names(request)])
         )
     # All are read first: one that cannot be is told of before any is solved.
     maps = [_read(request, path, work.say) for _, path in _listed(request)]
@@ -82,7 +86,7 @@ def _run(request: Request, work: Work) -> Outcome:
         _compress_map(request, surface, one_of_several(work.look, number, len(maps)))
         for number, surface in enumerate(maps, start=1)
     ]
-    return Outcome(request, _together(request, result))
+    return Outcome(request, _compare_all(request, result))
 
 
 def part_names(request: Request) -> tuple[str, ...]:
@@ -95,7 +99,7 @@ def file_of(request: Request, word: str) -> Path | None:
     return _listed(request)[int(word)][1]
 
 
-def found_of(request: Request, word: str, say: Say, look: Look) -> Found:
+def find_one_map(request: Request, word: str, say: Say, look: OnProgress) -> MapFindings:
     """Return what is found of one map, read alone; as of all together."""
     return _compress_map(request, _read(request, file_of(request, word), say), look)
 
@@ -122,16 +126,16 @@ def _read(request: Request, path: Path | None, say: Say) -> Surface:
     return surface
 
 
-def _compress_map(request: Request, surface: Surface, look: Look) -> Found:
+def _compress_map(request: Request, surface: Surface, look: OnProgress) -> MapFindings:
     extra_cautions = remarks_on(request, [surface])
     alone = _is_study_alone(request)
     # What cannot be compared is told of before anything is solved.
     requested = None if alone else _load_case(request)
     study = _studied(request, surface, look) if request[SAMPLING] else None
     if study is not None:
-        study = replace(study, whole=_remarked(study.whole, extra_cautions))
+        study = replace(study, whole=_with_remarks(study.whole, extra_cautions))
     if requested is None:
-        return Found((), study)
+        return MapFindings((), study)
     parts = _quarters(request, surface) if request[QUARTERS] else (surface,)
     pressed = []
     for number, part in enumerate(parts, start=1):
@@ -139,9 +143,11 @@ def _compress_map(request: Request, surface: Surface, look: Look) -> Found:
         name = surface.provenance.source or "map"
         name += f", part {number} of {len(parts)}" if request[QUARTERS] else ""
         pressed.append(
-            tuple(_remarked(item, extra_cautions) for item in requested.pressed(part, name, look))
+            tuple(
+                _with_remarks(item, extra_cautions) for item in requested.pressed(part, name, look)
+            )
         )
-    return Found(tuple(pressed), study)
+    return MapFindings(tuple(pressed), study)
 
 
 def _is_study_alone(request: Request) -> bool:
@@ -168,7 +174,7 @@ def _problem(request: Request) -> dict[str, Any]:
     return arguments
 
 
-def _together(request: Request, result: list[Found]) -> Comparison | SamplingStudy:
+def _compare_all(request: Request, result: list[MapFindings]) -> Comparison | SamplingStudy:
     """Return the comparison of all maps."""
     studies = tuple(item.study for item in result if item.study is not None)
     if _is_study_alone(request):
@@ -180,7 +186,7 @@ def _together(request: Request, result: list[Found]) -> Comparison | SamplingStu
     return replace(_load_case(request).together(by_name, request[PAIRED]), sampling=studies)
 
 
-def _remarked(sample: Sample, extra_cautions: tuple[Caution, ...]) -> Sample:
+def _with_remarks(sample: Sample, extra_cautions: tuple[Caution, ...]) -> Sample:
     return replace(sample, curve=replace(sample.curve, extra_cautions=extra_cautions))
 
 
@@ -204,7 +210,7 @@ def _quarters(request: Request, surface: Surface) -> tuple[Surface, ...]:
         raise InputError(ArgumentRef("quarters"), ": ", *error.parts) from None
 
 
-def _studied(request: Request, surface: Surface, look: Look) -> SamplingStudy:
+def _studied(request: Request, surface: Surface, look: OnProgress) -> SamplingStudy:
     from roughcontact.analyses.compare.sampling import sampling_study
 
     try:
@@ -234,9 +240,9 @@ def _check(request: Request) -> None:
 
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:
-    from roughcontact.analyses.sweep.model import HELD
+    from roughcontact.analyses.sweep.model import MAX_HELD_RESULTS
 
-    request.require_contact(shape, HELD)
+    request.require_contact(shape, MAX_HELD_RESULTS)
 
 
 TASK = Task(
@@ -271,5 +277,5 @@ roughcontact compare --group "ground=ground-?.x3p" \\
     last=lambda _: {},
     memory=_memory,
     maps=("files", "groups"),
-    pieces=Pieces(part_names, found_of, file_of, (options.GROUP, PAIRED)),
+    pieces=Subtasks(part_names, find_one_map, file_of, (options.GROUP, PAIRED)),
 )  # fmt: skip

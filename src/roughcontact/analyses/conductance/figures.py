@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.analyses.conductance.model import CASES, CORRELATED
+from roughcontact.analyses.conductance.model import CASES, CORRELATION_RANGE
 from roughcontact.drawing import style
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def _band(axes: Axes, load: Array, correlated: Array) -> None:
     """Draw between which resistances 95 % of rough maps were, by their correlation."""
     known = np.isfinite(correlated) & (correlated > 0)
     if np.count_nonzero(known) > 1:
-        low, high = (factor * correlated[known] for factor in CORRELATED)
+        low, high = (factor * correlated[known] for factor in CORRELATION_RANGE)
         label = f"95 % of {CASES} rough maps about it"
         axes.fill_between(load[known], low, high, color=style.NEUTRAL, alpha=0.2, lw=0, label=label)
 
@@ -57,7 +57,7 @@ def conductance(result: Conductance) -> Figure:
         )
         if not np.isnan(result.resistance(kind)).all()
     ]  # fmt: skip
-    figure = style.blank(5.6 * len(kinds), 4.6)
+    figure = style.empty_figure(5.6 * len(kinds), 4.6)
     load = result.column("load")
     factor, load_unit = style.prefixed(float(load.max()), "N")
     for axes, (title, unit, kind) in zip(

@@ -39,19 +39,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools import statistics
-from roughcontact._tools.arguments import checked
+from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.statistics import Mean
-from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning, ordered
+from roughcontact.cautions import (
+    Caution,
+    CautionTag,
+    as_caution,
+    as_note,
+    as_warning,
+    sort_cautions,
+)
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.series import (
     ONE_ROUGH_FACE,
     CalibratedChange,
-    changed,
-    mean_of,
-    of_one_pair,
-    positive,
+    check_same_pair,
+    mean_step,
+    parse_positive,
+    relative_change,
 )
 from roughcontact.contact.spots import Spots
 from roughcontact.contact.stiffness import unloading_stiffness
@@ -65,7 +72,7 @@ from roughcontact.surface.form import level
 from roughcontact.theory import constriction
 from roughcontact.theory.constriction import hottest_spot
 from roughcontact.theory.rarefied_gas import jump_distance, mean_free_path
-from roughcontact.units import Quantity, engineering, percent, quantity
+from roughcontact.units import Quantity, format_engineering, format_percent, to_si
 
 Array = NDArray[np.float64]
 
@@ -81,7 +88,7 @@ VACUUM = "vacuum"
 STEFAN_BOLTZMANN = 5.670374419e-8
 """Radiation of a black body over the fourth power of its temperature [W/(m² K⁴)]."""
 
-RADIATES = 0.01
+MIN_RADIATION_SHARE = 0.01
 """Share of the conductance from which on radiation is told."""
 
 # Mean temperature of a square of unit side and flux on a half-space of unit conductivity.
@@ -108,22 +115,22 @@ def filling_of(
         if isinstance(gap, str) and not gap[:1].isdigit():
             known = ", ".join((*fluids.entries(), VACUUM))
             raise input_error("gap", gap, f"must be one of {known}, or a conductivity")
-        conductivity = positive(gap, "conductivity", "gap")
+        conductivity = parse_positive(gap, "conductivity", "gap")
         return Filling(f"{conductivity:.4g} W/(m K)", conductivity)
     if isinstance(fluid, fluids.Liquid):
         return Filling(fluid.name, fluid.conductivity.value)
-    warmth = warmth_of(temperature)
-    press = positive(BAR if pressure is None else pressure, "pressure", "gap_pressure")
+    warmth = temperature_or_room(temperature)
+    press = parse_positive(BAR if pressure is None else pressure, "pressure", "gap_pressure")
     path = mean_free_path(fluid.viscosity_at(warmth), press, fluid.molar_mass.value, warmth)
     ratio, share = fluid.heat_capacity_ratio.value, fluid.accommodation.value
     jump = jump_distance(path, share, ratio, fluid.prandtl)
     return Filling(fluid.name, fluid.conductivity_at(warmth), jump)
 
 
-def warmth_of(temperature: Quantity | None) -> float:
+def temperature_or_room(temperature: Quantity | None) -> float:
     """Return a temperature [K], that of a room where none is given."""
     given = ROOM_TEMPERATURE if temperature is None else temperature
-    return positive(given, "temperature", "temperature")
+    return parse_positive(given, "temperature", "temperature")
 
 
 def gap_conductance(gap: Array, filling: Filling, spreading: float = 0.0) -> float:
@@ -197,14 +204,14 @@ class Texture:
         return self.curved < CURVED
 
 
-def form(texture: Texture) -> tuple[Caution, ...]:
+def form_note(texture: Texture) -> tuple[Caution, ...]:
     """Return the note on bodies for which the correlations of flat joints are left out."""
     if texture.is_flat:
         return ()
     return (
         as_note(
-            Kind.CURVED,
-            f"Bodies are curved ({percent(texture.curved)} of gap variance): flat-joint "
+            CautionTag.CURVED,
+            f"Bodies are curved ({format_percent(texture.curved)} of gap variance): flat-joint "
             f"correlations omitted. Flat face? Add {ArgumentRef('level', 'quadric')}.",
             curved=texture.curved,
         ),
@@ -221,13 +228,13 @@ Periodic maps of Gaussian heights, eight waves of the roll-off a side, Hurst exp
 roll-off over cut-off 4 to 16, elastic and under a ceiling, 1 to 12 % in contact.
 """
 
-CORRELATED = (0.99, 1.44)
+CORRELATION_RANGE = (0.99, 1.44)
 """The correlations over what is computed, in 95 % of the cases.
 
 Spots form clusters, which the correlations neglect: they overestimate the resistance.
 """
 
-SPOTTED = (0.82, 1.0)
+GREENWOOD_RANGE = (0.82, 1.0)
 """Greenwood's formula over what is computed, in 95 % of the cases: less where more touches."""
 
 
@@ -281,7 +288,7 @@ def _self_displacement(pixel: tuple[float, float], contact_modulus: float) -> fl
 # --- How well a contact conducts electricity and heat ---
 
 
-OF = "the resistance of a contact"
+SUBJECT = "the resistance of a contact"
 """What needs a map, in words."""
 
 EVEN_FLOW = 32 / (3 * math.pi**2) - 1
@@ -368,8 +375,8 @@ class Conductance(Result):
         """Return the mean of this and other pairs of faces under the same loads."""
         every = (self, *others)
         lengths = [item.steps[-1].length for item in every]
-        steps = (mean_of(steps, ()) for steps in zip(*(x.steps for x in every), strict=True))
-        return replace(self, steps=tuple(steps), draws=(statistics.mean(lengths),))
+        steps = (mean_step(steps, ()) for steps in zip(*(x.steps for x in every), strict=True))
+        return replace(self, steps=tuple(steps), draws=(statistics.mean_with_interval(lengths),))
 
     def with_calibrated_ceiling(self, contact: ContactResult) -> Conductance:
         """Return the same with what changes under the calibrated ceiling.
@@ -380,9 +387,9 @@ class Conductance(Result):
             The same bodies under the largest load and the calibrated ceiling.
         """
         fine, length = self.steps[-1], 2 * unloading_stiffness(contact) / contact.contact_modulus
-        area = changed(contact.contact_area, fine.contact_area)
+        area = relative_change(contact.contact_area, fine.contact_area)
         assert isinstance(contact.ceiling, float)
-        change = CalibratedChange(contact.ceiling, area, (changed(length, fine.length),))
+        change = CalibratedChange(contact.ceiling, area, (relative_change(length, fine.length),))
         return replace(self, calibrated=change)
 
     def with_length(self, length: float) -> Conductance:
@@ -410,7 +417,7 @@ class Conductance(Result):
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        return ordered([*self.messages, *self.extra_cautions])
+        return sort_cautions([*self.messages, *self.extra_cautions])
 
     @property
     def nominal_area(self) -> float:
@@ -508,7 +515,7 @@ class Conductance(Result):
         return conductance
 
 
-@checked
+@validate_arguments
 def conductance(
     contacts: ContactResult | Iterable[ContactResult],
     conductor: Conductor | str,
@@ -591,14 +598,14 @@ def conductance(
         _film(thermal_film, "thermal film", "thermal_film"),
     )
     _check(bodies, films)
-    warmth = warmth_of(temperature)
+    warmth = temperature_or_room(temperature)
     filling = None if gap is None else filling_of(gap, gap_pressure, warmth)
     if filling is not None and math.isnan(_thermal_resistivity(bodies)):
         raise InputError("needs the conductivity of both bodies", argument="gap")
-    amperes = None if current is None else positive(current, "current", "current")
+    amperes = None if current is None else parse_positive(current, "current", "current")
     if amperes and None in (body.resistivity for body in bodies):
         raise InputError("needs the resistivity of both bodies", argument="current")
-    steps, judged, largest = _looked_at(contacts, _thermal_resistivity(bodies), filling)
+    steps, judged, largest = _evaluate_contacts(contacts, _thermal_resistivity(bodies), filling)
     result = Conductance(
         steps,
         bodies,
@@ -609,10 +616,12 @@ def conductance(
         temperature=warmth,
         current=amperes,
     )
-    return replace(result, messages=(*result.messages, *_radiation(result), *_heat(result)))
+    return replace(
+        result, messages=(*result.messages, *_radiation(result), *_melting_cautions(result))
+    )
 
 
-def _heat(result: Conductance) -> Iterator[Caution]:
+def _melting_cautions(result: Conductance) -> Iterator[Caution]:
     """Yield the message on spots that soften or melt under the smallest load."""
     voltage = float(np.nanmax(result.voltage, initial=0.0))
     for limit, effect, severity in (
@@ -623,8 +632,8 @@ def _heat(result: Conductance) -> Iterator[Caution]:
         lowest, name = min(known, default=(math.inf, ""))
         if voltage > lowest:
             yield severity(
-                Kind.HOT_SPOTS,
-                f"Contact voltage {engineering(voltage, 'V', 3)} exceeds the "
+                CautionTag.HOT_SPOTS,
+                f"Contact voltage {format_engineering(voltage, 'V', 3)} exceeds the "
                 f"{limit.replace('_', ' ')} of {name or 'a body'} ({lowest:g} V): spots {effect}.",
                 voltage=voltage,
             )
@@ -637,10 +646,10 @@ def _radiation(result: Conductance) -> Iterator[Caution]:
         return
     with np.errstate(divide="ignore"):
         share = float(np.nanmax(result.radiation / result.joint_conductance, initial=0.0))
-    if share > RADIATES:
+    if share > MIN_RADIATION_SHARE:
         yield as_note(
-            Kind.RADIATION,
-            f"Radiation adds up to {percent(min(share, 1.0))} between black faces and is not "
+            CautionTag.RADIATION,
+            f"Radiation adds up to {format_percent(min(share, 1.0))} between black faces and is not "
             "included.",
             share=share,
         )
@@ -649,21 +658,21 @@ def _radiation(result: Conductance) -> Iterator[Caution]:
 Judged = list[tuple[float, tuple[Caution, ...]]]
 
 
-def _looked_at(
+def _evaluate_contacts(
     contacts: ContactResult | Iterable[ContactResult], resistivity: float, filling: Filling | None
 ) -> tuple[tuple[ConductanceStep, ...], Judged, ContactResult]:
     """Return what each contact has and is judged by, by ascending load, and the last of them."""
     answer: list[tuple[ConductanceStep, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None
     texture: Texture | None = None
-    for result in of_one_pair(contacts, OF):
-        result.pair.require_uncoated(OF)
+    for result in check_same_pair(contacts, SUBJECT):
+        result.pair.require_uncoated(SUBJECT)
         if texture is None or texture.pair is not result.pair:
             texture = Texture(result.pair)
         if filling is not None and len(result.boundary.periodic_axes) < 2:
             raise InputError("needs ", ArgumentRef("boundary", "periodic"), argument="gap")
         step = _step(result, texture, resistivity, filling)
-        answer.append((step, (*result.cautions, *_own(result, texture))))
+        answer.append((step, (*result.cautions, *_joint_cautions(result, texture))))
         if largest is None or result.load >= largest.load:
             largest = result
     assert largest is not None
@@ -695,12 +704,12 @@ def _step(
     )
 
 
-def _own(result: ContactResult, texture: Texture) -> Iterator[Caution]:
+def _joint_cautions(result: ContactResult, texture: Texture) -> Iterator[Caution]:
     """Yield what is known of the joint."""
     if result.counter_surface is None:
         yield ONE_ROUGH_FACE
     if result.hertz is None:
-        yield from form(texture)
+        yield from form_note(texture)
 
 
 def _correlation(result: ContactResult, texture: Texture) -> float:
@@ -739,7 +748,7 @@ def conductor_of(specified: Conductor | str) -> Conductor:
 
 
 def _film(value: Quantity, dimension: str, argument: str) -> float:
-    result = quantity(value, dimension, argument)
+    result = to_si(value, dimension, argument)
     if not (isinstance(result, (int, float)) and 0 <= result < math.inf):
         raise input_error(argument, value, "must be zero or positive, and finite")
     return float(result)

@@ -15,13 +15,21 @@ from roughcontact.analyses.conductance import (
     model as joint,
 )
 from roughcontact.material.material import Conductor
-from roughcontact.references import cited
+from roughcontact.references import make_use
 from roughcontact.report import contact_fields, phrases, uncertainty
 from roughcontact.report.assumptions import Assumption
 from roughcontact.report.contact_fields import PAIR
-from roughcontact.report.kind import CAUTIONS, CellTable, Column, Columns, Kind, Quantity, Table
+from roughcontact.report.kind import (
+    CAUTIONS,
+    CellTable,
+    Column,
+    Columns,
+    Presentation,
+    Quantity,
+    Table,
+)
 from roughcontact.uncertainty.intervals import Interval
-from roughcontact.units import changed_by, engineering, percent, plain
+from roughcontact.units import format_change, format_engineering, format_percent, plain_decimal
 
 
 def _body(number: int) -> Callable[[joint.Conductance], dict[str, Any]]:
@@ -38,7 +46,7 @@ def _words(body: Conductor) -> str:
     """Return what a body conducts."""
     parts = [body.name] if body.name else []
     if body.resistivity is not None:
-        parts.append(f"ρ {engineering(body.resistivity, 'Ω m')}")
+        parts.append(f"ρ {format_engineering(body.resistivity, 'Ω m')}")
     if body.conductivity is not None:
         parts.append(f"k {body.conductivity:.4g} W/(m K)")
     return ", ".join(parts)
@@ -70,7 +78,7 @@ def _in_gap(filling: str) -> Callable[[joint.Conductance], str]:
         with np.errstate(divide="ignore"):
             added = result.column(f"{filling}_gap") / result.thermal_conductance
         return " to ".join(
-            f"{engineering(whole[end], 'W/(m² K)', 3)} ({changed_by(added[end])})"
+            f"{format_engineering(whole[end], 'W/(m² K)', 3)} ({format_change(added[end])})"
             for end in sorted({0, len(result.steps) - 1})
         )
 
@@ -81,7 +89,7 @@ def _share_of_gap(result: joint.Conductance) -> str:
     """Return what the filled gap conducts, and its share, under the smallest and largest load."""
     gap = result.column("filled_gap")
     return " to ".join(
-        f"{engineering(gap[end], 'W/(m² K)', 3)} ({percent(gap[end] / whole[end])})"
+        f"{format_engineering(gap[end], 'W/(m² K)', 3)} ({format_percent(gap[end] / whole[end])})"
         for whole in [result.joint_conductance]
         for end in sorted({0, len(result.steps) - 1})
     )
@@ -155,8 +163,8 @@ CONDUCTANCE: Table = (
     Quantity(
         "coarser", "on a coarser grid", of=lambda r: r.coarser and asdict(r.coarser),
         text=lambda r: (
-            f"pixels of {engineering(r.coarser.pixel, 'm')}: length {changed_by(r.coarser.length)},"
-            f" contact area {changed_by(r.coarser.contact_area)}"
+            f"pixels of {format_engineering(r.coarser.pixel, 'm')}: length {format_change(r.coarser.length)},"
+            f" contact area {format_change(r.coarser.contact_area)}"
         ), when=lambda r: r.coarser is not None,
     ),
     Quantity("calibrated", of=lambda r: r.calibrated and asdict(r.calibrated)),
@@ -254,7 +262,7 @@ def sentences(result: joint.Conductance) -> tuple[str, ...]:
         f"All of the contact conducts, yielded metal included; {_gap_sentence(result)}.",
         *(
             ("The film is added over the contact area; as it evens the flow out, the true "
-             f"resistance is a little larger, on a disc by at most {percent(joint.EVEN_FLOW)} of "
+             f"resistance is a little larger, on a disc by at most {format_percent(joint.EVEN_FLOW)} of "
              "the constriction.",)
             if film else ()
         ),
@@ -265,7 +273,7 @@ def sentences(result: joint.Conductance) -> tuple[str, ...]:
         "The last two columns are estimates of the constriction length over that computed: "
         "Greenwood's formula from radii and places of the spots (1966), and the correlation for "
         f"large flat rough joints, which depends on the slope and so on the pixel; 95 % of "
-        f"{joint.CASES} rough maps had {_span(joint.SPOTTED)} and {_span(joint.CORRELATED)}. A "
+        f"{joint.CASES} rough maps had {_span(joint.GREENWOOD_RANGE)} and {_span(joint.CORRELATION_RANGE)}. A "
         "dash is outside the range of the formula.",
     )  # fmt: skip
 
@@ -297,16 +305,18 @@ def _joint_texts(result: joint.Conductance, index: int) -> list[str]:
     if _thermal(result):
         if _by_area(result):
             h = result.joint_conductance[index]
-            texts.append(f"h = {phrases.size(h, 'W/(m² K)')}")
+            texts.append(f"h = {phrases.format_short(h, 'W/(m² K)')}")
         else:
-            texts.append(f"R = {phrases.size(result.thermal_resistance[index], 'K/W')} (thermal)")
+            texts.append(
+                f"R = {phrases.format_short(result.thermal_resistance[index], 'K/W')} (thermal)"
+            )
     if _electrical(result):
         resistance = result.electrical_resistance[index]
         if _by_area(result):
             area = resistance * result.nominal_area
-            texts.append(f"R·A = {plain(area * 1e12, 3)} Ω µm²")
+            texts.append(f"R·A = {plain_decimal(area * 1e12, 3)} Ω µm²")
         else:
-            texts.append(f"R = {phrases.size(resistance, 'Ω')}")
+            texts.append(f"R = {phrases.format_short(resistance, 'Ω')}")
     return texts
 
 
@@ -341,7 +351,7 @@ def _numbers(result: joint.Conductance) -> CellTable:
     heads += ["electrical R·A" if _by_area(result) else "electrical R"] * _electrical(result)
     rows = [
         (
-            phrases.size(load / result.nominal_area, "Pa"),
+            phrases.format_short(load / result.nominal_area, "Pa"),
             contact,
             *(
                 text.partition(" = ")[2].removesuffix(" (thermal)")
@@ -362,21 +372,21 @@ def _remarks(result: joint.Conductance) -> tuple[str, ...]:
         name = result.filling.name if result.filling else ""
         solid = result.thermal_conductance
         parts = " to ".join(
-            phrases.size(solid[end], "W/(m² K)") for end in sorted({0, len(solid) - 1})
+            phrases.format_short(solid[end], "W/(m² K)") for end in sorted({0, len(solid) - 1})
         )
         lines += [f"Contact: {parts}", f"Gap ({name}): {_share_of_gap(result)}"]
     elif _filled(result):
         lines.append(f"Gas is not included. With air in the gap: {_in_gap('air')(result)}")
     if result.current is not None:
-        amperes = phrases.size(result.current, "A")
-        voltage = phrases.size(float(result.voltage[0]), "V")
-        hot = plain(float(result.hottest[0]) - _ZERO_CELSIUS, 3)
+        amperes = phrases.format_short(result.current, "A")
+        voltage = phrases.format_short(float(result.voltage[0]), "V")
+        hot = plain_decimal(float(result.hottest[0]) - _ZERO_CELSIUS, 3)
         smallest = " under the smallest load" * (len(result.steps) > 1)
         lines.append(f"At {amperes}: contact voltage {voltage}, hottest spot {hot} °C{smallest}")
-    lines += [uncertainty.sources(_interval(result), hint=False), *phrases.drawn(result.draws)]
+    lines += [uncertainty.sources(_interval(result), hint=False), *phrases.draws_text(result.draws)]
     others = []
     if result.coarser is not None:
-        others.append(f"twice the pixel {changed_by(result.coarser.length)}")
+        others.append(f"twice the pixel {format_change(result.coarser.length)}")
     if result.calibrated is not None:
         others.append(uncertainty.under_calibrated(result, 0))
     if others:
@@ -384,17 +394,17 @@ def _remarks(result: joint.Conductance) -> tuple[str, ...]:
     return (*lines, phrases.status(result.largest))
 
 
-KIND = Kind(
+KIND = Presentation(
     joint.Conductance, CONDUCTANCE, CONDUCTANCE_COLUMNS, listed=True, question=question,
     answer=_answer, numbers=_numbers, remarks=_remarks,
     problem=lambda result: phrases.problem_of_loads(result.largest, result.column("load").tolist()),
     assumptions=_ASSUMPTIONS, sentences=sentences, figures=conductance_illustrations.CONDUCTANCE,
     contact=attrgetter("largest"),
     works=lambda result: (
-        *((cited("temperature of the spots", "Kohlrausch1900"),) if result.current else ()),
-        cited("conductance from the stiffness", "Barber2003"),
-        cited("resistance of the spots", "Holm1967", "Greenwood1966"),
-        cited("correlations of flat joints", "Cooper1969", "Mikic1974"),
-        cited("gas in the gap", "Song1993", "Yovanovich1982"),
+        *((make_use("temperature of the spots", "Kohlrausch1900"),) if result.current else ()),
+        make_use("conductance from the stiffness", "Barber2003"),
+        make_use("resistance of the spots", "Holm1967", "Greenwood1966"),
+        make_use("correlations of flat joints", "Cooper1969", "Mikic1974"),
+        make_use("gas in the gap", "Song1993", "Yovanovich1982"),
     ),
 )  # fmt: skip

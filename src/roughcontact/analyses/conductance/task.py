@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import contacts as joints, options, parsing
-from roughcontact.request.options import PICTURES, PRESSURE, Option, Panel, file
-from roughcontact.request.outcome import Outcome, Work, last_contact
+from roughcontact.request.options import PICTURES, PRESSURE, Option, Panel, file_option
+from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
-from roughcontact.request.task import Question, Task
+from roughcontact.request.task import Analysis, Task
 
 if TYPE_CHECKING:
     from roughcontact.analyses.conductance.model import Conductance
@@ -23,7 +23,7 @@ ELECTRICAL_FILM = Option(
 GAP = Option(
     "gap", Panel.BODIES, "FLUID",
     'Fluid in the gap: air, helium, vacuum, oil, grease or "0.2 W/m/K"; default: none.',
-    parsing.words, None,
+    parsing.as_text, None,
 )  # fmt: skip
 GAP_PRESSURE = Option(
     "gap-pressure", Panel.BODIES, "PRESSURE",
@@ -33,7 +33,9 @@ CURRENT = Option(
     "current", Panel.BODIES, "CURRENT", 'Current through the contact: "10 A"; default: none.',
     parsing.quantity("current"), None,
 )  # fmt: skip
-FIGURE = file("figure", "FILE", "Figure of resistance versus load (PNG, SVG or PDF).", PICTURES)
+FIGURE = file_option(
+    "figure", "FILE", "Figure of resistance versus load (PNG, SVG or PDF).", PICTURES
+)
 _CONDUCTORS = (
     joints.RESISTIVITY, joints.CONDUCTIVITY, joints.COUNTER_RESISTIVITY,
     joints.COUNTER_CONDUCTIVITY, ELECTRICAL_FILM, joints.THERMAL_FILM, GAP, GAP_PRESSURE,
@@ -41,16 +43,16 @@ _CONDUCTORS = (
 )  # fmt: skip
 
 
-def _run(request: Request, work: Work) -> Outcome:
-    from roughcontact.analyses.conductance.model import OF, conductance
+def _run(request: Request, work: TaskContext) -> Outcome:
+    from roughcontact.analyses.conductance.model import SUBJECT, conductance
 
-    contacts = joints.Contacts.of_request(request, work)
-    contacts.require_map(OF)
+    contacts = joints.JointContacts.of_request(request, work)
+    contacts.require_map(SUBJECT)
     loads = joints.loads(request)
 
-    def compute(pair: joints.Contacts) -> Conductance:
+    def compute(pair: joints.JointContacts) -> Conductance:
         return conductance(
-            pair.under(loads),
+            pair.solve_loads(loads),
             *joints.conductors(request),
             electrical_film=request[ELECTRICAL_FILM] or 0.0,
             thermal_film=request[joints.THERMAL_FILM] or 0.0,
@@ -137,7 +139,7 @@ roughcontact conductance ground.x3p --load "20 MPa, 50 MPa" \\
     last=last_contact,
     held=2,
     questions=(
-        Question(
+        Analysis(
             "Conductance",
             "Electrical and thermal resistance of the whole contact.",
             _CONDUCTORS,

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arguments import checked
-from roughcontact.cautions import Caution, Kind, as_note, ordered
+from roughcontact._tools.arguments import validate_arguments
+from roughcontact.cautions import Caution, CautionTag, as_note, sort_cautions
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
 from roughcontact.material.hardening import Linear, Perfect
@@ -23,7 +23,7 @@ from roughcontact.surface.surface import Surface
 from roughcontact.theory import height_distribution
 from roughcontact.theory.height_distribution import gap_below_plane
 from roughcontact.theory.persson import diffused, persson_fractions
-from roughcontact.units import Quantity, percent, quantity
+from roughcontact.units import Quantity, format_percent, to_si
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ _FIRST_YIELD = 1.295 * math.exp(0.736 * 0.3) / 3
 
 
 @dataclass(frozen=True)
-class Groups:
+class DimensionlessGroups:
     """Nominally flat contacts in groups without unit; arrays of one shape (n,)."""
 
     pressure: Array  # p̄/(E* h′), h′ the root-mean-square gradient Sdq
@@ -70,9 +70,9 @@ class Groups:
             "middle": self.kurtosis - self.skewness**2 - 1,
         }
 
-    def taken(self, chosen: Any) -> Groups:
+    def select(self, chosen: Any) -> DimensionlessGroups:
         """Return some of them."""
-        return Groups(**{name: values[chosen] for name, values in vars(self).items()})
+        return DimensionlessGroups(**{name: values[chosen] for name, values in vars(self).items()})
 
 
 @dataclass(frozen=True)
@@ -87,11 +87,11 @@ class Formula:
     scatter: tuple[float, ...] = (0.0,)
     factor: float = 1.96  # Half width of the interval of `LEVEL`, over that
 
-    def design(self, groups: Groups) -> Array:
+    def design(self, groups: DimensionlessGroups) -> Array:
         """Return the terms, shape (n, number of terms)."""
         return _products(self.terms, self._coordinates(groups))
 
-    def value(self, groups: Groups, design: Array | None = None) -> Array:
+    def value(self, groups: DimensionlessGroups, design: Array | None = None) -> Array:
         """Return the quantity, shape (n,); ``design`` where it is known."""
         design = self.design(groups) if design is None else design
         fitted = _sum(design, self.coefficients)
@@ -106,7 +106,7 @@ class Formula:
             return gap_below_plane(share, groups.skewness, groups.kurtosis)
         return saturated if self.quantity == SATURATED else contact
 
-    def missed(self, value: Array, result: Array) -> Array:
+    def overestimate(self, value: Array, result: Array) -> Array:
         """Return by how much values are too large, in the measure in which scatter is told."""
         return self._measured(value) - self._measured(result)
 
@@ -116,7 +116,9 @@ class Formula:
             return np.log(value)
         return np.sqrt(value) if self.quantity == SATURATED else value
 
-    def ranged(self, groups: Groups, wider: float = 1.0) -> tuple[Array, Array, Array]:
+    def with_interval(
+        self, groups: DimensionlessGroups, wider: float = 1.0
+    ) -> tuple[Array, Array, Array]:
         """Return the quantity and the ends of its interval, so much wider, each of shape (n,)."""
         coordinates = self._coordinates(groups)
         value = self.value(groups, _products(self.terms, coordinates))
@@ -124,11 +126,13 @@ class Formula:
         half = wider * self.factor * np.exp(spread)
         return (value, *self._interval(groups, value, half))
 
-    def spread_design(self, groups: Groups) -> Array:
+    def spread_design(self, groups: DimensionlessGroups) -> Array:
         """Return the terms of the scatter, shape (n, number of them)."""
         return _products(self.scatter_terms, self._coordinates(groups))
 
-    def _interval(self, groups: Groups, value: Array, half: Array) -> tuple[Array, Array]:
+    def _interval(
+        self, groups: DimensionlessGroups, value: Array, half: Array
+    ) -> tuple[Array, Array]:
         """Return the ends of the interval about a value."""
         middle = self._measured(value)
         low, high = middle - half, middle + half
@@ -144,18 +148,18 @@ class Formula:
             return np.clip(low, minimum, 1), np.clip(high, minimum, 1)
         return (low, np.minimum(high, minimum)) if self.quantity == SATURATED else (low, high)
 
-    def _softening(self, groups: Groups) -> Array:
+    def _softening(self, groups: DimensionlessGroups) -> Array:
         """Return by how much plasticity lowers ln(h_eff/h′), to begin with."""
         return np.log1p((groups.ratio / self.knee) ** 2) / 2
 
-    def _start(self, groups: Groups) -> Array:
+    def _start(self, groups: DimensionlessGroups) -> Array:
         """Return the effective gradient over h′ from which coordinates are told."""
         first: Array = _FIRST[self.quantity] * np.exp(-self._softening(groups))
         if self.quantity == GAP and not np.isnan(groups.breadth).any():
             first = first / groups.breadth
         return first
 
-    def _coordinates(self, groups: Groups) -> dict[str, Array]:
+    def _coordinates(self, groups: DimensionlessGroups) -> dict[str, Array]:
         """Return the coordinates of polynomials by their letters."""
         from scipy.special import ndtri
 
@@ -175,18 +179,18 @@ class Formula:
         return result
 
 
-def theory_contact(groups: Groups) -> Array:
+def theory_contact(groups: DimensionlessGroups) -> Array:
     """Return the contact fraction of Persson's theory with the gradient of the surface itself."""
     return _theory(groups, np.ones_like(groups.pressure))[0]
 
 
-def _theory(groups: Groups, gradient: Array) -> tuple[Array, Array]:
+def _theory(groups: DimensionlessGroups, gradient: Array) -> tuple[Array, Array]:
     with np.errstate(divide="ignore"):
         ceiling = 1 / groups.ratio
     return diffused(groups.pressure, gradient / 2, ceiling)
 
 
-def _yielded(groups: Groups, gradient: Array) -> Array:
+def _yielded(groups: DimensionlessGroups, gradient: Array) -> Array:
     """Return the fraction of the nominal area on which the theory finds first yield exceeded."""
     with np.errstate(divide="ignore"):
         bound = _FIRST_YIELD / groups.ratio
@@ -227,7 +231,7 @@ class Atlas:
 
 
 @lru_cache(maxsize=1)
-def stored() -> Atlas:
+def load_atlas() -> Atlas:
     """Return the formulas that the package holds."""
     stored = json.loads(STORED.read_text(encoding="utf-8"))
     return Atlas(
@@ -261,16 +265,16 @@ LEAST_WAVES = 6.0
 
 
 @dataclass(frozen=True)
-class Range:
+class EstimateRange:
     """A value and the ends of the interval in which it lies for 90 of 100 maps."""
 
     value: float
     low: float
     high: float
 
-    def times(self, factor: float) -> Range:
+    def times(self, factor: float) -> EstimateRange:
         """Return it in another unit."""
-        return Range(self.value * factor, self.low * factor, self.high * factor)
+        return EstimateRange(self.value * factor, self.low * factor, self.high * factor)
 
 
 @dataclass(frozen=True)
@@ -320,10 +324,10 @@ class Estimate(Result):
     ceiling: float | None
     yield_strength: float | None
     roughness: Roughness
-    contact: Range
-    saturated: Range
-    gap: Range
-    plastic_volume: Range | None
+    contact: EstimateRange
+    saturated: EstimateRange
+    gap: EstimateRange
+    plastic_volume: EstimateRange | None
     theory_contact: float
     cautions: tuple[Caution, ...] = ()
 
@@ -335,7 +339,7 @@ class Estimate(Result):
         return self.contact_modulus * self.roughness.Sdq / self.yield_strength
 
 
-@checked
+@validate_arguments
 def estimate(
     surface: Surface | None = None,
     *,
@@ -403,10 +407,10 @@ def estimate(
     >>> found.contact.low < found.contact.value < found.contact.high
     True
     """
-    specified = {"Sq": quantity(Sq, "length", "Sq"), "Sdq": Sdq,
-             "Sal": quantity(Sal, "length", "Sal"), "Str": Str, "Ssk": Ssk, "Sku": Sku}  # fmt: skip
+    specified = {"Sq": to_si(Sq, "length", "Sq"), "Sdq": Sdq,
+             "Sal": to_si(Sal, "length", "Sal"), "Str": Str, "Ssk": Ssk, "Sku": Sku}  # fmt: skip
     roughness = _roughness(surface, specified)
-    mean = quantity(pressure, "pressure", "pressure")
+    mean = to_si(pressure, "pressure", "pressure")
     require_positive(pressure=mean)
     if material.coating or counter_material.coating:
         raise InputError("is not in the formulas: solve a map of the surface", argument="coating")
@@ -486,7 +490,7 @@ def _limit(ceiling: Quantity | None, *bodies: Material) -> float | None:
         return None
     if isinstance(ceiling, str) and ceiling == "auto":
         return min((body.ceiling for body in bodies if body.ceiling is not None), default=None)
-    limit = quantity(ceiling, "pressure", "ceiling")
+    limit = to_si(ceiling, "pressure", "ceiling")
     require_positive(ceiling=limit)
     return float(limit)
 
@@ -521,9 +525,9 @@ def _estimated(
         )
     stress = modulus * roughness.Sdq
     groups = _groups(pressure, stress, 0.0 if ceiling is None else stress / ceiling, roughness)
-    _require(groups, stored().domain[_CEILING], roughness)
+    _require(groups, load_atlas().domain[_CEILING], roughness)
     contact, saturated, gap = (
-        _ranged(name, groups, roughness) for name in (CONTACT, SATURATED, GAP)
+        _with_interval(name, groups, roughness) for name in (CONTACT, SATURATED, GAP)
     )
     volume, said = _volume(pressure, stress, strength, hardening, roughness)
     return Estimate(
@@ -537,27 +541,29 @@ def _estimated(
         gap=gap.times(roughness.Sq),
         plastic_volume=volume,
         theory_contact=persson_fractions(pressure, modulus, roughness.Sdq, ceiling)[0],
-        cautions=ordered(said),
+        cautions=sort_cautions(said),
     )
 
 
 def _groups(
     pressure: float, stress: float, ratio: float, roughness: Roughness, hardening: float = 0.0
-) -> Groups:
+) -> DimensionlessGroups:
     """Return the groups of one contact."""
     known = roughness.Sal is not None
     breadth = roughness.Sdq * (roughness.Sal or math.nan) / roughness.Sq if known else math.nan
     values = (pressure / stress, ratio, breadth, roughness.Str, roughness.Ssk,
               roughness.Sku, hardening)  # fmt: skip
-    return Groups(*(np.array([float(value)]) for value in values))
+    return DimensionlessGroups(*(np.array([float(value)]) for value in values))
 
 
-def _ranged(quantity: str, groups: Groups, roughness: Roughness) -> Range:
+def _with_interval(
+    quantity: str, groups: DimensionlessGroups, roughness: Roughness
+) -> EstimateRange:
     """Return a quantity with its interval, that of measured maps where it is that of a map."""
-    atlas = stored()
+    atlas = load_atlas()
     formula = atlas.formula(quantity, roughness.Sal is not None)
     wider = 1.0 if roughness.waves is None else atlas.measured
-    return Range(*(float(end[0]) for end in formula.ranged(groups, wider)))
+    return EstimateRange(*(float(end[0]) for end in formula.with_interval(groups, wider)))
 
 
 _WORDS = {
@@ -571,7 +577,9 @@ _CAUSES = {
 }  # fmt: skip
 
 
-def _outside(groups: Groups, domain: dict[str, tuple[float, float]]) -> dict[str, float]:
+def _outside_domain(
+    groups: DimensionlessGroups, domain: dict[str, tuple[float, float]]
+) -> dict[str, float]:
     """Return the groups that lie outside a domain, with their values."""
     values = {name: float(of[0]) for name, of in groups.values().items()}
     return {
@@ -584,11 +592,13 @@ def _outside(groups: Groups, domain: dict[str, tuple[float, float]]) -> dict[str
 def _range_text(name: str, value: float, domain: dict[str, tuple[float, float]]) -> str:
     low, high = domain[name]
     if name == "contact":
-        return f"{_WORDS[name]} of {percent(low)} to {percent(high)}, got about {percent(value)}"
+        return f"{_WORDS[name]} of {format_percent(low)} to {format_percent(high)}, got about {format_percent(value)}"
     return f"{_WORDS[name]} of {low:.3g} to {high:.3g}, got {value:.3g}"
 
 
-def _require(groups: Groups, domain: dict[str, tuple[float, float]], roughness: Roughness) -> None:
+def _require(
+    groups: DimensionlessGroups, domain: dict[str, tuple[float, float]], roughness: Roughness
+) -> None:
     if roughness.waves is not None and roughness.waves < LEAST_WAVES:
         raise InputError(
             f"shows its own form: its shorter side is {roughness.waves:.1f} autocorrelation "
@@ -596,7 +606,7 @@ def _require(groups: Groups, domain: dict[str, tuple[float, float]], roughness: 
             argument="surface",
             value=roughness.waves,
         )
-    for name, value in _outside(groups, domain).items():
+    for name, value in _outside_domain(groups, domain).items():
         raise InputError(
             f"lies outside the formulas, which hold for {_range_text(name, value, domain)}; "
             "solve the contact on a map instead",
@@ -611,25 +621,29 @@ def _volume(
     strength: float | None,
     hardening: float | None,
     roughness: Roughness,
-) -> tuple[Range | None, list[Caution]]:
+) -> tuple[EstimateRange | None, list[Caution]]:
     """Return the plastic volume over nominal area, or why it is not told."""
     if strength is None:
         return None, []
     if hardening is None:
         return None, [
             as_note(
-                Kind.ESTIMATE_DOMAIN,
+                CautionTag.ESTIMATE_DOMAIN,
                 "No formula for plastic depth with this hardening law. Use "
                 f"{ArgumentRef('model', 'elastoplastic')}.",
             )
         ]
     ratio = stress / (CEILING_FACTOR * strength)
     groups = _groups(pressure, stress, ratio, roughness, hardening * roughness.Sdq / strength)
-    domain = stored().domain[_VOLUME]
-    outside = [_range_text(name, value, domain) for name, value in _outside(groups, domain).items()]
+    domain = load_atlas().domain[_VOLUME]
+    outside = [
+        _range_text(name, value, domain) for name, value in _outside_domain(groups, domain).items()
+    ]
     if outside:
         return None, [
-            as_note(Kind.ESTIMATE_DOMAIN, f"No plastic depth: its formula holds for {outside[0]}.")
+            as_note(
+                CautionTag.ESTIMATE_DOMAIN, f"No plastic depth: its formula holds for {outside[0]}."
+            )
         ]
-    result = _ranged(VOLUME, groups, roughness)
+    result = _with_interval(VOLUME, groups, roughness)
     return result.times(roughness.Sq / roughness.Sdq), []

@@ -6,18 +6,18 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from roughcontact.analyses.estimate.model import Estimate, Range
-from roughcontact.references import cited
+from roughcontact.analyses.estimate.model import Estimate, EstimateRange
+from roughcontact.references import make_use
 from roughcontact.report import phrases
 from roughcontact.report.formulas import length_of, share
-from roughcontact.report.kind import CAUTIONS, PROBLEM, CellTable, Kind, Quantity, Table
-from roughcontact.units import engineering, percent
+from roughcontact.report.kind import CAUTIONS, PROBLEM, CellTable, Presentation, Quantity, Table
+from roughcontact.units import format_engineering, format_percent
 
 _ENDS = ("low", "high")
 
 
 def _ranged(
-    key: str, name: str, unit: str, meaning: str, symbol: str, form: Callable[[Range], str]
+    key: str, name: str, unit: str, meaning: str, symbol: str, form: Callable[[EstimateRange], str]
 ) -> Table:
     """Return the row of a quantity with its interval, and what files keep of it."""
 
@@ -79,7 +79,7 @@ ESTIMATE: Table = (
              "", length_of),
     Quantity(
         "theory_contact", "Persson's theory", meaning="its contact area over nominal area",
-        form=percent,
+        form=format_percent,
     ),
     *CAUTIONS,
 )  # fmt: skip
@@ -90,29 +90,31 @@ ESTIMATE: Table = (
 
 
 def _problem(result: Estimate) -> str:
-    parts = [f"Sq {phrases.size(result.roughness.Sq, 'm')}"]
+    parts = [f"Sq {phrases.format_short(result.roughness.Sq, 'm')}"]
     if result.roughness.Sdq is not None:
         parts.append(f"Sdq {result.roughness.Sdq:.3g}")
     if result.roughness.Sal is not None:
-        parts.append(f"Sal {phrases.size(result.roughness.Sal, 'm')}")
-    return f"Nominally flat surface, {', '.join(parts)}, {phrases.size(result.pressure, 'Pa')}"
+        parts.append(f"Sal {phrases.format_short(result.roughness.Sal, 'm')}")
+    return (
+        f"Nominally flat surface, {', '.join(parts)}, {phrases.format_short(result.pressure, 'Pa')}"
+    )
 
 
-def _ends(result: Range, form: Callable[[float], str]) -> str:
+def _ends(result: EstimateRange, form: Callable[[float], str]) -> str:
     return f"{form(result.value)} ({phrases.between(result.low, result.high, form)})"
 
 
 def _answer(result: Estimate) -> str:
     """Return the contact, with its interval."""
-    return f"About {_ends(result.contact, phrases.share)} of the face is in contact."
+    return f"About {_ends(result.contact, phrases.format_share)} of the face is in contact."
 
 
 def _numbers(result: Estimate) -> CellTable:
     """Return gap, saturated area, plastic depth and plasticity index."""
-    length = partial(phrases.size, unit="m")
+    length = partial(phrases.format_short, unit="m")
     rows = [("Mean gap", _ends(result.gap, length))]
     if result.saturated is not None:
-        rows.append(("At the ceiling", _ends(result.saturated, phrases.share)))
+        rows.append(("At the ceiling", _ends(result.saturated, phrases.format_share)))
     if result.plastic_volume is not None:
         rows.append(("Plastic depth, mean", _ends(result.plastic_volume, length)))
     if result.plasticity_index is not None:
@@ -122,13 +124,13 @@ def _numbers(result: Estimate) -> CellTable:
 
 def question(result: Estimate) -> str:
     """Return the question that an estimate answers."""
-    pressure = engineering(result.pressure, "Pa")
+    pressure = format_engineering(result.pressure, "Pa")
     return f"How much of a nominally flat surface is in contact at {pressure}?"
 
 
-KIND = Kind(
+KIND = Presentation(
     Estimate, ESTIMATE, question=question,
-    works=lambda _: (cited("formulas of nominally flat contact", "Persson2001", "Yang2008"),),
+    works=lambda _: (make_use("formulas of nominally flat contact", "Persson2001", "Yang2008"),),
     problem=_problem, answer=_answer, numbers=_numbers,
     remarks=lambda _: (
         "Intervals hold 90 of 100 such surfaces. Formula, not a solution: solve a map.",

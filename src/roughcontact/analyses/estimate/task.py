@@ -6,8 +6,8 @@ from typing import Any
 
 from roughcontact.errors import InputError
 from roughcontact.request import options, parsing
-from roughcontact.request.options import LENGTH, NEEDED, PRESSURE, Option, Panel, Rule, file
-from roughcontact.request.outcome import Outcome, Work
+from roughcontact.request.options import LENGTH, NEEDED, PRESSURE, Option, Panel, Rule, file_option
+from roughcontact.request.outcome import Outcome, TaskContext
 from roughcontact.request.request import Request
 from roughcontact.request.task import Task
 
@@ -49,11 +49,11 @@ CEILING: Option[str | float | None] = Option(
     'Pressure ceiling: "3 GPa", "62 HRC", auto (3σ_Y) or none (elastic); default: auto.',
     parsing.ceiling, "auto", "Pressure ceiling",
 )  # fmt: skip
-OUTPUT = file("output", "FILE.json", "Estimate as JSON.", (".json",))
+OUTPUT = file_option("output", "FILE.json", "Estimate as JSON.", (".json",))
 _PARAMETERS: tuple[Option[Any], ...] = (SQ, SDQ, SAL, STR, SSK, SKU)
 
 
-def _run(request: Request, work: Work) -> Outcome:
+def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.estimate.model import estimate
 
     material, counter_material = request.bodies()

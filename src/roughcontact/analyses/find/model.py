@@ -17,24 +17,31 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roughcontact._tools.arguments import checked
-from roughcontact._tools.deprecated import Renamed
-from roughcontact.cautions import Caution, ordered
-from roughcontact.contact.ceiling import resolved_ceiling
+from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.deprecated import RenamedAttributes
+from roughcontact.cautions import Caution, sort_cautions
+from roughcontact.contact.ceiling import resolve_ceiling
 from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.solve import press
-from roughcontact.contact.validation import check, check_holes, touchable_gap
+from roughcontact.contact.solve import solve_pair
+from roughcontact.contact.validation import check_holes, check_problem, touchable_gap
 from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace import stress_summary
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
-from roughcontact.solvers.progress import Step, Tell, numbered, shows_progress_bar
+from roughcontact.solvers.progress import Step, Tell, progress_callback, shows_progress_bar
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, Quantity, engineering, percent, quantity, shares
+from roughcontact.units import (
+    Quantities,
+    Quantity,
+    format_engineering,
+    format_percent,
+    shares,
+    to_si,
+)
 
 CONTACT, SATURATED, APPROACH, GAP, YIELD = (
     "contact_fraction", "saturated_share", "approach", "mean_gap", "first_yield"
@@ -54,7 +61,7 @@ class Side:
 
 
 @dataclass(frozen=True, eq=False)
-class LoadAnswer(Renamed):
+class LoadAnswer(RenamedAttributes):
     """The load at which one quantity has one value."""
 
     quantity: str
@@ -119,7 +126,7 @@ class LoadSearch(Result):
         """What a reader of the numbers has to know, the severest first."""
         ascending = sorted(self.answers, key=lambda answer: answer.load)
         judged = over_loads([(item.load, item.result.cautions) for item in ascending], "N")
-        return ordered([*judged, *self.extra_cautions])
+        return sort_cautions([*judged, *self.extra_cautions])
 
 
 # --- Where a quantity that grows with the load passes a value ---
@@ -129,7 +136,7 @@ class LoadSearch(Result):
 Point = tuple[float, float]
 
 _STEP = math.log(1000.0)
-_BLIND = math.log(10.0)
+_MAX_EXTRAPOLATION = math.log(10.0)
 _SOLVES = 80
 
 
@@ -166,7 +173,7 @@ def bracket_crossing(
             last = y or accuracy
         result = _bracket(points)
         if result is None:
-            x = _ahead(points, ends, beyond, slope)
+            x = _next_outside(points, ends, beyond, slope)
             continue
         low, high = result
         widths.append(high[0] - low[0])
@@ -225,7 +232,9 @@ def _interpolated(points: list[Point], beyond: float, slope: float) -> float:
     )
 
 
-def _ahead(points: list[Point], ends: tuple[float, float], beyond: float, slope: float) -> float:
+def _next_outside(
+    points: list[Point], ends: tuple[float, float], beyond: float, slope: float
+) -> float:
     """Return where to look next while all points lie on one side."""
     above = points[-1][1] >= 0
     end, edge = (points[0], ends[0]) if above else (points[-1], ends[1])
@@ -234,7 +243,7 @@ def _ahead(points: list[Point], ends: tuple[float, float], beyond: float, slope:
     guess = _interpolated(points, beyond, slope)
     # A guess that points back, or creeps, would never leave this side.
     ahead = (guess < end[0]) if above else (guess > end[0])
-    step = min(abs(guess - end[0]), _STEP) if ahead else _BLIND
+    step = min(abs(guess - end[0]), _STEP) if ahead else _MAX_EXTRAPOLATION
     return max(end[0] - step, edge) if above else min(end[0] + step, edge)
 
 
@@ -247,7 +256,7 @@ ACCURACY = 1e-6
 SHARE_ACCURACY = 1e-3
 """How close a share comes, relatively, unless whole pixels forbid it."""
 
-HELD = 6
+MAX_HELD_RESULTS = 6
 """Maps held meanwhile: pressure and gap at both ends of the bracket, and of the answer before."""
 
 # Loads less far apart than this, relatively, start from each other; for others the solver's own
@@ -275,7 +284,7 @@ _NAMES = {
 
 
 @shows_progress_bar
-@checked
+@validate_arguments
 def find_load(
     surface: Surface,
     *,
@@ -355,7 +364,7 @@ max_iterations
     for target in targets:
         of[target].check(target)
     answers = tuple(
-        of[target].answer(target, numbered(progress, number, len(targets)))
+        of[target].answer(target, progress_callback(progress, number, len(targets)))
         for number, target in enumerate(targets, start=1)
     )
     return LoadSearch(
@@ -383,9 +392,11 @@ class _Finder:
         """Raise what can be told before the first solve."""
         name, value = target
         check_holes(self.pair)
-        check(self.pair, replace(self.terms, load=math.exp(self.ends()[0])), held=HELD)
+        check_problem(
+            self.pair, replace(self.terms, load=math.exp(self.ends()[0])), held=MAX_HELD_RESULTS
+        )
         argument = _ARGUMENTS.get(name)
-        if name == SATURATED and resolved_ceiling(self.terms.ceiling, self.pair) is None:
+        if name == SATURATED and resolve_ceiling(self.terms.ceiling, self.pair) is None:
             raise InputError(
                 f"needs a {ArgumentRef('ceiling')} or a {ArgumentRef('yield_strength')}: without "
                 "one nothing is saturated",
@@ -396,7 +407,7 @@ class _Finder:
             if value >= open_gap:
                 raise InputError(
                     f"must be below that of the bodies at their first touch, "
-                    f"{engineering(open_gap, 'm')}, got {engineering(value, 'm')}",
+                    f"{format_engineering(open_gap, 'm')}, got {format_engineering(value, 'm')}",
                     argument=argument
                 )  # fmt: skip
         if name == YIELD:
@@ -411,7 +422,7 @@ class _Finder:
     def ends(self) -> tuple[float, float]:
         """Return the logarithms of the smallest and largest load looked at."""
         pair = self.pair
-        ceiling = resolved_ceiling(self.terms.ceiling, pair)
+        ceiling = resolve_ceiling(self.terms.ceiling, pair)
         touchable = np.isfinite(touchable_gap(pair))
         limit = pair.contact_modulus if ceiling is None else np.asarray(ceiling)
         largest = float(np.broadcast_to(limit, pair.shape)[touchable].sum()) * pair.pixel_area
@@ -421,7 +432,7 @@ class _Finder:
     def answer(self, target: Target, progress: Callable[[Step], None] | None) -> LoadAnswer:
         """Return the load of one question."""
         name, value = target
-        first = self.first(target, progress)
+        first = self.initial_load(target, progress)
         known = [(x, _excess(name, there, value)) for x, there in self.seen.items()
                  if name in there]  # fmt: skip
         near = min(known, key=lambda point: abs(point[1]), default=None)
@@ -449,11 +460,11 @@ class _Finder:
         self.held = {x: result}
         return LoadAnswer(name, value, _values(result, name)[name], below, above, result)
 
-    def first(self, target: Target, progress: Callable[[Step], None] | None) -> float:
+    def initial_load(self, target: Target, progress: Callable[[Step], None] | None) -> float:
         """Return the logarithm of a load to begin with."""
         name, value = target
         pair = self.pair
-        ceiling = resolved_ceiling(self.terms.ceiling, pair)
+        ceiling = resolve_ceiling(self.terms.ceiling, pair)
         flat = name == GAP and ceiling is None and not pair.boundary.free_axes
         if name == APPROACH or flat:
             # The mean displacement of a periodic surface is zero.
@@ -489,10 +500,10 @@ class _Finder:
             result = self.held.get(x) or self.contact_at(x, name, progress)
             self.seen.setdefault(x, {}).update(_values(result, name))
             self.held[x] = result
-        self.forget(target)
+        self.drop_contacts(target)
         return _excess(name, self.seen[x], value)
 
-    def forget(self, target: Target) -> None:
+    def drop_contacts(self, target: Target) -> None:
         """Keep the contacts at the ends of the bracket, and no other."""
         name, value = target
         signed = sorted((x, _excess(name, there, value)) for x, there in self.seen.items()
@@ -518,7 +529,7 @@ class _Finder:
         self, terms: LoadCase, start: ContactResult | None, progress: Callable[[Step], None] | None
     ) -> ContactResult:
         """Return one more contact, and count it."""
-        self.last = press(self.pair, terms, start=start, progress=progress)
+        self.last = solve_pair(self.pair, terms, start=start, progress=progress)
         self.solves += 1
         self.convolutions += self.last.convolutions
         return self.last
@@ -538,15 +549,15 @@ class _Finder:
         side = "largest" if end[1] < 0 else "smallest"
         return InputError(
             f"{_text(name, value)} is not passed at any load: under the {side} that was tried, "
-            f"{engineering(math.exp(end[0]), 'N')}, {_NAMES[name]} is {_text(name, reached)}",
+            f"{format_engineering(math.exp(end[0]), 'N')}, {_NAMES[name]} is {_text(name, reached)}",
             argument=_ARGUMENTS.get(name, name)
         )  # fmt: skip
 
 
 def _text(name: str, value: float) -> str:
     if name in COUNTED:
-        return percent(value)
-    return f"{value:.4g}" if name == YIELD else engineering(value, "m")
+        return format_percent(value)
+    return f"{value:.4g}" if name == YIELD else format_engineering(value, "m")
 
 
 def _values(result: ContactResult, name: str) -> dict[str, float]:
@@ -633,7 +644,7 @@ def _shares(name: str, specified: Any) -> list[Target]:
 def _lengths(name: str, specified: Any) -> list[Target]:
     """Return targets from one length or several."""
     argument = _ARGUMENTS[name]
-    values = quantity(specified, "length", argument)
+    values = to_si(specified, "length", argument)
     result = [] if values is None else list(values) if np.ndim(values) else [values]
     for length in result:
         if not (isinstance(length, (int, float)) and 0 < length < math.inf):

@@ -17,14 +17,14 @@ from roughcontact.report.kind import (
     CellTable,
     Column,
     Columns,
-    Kind,
+    Presentation,
     Quantity,
     Table,
     Use,
     quantity_of,
 )
 from roughcontact.report.page import Block
-from roughcontact.units import changed_by, engineering, percent, tiny
+from roughcontact.units import format_change, format_engineering, format_percent, order_of_magnitude
 
 _NAMES = {
     search.CONTACT: "contact",
@@ -44,8 +44,8 @@ def _unit(quantity: str) -> str:
 
 def _value_text(quantity: str, value: float) -> str:
     if quantity in search.COUNTED:
-        return percent(value)
-    return f"{value:.7g}" if quantity == search.YIELD else engineering(value, "m", 7)
+        return format_percent(value)
+    return f"{value:.7g}" if quantity == search.YIELD else format_engineering(value, "m", 7)
 
 
 def _targets(loads: search.LoadSearch) -> list[str]:
@@ -57,7 +57,9 @@ def _targets(loads: search.LoadSearch) -> list[str]:
 
 
 def _between(bracket: tuple[float, float]) -> str:
-    (low, unit), (high, other) = (engineering(load, "N", _DIGITS).split() for load in bracket)
+    (low, unit), (high, other) = (
+        format_engineering(load, "N", _DIGITS).split() for load in bracket
+    )
     return f"{low} to {high} {unit}" if unit == other else f"{low} {unit} to {high} {other}"
 
 
@@ -128,7 +130,7 @@ FOUND_COLUMNS: Columns = (
         "value", "there", of=_each(lambda item: item.value),
         shown=_each(lambda item: _value_text(item.quantity, item.value)),
     ),
-    Column("certificate", of=_each(lambda item: item.certificate), form=tiny, brief=False),
+    Column("certificate", of=_each(lambda item: item.certificate), form=order_of_magnitude, brief=False),
 )  # fmt: skip
 """Of the answers of `LoadSearch`."""
 
@@ -142,19 +144,21 @@ def _wanted(item: Any) -> str:
     value = item.target
     if item.quantity in search.COUNTED:
         state = "in contact" if item.quantity == search.CONTACT else "of the contact at the ceiling"
-        return f"{phrases.share(value)} {state}"
-    return f"{_NAMES[item.quantity]} {phrases.size(value, 'm')}"
+        return f"{phrases.format_share(value)} {state}"
+    return f"{_NAMES[item.quantity]} {phrases.format_short(value, 'm')}"
 
 
 def _pressure(loads: search.LoadSearch, force: float) -> str:
     contact = loads.largest
-    return phrases.size(force / contact.nominal_area, "N/m" if contact.pair.is_profile else "Pa")
+    return phrases.format_short(
+        force / contact.nominal_area, "N/m" if contact.pair.is_profile else "Pa"
+    )
 
 
 def _answer(loads: search.LoadSearch) -> str:
     """Return the load of the first value that was wanted."""
     first, unit = loads.answers[0], loads.largest.pair.load_unit
-    force = phrases.size(first.load, unit)
+    force = phrases.format_short(first.load, unit)
     wanted = _wanted(first)
     subject = wanted[:1].upper() + wanted[1:]
     if loads.largest.pair.is_profile:
@@ -169,7 +173,7 @@ def _numbers(loads: search.LoadSearch) -> CellTable:
     for item in loads.answers:
         low, high = item.bracket
         half = (high - low) / 2 / item.load if item.load else 0.0
-        row = (_wanted(item), _pressure(loads, item.load), phrases.size(item.load, unit))
+        row = (_wanted(item), _pressure(loads, item.load), phrases.format_short(item.load, unit))
         rows.append((*row, f"± {100 * half:.1g} %"))
     return ("wanted", "nominal pressure", "load", "bracket"), rows
 
@@ -180,7 +184,7 @@ def _remarks(loads: search.LoadSearch) -> tuple[str, ...]:
     for item in loads.answers:
         interval = uncertainty.of_area(item.result) if item.quantity == search.CONTACT else None
         if interval is not None and interval.low < interval.high < math.inf:
-            ends = [changed_by(item.target / end - 1) for end in (interval.high, interval.low)]
+            ends = [format_change(item.target / end - 1) for end in (interval.high, interval.low)]
             lines.append(f"Model: the load for {_wanted(item)} may change by {' to '.join(ends)}")
             break
     certificate = max(item.certificate for item in loads.answers)
@@ -205,10 +209,10 @@ def _method(_: search.LoadSearch) -> list[Block]:
 
 def _works(loads: search.LoadSearch) -> Iterator[Use]:
     if any(answer.quantity == search.YIELD for answer in loads.answers):
-        yield citations.below(loads.largest.boundary)
+        yield citations.stress_references(loads.largest.boundary)
 
 
-KIND = Kind(
+KIND = Presentation(
     search.LoadSearch, FOUND, FOUND_COLUMNS, contact=attrgetter("largest"), works=_works,
     question=question, method=_method, answer=_answer, numbers=_numbers, remarks=_remarks,
     problem=lambda loads: phrases.bodies(loads.largest) + phrases.boundary(loads.largest),

@@ -8,10 +8,18 @@ from typing import Any
 from roughcontact import units
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
-from roughcontact.request.options import ANY_OF, TABLES, Option, Panel, Rule, file, flag
-from roughcontact.request.outcome import Outcome, Work, last_contact
+from roughcontact.request.options import (
+    ANY_OF,
+    TABLES,
+    Option,
+    Panel,
+    Rule,
+    file_option,
+    flag_option,
+)
+from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
-from roughcontact.request.task import Question, Task
+from roughcontact.request.task import Analysis, Task
 
 CONTACT = Option(
     "contact-fraction", Panel.BODIES, "SHARES",
@@ -32,15 +40,15 @@ MEAN_GAP = Option(
     'Mean gap(s) to reach: "0.5 um".',
     parsing.lengths, None,
 )  # fmt: skip
-FIRST_YIELD = flag(
+FIRST_YIELD = flag_option(
     "first-yield", Panel.BODIES,
     "Load of first yield of either body (elastic contact).",
 )  # fmt: skip
-OUTPUT = file("output", "FILE.csv|json", "Table of results.", TABLES)
+OUTPUT = file_option("output", "FILE.csv|json", "Table of results.", TABLES)
 _WANTED: tuple[Option[Any], ...] = (CONTACT, SATURATED, APPROACH, MEAN_GAP, FIRST_YIELD)
 
 
-def _run(request: Request, work: Work) -> Outcome:
+def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.find.model import find_load
 
     loads = find_load(
@@ -57,7 +65,7 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
     from roughcontact.analyses.find import model as load_search
     from roughcontact.analyses.stress import model as subsurface_stress
 
-    request.require_contact(shape, load_search.HELD)
+    request.require_contact(shape, load_search.MAX_HELD_RESULTS)
     if request[FIRST_YIELD]:
         boundary = Boundary(request[options.BOUNDARY])
         subsurface_stress.require_memory(shape, boundary=boundary, friction=0.0)
@@ -85,11 +93,11 @@ roughcontact find ground.x3p --contact-fraction "5 %" --mean-gap "0.3 um" \\
     last=last_contact,
     memory=_memory,
     questions=(
-        Question(
+        Analysis(
             "Load search",
             "Load for a given contact area, gap or approach, or for first yield.",
             _WANTED,
-            first=((CONTACT, "5 %"),),
+            short_help=((CONTACT, "5 %"),),
         ),
     ),
 )  # fmt: skip

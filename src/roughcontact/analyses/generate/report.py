@@ -6,56 +6,57 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from roughcontact.cautions import Caution, Kind, as_note, ordered
+from roughcontact.cautions import Caution, CautionTag, as_note, sort_cautions
 from roughcontact.errors import ArgumentRef, Part
 from roughcontact.report import inputs
 from roughcontact.report.kind import Headline
-from roughcontact.surface.generation import WITHIN, Parameter, compared
+from roughcontact.surface.generation import PARAMETER_TOLERANCE, Parameter, compare_parameters
 from roughcontact.surface.surface import Surface
-from roughcontact.units import changed_by, engineering, lengths
+from roughcontact.units import format_change, format_engineering, format_lengths
 
 HEADS = ("parameter", "requested", "map", "difference")
 
 _HURST = "Hurst exponent"
 
 
-def rows(surface: Surface) -> list[tuple[str, str, str, str]]:
+def parameter_rows(surface: Surface) -> list[tuple[str, str, str, str]]:
     """Return the requested and the actual parameters of a generated map."""
     return [
         (
             _name(item),
             _value_text(item.name, item.requested),
             _value_text(item.name, item.measured),
-            _missed(item),
+            _missed_by(item),
         )
-        for item in compared(surface)
+        for item in compare_parameters(surface)
     ]
 
 
-def headline(surface: Surface) -> Headline:
+def generation_headline(surface: Surface) -> Headline:
     """Return what is said first of a generated map."""
     created = surface.provenance.origin
     assert created is not None
     ny, nx = surface.shape
     waves = [
-        engineering(created.found[f"{name}_wavelength"], "m") for name in ("cutoff", "rolloff")
+        format_engineering(created.found[f"{name}_wavelength"], "m")
+        for name in ("cutoff", "rolloff")
     ]
-    grid = f"{ny} × {nx} points, {lengths(surface.size)}, waves {' to '.join(waves)}"
-    missed = [_name(item) for item in compared(surface) if not item.met]
+    grid = f"{ny} × {nx} points, {format_lengths(surface.size)}, waves {' to '.join(waves)}"
+    missed = [_name(item) for item in compare_parameters(surface) if not item.met]
     return Headline(
         f"Generated map, {grid}, seed {created.arguments['seed']}",
         f"The map differs in {', '.join(missed)}." if missed else "The map has what was requested.",
-        HEADS, rows(surface), (),
+        HEADS, parameter_rows(surface), (),
     )  # fmt: skip
 
 
-def unmet(surface: Surface) -> tuple[Caution, ...]:
+def missed_notes(surface: Surface) -> tuple[Caution, ...]:
     """Return the notes on the parameter that is missed by most, and on a narrow spectrum."""
     created = surface.provenance.origin
     assert created is not None
-    missed = [item for item in compared(surface) if not item.met]
-    reasons = [_why(item, surface, created.found) for item in missed]
-    return ordered([*reasons, *_narrow(created.found)])
+    missed = [item for item in compare_parameters(surface) if not item.met]
+    reasons = [_missed_reason(item, surface, created.found) for item in missed]
+    return sort_cautions([*reasons, *_narrow(created.found)])
 
 
 def record(surface: Surface) -> dict[str, Any]:
@@ -70,9 +71,9 @@ def record(surface: Surface) -> dict[str, Any]:
         "cutoff_wavelength": created.found["cutoff_wavelength"],
         "parameters": [
             {"name": item.name, "asked": item.requested, "found": item.measured, "met": item.met}
-            for item in compared(surface)
+            for item in compare_parameters(surface)
         ],
-        "reasons": [caution.text for caution in unmet(surface)],
+        "reasons": [caution.text for caution in missed_notes(surface)],
         "roughness": {name: created.found.get(name) for name in inputs.ROUGHNESS},
     }
 
@@ -85,9 +86,9 @@ def _value_text(name: str, value: float) -> str:
     if math.isnan(value):
         return "not determined"
     if name in inputs.ROUGHNESS and inputs.ROUGHNESS[name][0] == "m":
-        return engineering(value, "m")
+        return format_engineering(value, "m")
     # Of a skewness of 0 only what it is to the digits that it can be had to.
-    digits = round(value, 3) if abs(value) < WITHIN / 2 else value
+    digits = round(value, 3) if abs(value) < PARAMETER_TOLERANCE / 2 else value
     return f"{digits + 0.0:.3g}".replace("-", "−")
 
 
@@ -95,13 +96,13 @@ def _value_text(name: str, value: float) -> str:
 _LEAST = 5e-4
 
 
-def _missed(item: Parameter) -> str:
+def _missed_by(item: Parameter) -> str:
     if math.isnan(item.missed):
         return ""
     if item.name == "Ssk":
         by = round(item.measured - item.requested, 3)
         return f"{by:+.3f}".replace("-", "−") if by else "0"
-    return changed_by(item.missed) if abs(item.missed) >= _LEAST else "below 0.05 %"
+    return format_change(item.missed) if abs(item.missed) >= _LEAST else "below 0.05 %"
 
 
 # Longest wave over shortest below which a surface is rough on hardly more than one scale.
@@ -112,9 +113,9 @@ def _narrow(result: Mapping[str, Any]) -> Iterator[Caution]:
     """Yield the note on a spectrum of few scales."""
     short, long = (result[f"{name}_wavelength"] for name in ("cutoff", "rolloff"))
     if long < _NARROW * short * (1 - 1e-9):
-        ends = f"{engineering(short, 'm', 3)} to {engineering(long, 'm', 3)}"
+        ends = f"{format_engineering(short, 'm', 3)} to {format_engineering(long, 'm', 3)}"
         yield as_note(
-            Kind.NARROW_SPECTRUM,
+            CautionTag.NARROW_SPECTRUM,
             f"Spectrum spans only a factor of {long / short:.2g} ({ends}). Use more ",
             ArgumentRef("points"),
             ".",
@@ -122,7 +123,7 @@ def _narrow(result: Mapping[str, Any]) -> Iterator[Caution]:
         )
 
 
-def _why(item: Parameter, surface: Surface, result: Mapping[str, Any]) -> Caution:
+def _missed_reason(item: Parameter, surface: Surface, result: Mapping[str, Any]) -> Caution:
     """Return the note on a parameter that is missed."""
     size, seed, cutoff = ArgumentRef("size"), ArgumentRef("rng"), ArgumentRef("cutoff_wavelength")
     text: tuple[Part, ...]
@@ -146,4 +147,4 @@ def _why(item: Parameter, surface: Surface, result: Mapping[str, Any]) -> Cautio
         text = (f"{said}not reachable. Use a shorter ", cutoff, " or larger ", size, ".")
     else:
         text = (f"{said}the spectrum of this grid comes no closer.",)
-    return as_note(Kind.GENERATE_MISSED, *text, missed=item.missed)
+    return as_note(CautionTag.GENERATE_MISSED, *text, missed=item.missed)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import InputError
 from roughcontact.formats import export
-from roughcontact.formats.export import Kind
+from roughcontact.formats.export import ContentType
 from roughcontact.request import options, outputs, parsing
-from roughcontact.request.options import LENGTH, PICTURES, Option, Panel, file, files
+from roughcontact.request.options import LENGTH, PICTURES, Option, Panel, file_option, files_option
 from roughcontact.request.outputs import Say, Writing
-from roughcontact.request.task import Command, Given, Values
+from roughcontact.request.task import Command, Given, ParsedOptions
 
 if TYPE_CHECKING:
     from roughcontact.surface.surface import Surface
@@ -21,7 +21,7 @@ _LARGEST_SEED = 2**63 - 1
 
 SIZE = Option(
     "size", Panel.MAP, "LENGTHS", 'Side lengths (y, x): "0.5 mm x 1 mm", or one of a square.',
-    parsing.words, None, "Side lengths (y × x)",
+    parsing.as_text, None, "Side lengths (y × x)",
 )  # fmt: skip
 POINTS = Option(
     "points", Panel.MAP, "NUMBER|NYxNX",
@@ -32,7 +32,7 @@ POINTS = Option(
 SEED = Option(
     "seed", Panel.MAP, "NUMBER",
     "Random seed; each seed gives another surface; default: 0.",
-    parsing.counted(0, _LARGEST_SEED), 0, arguments=("rng",),
+    parsing.int_parser(0, _LARGEST_SEED), 0, arguments=("rng",),
 )  # fmt: skip
 SQ = Option(
     "sq", Panel.HEIGHTS, "LENGTH", 'Root-mean-square height Sq: "0.4 um".', LENGTH, None,
@@ -94,12 +94,12 @@ TURNING = Option(
     'Turning grooves along the lay, feed and nose radius: "0.1 mm, 0.8 mm".',
     parsing.lengths, None,
 )  # fmt: skip
-OUTPUT = files(
+OUTPUT = files_option(
     "output",
-    f"Map: {export.format_list_text(Kind.SURFACE)}; repeatable.",
-    export.suffixes(Kind.SURFACE),
+    f"Map: {export.format_list_text(ContentType.SURFACE)}; repeatable.",
+    export.suffixes(ContentType.SURFACE),
 )
-FIGURE = file("figure", "FILE", "Figure of the map (PNG, SVG or PDF).", PICTURES)
+FIGURE = file_option("figure", "FILE", "Figure of the map (PNG, SVG or PDF).", PICTURES)
 _PARAMETERS: tuple[Option[Any], ...] = (
     SEED, SQ, SSK, SKU, SAL, SDQ, ROLLOFF, CUTOFF, HURST, STR, LAY, HONING, TURNING,
 )  # fmt: skip
@@ -111,7 +111,7 @@ def run_generate(specified: Given, say: Say) -> tuple[Surface, list[Path]]:
     from roughcontact.surface.generation import generate
 
     requested = COMMAND.read(specified)
-    places = _places(requested)
+    places = _output_places(requested)
     if requested[SQ] is None:
         raise InputError("must be given: how high the surface is", argument="Sq")
     shape = requested[POINTS]
@@ -120,13 +120,13 @@ def run_generate(specified: Given, say: Say) -> tuple[Surface, list[Path]]:
     arguments = {(item.arguments or (item.argument,))[0]: requested[item] for item in _PARAMETERS}
     surface = generate(shape, pixel, **arguments)
     files: list[Writing] = [
-        (path, _drawn(surface) if option is FIGURE else partial(export.save_surface, surface))
+        (path, _draw_figure(surface) if option is FIGURE else partial(export.save_surface, surface))
         for option, path in places
     ]
-    return surface, outputs.write(files, say)
+    return surface, outputs.write_files(files, say)
 
 
-def _places(requested: Values) -> list[tuple[Option[Any], Path]]:
+def _output_places(requested: ParsedOptions) -> list[tuple[Option[Any], Path]]:
     """Return the files to write, each with the option that asks for it; refuse those that fail."""
     places = [(OUTPUT, path) for path in requested[OUTPUT]]
     places += [] if requested[FIGURE] is None else [(FIGURE, requested[FIGURE])]
@@ -136,13 +136,13 @@ def _places(requested: Values) -> list[tuple[Option[Any], Path]]:
     return places
 
 
-def _drawn(surface: Surface) -> Any:
+def _draw_figure(surface: Surface) -> Any:
     def draw() -> Any:
         from roughcontact.drawing import maps
 
         return maps.surface(surface)
 
-    return outputs.saver(draw)
+    return outputs.figure_saver(draw)
 
 
 COMMAND = Command(

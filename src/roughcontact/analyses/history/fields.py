@@ -15,10 +15,10 @@ from roughcontact.report.kind import (
     Columns,
     Quantity,
     Table,
-    sizable,
     stored_columns,
+    without_rounding,
 )
-from roughcontact.units import percent
+from roughcontact.units import format_percent
 
 if TYPE_CHECKING:
     from roughcontact.analyses.history.model import LoadHistory
@@ -43,13 +43,13 @@ HISTORY_COLUMNS: Columns = (
     Column("approach", "approach", unit="m"),
     Column("shift_y", unit="m"),
     Column("shift_x", unit="m"),
-    Column("contact_area", "contact", unit="m²", shown=share_of("contact_area"), form=percent),
+    Column("contact_area", "contact", unit="m²", shown=share_of("contact_area"), form=format_percent),
     Column(
-        "saturated_area", "saturated", unit="m²", shown=share_of("saturated_area"), form=percent,
+        "saturated_area", "saturated", unit="m²", shown=share_of("saturated_area"), form=format_percent,
     ),
     Column("max_pressure", "largest pressure", unit="Pa"),
-    Column("indentation_volume", "newly indented", unit="m³", shown=sizable("indentation_volume")),
-    Column("dissipated_energy", "dissipated", unit="J", shown=sizable("dissipated_energy")),
+    Column("indentation_volume", "newly indented", unit="m³", shown=without_rounding("indentation_volume")),
+    Column("dissipated_energy", "dissipated", unit="J", shown=without_rounding("dissipated_energy")),
     Column("elastic_energy", unit="J"),
     Column("certificate"),
     Column("load_error"),

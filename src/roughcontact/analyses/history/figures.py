@@ -9,7 +9,7 @@ import numpy as np
 
 from roughcontact.analyses.history.model import NEGLIGIBLE_GROWTH, LoadHistory
 from roughcontact.drawing import style
-from roughcontact.units import counted
+from roughcontact.units import count_noun
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -144,5 +144,5 @@ def _draw_loop(axes: Axes, history: LoadHistory) -> None:
         axes.legend(fontsize=style.TICK, frameon=False, loc="upper left")
     positions = len({stage.shift for stage in history.path})
     where = f", {positions} lateral positions" if positions > 1 else ""
-    steps = counted(len(history.steps), "step")
+    steps = count_noun(len(history.steps), "step")
     style.name_axes(axes, title=f"Load history, {steps}{where}")

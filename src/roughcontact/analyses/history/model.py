@@ -16,16 +16,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import checkpoints, memory
-from roughcontact._tools.arguments import checked
-from roughcontact._tools.checkpoints import Place
-from roughcontact.cautions import Caution, ordered
+from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.checkpoints import RunFolder
+from roughcontact.cautions import Caution, sort_cautions
 from roughcontact.contact import load_case, plausibility
-from roughcontact.contact.ceiling import resolved_ceiling
+from roughcontact.contact.ceiling import resolve_ceiling
 from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, parse_load as given_load
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import CALIBRATED, CalibrationRecord, ContactResult
-from roughcontact.contact.solve import press
-from roughcontact.contact.validation import check
+from roughcontact.contact.solve import solve_pair
+from roughcontact.contact.validation import check_problem
 from roughcontact.errors import (
     ArgumentRef,
     CapacityError,
@@ -37,10 +37,16 @@ from roughcontact.errors import (
 )
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
-from roughcontact.solvers.progress import Progress, Step, Tell, numbered, shows_progress_bar
+from roughcontact.solvers.progress import (
+    Progress,
+    Step,
+    Tell,
+    progress_callback,
+    shows_progress_bar,
+)
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, Quantity, lengths, quantity
+from roughcontact.units import Quantities, Quantity, format_lengths, to_si
 
 Array = NDArray[np.float64]
 
@@ -138,7 +144,7 @@ def indented(body: Surface, indentation: Array) -> Surface:
 # --- What a contact leaves behind for unloading and the next loading ---
 
 
-@checked
+@validate_arguments
 def indented_surface(result: ContactResult) -> Surface:
     """Return the surface with the permanent indentation of a contact.
 
@@ -211,7 +217,7 @@ class Stage:
     approach: float | None = None
     shift: tuple[float, float] = (0.0, 0.0)
 
-    @checked
+    @validate_arguments
     def __init__(
         self,
         load: Quantity | Load | None = None,
@@ -219,8 +225,8 @@ class Stage:
         shift: Quantities = (0.0, 0.0),
     ) -> None:
         object.__setattr__(self, "load", load_case.parse_load(load))
-        object.__setattr__(self, "approach", quantity(approach, "length", "approach"))
-        object.__setattr__(self, "shift", quantity(shift, "length", "shift"))
+        object.__setattr__(self, "approach", to_si(approach, "length", "approach"))
+        object.__setattr__(self, "shift", to_si(shift, "length", "shift"))
         self._check()
 
     def _check(self) -> None:
@@ -251,7 +257,7 @@ class Stage:
         """Return the stage with the force that its load is on two bodies."""
         if not isinstance(self.load, Load):
             return self
-        return replace(self, load=load_case.force(self.load, pair))
+        return replace(self, load=load_case.force_on_pair(self.load, pair))
 
 
 @dataclass(frozen=True)
@@ -349,11 +355,11 @@ class LoadHistory(Result):
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know: of the contact under the largest load."""
         largest = self.under_largest
-        advice, ceiling = plausibility.advice(largest), largest.ceiling
+        advice, ceiling = plausibility.recommended_ceiling_of(largest), largest.ceiling
         if advice is None or not isinstance(ceiling, float):
             return largest.cautions
         caution = plausibility.indentation_caution(advice, ceiling)
-        return largest.cautions if caution is None else ordered([*largest.cautions, caution])
+        return largest.cautions if caution is None else sort_cautions([*largest.cautions, caution])
 
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `HistoryStep` for names and units."""
@@ -442,7 +448,7 @@ it costs a third more.
 """
 
 
-HELD = 10
+MAX_HELD_RESULTS = 10
 """Maps held while a stage is solved: the indentation and none, what the last stage added, its
 pressure and gap and those of the largest, and the bodies as they face each other in all three."""
 
@@ -457,7 +463,7 @@ _AT_CEILING = 1e-6
 
 
 @shows_progress_bar
-@checked
+@validate_arguments
 def history(
     surface: Surface,
     path: Sequence[Stage | Quantity | Load],
@@ -552,24 +558,24 @@ def history(
     pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     pair.require_map("a load history", coated=False)
     terms = LoadCase(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
-    way = _way(pair, requested, terms, len(one_pass))
-    with _claimed(folder, way, terms) as place:
+    way = _path_in_pixels(pair, requested, terms, len(one_pass))
+    with _lock_folder(folder, way, terms) as place:
         recommended = None
         if isinstance(ceiling, str) and ceiling == CALIBRATED:
-            first = _heaviest(way)
+            first = _solve_largest(way)
             recommended = first.calibration
             way = replace(way, terms=replace(terms, ceiling=first.ceiling))
             _check_way(way)
-        history = _followed(way, place, progress)
+        history = _run_path(way, place, progress)
     specified = _given_loads(requested[: len(history.steps)], history.path)
     return replace(history, calibration=recommended, specified_load=specified)
 
 
-def _way(pair: Pair, requested: Sequence[Stage], terms: LoadCase, each: int) -> _Way:
+def _path_in_pixels(pair: Pair, requested: Sequence[Stage], terms: LoadCase, each: int) -> _Path:
     """Return the path of two bodies in pixels, once it has passed all checks."""
     stages = tuple(stage.on(pair) for stage in requested)
-    check(pair, replace(terms, load=_LEAST), held=HELD)
-    limit = resolved_ceiling(terms.ceiling, pair)
+    check_problem(pair, replace(terms, load=_LEAST), held=MAX_HELD_RESULTS)
+    limit = resolve_ceiling(terms.ceiling, pair)
     shifts = [_pixels(stage.shift, pair.surface, n) for n, stage in enumerate(stages, start=1)]
     bodies = sliding_pair(pair, shifts)
     if bodies.on_counter and isinstance(limit, np.ndarray) and any(map(any, shifts)):
@@ -580,15 +586,15 @@ def _way(pair: Pair, requested: Sequence[Stage], terms: LoadCase, each: int) -> 
         )
     untouched = np.zeros(bodies.indented.shape)
     reference = bodies.pair_at(untouched, (0, 0)).highest
-    way = _Way(bodies, replace(terms, ceiling=limit), stages, shifts, reference, each)
+    way = _Path(bodies, replace(terms, ceiling=limit), stages, shifts, reference, each)
     _check_way(way)
     return way
 
 
 @contextmanager
-def _claimed(
-    folder: str | os.PathLike[str] | None, way: _Way, terms: LoadCase
-) -> Iterator[Place | None]:
+def _lock_folder(
+    folder: str | os.PathLike[str] | None, way: _Path, terms: LoadCase
+) -> Iterator[RunFolder | None]:
     """Hold the folder of the steps alone, if there is one."""
     if folder is None:
         yield None
@@ -596,7 +602,9 @@ def _claimed(
     ceiling = terms.ceiling
     record = {
         **way.bodies.pair.record(),
-        "ceiling": ceiling if isinstance(ceiling, str | None) else checkpoints.digest(ceiling),
+        "ceiling": ceiling
+        if isinstance(ceiling, str | None)
+        else checkpoints.digest_arrays(ceiling),
         "boundary": str(way.bodies.pair.boundary),
         "tolerance": terms.tolerance,
         "max_iterations": terms.max_iterations,
@@ -618,22 +626,22 @@ def _given_loads(requested: Sequence[Stage], stages: Sequence[Stage]) -> tuple[G
     )
 
 
-def _heaviest(way: _Way) -> ContactResult:
+def _solve_largest(way: _Path) -> ContactResult:
     """Return the contact at the largest load of a path, first loaded, under its own ceiling."""
     usual = [(_first_loaded(way, number, way.terms.ceiling), number) for number in way.largest()]
     result, number = max(usual, key=lambda item: item[0].load)
     return _first_loaded(way, number, CALIBRATED) if result.load else result
 
 
-def _first_loaded(way: _Way, number: int, ceiling: Any) -> ContactResult:
+def _first_loaded(way: _Path, number: int, ceiling: Any) -> ContactResult:
     """Return the contact of a stage, by its number from 0, as if it were the first."""
     pair = way.bodies.pair_at(np.zeros(way.bodies.indented.shape), way.shifts[number])
     terms = way.terms_of(way.stages[number], way.lowered(pair))
-    return _pressed(pair, replace(terms, ceiling=ceiling), None)
+    return _solve_stage(pair, replace(terms, ceiling=ceiling), None)
 
 
 @dataclass(frozen=True, eq=False)
-class _Way:
+class _Path:
     """A path of loads and positions of two bodies, in pixels."""
 
     bodies: SlidingPair
@@ -650,7 +658,7 @@ class _Way:
             shift == self.shifts[number % self.each] for number, shift in enumerate(self.shifts)
         )
 
-    def settled(self, steps: Sequence[HistoryStep]) -> bool:
+    def is_settled(self, steps: Sequence[HistoryStep]) -> bool:
         """Return whether these steps end with a pass that indented nothing."""
         if len(steps) % self.each or not self.stays:
             return False
@@ -678,7 +686,7 @@ class _Way:
         return replace(self.terms, approach=stage.approach - lowered)
 
 
-def _check_way(way: _Way) -> None:
+def _check_way(way: _Path) -> None:
     """Raise what any stage would raise; indentation changes nothing about that."""
     untouched = np.zeros(way.bodies.indented.shape)
     for shift in dict.fromkeys(way.shifts):
@@ -694,14 +702,14 @@ def _check_way(way: _Way) -> None:
             )
             if terms is not None and terms.target > 0:
                 try:
-                    check(pair, terms, held=HELD)
+                    check_problem(pair, terms, held=MAX_HELD_RESULTS)
                 except CapacityError as error:
                     raise CapacityError(
                         f"stage {number} of {len(way.stages)}: ", *error.sentence
                     ) from None
 
 
-def _followed(way: _Way, place: Place | None, progress: Tell) -> LoadHistory:
+def _run_path(way: _Path, place: RunFolder | None, progress: Tell) -> LoadHistory:
     """Return what a path that has passed all checks leaves behind."""
     bodies, largest = way.bodies, 0
     indentation = np.zeros(bodies.indented.shape)
@@ -715,14 +723,14 @@ def _followed(way: _Way, place: Place | None, progress: Tell) -> LoadHistory:
                 progress(Progress(number + 1, len(way.stages), None, kept=True))
         else:
             step, new, result = _solved(way, number, indentation, place, progress)
-            _keep(way, number, place, step, new)
+            _save_step(way, number, place, step, new)
         bodies.indent(indentation, new, shift)
         steps.append(step)
         if step.load > steps[largest].load:
             largest = number
         # The others are not needed again.
         results = {n: result for n, result in results.items() if n == largest} | {number: result}
-        if way.settled(steps):
+        if way.is_settled(steps):
             break
     last, maximum = (
         results[n] or _solved(way, n, _indented_before(way, n, place), place, None)[2]
@@ -745,7 +753,7 @@ def _followed(way: _Way, place: Place | None, progress: Tell) -> LoadHistory:
 
 
 def _solved(
-    way: _Way, number: int, indentation: Array, place: Place | None, progress: Tell
+    way: _Path, number: int, indentation: Array, place: RunFolder | None, progress: Tell
 ) -> tuple[HistoryStep, Array, ContactResult]:
     """Return a stage, by its number from 0, what it indents, and its contact."""
     count, stage = len(way.stages), way.stages[number]
@@ -754,7 +762,7 @@ def _solved(
     label = "" if count == way.each else f"pass {number // way.each + 1} of {count // way.each}"
     try:
         terms = way.terms_of(stage, lowered)
-        result = _pressed(pair, terms, numbered(progress, number + 1, count, label))
+        result = _solve_stage(pair, terms, progress_callback(progress, number + 1, count, label))
     except ConvergenceError as error:
         hint = "" if place is None else f"; the stages before it are kept in {place.folder}"
         text = Sentence(f"stage {number + 1} of {count}: ", *error.parts, hint)
@@ -766,7 +774,7 @@ def _solved(
 # Steps on disk. Of a contact only what it indents is kept: solved again it has the same bits.
 
 
-def _indented_before(way: _Way, number: int, place: Place | None) -> Array:
+def _indented_before(way: _Path, number: int, place: RunFolder | None) -> Array:
     """Return the indentation before a stage, by its number from 0."""
     indentation = np.zeros(way.bodies.indented.shape)
     for before, shift in enumerate(way.shifts[:number]):
@@ -776,7 +784,7 @@ def _indented_before(way: _Way, number: int, place: Place | None) -> Array:
     return indentation
 
 
-def _place(way: _Way, number: int, place: Place) -> tuple[Path, dict[str, Any]]:
+def _place(way: _Path, number: int, place: RunFolder) -> tuple[Path, dict[str, Any]]:
     """Return the file of a stage, by its number from 0, and what makes it one of this history."""
     stage = way.stages[number]
     requested = stage.force if stage.approach is None else stage.approach
@@ -784,7 +792,9 @@ def _place(way: _Way, number: int, place: Place) -> tuple[Path, dict[str, Any]]:
     return place.folder / f"step-{number + 1:04d}.npz", mark
 
 
-def _keep(way: _Way, number: int, place: Place | None, step: HistoryStep, new: Array) -> None:
+def _save_step(
+    way: _Path, number: int, place: RunFolder | None, step: HistoryStep, new: Array
+) -> None:
     if place is not None:
         file, mark = _place(way, number, place)
         index = np.flatnonzero(new)
@@ -792,7 +802,9 @@ def _keep(way: _Way, number: int, place: Place | None, step: HistoryStep, new: A
         checkpoints.write_step(file, arrays, mark)
 
 
-def _cached_step(way: _Way, number: int, place: Place | None) -> tuple[HistoryStep, Array] | None:
+def _cached_step(
+    way: _Path, number: int, place: RunFolder | None
+) -> tuple[HistoryStep, Array] | None:
     """Return a stage, by its number from 0, and what it indented, if the folder has it."""
     if place is None:
         return None
@@ -807,11 +819,13 @@ def _cached_step(way: _Way, number: int, place: Place | None) -> tuple[HistorySt
     return HistoryStep(**values), new
 
 
-def _pressed(pair: Pair, terms: LoadCase, progress: Callable[[Step], None] | None) -> ContactResult:
+def _solve_stage(
+    pair: Pair, terms: LoadCase, progress: Callable[[Step], None] | None
+) -> ContactResult:
     """Return the contact of a stage; without load if the bodies do not come to touch."""
     if terms.target > 0:
         # Not from the last pressure: on large maps coarse grids find the next one sooner.
-        return press(pair, terms, progress=progress)
+        return solve_pair(pair, terms, progress=progress)
     ceiling: Any = terms.ceiling
     approach = terms.target
     return ContactResult(
@@ -851,13 +865,13 @@ def _pixels(shift: tuple[float, float], surface: Surface, number: int) -> tuple[
     if any(abs(r - w) > _WHOLE for r, w in zip(ratios, whole, strict=True)):
         near = ", ".join(f"{w * edge:.9g}" for w, edge in zip(whole, surface.pixel, strict=True))
         raise InputError(
-            f"stage {number}: {ArgumentRef('shift')} ({lengths(shift, ', ')}) is no whole number "
-            f"of pixels of {lengths(surface.pixel)}; the nearest is ({near}) m"
+            f"stage {number}: {ArgumentRef('shift')} ({format_lengths(shift, ', ')}) is no whole number "
+            f"of pixels of {format_lengths(surface.pixel)}; the nearest is ({near}) m"
         )
     if any(abs(w) >= points for w, points in zip(whole, surface.shape, strict=True)):
         raise InputError(
-            f"stage {number}: {ArgumentRef('shift')} ({lengths(shift, ', ')}) is beyond the map "
-            f"of {lengths(surface.size)}; stay within it"
+            f"stage {number}: {ArgumentRef('shift')} ({format_lengths(shift, ', ')}) is beyond the map "
+            f"of {format_lengths(surface.size)}; stay within it"
         )
     return whole[0], whole[1]
 

@@ -12,15 +12,15 @@ from roughcontact.analyses.history import (
 from roughcontact.analyses.history.figures import hysteresis
 from roughcontact.analyses.history.model import LoadHistory
 from roughcontact.report import assumptions, chapters, figures, page, phrases
-from roughcontact.report.kind import Kind
+from roughcontact.report.kind import Presentation
 from roughcontact.report.page import Block
-from roughcontact.units import counted, engineering
+from roughcontact.units import count_noun, format_engineering
 
 
 def history_question(history: LoadHistory) -> str:
     """Return the question that a load history answers."""
     name = phrases.source(history.before.surface.provenance)
-    load = engineering(history.under_largest.load, "N")
+    load = format_engineering(history.under_largest.load, "N")
     return f"What does a load history up to {load} leave on {name}?"
 
 
@@ -28,8 +28,8 @@ def _details(history: LoadHistory, scene: Any, **more: Any) -> list[Block]:
     body = "body" if history.indented_body == "surface" else "counter-body"
     left = figures.MapScene(history.residual, f" of the {body}", "after the path, without load")
     return [
-        Block("small", page.sentence(HISTORY_KIND.row(history, "volume_account").text)),
-        *chapters.shown((figures.MAP,), left, figures.FILES),
+        Block("small", page.as_sentence(HISTORY_KIND.row(history, "volume_account").text)),
+        *chapters.figure_blocks((figures.MAP,), left, figures.FILES),
     ]
 
 
@@ -47,7 +47,7 @@ def _history_method(history: LoadHistory) -> list[Block]:
 
 def _history_problem(history: LoadHistory) -> str:
     largest = history.under_largest
-    path = f"{counted(len(history.steps), 'step')}, largest load {phrases.load(largest)}"
+    path = f"{count_noun(len(history.steps), 'step')}, largest load {phrases.load(largest)}"
     return f"{phrases.bodies(largest)}, {path}{phrases.boundary(largest)}"
 
 
@@ -58,7 +58,9 @@ def _history_answer(history: LoadHistory) -> str:
     if not depth:
         return f"The {body} keeps no indentation: no point reaches the pressure ceiling."
     settled = "; loading again adds none" if history.is_elastic_now else ""
-    return f"The {body} keeps an indentation of {phrases.size(depth, 'm')} at most{settled}."
+    return (
+        f"The {body} keeps an indentation of {phrases.format_short(depth, 'm')} at most{settled}."
+    )
 
 
 def _history_remarks(history: LoadHistory) -> tuple[str, ...]:
@@ -71,7 +73,7 @@ def _history_remarks(history: LoadHistory) -> tuple[str, ...]:
     )
 
 
-HISTORY_KIND = Kind(
+HISTORY_KIND = Presentation(
     LoadHistory, history_fields.HISTORY, history_fields.HISTORY_COLUMNS,
     figures=history_illustrations.HISTORY,
     plots=(hysteresis,), contact=attrgetter("under_largest"), question=history_question,

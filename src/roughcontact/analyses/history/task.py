@@ -9,14 +9,14 @@ from typing import Any
 from roughcontact._tools.memory import STEPS
 from roughcontact.errors import require_count
 from roughcontact.formats import export
-from roughcontact.formats.export import Kind
+from roughcontact.formats.export import ContentType
 from roughcontact.request import options, parsing
-from roughcontact.request.options import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file
-from roughcontact.request.outcome import Outcome, Work, last_contact
+from roughcontact.request.options import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file_option
+from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
-from roughcontact.request.task import Question, Task
+from roughcontact.request.task import Analysis, Task
 
-_SURFACES = export.suffixes(Kind.SURFACE)
+_SURFACES = export.suffixes(ContentType.SURFACE)
 PATH = Option(
     "path", Panel.BODIES, "LOADS", 'Loads or approaches in order: "1 N, 0 N, 1 N", "20 MPa, 0 N".',
     parsing.stages, None,
@@ -24,26 +24,26 @@ PATH = Option(
 PASSES = Option(
     "passes", Panel.BODIES, "NUMBER",
     "Maximum number of repetitions of the path; default: 1.",
-    parsing.counted(1, STEPS), 1,
+    parsing.int_parser(1, STEPS), 1,
 )  # fmt: skip
 SHIFT = Option(
     "shift", Panel.BODIES, "LENGTHS",
     'Counter-body shift (y, x) per pass: "0 um, 5 um"; default: none.',
     parsing.offset, (0.0, 0.0),
 )  # fmt: skip
-OUTPUT = file("output", "FILE.csv|json", "Table of steps.", TABLES)
-INDENTED_SURFACE = file(
+OUTPUT = file_option("output", "FILE.csv|json", "Table of steps.", TABLES)
+INDENTED_SURFACE = file_option(
     "indented-surface", "FILE", f"Indented surface: {', '.join(_SURFACES)}.", _SURFACES
 )
-FIGURE = file("figure", "FILE", "Figure of the load history (PNG, SVG or PDF).", PICTURES)
+FIGURE = file_option("figure", "FILE", "Figure of the load history (PNG, SVG or PDF).", PICTURES)
 
 
-def _run(request: Request, work: Work) -> Outcome:
+def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.history.model import Stage, history as load_history
 
     ends: tuple[tuple[str, Any], ...] = request.needed(PATH)
     stages = [Stage(**{control: value}) for control, value in ends]
-    with work.keeping("step-*.npz", "stage") as (watch, reused):
+    with work.report_saved_steps_on_interrupt("step-*.npz", "stage") as (watch, reused):
         history = load_history(
             work.maps[0],
             stages,
@@ -65,9 +65,9 @@ def _check(request: Request) -> None:
 
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:
-    from roughcontact.analyses.history.model import HELD
+    from roughcontact.analyses.history.model import MAX_HELD_RESULTS
 
-    request.require_contact(shape, HELD)
+    request.require_contact(shape, MAX_HELD_RESULTS)
 
 
 def _residual(outcome: Outcome, path: Path) -> None:
@@ -100,11 +100,11 @@ roughcontact history ground.x3p --path "1 N, 0 N, 1 N" --boundary periodic \\
     memory=_memory,
     writes=((INDENTED_SURFACE, _residual),),
     questions=(
-        Question(
+        Analysis(
             "Load history",
             "Loading and unloading, once or repeatedly, with permanent indentation.",
             (PATH, PASSES, SHIFT),
-            first=((PATH, "10 MPa, 0 N, 10 MPa"),),
+            short_help=((PATH, "10 MPa, 0 N, 10 MPa"),),
         ),
     ),
 )  # fmt: skip

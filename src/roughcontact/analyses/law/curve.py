@@ -16,8 +16,16 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.cautions import FEW_MAPS, Caution, Kind, as_caution, as_note, as_warning, few_maps
-from roughcontact.units import engineering, percent
+from roughcontact.cautions import (
+    MIN_MAPS,
+    Caution,
+    CautionTag,
+    as_caution,
+    as_note,
+    as_warning,
+    few_maps,
+)
+from roughcontact.units import format_engineering, format_percent
 
 Array = NDArray[np.float64]
 
@@ -88,7 +96,7 @@ class Curve:
 
     def fine(self) -> tuple[Array, Array]:
         """Return pressures and separations of closely spaced points, strictly monotone."""
-        p = between(self.pressure)
+        p = refine_geometrically(self.pressure)
         u = self.separation_at(p)
         chosen = [0]
         minimum = _LEAST_STEP * abs(self.first_touch)
@@ -100,17 +108,17 @@ class Curve:
     def table(self, error: float = ERROR) -> tuple[Array, Array]:
         """Return the rows of a table: pressures [Pa] and separations [m]."""
         p, u = self.fine()
-        rows = thinned(-u, p, error)
+        rows = thin_points(-u, p, error)
         return np.concatenate([[0.0], p[rows]]), np.concatenate([[self.first_touch], u[rows]])
 
 
-def between(values: Array, number: int = _FINE) -> Array:
+def refine_geometrically(values: Array, number: int = _FINE) -> Array:
     """Return positive values with others in equal ratios between each two of them."""
     parts = [np.geomspace(first, last, number, endpoint=False) for first, last in pairwise(values)]
     return np.concatenate([*parts, values[-1:]])
 
 
-def thinned(x: Array, y: Array, error: float) -> NDArray[np.int64]:
+def thin_points(x: Array, y: Array, error: float) -> NDArray[np.int64]:
     """Return which points of a curve a table needs, the first and the last among them."""
     chosen = [0]
     while chosen[-1] < x.size - 1:
@@ -119,7 +127,7 @@ def thinned(x: Array, y: Array, error: float) -> NDArray[np.int64]:
         holding, failing = first + 1, x.size
         while failing - holding > 1:
             middle = (holding + failing) // 2
-            if _holds(x[first : middle + 1], y[first : middle + 1], error):
+            if _is_within_error(x[first : middle + 1], y[first : middle + 1], error):
                 holding = middle
             else:
                 failing = middle
@@ -127,7 +135,7 @@ def thinned(x: Array, y: Array, error: float) -> NDArray[np.int64]:
     return np.array(chosen)
 
 
-def _holds(x: Array, y: Array, error: float) -> bool:
+def _is_within_error(x: Array, y: Array, error: float) -> bool:
     line = y[0] + (y[-1] - y[0]) * (x - x[0]) / (x[-1] - x[0])
     return bool((np.abs(line - y) <= error * y).all())
 
@@ -257,25 +265,25 @@ def cautions(maps: int, result: Resolved, rim: float) -> Iterator[Caution]:
     """Yield what the number of maps, their range and their margin give cause for."""
     if math.isnan(result.low):
         yield as_warning(
-            Kind.LAW_RANGE,
+            CautionTag.LAW_RANGE,
             "No pressure is resolved by these maps. Use larger or finer maps, or other pressures.",
         )
     elif result.low_by or result.high_by:
         why = [f"{_BELOW[result.low_by]} below"] if result.low_by else []
         why += [f"{_ABOVE[result.high_by]} above"] if result.high_by else []
         yield as_caution(
-            Kind.LAW_RANGE,
-            f"Reliable from {engineering(result.low, 'Pa', 3)} to "
-            f"{engineering(result.high, 'Pa', 3)}: {', '.join(why)}.",
+            CautionTag.LAW_RANGE,
+            f"Reliable from {format_engineering(result.low, 'Pa', 3)} to "
+            f"{format_engineering(result.high, 'Pa', 3)}: {', '.join(why)}.",
             low=result.low,
             high=result.high,
         )
-    if maps < FEW_MAPS:
+    if maps < MIN_MAPS:
         yield few_maps(maps)
     if rim:
         yield as_note(
-            Kind.LAW_MARGIN,
-            f"A {engineering(rim, 'm', 3)} margin at each free edge is excluded.",
+            CautionTag.LAW_MARGIN,
+            f"A {format_engineering(rim, 'm', 3)} margin at each free edge is excluded.",
             rim=rim,
         )
 
@@ -294,8 +302,8 @@ class PartSize:
         if self.sufficient:
             return None
         return as_caution(
-            Kind.LAW_SIZE,
-            f"Quarter maps differ by {percent(self.off)} (chance {percent(self.chance)}): the law "
+            CautionTag.LAW_SIZE,
+            f"Quarter maps differ by {format_percent(self.off)} (chance {format_percent(self.chance)}): the law "
             "depends on map size. Use larger maps.",
             off=self.off,
             chance=self.chance,

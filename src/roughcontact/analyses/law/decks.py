@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from roughcontact.formats.export import Kind, Target, writer_of
+from roughcontact.formats.export import ContentType, Target, writer_of
 
 if TYPE_CHECKING:
     from roughcontact.analyses.law.model import InterfaceLaw
@@ -19,22 +19,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.files import atomic_write, to_json, write
+from roughcontact._tools.files import atomic_write, to_json, write_atomically
 from roughcontact._version import __version__
-from roughcontact.analyses.law.curve import ERROR, between, thinned
+from roughcontact.analyses.law.curve import ERROR, refine_geometrically, thin_points
 from roughcontact.analyses.law.model import UNLOADING, InterfaceLaw, LawTable
-from roughcontact.units import engineering
+from roughcontact.units import format_engineering
 
 Array = NDArray[np.float64]
 
-MOST_ROWS = 200
+MAX_ROWS = 200
 """Rows of a table that CalculiX keeps; versions before 2.16 or so kept 20."""
 
 # Longest line of a comment.
 _WIDTH = 76
 
 # Rows closer than this CalculiX moves apart [mm]; it says so nowhere.
-_CLOSEST = 2e-10
+_MIN_SPACING = 2e-10
 
 # The units of decks: mm, N, s, tonne, K; hence MPa, and mW = N mm/s; mA where there is a current.
 _LENGTH, _PRESSURE, _CONDUCTANCE = 1e3, 1e-6, 1e-3
@@ -82,7 +82,7 @@ def abaqus(law: InterfaceLaw) -> str:
             f"{law.friction.sliding:.9g}",
         ]
 
-    return _deck(law, text, lambda table: table.overclosure, rows, friction)
+    return _make_deck(law, text, lambda table: table.overclosure, rows, friction)
 
 
 def calculix(law: InterfaceLaw) -> str:
@@ -114,13 +114,13 @@ def calculix(law: InterfaceLaw) -> str:
             f"{law.friction.sliding:.9g}, {slopes[-1]:.9e}",
         ]
 
-    return _deck(law, text, _closure, rows, friction)
+    return _make_deck(law, text, _overclosure, rows, friction)
 
 
 def ansys(law: InterfaceLaw) -> str:
     """Return real constants of contact elements for Ansys Mechanical APDL."""
     lines = [
-        *_head(law, "!"),
+        *_comment_head(law, "!"),
         f"! {_UNITS}",
         *_comments(
             "The faces represent planes at the highest summits. Model them just touching. Before "
@@ -130,10 +130,10 @@ def ansys(law: InterfaceLaw) -> str:
             "!",
         ),
     ]
-    for table in (_short(law, branch) for branch in law.branches):
+    for table in (_thin_table(law, branch) for branch in law.branches):
         lines.append(f"! {_words(table)}")
         name = f"ROUGH_{table.branch.upper()}"
-        across, pressure = _closure(table)[1:] * _LENGTH, table.pressure[1:] * _PRESSURE
+        across, pressure = _overclosure(table)[1:] * _LENGTH, table.pressure[1:] * _PRESSURE
         constants = {"FKN": (3, "GAP", across, -pressure / across)}
         if law.friction is not None:
             own, slopes = _stick_slopes(law, table.branch)
@@ -162,7 +162,7 @@ def ansys(law: InterfaceLaw) -> str:
 def moose(law: InterfaceLaw) -> str:
     """Return functions for an input file of MOOSE, in SI units."""
     lines = [
-        *_head(law, "#"),
+        *_comment_head(law, "#"),
         *_comments(
             "Units: m, Pa, W/(m^2 K), S/m^2. The faces represent planes at the highest summits. "
             "Pressure is over the distance by which the mean planes came closer since first "
@@ -171,10 +171,10 @@ def moose(law: InterfaceLaw) -> str:
         ),
         "[Functions]",
     ]
-    for table in (_short(law, branch) for branch in law.branches):
-        slope = float(np.diff(table.pressure)[-1] / np.diff(_closure(table))[-1])
+    for table in (_thin_table(law, branch) for branch in law.branches):
+        slope = float(np.diff(table.pressure)[-1] / np.diff(_overclosure(table))[-1])
         lines.append(f"  # {_words(table)}; c_normal = {slope:.4e} Pa/m at the largest pressure")
-        tables = {"pressure": (_closure(table), table.pressure)}
+        tables = {"pressure": (_overclosure(table), table.pressure)}
         if law.friction is not None:
             own, slopes = _stick_slopes(law, table.branch)
             tables["stick_slope"] = (own / _PRESSURE, slopes / _SLOPE)
@@ -193,8 +193,8 @@ def moose(law: InterfaceLaw) -> str:
 def freecad(law: InterfaceLaw) -> str:
     """Return a macro that gives the selected contact constraints of FreeCAD their constants."""
     branch = law.branches[0]
-    table = _short(law, branch)
-    slope = float(np.diff(table.pressure)[-1] / np.diff(_closure(table))[-1]) * _SLOPE
+    table = _thin_table(law, branch)
+    slope = float(np.diff(table.pressure)[-1] / np.diff(_overclosure(table))[-1]) * _SLOPE
     values: dict[str, Any] = {"Slope": f"{slope:.9e} MPa/mm"}
     if law.friction is not None:
         _, slopes = _stick_slopes(law, branch)
@@ -204,7 +204,7 @@ def freecad(law: InterfaceLaw) -> str:
         values |= {"EnableThermalContact": True,
                    "ThermalContactConductance": _rows(conductance, pressure)}  # fmt: skip
     lines = [
-        *_head(law, "#"),
+        *_comment_head(law, "#"),
         f"# {_UNITS}",
         f"# {_words(table)}",
         *_comments(
@@ -224,7 +224,7 @@ def lubrication(law: InterfaceLaw) -> str:
     result, table = law.asperities, law.table()
     sigma = result.deviation
     lines = [
-        *_head(law, "#"),
+        *_comment_head(law, "#"),
         "# Units: m, Pa. Asperity pressure of the first loading over separation of the mean planes",
         "# over sigma.",
         f"# sigma = {sigma:.6e} m",
@@ -272,7 +272,7 @@ def save(law: InterfaceLaw, path: str | os.PathLike[str]) -> None:
         with atomic_write(path) as stream:
             np.savez(stream, **arrays(law))
         return
-    write(path, _TEXTS[suffix](law))
+    write_atomically(path, _TEXTS[suffix](law))
 
 
 def _tables(law: InterfaceLaw) -> Iterator[LawTable]:
@@ -280,10 +280,10 @@ def _tables(law: InterfaceLaw) -> Iterator[LawTable]:
         yield law.table(branch)
 
 
-def _head(law: InterfaceLaw, mark: str) -> list[str]:
+def _comment_head(law: InterfaceLaw, mark: str) -> list[str]:
     names = ", ".join(item.name for item in law.maps)
     result = law.resolved
-    low, high = (engineering(end, "Pa", 4) for end in (result.low, result.high))
+    low, high = (format_engineering(end, "Pa", 4) for end in (result.low, result.high))
     return [
         f"{mark} Interface law of {_ascii(names)}",
         f"{mark} roughcontact {__version__}; mean of {len(law.maps)} map(s)",
@@ -295,7 +295,7 @@ def _ascii(text: str) -> str:
     return text.replace("µ", "u").encode("ascii", "replace").decode()
 
 
-def _deck(
+def _make_deck(
     law: InterfaceLaw,
     notes: tuple[str, ...],
     overclosure: Callable[[LawTable], Array],
@@ -304,15 +304,15 @@ def _deck(
 ) -> str:
     """Return a surface interaction for each branch, with what else is known of it."""
     lines = [
-        *_head(law, "**"),
+        *_comment_head(law, "**"),
         f"** {_UNITS}",
         *(line for text in notes for line in _comments(text)),
     ]
-    for table in (_short(law, branch) for branch in law.branches):
+    for table in (_thin_table(law, branch) for branch in law.branches):
         across = overclosure(table) * _LENGTH
         separately = [0]
         for number in range(1, across.size):
-            if across[number] - across[separately[-1]] >= _CLOSEST:
+            if across[number] - across[separately[-1]] >= _MIN_SPACING:
                 separately.append(number)
         lines += [
             f"** {_words(table)}",
@@ -330,7 +330,7 @@ def _words(table: LawTable) -> str:
     return f"{words}; straight lines between rows are right to {100 * table.error:.3g} %"
 
 
-def _closure(table: LawTable) -> Array:
+def _overclosure(table: LawTable) -> Array:
     """Return the distance by which the mean planes came closer since first touch [m]."""
     closure: Array = table.separation[0] - table.separation
     return closure
@@ -340,10 +340,10 @@ def _comments(text: str, mark: str = "**") -> list[str]:
     return [f"{mark} {line}" for line in textwrap.wrap(text, _WIDTH)]
 
 
-def _short(law: InterfaceLaw, branch: str) -> LawTable:
+def _thin_table(law: InterfaceLaw, branch: str) -> LawTable:
     """Return a table with no more rows than CalculiX keeps, at a greater error if need be."""
     table = law.table(branch)
-    while table.pressure.size > MOST_ROWS:
+    while table.pressure.size > MAX_ROWS:
         table = law.table(branch, 1.5 * table.error)
     return table
 
@@ -368,9 +368,9 @@ def _conductances(law: InterfaceLaw, branch: str) -> list[tuple[Array, Array]]:
         there = np.isfinite(values)
         if not there.any():
             break
-        fine = between(pressure[there])
+        fine = refine_geometrically(pressure[there])
         result = np.exp(np.interp(np.log(fine), np.log(pressure[there]), np.log(values[there])))
-        rows = thinned(fine, result, ERROR)
+        rows = thin_points(fine, result, ERROR)
         tables.append((
             np.concatenate([[0.0], fine[rows] * _PRESSURE]),
             np.concatenate([[0.0], result[rows] * _CONDUCTANCE]),
@@ -384,4 +384,4 @@ def _rows(first: Array, second: Array) -> list[str]:
 
 def save_law(law: InterfaceLaw, path: Target) -> None:
     """Write a law in the format that the suffix of the file names."""
-    writer_of(Kind.LAW, path)(law, path)
+    writer_of(ContentType.LAW, path)(law, path)

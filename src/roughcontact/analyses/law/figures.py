@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.analyses.law.curve import between
+from roughcontact.analyses.law.curve import refine_geometrically
 from roughcontact.analyses.law.model import LOADING, UNLOADING, InterfaceLaw
 from roughcontact.drawing import style
 
@@ -75,7 +75,7 @@ def _draw_separation(axes: Axes, law: InterfaceLaw) -> None:
         pressures = law.pressures(branch)
         separation = law.values(branch, "separation").mean(axis=0)
         axes.plot(separation * scale, pressures * factor, "o", color=colour, markersize=4)
-    fine = between(law.pressures(), 8)
+    fine = refine_geometrically(law.pressures(), 8)
     theory = law.persson(fine)
     if np.isfinite(theory).all():
         axes.plot(

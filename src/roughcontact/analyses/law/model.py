@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools import statistics
-from roughcontact._tools.arguments import checked
+from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.statistics import Mean
 from roughcontact.analyses.conductance.model import conductor_of
 from roughcontact.analyses.law import curve as law_curve
 from roughcontact.analyses.law.curve import ERROR, Asperities, Curve, Resolved, asperities
 from roughcontact.analyses.tangential import model as tangential
-from roughcontact.cautions import Caution, Kind, as_caution, of_several, ordered
+from roughcontact.cautions import Caution, CautionTag, as_caution, merge_cautions, sort_cautions
 from roughcontact.contact import spots
 from roughcontact.contact.nominal_hertz import shape_of
 from roughcontact.contact.pair import Pair
@@ -28,7 +28,7 @@ from roughcontact.contact.series import (
     ONE_ROUGH_FACE,
     CalibratedChange,
     Window,
-    changed,
+    relative_change,
     require_alike,
     require_one_model,
     same_heights,
@@ -40,7 +40,7 @@ from roughcontact.material.material import Conductor
 from roughcontact.result import Result
 from roughcontact.surface import roughness, spectrum
 from roughcontact.theory import persson
-from roughcontact.units import Quantity, quantity
+from roughcontact.units import Quantity, to_si
 
 Array = NDArray[np.float64]
 
@@ -252,7 +252,7 @@ class InterfaceLaw(Result):
             The first map under its largest load and the calibrated ceiling.
         """
         assert isinstance(contact.ceiling, float)
-        area = changed(contact.contact_area, self.largest.contact_area)
+        area = relative_change(contact.contact_area, self.largest.contact_area)
         return replace(
             self, calibrated=CalibratedChange(contact.ceiling, area, self._changes(contact))
         )
@@ -271,7 +271,7 @@ class InterfaceLaw(Result):
         closing = law.loading[0].separation - last.separation
         return (
             (last.separation - point.separation) / closing,
-            changed(point.stiffness, last.stiffness),
+            relative_change(point.stiffness, last.stiffness),
         )
 
     @property
@@ -519,8 +519,8 @@ class InterfaceLaw(Result):
                 f"Shear yields before friction {self.friction.coefficient:g} is reached: the joint "
                 f"slides at {self.friction.sliding:.2g} of the pressure."
             )
-            own.append(as_caution(Kind.SHEAR_YIELD, text, sliding=self.friction.sliding))
-        return ordered([*self.messages, *own, *self.extra_cautions])
+            own.append(as_caution(CautionTag.SHEAR_YIELD, text, sliding=self.friction.sliding))
+        return sort_cautions([*self.messages, *own, *self.extra_cautions])
 
     @property
     def part_size(self) -> law_curve.PartSize | None:
@@ -544,7 +544,7 @@ def _mean(values: Array) -> Mean:
     # A map that is closed does not yield: its stiffness has no bound, and no scatter either.
     if not np.isfinite(values).all():
         return Mean(values.size, float(values.mean()), math.nan, math.nan, math.nan)
-    return statistics.mean(values)
+    return statistics.mean_with_interval(values)
 
 
 # --- The law of an interface from contacts that were solved ---
@@ -557,7 +557,7 @@ OF = "an interface law"
 _ROUNDING = 1e-9
 
 
-@checked
+@validate_arguments
 def interface_law(
     contacts: Iterable[ContactResult],
     unloading: Iterable[ContactResult] = (),
@@ -631,9 +631,9 @@ def interface_law(
     >>> first.separation > last.separation, first.stiffness < last.stiffness
     (True, True)
     """
-    collected = _collected(contacts)
+    collected = _collect_points(contacts)
     for number, (samples, after) in enumerate(
-        zip(collected, _after(unloading, collected), strict=True), start=1
+        zip(collected, _unloading_points(unloading, collected), strict=True), start=1
     ):
         if len(samples.points) < 2:
             raise InputError(
@@ -642,7 +642,7 @@ def interface_law(
                 argument="contacts",
             )
         samples.unloading = after
-    film = quantity(thermal_film, "thermal film", "thermal_film")
+    film = to_si(thermal_film, "thermal film", "thermal_film")
     bodies = None
     if conductor is not None and counter_conductor is not None:
         bodies = (conductor_of(conductor), conductor_of(counter_conductor))
@@ -651,7 +651,7 @@ def interface_law(
         maps=tuple(_law(samples, number, collected) for number, samples in enumerate(collected, 1)),
         rim=math.fsum(rims) / len(rims),
         largest=collected[0].largest,
-        messages=_judged(collected),
+        messages=_merge_cautions(collected),
         bodies=bodies,
         thermal_film=float(film),
         friction=None if friction is None else _friction(collected[0].largest, friction),
@@ -692,7 +692,7 @@ class _Samples:
             self.largest = result
 
 
-def _collected(contacts: Iterable[ContactResult]) -> list[_Samples]:
+def _collect_points(contacts: Iterable[ContactResult]) -> list[_Samples]:
     """Return what the contacts show, map by map."""
     answer: list[_Samples] = []
     for result in [contacts] if isinstance(contacts, ContactResult) else contacts:
@@ -709,7 +709,7 @@ def _collected(contacts: Iterable[ContactResult]) -> list[_Samples]:
     return answer
 
 
-def _after(
+def _unloading_points(
     unloading: Iterable[ContactResult], collected: Sequence[_Samples]
 ) -> list[list[tuple[LawPoint, float]]]:
     """Return the points of the second branch of each map, with the separation of first touch."""
@@ -725,12 +725,12 @@ def _after(
         if not pairs or again or not same_heights(pairs[-1], result.pair):
             loads.clear()
             if len(pairs) == len(collected):
-                raise _stranger(len(pairs) + 1)
+                raise _unlike_error(len(pairs) + 1)
             pairs.append(result.pair)
             points.append([])
         loads.add(result.load)
         samples = collected[len(pairs) - 1]
-        lowered = _lowered(samples, result.pair, len(pairs))
+        lowered = _indentation_inside(samples, result.pair, len(pairs))
         point = _point(result, samples.window, lowered)
         if point.contact_points and point.pressure > 0:
             points[-1].append((point, _first_touch(result.pair, samples.window) - lowered))
@@ -742,16 +742,16 @@ def _after(
     return points or [[] for _ in collected]
 
 
-def _lowered(samples: _Samples, pair: Pair, number: int) -> float:
+def _indentation_inside(samples: _Samples, pair: Pair, number: int) -> float:
     """Return the mean depth by which the largest load of a map indented it inside its rim [m]."""
     depth = samples.pair.heights - pair.heights
     scale = float(np.nanmax(np.abs(samples.pair.heights)))
     if np.nanmin(depth) < -_ROUNDING * scale:
-        raise _stranger(number)
+        raise _unlike_error(number)
     return float(np.nanmean(_inside(depth, samples.window)))
 
 
-def _stranger(number: int) -> InputError:
+def _unlike_error(number: int) -> InputError:
     return InputError(
         f"map {number} is not map {number} of the contacts as its largest load left it: give the "
         f"maps in their order, each from {ArgumentRef('indented_surface')}",
@@ -774,7 +774,7 @@ def _point(result: ContactResult, window: Window | None, lowered: float) -> LawP
         # What has flowed before resists like all else.
         stiffness=whole if lowered else loading,
         unloading_stiffness=whole,
-        spots=spots.find(np.ascontiguousarray(pressure), result.pair.pixel, axes).count,
+        spots=spots.find_spots(np.ascontiguousarray(pressure), result.pair.pixel, axes).count,
         contact_points=int(contact.sum()),
         open_points=int(np.count_nonzero(~contact & ~np.isnan(gap))),
     )
@@ -850,7 +850,7 @@ def _check(result: ContactResult, first: ContactResult) -> None:
     require_one_model(first.ceiling is None, result.ceiling is None)
 
 
-def _judged(collected: Sequence[_Samples]) -> tuple[Caution, ...]:
+def _merge_cautions(collected: Sequence[_Samples]) -> tuple[Caution, ...]:
     """Return the cautions of all contacts, one of each tag."""
     maps = [
         (
@@ -860,7 +860,7 @@ def _judged(collected: Sequence[_Samples]) -> tuple[Caution, ...]:
         for number, samples in enumerate(collected, start=1)
     ]
     # That a flat body is loaded up to its edges is why a margin is excluded.
-    result = tuple(c for c in of_several(maps, "maps") if c.kind != Kind.EDGE)
+    result = tuple(c for c in merge_cautions(maps, "maps") if c.kind != CautionTag.EDGE)
     if collected[0].pair.counter_surface is not None:
         return result
     return (*result, ONE_ROUGH_FACE)

@@ -8,12 +8,12 @@ from dataclasses import asdict
 from operator import attrgetter
 from typing import Any
 
-from roughcontact._tools.statistics import LEVEL, mean
+from roughcontact._tools.statistics import LEVEL, mean_with_interval
 from roughcontact.analyses.law import decks, illustrations as law_illustrations
 from roughcontact.analyses.law.curve import ERROR
 from roughcontact.analyses.law.figures import interface_law
 from roughcontact.analyses.law.model import InterfaceLaw
-from roughcontact.references import cited
+from roughcontact.references import make_use
 from roughcontact.report import chapters, phrases, uncertainty
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.kind import (
@@ -22,20 +22,22 @@ from roughcontact.report.kind import (
     CellTable,
     Column,
     Columns,
-    Kind,
+    Presentation,
     Quantity,
     Table,
     Use,
 )
 from roughcontact.uncertainty.intervals import Interval
-from roughcontact.units import counted, engineering, percent, plain
+from roughcontact.units import count_noun, format_engineering, format_percent, plain_decimal
 
 
 def _range(law: InterfaceLaw) -> str:
     result = law.resolved
     if math.isnan(result.low):
         return "none of the pressures"
-    return f"{engineering(result.low, 'Pa', 3)} to {engineering(result.high, 'Pa', 3)}"
+    return (
+        f"{format_engineering(result.low, 'Pa', 3)} to {format_engineering(result.high, 'Pa', 3)}"
+    )
 
 
 def _part_size(law: InterfaceLaw) -> str:
@@ -44,7 +46,7 @@ def _part_size(law: InterfaceLaw) -> str:
     verdict = (
         "sufficient, quarters agree to" if size.sufficient else "too small, quarters differ by"
     )
-    return f"{verdict} {percent(size.off)}"
+    return f"{verdict} {format_percent(size.off)}"
 
 
 def _columns(law: InterfaceLaw, branch: str) -> dict[str, list[float]]:
@@ -73,7 +75,7 @@ LAW: Table = (
     *PAIR,
     Quantity(
         "maps", "maps", of=lambda law: [item.name for item in law.maps],
-        text=lambda law: counted(len(law.maps), "map"), part=PROBLEM,
+        text=lambda law: count_noun(len(law.maps), "map"), part=PROBLEM,
     ),
     Quantity(
         "rim", "rim that is left out", unit="m", part=PROBLEM, when=lambda law: law.rim > 0,
@@ -124,7 +126,7 @@ LAW: Table = (
 
 def _separations(law: InterfaceLaw) -> list[str]:
     """Return halves of the intervals of ū, which may itself be near zero, as lengths."""
-    return [engineering(step.separation_half, "m", 2) for step in law.steps]
+    return [format_engineering(step.separation_half, "m", 2) for step in law.steps]
 
 
 def _contacts(law: InterfaceLaw) -> list[str]:
@@ -141,7 +143,7 @@ def _several(law: InterfaceLaw) -> bool:
 
 def _per_length(value: float) -> str:
     """Return a stiffness per area in GPa/µm."""
-    return "∞" if math.isinf(value) else plain(value * 1e-15, 3)
+    return "∞" if math.isinf(value) else plain_decimal(value * 1e-15, 3)
 
 
 def _flows(law: InterfaceLaw) -> bool:
@@ -157,12 +159,12 @@ LAW_COLUMNS: Columns = (
         when=_several,
     ),
     Column("mean_gap", "mean gap", unit="m", digits=3, brief=False),
-    Column("contact_fraction", "contact", form=percent),
+    Column("contact_fraction", "contact", form=format_percent),
     Column(
         "contact_half", "±", shown=_contacts, when=_several,
         brief=False,
     ),
-    Column("saturated_fraction", "saturated", form=percent, when=_flows),
+    Column("saturated_fraction", "saturated", form=format_percent, when=_flows),
     Column("stiffness", "loading", unit="Pa/m", form=_per_length),
     Column(
         "unloading_stiffness", "falling", unit="Pa/m", form=_per_length, when=_flows,
@@ -241,7 +243,7 @@ _MOST = 5
 
 def _problem(law: InterfaceLaw) -> str:
     contact = law.largest
-    name = counted(len(law.maps), "map") if len(law.maps) > 1 else ""
+    name = count_noun(len(law.maps), "map") if len(law.maps) > 1 else ""
     return f"{phrases.bodies(contact, name)}{phrases.boundary(contact)}"
 
 
@@ -249,7 +251,7 @@ def _intervals(law: InterfaceLaw) -> tuple[Interval, Interval]:
     """Return the intervals of closing and stiffness under the largest pressure."""
     separation = law.values(law.branches[0], "separation")
     means = (
-        mean(separation[:, 0] - separation[:, -1]), law.mean(law.branches[0], "stiffness")[-1],
+        mean_with_interval(separation[:, 0] - separation[:, -1]), law.mean(law.branches[0], "stiffness")[-1],
     )  # fmt: skip
     coarser = law.coarser and (law.coarser.closing, law.coarser.stiffness)
     changes = coarser or (math.nan, math.nan)
@@ -264,10 +266,10 @@ def _answer(law: InterfaceLaw) -> str:
     """Return how far the faces approach over the pressures, and how stiff the joint is then."""
     steps = law.of_branch(law.branches[0])
     first, last = steps[0].pressure, steps[-1].pressure
-    ends = phrases.between(first, last, lambda value: phrases.size(value, "Pa"))
+    ends = phrases.between(first, last, lambda value: phrases.format_short(value, "Pa"))
     closing, stiffness = _intervals(law)
-    by = uncertainty.with_ends(closing, lambda value: phrases.size(value, "m"))
-    stiff = uncertainty.with_ends(stiffness, lambda value: f"{_per_length(value)} GPa/µm")
+    by = uncertainty.with_interval(closing, lambda value: phrases.format_short(value, "m"))
+    stiff = uncertainty.with_interval(stiffness, lambda value: f"{_per_length(value)} GPa/µm")
     return f"From {ends} the faces approach by {by}; the stiffness reaches {stiff}."
 
 
@@ -280,12 +282,15 @@ def _numbers(law: InterfaceLaw) -> CellTable:
     heads += ["unloading"] * flows
     rows = []
     for step in steps:
-        row = [phrases.size(step.pressure, "Pa"), phrases.size(step.separation, "m")]
-        row += [engineering(step.separation_half, "m", 2)] * several
-        row += [percent(step.contact_fraction), f"{_per_length(step.stiffness)} GPa/µm"]
+        row = [
+            phrases.format_short(step.pressure, "Pa"),
+            phrases.format_short(step.separation, "m"),
+        ]
+        row += [format_engineering(step.separation_half, "m", 2)] * several
+        row += [format_percent(step.contact_fraction), f"{_per_length(step.stiffness)} GPa/µm"]
         row += [f"{_per_length(step.unloading_stiffness)} GPa/µm"] * flows
         rows.append(tuple(row))
-    return tuple(heads), chapters.spaced(rows, _MOST)
+    return tuple(heads), chapters.evenly_spaced(rows, _MOST)
 
 
 def _remarks(law: InterfaceLaw) -> tuple[str, ...]:
@@ -305,33 +310,33 @@ def _remarks(law: InterfaceLaw) -> tuple[str, ...]:
             for axis, ratio in zip("yx", law.friction.ratios, strict=True)
         ]
         lines.append(
-            f"Tangential at {phrases.size(last.pressure, 'Pa')}: {', '.join(each)} GPa/µm; "
-            f"elastic slip {phrases.size(float(law.elastic_slip()[-1]), 'm')}"
+            f"Tangential at {phrases.format_short(last.pressure, 'Pa')}: {', '.join(each)} GPa/µm; "
+            f"elastic slip {phrases.format_short(float(law.elastic_slip()[-1]), 'm')}"
         )
     if len(law.branches) > 1:
         last = min(law.of_branch(law.branches[1]), key=lambda step: step.pressure)
         lines.append(
-            f"Unloaded to {phrases.size(last.pressure, 'Pa')}: {phrases.size(last.separation, 'm')}"
-            f", contact {percent(last.contact_fraction)}"
+            f"Unloaded to {phrases.format_short(last.pressure, 'Pa')}: {phrases.format_short(last.separation, 'm')}"
+            f", contact {format_percent(last.contact_fraction)}"
         )
     return tuple(lines)
 
 
 def _works(law: InterfaceLaw) -> Iterator[Use]:
-    yield cited("separation by theory", "Persson2007", "Yang2008", "Almqvist2011")
-    yield cited("asperities", "Greenwood1970", "Nayak1971")
+    yield make_use("separation by theory", "Persson2007", "Yang2008", "Almqvist2011")
+    yield make_use("asperities", "Greenwood1970", "Nayak1971")
     if law.bodies is not None:
-        yield cited("conductance from the stiffness", "Barber2003")
+        yield make_use("conductance from the stiffness", "Barber2003")
 
 
 def question(law: InterfaceLaw) -> str:
     """Return the question that an interface law answers."""
     pressures = [step.pressure for step in law.steps]
-    ends = [engineering(value, "Pa", 3) for value in (min(pressures), max(pressures))]
+    ends = [format_engineering(value, "Pa", 3) for value in (min(pressures), max(pressures))]
     return f"How far does the joint close from {phrases.span(ends)}?"
 
 
-KIND = Kind(
+KIND = Presentation(
     InterfaceLaw, LAW, LAW_COLUMNS, question=question, sentences=sentences,
     figures=law_illustrations.LAW,
     plots=(interface_law,), contact=attrgetter("largest"), works=_works, save=decks.save_law,

@@ -8,36 +8,46 @@ from typing import TYPE_CHECKING
 
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import export
-from roughcontact.formats.export import Kind
+from roughcontact.formats.export import ContentType
 from roughcontact.request import contacts as joints, options
-from roughcontact.request.contacts import Contacts
-from roughcontact.request.options import EXCLUDES, PICTURES, Panel, Rule, file, files, flag
-from roughcontact.request.outcome import Outcome, Work, last_contact
+from roughcontact.request.contacts import JointContacts
+from roughcontact.request.options import (
+    EXCLUDES,
+    PICTURES,
+    Panel,
+    Rule,
+    file_option,
+    files_option,
+    flag_option,
+)
+from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
-from roughcontact.request.task import Question, Task
+from roughcontact.request.task import Analysis, Task
 
 if TYPE_CHECKING:
     from roughcontact.analyses.law.model import InterfaceLaw
     from roughcontact.contact.result import ContactResult
 
-QUARTERS = flag(
+QUARTERS = flag_option(
     "quarters", Panel.MAP,
     "Repeat on map quarters to check the map size.",
 )  # fmt: skip
-OUTPUT = files(
-    "output", f"Law: {export.format_list_text(Kind.LAW)}; repeatable.", export.suffixes(Kind.LAW)
+OUTPUT = files_option(
+    "output",
+    f"Law: {export.format_list_text(ContentType.LAW)}; repeatable.",
+    export.suffixes(ContentType.LAW),
 )
-FIGURE = file("figure", "FILE", "Figure of the law (PNG, SVG or PDF).", PICTURES)
+FIGURE = file_option("figure", "FILE", "Figure of the law (PNG, SVG or PDF).", PICTURES)
 _CONDUCTORS = (joints.CONDUCTIVITY, joints.COUNTER_CONDUCTIVITY, joints.THERMAL_FILM)
 
 
-def _run(request: Request, work: Work) -> Outcome:
+def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.law.model import OF
     from roughcontact.surface.placement import partition
 
-    contacts = Contacts.of_request(request, work)
+    contacts = JointContacts.of_request(request, work)
     contacts.require_map(OF)
-    maps = list(contacts.each())
+    maps = list(contacts.iter_maps())
     result = maps[0].with_variants(_law_of(request, maps))
     if request[QUARTERS]:
         level = request[options.LEVEL]
@@ -46,19 +56,19 @@ def _run(request: Request, work: Work) -> Outcome:
     return joints.outcome(request, work, result)
 
 
-def _law_of(request: Request, maps: Sequence[Contacts]) -> InterfaceLaw:
+def _law_of(request: Request, maps: Sequence[JointContacts]) -> InterfaceLaw:
     """Return the law of some maps; where they flow, with the branch of unloading."""
     from roughcontact.analyses.history.model import indented_surface
     from roughcontact.analyses.law.model import interface_law
 
-    remaining: list[Contacts] = []
+    remaining: list[JointContacts] = []
     flowed: list[bool] = []
     loads = joints.loads(request)
 
     def loading() -> Iterator[ContactResult]:
         for item in maps:
             # The first is that under the largest load.
-            for number, result in enumerate(item.under(loads)):
+            for number, result in enumerate(item.solve_loads(loads)):
                 if number == 0:
                     remaining.append(item.of(indented_surface(result)))
                     flowed.append(result.saturated_fraction > 0)
@@ -68,7 +78,7 @@ def _law_of(request: Request, maps: Sequence[Contacts]) -> InterfaceLaw:
         # What flowed does so no more up to the largest load: elastic, whatever the ceiling was.
         elastic = replace(request, values={**request.values, options.CEILING.name: None})
         for item in remaining if any(flowed) else ():
-            yield from replace(item, request=elastic).under(loads)
+            yield from replace(item, request=elastic).solve_loads(loads)
 
     body, counter_body = joints.conductors(request)
     both = body.conductivity is not None and counter_body.conductivity is not None
@@ -127,7 +137,7 @@ roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
     check=_check,
     last=last_contact,
     questions=(
-        Question(
+        Analysis(
             "Interface law",
             "Separation, contact and stiffness over pressure, with tables for other programs.",
             (QUARTERS,),

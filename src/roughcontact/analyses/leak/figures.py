@@ -41,7 +41,7 @@ def leak(result: Leakage) -> Figure:
     """
     flows = [flow for flow in result.flows if flow.percolates]
     aspect = style.shown_aspect(result.largest.pair.size)
-    figure = style.blank(4.9 * (1 + len(flows)), 1.0 + 3.6 * aspect)
+    figure = style.empty_figure(4.9 * (1 + len(flows)), 1.0 + 3.6 * aspect)
     first, *others = figure.subplots(1, 1 + len(flows), squeeze=False)[0]
     _draw_leak(first, result, bool(flows))
     for axes, flow in zip(others, flows, strict=True):

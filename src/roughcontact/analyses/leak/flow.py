@@ -96,12 +96,12 @@ def _labelled(
     count = int(ndimage.label(opened, output=label))
     parts = _Parts(count + 1)
     for seam in periodic_axes:
-        for item, two in _meeting(label, seam):
+        for item, two in _seam_neighbors(label, seam):
             parts.join(item, two, int(seam == axis))
     return label, parts
 
 
-def _meeting(label: NDArray[np.int32], axis: int) -> Iterator[tuple[int, int]]:
+def _seam_neighbors(label: NDArray[np.int32], axis: int) -> Iterator[tuple[int, int]]:
     """Yield the parts that meet across the seam of an axis, the one before it first."""
     pairs = np.stack([label.take(-1, axis), label.take(0, axis)], axis=1)
     pairs = pairs[(pairs > 0).all(axis=1)]
@@ -148,7 +148,7 @@ class _Parts:
 TOLERANCE = 1e-8
 """Flow that appears or vanishes anywhere, over the flow through the gap."""
 
-_AIM = 1e-9
+_TARGET_IMBALANCE = 1e-9
 """What the solver aims at by its own count."""
 
 _REDUCTION = 1e-6
@@ -203,7 +203,7 @@ def flow(
     cube /= scale
     cube *= cube * cube
     problem = _problem(cube, part, pixel, axis, periodic_axes)
-    solved, moved = _solved(problem), cube
+    solved, moved = _solve_pressure(problem), cube
     if mobility is not None:
         for left in reversed(range(_MOST_SETTINGS)):
             moved = cube.copy()
@@ -214,9 +214,9 @@ def flow(
             # Not balanced after the last one, the flow is refused where it is measured.
             if total <= TOLERANCE * solved.power or not left:
                 break
-            solved = _solved(problem, solved)
+            solved = _solve_pressure(problem, solved)
     sheared = _sheared_gap(problem, solved, gap[part], moved[part]) / part.shape[1 - axis]
-    return _measured(problem, solved, part, pixel, scale**3, sheared)
+    return _flow_from_pressure(problem, solved, part, pixel, scale**3, sheared)
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,7 +259,7 @@ def _problem(
     if axis in periodic_axes:
         # The pressure is up to a constant on each part: one pixel is tied to the ground, through
         # which nothing flows.
-        for y, x in _widest(cube, components(part, periodic_axes)):
+        for y, x in _widest_pixels(cube, components(part, periodic_axes)):
             held[int(number[y, x])] = cube[y, x]
     else:
         shape = _shape(pixel, axis)
@@ -300,7 +300,7 @@ def _shape(pixel: tuple[float, float], axis: int) -> float:
     return pixel[1 - axis] / pixel[axis]
 
 
-def _widest(cube: Array, label: NDArray[np.int32]) -> list[tuple[int, int]]:
+def _widest_pixels(cube: Array, label: NDArray[np.int32]) -> list[tuple[int, int]]:
     """Return the widest pixel of each part."""
     from scipy import ndimage
 
@@ -341,7 +341,7 @@ class _Solved:
         return residual
 
 
-def _solved(problem: _Problem, start: _Solved | None = None) -> _Solved:
+def _solve_pressure(problem: _Problem, start: _Solved | None = None) -> _Solved:
     """Return the pressure at which the flow balances, found in rounds."""
     nodes = problem.network.nodes
     inverse = Multigrid(problem.network)
@@ -352,9 +352,9 @@ def _solved(problem: _Problem, start: _Solved | None = None) -> _Solved:
     for number in range(_ROUNDS):
         residual, power = _imbalance(problem, pressure, small)
         total = float(np.abs(residual).sum())
-        if total <= _AIM * power:
+        if total <= _TARGET_IMBALANCE * power:
             break
-        change, more = _balanced(inverse, residual, total, power)
+        change, more = _solve_correction(inverse, residual, total, power)
         if number == 0:
             pressure += change
         else:
@@ -370,18 +370,20 @@ def _imbalance(problem: _Problem, pressure: Array, small: Array) -> tuple[Array,
     return result.unbalanced(problem), result.power
 
 
-def _balanced(inverse: Multigrid, residual: Array, total: float, power: float) -> tuple[Array, int]:
+def _solve_correction(
+    inverse: Multigrid, residual: Array, total: float, power: float
+) -> tuple[Array, int]:
     """Return the change of pressure that balances what is left, to a part of it."""
 
     def enough(change: Array, unbalanced: float) -> bool:
         # The power of the flow over the pressure difference, 1, is the flow.
         flow = max(power - _dot(residual, change), 0.0)
-        return unbalanced <= max(_REDUCTION * total, _AIM * flow)
+        return unbalanced <= max(_REDUCTION * total, _TARGET_IMBALANCE * flow)
 
     return conjugate_gradients(inverse, residual, enough, _MOST_STEPS)
 
 
-def _measured(
+def _flow_from_pressure(
     problem: _Problem,
     solved: _Solved,
     part: NDArray[np.bool_],

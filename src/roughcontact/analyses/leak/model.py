@@ -10,28 +10,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools import statistics
-from roughcontact._tools.arguments import checked
+from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.statistics import Mean
-from roughcontact.analyses.conductance.model import ATMOSPHERE, slip_factor, warmth_of
+from roughcontact.analyses.conductance.model import ATMOSPHERE, slip_factor, temperature_or_room
 from roughcontact.analyses.leak.flow import Constriction, Flow, constriction, flow
 from roughcontact.analyses.leak.gas_flow import GasState, gas_factor
-from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning, ordered
+from roughcontact.cautions import (
+    Caution,
+    CautionTag,
+    as_caution,
+    as_note,
+    as_warning,
+    sort_cautions,
+)
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.series import (
     ONE_ROUGH_FACE,
     CalibratedChange,
-    changed,
-    mean_of,
-    of_one_pair,
-    positive,
+    check_same_pair,
+    mean_step,
+    parse_positive,
+    relative_change,
 )
 from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material import fluids
 from roughcontact.result import Result
 from roughcontact.theory.rarefied_gas import mean_free_path
-from roughcontact.units import Quantity, changed_by, percent
+from roughcontact.units import Quantity, format_change, format_percent
 
 THRESHOLD = 0.42
 """Contact fraction at which isotropic self-affine contact closes all ways.
@@ -42,9 +49,9 @@ Dapp, Lücke, Persson and Müser 2012, doi:10.1103/PhysRevLett.108.244301.
 _NEAR = 0.1
 # Distance from it within which what leaks is that of a few constrictions.
 
-_MOVED = 0.1
+_GRID_TOLERANCE = 0.1
 
-LIFTS = 0.05
+MIN_FLUID_SHARE = 0.05
 """Share of the load from which on the pressure of the fluid is taken off the load."""
 
 LEAK_CLASSES = (
@@ -58,35 +65,37 @@ Rottländer, Umrath and Voss 2016, Fundamentals of leak detection, Leybold, cat.
 classes, ten times as many mbar l/s, of helium from one bar into vacuum.
 """
 
-GAS = 5e-5
+MIN_GAS_GAP = 5e-5
 """Viscosity [Pa s] below which a fluid is a gas: those have 9 to 35 µPa s, liquids 200 and more."""
 
 # Factor by which helium leaks more from which on slip is told; Knudsen number of a warning.
 _SLIPS, _RAREFIED = 1.05, 0.05
 
 
-def of_step(result: ContactResult, closed: bool) -> Iterator[Caution]:
+def step_cautions(result: ContactResult, closed: bool) -> Iterator[Caution]:
     """Yield what is known of the leakage of one contact, whose gap is closed or not."""
     if result.counter_surface is None:
         yield ONE_ROUGH_FACE
     if not result.contact.any():
-        yield as_note(Kind.OPEN_GAP, "Bodies do not touch: this is the flow through an open gap.")
+        yield as_note(
+            CautionTag.OPEN_GAP, "Bodies do not touch: this is the flow through an open gap."
+        )
     fraction = result.contact_fraction
     if not closed and abs(fraction - THRESHOLD) < _NEAR:
         yield as_caution(
-            Kind.NEAR_THRESHOLD,
+            CautionTag.NEAR_THRESHOLD,
             f"{100 * fraction:.0f} % contact is near the {100 * THRESHOLD:.0f} % sealing "
             "threshold: one constriction decides. Expect large scatter between maps.",
             contact_fraction=fraction,
         )
 
 
-def slip(
+def slip_caution(
     gap: NDArray[np.float64], flows: Sequence[Flow], viscosity: float, pressure_difference: float
 ) -> Iterator[Caution]:
     """Yield by how much a gas leaks more than is told, the lightest and air at its viscosity."""
     open_flows = [flow for flow in flows if flow.percolates]
-    if viscosity >= GAS or not open_flows:
+    if viscosity >= MIN_GAS_GAP or not open_flows:
         return
     # The outlet at the atmosphere, and in vacuum.
     outer, inner = ATMOSPHERE + pressure_difference / 2, pressure_difference / 2
@@ -105,7 +114,7 @@ def slip(
     # Of the plane gap that lets as much through.
     knudsen = (air - 1) / 6
     yield (as_warning if knudsen > _RAREFIED else as_caution)(
-        Kind.RAREFIED,
+        CautionTag.RAREFIED,
         f"Gas slips (Kn {knudsen:.2g}): air leaks at least {air:.2g} times this rate, helium into "
         f"vacuum {helium:.2g} times.",
         knudsen=knudsen,
@@ -114,27 +123,27 @@ def slip(
     )
 
 
-def lift(fluid_load: float, load: float) -> Iterator[Caution]:
+def fluid_load_caution(fluid_load: float, load: float) -> Iterator[Caution]:
     """Yield the message on a fluid that carries a share of the load."""
     share = fluid_load / load if load > 0 else math.inf
-    if share > LIFTS:
+    if share > MIN_FLUID_SHARE:
         yield as_caution(
-            Kind.FLUID_PRESSURE,
-            f"Fluid pressure carries {percent(min(share, 1.0))} of the load and opens the gap. "
+            CautionTag.FLUID_PRESSURE,
+            f"Fluid pressure carries {format_percent(min(share, 1.0))} of the load and opens the gap. "
             "Solve under the rest of the load.",
             share=share,
         )
 
 
-def grid(changes: tuple[float, float]) -> Iterator[Caution]:
+def grid_caution(changes: tuple[float, float]) -> Iterator[Caution]:
     """Yield the message on permeabilities that change on a grid of twice the pixel."""
     worst: float = max(
         (change for change in changes if not math.isnan(change)), key=abs, default=0.0
     )
-    if abs(worst) > _MOVED:
+    if abs(worst) > _GRID_TOLERANCE:
         yield as_caution(
-            Kind.LEAK_PIXEL,
-            f"Leak rate changes by {changed_by(worst)} on a grid of twice the pixel: narrowest "
+            CautionTag.LEAK_PIXEL,
+            f"Leak rate changes by {format_change(worst)} on a grid of twice the pixel: narrowest "
             "gaps are not resolved.",
             change=worst,
         )
@@ -260,13 +269,13 @@ class Leakage(Result):
         every = (self, *others)
         steps = tuple(map(_mean_step, zip(*(item.steps for item in every), strict=True)))
         flows = np.array([_flow_of(item.steps[-1]) for item in every])
-        draws = tuple(statistics.mean(flows[:, axis]) for axis in (0, 1))
+        draws = tuple(statistics.mean_with_interval(flows[:, axis]) for axis in (0, 1))
         return replace(self, steps=steps, draws=draws)
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        return ordered([*self.messages, *self.extra_cautions])
+        return sort_cautions([*self.messages, *self.extra_cautions])
 
     @property
     def nominal_area(self) -> float:
@@ -283,7 +292,7 @@ class Leakage(Result):
             The same bodies under the largest load and the calibrated ceiling.
         """
         step, _ = _step(contact, self.axes, self.seal)
-        area = changed(step.contact_area, self.steps[-1].contact_area)
+        area = relative_change(step.contact_area, self.steps[-1].contact_area)
         assert isinstance(contact.ceiling, float)
         change = CalibratedChange(contact.ceiling, area, self._changes(step))
         return replace(self, calibrated=change)
@@ -298,7 +307,7 @@ class Leakage(Result):
         """
         step, _ = _step(coarser, self.axes, self.seal)
         change = Change(max(coarser.pair.pixel), self._changes(step))
-        change_of = grid(change.permeability)
+        change_of = grid_caution(change.permeability)
         return replace(self, coarser=change, messages=(*self.messages, *change_of))
 
     def with_fluid_load(self, load: float) -> Leakage:
@@ -315,13 +324,13 @@ class Leakage(Result):
         the solid beyond it is that of a dry contact under the rest of the load (Kuznetsov 1985).
         """
         steps = tuple(replace(step, load=step.load + load) for step in self.steps)
-        messages = tuple(text for text in self.messages if text.kind != Kind.FLUID_PRESSURE)
+        messages = tuple(text for text in self.messages if text.kind != CautionTag.FLUID_PRESSURE)
         return replace(self, steps=steps, fluid_load=load, messages=messages)
 
     def _changes(self, step: LeakageStep) -> tuple[float, float]:
         """Return how what flows along y and x changes from the largest load to a step."""
         along_y, along_x = (
-            changed(*(one.permeability[axis][axis] * one.gas_factor[axis]
+            relative_change(*(one.permeability[axis][axis] * one.gas_factor[axis]
                       for one in (step, self.steps[-1])))
             for axis in (0, 1)
         )  # fmt: skip
@@ -433,7 +442,7 @@ class Leakage(Result):
         return next(known, ("not watertight", math.inf))
 
 
-@checked
+@validate_arguments
 def leakage(
     contacts: ContactResult | Iterable[ContactResult],
     *,
@@ -531,9 +540,9 @@ def leakage(
     answer: list[tuple[LeakageStep, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None
     flows: tuple[Flow, ...] = ()
-    for result in of_one_pair(contacts, OF):
+    for result in check_same_pair(contacts, OF):
         step, driven = _step(result, axes, seal)
-        own = _judged(result, step, driven, axes, seal)
+        own = _step_messages(result, step, driven, axes, seal)
         answer.append((step, (*result.cautions, *own)))
         if largest is None or result.load >= largest.load:
             largest, flows = result, driven
@@ -545,7 +554,7 @@ def leakage(
     return Leakage(steps, axes, roughness, seal, largest, flows, judged)
 
 
-def _judged(
+def _step_messages(
     result: ContactResult,
     step: LeakageStep,
     flows: tuple[Flow, ...],
@@ -553,13 +562,13 @@ def _judged(
     seal: Seal | None,
 ) -> Iterator[Caution]:
     """Yield what is known of the leakage of one contact."""
-    yield from of_step(result, None in [step.constriction[axis] for axis in axes])
+    yield from step_cautions(result, None in [step.constriction[axis] for axis in axes])
     if seal is None:
         return
     height, width = result.pair.size
-    yield from lift(seal.mean_pressure * height * width, result.load)
+    yield from fluid_load_caution(seal.mean_pressure * height * width, result.load)
     if seal.gas is None:
-        yield from slip(flow_gap(result), flows, seal.viscosity, seal.pressure_difference)
+        yield from slip_caution(flow_gap(result), flows, seal.viscosity, seal.pressure_difference)
 
 
 def _flow_of(step: LeakageStep) -> tuple[float, float]:
@@ -569,7 +578,7 @@ def _flow_of(step: LeakageStep) -> tuple[float, float]:
 
 
 def _mean_step(steps: Sequence[LeakageStep]) -> LeakageStep:
-    mean = mean_of(steps, ("constriction", "gas_factor"))
+    mean = mean_step(steps, ("constriction", "gas_factor"))
     # The flows of the pairs add up, not their factors.
     flows = np.mean([_flow_of(step) for step in steps], axis=0)
     along_y, along_x = (
@@ -579,7 +588,7 @@ def _mean_step(steps: Sequence[LeakageStep]) -> LeakageStep:
     return replace(mean, gas_factor=(along_y, along_x))
 
 
-_THINNEST = 100.0
+_MIN_FILM_RATIO = 100.0
 """σ over the thinnest film that shears, as Patir and Cheng 1979 have it."""
 
 
@@ -606,7 +615,7 @@ def _step(
     for answer in flows:
         tensor[:, answer.axis] = answer.permeability
         sheared[answer.axis] = answer.sheared_gap
-    thinnest = float(np.nanstd(result.pair.initial_gap)) / _THINNEST
+    thinnest = float(np.nanstd(result.pair.initial_gap)) / _MIN_FILM_RATIO
     step = LeakageStep(
         load=result.load,
         contact_area=result.contact_area,
@@ -658,7 +667,7 @@ def seal_of(
         "outlet": (outlet, "pressure"),
     }
     known = {
-        name: positive(value, dimension, name)
+        name: parse_positive(value, dimension, name)
         for name, (value, dimension) in specified.items()
         if value is not None
     }
@@ -684,7 +693,7 @@ def _gas_state(name: str, inlet: float, outlet: float, temperature: Quantity | N
     gas = fluids.gas(name)
     if not outlet < inlet:
         raise input_error("outlet", outlet, "must be below the inlet pressure")
-    warmth = warmth_of(temperature)
+    warmth = temperature_or_room(temperature)
     viscosity = gas.viscosity_at(warmth)
     return GasState(name, gas.molar_mass.value, viscosity, warmth, inlet, outlet)
 

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from roughcontact.analyses.leak.figures import flow_factors, leak
-from roughcontact.analyses.leak.model import AXES, LIFTS, THRESHOLD, Leakage
+from roughcontact.analyses.leak.model import AXES, MIN_FLUID_SHARE, THRESHOLD, Leakage
 from roughcontact.errors import ArgumentRef, Sentence
-from roughcontact.references import cited
+from roughcontact.references import make_use
 from roughcontact.report import contact_fields, phrases, uncertainty
 from roughcontact.report.assumptions import Assumption
 from roughcontact.report.contact_fields import PAIR
@@ -24,13 +24,19 @@ from roughcontact.report.kind import (
     CellTable,
     Column,
     Columns,
-    Kind,
+    Presentation,
     Quantity,
     Table,
 )
 from roughcontact.report.page import WIDE
 from roughcontact.uncertainty.intervals import Interval
-from roughcontact.units import changed_by, engineering, percent, plain, tiny
+from roughcontact.units import (
+    format_change,
+    format_engineering,
+    format_percent,
+    order_of_magnitude,
+    plain_decimal,
+)
 
 
 def _seal(result: Leakage) -> str:
@@ -38,17 +44,17 @@ def _seal(result: Leakage) -> str:
     if seal is None:
         return ""
     sides = [
-        f"{name} {'of the map' if side is None else engineering(side, 'm')}"
+        f"{name} {'of the map' if side is None else format_engineering(side, 'm')}"
         for name, side in (("width", seal.width), ("length", seal.length))
     ]
     if seal.ring is not None:
-        sides[0] = f"ring of {engineering(seal.ring, 'm')}"
+        sides[0] = f"ring of {format_engineering(seal.ring, 'm')}"
     if seal.gas is None:
-        fluid = f"Δp {engineering(seal.pressure_difference, 'Pa')}"
+        fluid = f"Δp {format_engineering(seal.pressure_difference, 'Pa')}"
     else:
-        inlet, outlet = (engineering(p, "Pa") for p in (seal.gas.inlet, seal.gas.outlet))
+        inlet, outlet = (format_engineering(p, "Pa") for p in (seal.gas.inlet, seal.gas.outlet))
         fluid = f"{seal.gas.name} at {seal.gas.temperature:.4g} K, {inlet} to {outlet}"
-    return f"η {engineering(seal.viscosity, 'Pa s')}, {fluid}, {', '.join(sides)}"
+    return f"η {format_engineering(seal.viscosity, 'Pa s')}, {fluid}, {', '.join(sides)}"
 
 
 def _is_gas(result: Leakage) -> bool:
@@ -58,11 +64,11 @@ def _is_gas(result: Leakage) -> bool:
 def _coarser(result: Leakage) -> str:
     assert result.coarser is not None
     parts = [
-        f"k along {name} {changed_by(change)}"
+        f"k along {name} {format_change(change)}"
         for name, change in zip(AXES, result.coarser.permeability, strict=True)
         if not math.isnan(change)
     ]
-    return f"pixels of {engineering(result.coarser.pixel, 'm')}: {', '.join(parts) or 'no flow'}"
+    return f"pixels of {format_engineering(result.coarser.pixel, 'm')}: {', '.join(parts) or 'no flow'}"
 
 
 def _narrowest(axis: int) -> Callable[[Leakage], dict[str, float] | None]:
@@ -84,8 +90,8 @@ def _place(axis: int) -> Callable[[Leakage], str]:
         place = _narrowest(axis)(result)
         if place is None:
             return "no way through"
-        y, x = (engineering(place[name], "m") for name in ("y", "x"))
-        return f"{engineering(place['gap'], 'm')} at y {y}, x {x}"
+        y, x = (format_engineering(place[name], "m") for name in ("y", "x"))
+        return f"{format_engineering(place['gap'], 'm')} at y {y}, x {x}"
 
     return shown
 
@@ -195,7 +201,7 @@ _TABLE: Table = (
     Quantity("draws", of=lambda r: [asdict(mean) for mean in r.draws]),
     Quantity("intervals", of=lambda r: [_interval(r, axis).summary() for axis in r.axes]),
     Quantity(
-        "unbalanced", "flow out of balance", form=tiny, part=TRUST,
+        "unbalanced", "flow out of balance", form=order_of_magnitude, part=TRUST,
         of=lambda r: float(np.max(r.column("unbalanced"))),
     ),
     *CAUTIONS,
@@ -249,7 +255,7 @@ def _sentences(result: Leakage) -> tuple[str, ...]:
     return (
         "Reynolds' equation of a thin film in the gap: nothing flows through contact. The mean "
         "pressure of the fluid is taken off the load where it carries more than "
-        f"{100 * LIFTS:.0f} % of it.",
+        f"{100 * MIN_FLUID_SHARE:.0f} % of it.",
         _sides(result),
         *((fluid,) if result.seal is not None else ()),
         "The flow factor φ is k over the cube of the mean gap ū, 1 between smooth plates; closed "
@@ -267,8 +273,8 @@ _PER_SECOND = 1e-9
 
 def _rate(value: float) -> str:
     if value >= _PER_SECOND:
-        return f"{plain(value * 1e9, 3)} mm³/s"
-    return f"{plain(value * 3.6e12, 3)} mm³/h"
+        return f"{plain_decimal(value * 1e9, 3)} mm³/s"
+    return f"{plain_decimal(value * 3.6e12, 3)} mm³/h"
 
 
 def _flows(result: Leakage, axis: int) -> bool:
@@ -325,16 +331,16 @@ def _class(result: Leakage) -> str:
 def _with_interval(result: Leakage, axis: int) -> str:
     """Return the leak rate or the permeability along an axis, with its interval."""
     form = "{:.3g} m³".format if result.seal is None else _rate_of(result, axis)
-    return f"{uncertainty.with_ends(_interval(result, axis), form)} along {AXES[axis]}"
+    return f"{uncertainty.with_interval(_interval(result, axis), form)} along {AXES[axis]}"
 
 
 def _numbers(result: Leakage) -> CellTable:
     """Return contact, gap, rate and flow factor of each load."""
     heads = ["pressure", "contact", "mean gap"]
     columns = [
-        [phrases.size(load / result.nominal_area, "Pa") for load in result.column("load")],
+        [phrases.format_short(load / result.nominal_area, "Pa") for load in result.column("load")],
         contact_fields.shares("contact_area")(result),
-        [phrases.size(gap, "m") for gap in result.column("mean_gap")],
+        [phrases.format_short(gap, "m") for gap in result.column("mean_gap")],
     ]
     for axis in result.axes:
         if result.seal is None:
@@ -361,7 +367,7 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
         edges = f"{ArgumentRef('seal_width')}, {ArgumentRef('seal_length')}"
         lines.append(Sentence(f"Rate scales with width/length of the land: {edges}"))
     lines += _fluid_lines(result)
-    places = [f"{phrases.size(place.gap, 'm')} (along {AXES[axis]})"
+    places = [f"{phrases.format_short(place.gap, 'm')} (along {AXES[axis]})"
               for axis, place in enumerate(result.steps[-1].constriction)
               if place is not None and axis in result.axes]  # fmt: skip
     narrowest = f"Narrowest constriction at the largest load: {', '.join(places)}"
@@ -371,7 +377,7 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
     lines += [f"Along {AXES[axis]}: {uncertainty.under_calibrated(result, axis)}"
               for axis in flowing[:1] if result.calibrated is not None]  # fmt: skip
     lines += [uncertainty.sources(_interval(result, axis), hint=False) for axis in flowing[:1]]
-    lines += phrases.drawn(result.draws)
+    lines += phrases.draws_text(result.draws)
     return (*lines, phrases.status(result.largest))
 
 
@@ -398,7 +404,7 @@ def _fluid_lines(result: Leakage) -> Iterator[str]:
     largest = float(np.max(result.fluid_share))
     smallest = "smallest " * (len(result.steps) > 1)
     effect = "included" if result.fluid_load else "neglected"
-    yield f"Fluid pressure carries {percent(largest)} of the {smallest}load ({effect})"
+    yield f"Fluid pressure carries {format_percent(largest)} of the {smallest}load ({effect})"
 
 
 _FIGURES: Illustrations = (
@@ -429,24 +435,24 @@ _ASSUMPTIONS = (
                lambda r: "gas from viscous to free molecular" if _is_gas(r) else "viscous fluid",
                "the fluid pressure is near the nominal pressure"),
     Assumption("One map is typical",
-               lambda r: f"{percent(r.largest.contact_fraction)} in contact under the largest load",
-               f"near {percent(THRESHOLD)} single constrictions decide"),
+               lambda r: f"{format_percent(r.largest.contact_fraction)} in contact under the largest load",
+               f"near {format_percent(THRESHOLD)} single constrictions decide"),
 )  # fmt: skip
 
-KIND = Kind(
+KIND = Presentation(
     Leakage, _TABLE, _COLUMNS, listed=True, question=_question, assumptions=_ASSUMPTIONS,
     sentences=_sentences, figures=_FIGURES, plots=(leak, flow_factors),
     contact=attrgetter("largest"), answer=_answer, numbers=_numbers, remarks=_remarks,
     problem=lambda result: phrases.problem_of_loads(result.largest, result.column("load").tolist()),
     works=lambda result: (
-        cited("flow through the gap", "Patir1978"),
+        make_use("flow through the gap", "Patir1978"),
         *(
-            (cited("gas of any rarefaction", "Cercignani1963", "Fukui1990"),
-             cited("classes of leak rates", "Rottlaender2016"))
-            if _is_gas(result) else (cited("gas that slips", "Burgdorfer1959"),)
+            (make_use("gas of any rarefaction", "Cercignani1963", "Fukui1990"),
+             make_use("classes of leak rates", "Rottlaender2016"))
+            if _is_gas(result) else (make_use("gas that slips", "Burgdorfer1959"),)
         ),
-        cited("pressure of the fluid", "Kuznetsov1985"),
-        cited("equations of the flow", "Notay2010"),
-        cited("narrowest place of the gap", "Persson2008", "Dapp2012"),
+        make_use("pressure of the fluid", "Kuznetsov1985"),
+        make_use("equations of the flow", "Notay2010"),
+        make_use("narrowest place of the gap", "Persson2008", "Dapp2012"),
     ),
 )  # fmt: skip

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 from roughcontact import units
 from roughcontact.errors import InputError
 from roughcontact.request import contacts as joints, options, parsing
-from roughcontact.request.options import LENGTH, PICTURES, PRESSURE, Option, Panel, file
-from roughcontact.request.outcome import Outcome, Work, last_contact
+from roughcontact.request.options import LENGTH, PICTURES, PRESSURE, Option, Panel, file_option
+from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
-from roughcontact.request.task import Question, Task
+from roughcontact.request.task import Analysis, Task
 
 if TYPE_CHECKING:
     from roughcontact.analyses.leak.model import Seal
@@ -53,7 +53,7 @@ OUTLET = Option(
     "outlet", Panel.BODIES, "PRESSURE", 'Absolute pressure of the gas at the outlet: "1 mbar".',
     PRESSURE, None,
 )  # fmt: skip
-FIGURE = file("figure", "FILE", "Figure of gap and flow (PNG, SVG or PDF).", PICTURES)
+FIGURE = file_option("figure", "FILE", "Figure of gap and flow (PNG, SVG or PDF).", PICTURES)
 _SEAL: tuple[Option[Any], ...] = (
     VISCOSITY, PRESSURE_DIFFERENCE, SEAL_WIDTH, SEAL_LENGTH, RING, GAS, INLET, OUTLET,
     joints.TEMPERATURE,
@@ -61,21 +61,21 @@ _SEAL: tuple[Option[Any], ...] = (
 _FLUID = (FLOW_AXIS, *_SEAL)
 
 
-def _run(request: Request, work: Work) -> Outcome:
+def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.leak.model import OF, leakage
 
-    contacts = joints.Contacts.of_request(request, work)
+    contacts = joints.JointContacts.of_request(request, work)
     contacts.require_map(OF)
     loads = joints.loads(request)
     relief = _fluid_load(request, contacts.maps, loads)
     fluid = {option.argument: request[option] for option in _FLUID}
-    result = contacts.over_draws(lambda pair: leakage(pair.under(loads, relief), **fluid))
+    result = contacts.over_draws(lambda pair: leakage(pair.solve_loads(loads, relief), **fluid))
     return joints.outcome(request, work, result.with_fluid_load(relief) if relief else result)
 
 
 def _fluid_load(request: Request, maps: Sequence[Surface], loads: Sequence[Any]) -> float:
     """Return the load that the fluid carries [N]; 0 where it is a negligible share."""
-    from roughcontact.analyses.leak.model import LIFTS
+    from roughcontact.analyses.leak.model import MIN_FLUID_SHARE
 
     seal = _seal(request)
     if seal is None:
@@ -84,12 +84,12 @@ def _fluid_load(request: Request, maps: Sequence[Surface], loads: Sequence[Any])
     load = float(seal.mean_pressure * height * width)
     smallest = min(request.force(maps, load)[0] for load in loads)
     if load >= smallest:
-        mean = units.engineering(seal.mean_pressure, "Pa", 3)
+        mean = units.format_engineering(seal.mean_pressure, "Pa", 3)
         raise InputError(
             f"is too small: the mean pressure of the fluid, {mean}, lifts the bodies",
             argument="load",
         )
-    return load if load > LIFTS * smallest else 0.0
+    return load if load > MIN_FLUID_SHARE * smallest else 0.0
 
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:
@@ -137,11 +137,11 @@ roughcontact leak ground.x3p --load "30 MPa, 100 MPa" --boundary periodic \\
     last=last_contact,
     memory=_memory,
     questions=(
-        Question(
+        Analysis(
             "Leakage",
             "Open paths through the gap, permeability, flow factors and leak rate.",
             _FLUID,
-            first=((VISCOSITY, "1 mPa s"), (PRESSURE_DIFFERENCE, "1 bar")),
+            short_help=((VISCOSITY, "1 mPa s"), (PRESSURE_DIFFERENCE, "1 bar")),
         ),
     ),
     shares_contacts=True,

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools.files import atomic_write, require_suffix
-from roughcontact.analyses.roll.model import Frame, RollingResult
+from roughcontact.analyses.roll.model import MovieFrame, RollingResult
 from roughcontact.drawing import style
 from roughcontact.errors import InputError
-from roughcontact.units import engineering
+from roughcontact.units import format_engineering
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -139,18 +139,20 @@ def heights(rolling: RollingResult) -> Figure:
         )  # fmt: skip
         style.name_axes(axes, f"{along} [{length_unit}]", f"height [{unit}]")
         axes.set_title(
-            f"at {other} = {engineering(place, 'm', 3)}", fontsize=style.TICK, loc="left"
+            f"at {other} = {format_engineering(place, 'm', 3)}", fontsize=style.TICK, loc="left"
         )
         axes.set_xlim(0, float(where[-1] + edge / 2) * length)
         style.plain_axes(axes)
     style.shared_legend(
-        figure, grid, f"Heights of the body without load{style.doubt(result)}, Sq {_sq(rolling)}"
+        figure,
+        grid,
+        f"Heights of the body without load{style.doubt_suffix(result)}, Sq {_sq(rolling)}",
     )
     return figure
 
 
 def _sq(rolling: RollingResult) -> str:
-    before, after = (engineering(value, "m", 3) for value in
+    before, after = (format_engineering(value, "m", 3) for value in
                      (rolling.result.solution.surface.Sq, rolling.passes[-1].Sq))  # fmt: skip
     return f"{before} before, {after} after"
 
@@ -222,12 +224,12 @@ def _chosen(count: int) -> Sequence[tuple[int, Any]]:
 
 def _over_depth(rolling: RollingResult) -> str:
     periodic = len(rolling.result.solution.boundary.periodic_axes) == 2
-    return f"{'Means' if periodic else 'Largest values'} of each layer{style.doubt(rolling.result)}"
+    return f"{'Means' if periodic else 'Largest values'} of each layer{style.doubt_suffix(rolling.result)}"
 
 
 def _counted(rolling: RollingResult) -> str:
     count = len(rolling.passes)
-    return f"{count} {'pass' if count == 1 else 'passes'}{style.doubt(rolling.result)}"
+    return f"{count} {'pass' if count == 1 else 'passes'}{style.doubt_suffix(rolling.result)}"
 
 
 # --- A movie of repeated passes: the pressure and the strain below it, step by step ---
@@ -239,7 +241,9 @@ _SHOWN, _LAST = 100, 1500
 _DPI = 72
 
 
-def save(rolling: RollingResult, frames: Sequence[Frame], path: str | os.PathLike[str]) -> None:
+def save(
+    rolling: RollingResult, frames: Sequence[MovieFrame], path: str | os.PathLike[str]
+) -> None:
     """Write a movie of passes as an animated GIF, which every browser plays.
 
     Parameters
@@ -270,7 +274,7 @@ def save(rolling: RollingResult, frames: Sequence[Frame], path: str | os.PathLik
         )  # fmt: skip
 
 
-def _pictures(rolling: RollingResult, frames: Sequence[Frame]) -> list[Any]:
+def _pictures(rolling: RollingResult, frames: Sequence[MovieFrame]) -> list[Any]:
     """Return the pictures, in the colours of one scale for all of them."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -325,7 +329,7 @@ def _touching(pressure: NDArray[Any]) -> Any:
     return np.ma.masked_equal(pressure, 0)
 
 
-def _draw_pressure(axes: Any, rolling: RollingResult, frames: Sequence[Frame]) -> Any:
+def _draw_pressure(axes: Any, rolling: RollingResult, frames: Sequence[MovieFrame]) -> Any:
     size = rolling.result.solution.surface.size
     length, unit = style.prefixed(max(size), "m")
     top = max(float(frame.pressure.max()) for frame in frames)
@@ -343,7 +347,7 @@ def _draw_pressure(axes: Any, rolling: RollingResult, frames: Sequence[Frame]) -
     return image
 
 
-def _draw_strain(axes: Any, rolling: RollingResult, frames: Sequence[Frame]) -> Any:
+def _draw_strain(axes: Any, rolling: RollingResult, frames: Sequence[MovieFrame]) -> Any:
     size = rolling.result.solution.surface.size
     along = along_of(rolling.direction)
     length, unit = style.prefixed(max(size), "m")

@@ -6,15 +6,15 @@ import os
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
-from roughcontact._tools.files import require_suffix, write
+from roughcontact._tools.files import require_suffix, write_atomically
 from roughcontact.analyses.roll.model import RollingResult
-from roughcontact.formats.export import Kind, Target, writer_of
+from roughcontact.formats.export import ContentType, Target, writer_of
 from roughcontact.formats.vtk import save_vtk, save_vtr
 
 
 def save_rolling(rolling: RollingResult, path: Target) -> None:
     """Write repeated passes in the format that the suffix of the file names."""
-    writer_of(Kind.ROLLING, path)(rolling, path)
+    writer_of(ContentType.ROLLING, path)(rolling, path)
 
 
 def save_pvd(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
@@ -30,7 +30,7 @@ def save_pvd(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
             save(state, folder / name)
             place = quoteattr(f"{folder.name}/{name}")
             lines.append(f'    <DataSet timestep="{time}" part="{part}" file={place}/>\n')
-    write(
+    write_atomically(
         path,
         '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
         f"{''.join(lines)}  </Collection>\n</VTKFile>\n",

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import memory, netcdf
-from roughcontact._tools.arguments import checked
-from roughcontact._tools.deprecated import Renamed
+from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.deprecated import RenamedAttributes
 from roughcontact.analyses.history.model import indented
-from roughcontact.cautions import Caution, ordered
+from roughcontact.cautions import Caution, sort_cautions
 from roughcontact.contact import archive as contact_archive
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.elastoplastic import archive, plausibility
@@ -33,7 +33,7 @@ from roughcontact.result import Result
 from roughcontact.solvers.progress import Progress, Tell
 from roughcontact.surface.roughness import core_parameters, material_ratio_curve, rms_height
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, Quantity, quantity
+from roughcontact.units import Quantities, Quantity, to_si
 
 if TYPE_CHECKING:
     import xarray
@@ -46,7 +46,7 @@ def _nothing() -> Array:
 
 
 @dataclass(frozen=True)
-class Pass(Renamed):
+class Pass(RenamedAttributes):
     """What one pass did."""
 
     strain_added: (
@@ -87,8 +87,10 @@ def pass_result(
     across: list[Array] = []
     for number, body in enumerate(result.whole_bodies):
         old = None if before is None else before.whole_bodies[number]
-        flow = max(flow, float((body.accumulated - _on_layers(old, body, "accumulated")).max()))
-        strain = body.plastic_strain - _on_layers(old, body, "plastic_strain")
+        flow = max(
+            flow, float((body.accumulated - _resample_layers(old, body, "accumulated")).max())
+        )
+        strain = body.plastic_strain - _resample_layers(old, body, "plastic_strain")
         gain = max(gain, 2 / 3 * float(tensors.equivalent(strain.swapaxes(0, 1)).max()))
         # A step aside of what lies above is a shear into the body.
         shear.append(_over_depth(result, body, -_shear(strain, direction)))
@@ -120,7 +122,7 @@ def rolled_surface(result: ElastoplasticResult) -> Surface:
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class MovieFrame:
     """A picture of a step."""
 
     number: int  # Of the pass
@@ -129,16 +131,16 @@ class Frame:
     strain: Array  # (nz, n)
 
 
-def frame(result: ElastoplasticResult, number: int, step: int, along: str) -> Frame:
+def make_frame(result: ElastoplasticResult, number: int, step: int, along: str) -> MovieFrame:
     """Return the picture of a state, in seven digits."""
     body = result.whole_bodies[0]
     strain = _on_map(result, body, body.accumulated).max(axis=1 if along == "x" else 2)
-    return Frame(
+    return MovieFrame(
         number, step, result.solution.pressure.astype(np.float32), strain.astype(np.float32)
     )
 
 
-def _on_layers(old: PlasticBody | None, new: PlasticBody, name: str) -> Array:
+def _resample_layers(old: PlasticBody | None, new: PlasticBody, name: str) -> Array:
     """Return a field of a state before, on the layers and points that there are by now."""
     wide: Array = np.zeros_like(getattr(new, name))
     if old is not None:
@@ -187,7 +189,7 @@ def _largest(values: Array) -> float:
 # left of it after the pass, over it, up to which it has gone to and fro.
 _NONE, _LEFT = 0.01, 0.02
 # Change from one pass to the next up to which they count as alike.
-_ALIKE = 0.1
+_STEADY_TOLERANCE = 0.1
 
 
 class Shakedown(StrEnum):
@@ -253,11 +255,11 @@ class RollingResult(Result):
             return Shakedown.NOT_RESOLVED
         if flows[-1] <= minimum:
             return Shakedown.ELASTIC_SHAKEDOWN
-        if not _alike(flows):
+        if not _is_steady(flows):
             return Shakedown.NOT_SETTLED
         if gains[-1] <= max(minimum, _LEFT * flows[-1]):
             return Shakedown.PLASTIC_SHAKEDOWN
-        return Shakedown.RATCHETING if _alike(gains) else Shakedown.NOT_SETTLED
+        return Shakedown.RATCHETING if _is_steady(gains) else Shakedown.NOT_SETTLED
 
     @property
     def settled_after(self) -> int | None:
@@ -304,7 +306,7 @@ class RollingResult(Result):
         own = plausibility.rolling_cautions(
             self.result, self.step, self.passes[-1].steps, self.direction, self.axis
         )
-        return ordered([*own, *self.result.cautions])
+        return sort_cautions([*own, *self.result.cautions])
 
     @property
     def rolled_surface(self) -> Surface:
@@ -324,12 +326,12 @@ class RollingResult(Result):
         if self.folder is None:
             raise InputError("is needed: the steps of the passes are kept there", argument="folder")
         for number in range(1, len(self.passes) + 1):
-            files = sorted(_place(self.folder, number).glob("step-*.nc"))
+            files = sorted(_pass_folder(self.folder, number).glob("step-*.nc"))
             for file in files:
                 yield number, int(file.stem[5:]), archive.load_elastoplastic(file)
 
 
-@checked
+@validate_arguments
 def roll(
     surface: Surface,
     *,
@@ -422,29 +424,31 @@ def roll(
     """
     require_count(1, memory.STEPS, passes=passes, steps=steps)
     pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
-    length, tell = _length(travel, pair, direction), _labelled(progress, passes, steps)
-    stops, force = _stops(length, steps, start_at_center), quantity(load, "force", "load")
-    ways = _ways(_pass(force, stops, direction, friction), passes, direction, reciprocating)
+    length, tell = _pass_length(travel, pair, direction), _label_steps(progress, passes, steps)
+    stops, force = _step_positions(length, steps, start_at_center), to_si(load, "force", "load")
+    ways = _pass_paths(_pass(force, stops, direction, friction), passes, direction, reciprocating)
     solved = partial(
         solve_elastoplastic, surface, counter_surface=pair.counter_surface, boundary=boundary,
-        material=_flows(material), counter_material=_flows(counter_material),
+        material=_perfectly_plastic(material), counter_material=_perfectly_plastic(counter_material),
         tolerance=tolerance, max_iterations=max_iterations, precision=precision,
     )  # fmt: skip
-    result, done = _rolled(solved, {"depth": depth, "layers": layers}, ways, folder, tell, on_step)
+    result, done = _run_passes(
+        solved, {"depth": depth, "layers": layers}, ways, folder, tell, on_step
+    )
     return RollingResult(
         result, done, float(direction), reciprocating, None if folder is None else Path(folder),
-        length / steps, plausibility.axis_of(pair.origins[-1]), passes,
+        length / steps, plausibility.cylinder_axis(pair.origins[-1]), passes,
     )  # fmt: skip
 
 
-def _flows(body: Material) -> Material:
+def _perfectly_plastic(body: Material) -> Material:
     """Return a body that does not harden unless a law was given: one that hardens shakes down."""
     if body.yield_strength is None or body.hardening is not None:
         return body
     return replace(body, hardening=Perfect(body.yield_strength))
 
 
-def _ways(
+def _pass_paths(
     there: list[PathPoint], passes: int, direction: float, reciprocating: bool
 ) -> list[list[PathPoint]]:
     """Return the points of all passes, of which every other may go back."""
@@ -452,7 +456,7 @@ def _ways(
     return [both[n % 2 * reciprocating] for n in range(passes)]
 
 
-def _rolled(
+def _run_passes(
     solved: Callable[..., ElastoplasticResult],
     volume: Mapping[str, Any],
     ways: Sequence[Sequence[PathPoint]],
@@ -470,7 +474,7 @@ def _rolled(
         result = solved(
             path=path,
             start=before,
-            folder=None if folder is None else _place(folder, number),
+            folder=None if folder is None else _pass_folder(folder, number),
             progress=tell(number),
             on_step=None if each is None else partial(each, number),
             **({} if before else volume),
@@ -484,7 +488,7 @@ def _rolled(
     return replace(result, seconds=seconds), tuple(done)
 
 
-def _labelled(progress: Tell, count: int, steps: int) -> Callable[[int], Tell]:
+def _label_steps(progress: Tell, count: int, steps: int) -> Callable[[int], Tell]:
     """Return a function from the number of a pass to its progress callback."""
 
     def tell(number: int, state: Progress) -> None:
@@ -495,15 +499,15 @@ def _labelled(progress: Tell, count: int, steps: int) -> Callable[[int], Tell]:
     return lambda number: partial(tell, number) if callable(progress) else progress
 
 
-def _place(folder: str | os.PathLike[str], number: int) -> Path:
+def _pass_folder(folder: str | os.PathLike[str], number: int) -> Path:
     """Return where the steps of a pass are kept."""
     return Path(folder, f"pass-{number:04d}")
 
 
-def _length(travel: Quantity | None, pair: Pair, direction: float) -> float:
+def _pass_length(travel: Quantity | None, pair: Pair, direction: float) -> float:
     """Return the length of a pass [m]."""
     if travel is not None:
-        length: float = quantity(travel, "length", "travel")
+        length: float = to_si(travel, "length", "travel")
         if not 0 < length < math.inf:
             raise input_error("travel", length, "must be positive and finite [m]")
         return length
@@ -517,7 +521,7 @@ def _length(travel: Quantity | None, pair: Pair, direction: float) -> float:
     return pair.size[axis]
 
 
-def _stops(length: float, steps: int, centered: bool) -> list[float]:
+def _step_positions(length: float, steps: int, centered: bool) -> list[float]:
     """Return the places of a pass [m]; half a step lies before and behind a way with two ends."""
     first = (0.5 / steps - 0.5) * centered
     return [length * (step / steps + first) for step in range(steps)]
@@ -533,8 +537,8 @@ def _pass(
     return [replace(start, offset=(y * stop, x * stop)) for stop in stops]
 
 
-def _alike(values: list[float]) -> bool:
-    return len(values) > 1 and abs(values[-1] - values[-2]) <= _ALIKE * values[-1]
+def _is_steady(values: list[float]) -> bool:
+    return len(values) > 1 and abs(values[-1] - values[-2]) <= _STEADY_TOLERANCE * values[-1]
 
 
 def _yield_strain(body: PlasticBody) -> float:
@@ -542,7 +546,7 @@ def _yield_strain(body: PlasticBody) -> float:
     return body.material.law.initial / (3 * modulus)
 
 
-@checked
+@validate_arguments
 def shakedown_load(
     surface: Surface,
     *,
@@ -578,7 +582,7 @@ def shakedown_load(
         If an argument cannot be used, the limit is not between the loads, or the steps of a pass
         are longer than the half-width of the contact.
     """
-    ends = [float(quantity(end, "force", name)) for end, name in ((low, "low"), (high, "high"))]
+    ends = [float(to_si(end, "force", name)) for end, name in ((low, "low"), (high, "high"))]
     if not 0 < ends[0] < ends[1] < math.inf:
         raise InputError(f"must be positive and below high, got {ends}", argument="low", value=low)
     if not rel_tol > 0:
@@ -671,8 +675,8 @@ def load_rolling(
     path: str | os.PathLike[str], dataset: xarray.Dataset | None = None
 ) -> RollingResult:
     """Read passes that ``RollingResult.save`` wrote."""
-    dataset = contact_archive.opened(path) if dataset is None else dataset
-    with contact_archive.refused(Path(path), "Rolling"):
+    dataset = contact_archive.open_archive(path) if dataset is None else dataset
+    with contact_archive.as_format_error(Path(path), "Rolling"):
         columns = {
             name: np.array(dataset[f"pass_{_STORED.get(name, name)}"].values)
             for name in (*_NUMBERS, *_PROFILES)

@@ -12,7 +12,7 @@ from roughcontact._version import __version__
 from roughcontact.analyses.roll import figures as plots, files as roll_files
 from roughcontact.analyses.roll.model import RollingResult, Shakedown, to_dataset
 from roughcontact.elastoplastic import plausibility
-from roughcontact.references import cited
+from roughcontact.references import make_use
 from roughcontact.report import (
     assumptions,
     chapters,
@@ -28,15 +28,15 @@ from roughcontact.report.kind import (
     CellTable,
     Column,
     Columns,
-    Kind,
+    Presentation,
     Quantity,
     Table,
     Use,
-    some,
+    first_and_last,
     stored_columns,
 )
 from roughcontact.report.page import WIDE, Block
-from roughcontact.units import counted, engineering, tiny
+from roughcontact.units import count_noun, format_engineering, order_of_magnitude
 
 
 def _passes(rolling: RollingResult) -> str:
@@ -76,7 +76,7 @@ def _ran_in(key: str) -> Callable[[RollingResult], str]:
     def text(rolling: RollingResult) -> str:
         surface = rolling.result.solution.surface
         before, after = (
-            engineering(value, "m", 3)
+            format_engineering(value, "m", 3)
             for value in (surface.roughness()[key], getattr(rolling.passes[-1], key))
         )
         return f"{before} before, {after} after"
@@ -233,18 +233,21 @@ def _inputs(rolling: RollingResult, drawn: bool) -> list[Block]:
 
 
 def _checked(rolling: RollingResult) -> tuple[str, ...]:
-    state = plausibility.checked(rolling.result)
+    state = plausibility.performed_checks(rolling.result)
     return ("steps, pixel and direction of the passes", *state)
 
 
 def _method(rolling: RollingResult) -> list[Block]:
     state = elastoplastic.KIND
-    return [*elastoplastic.method(rolling.result), *chapters.trust(state, rolling.result, ())]
+    return [
+        *elastoplastic.method(rolling.result),
+        *chapters.trust_blocks(state, rolling.result, ()),
+    ]
 
 
 def _works(rolling: RollingResult) -> Iterator[Use]:
     yield from citations.of_volume(rolling.result)
-    yield cited("passes and shakedown", "Johnson1985", "Boucly2007")
+    yield make_use("passes and shakedown", "Johnson1985", "Boucly2007")
 
 
 # --- What is said first ---
@@ -262,7 +265,7 @@ def _answer(rolling: RollingResult) -> str:
         case Shakedown.ELASTIC:
             return "Nothing yields: no pass adds plastic strain."
         case Shakedown.ELASTIC_SHAKEDOWN:
-            settled = counted(rolling.settled_after or 0, "pass")
+            settled = count_noun(rolling.settled_after or 0, "pass")
             return f"Shakes down after {settled}: the last one adds {added} plastic strain."
         case Shakedown.PLASTIC_SHAKEDOWN:
             return f"Plastic shakedown: each pass strains by {added} and back. Expect fatigue."
@@ -270,7 +273,7 @@ def _answer(rolling: RollingResult) -> str:
             net = strain(last.strain_net)
             return f"Ratchets: each pass adds {net} of net plastic strain."
         case Shakedown.NOT_SETTLED:
-            return f"Not settled after {counted(count, 'pass')}: the last one adds {added}."
+            return f"Not settled after {count_noun(count, 'pass')}: the last one adds {added}."
     return "Not resolved: the steps are longer than the half-width of the contact."
 
 
@@ -279,23 +282,23 @@ def _numbers(rolling: RollingResult) -> CellTable:
     rows = [
         (
             str(number), strain(item.strain_added),
-            strain(item.strain_net), phrases.size(item.max_pressure, "Pa"),
-            phrases.size(item.in_plane_stress, "Pa"), phrases.size(item.Sq, "m"),
+            strain(item.strain_net), phrases.format_short(item.max_pressure, "Pa"),
+            phrases.format_short(item.in_plane_stress, "Pa"), phrases.format_short(item.Sq, "m"),
         )
         for number, item in enumerate(rolling.passes, 1)
     ]  # fmt: skip
     heads = ("pass", "strain added", "net strain", "peak pressure", "residual stress", "Sq")
-    return heads, some(rows)
+    return heads, first_and_last(rows)
 
 
 def _remarks(rolling: RollingResult) -> tuple[str, ...]:
     """Return what counts as no strain, and how exactly the passes are solved."""
     state = rolling.result
-    count = counted(len(state.increments), "increment")
+    count = count_noun(len(state.increments), "increment")
     least = strain(rolling.strain_threshold)
     return (
         f"No strain added: below {least} (1 % of the yield strain)",
-        f"Solved: residual {tiny(state.residual)} (limit {state.tolerance:.0e}), {count}",
+        f"Solved: residual {order_of_magnitude(state.residual)} (limit {state.tolerance:.0e}), {count}",
     )
 
 
@@ -304,7 +307,7 @@ def _save(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
     (KIND.write if of_passes else roll_files.save_rolling)(rolling, path)
 
 
-KIND = Kind(
+KIND = Presentation(
     RollingResult, ROLLING, PASSES, figures=FIGURES,
     plots=(plots.passes, plots.depths, plots.heights), works=_works, save=_save,
     dataset=lambda rolling: to_dataset(rolling)[0],

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from roughcontact._tools import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import export
-from roughcontact.formats.export import Kind
+from roughcontact.formats.export import ContentType
 from roughcontact.request import options, parsing
 from roughcontact.request.options import (
     LENGTH,
@@ -19,18 +19,18 @@ from roughcontact.request.options import (
     Option,
     Panel,
     Rule,
-    file,
-    files,
-    flag,
+    file_option,
+    files_option,
+    flag_option,
 )
-from roughcontact.request.outcome import Look, Outcome, Work
+from roughcontact.request.outcome import OnProgress, Outcome, TaskContext
 from roughcontact.request.request import Request
-from roughcontact.request.task import Question, Task
+from roughcontact.request.task import Analysis, Task
 from roughcontact.solvers.progress import Forecast, Progress
-from roughcontact.units import rounded_time
+from roughcontact.units import format_duration
 
 if TYPE_CHECKING:
-    from roughcontact.analyses.roll.model import Frame
+    from roughcontact.analyses.roll.model import MovieFrame
 
 LOAD = Option(
     "load", Panel.BODIES, "LOAD",
@@ -39,12 +39,12 @@ LOAD = Option(
 PASSES = Option(
     "passes", Panel.BODIES, "NUMBER",
     "Maximum number of passes (forward and back count as two); default: 5.",
-    parsing.counted(1, limits.STEPS), 5,
+    parsing.int_parser(1, limits.STEPS), 5,
 )  # fmt: skip
 STEPS = Option(
     "steps", Panel.BODIES, "NUMBER",
     "Positions per pass; default: 32.",
-    parsing.counted(1, limits.STEPS), 32,
+    parsing.int_parser(1, limits.STEPS), 32,
 )  # fmt: skip
 TRAVEL = Option(
     "travel", Panel.BODIES, "LENGTH",
@@ -54,7 +54,9 @@ DIRECTION = Option(
     "direction", Panel.BODIES, "DEGREES",
     "Travel direction, degrees counterclockwise from x; default: 0.", parsing.number, 0.0,
 )  # fmt: skip
-RECIPROCATING = flag("reciprocating", Panel.BODIES, "Reciprocate: alternate the travel direction.")
+RECIPROCATING = flag_option(
+    "reciprocating", Panel.BODIES, "Reciprocate: alternate the travel direction."
+)
 FRICTION = Option(
     "friction", Panel.BODIES, "NUMBER",
     "Friction coefficient in full sliding, in travel direction; default: 0.", parsing.number, 0.0,
@@ -72,41 +74,41 @@ PRECISION = Option(
     "Precision of the elastoplastic model, double or single; default: single.",
     parsing.choice("double", "single"), None,
 )  # fmt: skip
-OUTPUT = files(
+OUTPUT = files_option(
     "output",
-    f"Passes: {export.format_list_text(Kind.ROLLING)}, .csv table, .json numbers; repeatable.",
-    (*export.suffixes(Kind.ROLLING), *TABLES),
+    f"Passes: {export.format_list_text(ContentType.ROLLING)}, .csv table, .json numbers; repeatable.",
+    (*export.suffixes(ContentType.ROLLING), *TABLES),
 )
-FOLDER = file("folder", "FOLDER", "Folder for finished steps; the same command resumes.")
-MOVIE = file(
+FOLDER = file_option("folder", "FOLDER", "Folder for finished steps; the same command resumes.")
+MOVIE = file_option(
     "movie", "FILE.gif", "Animated GIF of pressure and plastic strain.",
     (".gif",),
 )  # fmt: skip
-YES = flag("yes", Panel.OUTPUT, "Run for more than a day.", whole_map=False)
+YES = flag_option("yes", Panel.OUTPUT, "Run for more than a day.", whole_map=False)
 _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 
 # A run that takes longer [s] than this has to be wanted.
 _LONG = 86400.0
 
 
-def _run(request: Request, work: Work) -> Outcome:
+def _run(request: Request, work: TaskContext) -> Outcome:
     """Pass the counter-body as often as a request asks for."""
     from roughcontact.analyses.roll.figures import along_of
-    from roughcontact.analyses.roll.model import frame, roll
+    from roughcontact.analyses.roll.model import make_frame, roll
 
     force, specified = request.force(work.maps, *request.load)
     arguments = request.arguments(work.maps, *_SOLVER)
     del arguments["ceiling"]
-    frames: list[Frame] = []
+    frames: list[MovieFrame] = []
     along = along_of(request[DIRECTION])
 
     def picture(number: int, step: int, state: Any) -> None:
         if request[MOVIE] is not None:
-            frames.append(frame(state, number, step, along))
+            frames.append(make_frame(state, number, step, along))
 
     # What is shown is kept whole, as a series for ParaView needs it.
     shown = request[MOVIE] is not None or _leaves_series(request)
-    with work.keeping("pass-*/step-*.nc", "step") as (watch, reused):
+    with work.report_saved_steps_on_interrupt("pass-*/step-*.nc", "step") as (watch, reused):
         result = roll(
             work.maps[0],
             **arguments,
@@ -130,14 +132,14 @@ def _run(request: Request, work: Work) -> Outcome:
     return Outcome(request, result, last, extras)
 
 
-def _limited(look: Look) -> Look:
+def _limited(look: OnProgress) -> OnProgress:
     """Return what stops a run after its first step where the whole would take long."""
     forecast = Forecast()
 
     def watch(state: Progress) -> None:
         seconds = forecast(state)
         if seconds > _LONG:
-            took = f"{state.count} steps take about {rounded_time(seconds)}"
+            took = f"{state.count} steps take about {format_duration(seconds)}"
             raise InputError(
                 f"is needed: {took}. Crop, coarsen (", ArgumentRef("pixel"), ") or reduce ",
                 ArgumentRef("passes"), argument="yes",
@@ -209,12 +211,12 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
     writes=((MOVIE, _movie),),
     figures=_figures,
     questions=(
-        Question(
+        Analysis(
             "Repeated passes",
             "A counter-body passes over the map: plastic strain, shakedown, roughness. Seconds a "
             "step.",
             (PASSES, STEPS, TRAVEL, RECIPROCATING, FRICTION),
-            first=((PASSES, "2"), (STEPS, "8")),
+            short_help=((PASSES, "2"), (STEPS, "8")),
         ),
     ),
 )  # fmt: skip

@@ -10,7 +10,7 @@ from roughcontact._tools.ranks import Ranks
 from roughcontact.analyses.solve import task as solve
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.request import options, outputs, run as runs
-from roughcontact.request.outcome import Look, Outcome, Work
+from roughcontact.request.outcome import OnProgress, Outcome, TaskContext
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from roughcontact.surface.surface import Surface
 
 
-def run(request: Request, ranks: Ranks, say: Say, look: Look) -> Outcome:
+def run(request: Request, ranks: Ranks, say: Say, look: OnProgress) -> Outcome:
     """Read, prepare, solve, and write a request; all ranks call it."""
     is_volume = request.get(solve.MODEL) == solve.VOLUME_MODEL
     _check(request, is_volume)
@@ -28,15 +28,17 @@ def run(request: Request, ranks: Ranks, say: Say, look: Look) -> Outcome:
         return outcome
     try:
         if not is_volume:
-            return replace(outcome, written=tuple(outputs.write(runs.files(outcome, work), say)))
+            return replace(
+                outcome, written=tuple(outputs.write_files(runs.files(outcome, work), say))
+            )
         # The fields by all, pictures and report by the first, which has the maps whole.
         fields = [(path, outcome.result.save) for path in request.outputs]
 
         def drawn() -> list[Path]:
             tasks = (task for task in runs.files(outcome, work) if task[0] not in request.outputs)
-            return outputs.write(tasks, say)
+            return outputs.write_files(tasks, say)
 
-        written = (*outputs.write(fields, say), *ranks.by_first(drawn))
+        written = (*outputs.write_files(fields, say), *ranks.broadcast_from_first(drawn))
     except RoughcontactError as error:
         return replace(outcome, failure=error)
     return replace(outcome, written=written)
@@ -87,12 +89,12 @@ def _check_map(request: Request) -> None:
             )
 
 
-def _map(request: Request, ranks: Ranks, say: Say, look: Look) -> tuple[Outcome, Work]:
+def _map(request: Request, ranks: Ranks, say: Say, look: OnProgress) -> tuple[Outcome, TaskContext]:
     """Read, level and solve a map of which each rank holds some rows."""
     from roughcontact.contact import solve as solving
 
     # The others need not see where the first writes.
-    ranks.agreed(lambda: request.check_places() if ranks.first else None)
+    ranks.run_on_all(lambda: request.check_places() if ranks.is_root else None)
     slab = _read(request, ranks, say)
     result = solving.solve(
         slab,
@@ -102,19 +104,21 @@ def _map(request: Request, ranks: Ranks, say: Say, look: Look) -> tuple[Outcome,
         on_failure="return",
         progress=look,
     )
-    return Outcome(request, result, result), Work(request, lambda: (), say, look)
+    return Outcome(request, result, result), TaskContext(request, lambda: (), say, look)
 
 
-def _volume(request: Request, ranks: Ranks, say: Say, look: Look) -> tuple[Outcome, Work]:
+def _volume(
+    request: Request, ranks: Ranks, say: Say, look: OnProgress
+) -> tuple[Outcome, TaskContext]:
     """Solve the elastoplastic model, whose layers the ranks share."""
 
     def prepared() -> list[Surface]:
         request.check_places()
-        return runs.prepared(request, say)
+        return runs.prepare_maps(request, say)
 
     # The others need not see what the first reads, nor where it writes.
-    maps = ranks.by_first(prepared)
-    work = Work(request, lambda: maps, say, look, ranks=ranks)
+    maps = ranks.broadcast_from_first(prepared)
+    work = TaskContext(request, lambda: maps, say, look, ranks=ranks)
     return request.task.run(request, work), work
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from roughcontact._tools.memory import STEPS
 from roughcontact.errors import ArgumentRef
 from roughcontact.formats import export
-from roughcontact.formats.export import Kind
+from roughcontact.formats.export import ContentType
 from roughcontact.request import measurement, options, outputs, parsing
 from roughcontact.request.options import (
     EXCLUDES,
@@ -16,14 +16,14 @@ from roughcontact.request.options import (
     Option,
     Panel,
     Rule,
-    file,
-    files,
-    flag,
+    file_option,
+    files_option,
+    flag_option,
 )
-from roughcontact.request.outcome import Look, Outcome, Work
+from roughcontact.request.outcome import OnProgress, Outcome, TaskContext
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
-from roughcontact.request.task import Pieces, Question, Task
+from roughcontact.request.task import Analysis, Subtasks, Task
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
@@ -32,11 +32,11 @@ if TYPE_CHECKING:
 
 SURFACE_MODEL, VOLUME_MODEL = "ceiling", "elastoplastic"
 RESULTS = {
-    SURFACE_MODEL: export.suffixes(Kind.CONTACT), VOLUME_MODEL: export.suffixes(Kind.VOLUME),
+    SURFACE_MODEL: export.suffixes(ContentType.CONTACT), VOLUME_MODEL: export.suffixes(ContentType.VOLUME),
 }  # fmt: skip
 """How files of results may end, by model."""
 
-UNCALIBRATED = flag(
+UNCALIBRATED = flag_option(
     "uncalibrated", Panel.BODIES,
     "Omit the second column (calibrated ceiling).",
 )  # fmt: skip
@@ -51,7 +51,7 @@ INCREMENTS: Option[int | str] = Option(
     "Load steps of the elastoplastic model, e.g. 8; default: auto (error below 1 %).",
     parsing.counted_or_auto(1, STEPS), "auto",
 )  # fmt: skip
-UNLOAD = flag(
+UNLOAD = flag_option(
     "unload", Panel.BODIES,
     "Unload at the end; report residual shape and stress.",
 )  # fmt: skip
@@ -71,16 +71,16 @@ PRECISION = Option(
     "double or single (two thirds of the memory); default: double (elastoplastic: single).",
     parsing.choice("double", "single"), None, whole_map=False,
 )  # fmt: skip
-OUTPUT = files(
+OUTPUT = files_option(
     "output",
-    f"Result: {export.format_list_text(Kind.CONTACT, Kind.VOLUME)}; repeatable.",
-    export.suffixes(Kind.CONTACT, Kind.VOLUME),
+    f"Result: {export.format_list_text(ContentType.CONTACT, ContentType.VOLUME)}; repeatable.",
+    export.suffixes(ContentType.CONTACT, ContentType.VOLUME),
     whole_map=False,
 )
-FOLDER = file(
+FOLDER = file_option(
     "folder", "FOLDER", "Folder for finished elastoplastic steps; the same command resumes."
 )
-STUDY = flag(
+STUDY = flag_option(
     "study", Panel.SOLVER,
     "Check dependence on grid, filter and ceiling.",
 )  # fmt: skip
@@ -89,13 +89,13 @@ _STUDY_SOLVER = (options.TOLERANCE, options.PRECISION)
 
 
 def contact(
-    request: Request, work: Work, *, calibrated: bool, load: tuple[Any, str] | None = None
+    request: Request, work: TaskContext, *, calibrated: bool, load: tuple[Any, str] | None = None
 ) -> ContactResult:
     """Return the contact that a request asks for, or the best found; under another load if given.
 
     A load comes with the argument that it is from.
     """
-    from roughcontact.contact.solve import solve, with_calibrated
+    from roughcontact.contact.solve import add_calibrated, solve
 
     force, specified = request.force(work.maps, *(load or request.load))
     point = request[options.LOAD_POINT]
@@ -115,16 +115,16 @@ def contact(
         return result
     work.show(result)
     iterations = request.solver(MAX_ITERATIONS)
-    return with_calibrated(result, arguments["ceiling"], **iterations, progress=work.look)
+    return add_calibrated(result, arguments["ceiling"], **iterations, progress=work.look)
 
 
-def _run(request: Request, work: Work) -> Outcome:
+def _run(request: Request, work: TaskContext) -> Outcome:
     if request[MODEL] == VOLUME_MODEL:
         return _volume(request, work)
     result = contact(request, work, calibrated=not request[UNCALIBRATED])
     extra_cautions, extras = work.extra_cautions, {}
     if request[STUDY] and result.converged:
-        study = studied(request, work, result.load)
+        study = resolution_study_of(request, work, result.load)
         extra_cautions, extras = (
             (*extra_cautions, *study.cautions),
             {STUDY.name: study},
@@ -135,19 +135,19 @@ def _run(request: Request, work: Work) -> Outcome:
     return Outcome(request, result, result, extras)
 
 
-def _volume(request: Request, work: Work) -> Outcome:
-    from roughcontact.elastoplastic.increments import AUTO, between
+def _volume(request: Request, work: TaskContext) -> Outcome:
+    from roughcontact.elastoplastic.increments import AUTO, points_between
     from roughcontact.elastoplastic.result import PathPoint
     from roughcontact.elastoplastic.solve import solve_elastoplastic
 
     load, specified = request.force(work.maps, *request.load)
     steps = request[INCREMENTS]
-    way = between(PathPoint(0.0), PathPoint(load), 1 if steps == AUTO else int(steps))
+    way = points_between(PathPoint(0.0), PathPoint(load), 1 if steps == AUTO else int(steps))
     loads = [point.load for point in way]
     loads += [0.0] * request[UNLOAD]
     arguments = request.arguments(work.maps, *_SOLVER)
     del arguments["ceiling"]
-    with work.keeping("step-*.nc", "load") as (watch, reused):
+    with work.report_saved_steps_on_interrupt("step-*.nc", "load") as (watch, reused):
         result = solve_elastoplastic(
             work.maps[0],
             **arguments,
@@ -184,7 +184,7 @@ def record(outcome: Outcome) -> dict[str, Any]:
     from roughcontact.formats import tables
     from roughcontact.uncertainty import intervals as uncertainty
 
-    record = tables.record(outcome.result)
+    record = tables.result_record(outcome.result)
     study = outcome.extras.get(STUDY.name)
     if study is not None:
         record["study"] = study.summary()
@@ -211,12 +211,12 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
 # --- A contact on other grids, with other filters and ceilings ---
 
 
-def studied(request: Request, work: Work, load: float) -> ResolutionStudy:
+def resolution_study_of(request: Request, work: TaskContext, load: float) -> ResolutionStudy:
     """Return the study of a contact under a load [N], of its pieces where these are known."""
     from roughcontact.uncertainty import resolution as resolution_study
 
     if work.known:
-        return resolution_study.together([work.known[word] for word in part_names(request)])
+        return resolution_study.merge_parts([work.known[word] for word in part_names(request)])
     return resolution_study.resolution_study(
         work.maps[0],
         **request.arguments(work.maps, *_STUDY_SOLVER),
@@ -237,16 +237,16 @@ def part_names(request: Request) -> tuple[str, ...]:
     return PARTS
 
 
-def found_of(request: Request, word: str, say: Say, look: Look) -> ResolutionStudy:
-    """Return one part of the study, from maps that are read for it; see `studied`."""
+def solve_study_part(request: Request, word: str, say: Say, look: OnProgress) -> ResolutionStudy:
+    """Return one part of the study, from maps that are read for it; see `resolution_study_of`."""
     from roughcontact.contact.load_case import LoadCase
     from roughcontact.request.maps import surfaces
-    from roughcontact.uncertainty.resolution import part_of
+    from roughcontact.uncertainty.resolution import study_part
 
     maps = surfaces(request, say)
     load, _ = request.force(maps, *request.load)
     terms = LoadCase(load, ceiling=request[options.CEILING], **request.solver(*_STUDY_SOLVER))
-    return part_of(word, request.pair(maps), terms, look)
+    return study_part(word, request.pair(maps), terms, look)
 
 
 # --- The task ---
@@ -295,22 +295,22 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
     memory=_memory,
     figures=_figures,
     questions=(
-        Question(
+        Analysis(
             "Resolution study",
             "The same contact on coarser and finer grids, with filters and other ceilings.",
             fixed=((STUDY, True),),
         ),
-        Question(
+        Analysis(
             "Calibrated ceiling",
             "Ceiling that reproduces the contact area of the elastoplastic model.",
             fixed=((options.CEILING, "calibrated"),),
         ),
-        Question(
+        Analysis(
             "Elastoplastic model",
             "Plastic strain below the surface instead of a ceiling; takes seconds to minutes.",
             (INCREMENTS, UNLOAD, options.HARDENING),
             fixed=((MODEL, VOLUME_MODEL),),
         ),
     ),
-    pieces=Pieces(part_names, found_of),
+    pieces=Subtasks(part_names, solve_study_part),
 )  # fmt: skip

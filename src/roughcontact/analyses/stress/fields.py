@@ -7,11 +7,11 @@ from dataclasses import asdict, replace
 
 from roughcontact.analyses.stress.model import StressResult
 from roughcontact.contact.pair import BODIES
-from roughcontact.references import cited
-from roughcontact.report.citations import Uses, below
+from roughcontact.references import make_use
+from roughcontact.report.citations import Uses, stress_references
 from roughcontact.report.contact_fields import LOAD
-from roughcontact.report.kind import CAUTIONS, Quantity, Table, pick, quantity_of
-from roughcontact.units import engineering, percent
+from roughcontact.report.kind import CAUTIONS, Quantity, Table, pick_quantities, quantity_of
+from roughcontact.units import format_engineering, format_percent
 
 
 def _bears(key: str) -> Callable[[StressResult], bool]:
@@ -19,17 +19,17 @@ def _bears(key: str) -> Callable[[StressResult], bool]:
 
 
 def _place(stress: StressResult) -> str:
-    depth, y, x = (engineering(length, "m") for length in stress.max_von_mises_at)
+    depth, y, x = (format_engineering(length, "m") for length in stress.max_von_mises_at)
     return f"{depth} deep, at y, x = {y}, {x}"
 
 
 def _over_pressure(stress: StressResult) -> str:
     ratio = stress.max_von_mises / stress.solution.max_pressure
-    return f"{engineering(stress.max_von_mises, 'Pa')} ({ratio:.4g} of the largest pressure)"
+    return f"{format_engineering(stress.max_von_mises, 'Pa')} ({ratio:.4g} of the largest pressure)"
 
 
 def _tension_place(stress: StressResult) -> str:
-    y, x = (engineering(length, "m") for length in stress.max_tension_at)
+    y, x = (format_engineering(length, "m") for length in stress.max_tension_at)
     return f"at the surface, at y, x = {y}, {x}"
 
 
@@ -44,9 +44,9 @@ def _shear(axis: int) -> Callable[[StressResult], float]:
 
 def _by_part(stress: StressResult) -> str:
     return "; ".join(
-        f"{part.name} {engineering(part.max_von_mises, 'Pa', 3)}, "
-        f"{engineering(part.depth, 'm', 3)} deep"
-        + ("" if part.strength is None else f" ({percent(part.use)} of its strength)")
+        f"{part.name} {format_engineering(part.max_von_mises, 'Pa', 3)}, "
+        f"{format_engineering(part.depth, 'm', 3)} deep"
+        + ("" if part.strength is None else f" ({format_percent(part.use)} of its strength)")
         for part in stress.parts
     )
 
@@ -54,12 +54,12 @@ def _by_part(stress: StressResult) -> str:
 def _at_faces(stress: StressResult) -> str:
     names = [part.name for part in stress.parts]
     return "; ".join(
-        f"{names[face.part]} at {engineering(face.depth, 'm', 3)}: tension "
-        f"{engineering(face.tension.value, 'Pa', 3)}, shear "
-        f"{engineering(face.shear.value, 'Pa', 3)}, pull "
-        f"{engineering(max(face.pull.value, 0.0), 'Pa', 3)}"
+        f"{names[face.part]} at {format_engineering(face.depth, 'm', 3)}: tension "
+        f"{format_engineering(face.tension.value, 'Pa', 3)}, shear "
+        f"{format_engineering(face.shear.value, 'Pa', 3)}, pull "
+        f"{format_engineering(max(face.pull.value, 0.0), 'Pa', 3)}"
         if face.depth
-        else f"surface: tension {engineering(face.tension.value, 'Pa', 3)}"
+        else f"surface: tension {format_engineering(face.tension.value, 'Pa', 3)}"
         for face in stress.faces
     )
 
@@ -133,7 +133,7 @@ FIRST_YIELD: Table = (
 
 
 def _profile_place(stress: StressResult) -> str:
-    depth, _, x = (engineering(length, "m") for length in stress.max_von_mises_at)
+    depth, _, x = (format_engineering(length, "m") for length in stress.max_von_mises_at)
     return f"{depth} deep, at x = {x}"
 
 
@@ -141,25 +141,25 @@ _SHEAR = "max_orthogonal_shear_along_x"
 
 
 PROFILE_STRESS: Table = (
-    *pick(STRESS, "body", "friction", "direction"),
+    *pick_quantities(STRESS, "body", "friction", "direction"),
     Quantity("kind", of=lambda _: "profile"),
     replace(quantity_of(STRESS, "load"), unit=LOAD),
-    *pick(STRESS, "max_pressure", "max_von_mises"),
+    *pick_quantities(STRESS, "max_pressure", "max_von_mises"),
     replace(
         quantity_of(STRESS, "max_von_mises_place"),
         of=lambda stress: [stress.max_von_mises_at[0], stress.max_von_mises_at[2]],
         text=_profile_place,
     ),
-    *pick(STRESS, "max_tension", "max_tresca"),
+    *pick_quantities(STRESS, "max_tension", "max_tresca"),
     replace(quantity_of(STRESS, _SHEAR), name="orthogonal shear amplitude in a pass"),
-    *pick(STRESS, "yield_strength", "yield_factor"),
+    *pick_quantities(STRESS, "yield_strength", "yield_factor"),
     replace(
         quantity_of(STRESS, "yielded_volume"),
         key="yielded_section",
         name="cross-section above the yield strength",
         unit="m²",
     ),
-    *pick(STRESS, "depths", "warnings", "cautions", "precision", "version"),
+    *pick_quantities(STRESS, "depths", "warnings", "cautions", "precision", "version"),
 )
 """Of a `StressResult` of profiles."""
 
@@ -173,6 +173,6 @@ PROFILE_FIRST_YIELD: Table = (
 
 def of_stress(result: StressResult) -> Uses:
     """Yield the works of the stress, besides the contact."""
-    yield below(result.solution.boundary)
+    yield stress_references(result.solution.boundary)
     if result.friction or result.traction is not None:
-        yield cited("stress by friction", "Johnson1985", "Hamilton1983")
+        yield make_use("stress by friction", "Johnson1985", "Hamilton1983")

@@ -12,7 +12,7 @@ from roughcontact.drawing import style
 from roughcontact.drawing.sections import window
 from roughcontact.errors import InputError
 from roughcontact.halfspace.coating_stress import interfaces
-from roughcontact.units import percent
+from roughcontact.units import format_percent
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -140,10 +140,12 @@ def stress_section(
     first, last = columns.start * edge, columns.stop * edge
     depth = shown_depth(result, values, depth, last - first)
     block = max(math.ceil(values.shape[1] / style.CELLS_ALONE), 1)
-    rows = section_rows(style.reduced(np.maximum, values, (1, block)), result.profile.depths, depth)
+    rows = section_rows(
+        style.reduce_cells(np.maximum, values, (1, block)), result.profile.depths, depth
+    )
     across = np.append(np.arange(columns.start, columns.stop, block), columns.stop) * edge
     aspect = depth / (last - first)
-    height = max(5.8 * min(aspect, 1.6), 0.4) + (3.0 if aspect <= style.UPRIGHT else 1.8)
+    height = max(5.8 * min(aspect, 1.6), 0.4) + (3.0 if aspect <= style.MIN_LABEL_RATIO else 1.8)
     figure, axes = style.panels(7.2, height)
     top, scale = stress_scale(result)
     length = style.prefixed_window(first, last)
@@ -246,12 +248,12 @@ def stress_map(result: StressResult) -> Figure:
     _stress_bar(axes, image, result, unit)
     more = ""
     if over and strength is not None:
-        share = percent(float(np.count_nonzero(peak > strength)) / peak.size)
+        share = format_percent(float(np.count_nonzero(peak > strength)) / peak.size)
         style.patch_legend(
             axes, [(style.OVER, f"yield strength exceeded below {share} of the map")]
         )
         black = float(style.cell_points(peak.shape, blocks)[cells > strength].sum()) / peak.size
-        more = f"That makes {percent(black)} of the picture black."
+        more = f"That makes {format_percent(black)} of the picture black."
     style.name_axes(axes, title=_stress_title(result, (factor, unit), length))
     style.cell_note(figure, blocks, "the largest stress in it", more)
     return figure
@@ -264,7 +266,7 @@ def _stress_title(result: StressResult, scale: tuple[float, str], length: tuple[
     which = "" if result.body == "body" else " in the counter-body"
     return (
         f"Von Mises stress{which} at {style.load_text(result.solution)}, largest\n"
-        f"{stress} {where}{style.doubt(result.solution)}"
+        f"{stress} {where}{style.doubt_suffix(result.solution)}"
     )
 
 

@@ -14,16 +14,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import memory, netcdf
-from roughcontact._tools.arguments import checked
+from roughcontact._tools.arguments import validate_arguments
 from roughcontact._version import __version__
-from roughcontact.cautions import Caution, Kind, as_caution, as_warning, ordered
+from roughcontact.cautions import Caution, CautionTag, as_caution, as_warning, sort_cautions
 from roughcontact.contact import archive
 from roughcontact.contact.load_case import LoadCase
-from roughcontact.contact.memory import overhead
+from roughcontact.contact.memory import fixed_bytes
 from roughcontact.contact.pair import BODIES, CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.solve import press
-from roughcontact.contact.validation import row
+from roughcontact.contact.solve import solve_pair
+from roughcontact.contact.validation import as_finite_row
 from roughcontact.errors import (
     ArgumentRef,
     ConvergenceError,
@@ -40,7 +40,7 @@ from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
 from roughcontact.result import Result
 from roughcontact.solvers.progress import Tell, each_part, shows_progress_bar
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, Quantity, engineering, quantity
+from roughcontact.units import Quantities, Quantity, format_engineering, to_si
 
 
 class Part(NamedTuple):
@@ -186,7 +186,7 @@ class StressResult(Result):
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        return ordered([*self.solution.cautions, *self.own_cautions])
+        return sort_cautions([*self.solution.cautions, *self.own_cautions])
 
     @property
     def own_cautions(self) -> tuple[Caution, ...]:
@@ -195,7 +195,7 @@ class StressResult(Result):
         if self.yielded_volume:
             result.append(
                 as_caution(
-                    Kind.YIELDED,
+                    CautionTag.YIELDED,
                     "Material yields: this elastic stress is an upper bound. For plastic depth "
                     "use the elastoplastic model.",
                     volume=self.yielded_volume,
@@ -208,9 +208,9 @@ class StressResult(Result):
         if edge > thinnest / 4:
             result.append(
                 as_caution(
-                    Kind.STRESS_PIXEL,
-                    f"Pixel {engineering(edge, 'm', 3)} exceeds a quarter of a layer "
-                    f"({engineering(thinnest, 'm', 3)}): its stress depends on the grid.",
+                    CautionTag.STRESS_PIXEL,
+                    f"Pixel {format_engineering(edge, 'm', 3)} exceeds a quarter of a layer "
+                    f"({format_engineering(thinnest, 'm', 3)}): its stress depends on the grid.",
                     depth=thinnest,
                 )
             )
@@ -219,29 +219,29 @@ class StressResult(Result):
     def _placed(self) -> Iterator[Caution]:
         """Yield that the largest stress is where the depths, or the pixels, end."""
         depth, depths = self.profile.depth_of_max, self.profile.depths
-        text = engineering(depth, "m", 3)
+        text = format_engineering(depth, "m", 3)
         if depth == depths[-1]:
             yield as_warning(
-                Kind.STRESS_DEPTH,
+                CautionTag.STRESS_DEPTH,
                 f"Maximum stress is at the deepest layer ({text}). Extend {ArgumentRef('depths')}.",
                 depth=depth,
             )
         if depth == 0:
             yield as_caution(
-                Kind.STRESS_PIXEL,
+                CautionTag.STRESS_PIXEL,
                 "Maximum stress is at a sliding spot edge: error 1 % above 20 pixels per radius, "
                 "6 % at 6.",
                 depth=depth,
             )
         elif depth < 2 * max(self.solution.pair.pixel[self.solution.pair.is_profile :]):
             yield as_caution(
-                Kind.STRESS_PIXEL,
+                CautionTag.STRESS_PIXEL,
                 f"Maximum stress is {text} deep, below 2 pixels: it depends on the grid.",
                 depth=depth,
             )
         elif depth == depths[0] != depths[-1]:
             yield as_warning(
-                Kind.STRESS_DEPTH,
+                CautionTag.STRESS_DEPTH,
                 f"Maximum stress is at the shallowest layer ({text}). Add smaller "
                 f"{ArgumentRef('depths')}.",
                 depth=depth,
@@ -367,7 +367,7 @@ _THREAD = 2**23
 
 
 @shows_progress_bar
-@checked
+@validate_arguments
 def subsurface_stress(
     result: ContactResult,
     depths: Quantities | ArrayLike | None = None,
@@ -431,25 +431,27 @@ def subsurface_stress(
     material = result.pair.material_of(in_body)
     if math.isinf(material.young) and not material.coating:
         raise InputError(f"the {BODIES[in_body]} is rigid: there is no stress in it to compute")
-    wanted = quantity(depths, "length", "depths")
+    wanted = to_si(depths, "length", "depths")
     _check_depths(wanted)
     require_memory(
         result.surface.shape, boundary=result.boundary, precision=precision, friction=friction,
         partial_slip=traction is not None,
     )  # fmt: skip
-    options = {**loading(result.pair, in_body, friction, direction), "precision": precision}
+    options = {**surface_loads(result.pair, in_body, friction, direction), "precision": precision}
     if traction is not None:
         traction = checked_traction(traction, result.pressure.shape, friction).copy()
         options["traction"] = traction if in_body == "body" else -traction
     options["tell"] = each_part(progress, "stress below the surface")
-    found, faces = (_in_layers if material.coating else _in_bulk)(result, material, wanted, options)
+    found, faces = (_layered_stress if material.coating else _bulk_stress)(
+        result, material, wanted, options
+    )
     return StressResult(
         result, in_body, friction, direction, precision, found[0], found[1], found[2],
         __version__, traction, faces,
     )  # fmt: skip
 
 
-def _in_bulk(
+def _bulk_stress(
     result: ContactResult, material: Material, depths: Any, options: dict[str, Any]
 ) -> tuple[Any, tuple[coating_stress.Face, ...]]:
     """Return the summary of a body with its sections; it has no faces."""
@@ -459,7 +461,7 @@ def _in_bulk(
     ), ()  # fmt: skip
 
 
-def _in_layers(
+def _layered_stress(
     result: ContactResult, material: Material, depths: Any, options: dict[str, Any]
 ) -> tuple[Any, tuple[coating_stress.Face, ...]]:
     """Return the summary of a coated body with its sections, and what its faces bear."""
@@ -489,7 +491,7 @@ def _in_layers(
 def _check_depths(depths: ArrayLike | None) -> None:
     if depths is None:
         return
-    minimum = float(row(depths, "depths").min())
+    minimum = float(as_finite_row(depths, "depths").min())
     if minimum <= 0:
         raise InputError(
             f"must lie below the surface, got {minimum!r} m; the "
@@ -499,7 +501,7 @@ def _check_depths(depths: ArrayLike | None) -> None:
         )
 
 
-def loading(pair: Pair, body: str, friction: float, direction: float) -> dict[str, Any]:
+def surface_loads(pair: Pair, body: str, friction: float, direction: float) -> dict[str, Any]:
     """Return the surface loads of a body in the form of `halfspace.stress`."""
     return {
         "boundary": pair.boundary,
@@ -524,7 +526,9 @@ def memory_estimate(
     loads = 3 if partial_slip else 1
     friction = friction or float(partial_slip)
     # Scaled pressure and largest stress over depth; row spectra of six components.
-    maps = 8 * (3 * loads - 2) * pixels + real * pixels + overhead() + _THREAD * default_workers()
+    maps = (
+        8 * (3 * loads - 2) * pixels + real * pixels + fixed_bytes() + _THREAD * default_workers()
+    )
     if friction != 0:
         # For the rims: scaled pressure, displacement, and the stress along the surface.
         maps += (8 + 8 + 3 * real) * pixels
@@ -551,7 +555,7 @@ def require_memory(
     needed = memory_estimate(
         shape, boundary=boundary, precision=precision, friction=friction, partial_slip=partial_slip
     )
-    memory.require(
+    memory.require_memory(
         needed,
         f"the stress below {shape[0]} × {shape[1]} points needs",
         advice=("solve the contact on a part of the map, surface.cropped(...)",),
@@ -562,11 +566,11 @@ def require_memory(
 
 
 # Largest step of the search for first yield, and most contacts that it solves.
-_STEP = 1000.0
-_SOLVES = 40
+_MAX_LOAD_FACTOR = 1000.0
+_MAX_SOLVES = 40
 
 
-@checked
+@validate_arguments
 def first_yield_load(
     surface: Surface,
     *,
@@ -613,10 +617,12 @@ def first_yield_load(
     under next to no load: the answer then is one of the resolution.
     """
     pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
-    return onset(pair, body, friction, direction, start=initial_load, tolerance=tolerance)
+    return solve_first_yield(
+        pair, body, friction, direction, start=initial_load, tolerance=tolerance
+    )
 
 
-def onset(
+def solve_first_yield(
     pair: Pair,
     body: str = "body",
     friction: float = 0.0,
@@ -630,27 +636,27 @@ def onset(
     pair.require_uncoated("the stress below the surface")
     if not pair.is_profile:
         pair.boundary.require_stress()
-    first = quantity(start, "force", "start")
+    first = to_si(start, "force", "start")
     if first is not None:
         require_positive(start=first)
     strength = _yield_strength(pair, body)
     load: float = first or 1.6 * strength * pair.pixel[0] * pair.pixel[1]
     known: list[tuple[float, float]] = []
     last: ContactResult | None = None
-    for _ in range(_SOLVES):
-        last = press(pair, LoadCase(load=load, ceiling=None), start=last)
+    for _ in range(_MAX_SOLVES):
+        last = solve_pair(pair, LoadCase(load=load, ceiling=None), start=last)
         profile = stress_summary.summarize(
             last.pressure, pair.pixel, pair.material_of(body).poisson,
-            **loading(pair, body, friction, direction),
+            **surface_loads(pair, body, friction, direction),
         )  # fmt: skip
         excess = math.log(profile.max_von_mises / strength)
         if abs(excess) <= tolerance:
             return subsurface_stress(last, in_body=body, friction=friction, direction=direction)
         known.append((math.log(load), excess))
-        load = math.exp(_next(known))
+        load = math.exp(_next_load(known))
     assert last is not None
     raise ConvergenceError(
-        f"no load found at which the largest stress is the yield strength: after {_SOLVES} "
+        f"no load found at which the largest stress is the yield strength: after {_MAX_SOLVES} "
         f"contacts it is {math.exp(known[-1][1]):.4g} of it at {last.load:.6g} {pair.load_unit}",
         last,
     )
@@ -663,7 +669,7 @@ def _yield_strength(pair: Pair, body: str) -> float:
     return material.yield_strength
 
 
-def _next(known: list[tuple[float, float]]) -> float:
+def _next_load(known: list[tuple[float, float]]) -> float:
     """Return where an increasing function should vanish, from points of it."""
     light = max((x for x, y in known if y < 0), default=-math.inf)
     heavy = min((x for x, y in known if y > 0), default=math.inf)
@@ -671,7 +677,7 @@ def _next(known: list[tuple[float, float]]) -> float:
     slope = 1 / 3
     if others and others[0][0] != index:
         slope = max((others[0][1] - value) / (others[0][0] - index), 0.0) or slope
-    maximum = math.log(_STEP)
+    maximum = math.log(_MAX_LOAD_FACTOR)
     guess = index + min(max(-value / slope, -maximum), maximum)
     # A secant that leaves the bracket, or creeps along it from one side, is halved instead.
     stuck = len(known) > 3 and len({y > 0 for _, y in known[-3:]}) == 1

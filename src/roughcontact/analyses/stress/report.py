@@ -15,7 +15,7 @@ from roughcontact.analyses.stress import (
 from roughcontact.analyses.stress.model import StressResult, to_dataset
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.report import chapters, phrases
-from roughcontact.report.kind import CellTable, Kind, Row, rows_of
+from roughcontact.report.kind import CellTable, Presentation, Row, rows_of
 from roughcontact.report.page import Block
 
 
@@ -33,7 +33,7 @@ def question(stress: StressResult) -> str:
     """Return the question that a stress answers."""
     contact = stress.solution
     name = phrases.source(contact.share.provenance)
-    return f"How large is the stress below {name} {phrases.under(contact)}?"
+    return f"How large is the stress below {name} {phrases.load_phrase(contact)}?"
 
 
 def _details(
@@ -55,23 +55,23 @@ _AT_YIELD = 1e-3
 
 def _load(stress: StressResult) -> str:
     solution = stress.solution
-    pressure = phrases.size(solution.load / solution.nominal_area, "Pa")
-    return f"{phrases.size(solution.load, solution.pair.load_unit)} ({pressure} nominal)"
+    pressure = phrases.format_short(solution.load / solution.nominal_area, "Pa")
+    return f"{phrases.format_short(solution.load, solution.pair.load_unit)} ({pressure} nominal)"
 
 
 def _answer(stress: StressResult, onset: StressResult | None = None) -> str:
     """Return whether the material yields, and where the stress is largest."""
     depth = stress.max_von_mises_at[0]
-    reached = phrases.size(stress.max_von_mises, "Pa")
-    where = f"{phrases.size(depth, 'm')} deep" if depth else "at the surface"
+    reached = phrases.format_short(stress.max_von_mises, "Pa")
+    where = f"{phrases.format_short(depth, 'm')} deep" if depth else "at the surface"
     if stress.parts:
         return _layered(stress)
     strength = stress.material.yield_strength
     if strength is None:
         return f"The von Mises stress reaches {reached}, {where}."
     if math.isclose(stress.max_von_mises, strength, rel_tol=_AT_YIELD):
-        return f"First yield at {_load(stress)}, {where}; σ_Y = {phrases.size(strength, 'Pa')}."
-    known = f"(σ_Y = {phrases.size(strength, 'Pa')})"
+        return f"First yield at {_load(stress)}, {where}; σ_Y = {phrases.format_short(strength, 'Pa')}."
+    known = f"(σ_Y = {phrases.format_short(strength, 'Pa')})"
     if stress.max_von_mises > strength:
         return f"The material yields: the von Mises stress reaches {reached} {known}, {where}."
     return f"Nothing yields: the von Mises stress reaches {reached} {known}, {where}."
@@ -82,13 +82,13 @@ def _layered(stress: StressResult) -> str:
     known = [part for part in stress.parts if part.strength]
     if not known:
         largest = max(stress.parts, key=lambda part: part.max_von_mises)
-        reached = phrases.size(largest.max_von_mises, "Pa")
+        reached = phrases.format_short(largest.max_von_mises, "Pa")
         return f"The von Mises stress reaches {reached}, in {largest.name}."
     first = max(known, key=lambda part: part.use)
     reached, strength = (
-        phrases.size(value or 0.0, "Pa") for value in (first.max_von_mises, first.strength)
+        phrases.format_short(value or 0.0, "Pa") for value in (first.max_von_mises, first.strength)
     )
-    where = f"{phrases.size(first.depth, 'm')} deep" if first.depth else "at the surface"
+    where = f"{phrases.format_short(first.depth, 'm')} deep" if first.depth else "at the surface"
     if first.of_hardness:
         strength += " (a third of its hardness)"
     if first.use > 1:
@@ -100,17 +100,20 @@ def _layer_rows(stress: StressResult) -> list[tuple[str, str]]:
     """Return the largest stress of each layer, and what its faces bear."""
     rows = []
     for part in stress.parts:
-        reached, depth = phrases.size(part.max_von_mises, "Pa"), phrases.size(part.depth, "m")
+        reached, depth = (
+            phrases.format_short(part.max_von_mises, "Pa"),
+            phrases.format_short(part.depth, "m"),
+        )
         rows.append((part.name, f"von Mises {reached}, {depth} deep"))
     surface, *others = stress.faces
-    rows.append(("Tension at surface", phrases.size(surface.tension.value, "Pa")))
+    rows.append(("Tension at surface", phrases.format_short(surface.tension.value, "Pa")))
     for face in others[::2]:
         name = stress.parts[face.part].name
         rows.append((
             f"Bottom of {name}",
-            f"tension {phrases.size(face.tension.value, 'Pa')}, shear "
-            f"{phrases.size(face.shear.value, 'Pa')}, pull "
-            f"{phrases.size(max(face.pull.value, 0.0), 'Pa')}",
+            f"tension {phrases.format_short(face.tension.value, 'Pa')}, shear "
+            f"{phrases.format_short(face.shear.value, 'Pa')}, pull "
+            f"{phrases.format_short(max(face.pull.value, 0.0), 'Pa')}",
         ))  # fmt: skip
     return rows
 
@@ -144,7 +147,7 @@ def _remarks(stress: StressResult, onset: StressResult | None = None) -> tuple[s
     return tuple(lines)
 
 
-KIND = Kind(
+KIND = Presentation(
     StressResult, stress_fields.STRESS, figures=stress_illustrations.STRESS,
     plots=(draw.stress_section, draw.stress_depth, draw.stress_map),
     contact=attrgetter("solution"), works=stress_fields.of_stress,
@@ -159,5 +162,5 @@ PROFILE_KIND = replace(
 )  # fmt: skip
 
 
-def _kind(stress: StressResult) -> Kind:
+def _kind(stress: StressResult) -> Presentation:
     return PROFILE_KIND if stress.solution.pair.is_profile else KIND

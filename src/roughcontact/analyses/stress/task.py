@@ -11,10 +11,10 @@ from roughcontact.analyses.solve import task as solve
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
-from roughcontact.request.options import Option, Panel, file, flag
-from roughcontact.request.outcome import Outcome, Work
+from roughcontact.request.options import Option, Panel, file_option, flag_option
+from roughcontact.request.outcome import Outcome, TaskContext
 from roughcontact.request.request import Request
-from roughcontact.request.task import Question, Task
+from roughcontact.request.task import Analysis, Task
 
 IN_BODY = Option(
     "in-body", Panel.BODIES, "body|counter-body", "Body whose stress is computed; default: body.",
@@ -38,12 +38,12 @@ DEPTHS = Option(
     'Depths: "1 um, 2 um"; default: automatic.',
     parsing.lengths, None,
 )  # fmt: skip
-FIRST_YIELD = flag("first-yield", Panel.SOLVER, "Also compute the load of first yield.")
-OUTPUT = file("output", "FILE.nc", "Contact and stress as NetCDF.", (".nc",))
+FIRST_YIELD = flag_option("first-yield", Panel.SOLVER, "Also compute the load of first yield.")
+OUTPUT = file_option("output", "FILE.nc", "Contact and stress as NetCDF.", (".nc",))
 
 
-def _run(request: Request, work: Work) -> Outcome:
-    from roughcontact.analyses.stress.model import onset, subsurface_stress
+def _run(request: Request, work: TaskContext) -> Outcome:
+    from roughcontact.analyses.stress.model import solve_first_yield, subsurface_stress
 
     Boundary(request[options.BOUNDARY]).require_stress()
     contact = solve.contact(request, work, calibrated=False)
@@ -59,7 +59,7 @@ def _run(request: Request, work: Work) -> Outcome:
         extras = {}
         if request[FIRST_YIELD]:
             work.say("searching the load of first yield")
-            extras["first_yield"] = onset(contact.pair, body, **traction)
+            extras["first_yield"] = solve_first_yield(contact.pair, body, **traction)
     return Outcome(request, replace(stress, solution=solution), solution, extras)
 
 
@@ -86,7 +86,7 @@ def _record(outcome: Outcome) -> dict[str, Any]:
 
     if outcome.result is outcome.contact:
         return solve.record(outcome)
-    record = {**tables.record(outcome.result.solution), "stress": outcome.result.summary()}
+    record = {**tables.result_record(outcome.result.solution), "stress": outcome.result.summary()}
     if "first_yield" in outcome.extras:
         record["first_yield"] = outcome.extras["first_yield"].summary()
     return record
@@ -123,7 +123,7 @@ roughcontact stress ground.x3p --load "100 MPa" --boundary periodic \\
     memory=_memory,
     figures=_figures,
     questions=(
-        Question(
+        Analysis(
             "Subsurface stress",
             "Elastic stress below this contact, and the point of first yield.",
             (IN_BODY, FRICTION, DIRECTION, DEPTHS, FIRST_YIELD),

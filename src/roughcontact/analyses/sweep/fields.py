@@ -10,7 +10,7 @@ from typing import Any
 
 from roughcontact.analyses.sweep.model import LoadCurve
 from roughcontact.contact.result import CALIBRATED
-from roughcontact.references import cited
+from roughcontact.references import make_use
 from roughcontact.report import phrases
 from roughcontact.report.citations import CEILING, RECOMMENDED, Uses, of_maps, solved_of
 from roughcontact.report.contact_fields import BOUNDARY, LOAD, ceiling_stored
@@ -21,10 +21,10 @@ from roughcontact.report.kind import (
     Columns,
     Quantity,
     Table,
-    pick,
+    pick_quantities,
     quantity_of,
 )
-from roughcontact.units import percent, tiny
+from roughcontact.units import format_percent, order_of_magnitude
 
 
 def share_of(key: str) -> Callable[[Any], list[float]]:
@@ -93,7 +93,9 @@ def _ends(curve: LoadCurve, name: str, end: str) -> list[float]:
 
 def _contact_intervals(curve: LoadCurve) -> list[str]:
     low, high = (_ends(curve, "contact_fraction", end) for end in ("low", "high"))
-    return [phrases.between(*pair, form=phrases.share) for pair in zip(low, high, strict=True)]
+    return [
+        phrases.between(*pair, form=phrases.format_share) for pair in zip(low, high, strict=True)
+    ]
 
 
 _INTERVALS: Columns = (
@@ -119,10 +121,10 @@ _INTERVALS: Columns = (
 CURVE_COLUMNS: Columns = (
     Column("load", "load", unit="N"),
     Column("approach", "approach", unit="m"),
-    Column("contact_area", "contact", unit="m²", shown=share_of("contact_area"), form=percent),
+    Column("contact_area", "contact", unit="m²", shown=share_of("contact_area"), form=format_percent),
     Column("perimeter_corrected_area", unit="m²"),
     Column(
-        "saturated_area", "saturated", unit="m²", shown=share_of("saturated_area"), form=percent,
+        "saturated_area", "saturated", unit="m²", shown=share_of("saturated_area"), form=format_percent,
     ),
     Column("max_pressure", "largest pressure", unit="Pa", brief=False),
     Column("mean_gap", "mean gap", unit="m"),
@@ -131,7 +133,7 @@ CURVE_COLUMNS: Columns = (
     Column("spots", "spots"),
     Column("mean_spot_area", unit="m²"),
     Column("largest_spot_area", unit="m²"),
-    Column("certificate", "certificate", form=tiny, brief=False),
+    Column("certificate", "certificate", form=order_of_magnitude, brief=False),
     Column("load_error"),
     Column(
         "pressure_ceiling", "ceiling", unit="Pa", of=lambda c: c.column("ceiling"),
@@ -154,11 +156,11 @@ def _column(key: str, new: str = "", **changes: Any) -> Column:
 
 
 PROFILE_CURVE: Table = (
-    *pick(CURVE, "source", "preparation", "control", "given_loads"),
+    *pick_quantities(CURVE, "source", "preparation", "control", "given_loads"),
     Quantity("kind", of=lambda _: "profile"),
     Quantity("boundary", of=lambda curve: BOUNDARY[curve.boundary][0]),
     Quantity("length", unit="m", of="nominal_area"),
-    *pick(CURVE, "contact_modulus", "rms_gradient", "ceiling", "warnings", "cautions"),
+    *pick_quantities(CURVE, "contact_modulus", "rms_gradient", "ceiling", "warnings", "cautions"),
     quantity_of(CURVE, "worst_certificate"),
 )
 """Of a `LoadCurve` of profiles."""
@@ -190,5 +192,5 @@ def of_curve(curve: LoadCurve) -> Uses:
     if isinstance(curve.ceiling, str) and curve.ceiling == CALIBRATED:
         yield RECOMMENDED
     if not curve.is_profile:
-        yield cited("area at small loads", "Bush1975", "Persson2001", "Hyun2004")
-    yield cited("conductance from the stiffness", "Barber2003")
+        yield make_use("area at small loads", "Bush1975", "Persson2001", "Hyun2004")
+    yield make_use("conductance from the stiffness", "Barber2003")

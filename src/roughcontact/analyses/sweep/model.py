@@ -16,18 +16,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import checkpoints
-from roughcontact._tools.arguments import checked
-from roughcontact._tools.checkpoints import Place
-from roughcontact._tools.deprecated import Renamed
-from roughcontact.cautions import Caution, ordered
-from roughcontact.contact.ceiling import resolved_ceiling
+from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.checkpoints import RunFolder
+from roughcontact._tools.deprecated import RenamedAttributes
+from roughcontact.cautions import Caution, sort_cautions
+from roughcontact.contact.ceiling import resolve_ceiling
 from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import CALIBRATED, CalibrationRecord, ContactResult
-from roughcontact.contact.solve import press
-from roughcontact.contact.stiffness import growth, predict_pressure, unloading_stiffness
-from roughcontact.contact.validation import check, check_profile
+from roughcontact.contact.solve import solve_pair
+from roughcontact.contact.stiffness import contact_growth, predict_pressure, unloading_stiffness
+from roughcontact.contact.validation import check_problem, check_profile
 from roughcontact.errors import (
     ArgumentRef,
     ConvergenceError,
@@ -36,14 +36,14 @@ from roughcontact.errors import (
     input_error,
 )
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.material.material import RIGID, Material, softer
+from roughcontact.material.material import RIGID, Material, softer_material
 from roughcontact.result import Result
-from roughcontact.solvers.progress import Progress, Tell, numbered, shows_progress_bar
+from roughcontact.solvers.progress import Progress, Tell, progress_callback, shows_progress_bar
 from roughcontact.surface import roughness
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.theory import persson
-from roughcontact.units import Quantities, Quantity, quantity
+from roughcontact.units import Quantities, Quantity, to_si
 
 Array = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ LOW_SATURATION = 0.1
 
 
 @dataclass(frozen=True)
-class LoadStep(Renamed):
+class LoadStep(RenamedAttributes):
     """The scalars of one solved load."""
 
     load: float  # W [N]
@@ -155,7 +155,7 @@ class LoadCurve(Result):
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        return ordered([*self.messages, *self.extra_cautions])
+        return sort_cautions([*self.messages, *self.extra_cautions])
 
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `LoadStep` for names and units."""
@@ -229,12 +229,12 @@ class LoadCurve(Result):
 # --- Load curves: the same contact under one load after the other ---
 
 
-HELD = 5
+MAX_HELD_RESULTS = 5
 """Maps held while a step is prepared: pressure and gap of that before, their rates, the start."""
 
 
 @shows_progress_bar
-@checked
+@validate_arguments
 def sweep(
     surface: Surface,
     *,
@@ -308,12 +308,12 @@ max_iterations, precision
         )
     pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     terms = LoadCase(None, None, None, ceiling, tolerance, max_iterations, precision)
-    listed = [] if loads is None else _listed(pair, loads)
+    listed = [] if loads is None else _list_loads(pair, loads)
     resolved = [resolve_force(load, pair, "loads") for load in listed]
     forces = None if loads is None else [force for force, _ in resolved]
     stated = tuple(specified for _, specified in resolved if specified is not None)
     control = "load" if approaches is None else "approach"
-    sweep = _Sweep(pair, terms, control, _ascending(pair, forces, approaches), stated)
+    sweep = _Sweep(pair, terms, control, _require_ascending(pair, forces, approaches), stated)
     sweep.check()
     if folder is None:
         return sweep.curve(_steps(sweep, None, progress))
@@ -336,7 +336,7 @@ def contact_curve(
     """Return a load curve without stiffnesses, which take more than the contacts; see `sweep`."""
     pair = Pair.of(surface, material, None, counter_material, boundary)
     sweep = _Sweep(
-        pair, LoadCase(**terms), "load", _ascending(pair, loads, None), has_stiffness=False
+        pair, LoadCase(**terms), "load", _require_ascending(pair, loads, None), has_stiffness=False
     )
     sweep.check()
     return sweep.curve(_steps(sweep, None, progress))
@@ -369,7 +369,7 @@ class _Sweep:
         """Raise what any step would raise; the largest asks for the most."""
         check_profile(self.pair, self.terms)
         largest = self.terms_at(self.values[-1])
-        check(self.pair, largest, held=HELD, series=len(self.values) > 1)
+        check_problem(self.pair, largest, held=MAX_HELD_RESULTS, series=len(self.values) > 1)
 
     def record(self) -> dict[str, Any]:
         """Return what the steps depend on."""
@@ -377,7 +377,7 @@ class _Sweep:
         plain = isinstance(ceiling, str) or ceiling is None
         return {
             **self.pair.record(),
-            "ceiling": ceiling if plain else checkpoints.digest(ceiling),
+            "ceiling": ceiling if plain else checkpoints.digest_arrays(ceiling),
             "boundary": str(self.pair.boundary),
             "tolerance": self.terms.tolerance,
             "max_iterations": self.terms.max_iterations,
@@ -391,7 +391,7 @@ class _Sweep:
         pair, steps, judged = self.pair, [], []
         for step, pressure in solved:
             steps.append(step)
-            cautions = self.seen(step, pressure).cautions
+            cautions = self.step_as_result(step, pressure).cautions
             judged.append((getattr(step, self.control), cautions))
         return LoadCurve(
             steps=tuple(steps),
@@ -399,21 +399,23 @@ class _Sweep:
             nominal_area=pair.size[0] * pair.size[1],
             contact_modulus=math.nan if pair.is_coated else pair.contact_modulus,
             rms_gradient=roughness.rms_gradient(pair.initial_gap, pair.pixel),
-            ceiling=CALIBRATED if self.own else resolved_ceiling(self.terms.ceiling, pair),
+            ceiling=CALIBRATED if self.own else resolve_ceiling(self.terms.ceiling, pair),
             boundary=pair.boundary,
             origins=pair.origins,
             softer=pair.softer,
             is_profile=pair.is_profile,
             messages=over_loads(judged, pair.load_unit if self.control == "load" else "m"),
             specified_load=self.specified_load,
-            _solve_largest=partial(press, pair, self.terms_at(self.values[-1]), start=pressure),
+            _solve_largest=partial(
+                solve_pair, pair, self.terms_at(self.values[-1]), start=pressure
+            ),
         )
 
-    def seen(self, step: LoadStep, pressure: Array) -> ContactResult:
+    def step_as_result(self, step: LoadStep, pressure: Array) -> ContactResult:
         """Return a step as the result that it is judged by; of its gap only the holes count."""
         return ContactResult(
             pair=self.pair,
-            ceiling=step.ceiling if self.own else resolved_ceiling(self.terms.ceiling, self.pair),
+            ceiling=step.ceiling if self.own else resolve_ceiling(self.terms.ceiling, self.pair),
             precision=self.terms.precision,
             tolerance=self.terms.certificate,
             control=self.control,
@@ -430,7 +432,7 @@ class _Sweep:
 
     def _agreed(self, step: LoadStep) -> CalibrationRecord | None:
         """Return that the ceiling of a step was recommended; what else was found is not kept."""
-        body = softer(self.pair.material, self.pair.counter_material)
+        body = softer_material(self.pair.material, self.pair.counter_material)
         if body is None or not body.ceiling or not step.ceiling:
             return None
         if math.isclose(step.ceiling, body.ceiling):
@@ -439,7 +441,9 @@ class _Sweep:
         return CalibrationRecord(step.load, math.nan, factor, 0.0, 0, body.ceiling, *[math.nan] * 3)
 
 
-def _steps(sweep: _Sweep, place: Place | None, progress: Tell) -> Iterator[tuple[LoadStep, Array]]:
+def _steps(
+    sweep: _Sweep, place: RunFolder | None, progress: Tell
+) -> Iterator[tuple[LoadStep, Array]]:
     """Yield the steps with their pressures, each read from the folder or solved and kept there."""
     start: Array | None = None
     # Steps are named by their number, and each is complete once it is there.
@@ -465,17 +469,17 @@ def _solved_step(
     sweep: _Sweep, number: int, start: Array | None, progress: Tell
 ) -> tuple[LoadStep, Array, Array]:
     """Return a step and its pressure, and the pressure from which the next one starts."""
-    result = press(
+    result = solve_pair(
         sweep.pair,
         sweep.terms_at(sweep.values[number - 1]),
         start=start,
-        progress=numbered(progress, number, len(sweep.values)),
+        progress=progress_callback(progress, number, len(sweep.values)),
     )
     if not sweep.has_stiffness:
         return _step(result, math.nan, None), result.pressure, result.pressure
     # First, so that what it takes is free again.
     whole = unloading_stiffness(result) if result.saturated.any() else None
-    grown = growth(result)
+    grown = contact_growth(result)
     following = result.pressure
     if number < len(sweep.values):
         following = predict_pressure(result, grown, **{sweep.control: sweep.values[number]})
@@ -483,7 +487,7 @@ def _solved_step(
 
 
 def _unsolved(
-    sweep: _Sweep, number: int, place: Place | None, error: ConvergenceError
+    sweep: _Sweep, number: int, place: RunFolder | None, error: ConvergenceError
 ) -> ConvergenceError:
     unit = sweep.pair.load_unit if sweep.control == "load" else "m"
     label = f"{sweep.control} = {sweep.values[number - 1]:.6g} {unit}"
@@ -494,20 +498,22 @@ def _unsolved(
     )
 
 
-def _listed(pair: Pair, loads: Any) -> list[Any]:
+def _list_loads(pair: Pair, loads: Any) -> list[Any]:
     """Return loads one by one; a text or a quantity of pint may hold all of them."""
     if isinstance(loads, str):
         return [part.strip() for part in loads.split(",")]
     if not hasattr(loads, "m_as"):
         return list(loads)
-    return list(quantity(loads, pair.load_dimension, "loads"))
+    return list(to_si(loads, pair.load_dimension, "loads"))
 
 
-def _ascending(pair: Pair, loads: Quantities | None, approaches: Quantities | None) -> list[float]:
+def _require_ascending(
+    pair: Pair, loads: Quantities | None, approaches: Quantities | None
+) -> list[float]:
     name, dimension = "approaches", "length"
     if loads is not None:
         name, dimension = "loads", pair.load_dimension
-    specified: list[Any] = list(quantity(approaches if loads is None else loads, dimension, name))
+    specified: list[Any] = list(to_si(approaches if loads is None else loads, dimension, name))
     if not specified:
         raise InputError("is empty: give at least one value", argument=name)
     if not all(isinstance(value, Real) and 0 < float(value) < math.inf for value in specified):

@@ -15,15 +15,15 @@ from roughcontact.report import (
     contact_fields,
     phrases,
 )
-from roughcontact.report.kind import Kind
+from roughcontact.report.kind import Presentation
 from roughcontact.report.page import Block
-from roughcontact.units import engineering, percent, tiny
+from roughcontact.units import format_engineering, format_percent, order_of_magnitude
 
 
 def question(curve: LoadCurve) -> str:
     """Return the question that a load curve answers."""
     unit = "m" if curve.control == "approach" else "N/m" if curve.is_profile else "N"
-    ends = [engineering(getattr(step, curve.control), unit) for step in curve.steps]
+    ends = [format_engineering(getattr(step, curve.control), unit) for step in curve.steps]
     name = curve.source or "the surface"
     return f"How does the contact of {name} grow from {phrases.span(ends)}?"
 
@@ -32,7 +32,7 @@ def _method(curve: LoadCurve) -> list[Block]:
     text = ["Each load is solved as a first loading; the model keeps no history."]
     if curve.low_loads.any() and not curve.is_profile:
         text.append(
-            f"At small loads (up to {percent(LOW_LOAD)} in contact) the area is A = κ W/(E* h′). "
+            f"At small loads (up to {format_percent(LOW_LOAD)} in contact) the area is A = κ W/(E* h′). "
             "Theory gives κ = 2.5 (Bush, Gibson and Thomas 1975) and 1.6 (Persson 2001), "
             "computations 1.8 to 2.3 (Hyun et al. 2004)."
         )
@@ -47,12 +47,12 @@ def _problem(curve: LoadCurve) -> str:
     control = "loads" if curve.control == "load" else "approaches"
     first, last = (getattr(step, curve.control) for step in (curve.steps[0], curve.steps[-1]))
     unit = (contact_fields.LOAD if curve.is_profile else "N") if curve.control == "load" else "m"
-    ends = phrases.between(first, last, lambda value: phrases.size(value, unit))
+    ends = phrases.between(first, last, lambda value: phrases.format_short(value, unit))
     text = f"{name}, {len(curve.steps)} {control} from {ends}"
     if curve.is_profile:
         return text
     first, last = (step.load / curve.nominal_area for step in (curve.steps[0], curve.steps[-1]))
-    ends = phrases.between(first, last, lambda value: phrases.size(value, "Pa"))
+    ends = phrases.between(first, last, lambda value: phrases.format_short(value, "Pa"))
     return f"{text} ({ends} nominal)"
 
 
@@ -60,7 +60,7 @@ def _answer(curve: LoadCurve) -> str:
     """Return how the contact grows from the first load to the last."""
     first, last = (curve.steps[n].contact_area / curve.nominal_area for n in (0, -1))
     what = "profile" if curve.is_profile else "face"
-    ends = phrases.between(first, last, phrases.share)
+    ends = phrases.between(first, last, phrases.format_share)
     return f"The contact grows from {ends} of the {what}."
 
 
@@ -68,10 +68,13 @@ def _remarks(curve: LoadCurve) -> tuple[str, ...]:
     """Return the limits of the intervals, and how exactly the steps are solved."""
     most = max(step.certificate for step in curve.steps)
     limits = curve.intervals[-1].remarks if curve.intervals else ()
-    return (*limits, f"Solved: {len(curve.steps)} contacts, certificate {tiny(most)} at most")
+    return (
+        *limits,
+        f"Solved: {len(curve.steps)} contacts, certificate {order_of_magnitude(most)} at most",
+    )
 
 
-KIND = Kind(
+KIND = Presentation(
     LoadCurve,
     sweep_fields.CURVE,
     sweep_fields.CURVE_COLUMNS,

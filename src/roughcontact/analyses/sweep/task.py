@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from roughcontact.request.measurement import how
-from roughcontact.request.outcome import Look
+from roughcontact.request.outcome import OnProgress
 
 if TYPE_CHECKING:
     from roughcontact.analyses.sweep.model import LoadCurve
@@ -16,10 +16,10 @@ from typing import Any
 from roughcontact._tools import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.request import measurement, options, parsing
-from roughcontact.request.options import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file
-from roughcontact.request.outcome import Outcome, Work
+from roughcontact.request.options import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file_option
+from roughcontact.request.outcome import Outcome, TaskContext
 from roughcontact.request.request import Request
-from roughcontact.request.task import Question, Task
+from roughcontact.request.task import Analysis, Task
 
 FROM = Option(
     "from", Panel.BODIES, "LOAD|APPROACH",
@@ -36,15 +36,15 @@ TO = Option(
 )
 STEPS = Option(
     "steps", Panel.BODIES, "NUMBER", "Number of loads; default: 13.",
-    parsing.counted(2, limits.STEPS), 13,
+    parsing.int_parser(2, limits.STEPS), 13,
 )  # fmt: skip
 SPACING = Option(
     "spacing", Panel.BODIES, "log|linear",
     "log (equal ratios) or linear (equal differences); default: log.",
     parsing.choice("log", "linear"), "log",
 )  # fmt: skip
-OUTPUT = file("output", "FILE.csv|json", "Table of loads.", TABLES)
-FIGURE = file("figure", "FILE", "Figure of the curve (PNG, SVG or PDF).", PICTURES)
+OUTPUT = file_option("output", "FILE.csv|json", "Table of loads.", TABLES)
+FIGURE = file_option("figure", "FILE", "Figure of the curve (PNG, SVG or PDF).", PICTURES)
 _RANGE = (FROM, TO, STEPS, SPACING)
 
 
@@ -63,13 +63,13 @@ def _ends(request: Request) -> tuple[tuple[str, Any], tuple[str, Any]]:
     return request.needed(FROM), request.needed(TO)
 
 
-def _run(request: Request, work: Work) -> Outcome:
+def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.sweep.model import sweep
 
     control, values = _steps(request)
     if control == "load":
         request.force(work.maps, values[-1], "from")
-    with work.keeping("step-*.npz", "load") as (watch, reused):
+    with work.report_saved_steps_on_interrupt("step-*.npz", "load") as (watch, reused):
         curve = sweep(
             work.maps[0],
             **request.arguments(work.maps, *options.SOLVER),
@@ -96,9 +96,9 @@ def _check(request: Request) -> None:
 
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:
-    from roughcontact.analyses.sweep.model import HELD
+    from roughcontact.analyses.sweep.model import MAX_HELD_RESULTS
 
-    request.require_contact(shape, HELD)
+    request.require_contact(shape, MAX_HELD_RESULTS)
 
 
 def _last(outcome: Outcome) -> dict[str, Any]:
@@ -143,17 +143,17 @@ roughcontact sweep ground.x3p --from "10 MPa" --to "300 MPa" \\
     last=_last,
     memory=_memory,
     questions=(
-        Question(
+        Analysis(
             "Load curve",
             "Contact area, gap, stiffness and spots from a small load to a large one.",
             _RANGE,
-            first=((FROM, "1 MPa"), (TO, "100 MPa")),
+            short_help=((FROM, "1 MPa"), (TO, "100 MPa")),
         ),
     ),
 )  # fmt: skip
 
 
-def measured_curve(request: Request, curve: LoadCurve, look: Look) -> LoadCurve:
+def measured_curve(request: Request, curve: LoadCurve, look: OnProgress) -> LoadCurve:
     """Return a load curve with the intervals of each load."""
     from roughcontact.analyses.sweep.uncertainty import curve_uncertainty
 

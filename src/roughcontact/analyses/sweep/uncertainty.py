@@ -8,7 +8,7 @@ from typing import Any
 
 from roughcontact.analyses.sweep.model import LoadCurve
 from roughcontact.contact.load_case import LoadCase
-from roughcontact.contact.solve import press
+from roughcontact.contact.solve import solve_pair
 from roughcontact.uncertainty.measurement import check, uncertainty
 
 
@@ -22,6 +22,6 @@ def curve_uncertainty(curve: LoadCurve, *how: Any, **more: Any) -> LoadCurve:
     known = []
     for step in curve.steps:
         ceiling = None if math.isnan(step.ceiling) else step.ceiling
-        contact = press(largest.pair, LoadCase(step.load, ceiling=ceiling))
+        contact = solve_pair(largest.pair, LoadCase(step.load, ceiling=ceiling))
         known.append(uncertainty(contact, *how, **more))
     return replace(curve, intervals=tuple(known))

@@ -8,7 +8,7 @@ import numpy as np
 
 from roughcontact.drawing import style
 from roughcontact.errors import InputError
-from roughcontact.units import percent
+from roughcontact.units import format_percent
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,7 +39,7 @@ def tangential(result: Tangential) -> Figure:
     pair = result.solution.pair
     aspect = 0.8 if pair.is_profile else style.shown_aspect(pair.size)
     panels = 2 if pair.is_profile else 3
-    figure = style.blank(5.2 * panels, max(1.6 + 3.6 * aspect, 4.4))
+    figure = style.empty_figure(5.2 * panels, max(1.6 + 3.6 * aspect, 4.4))
     first, *middle, last = figure.subplots(1, panels)
     if pair.is_profile:
         _draw_profile(first, result)
@@ -71,9 +71,11 @@ def _draw_stick(axes: Axes, result: Tangential) -> None:
         (_STICK, style.cell_share(result.stick, blocks)),
         (_SLIP, style.cell_share(slips, blocks)),
     ]
-    style.draw_map(axes, style.mixed(shares, style.OPEN), size, blocks, shape)
+    style.draw_map(axes, style.mix_colors(shares, style.OPEN), size, blocks, shape)
     style.patch_legend(axes, [(_STICK, "stick"), (_SLIP, "slip"), (style.OPEN, "no contact")])
-    style.name_axes(axes, title=f"{percent(result.last.stick_fraction)} of the contact sticks")
+    style.name_axes(
+        axes, title=f"{format_percent(result.last.stick_fraction)} of the contact sticks"
+    )
 
 
 def _draw_profile(axes: Axes, result: Tangential) -> None:
@@ -146,7 +148,7 @@ def fretting(result: Tangential) -> Figure:
         ("Ruiz' parameter", ruiz, 1e-9, "MPa²·mm"),
     )
     aspect = 0.8 if pair.is_profile else style.shown_aspect(pair.size)
-    figure = style.blank(10.4, max(1.6 + 3.6 * aspect, 4.4))
+    figure = style.empty_figure(10.4, max(1.6 + 3.6 * aspect, 4.4))
     for axes, (title, field, factor, unit) in zip(figure.subplots(1, 2), panels, strict=True):
         if pair.is_profile:
             x = (np.arange(field.size) + 0.5) * pair.pixel[1]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.analyses.stress.model import StressResult, loading, subsurface_stress
+from roughcontact.analyses.stress.model import StressResult, subsurface_stress, surface_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.halfspace.stress import slices
 from roughcontact.halfspace.stress_summary import larger_principal
@@ -61,7 +61,7 @@ def fretting(contact: ContactResult, traction: Array, slip: Array) -> Fretting:
     surface = next(
         slices(
             contact.pressure, contact.pair.pixel, [0.0], contact.material.poisson,
-            traction=traction, **loading(contact.pair, "body", 0.0, 0.0),
+            traction=traction, **surface_loads(contact.pair, "body", 0.0, 0.0),
         )
     ).stress  # fmt: skip
     in_plane = surface[[XX, YY, XY]].astype(np.float64)

@@ -12,17 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools import netcdf
-from roughcontact._tools.arguments import checked
+from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.roots import brentq
 from roughcontact.analyses.history.model import indented_surface
 from roughcontact.analyses.stress import model as subsurface_stress
 from roughcontact.analyses.tangential.fretting import Fretting, fretting
-from roughcontact.cautions import Caution, Kind, as_caution, ordered
+from roughcontact.cautions import Caution, CautionTag, as_caution, sort_cautions
 from roughcontact.contact import archive
 from roughcontact.contact.load_case import Load, LoadCase, resolve_force
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.solve import press
+from roughcontact.contact.solve import solve_pair
 from roughcontact.contact.stiffness import unloading_stiffness
 from roughcontact.errors import CapacityError, ConvergenceError, InputError, Sentence, message_parts
 from roughcontact.halfspace import stress_summary, tangential as halfspace
@@ -31,11 +31,11 @@ from roughcontact.result import Result
 from roughcontact.solvers import partial_slip
 from roughcontact.solvers.partial_slip import STICK, TangentialOperator
 from roughcontact.solvers.progress import Status
-from roughcontact.units import Quantities, Quantity, engineering, percent, quantity
+from roughcontact.units import Quantities, Quantity, format_engineering, format_percent, to_si
 
 Array = NDArray[np.float64]
 
-UNLIKE = 0.05
+MAX_DUNDURS = 0.05
 """Dundurs' β above which the coupling of pressure and traction has a caution."""
 
 # Forces of the superposition's curve, and the certificate of all but the last.
@@ -132,7 +132,7 @@ class Tangential(Result):
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
         below = () if self.fretting is None else self.fretting.stress.own_cautions
-        return ordered([*self.solution.cautions, *self.messages, *below])
+        return sort_cautions([*self.solution.cautions, *self.messages, *below])
 
     @property
     def last(self) -> TangentialStep:
@@ -293,7 +293,7 @@ def _operator(pair: Pair) -> TangentialOperator:
 # --- The public function ---
 
 
-@checked
+@validate_arguments
 def tangential(
     result: ContactResult,
     *,
@@ -376,9 +376,9 @@ def tangential(
     if stages is None:
         path.contact = path.heaviest = result
     if shift is not None:
-        path.follow(result, shift=_number(shift, "length", "shift"))
+        path.advance(result, shift=_number(shift, "length", "shift"))
     for load, tangential_force in _stages(result, force, stages):
-        path.follow(path.contact_under(load), force=tangential_force)
+        path.advance(path.contact_under(load), force=tangential_force)
     found = path.outcome()
     if not stress:
         return found
@@ -412,7 +412,7 @@ def require_friction(friction: float) -> None:
 
 
 def _number(value: Any, dimension: str, argument: str) -> float:
-    result = quantity(value, dimension, argument)
+    result = to_si(value, dimension, argument)
     if not math.isfinite(result):
         raise InputError(f"must be finite, got {value!r}", argument=argument, value=value)
     return float(result)
@@ -465,9 +465,9 @@ class _Path:
         heaviest, result = self.heaviest, self.result
         if heaviest is not None and load < heaviest.load:
             return _unloaded(heaviest, load)
-        return result if load == result.load else press(result.pair, _case(result, load))
+        return result if load == result.load else solve_pair(result.pair, _case(result, load))
 
-    def follow(
+    def advance(
         self, contact: ContactResult, force: float | None = None, shift: float | None = None
     ) -> None:
         """Take one step."""
@@ -482,7 +482,7 @@ class _Path:
         reverses = contact is self.contact and force and math.isclose(force, -before, rel_tol=1e-9)
         solution = partial_slip.solve(
             self.operator,
-            partial_slip.Problem(
+            partial_slip.PartialSlipProblem(
                 index, bound, offset,
                 total=goal,
                 shift=None if shift is None else shift * self.along,
@@ -492,7 +492,7 @@ class _Path:
             ),
             self.tolerance,
         )  # fmt: skip
-        self._take(contact, index, bound, solution)
+        self._append_step(contact, index, bound, solution)
         if solution.status is not Status.CONVERGED:
             text = (
                 f"tangential loading not converged: certificate {solution.certificate:.1e} "
@@ -511,7 +511,7 @@ class _Path:
             return
         unit = contact.pair.load_unit
         raise CapacityError(
-            f"= {engineering(force, unit)}, but the contact slides at {engineering(capacity, unit)}"
+            f"= {format_engineering(force, unit)}, but the contact slides at {format_engineering(capacity, unit)}"
             f" (μ {self.friction:g}); give a smaller force, or a shift",
             argument="force", value=force,
         )  # fmt: skip
@@ -532,12 +532,12 @@ class _Path:
             offset -= rate * self.along[:, None] * (entered * np.fmax(gap.ravel()[index], 0.0))
         return offset
 
-    def _take(
+    def _append_step(
         self,
         contact: ContactResult,
         index: NDArray[np.int64],
         bound: Array,
-        solution: partial_slip.Solution,
+        solution: partial_slip.PartialSlipSolution,
     ) -> None:
         """Add a solved step."""
         area, size = contact.pixel_area, np.hypot(*solution.traction)
@@ -602,7 +602,7 @@ class _Path:
         limit = self.friction * contact.load * (1 - 1e-9)
         if not constant or not 0 < force < limit or self.bound.max() >= shear_strength(contact):
             return None
-        return _superposed(self, contact, force)
+        return _superpose_partial_slip(self, contact, force)
 
 
 def _yield_force(path: _Path) -> float | None:
@@ -620,12 +620,12 @@ def _yield_force(path: _Path) -> float | None:
         if force < capacity:
             trial = _Path(contact, path.friction, path.direction, _DRAWN)
             trial.contact = contact
-            trial.follow(contact, force=ahead * force)
+            trial.advance(contact, force=ahead * force)
             traction = trial.traction
         summary = stress_summary.summarize(
             contact.pressure, contact.pair.pixel, contact.material.poisson,
             traction=traction.reshape(2, *contact.pressure.shape),
-            **subsurface_stress.loading(contact.pair, "body", 0.0, 0.0),
+            **subsurface_stress.surface_loads(contact.pair, "body", 0.0, 0.0),
         )  # fmt: skip
         return summary.max_von_mises / strength - 1
 
@@ -650,10 +650,10 @@ def _unloaded(
     case = replace(
         _case(heaviest, load), ceiling=None, tolerance=max(heaviest.tolerance, tolerance)
     )
-    return press(pair, case, start=start)
+    return solve_pair(pair, case, start=start)
 
 
-def _superposed(path: _Path, contact: ContactResult, force: float) -> Superposition:
+def _superpose_partial_slip(path: _Path, contact: ContactResult, force: float) -> Superposition:
     """Return partial slip from the pressures under smaller loads on the unloading branch."""
     friction, area = path.friction, contact.pixel_area
     compliance = tangential_compliance(contact.pair)
@@ -692,10 +692,10 @@ def _messages(path: _Path, contact: ContactResult) -> list[Caution]:
     """Return what the tangential loading gives cause for."""
     result = []
     beta = dundurs(contact.pair)
-    if abs(beta) > UNLIKE:
+    if abs(beta) > MAX_DUNDURS:
         result.append(
             as_caution(
-                Kind.UNLIKE_BODIES,
+                CautionTag.UNLIKE_BODIES,
                 f"Unlike bodies (Dundurs β {beta:.2f}): coupling of pressure and traction is "
                 "neglected. Stiffness error is about 3 % or less.",
                 beta=beta,
@@ -706,8 +706,8 @@ def _messages(path: _Path, contact: ContactResult) -> list[Caution]:
     if yields:
         result.append(
             as_caution(
-                Kind.SHEAR_YIELD,
-                f"Shear yields on {percent(yields)} of the contact at most: traction is limited to "
+                CautionTag.SHEAR_YIELD,
+                f"Shear yields on {format_percent(yields)} of the contact at most: traction is limited to "
                 "σ_Y/√3 there.",
                 share=yields,
             )
@@ -716,8 +716,8 @@ def _messages(path: _Path, contact: ContactResult) -> list[Caution]:
     if saturated:
         result.append(
             as_caution(
-                Kind.JUNCTION_GROWTH,
-                f"{percent(saturated)} of the contact is at the ceiling: shear enlarges such "
+                CautionTag.JUNCTION_GROWTH,
+                f"{format_percent(saturated)} of the contact is at the ceiling: shear enlarges such "
                 "junctions. The model keeps their area.",
                 share=saturated,
             )

@@ -19,7 +19,7 @@ from roughcontact.analyses.stress import (
 from roughcontact.analyses.stress.model import StressResult
 from roughcontact.analyses.tangential.figures import fretting, tangential
 from roughcontact.analyses.tangential.model import Tangential, tangential_compliance, to_dataset
-from roughcontact.references import Reference, cited
+from roughcontact.references import Reference, make_use
 from roughcontact.report import contact_fields, figures, phrases
 from roughcontact.report.assumptions import Assumption
 from roughcontact.report.figures import FRONT, RESULTS, Illustration, Illustrations
@@ -29,14 +29,14 @@ from roughcontact.report.kind import (
     CellTable,
     Column,
     Columns,
-    Kind,
+    Presentation,
     Quantity,
     Table,
+    delegated,
     quantity_of,
-    within,
 )
 from roughcontact.report.page import WIDE
-from roughcontact.units import changed_by, engineering, percent, tiny
+from roughcontact.units import format_change, format_engineering, format_percent, order_of_magnitude
 
 
 def _finite(value: float | None) -> float | None:
@@ -45,7 +45,7 @@ def _finite(value: float | None) -> float | None:
 
 def _energy(result: Tangential) -> str:
     value, factor = result.cycle_energy, result.loss_factor
-    return f"{engineering(value, 'J')} (loss factor {factor:.3g})"
+    return f"{format_engineering(value, 'J')} (loss factor {factor:.3g})"
 
 
 def _stiffness(value: float, unit: str) -> str:
@@ -75,7 +75,7 @@ def _ruiz(value: float) -> str:
 
 _TABLE: Table = (
     *(
-        within("solution", quantity_of(contact_fields.CONTACT, key), name="", part=PROBLEM)
+        delegated("solution", quantity_of(contact_fields.CONTACT, key), name="", part=PROBLEM)
         for key in ("source", "preparation", "boundary", "contact_modulus")
     ),
     Quantity("friction", "friction", "μ"),
@@ -116,9 +116,9 @@ _TABLE: Table = (
     Quantity("yield_force", "tangential force at first yield", unit="N",
              of=lambda r: _finite(_of_stress("yield_force")(r)),
              when=lambda r: _finite(_of_stress("yield_force")(r)) is not None),
-    Quantity("tangential_certificate", "tangential certificate", "ε_t", form=tiny, part=TRUST,
+    Quantity("tangential_certificate", "tangential certificate", "ε_t", form=order_of_magnitude, part=TRUST,
              of=lambda r: max(step.certificate for step in r.steps)),
-    Quantity("force_error", "force error", form=tiny, part=TRUST,
+    Quantity("force_error", "force error", form=order_of_magnitude, part=TRUST,
              of=lambda r: max(step.force_error for step in r.steps)),
     Quantity("applications", "applications of the tangential operator", part=TRUST),
     *(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions")),
@@ -129,21 +129,21 @@ _COLUMNS: Columns = (
     Column("force", "force", unit="N"),
     Column("shift", "shift", unit="m"),
     Column("cross_shift", unit="m", brief=False),
-    Column("stick_fraction", "stick", form=percent),
+    Column("stick_fraction", "stick", form=format_percent),
     Column("max_slip", "largest slip", unit="m"),
     Column("mean_slip", "mean slip", unit="m", brief=False),
     Column("energy", "energy", unit="J"),
-    Column("certificate", form=tiny, brief=False),
+    Column("certificate", form=order_of_magnitude, brief=False),
 )
 
 
 def _answer(result: Tangential) -> str:
     """Return shift and stick under the last force."""
     last, unit = result.last, result.solution.pair.load_unit
-    force, shift = phrases.size(last.force, unit), phrases.size(last.shift, "m")
+    force, shift = phrases.format_short(last.force, unit), phrases.format_short(last.shift, "m")
     if not last.stick_fraction:
         return f"The contact slides: {force} shift it {shift}."
-    stick = phrases.share(last.stick_fraction)
+    stick = phrases.format_share(last.stick_fraction)
     return f"The joint shifts {shift} under {force}; {stick} of the contact sticks."
 
 
@@ -153,19 +153,19 @@ def _numbers(result: Tangential) -> CellTable:
     if len(result.steps) > 1:
         changes = len({step.load for step in result.steps}) > 1
         rows = [
-            (*(phrases.size(load, unit) for load in [s.load] * changes),
-             phrases.size(s.force, unit), phrases.size(s.shift, "m"),
-             phrases.share(s.stick_fraction), phrases.size(s.max_slip, "m"),
-             phrases.size(s.energy, "J"))
+            (*(phrases.format_short(load, unit) for load in [s.load] * changes),
+             phrases.format_short(s.force, unit), phrases.format_short(s.shift, "m"),
+             phrases.format_share(s.stick_fraction), phrases.format_short(s.max_slip, "m"),
+             phrases.format_short(s.energy, "J"))
             for s in result.steps
         ]  # fmt: skip
         heads = ("force", "shift", "stick", "largest slip", "energy")
         return (*["load"] * changes, *heads), rows
-    share = phrases.share(abs(last.force) / result.capacity)
+    share = phrases.format_share(abs(last.force) / result.capacity)
     single = [
-        ("Force", f"{share} of the {phrases.size(result.capacity, unit)} that slide it"),
+        ("Force", f"{share} of the {phrases.format_short(result.capacity, unit)} that slide it"),
         ("Stiffness at full stick", _initial(result)),
-        ("Largest slip", phrases.size(last.max_slip, "m")),
+        ("Largest slip", phrases.format_short(last.max_slip, "m")),
     ]
     if math.isfinite(result.cycle_energy):
         single.append(("Energy of a cycle", _energy(result)))
@@ -180,12 +180,12 @@ def _remarks(result: Tangential) -> tuple[str, ...]:
     if curve is not None and math.isfinite(curve.traction_difference):
         change = curve.shift[-1] / abs(last.shift) - 1
         lines.append(
-            f"Superposition: shift {phrases.size(curve.shift[-1], 'm')} ({changed_by(change)}), "
-            f"stick {phrases.share(curve.stick_fraction[-1])}"
+            f"Superposition: shift {phrases.format_short(curve.shift[-1], 'm')} ({format_change(change)}), "
+            f"stick {phrases.format_share(curve.stick_fraction[-1])}"
         )
     worst = max(step.certificate for step in result.steps)
-    normal = tiny(result.solution.certificate)
-    lines.append(f"Solved: tangential certificate {tiny(worst)}; contact {normal}")
+    normal = order_of_magnitude(result.solution.certificate)
+    lines.append(f"Solved: tangential certificate {order_of_magnitude(worst)}; contact {normal}")
     return tuple(lines)
 
 
@@ -195,18 +195,18 @@ def _below(result: Tangential) -> Iterator[str]:
         return
     stress, works = result.fretting.stress, result.fretting
     depth, strength = stress.max_von_mises_at[0], stress.material.yield_strength
-    where = f"{phrases.size(depth, 'm')} deep" if depth else "at the surface"
+    where = f"{phrases.format_short(depth, 'm')} deep" if depth else "at the surface"
     known = "" if strength is None else f" ({stress.max_von_mises / strength:.3g} σ_Y)"
-    yield f"Von Mises stress: {phrases.size(stress.max_von_mises, 'Pa')}{known}, {where}"
+    yield f"Von Mises stress: {phrases.format_short(stress.max_von_mises, 'Pa')}{known}, {where}"
     if works.yield_force is not None:
         yield f"First yield: {_first_yield(works.yield_force, result.solution.pair.load_unit)}"
     assert stress.max_tension is not None
     yield (
-        f"Tension: {phrases.size(stress.max_tension, 'Pa')} at the surface, "
+        f"Tension: {phrases.format_short(stress.max_tension, 'Pa')} at the surface, "
         f"{_place(stress.max_tension_at, stress)}"
     )
     yield (
-        f"Fretting: τδ {phrases.size(works.max_work, 'J/m²')}, σ_t τδ {_ruiz(works.max_ruiz)}, "
+        f"Fretting: τδ {phrases.format_short(works.max_work, 'J/m²')}, σ_t τδ {_ruiz(works.max_ruiz)}, "
         f"{_place(works.max_ruiz_at, stress)}"
     )
 
@@ -217,11 +217,11 @@ def _first_yield(force: float, unit: str) -> str:
         return "under the load alone"
     if math.isinf(force):
         return "not before it slides"
-    return f"at a tangential force of {phrases.size(force, unit)}"
+    return f"at a tangential force of {phrases.format_short(force, unit)}"
 
 
 def _place(center: tuple[float, float], stress: StressResult) -> str:
-    y, x = (engineering(length, "m") for length in center)
+    y, x = (format_engineering(length, "m") for length in center)
     return f"at x = {x}" if stress.solution.pair.is_profile else f"at y, x = {y}, {x}"
 
 
@@ -238,7 +238,7 @@ def _sentences(result: Tangential) -> tuple[str, ...]:
 def _question(result: Tangential) -> str:
     contact = result.solution
     name = phrases.source(contact.share.provenance)
-    return f"How far does {name} shift and slip {phrases.under(contact)}?"
+    return f"How far does {name} shift and slip {phrases.load_phrase(contact)}?"
 
 
 def _save(result: Tangential, path: str | os.PathLike[str]) -> None:
@@ -274,8 +274,8 @@ _FIGURES: Illustrations = (
 _ASSUMPTIONS = (
     Assumption("Coulomb friction", lambda r: f"one coefficient, μ = {r.friction:g}",
                "friction varies over the face, with slip, or in time"),
-    Assumption("Small slip", lambda r: f"{engineering(r.last.max_slip, 'm', 3)} at most, against "
-               f"pixels of {engineering(max(r.solution.pair.pixel[-1:]), 'm', 3)}",
+    Assumption("Small slip", lambda r: f"{format_engineering(r.last.max_slip, 'm', 3)} at most, against "
+               f"pixels of {format_engineering(max(r.solution.pair.pixel[-1:]), 'm', 3)}",
                "slip reaches the size of a pixel"),
 )  # fmt: skip
 
@@ -284,10 +284,10 @@ def _works(result: Tangential) -> Iterator[tuple[str, tuple[Reference, ...]]]:
     """Yield the works behind the stress and what is made of it."""
     if result.fretting is not None:
         yield from stress_fields.of_stress(result.fretting.stress)
-        yield cited("fretting parameters", "Ruiz1984")
+        yield make_use("fretting parameters", "Ruiz1984")
 
 
-KIND = Kind(
+KIND = Presentation(
     Tangential, _TABLE, _COLUMNS, listed=True, question=_question, assumptions=_ASSUMPTIONS,
     sentences=_sentences, figures=_FIGURES, plots=(tangential, fretting), save=_save,
     dataset=to_dataset, contact=attrgetter("solution"), answer=_answer, numbers=_numbers,
@@ -295,10 +295,10 @@ KIND = Kind(
     problem=lambda result: f"{phrases.problem(result.solution)}, friction {result.friction:g}",
     works=lambda result: (
         *_works(result),
-        cited("partial slip", "Cattaneo1938", "Mindlin1949", "Goodman1962"),
-        cited("superposition", "Jaeger1998", "Ciavarella1998"),
-        cited("tangential influence coefficients", "Johnson1985", "Pohrt2014"),
-        cited("stick and slip by Newton steps", "Hintermueller2002", "Birgin2000"),
+        make_use("partial slip", "Cattaneo1938", "Mindlin1949", "Goodman1962"),
+        make_use("superposition", "Jaeger1998", "Ciavarella1998"),
+        make_use("tangential influence coefficients", "Johnson1985", "Pohrt2014"),
+        make_use("stick and slip by Newton steps", "Hintermueller2002", "Birgin2000"),
     ),
 )  # fmt: skip
 

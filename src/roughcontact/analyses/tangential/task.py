@@ -20,12 +20,12 @@ from roughcontact.request.options import (
     Option,
     Panel,
     Rule,
-    file,
-    flag,
+    file_option,
+    flag_option,
 )
-from roughcontact.request.outcome import Outcome, Work, last_contact
+from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
-from roughcontact.request.task import Question, Task
+from roughcontact.request.task import Analysis, Task
 from roughcontact.units import parse
 
 if TYPE_CHECKING:
@@ -75,15 +75,17 @@ STAGES = Option(
     "stages", Panel.BODIES, "STAGES",
     'Loads and forces together, from no contact on: "1 N: 0 N, 2 N: 0.1 N".', _stages, None,
 )  # fmt: skip
-OUTPUT = file(
+OUTPUT = file_option(
     "output", "FILE.nc|csv|json", "Maps (NetCDF) or table of the steps.", (".nc", ".csv", ".json")
 )
-FIGURE = file("figure", "FILE", "Figure of traction, slip and curve (PNG, SVG or PDF).", PICTURES)
-STRESS = flag("stress", Panel.BODIES, "Also compute subsurface stress and Ruiz parameters.")
+FIGURE = file_option(
+    "figure", "FILE", "Figure of traction, slip and curve (PNG, SVG or PDF).", PICTURES
+)
+STRESS = flag_option("stress", Panel.BODIES, "Also compute subsurface stress and Ruiz parameters.")
 _ASKED: tuple[Option[Any], ...] = (FRICTION, FORCE, SHIFT, DIRECTION, STRESS)
 
 
-def _run(request: Request, work: Work) -> Outcome:
+def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.tangential.model import tangential
 
     if not request.pair(work.maps).is_profile:
@@ -137,11 +139,11 @@ roughcontact tangential ground.x3p --load "100 MPa" --boundary periodic \\
     last=last_contact,
     memory=_memory,
     questions=(
-        Question(
+        Analysis(
             "Tangential loading",
             "Shift, stick and slip of this contact under a tangential force.",
             _ASKED,
-            first=((FRICTION, "0.15"),),
+            short_help=((FRICTION, "0.15"),),
         ),
     ),
 )  # fmt: skip
