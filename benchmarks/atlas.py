@@ -45,13 +45,22 @@ DRAWN = ("map", "case", "hurst", "rolloff", "waves")
 SURFACE = ("breadth", "Str", "Ssk", "Sku", "nayak", "gradient", "height")
 COLUMNS: dict[Path, tuple[str, ...]] = {
     CEILING: (
-        *DRAWN, *SURFACE, "pressure", "index", "contact", "pixels", "saturated", "gap",
-        "contact_coarse", "pixels_coarse", "saturated_coarse", "gap_coarse", "separation",
+        *DRAWN,
+        *SURFACE,
+        "pressure",
+        "index",
+        "contact",
+        "pixels",
+        "saturated",
+        "gap",
+        "contact_coarse",
+        "pixels_coarse",
+        "saturated_coarse",
+        "gap_coarse",
+        "separation",
     ),
-    VOLUME: (
-        *DRAWN, *SURFACE, "pressure", "index", "hardening", "volume", "contact", "strain",
-    ),
-}  # fmt: skip
+    VOLUME: (*DRAWN, *SURFACE, "pressure", "index", "hardening", "volume", "contact", "strain"),
+}
 
 
 COLUMNS[MEASURED] = COLUMNS[CEILING]
@@ -63,9 +72,10 @@ def stored(place: Path) -> list[dict[str, str]]:
         return []
     with place.open(newline="") as lines:
         return [
-            row for row in csv.DictReader(lines)
+            row
+            for row in csv.DictReader(lines)
             if None not in row.values() and None not in row and row[COLUMNS[place][-1]]
-        ]  # fmt: skip
+        ]
 
 
 def begun(place: Path) -> None:
@@ -82,9 +92,13 @@ def begun(place: Path) -> None:
 def keep(place: Path, drawn: cases.Map, case: int, row: cases.Row) -> None:
     """Add a case to its table, in one piece."""
     row = {
-        "map": drawn.name, "case": case, "hurst": drawn.hurst, "rolloff": drawn.rolloff,
-        "waves": drawn.breadth, **row,
-    }  # fmt: skip
+        "map": drawn.name,
+        "case": case,
+        "hurst": drawn.hurst,
+        "rolloff": drawn.rolloff,
+        "waves": drawn.breadth,
+        **row,
+    }
     texts = (
         value if isinstance(value := row[name], (str, int)) else f"{value:.6g}"
         for name in COLUMNS[place]
@@ -100,10 +114,12 @@ def measurements(place: Path, name: str) -> str:
     domain = estimate.load_atlas().domain["ceiling"]
     skewness, kurtosis = float(about["Ssk"]), float(about["Sku"])
     known = {
-        "breadth": about["breadth"], "texture": about["Str"], "skewness": skewness,
+        "breadth": about["breadth"],
+        "texture": about["Str"],
+        "skewness": skewness,
         "tails": kurtosis / height_distribution.usual_kurtosis(skewness),
         "middle": kurtosis - height_distribution.least_kurtosis(skewness),
-    }  # fmt: skip
+    }
     for group, value in known.items():
         low, high = domain[group]
         if not low <= float(value) <= high:

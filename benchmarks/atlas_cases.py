@@ -96,13 +96,10 @@ def maps() -> list[Map]:
 def broad_maps() -> list[Map]:
     """Return further maps of the ceiling model: broader spectra, stronger lays, more skewness."""
     return [
-        _drawn(
-            f"broad-{role}-{number:03d}", draw, POINTS, (3.0, 6.0),
-            span=3.4, skewed=(-1.5, 1.5),
-        )
+        _drawn(f"broad-{role}-{number:03d}", draw, POINTS, (3.0, 6.0), span=3.4, skewed=(-1.5, 1.5))
         for role, count in BROAD.items()
         for number, draw in enumerate(_draws(role, count, 6 + 2 * CASES))
-    ]  # fmt: skip
+    ]
 
 
 def tailed_maps() -> list[Map]:
@@ -114,7 +111,7 @@ def tailed_maps() -> list[Map]:
         )
         for role, count in TAILS.items()
         for number, draw in enumerate(_draws(role, count, 7 + 2 * CASES))
-    ]  # fmt: skip
+    ]
 
 
 def _tailed(drawn: Map, share: float) -> Map:
@@ -132,12 +129,14 @@ def volume_maps() -> list[Map]:
     """Return the maps of the volume model."""
     return [
         _drawn(
-            f"volume-{role}-{number:03d}", draw,
-            VOLUME_POINTS * (1 if number % VOLUME_LARGE else 2), (2.5, 3.5),
+            f"volume-{role}-{number:03d}",
+            draw,
+            VOLUME_POINTS * (1 if number % VOLUME_LARGE else 2),
+            (2.5, 3.5),
         )
         for role, count in VOLUMES.items()
         for number, draw in enumerate(_draws(role, count, 8))
-    ]  # fmt: skip
+    ]
 
 
 def _draws(role: str, count: int, width: int) -> Array:
@@ -343,11 +342,16 @@ def yielded(surface: Surface, drawn: Map) -> list[Row]:
     rows: list[Row] = []
     for pressure, load in zip(pressures, asked, strict=True):
         step = min(result.increments, key=lambda one: abs(one.load - load))
-        rows.append({
-            "pressure": pressure, "index": index, "hardening": hardening,
-            "volume": step.plastic_volume / area, "contact": step.contact_area / area,
-            "strain": step.max_plastic_strain,
-        })  # fmt: skip
+        rows.append(
+            {
+                "pressure": pressure,
+                "index": index,
+                "hardening": hardening,
+                "volume": step.plastic_volume / area,
+                "contact": step.contact_area / area,
+                "strain": step.max_plastic_strain,
+            }
+        )
     return rows
 
 

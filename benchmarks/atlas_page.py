@@ -12,9 +12,11 @@ from roughcontact.analyses.estimate import model as estimate
 
 PAGE = Path(__file__).parents[1] / "docs" / "estimates.md"
 NAMES = {
-    "contact": "contact area", "saturated": "saturated area", "gap": "mean gap",
+    "contact": "contact area",
+    "saturated": "saturated area",
+    "gap": "mean gap",
     "volume": "plastic volume",
-}  # fmt: skip
+}
 
 
 def held() -> str:

@@ -77,9 +77,11 @@ class Served:
         about = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
         command = ["desk", "--no-browser", "--folder", str(self.folder), "--port", str(self.port)]
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "roughcontact", *command], stdout=subprocess.PIPE, text=True,
+            [sys.executable, "-m", "roughcontact", *command],
+            stdout=subprocess.PIPE,
+            text=True,
             env=about,
-        )  # fmt: skip
+        )
         assert self.process.stdout is not None
         found = re.match(r"http://.*[?]token=([\w-]+)", self.process.stdout.readline())
         assert found is not None
@@ -191,8 +193,9 @@ class Seat:
 
     def wait_for_title(self, text: str) -> None:
         """Wait until a figure has a title with some words."""
-        self.page.wait_for_function(f"(text) => ({_TITLES})().some((t) => t.includes(text))",
-                                    arg=text)  # fmt: skip
+        self.page.wait_for_function(
+            f"(text) => ({_TITLES})().some((t) => t.includes(text))", arg=text
+        )
 
     def take(self, kind: str, folder: Path) -> Path:
         """Have a file made, and take it."""

@@ -132,9 +132,12 @@ def recommended(both: rc.results.ModelComparison, place: int, boundary: str) -> 
     """Return the recommended ceiling, and its errors."""
     usual = both.ceiling[both.factors.index(3.0)][place]
     again = rc.solve(
-        usual.surface, material=usual.material, load=usual.load, boundary=boundary,
+        usual.surface,
+        material=usual.material,
+        load=usual.load,
+        boundary=boundary,
         ceiling="calibrated",
-    )  # fmt: skip
+    )
     advice = recommended_ceiling(again)
     assert advice is not None
     factor = float(again.ceiling) / both.yield_strength
@@ -252,8 +255,10 @@ def tables(found: dict[str, Any]) -> dict[str, str]:
         if row["law"] != "perfect":
             continue
         ratio, mean_pressure, advice = (
-            row["load_ratio"], row["mean_pressure_ratio"], row["calibrated"],
-        )  # fmt: skip
+            row["load_ratio"],
+            row["mean_pressure_ratio"],
+            row["calibrated"],
+        )
         index = math.sqrt(ratio * math.pi**2 * FIRST_YIELD**3 / (6 * mean_pressure))
         others = [
             2 / 3 * FIRST_YIELD * ratio / area
@@ -273,9 +278,10 @@ def tables(found: dict[str, Any]) -> dict[str, str]:
     cases = dict.fromkeys((row["law"], row["index"]) for row in found["maps"])
     for law, index in cases:
         rows = [
-            row for row in found["maps"]
+            row
+            for row in found["maps"]
             if (row["law"], row["index"]) == (law, index) and row["nominal"] > NOMINAL[0]
-        ]  # fmt: skip
+        ]
         advice = mean([row["calibrated"] for row in rows])
         usual = mean([row["errors"] for row in rows])
         names = ("contact_area", "approach", "pressure_map")
@@ -321,9 +327,12 @@ def main() -> None:
         for row in surfaces:
             row["errors"] = {name: [values[three]] for name, values in row["errors"].items()}
         found = {
-            "version": rc.__version__, "seconds": round(seconds), "factors": FACTORS,
-            "spheres": balls, "maps": surfaces,
-        }  # fmt: skip
+            "version": rc.__version__,
+            "seconds": round(seconds),
+            "factors": FACTORS,
+            "spheres": balls,
+            "maps": surfaces,
+        }
         text = json.dumps(rounded(found), ensure_ascii=False)
         # One row a line.
         STORED.write_text(text.replace('{"law"', '\n{"law"') + "\n", encoding="utf-8")

@@ -114,9 +114,13 @@ def nearest(path: list[float], parts: list[float]) -> list[int]:
 
 
 def sphere(
-    ratio: float, material: rc.Material, counter: rc.Material = rc.RIGID, step: float = STEP,
-    points: int = 44, **names: Any,
-) -> Case:  # fmt: skip
+    ratio: float,
+    material: rc.Material,
+    counter: rc.Material = rc.RIGID,
+    step: float = STEP,
+    points: int = 44,
+    **names: Any,
+) -> Case:
     """Return a sphere up to so many loads of first yield, its map 4.6 contact radii wide."""
     modulus = rc.contact_modulus(material, counter)
     assert material.first_yield_pressure is not None
@@ -127,9 +131,7 @@ def sphere(
     y, x = ((np.arange(points) - (points - 1) / 2 + off) * pixel for off in OFF)
     surface = rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * RADIUS), (pixel, pixel))
     path = growing(ratio * first, step)
-    return Case(
-        names, surface, material, path, nearest(path, PARTS), counter, first=first
-    )  # fmt: skip
+    return Case(names, surface, material, path, nearest(path, PARTS), counter, first=first)
 
 
 def line(nu: float, index: float, points: int = 192) -> Case:
@@ -143,26 +145,37 @@ def line(nu: float, index: float, points: int = 192) -> Case:
     mean = {10: 2.1, 20: 2.5}[int(index)] * STRENGTH
     path = growing(mean * 2 * half * surface.size[0], STEP)
     return Case(
-        {"kind": "line", "poisson": nu, "index": index}, surface, material, path,
-        nearest(path, PARTS), boundary="periodic",
-    )  # fmt: skip
+        {"kind": "line", "poisson": nu, "index": index},
+        surface,
+        material,
+        path,
+        nearest(path, PARTS),
+        boundary="periodic",
+    )
 
 
 def rough(nu: float, index: float, points: int = 64, seed: int = 0) -> Case:
     """Return a self-affine period with this plasticity index E* h'/σ_Y."""
     material, pixel = rc.Material(YOUNG, nu, STRENGTH), (1e-6, 1e-6)
     heights = random_surfaces.self_affine(
-        (points, points), pixel, rms_height=1e-7, rolloff_wavelength=points / 4 * pixel[0],
-        cutoff_wavelength=8 * pixel[0], rng=np.random.default_rng(seed),
-    )  # fmt: skip
+        (points, points),
+        pixel,
+        rms_height=1e-7,
+        rolloff_wavelength=points / 4 * pixel[0],
+        cutoff_wavelength=8 * pixel[0],
+        rng=np.random.default_rng(seed),
+    )
     slope = index * STRENGTH / rc.contact_modulus(material, rc.RIGID)
     surface = rc.Surface(heights * slope / roughness.rms_gradient(heights, pixel), pixel)
     area = surface.size[0] * surface.size[1]
     return Case(
         {"kind": "map", "poisson": nu, "index": index, "points": points, "seed": seed},
-        surface, material, [nominal * STRENGTH * area for nominal in NOMINAL],
-        [NOMINAL.index(nominal) for nominal in NOMINAL_SEEN], boundary="periodic",
-    )  # fmt: skip
+        surface,
+        material,
+        [nominal * STRENGTH * area for nominal in NOMINAL],
+        [NOMINAL.index(nominal) for nominal in NOMINAL_SEEN],
+        boundary="periodic",
+    )
 
 
 def cases(quick: bool) -> Iterator[Case]:
@@ -299,10 +312,7 @@ def _at(rows: list[dict[str, Any]], poisson: float, ratio: float) -> dict[str, A
 
 
 def _rule(rows: list[dict[str, Any]]) -> str:
-    lines = [
-        "| ν | P/P_c | p̄/σ_Y | factor | area at 3 | area | approach |",
-        "|" + "---|" * 7,
-    ]
+    lines = ["| ν | P/P_c | p̄/σ_Y | factor | area at 3 | area | approach |", "|" + "---|" * 7]
     for poisson in FITTED:
         for ratio in LOADS:
             row = _at(rows, poisson, ratio)
@@ -316,10 +326,7 @@ def _rule(rows: list[dict[str, Any]]) -> str:
 
 
 def _shown(rows: list[dict[str, Any]]) -> str:
-    lines = [
-        "| contact | ν | P/P_c | factor | area at 3 | area | approach |",
-        "|" + "---|" * 7,
-    ]
+    lines = ["| contact | ν | P/P_c | factor | area at 3 | area | approach |", "|" + "---|" * 7]
     for name, row in last_of_each(rows):
         three, advised = row["auto"], row["calibrated"]
         ratio = float(f"{advised['judged']:.2g}")

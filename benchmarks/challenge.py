@@ -100,9 +100,14 @@ def moments(heights: Array, side: float) -> tuple[float, float, float]:
 def generate(seed: int) -> Array:
     """Return a realization [m] on 2048² points, scaled to the rms gradient of the challenge."""
     heights = rc.self_affine(
-        POINTS, SIDE / POINTS, rms_height=1e-6, hurst=HURST, rolloff_wavelength=ROLLOFF,
-        cutoff_wavelength=CUTOFF, rng=np.random.default_rng(seed),
-    )  # fmt: skip
+        POINTS,
+        SIDE / POINTS,
+        rms_height=1e-6,
+        hurst=HURST,
+        rolloff_wavelength=ROLLOFF,
+        cutoff_wavelength=CUTOFF,
+        rng=np.random.default_rng(seed),
+    )
     return heights * (GRADIENT / moments(heights, SIDE)[1])
 
 
@@ -126,16 +131,25 @@ def solve(
     began = time.perf_counter()
     points = len(heights)
     result = rc.solve(
-        rc.Surface(heights, (side / points,) * 2), load=rc.NominalPressure(pressure),
-        material=BODY, boundary="periodic", tolerance=tolerance,
-    )  # fmt: skip
+        rc.Surface(heights, (side / points,) * 2),
+        load=rc.NominalPressure(pressure),
+        material=BODY,
+        boundary="periodic",
+        tolerance=tolerance,
+    )
     seconds = time.perf_counter() - began
     return Row(
-        points, pressure / MODULUS, result.contact_fraction,
-        result.perimeter_corrected_area / result.nominal_area, result.mean_gap * 1e6,
+        points,
+        pressure / MODULUS,
+        result.contact_fraction,
+        result.perimeter_corrected_area / result.nominal_area,
+        result.mean_gap * 1e6,
         result.stiffness() / side**2 * float(heights.std()) / MODULUS,
-        result.max_pressure / MODULUS, result.spots().count, result.certificate, seconds,
-    ), result  # fmt: skip
+        result.max_pressure / MODULUS,
+        result.spots().count,
+        result.certificate,
+        seconds,
+    ), result
 
 
 def histogram(values: Array, edges: Array) -> list[float]:
@@ -263,17 +277,32 @@ def page(answer: dict[str, Any]) -> str:
         for row in answer["loads"]
     ]
     programs = [
-        [name, shown("contact", row["contact"]), f"{row['peak']:.8g}", f"{row['difference']:.1e}",
-         str(row["not_in_both"])]
+        [
+            name,
+            shown("contact", row["contact"]),
+            f"{row['peak']:.8g}",
+            f"{row['difference']:.1e}",
+            str(row["not_in_both"]),
+        ]
         for name, row in answer["peers"].items()
-    ]  # fmt: skip
+    ]
     last = "number of spots"
-    return "\n\n".join([
-        table(("points", *QUANTITIES.values(), last), grids),
-        table(("pressure [E*]", *QUANTITIES.values(), last), loads),
-        table(("program, 1024²", "contact fraction", "largest pressure [E*]",
-               "difference of the pressures", "pixels in contact in one program only"), programs),
-    ])  # fmt: skip
+    return "\n\n".join(
+        [
+            table(("points", *QUANTITIES.values(), last), grids),
+            table(("pressure [E*]", *QUANTITIES.values(), last), loads),
+            table(
+                (
+                    "program, 1024²",
+                    "contact fraction",
+                    "largest pressure [E*]",
+                    "difference of the pressures",
+                    "pixels in contact in one program only",
+                ),
+                programs,
+            ),
+        ]
+    )
 
 
 def main() -> None:

@@ -89,9 +89,13 @@ def rough(points: int = 32, seed: int = 1, shortest: float | None = None) -> rc.
     """Return a map of 0.1 mm with so short a wave [m], by default one of eight pixels."""
     side = 1e-4
     return rc.generate(
-        (points, points), (side / points,) * 2, Sq=4e-7, rolloff_wavelength=side / 3,
-        cutoff_wavelength=shortest, rng=seed,
-    )  # fmt: skip
+        (points, points),
+        (side / points,) * 2,
+        Sq=4e-7,
+        rolloff_wavelength=side / 3,
+        cutoff_wavelength=shortest,
+        rng=seed,
+    )
 
 
 def ball(points: int, radius: float, side: float) -> rc.Surface:
@@ -104,8 +108,11 @@ def told(folder: Path, *words: str | Path) -> tuple[int, str]:
     """Run a command; return its exit status and all that it prints, on lines of any length."""
     done = subprocess.run(
         [sys.executable, "-m", "roughcontact", *map(str, words)],
-        cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8",
-    )  # fmt: skip
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        encoding="utf-8",
+    )
     return done.returncode, " ".join(done.stdout.split())
 
 
@@ -150,10 +157,11 @@ def within(value: float, right: float, part: float) -> bool:
 
 
 @row(
-    1, "GAP CONDUCTANCE of the unloading branch, at 20 MPa after 80 MPa",
+    1,
+    "GAP CONDUCTANCE of the unloading branch, at 20 MPa after 80 MPa",
     old="that of first loading: 48.2 kW/(m² K) where 67.2 were computed",
     must="within 2 % of a dense solution on the spots of the unloaded contact (decks to 1 %)",
-)  # fmt: skip
+)
 def conductance_of_unloading(asked: Asked) -> Found:
     surface, side = rough(32 if asked.quick else 48), 1e-4
     loads = [pressure * side**2 for pressure in (10e6, 20e6, 80e6)]
@@ -213,18 +221,22 @@ def estimated(quick: bool) -> dict[str, list[bool]]:
 
 
 def counted(
-    held: dict[str, list[bool]], told_of: rc.Surface, surface: rc.Surface, pressure: float,
+    held: dict[str, list[bool]],
+    told_of: rc.Surface,
+    surface: rc.Surface,
+    pressure: float,
     index: float,
-) -> None:  # fmt: skip
+) -> None:
     """Press a surface, and count whether the estimate of a map holds what comes out."""
     found = atlas_cases.pressed(surface, pressure, index)
     slope = surface.roughness()["Sdq"]
     stress = atlas_cases.MODULUS * slope
     estimate = rc.estimate(
-        told_of, material=rc.Material(atlas_cases.YOUNG, atlas_cases.POISSON),
+        told_of,
+        material=rc.Material(atlas_cases.YOUNG, atlas_cases.POISSON),
         pressure=pressure * stress,
         ceiling=atlas_cases.CEILING_FACTOR / index * stress if index else None,
-    )  # fmt: skip
+    )
     limit = pressure * index / atlas_cases.CEILING_FACTOR
     contact, coarse = float(found["contact"]), float(found["contact_coarse"])
     right = {"contact": max(2 * contact - coarse, limit), "gap": float(found["gap"])}
@@ -234,10 +246,11 @@ def counted(
 
 
 @row(
-    2, "estimate on heights of any kurtosis: what the 90 % interval holds",
+    2,
+    "estimate on heights of any kurtosis: what the 90 % interval holds",
     old="nearly none at Sku 2, 4 and 10; measured maps 57/102 (area), 28/102 (gap)",
     must="90 % of what is stored of maps held out, 80 % of a few new ones, 90 % of measured maps",
-)  # fmt: skip
+)
 def estimates(asked: Asked) -> Found:
     maps = atlas_fit.read(atlas.CEILING)
     groups = {
@@ -313,10 +326,11 @@ def estimated_of_measured(asked: Asked) -> dict[str, list[bool]] | None:
 
 
 @row(
-    3, "estimate, saturated area at any E* h′/p_lim: what the 90 % interval holds",
+    3,
+    "estimate, saturated area at any E* h′/p_lim: what the 90 % interval holds",
     old="0.56 to 0.62 of cases near E* h′/p_lim = 1, off by +21 %",
     must="85 % or more of the cases held out in every half decade of E* h′/p_lim",
-)  # fmt: skip
+)
 def saturated_estimates(asked: Asked) -> Found:
     cases = atlas_fit.read(atlas.CEILING)
     cases = cases.taken(cases.held & (cases.groups.ratio > 0))
@@ -332,10 +346,11 @@ def saturated_estimates(asked: Asked) -> Found:
 
 
 @row(
-    4, "largest pressure of an elastic free map that touches at its edge",
+    4,
+    "largest pressure of an elastic free map that touches at its edge",
     old="told 22.2 to 22.9 GPa, “independent of the grid”; on a grid 4 times as fine 38.9 GPa",
     must="no limit (at least r^-1/2: twice on a grid 4 times as fine), said, never “independent”",
-)  # fmt: skip
+)
 def edge_of_a_punch(asked: Asked) -> Found:
     options: dict[str, Any] = {"material": ELASTIC, "load": 10.0}
     coarse, fine = (
@@ -356,10 +371,11 @@ def edge_of_a_punch(asked: Asked) -> Found:
 
 
 @row(
-    5, "intervals of a study against a finer grid of the same heights",
+    5,
+    "intervals of a study against a finer grid of the same heights",
     old="hold 0.15 to 0.55 (largest pressure), 0.45 to 0.75 (gap) of 20 maps",
     must="80 % or more of those told with two ends, of maps that set no factor",
-)  # fmt: skip
+)
 def intervals_of_the_grid(asked: Asked) -> Found:
     points, finer, maps = (64, 4, 6) if asked.quick else (128, 8, 20)
     held: dict[str, list[bool]] = {}
@@ -378,10 +394,11 @@ def intervals_of_the_grid(asked: Asked) -> Found:
 
 
 @row(
-    6, "compare --sampling of maps of 64 to 127 points a side",
+    6,
+    "compare --sampling of maps of 64 to 127 points a side",
     old="no 64 parts, scaling NaN, “falls” all the same: interval of the gap holds 0.58",
     must="errors and areas are told as “at least”; nothing said to fall, no NaN",
-)  # fmt: skip
+)
 def sampling_of_small_maps(asked: Asked) -> Found:
     words, good = [], True
     for points in (64, 96, 127):
@@ -400,10 +417,11 @@ def sampling_of_small_maps(asked: Asked) -> Found:
 
 
 @row(
-    7, "leakage, conductance, interface_law of contacts of different joints",
+    7,
+    "leakage, conductance, interface_law of contacts of different joints",
     old="accepted: u/σ of the first map wrong by 3",
     must="InputError",
-)  # fmt: skip
+)
 def mixed_contacts(asked: Asked) -> Found:
     base: dict[str, Any] = {"material": STEEL, "load": 0.2, "boundary": "periodic"}
     heights = rough().heights
@@ -434,11 +452,12 @@ def mixed_contacts(asked: Asked) -> Found:
 
 
 @row(
-    8, "100Cr6 pressed 27 times beyond first yield",
+    8,
+    "100Cr6 pressed 27 times beyond first yield",
     old="two cautions in opposite directions, and three areas: 10,070, 11,280, 13,990 µm²",
     must="one caution of the ceiling at most; second column and recommended ceiling agree to 2 %, "
     "and lie within 15 % of plasticity in the volume",
-)  # fmt: skip
+)
 def one_answer(asked: Asked) -> Found:
     material, radius, points = rc.catalog.material("100Cr6"), 1e-3, 24 if asked.quick else 48
     assert material.yield_strength is not None
@@ -455,25 +474,35 @@ def one_answer(asked: Asked) -> Found:
         1e12 * area for area in (column, recommended.contact_area, volume.solution.contact_area)
     ]
     _, text = told(
-        asked.folder, "solve", *file, "--material", "100Cr6", "--load", f"{27 * first} N",
-        "--level", "none",
-    )  # fmt: skip
+        asked.folder,
+        "solve",
+        *file,
+        "--material",
+        "100Cr6",
+        "--load",
+        f"{27 * first} N",
+        "--level",
+        "none",
+    )
     about = sum("ceiling" in one.text or "yield strength" in one.text for one in found.cautions)
     printed = text.count("caution: under the calibrated ceiling")
     return Found(
         f"{about} cautions; 3 σ_Y {1e12 * found.contact_area:.0f}, second column {areas[0]:.0f}, "
         f"recommended {areas[1]:.0f}, volume {areas[2]:.0f} µm²",
-        about <= 1 and printed <= 1 and within(areas[0], areas[1], 0.02)
+        about <= 1
+        and printed <= 1
+        and within(areas[0], areas[1], 0.02)
         and within(areas[0], areas[2], 0.15),
-    )  # fmt: skip
+    )
 
 
 @row(
-    9, "area, saturated area and gap under the calibrated ceiling",
+    9,
+    "area, saturated area and gap under the calibrated ceiling",
     old="a paragraph “solve again with …”",
     must="a column of its own, that of a new solution to 1 %, for at most 1.6 times the "
     "convolutions; none with calibrated=False",
-)  # fmt: skip
+)
 def second_column(asked: Asked) -> Found:
     surface = rough(128 if asked.quick else 512, shortest=6.25e-6)
     options: dict[str, Any] = {"material": STEEL, "load": 0.4, "boundary": "periodic"}
@@ -497,14 +526,15 @@ def second_column(asked: Asked) -> Found:
         f"gap {percent(off['mean_gap'])}; {cost:.2f} times the convolutions; column "
         f"{'shown' if shown else 'not shown'}",
         max(map(abs, off.values())) < 0.01 and cost <= 1.6 and without is None and shown,
-    )  # fmt: skip
+    )
 
 
 @row(
-    10, "the first pressure of a saturated contact",
+    10,
+    "the first pressure of a saturated contact",
     old="“Largest pressure 6.102 GPa”, the ceiling that was put in",
     must="the mean pressure W/A first; the largest labelled as the ceiling",
-)  # fmt: skip
+)
 def headline(asked: Asked) -> Found:
     file = saved(asked, rough(64).heights)
     options = "--material", "100Cr6", "--load", "0.5 N"
@@ -526,10 +556,11 @@ def headline(asked: Asked) -> Found:
 
 
 @row(
-    11, "files with missing points that were filled",
+    11,
+    "files with missing points that were filled",
     old="88.9 % filled: certified; after --pixel “4.73 %” where the file has 0.229 %",
     must="above 30 % refused, above 5 % a warning that comes first, shares of the file's points",
-)  # fmt: skip
+)
 def filled_points(asked: Asked) -> Found:
     words, good = [], True
     steel = "--material", "42CrMo4", "--load", "0.5 N", "--missing", "fill"
@@ -558,21 +589,20 @@ def filled_points(asked: Asked) -> Found:
 
 
 @row(
-    12, "soft, tiny and sticky contacts",
+    12,
+    "soft, tiny and sticky contacts",
     old="999 times the modulus, “2.069 fm”, 1.8 TPa on 50 atoms, PTFE without its note: no word",
     must="a warning that comes first; below 1 pm “0 m”; adhesion as JKR's area to 5 %",
-)  # fmt: skip
+)
 def models_that_end(asked: Asked) -> Found:
     soft = "--young", "3 MPa", "--poisson", "0.49", "--boundary", "periodic"
     file = saved(asked, rough(32).heights)
     tiny = [*file[:1], "--unit", "nm", "--size", "100 nm"]
     runs = {
         "soft": ((*file, *soft, "--load", "30 N"), "beyond linear elasticity"),
-        "tiny": (
-            (*tiny, "--young", "210 GPa", "--poisson", "0.3", "--load", "5 nN"), "atoms",
-        ),
+        "tiny": ((*tiny, "--young", "210 GPa", "--poisson", "0.3", "--load", "5 nN"), "atoms"),
         "PTFE": ((*file, "--material", "PTFE", "--load", "0.01 N"), "viscoelastic"),
-    }  # fmt: skip
+    }
     words, good = [], True
     for name, (options, sentence) in runs.items():
         _, text = told(asked.folder, "solve", *options)
@@ -596,11 +626,12 @@ def models_that_end(asked: Asked) -> Found:
 
 
 @row(
-    13, "gas through a gap of about 1 µm",
+    13,
+    "gas through a gap of about 1 µm",
     old="nothing knew of it: helium leaks 2 to 4 times what is told",
     must="a caution with Kn and both factors: at least those of the gaps in series, in closed "
     "form, and at most those of parallel channels",
-)  # fmt: skip
+)
 def slip_of_gases(asked: Asked) -> Found:
     points, viscosity, difference = 64, 19.6e-6, 1e5
     x = np.arange(points) / points
@@ -632,17 +663,20 @@ def slip_of_gases(asked: Asked) -> Found:
 
 
 @row(
-    14, "thermal conductance of a joint with air or oil in the gap",
+    14,
+    "thermal conductance of a joint with air or oil in the gap",
     old="left out: +24 to +32 % in air, +160 % in oil",
     must="told beside the result, within 15 % of a dense solution of contact and gap together",
-)  # fmt: skip
+)
 def filled_gaps(asked: Asked) -> Found:
     side, points = 6.4e-5, 32 if asked.quick else 48
     surface = rc.generate((points, points), (side / points,) * 2, Sq=4e-7, Sal=8e-6, rng=1)
     result = rc.solve(
-        surface, material=rc.Material(206e9, 0.3, 0.3e9), load=rc.NominalPressure(2e7),
+        surface,
+        material=rc.Material(206e9, 0.3, 0.3e9),
+        load=rc.NominalPressure(2e7),
         boundary="periodic",
-    )  # fmt: skip
+    )
     found = rc.conductance(result, rc.Conductor(conductivity=42.6), rc.Conductor(conductivity=167))
     # The jumps at both walls: Maxwell's, with accommodation 0.9 and a Prandtl number of 0.71.
     path = free_path(18.4e-6, 1e5, 28.96e-3, 298.15)
@@ -665,17 +699,26 @@ def filled_gaps(asked: Asked) -> Found:
 
 
 @row(
-    15, "law of two faces of which one is rough",
+    15,
+    "law of two faces of which one is rough",
     old="pressed on a smooth flat where “two ground faces” are meant; README too",
     must="said in one line with its option; not where both are given; README says no such thing",
-)  # fmt: skip
+)
 def smooth_counter_face(asked: Asked) -> Found:
     file = saved(asked, rough().heights)
     other, *_ = saved(asked, rough(seed=2).heights, "other.npy")
     options = (
-        "--material", "42CrMo4", "--from", "10 MPa", "--to", "50 MPa", "--steps", "3",
-        "--boundary", "periodic",
-    )  # fmt: skip
+        "--material",
+        "42CrMo4",
+        "--from",
+        "10 MPa",
+        "--to",
+        "50 MPa",
+        "--steps",
+        "3",
+        "--boundary",
+        "periodic",
+    )
     _, alone = told(asked.folder, "law", *file, *options, "--verbose")
     _, both = told(asked.folder, "law", *file, *options, "--counter-surface", other, "--verbose")
     said = "One rough face" in alone and "--counter-surface" in alone
@@ -688,29 +731,43 @@ def smooth_counter_face(asked: Asked) -> Found:
 
 
 @row(
-    16, "constants of the catalogue, and what a film adds",
+    16,
+    "constants of the catalogue, and what a film adds",
     old="H13 19.2 W/(m K), CuSn12Ni2-C 200 MPa, “less than 8 %”",
     must="H13 24 to 29 W/(m K), 160 to 180 MPa, each with its source; 32/(3π²) − 1 of a disc",
-)  # fmt: skip
+)
 def constants(asked: Asked) -> Found:
     conductivity = rc.catalog.entry("H13").conductivity
     strength = rc.catalog.entry("CuSn12Ni2-C").yield_strength
     # The mean temperature of a disc under an even flux over that of one at one temperature.
     right = 100 * (32 / (3 * math.pi**2) - 1)
     _, text = told(
-        asked.folder, "conductance", *saved(asked, rough().heights), "--material", "42CrMo4",
-        "--counter-material", "6061-T6", "--load", "0.2 N", "--boundary", "periodic",
-        "--electrical-film", "1e-12 ohm m^2", "--verbose",
-    )  # fmt: skip
+        asked.folder,
+        "conductance",
+        *saved(asked, rough().heights),
+        "--material",
+        "42CrMo4",
+        "--counter-material",
+        "6061-T6",
+        "--load",
+        "0.2 N",
+        "--boundary",
+        "periodic",
+        "--electrical-film",
+        "1e-12 ohm m^2",
+        "--verbose",
+    )
     said = text.partition("on a disc by at most ")[2].split()[0]
     assert conductivity is not None
     assert strength is not None
     return Found(
         f"{conductivity.value:g} W/(m K), {strength.value / 1e6:g} MPa, film at most {said} %, "
         f"closed form {right:.3g} %",
-        24 <= conductivity.value <= 29 and 160e6 <= strength.value <= 180e6
-        and bool(conductivity.source and strength.source) and within(float(said), right, 1e-3),
-    )  # fmt: skip
+        24 <= conductivity.value <= 29
+        and 160e6 <= strength.value <= 180e6
+        and bool(conductivity.source and strength.source)
+        and within(float(said), right, 1e-3),
+    )
 
 
 # --------------------------------------------------------------------------------------------------
@@ -744,8 +801,10 @@ def main() -> int:
         asked = Asked(given.quick, given.measurements, Path(folder))
         held = {number: told_row(number, asked) for number in given.only}
     missed = [str(number) for number, holds in held.items() if not holds]
-    print(f"{len(held) - len(missed)} of {len(held)} hold" + (
-        f"; not {', '.join(missed)}" if missed else ""))  # fmt: skip
+    print(
+        f"{len(held) - len(missed)} of {len(held)} hold"
+        + (f"; not {', '.join(missed)}" if missed else "")
+    )
     return 1 if missed else 0
 
 

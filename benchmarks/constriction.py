@@ -30,10 +30,14 @@ def cases(points: int, seeds: int) -> list[dict[str, float | bool]]:
     pixel = SIDE / points
     for hurst, breadth, seed in itertools.product(HURST, BREADTHS, range(seeds)):
         heights = rc.self_affine(
-            (points, points), (pixel, pixel), rms_height=RMS, hurst=hurst,
-            rolloff_wavelength=SIDE / WAVES, cutoff_wavelength=SIDE / WAVES / breadth,
+            (points, points),
+            (pixel, pixel),
+            rms_height=RMS,
+            hurst=hurst,
+            rolloff_wavelength=SIDE / WAVES,
+            cutoff_wavelength=SIDE / WAVES / breadth,
             rng=np.random.default_rng(seed),
-        )  # fmt: skip
+        )
         surface = rc.Surface(heights, (pixel, pixel))
         slope = roughness.rms_gradient(heights, (pixel, pixel))
         for ceiling, share in itertools.product((None, CEILING), SHARES):
@@ -43,12 +47,17 @@ def cases(points: int, seeds: int) -> list[dict[str, float | bool]]:
                 surface, load=mean * SIDE**2, material=STEEL, ceiling=ceiling, boundary="periodic"
             )
             (step,) = rc.conductance(result, UNIT, UNIT).steps
-            found.append({
-                "hurst": hurst, "breadth": breadth, "seed": seed, "ceiling": ceiling is not None,
-                "contact": round(step.contact_area / SIDE**2, 4),
-                "correlation": round(step.correlation_length / step.length, 4),
-                "greenwood": round(step.greenwood_length / step.length, 4),
-            })  # fmt: skip
+            found.append(
+                {
+                    "hurst": hurst,
+                    "breadth": breadth,
+                    "seed": seed,
+                    "ceiling": ceiling is not None,
+                    "contact": round(step.contact_area / SIDE**2, 4),
+                    "correlation": round(step.correlation_length / step.length, 4),
+                    "greenwood": round(step.greenwood_length / step.length, 4),
+                }
+            )
             print(found[-1], flush=True)
     return found
 

@@ -124,7 +124,11 @@ def row_of(peer: str, settings: str, name: str, pressure: Array, result: rc.Cont
     ceiling = problems.PROBLEMS[name].ceiling or math.inf
     full = pressure >= ceiling * (1 - 1e-12)
     return Row(
-        peer, settings, name, found, load_error,
+        peer,
+        settings,
+        name,
+        found,
+        load_error,
         own=judge.judge(result).certificate,
         difference=math.dist(pressure.ravel(), result.pressure.ravel())
         / float(np.linalg.norm(result.pressure)),
@@ -132,7 +136,7 @@ def row_of(peer: str, settings: str, name: str, pressure: Array, result: rc.Cont
         contact=int(np.count_nonzero((pressure > 0) != result.contact)),
         saturated=int(np.count_nonzero(full != result.saturated)),
         peak=abs(float(pressure.max()) / result.max_pressure - 1),
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)
@@ -218,7 +222,9 @@ def compare_indentations(grids: tuple[str, ...] = tuple(indentation.GRIDS)) -> l
             under, below = nodes[:, middle, middle], strain[:, middle, middle]
             rows.append(
                 Indent(
-                    about["program"], grid, indentation.LOADS[number],
+                    about["program"],
+                    grid,
+                    indentation.LOADS[number],
                     error=float(answer.error[number]),
                     residual=result.increments[-1].residual,
                     pressure=float(np.abs(pressure - theirs).sum() / theirs.sum()),
@@ -229,7 +235,7 @@ def compare_indentations(grids: tuple[str, ...] = tuple(indentation.GRIDS)) -> l
                     field=float((weight * np.abs(strain - nodes)).sum() / (weight * nodes).sum()),
                     profile=float(np.abs(below - under).max() / under.max()),
                 )
-            )  # fmt: skip
+            )
     return rows
 
 

@@ -298,9 +298,14 @@ def one(
     if left:
         faults.append(f"left {', '.join(sorted(left))}")
     return Outcome(
-        begun.seed, begun.target, begun.what, WRONG if faults else verdict,
-        "; ".join(faults) if faults else words, seconds, max(grown, 0),
-    )  # fmt: skip
+        begun.seed,
+        begun.target,
+        begun.what,
+        WRONG if faults else verdict,
+        "; ".join(faults) if faults else words,
+        seconds,
+        max(grown, 0),
+    )
 
 
 def _memory(peak: bool = False) -> int:
@@ -476,10 +481,17 @@ class Worker:
             "OMP_NUM_THREADS": "1",
         }
         self.process = subprocess.Popen(
-            [sys.executable, __file__, str(self.prepared), str(self.work),
-             json.dumps(asdict(self.limits))],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment,
-        )  # fmt: skip
+            [
+                sys.executable,
+                __file__,
+                str(self.prepared),
+                str(self.work),
+                json.dumps(asdict(self.limits)),
+            ],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=environment,
+        )
 
     def close(self) -> None:
         """End the process."""

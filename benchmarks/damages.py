@@ -28,8 +28,21 @@ Fields = tuple[tuple[int, int], ...]
 # Numbers that headers never held, and such as are nearly right.
 _INTEGERS = (0, -1, 1, 2, 3, 255, 32767, 32768, 65535, 2**24, 2**31 - 1, 2**31, 2**32 - 1, 2**63)
 _FLOATS = (0.0, -0.0, -1.0, 1.0, 1e-300, 1e300, math.inf, -math.inf, math.nan, 1e-12, 1e12)
-_WORDS = (b"0", b"-1", b"nan", b"inf", b"1e999", b"99999999999", b"1_0", b"0x10", b"1,5", b"",
-          b"None", b"3" * 400, b"\xd9\xa3")  # fmt: skip
+_WORDS = (
+    b"0",
+    b"-1",
+    b"nan",
+    b"inf",
+    b"1e999",
+    b"99999999999",
+    b"1_0",
+    b"0x10",
+    b"1,5",
+    b"",
+    b"None",
+    b"3" * 400,
+    b"\xd9\xa3",
+)
 _NUMBER = re.compile(rb"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
 _EMPTY = "left alone"
 # What a file may grow to that asks for more memory than a machine has.
@@ -164,8 +177,20 @@ def grown(rng: Random, content: bytes, fields: Fields) -> Done:
     return f"{size} bytes more", content + tail
 
 
-RAW = (flipped, flipped, overwritten, numbered, numbered, truncated, zeroed, doubled, dropped,
-       swapped, noisy, grown)  # fmt: skip
+RAW = (
+    flipped,
+    flipped,
+    overwritten,
+    numbered,
+    numbered,
+    truncated,
+    zeroed,
+    doubled,
+    dropped,
+    swapped,
+    noisy,
+    grown,
+)
 
 
 # Text ---------------------------------------------------------------------------------------------
@@ -319,9 +344,8 @@ def _with_raw(content: bytes, name: str, body: bytes, size: int) -> bytes:
     entry = b"PK\x01\x02\x14\x00" + sizes + struct.pack("<HHHII", 0, 0, 0, 0, start) + word
     directory = content[start : start + length] + entry
     tail = struct.pack(
-        "<4s4H2IH", b"PK\x05\x06", 0, 0, count + 1, count + 1, len(directory),
-        start + len(local), 0,
-    )  # fmt: skip
+        "<4s4H2IH", b"PK\x05\x06", 0, 0, count + 1, count + 1, len(directory), start + len(local), 0
+    )
     return content[:start] + local + directory + tail
 
 
@@ -438,8 +462,11 @@ def _removed(rng: Random, file: h5py.File, outside: Path) -> str:
 def _replaced(file: h5py.File, name: str, **options: Any) -> None:
     """Put a variable of other shape, type or storage in the place of one."""
     old = file[name]
-    attributes = {key: old.attrs[key] for key in old.attrs
-                  if key not in ("DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME")}  # fmt: skip
+    attributes = {
+        key: old.attrs[key]
+        for key in old.attrs
+        if key not in ("DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME")
+    }
     axes = [[scale.name for scale in axis.values()] for axis in old.dims]
     del file[name]
     new = file.create_dataset(name, **options)
@@ -457,9 +484,14 @@ def _grown(rng: Random, file: h5py.File, outside: Path) -> str:
         raise ValueError("no maps")
     for name in maps if rng.random() < 0.5 else [_any(rng, maps)]:
         _replaced(
-            file, name, shape=shape, dtype=file[name].dtype, chunks=(100, 100), compression="gzip",
+            file,
+            name,
+            shape=shape,
+            dtype=file[name].dtype,
+            chunks=(100, 100),
+            compression="gzip",
             fillvalue=1,
-        )  # fmt: skip
+        )
     return f"{len(maps)} maps of {_LARGEST} × {_LARGEST} points"
 
 
@@ -493,18 +525,38 @@ def _outside(rng: Random, file: h5py.File, outside: Path) -> str:
 def _retyped(rng: Random, file: h5py.File, outside: Path) -> str:
     name = str(_any(rng, _variables(file)))
     values = file[name][()]
-    change = _any(rng, (
-        lambda: values.astype("f4"), lambda: values.astype("i4"), lambda: values.astype("c16"),
-        lambda: values.astype("S8"), lambda: values.T.copy(), lambda: values[..., :-1].copy(),
-        lambda: np.zeros((0, 0)), lambda: values[None].copy(), lambda: values * 2,
-    ))  # fmt: skip
+    change = _any(
+        rng,
+        (
+            lambda: values.astype("f4"),
+            lambda: values.astype("i4"),
+            lambda: values.astype("c16"),
+            lambda: values.astype("S8"),
+            lambda: values.T.copy(),
+            lambda: values[..., :-1].copy(),
+            lambda: np.zeros((0, 0)),
+            lambda: values[None].copy(),
+            lambda: values * 2,
+        ),
+    )
     with np.errstate(all="ignore"):
         new = change()
     _replaced(file, name, data=new)
     return f"{name} is {new.dtype} of shape {new.shape}"
 
 
-HDF5 = (_attribute, _attribute, _attribute, _element, _element, _element, _removed, _removed,
-        _retyped, _outside, _grown)  # fmt: skip
+HDF5 = (
+    _attribute,
+    _attribute,
+    _attribute,
+    _element,
+    _element,
+    _element,
+    _removed,
+    _removed,
+    _retyped,
+    _outside,
+    _grown,
+)
 
 Damage = Callable[[Random, bytes, Fields], Done]

@@ -65,9 +65,13 @@ DRAG = 4.0
 def made(folder: Path, points: int) -> Path:
     """Return a rough map of that many points a side."""
     heights = rc.self_affine(
-        (points, points), (1e-6, 1e-6), rms_height=0.4e-6, rolloff_wavelength=points * 1e-6 / 8,
-        cutoff_wavelength=8e-6, rng=np.random.default_rng(1),
-    )  # fmt: skip
+        (points, points),
+        (1e-6, 1e-6),
+        rms_height=0.4e-6,
+        rolloff_wavelength=points * 1e-6 / 8,
+        cutoff_wavelength=8e-6,
+        rng=np.random.default_rng(1),
+    )
     path = folder / f"made-{points}.npz"
     rc.Surface(heights, (1e-6, 1e-6)).save(path)
     return path

@@ -71,9 +71,12 @@ def extreme(seed: int, largest: int) -> Case:
     if isinstance(ceiling, str):
         material = rc.Material(material.young, material.poisson, yield_strength=limit[0, 0] / 3)
     options: dict[str, Any] = {
-        "material": material, "counter_material": against, "counter_surface": counter,
-        "ceiling": ceiling, "boundary": boundary,
-    }  # fmt: skip
+        "material": material,
+        "counter_material": against,
+        "counter_surface": counter,
+        "ceiling": ceiling,
+        "boundary": boundary,
+    }
     load = mean * int(np.count_nonzero(valid)) * area
     capacity = math.fsum(limit[valid]) * area
     if not valid.any():
@@ -96,9 +99,14 @@ def extreme(seed: int, largest: int) -> Case:
     if "moments" in options and options.get("precision") == "single":
         expected = rc.InputError
     return Case(
-        seed, surface, options, kind, words, expected,
+        seed,
+        surface,
+        options,
+        kind,
+        words,
+        expected,
         _traits(surface, options, load / capacity if capacity else 0.0),
-    )  # fmt: skip
+    )
 
 
 def _bodies(

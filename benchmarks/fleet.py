@@ -76,18 +76,42 @@ def dask(workers: int, watch: list[psutil.Process] | None = None) -> Iterator[En
         told = folder / "scheduler.json"
         run = [sys.executable, "-m"]
         about = {"env": {**os.environ, "PYTHONPATH": SOURCE}, "stderr": subprocess.DEVNULL}
-        begun = [subprocess.Popen(
-            [*run, "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0",
-             "--no-dashboard", "--scheduler-file", str(told)], **about,
-        )]  # fmt: skip
+        begun = [
+            subprocess.Popen(
+                [
+                    *run,
+                    "distributed.cli.dask_scheduler",
+                    "--host",
+                    "127.0.0.1",
+                    "--port",
+                    "0",
+                    "--no-dashboard",
+                    "--scheduler-file",
+                    str(told),
+                ],
+                **about,
+            )
+        ]
         stack.callback(lambda: [process.terminate() for process in reversed(begun)])
         while not told.exists() or not told.read_text():
             time.sleep(0.05)
         address = json.loads(told.read_text())["address"]
-        begun += [subprocess.Popen(
-            [*run, "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-dashboard",
-             "--local-directory", str(folder)], **about,
-        ) for _ in range(workers)]  # fmt: skip
+        begun += [
+            subprocess.Popen(
+                [
+                    *run,
+                    "distributed.cli.dask_worker",
+                    address,
+                    "--nthreads",
+                    "1",
+                    "--no-dashboard",
+                    "--local-directory",
+                    str(folder),
+                ],
+                **about,
+            )
+            for _ in range(workers)
+        ]
         if watch is not None:
             watch.append(psutil.Process(begun[0].pid))
         with executors.connect_cluster(address, workers) as engine:
@@ -102,9 +126,10 @@ def timed(path: Path, engine: Engine, backwards: bool = False) -> list[float]:
     begun = time.perf_counter()
     at: list[float] = []
     reports = runner.run_project(
-        entries[::-1] if backwards else entries, lambda _: at.append(time.perf_counter() - begun),
+        entries[::-1] if backwards else entries,
+        lambda _: at.append(time.perf_counter() - begun),
         engine,
-    )  # fmt: skip
+    )
     failed = [report.reason for report in reports if report.state == plan.FAILED]
     assert not failed, failed[0]
     return at

@@ -100,10 +100,15 @@ def drawn(number: int, finer: bool = False) -> Case:
     )
     unit = SLOPE * rc.contact_modulus(MATERIAL, rc.RIGID)
     return Case(
-        ("tip" if tip else "optical", kind), heights, found.filled().leveled(), stated, wave,
-        unit * 0.008 * 10 ** rng.random() * side**2, unit * 0.06 * (0.4 / 0.06) ** rng.random(),
+        ("tip" if tip else "optical", kind),
+        heights,
+        found.filled().leveled(),
+        stated,
+        wave,
+        unit * 0.008 * 10 ** rng.random() * side**2,
+        unit * 0.06 * (0.4 / 0.06) ** rng.random(),
         also=also,
-    )  # fmt: skip
+    )
 
 
 def of_file(path: Path, number: int) -> Case:
@@ -126,10 +131,15 @@ def of_file(path: Path, number: int) -> Case:
     unit = surface.Sdq * rc.contact_modulus(MATERIAL, rc.RIGID)
     area = math.prod(surface.size)
     return Case(
-        ("measured", path.stem), surface.heights, image.filled().leveled(), stated, wave,
-        unit * 0.008 * 10 ** rng.random() * area, unit * 0.06 * (0.4 / 0.06) ** rng.random(),
+        ("measured", path.stem),
+        surface.heights,
+        image.filled().leveled(),
+        stated,
+        wave,
+        unit * 0.008 * 10 ** rng.random() * area,
+        unit * 0.06 * (0.4 / 0.06) ** rng.random(),
         "free",
-    )  # fmt: skip
+    )
 
 
 def _windows(
@@ -148,9 +158,14 @@ def _windows(
 def _heights(kind: str, rolloff: float, wave: float, rng: np.random.Generator) -> Array:
     ratio = 1 / rng.uniform(3, 8) if kind == "lay" else 1.0
     spectrum = random_surfaces.Spectrum(
-        (POINTS, POINTS), (PIXEL, PIXEL), max(rolloff, 1.5 * wave), wave, rng.uniform(0.4, 0.95),
-        ratio, float(rng.uniform(0, 180)),
-    )  # fmt: skip
+        (POINTS, POINTS),
+        (PIXEL, PIXEL),
+        max(rolloff, 1.5 * wave),
+        wave,
+        rng.uniform(0.4, 0.95),
+        ratio,
+        float(rng.uniform(0, 180)),
+    )
     waves = random_surfaces.random_amplitudes(spectrum.shape, spectrum.pixel, rng)
     heights = fft.irfft2(waves * np.sqrt(spectrum.power), spectrum.shape)
     if kind == "worn":
@@ -172,9 +187,13 @@ def told(
 ) -> tuple[dict[str, float], Uncertainty]:
     """Return the numbers of the surface, and the intervals from its map."""
     problem = {
-        "material": MATERIAL, "load": case.load, "ceiling": ceiling, "boundary": case.boundary,
-        "calibrated": False, "on_failure": "return",
-    }  # fmt: skip
+        "material": MATERIAL,
+        "load": case.load,
+        "ceiling": ceiling,
+        "boundary": case.boundary,
+        "calibrated": False,
+        "on_failure": "return",
+    }
     edges = [
         edge * points / TRUTH for edge, points in zip(case.map.pixel, case.map.shape, strict=True)
     ]
@@ -258,8 +277,11 @@ def judged(number: int, case: Case, part: bool) -> list[Row]:
             row = float(held), half, off, raw, known.closing[one.name], apart
             rows.append(((f"{one.name}, {model}", *case.classes, "all"), row))
             if half and not held:
-                print(f"case {number} {case.classes} {model} {one.name}: off {off:+.3f} of "
-                      f"{half:.3f}, as measured {raw:+.3f}", flush=True)  # fmt: skip
+                print(
+                    f"case {number} {case.classes} {model} {one.name}: off {off:+.3f} of "
+                    f"{half:.3f}, as measured {raw:+.3f}",
+                    flush=True,
+                )
     return rows
 
 

@@ -79,9 +79,14 @@ def drawn(number: int, points: int = POINTS, finer: int = FINER) -> Case:
     shortest = float(rng.choice([2.3, 3, 4, 6, 8, 12, 16]))
     longest = max(points / float(rng.choice([1.5, 3, 6])), 1.5 * shortest)
     waves = rc.self_affine(
-        (points * finer,) * 2, (PIXEL / finer,) * 2, rms_height=PIXEL, hurst=rng.uniform(0.2, 1),
-        rolloff_wavelength=longest * PIXEL, cutoff_wavelength=shortest * PIXEL, rng=rng,
-    )  # fmt: skip
+        (points * finer,) * 2,
+        (PIXEL / finer,) * 2,
+        rms_height=PIXEL,
+        hurst=rng.uniform(0.2, 1),
+        rolloff_wavelength=longest * PIXEL,
+        cutoff_wavelength=shortest * PIXEL,
+        rng=rng,
+    )
     waves *= SLOPE / math.hypot(*(g.std() for g in np.gradient(waves, PIXEL / finer)))
     periodic, crowned, limited = rng.random(3) < (0.4, 0.5, 0.5)
     crown = 0.0 if periodic or not crowned else rng.uniform(3, 12) * float(waves.std())
@@ -98,11 +103,15 @@ def truth(case: Case, points: int = POINTS, finer: int = FINER) -> dict[str, flo
     """Return what ever finer grids lead to; areas, of first order, from the two finest."""
     before, last = (
         rc.solve(
-            case.surface(points * factor), material=MATERIAL, load=case.load, ceiling=case.ceiling,
-            boundary=case.boundary, tolerance=TOLERANCE,
+            case.surface(points * factor),
+            material=MATERIAL,
+            load=case.load,
+            ceiling=case.ceiling,
+            boundary=case.boundary,
+            tolerance=TOLERANCE,
         )
         for factor in (finer // 2, finer)
-    )  # fmt: skip
+    )
     found = {name: float(getattr(last, name)) for name in NAMES}
     for name in ("contact_fraction", "saturated_fraction"):
         found[name] = 2 * found[name] - float(getattr(before, name))
@@ -115,9 +124,13 @@ def told(case: Case, points: int = POINTS) -> dict[str, uncertainty.Interval]:
     terms = LoadCase(load=case.load, ceiling=case.ceiling, tolerance=TOLERANCE)
     pair = Pair(surface, MATERIAL, None, RIGID, Boundary(case.boundary))
     result = rc.solve(
-        surface, material=MATERIAL, load=case.load, ceiling=case.ceiling, boundary=case.boundary,
+        surface,
+        material=MATERIAL,
+        load=case.load,
+        ceiling=case.ceiling,
+        boundary=case.boundary,
         tolerance=TOLERANCE,
-    )  # fmt: skip
+    )
     found = uncertainty.uncertainty_intervals(result, study_part("grids", pair, terms))
     # At the ceiling it is known.
     at = result.max_pressure == case.ceiling

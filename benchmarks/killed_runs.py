@@ -197,9 +197,13 @@ class Kill:
         # Some while the program is still being imported.
         early = float(rng.uniform(0.05, 0.6)) if rng.random() < 0.15 else 0.0
         return cls(
-            seed, list(COMMANDS)[seed % len(COMMANDS)], number, bool(group),
-            float(rng.uniform(0.05, 1.0)), early,
-        )  # fmt: skip
+            seed,
+            list(COMMANDS)[seed % len(COMMANDS)],
+            number,
+            bool(group),
+            float(rng.uniform(0.05, 1.0)),
+            early,
+        )
 
     def moment(self, seconds: float) -> float:
         """Return when it comes in a command that takes so long [s]."""
@@ -214,9 +218,13 @@ def inputs(folder: Path, points: int = 192) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     edge = 1e-4 / points
     heights = rc.self_affine(
-        (points, points), (edge, edge), rms_height=2e-7, rolloff_wavelength=5e-5,
-        cutoff_wavelength=6 * edge, rng=np.random.default_rng(1),
-    )  # fmt: skip
+        (points, points),
+        (edge, edge),
+        rms_height=2e-7,
+        rolloff_wavelength=5e-5,
+        cutoff_wavelength=6 * edge,
+        rng=np.random.default_rng(1),
+    )
     np.save(folder / "rough.npy", heights * 1e6)
     y, x = (np.mgrid[:40, :40] - 19.5) * 7.5e-6
     np.save(folder / "ball.npy", -(y**2 + x**2) / (2 * 105e-6 * 20) * 1e6)
@@ -228,13 +236,20 @@ def started(words: str, folder: Path) -> subprocess.Popen[bytes]:
     (folder / "tmp").mkdir(exist_ok=True)
     environment = os.environ | {
         "PYTHONPATH": os.pathsep.join([str(SOURCE), os.environ.get("PYTHONPATH", "")]),
-        "TMPDIR": str(folder / "tmp"), "COLUMNS": "200", "NO_COLOR": "1", "TERM": "dumb",
-    }  # fmt: skip
+        "TMPDIR": str(folder / "tmp"),
+        "COLUMNS": "200",
+        "NO_COLOR": "1",
+        "TERM": "dumb",
+    }
     return subprocess.Popen(
         [sys.executable, "-m", "roughcontact", *shlex.split(words)],
-        cwd=folder, env=environment, start_new_session=True,
-        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-    )  # fmt: skip
+        cwd=folder,
+        env=environment,
+        start_new_session=True,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
 
 
 def alive(session: int) -> list[int]:

@@ -67,8 +67,9 @@ def once(source: Path, words: list[str]) -> Timing:
     start = time.perf_counter()
     with subprocess.Popen(
         [sys.executable, "-m", "roughcontact", *words],
-        env={**about, "PYTHONPATH": str(source)}, stdout=subprocess.DEVNULL,
-    ) as process:  # fmt: skip
+        env={**about, "PYTHONPATH": str(source)},
+        stdout=subprocess.DEVNULL,
+    ) as process:
         _, status, used = os.wait4(process.pid, 0)
         taken = time.perf_counter() - start
         process.returncode = os.waitstatus_to_exitcode(status)

@@ -43,9 +43,12 @@ def gap(points: int) -> np.ndarray:
 
     heights, pixel = rc.reference_map(points)
     result = rc.solve(
-        rc.Surface(heights, pixel), material=rc.Material(**STEEL), load=LOAD, ceiling=CEILING,
+        rc.Surface(heights, pixel),
+        material=rc.Material(**STEEL),
+        load=LOAD,
+        ceiling=CEILING,
         boundary="periodic",
-    )  # fmt: skip
+    )
     return np.where(result.contact, 0.0, np.maximum(result.gap, 0.0))
 
 
@@ -58,11 +61,19 @@ def own(path: str) -> None:
     wall, cpu = time.perf_counter(), time.process_time()
     found = flow(stored, (pixel, pixel), 0, (1,))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    print(json.dumps({
-        "k": found.permeability[0], "steps": found.steps, "unbalanced": found.unbalanced,
-        "wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu, "MiB": peak / 1024,
-        "bytes a pixel": peak * 1024 / stored.size,
-    }))  # fmt: skip
+    print(
+        json.dumps(
+            {
+                "k": found.permeability[0],
+                "steps": found.steps,
+                "unbalanced": found.unbalanced,
+                "wall": time.perf_counter() - wall,
+                "cpu": time.process_time() - cpu,
+                "MiB": peak / 1024,
+                "bytes a pixel": peak * 1024 / stored.size,
+            }
+        )
+    )
 
 
 def grids(points: list[int], peer: str | None) -> None:
@@ -90,23 +101,34 @@ def turned(points: int) -> None:
     steel = rc.Material(210e9, 0.3)
     for seed in (0, 1, 2):
         surface = rc.generate(
-            (points, points), (edge, edge), Sq="0.6 um", turning=("0.1 mm", "0.8 mm"), lay=0.0,
-            rolloff_wavelength="50 um", cutoff_wavelength=8 * edge, rng=seed,
-        )  # fmt: skip
+            (points, points),
+            (edge, edge),
+            Sq="0.6 um",
+            turning=("0.1 mm", "0.8 mm"),
+            lay=0.0,
+            rolloff_wavelength="50 um",
+            cutoff_wavelength=8 * edge,
+            rng=seed,
+        )
         for boundary in ("periodic", "periodic-x"):
             for pressure in (25e6, 50e6, 100e6, 200e6):
                 told = []
                 for ceiling in (None, 1.2e9):
                     result = rc.solve(
-                        surface, material=steel, load=pressure * 0.64e-6, ceiling=ceiling,
+                        surface,
+                        material=steel,
+                        load=pressure * 0.64e-6,
+                        ceiling=ceiling,
                         boundary=boundary,
-                    )  # fmt: skip
+                    )
                     (step,) = rc.leakage(result, flow_axis="y").steps
                     share = step.contact_area / 0.64e-6
                     told.append((share, step.mean_gap, step.permeability[0][0]))
                 for name, (share, mean, k) in zip(("elastic", "ceiling"), told, strict=True):
-                    print(f"{seed} {boundary} {pressure / 1e6:.0f} MPa {name}: contact "
-                          f"{share:.2%}, mean gap {mean:.3g} m, k {k:.3g} m³")  # fmt: skip
+                    print(
+                        f"{seed} {boundary} {pressure / 1e6:.0f} MPa {name}: contact "
+                        f"{share:.2%}, mean gap {mean:.3g} m, k {k:.3g} m³"
+                    )
                 ratio = told[1][2] / told[0][2] if told[0][2] else float("nan")
                 print(f"{seed} {boundary} {pressure / 1e6:.0f} MPa ratio {ratio:.3g}", flush=True)
 

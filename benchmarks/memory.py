@@ -86,9 +86,12 @@ def cases() -> dict[str, dict[str, Any]]:
         "stress periodic single": {**light, "task": "stress", "boundary": "periodic"},
         "volume free single": {**light, "task": "volume", "points": 128},
         "volume periodic single": {
-            **light, "task": "volume", "points": 128, "boundary": "periodic",
+            **light,
+            "task": "volume",
+            "points": 128,
+            "boundary": "periodic",
         },
-    }  # fmt: skip
+    }
     return found
 
 
@@ -193,9 +196,14 @@ def task_of(
     def volume() -> float:
         thickness = np.full(layers, 8e-7)
         found = rc.solve_elastoplastic(
-            pair.surface, load=terms.load, increments=2, layers=thickness, tolerance=1e-3,
-            on_failure="return", **options,
-        )  # fmt: skip
+            pair.surface,
+            load=terms.load,
+            increments=2,
+            layers=thickness,
+            tolerance=1e-3,
+            on_failure="return",
+            **options,
+        )
         return found.solution.contact_fraction
 
     return estimate, result.contact_fraction, volume

@@ -144,8 +144,9 @@ def measured(path: Path, ranks: int, precision: str) -> dict[str, Any]:
     load = os.getloadavg()[0]
     run = subprocess.run(
         [*(starter if ranks else []), *words, *([] if ranks else ["--alone"])],
-        capture_output=True, text=True,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+    )
     if run.returncode:
         raise SystemExit(run.stderr)
     points = volume.CASES["swift-256"].points if path.stem == VOLUME else named(path)

@@ -44,11 +44,34 @@ WINGS = ("material", "theory", "halfspace", "solvers", "surface")
 COPIED = ("src", "tests", "benchmarks", "docs", "pyproject.toml", "README.md", "CHANGELOG.md")
 # Of the tests that import a wing, those of what is made of it: they take long, and would tell late.
 ELSEWHERE = (
-    "archive", "assumptions_page", "cli", "comparison", "elastoplastic", "errors", "examples",
-    "history", "howto", "increments", "killed_runs", "latency", "limits", "load_search",
-    "options", "plots", "references", "report", "robustness", "rolling_checkpoints",
-    "rolling_face", "run", "script", "sharing", "signals", "stress_plots", "volume_report",
-)  # fmt: skip
+    "archive",
+    "assumptions_page",
+    "cli",
+    "comparison",
+    "elastoplastic",
+    "errors",
+    "examples",
+    "history",
+    "howto",
+    "increments",
+    "killed_runs",
+    "latency",
+    "limits",
+    "load_search",
+    "options",
+    "plots",
+    "references",
+    "report",
+    "robustness",
+    "rolling_checkpoints",
+    "rolling_face",
+    "run",
+    "script",
+    "sharing",
+    "signals",
+    "stress_plots",
+    "volume_report",
+)
 # What processes of its own run, which coverage does not see, and the tests that start them.
 APART = {
     "src/roughcontact/halfspace/distributed.py": (
@@ -61,9 +84,21 @@ ASKED = "not slow"
 # Tests that a mutant is given at first; seconds of all; processor time over that, and the least.
 FEW, MOST, PATIENCE, LEAST_PATIENCE = 12, 60.0, 1.5, 30.0
 # What tests import, and takes time.
-IMPORTED = ("pytest", "numpy", "scipy.special", "scipy.optimize", "scipy.ndimage",
-            "scipy.interpolate", "scipy.sparse.linalg", "scipy.fft", "xarray", "h5py", "pint",
-            "matplotlib.figure", "cosmic_ray.mutating")  # fmt: skip
+IMPORTED = (
+    "pytest",
+    "numpy",
+    "scipy.special",
+    "scipy.optimize",
+    "scipy.ndimage",
+    "scipy.interpolate",
+    "scipy.sparse.linalg",
+    "scipy.fft",
+    "xarray",
+    "h5py",
+    "pint",
+    "matplotlib.figure",
+    "cosmic_ray.mutating",
+)
 
 
 @dataclass(frozen=True, order=True)
@@ -105,9 +140,23 @@ def cover(folder: Path, extra: list[str]) -> None:
     rules.write_text(f"[run]\nsource = {PACKAGE}\ndata_file = {folder / 'coverage'}\n")
     files = [str(path.relative_to(ROOT)) for path in _files()]
     command = [
-        sys.executable, "-m", "pytest", "-q", "-n", "auto", "-m", ASKED, "-p", "mutants", "--cov",
-        f"--cov-config={rules}", "--cov-context=test", "--cov-report=", *extra, *files,
-    ]  # fmt: skip
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-n",
+        "auto",
+        "-m",
+        ASKED,
+        "-p",
+        "mutants",
+        "--cov",
+        f"--cov-config={rules}",
+        "--cov-context=test",
+        "--cov-report=",
+        *extra,
+        *files,
+    ]
     subprocess.run(command, cwd=ROOT, env=_surroundings(ROOT, folder), check=False)
 
 

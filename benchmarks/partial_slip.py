@@ -62,8 +62,14 @@ def row(surface: rc.Surface, boundary: str, load: Any = 1.0) -> str:
     """Return a row of the table."""
 
     def pressed() -> rc.ContactResult:
-        return rc.solve(surface, material=STEEL, counter_material=STEEL, load=load,
-                        boundary=boundary, calibrated=False)  # fmt: skip
+        return rc.solve(
+            surface,
+            material=STEEL,
+            counter_material=STEEL,
+            load=load,
+            boundary=boundary,
+            calibrated=False,
+        )
 
     contact = pressed()
 
@@ -90,8 +96,14 @@ def row(surface: rc.Surface, boundary: str, load: Any = 1.0) -> str:
 def main() -> None:
     """Print the table."""
     asked = sys.argv[1] if len(sys.argv) > 1 else "1024"
-    heads = ("grid", "contact, pairs", "partial slip, pairs", "ratio of both",
-             "certificate", "tangential certificate")  # fmt: skip
+    heads = (
+        "grid",
+        "contact, pairs",
+        "partial slip, pairs",
+        "ratio of both",
+        "certificate",
+        "tangential certificate",
+    )
     print(f"| {' | '.join(heads)} |", "|---|---|---|---|---|---|", sep="\n")
     if not asked.isdigit():
         measured = rc.read_surface(asked).filled().leveled()

@@ -45,9 +45,14 @@ CASES["rough-16384-ceiling-single"] = (16384, 3e9, "single")
 CASES["rough-8192-ceiling-single"] = (8192, 3e9, "single")
 CASES["smoke"] = (64, 3e9, "double")
 DEFAULT = [
-    "rough-512-ceiling", "rough-512-elastic", "rough-1024-ceiling", "rough-1024-elastic",
-    "rough-2048-ceiling", "rough-2048-elastic", "hertz-2048",
-]  # fmt: skip
+    "rough-512-ceiling",
+    "rough-512-elastic",
+    "rough-1024-ceiling",
+    "rough-1024-elastic",
+    "rough-2048-ceiling",
+    "rough-2048-elastic",
+    "hertz-2048",
+]
 
 PROGRAMS = {
     "roughcontact": "roughcontact",
@@ -176,9 +181,16 @@ def run_aspher(
     gap = np.ascontiguousarray(heights.max() - heights).ravel()
     began = time.perf_counter()
     found = aspher.solve_nested(
-        grid_size=heights.shape[0], gap=gap, p_nominal=load / SIDE**2, domain_size=SIDE,
-        E_star=MODULUS, tol=tolerance, coarsest=64, q=ASPHER_ORDER, **options,
-    )  # fmt: skip
+        grid_size=heights.shape[0],
+        gap=gap,
+        p_nominal=load / SIDE**2,
+        domain_size=SIDE,
+        E_star=MODULUS,
+        tol=tolerance,
+        coarsest=64,
+        q=ASPHER_ORDER,
+        **options,
+    )
     pressure = np.array(found.pressure).reshape(heights.shape)
     return pressure, time.perf_counter() - began, {}
 
@@ -402,8 +414,10 @@ def main() -> None:
         program, case, folder = options.worker
         worker(program, case, Path(folder), options.tolerance)
         return
-    print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, "
-          f"NumPy {np.__version__}")  # fmt: skip
+    print(
+        f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, "
+        f"NumPy {np.__version__}"
+    )
     rows = [row for case in options.cases for row in run_case(case, options)]
     if options.json:
         options.json.write_text(json.dumps(rows, indent=1))

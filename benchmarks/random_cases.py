@@ -116,9 +116,12 @@ def ordinary(seed: int, largest: int) -> Case:
     carries = math.fsum(by_pixel[valid]) * area
 
     options: dict[str, Any] = {
-        "material": material, "counter_material": against, "counter_surface": counter,
-        "ceiling": ceiling, "boundary": boundary,
-    }  # fmt: skip
+        "material": material,
+        "counter_material": against,
+        "counter_surface": counter,
+        "ceiling": ceiling,
+        "boundary": boundary,
+    }
     if rng.random() < 0.2:
         depth = float(np.nanmax(together) - np.nanmin(together)) if valid.any() else 0.0
         approach = depth * 10 ** rng.uniform(-3, 0.2) if depth else slope * edge

@@ -127,9 +127,13 @@ def attempt(case: Case) -> Outcome:
     if case.expected is not None:
         faults.append(f"solved, but {case.expected.__name__} was due")
     return Outcome(
-        case, WRONG if faults else CERTIFIED, "; ".join(faults),
-        judge.judge(result).certificate, result.convolutions, seconds,
-    )  # fmt: skip
+        case,
+        WRONG if faults else CERTIFIED,
+        "; ".join(faults),
+        judge.judge(result).certificate,
+        result.convolutions,
+        seconds,
+    )
 
 
 def _refuses(case: Case) -> bool:

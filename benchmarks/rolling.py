@@ -157,8 +157,9 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     names = list(CASES)
-    parser.add_argument("--cases", nargs="+", choices=names, default=names, metavar="CASE",
-                        help=", ".join(names))  # fmt: skip
+    parser.add_argument(
+        "--cases", nargs="+", choices=names, default=names, metavar="CASE", help=", ".join(names)
+    )
     parser.add_argument("--quick", action="store_true", help="tiny sizes, two passes")
     parser.add_argument("--write", action="store_true", help=f"keep the rows, renew {PAGE.name}")
     parser.add_argument("--worker", nargs=2, help=argparse.SUPPRESS)

@@ -56,10 +56,13 @@ def rough(
     """Return a self-affine map of 0.1 mm unless a pixel is given."""
     pixel = pixel or (SIDE / shape[0], SIDE / shape[1])
     heights = rc.self_affine(
-        shape, pixel, rms_height=2e-7, rolloff_wavelength=5e-5,
+        shape,
+        pixel,
+        rms_height=2e-7,
+        rolloff_wavelength=5e-5,
         cutoff_wavelength=max(6e-6, 3 * max(pixel)),
         rng=np.random.default_rng(seed),
-    )  # fmt: skip
+    )
     return rc.Surface(heights, pixel)
 
 
@@ -105,8 +108,14 @@ def write_inputs(folder: Path) -> None:
     (folder / "project.toml").write_text(PROJECT, encoding="utf-8")
     (folder / "tasks.toml").write_text(TASKS, encoding="utf-8")
     columns = np.transpose([1e3 * PROFILE_STEP * np.arange(400), 1e6 * trace().heights[0]])
-    np.savetxt(folder / "trace.txt", columns, fmt="%.9f", header="X [mm]\tZ [um]", delimiter="\t",
-               comments="")  # fmt: skip
+    np.savetxt(
+        folder / "trace.txt",
+        columns,
+        fmt="%.9f",
+        header="X [mm]\tZ [um]",
+        delimiter="\t",
+        comments="",
+    )
     bad = PROJECT.replace("poisson = 0.3", "poison = 0.3")
     (folder / "bad.toml").write_text(bad, encoding="utf-8")
 
@@ -267,11 +276,12 @@ SOLVED: dict[str, tuple[rc.Surface, dict[str, Any]]] = {
     "single": (rough(), {"load": 0.2, "precision": "single"}),
     "masked": (holed().masked(), {"load": 0.2}),
     "two-bodies": (
-        rough(), {"load": 0.2, "counter_surface": rough(seed=9), "counter_material": ALUMINA}
+        rough(),
+        {"load": 0.2, "counter_surface": rough(seed=9), "counter_material": ALUMINA},
     ),
     "tolerance": (rough(), {"load": 0.2, "tolerance": 1e-10}),
     "unfinished": (rough(), {"load": 0.2, "max_iterations": 2, "on_failure": "return"}),
-}  # fmt: skip
+}
 
 
 def solved(surface: rc.Surface, options: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -353,8 +363,13 @@ def volume(folder: Path) -> dict[str, Any]:
     path = rc.solve_elastoplastic(
         rough((32, 32), 5), loads=[0.1, 0.3, 0.0], boundary="periodic", **options
     )
-    return {"": found, "path": path, "profile": found.profile(), "layers": found.layers(),
-            "section": found.section("y")}  # fmt: skip
+    return {
+        "": found,
+        "path": path,
+        "profile": found.profile(),
+        "layers": found.layers(),
+        "section": found.section("y"),
+    }
 
 
 @case
@@ -363,8 +378,13 @@ def studies(folder: Path) -> dict[str, Any]:
     found.save(folder / "models.json")
     study = rc.resolution_study(rough(), material=STEEL, load=0.2)
     modulus = [rc.contact_modulus(STEEL, rc.RIGID), rc.contact_modulus(STEEL, ALUMINA)]
-    return {"models": found, "errors": found.map_error(), "study": study, "modulus": modulus,
-            "reference": rc.reference_map(96)}  # fmt: skip
+    return {
+        "models": found,
+        "errors": found.map_error(),
+        "study": study,
+        "modulus": modulus,
+        "reference": rc.reference_map(96),
+    }
 
 
 def pressed(
@@ -382,10 +402,17 @@ def leakage(folder: Path) -> dict[str, Any]:
     found = rc.leakage(contacts, viscosity=1e-3, pressure_difference=1e5)
     for suffix in ("csv", "json"):
         found.save(folder / f"leak.{suffix}")
-    return {"": found, "ring": rc.leakage(
-        contacts[0], flow_axis="y", viscosity=1e-3, pressure_difference=1e5, seal_width=0.1,
-        seal_length=1e-3,
-    )}  # fmt: skip
+    return {
+        "": found,
+        "ring": rc.leakage(
+            contacts[0],
+            flow_axis="y",
+            viscosity=1e-3,
+            pressure_difference=1e5,
+            seal_width=0.1,
+            seal_length=1e-3,
+        ),
+    }
 
 
 @case
@@ -429,10 +456,17 @@ def find(folder: Path) -> dict[str, Any]:
 def rolling(folder: Path) -> dict[str, Any]:
     roller = rc.Surface(ball(16, 5e-3).heights, (2.5e-5, 2.5e-5))
     found = rc.roll(
-        rc.Surface(np.zeros((16, 16)), roller.pixel), counter_surface=roller, material=STEEL,
-        load=60.0, passes=2, steps=2, boundary="periodic", tolerance=1e-3, friction=0.1,
+        rc.Surface(np.zeros((16, 16)), roller.pixel),
+        counter_surface=roller,
+        material=STEEL,
+        load=60.0,
+        passes=2,
+        steps=2,
+        boundary="periodic",
+        tolerance=1e-3,
+        friction=0.1,
         folder=folder / "kept",
-    )  # fmt: skip
+    )
     for suffix in ("nc", "csv", "json"):
         found.save(folder / f"rolled.{suffix}")
     return {"": found, "rolled": found.rolled_surface}
@@ -465,9 +499,15 @@ def profile(folder: Path) -> dict[str, Any]:
     found.report(folder / "line.html")
     line.save(folder / "line.csv")
     curve = rc.sweep(line, material=STEEL, loads=[5e3, 2e4])
-    return {"": found, "line": line, "read": rc.read_surface(folder / "line.csv"), "curve": curve,
-            "parameters": line.roughness(), "stress": rc.subsurface_stress(found, [1e-6, 5e-6]),
-            "filtered": line.filtered(l=8e-5)}  # fmt: skip
+    return {
+        "": found,
+        "line": line,
+        "read": rc.read_surface(folder / "line.csv"),
+        "curve": curve,
+        "parameters": line.roughness(),
+        "stress": rc.subsurface_stress(found, [1e-6, 5e-6]),
+        "filtered": line.filtered(l=8e-5),
+    }
 
 
 @case
@@ -482,13 +522,20 @@ def comparison(folder: Path) -> dict[str, Any]:
 
 
 REFUSED: dict[str, dict[str, Any]] = {  # options of `solve`
-    "load": {"load": -1.0}, "both": {"approach": 1e-7}, "neither": {"load": None},
-    "boundary": {"boundary": "closed"}, "precision": {"precision": "half"},
-    "ceiling": {"ceiling": np.ones((3, 3))}, "ceiling-word": {"ceiling": "high"},
-    "capacity": {"load": 1e4}, "convergence": {"max_iterations": 2},
-    "rigid": {"material": rc.RIGID}, "grids": {"counter_surface": ball(32)},
-    "start": {"start": np.ones(3)}, "moments": {"moments": (1.0, 1.0)},
-}  # fmt: skip
+    "load": {"load": -1.0},
+    "both": {"approach": 1e-7},
+    "neither": {"load": None},
+    "boundary": {"boundary": "closed"},
+    "precision": {"precision": "half"},
+    "ceiling": {"ceiling": np.ones((3, 3))},
+    "ceiling-word": {"ceiling": "high"},
+    "capacity": {"load": 1e4},
+    "convergence": {"max_iterations": 2},
+    "rigid": {"material": rc.RIGID},
+    "grids": {"counter_surface": ball(32)},
+    "start": {"start": np.ones(3)},
+    "moments": {"moments": (1.0, 1.0)},
+}
 FAILURES: dict[str, Callable[[], Any]] = {
     "poisson": lambda: rc.Material(210e9, 0.7),
     "young": lambda: rc.Material(-1.0, 0.3),
@@ -539,8 +586,14 @@ _SPHERE = f"{_BALL} --body 'sphere 10 mm'"
 _PERFECT = "--model elastoplastic --increments 2 --tolerance 1e-3"
 _VOLUME = f"solve {_SPHERE.replace('48', '32')} --load '80 N' {_PERFECT}"
 _SWEEP = f"sweep {_ON} --from '20 mN' --to '1 N' --steps 4 --folder kept"
-_FORMS = ("sphere 10 mm", "cylinder 5 mm 90 deg", "ellipsoid 10 mm 4 mm", "punch 20 um",
-          "cone 0.01", "wedge 0.01")  # fmt: skip
+_FORMS = (
+    "sphere 10 mm",
+    "cylinder 5 mm 90 deg",
+    "ellipsoid 10 mm 4 mm",
+    "punch 20 um",
+    "cone 0.01",
+    "wedge 0.01",
+)
 
 _JOINT = f"small.npy {_MAP} --material 42CrMo4 --boundary periodic"
 _LOADS = "--load '0.1 N, 0.3 N'"
@@ -562,89 +615,179 @@ _PROFILE = f"solve trace.txt {_STEEL} --load '20 N/mm'"
 
 COMMANDS: dict[str, tuple[str, ...]] = {
     "plain": (_SOLVE, f"{_SOLVE} --json", f"{_SOLVE} --quiet"),
-    "exports": (f"{_SOLVE} --output a.nc --output a.vti --output a.csv --output a.json "
-                "--report a.html", "info a.nc"),
-    "figures": (f"{_SOLVE} --figures out.png", f"{_WIDE} --load '0.2 N' --figures out.svg",
-                f"{_SOLVE} --figures out.pdf"),
-    "prepared": (f"{_HOLES} --crop 2:62,0:60 --outliers 6 --level robust --form 'polynomial 3' "
-                 "--missing fill --s-filter '4 um' --l-filter '60 um' --pixel '1.2 um' --rotate 90 "
-                 "--tip-radius '2 um' --report a.html",),
+    "exports": (
+        f"{_SOLVE} --output a.nc --output a.vti --output a.csv --output a.json --report a.html",
+        "info a.nc",
+    ),
+    "figures": (
+        f"{_SOLVE} --figures out.png",
+        f"{_WIDE} --load '0.2 N' --figures out.svg",
+        f"{_SOLVE} --figures out.pdf",
+    ),
+    "prepared": (
+        f"{_HOLES} --crop 2:62,0:60 --outliers 6 --level robust --form 'polynomial 3' "
+        "--missing fill --s-filter '4 um' --l-filter '60 um' --pixel '1.2 um' --rotate 90 "
+        "--tip-radius '2 um' --report a.html",
+    ),
     "holes": (f"{_HOLES} --missing mask --output a.nc", f"{_HOLES} --missing crop", _HOLES),
-    "ceilings": (f"{_HALF} --ceiling none", f"{_HALF} --ceiling '2 GPa'",
-                 f"{_HALF} --ceiling '62 HRC'", f"{_HALF} --hardening 'linear 2 GPa'"),
+    "ceilings": (
+        f"{_HALF} --ceiling none",
+        f"{_HALF} --ceiling '2 GPa'",
+        f"{_HALF} --ceiling '62 HRC'",
+        f"{_HALF} --hardening 'linear 2 GPa'",
+    ),
     "approach": (f"{_WIDE} --approach '0.3 um' --boundary periodic --precision single",),
     "materials": ("materials", "materials 100Cr6", "materials --json", "materials 'bearing steel'"),
-    "catalogue": (f"solve rough.npy {_MAP} --load '0.3 N' --material 100Cr6 "
-                  "--counter-material alumina --json",),
-    "counter": (f"{_SOLVE} --counter-surface rough.npy --counter-young '70 GPa' "
-                "--counter-poisson 0.33 --output a.nc",),
-    "aligned": (f"{_SOLVE} --counter-surface other.npy --align --offset '2 um, -3 um' "
-                f"--angle {3 * CLOCKWISE} "
-                "--mirror --output a.nc --report a.html",),
-    "bodies": tuple(f"solve {_BALL} --body '{form}' --load '2 N' --output {form.split()[0]}.json"
-                    for form in _FORMS),
+    "catalogue": (
+        f"solve rough.npy {_MAP} --load '0.3 N' --material 100Cr6 "
+        "--counter-material alumina --json",
+    ),
+    "counter": (
+        f"{_SOLVE} --counter-surface rough.npy --counter-young '70 GPa' "
+        "--counter-poisson 0.33 --output a.nc",
+    ),
+    "aligned": (
+        f"{_SOLVE} --counter-surface other.npy --align --offset '2 um, -3 um' "
+        f"--angle {3 * CLOCKWISE} "
+        "--mirror --output a.nc --report a.html",
+    ),
+    "bodies": tuple(
+        f"solve {_BALL} --body '{form}' --load '2 N' --output {form.split()[0]}.json"
+        for form in _FORMS
+    ),
     "rough-ball": (f"solve {_ON} --body 'sphere 1 mm' --counter-body 'sphere 5 mm' --load '1 N'",),
     "tilt": (f"{_SOLVE} --load-point '0 um, 5 um' --output a.nc",),
     "study": (f"{_SOLVE} --study --report a.html",),
     "texts": (_SOLVE.replace(".npy", ".txt"), _SOLVE.replace(".npy", ".csv")),
     "info": (f"info rough.npy {_MAP}", f"info holes.npy {_MAP} --json", "info broken.nc"),
-    "sweep": (f"{_SWEEP} --output c.csv --report a.html --figure c.png",
-              f"{_SWEEP} --output c.json", _SWEEP.replace("20 mN", "10 mN")),
-    "sweep-approach": (f"sweep {_ON} --from '0.1 um' --to '0.3 um' --steps 3 --spacing linear "
-                       "--json",),
-    "history": (f"history {_ON} --path '0.5 N, 0 N, 0.5 N' --passes 2 --shift '0 um, 3.125 um' "
-                "--output h.csv --indented-surface r.x3p --figure h.png --report a.html",
-                f"history {_ON} --path '0.5 N, 0 N' --indented-surface r.sur --output h.json "
-                "--json",
-                f"history {_ON} --path '0.5 N, 0 N' --indented-surface r.npz --quiet"),
-    "stress": (f"stress {_SPHERE} --load '5 N' --output s.nc --report a.html --figures s.png",
-               f"stress {_ON} --load '0.2 N' --friction 0.2 --direction 30 --depths '1 um, 2 um' "
-               "--json"),
-    "stress-onset": (f"stress {_SPHERE} --load '5 N' --first-yield",
-                     f"stress {_SPHERE} --first-yield"),
+    "sweep": (
+        f"{_SWEEP} --output c.csv --report a.html --figure c.png",
+        f"{_SWEEP} --output c.json",
+        _SWEEP.replace("20 mN", "10 mN"),
+    ),
+    "sweep-approach": (
+        f"sweep {_ON} --from '0.1 um' --to '0.3 um' --steps 3 --spacing linear --json",
+    ),
+    "history": (
+        f"history {_ON} --path '0.5 N, 0 N, 0.5 N' --passes 2 --shift '0 um, 3.125 um' "
+        "--output h.csv --indented-surface r.x3p --figure h.png --report a.html",
+        f"history {_ON} --path '0.5 N, 0 N' --indented-surface r.sur --output h.json --json",
+        f"history {_ON} --path '0.5 N, 0 N' --indented-surface r.npz --quiet",
+    ),
+    "stress": (
+        f"stress {_SPHERE} --load '5 N' --output s.nc --report a.html --figures s.png",
+        f"stress {_ON} --load '0.2 N' --friction 0.2 --direction 30 --depths '1 um, 2 um' --json",
+    ),
+    "stress-onset": (
+        f"stress {_SPHERE} --load '5 N' --first-yield",
+        f"stress {_SPHERE} --first-yield",
+    ),
     "volume": (f"{_VOLUME} --report a.html --output v.nc --output v.vtr --figures v.png",),
-    "volume-linear": (f"{_VOLUME} --hardening 'linear 20 GPa' --unload --folder kept --json",
-                      f"{_VOLUME} --hardening 'linear 20 GPa' --unload --folder kept"),
+    "volume-linear": (
+        f"{_VOLUME} --hardening 'linear 20 GPa' --unload --folder kept --json",
+        f"{_VOLUME} --hardening 'linear 20 GPa' --unload --folder kept",
+    ),
     "volume-swift": (f"{_VOLUME} --hardening 'swift 945 MPa 20 0.121'",),
-    "volume-periodic": (f"solve small.npy {_MAP} {_STEEL} --load '0.3 N' {_PERFECT} "
-                        "--boundary periodic --output v.json",),
+    "volume-periodic": (
+        f"solve small.npy {_MAP} {_STEEL} --load '0.3 N' {_PERFECT} "
+        "--boundary periodic --output v.json",
+    ),
     "demo": ("demo --points 64 --folder out",),
     "project": ("run project.toml", "run project.toml --json", "run bad.toml"),
     "tasks": ("run tasks.toml", "run tasks.toml --json"),
     "leak": (f"{_LEAK} --report a.html", f"{_LEAK} --output l.csv --output l.json --json"),
-    "tangential": (f"tangential {_SLIP} --force '20 mN' --report a.html",
-                   f"tangential {_SLIP} --force '20 mN, 0 N' --json"),
-    "conductance": (f"{_CONDUCTANCE} --electrical-film '1e-12 ohm m^2' --report a.html",
-                    f"{_CONDUCTANCE} --output c.csv --output c.json --json"),
-    "law": (f"{_LAW} --report a.html " + " ".join(
-        f"--output l.{kind}" for kind in ("npz", "csv", "json", "inp", "ccx", "txt")),
-        f"{_LAW} --quarters --json"),
+    "tangential": (
+        f"tangential {_SLIP} --force '20 mN' --report a.html",
+        f"tangential {_SLIP} --force '20 mN, 0 N' --json",
+    ),
+    "conductance": (
+        f"{_CONDUCTANCE} --electrical-film '1e-12 ohm m^2' --report a.html",
+        f"{_CONDUCTANCE} --output c.csv --output c.json --json",
+    ),
+    "law": (
+        f"{_LAW} --report a.html "
+        + " ".join(f"--output l.{kind}" for kind in ("npz", "csv", "json", "inp", "ccx", "txt")),
+        f"{_LAW} --quarters --json",
+    ),
     "find": (f"{_FIND} --output f.csv --report a.html", f"{_FIND} --output f.json --json"),
     "roll": (f"{_ROLL} --output r.nc --output r.csv --report a.html", f"{_ROLL} --json"),
-    "estimate": (_ESTIMATE, f"{_ESTIMATE} --json",
-                 f"estimate rough.npy {_MAP} {_STEEL} --pressure '50 MPa' --output e.json"),
+    "estimate": (
+        _ESTIMATE,
+        f"{_ESTIMATE} --json",
+        f"estimate rough.npy {_MAP} {_STEEL} --pressure '50 MPa' --output e.json",
+    ),
     "generate": (f"{_GENERATE} --ssk -0.8 --output g.npz --output g.csv", f"{_GENERATE} --json"),
-    "profile": (f"{_PROFILE} --output p.nc --report a.html", f"{_PROFILE} --json", "info trace.txt",
-                f"sweep trace.txt {_STEEL} --from '5 N/mm' --to '20 N/mm' --steps 2"),
+    "profile": (
+        f"{_PROFILE} --output p.nc --report a.html",
+        f"{_PROFILE} --json",
+        "info trace.txt",
+        f"sweep trace.txt {_STEEL} --from '5 N/mm' --to '20 N/mm' --steps 2",
+    ),
     "compare": (f"compare small.npy other.npy {_MAP} {_STEEL} --load '50 MPa' --json",),
     "verify": (f"{_SOLVE} --output a.nc", "verify a.nc"),
-    "help": ("--help", "--version", *(f"{name} --help" for name in (
-        "solve", "sweep", "stress", "history", "roll", "find", "conductance", "leak", "law",
-        "tangential", "compare", "estimate", "generate", "run", "verify", "info", "materials",
-        "demo"))),
-    "errors-usage": ("squeeze", f"solve {_ON}", f"solve {_ON} --load 1", f"{_SOLVE} --lod '1 N'",
-                     f"solve {_ON} --load '1 Pa'", f"solve {_ON} --load '90 N'"),
-    "errors-map": ("solve nowhere.npy --load '1 N' --material 100Cr6", f"{_SOLVE} --crop 0:900,0:9",
-                   "solve rough.npy --load '1 N' --material 100Cr6", "info rough.csv",
-                   f"solve broken.csv {_MAP} --load '1 N' --material 100Cr6"),
-    "errors-bodies": (f"solve rough.npy {_MAP} --load '1 N' --material cheese",
-                      f"{_SOLVE} --body 'torus 3 mm'", f"{_SOLVE} --counter-surface other.npy",
-                      f"{_SOLVE} --poisson 0.8", f"{_SOLVE} --max-iterations 2"),
-    "errors-options": (f"{_SOLVE} --output a.doc", f"history {_ON} --path '1 N, x'",
-                       f"stress {_ON} --load '1 N' --depths '-1 um'"),
-}  # fmt: skip
-ENVIRONMENT = {"COLUMNS": "200", "LINES": "50", "NO_COLOR": "1", "TERM": "dumb",
-               "LC_ALL": "C.UTF-8", "PYTHONIOENCODING": "utf-8"}  # fmt: skip
+    "help": (
+        "--help",
+        "--version",
+        *(
+            f"{name} --help"
+            for name in (
+                "solve",
+                "sweep",
+                "stress",
+                "history",
+                "roll",
+                "find",
+                "conductance",
+                "leak",
+                "law",
+                "tangential",
+                "compare",
+                "estimate",
+                "generate",
+                "run",
+                "verify",
+                "info",
+                "materials",
+                "demo",
+            )
+        ),
+    ),
+    "errors-usage": (
+        "squeeze",
+        f"solve {_ON}",
+        f"solve {_ON} --load 1",
+        f"{_SOLVE} --lod '1 N'",
+        f"solve {_ON} --load '1 Pa'",
+        f"solve {_ON} --load '90 N'",
+    ),
+    "errors-map": (
+        "solve nowhere.npy --load '1 N' --material 100Cr6",
+        f"{_SOLVE} --crop 0:900,0:9",
+        "solve rough.npy --load '1 N' --material 100Cr6",
+        "info rough.csv",
+        f"solve broken.csv {_MAP} --load '1 N' --material 100Cr6",
+    ),
+    "errors-bodies": (
+        f"solve rough.npy {_MAP} --load '1 N' --material cheese",
+        f"{_SOLVE} --body 'torus 3 mm'",
+        f"{_SOLVE} --counter-surface other.npy",
+        f"{_SOLVE} --poisson 0.8",
+        f"{_SOLVE} --max-iterations 2",
+    ),
+    "errors-options": (
+        f"{_SOLVE} --output a.doc",
+        f"history {_ON} --path '1 N, x'",
+        f"stress {_ON} --load '1 N' --depths '-1 um'",
+    ),
+}
+ENVIRONMENT = {
+    "COLUMNS": "200",
+    "LINES": "50",
+    "NO_COLOR": "1",
+    "TERM": "dumb",
+    "LC_ALL": "C.UTF-8",
+    "PYTHONIOENCODING": "utf-8",
+}
 # The commands run the code that was imported here, also where PYTHONPATH is relative or not set.
 ENVIRONMENT["PYTHONPATH"] = os.pathsep.join(
     filter(None, [str(Path(rc.__file__).parents[1]), os.environ.get("PYTHONPATH")])
@@ -657,8 +800,11 @@ def run_commands(name: str, folder: Path) -> dict[str, Any]:
     for number, command in enumerate(COMMANDS[name], 1):
         done = subprocess.run(
             [sys.executable, "-m", "roughcontact", *shlex.split(command)],
-            cwd=folder, env=os.environ | ENVIRONMENT, capture_output=True, encoding="utf-8",
-        )  # fmt: skip
+            cwd=folder,
+            env=os.environ | ENVIRONMENT,
+            capture_output=True,
+            encoding="utf-8",
+        )
         out = done.stdout
         if "--json" in command and done.returncode == 0:
             out = written(json.loads(out))

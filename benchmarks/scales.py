@@ -23,9 +23,12 @@ UNIT = rc.Conductor(1.0, 1.0)
 def told(pair: rc.contact.pair.Pair, pressure: float, ceiling: float | None) -> dict[str, float]:
     """Return what a joint does under a nominal pressure."""
     result = rc.solve(
-        pair.surface, load=rc.NominalPressure(pressure), material=STEEL, ceiling=ceiling,
+        pair.surface,
+        load=rc.NominalPressure(pressure),
+        material=STEEL,
+        ceiling=ceiling,
         boundary="periodic",
-    )  # fmt: skip
+    )
     (conducts,) = rc.conductance(result, UNIT, UNIT).steps
     (leaks,) = rc.leakage(result, flow_axis="x").steps
     place = leaks.constriction[1]
@@ -45,9 +48,14 @@ def main() -> None:
     points = parser.parse_args().points
     pixel = SIDE / points
     heights = rc.self_affine(
-        (points, points), (pixel, pixel), rms_height=RMS, hurst=0.8,
-        rolloff_wavelength=SIDE / 8, cutoff_wavelength=4 * pixel, rng=np.random.default_rng(1),
-    )  # fmt: skip
+        (points, points),
+        (pixel, pixel),
+        rms_height=RMS,
+        hurst=0.8,
+        rolloff_wavelength=SIDE / 8,
+        cutoff_wavelength=4 * pixel,
+        rng=np.random.default_rng(1),
+    )
     steel = {"material": STEEL, "boundary": "periodic"}
     fine = rc.solve(rc.Surface(heights, (pixel, pixel)), load=1.0, **steel).pair
     pairs = [fine]

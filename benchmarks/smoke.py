@@ -57,9 +57,11 @@ def quickly(command: tuple[str, ...]) -> str:
     script, *options = command
     path = Path(__file__).with_name(script)
     done = subprocess.run(
-        [sys.executable, str(path), *options], text=True, stdout=subprocess.PIPE,
+        [sys.executable, str(path), *options],
+        text=True,
+        stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
-    )  # fmt: skip
+    )
     if done.returncode:
         raise RuntimeError(f"{script} ended with status {done.returncode}:\n{done.stdout}")
     return done.stdout

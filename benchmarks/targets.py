@@ -89,18 +89,55 @@ class Target:
 
 # What is there ------------------------------------------------------------------------------------
 
-MADE = ("made.npy", "made.npz", "made.csv", "made.txt", "made.asc", "bare.nc", "made.nc",
-        "made.sdf", "made.x3p", "stored.x3p", "made.sur", "made.tmd", "made.os3d", "made.nms",
-        "made.zmg", "made.plu", "made.vk4", "made.al3d", "made.bcr", "made.stp", "made.mi",
-        "made.gwy", "made.plux", "made.datx")  # fmt: skip
+MADE = (
+    "made.npy",
+    "made.npz",
+    "made.csv",
+    "made.txt",
+    "made.asc",
+    "bare.nc",
+    "made.nc",
+    "made.sdf",
+    "made.x3p",
+    "stored.x3p",
+    "made.sur",
+    "made.tmd",
+    "made.os3d",
+    "made.nms",
+    "made.zmg",
+    "made.plu",
+    "made.vk4",
+    "made.al3d",
+    "made.bcr",
+    "made.stp",
+    "made.mi",
+    "made.gwy",
+    "made.plux",
+    "made.datx",
+)
 SAVED = ("saved.nc", "saved.npz", "saved.csv", "saved.x3p", "saved.sur")
-MEASURED = ("wyko_nt1100_test_1.opd", "opd-1.opd", "sur-2.sur", "dvd_afm.sur", "metropro-1.dat",
-            "uncd_afm.001", "mnt-1.mnt", "x3p-2.x3p", "bullet_land_fixed.x3p")  # fmt: skip
+MEASURED = (
+    "wyko_nt1100_test_1.opd",
+    "opd-1.opd",
+    "sur-2.sur",
+    "dvd_afm.sur",
+    "metropro-1.dat",
+    "uncd_afm.001",
+    "mnt-1.mnt",
+    "x3p-2.x3p",
+    "bullet_land_fixed.x3p",
+)
 RESULTS = {
-    "contact.nc": 0.08, "bodies.nc": 0.06, "volume.nc": 0.05, "volume.nc, its contact": 0.01,
-    "contact.nc, its map": 0.02, "sweep": 0.07, "volume steps": 0.03, "project": 0.05,
+    "contact.nc": 0.08,
+    "bodies.nc": 0.06,
+    "volume.nc": 0.05,
+    "volume.nc, its contact": 0.01,
+    "contact.nc, its map": 0.02,
+    "sweep": 0.07,
+    "volume steps": 0.03,
+    "project": 0.05,
     "project.toml": 0.02,
-}  # fmt: skip
+}
 SHARES = {
     **dict.fromkeys(MADE, 0.42 / len(MADE)),
     **dict.fromkeys(SAVED, 0.10 / len(SAVED)),
@@ -110,11 +147,16 @@ SHARES = {
 """How much of the damage falls on each."""
 
 _WORDS = {
-    "contact.nc": "contact `.nc`", "bodies.nc": "contact `.nc`", "volume.nc": "volume `.nc`",
-    "volume.nc, its contact": "volume `.nc`", "contact.nc, its map": "contact `.nc`",
-    "sweep": "steps of a sweep", "volume steps": "steps of the volume model",
-    "project": "records and files of a project", "project.toml": "project file",
-}  # fmt: skip
+    "contact.nc": "contact `.nc`",
+    "bodies.nc": "contact `.nc`",
+    "volume.nc": "volume `.nc`",
+    "volume.nc, its contact": "volume `.nc`",
+    "contact.nc, its map": "contact `.nc`",
+    "sweep": "steps of a sweep",
+    "volume steps": "steps of the volume model",
+    "project": "records and files of a project",
+    "project.toml": "project file",
+}
 
 
 def _group(name: str) -> str:
@@ -206,9 +248,12 @@ def prepare(folder: Path) -> None:
     ceiling = np.full(holed.shape, 3e9)
     ceiling[:, 6:] = np.inf
     bodies = rc.solve(
-        _rough(), counter_surface=rc.Surface(_rough().heights[::-1] / 2, _rough().pixel),
-        material=STEEL, ceiling=ceiling, load=0.03,
-    )  # fmt: skip
+        _rough(),
+        counter_surface=rc.Surface(_rough().heights[::-1] / 2, _rough().pixel),
+        material=STEEL,
+        ceiling=ceiling,
+        load=0.03,
+    )
     dataclasses.replace(bodies, seconds=0.25).save(results / "bodies.nc")
     _curve(folder / "sweep" / "kept")
     volume = _pressed(folder / "volume steps" / "kept")
@@ -233,8 +278,10 @@ def _run_project(folder: Path) -> None:
     environment = os.environ | {"PYTHONPATH": str(SOURCE)}
     subprocess.run(
         [sys.executable, "-m", "roughcontact", "run", "project.toml", "--quiet"],
-        cwd=folder, env=environment, check=True,
-    )  # fmt: skip
+        cwd=folder,
+        env=environment,
+        check=True,
+    )
 
 
 def load(prepared: Path) -> dict[str, Target]:
@@ -287,9 +334,13 @@ def _of_sample(sample: Sample) -> Target:
     if sample.name.endswith(".nc"):
         sample = dataclasses.replace(sample, structured=plain_hdf5)
     target = Target(
-        sample.name, {sample.name: sample.content}, (sample.name,),
-        functools.partial(_read_map, sample), {sample.name: sample.fields}, sample,
-    )  # fmt: skip
+        sample.name,
+        {sample.name: sample.content},
+        (sample.name,),
+        functools.partial(_read_map, sample),
+        {sample.name: sample.fields},
+        sample,
+    )
     return target
 
 

@@ -18,9 +18,10 @@ from tornado.websocket import websocket_connect
 
 _LARGEST = 200 * 2**20
 _READY = {
-    "kind": "MessageSent", "msg_type": "bokeh_event",
+    "kind": "MessageSent",
+    "msg_type": "bokeh_event",
     "msg_data": {"type": "event", "name": "document_ready", "values": {"type": "map"}},
-}  # fmt: skip
+}
 
 
 class Visitor:
@@ -50,9 +51,10 @@ class Visitor:
         assert found is not None
         place = urlsplit(self.address)
         self._line: Any = await websocket_connect(
-            HTTPRequest(f"ws://{place.netloc}/ws", headers=about), subprotocols=["bokeh", found[1]],
+            HTTPRequest(f"ws://{place.netloc}/ws", headers=about),
+            subprotocols=["bokeh", found[1]],
             max_message_size=_LARGEST,
-        )  # fmt: skip
+        )
         await self._heard()
         await self._say("PULL-DOC-REQ", {})
         kind, content = await self._heard()
@@ -67,8 +69,12 @@ class Visitor:
         """Move the slider; return how long it takes until the picture of the pressure is here."""
         self.position += by
         moved = {"type": "map", "entries": [["value", self.position], ["done", True]]}
-        event = {"kind": "ModelChanged", "model": {"id": self._slider}, "attr": "moved",
-                 "new": moved}  # fmt: skip
+        event = {
+            "kind": "ModelChanged",
+            "model": {"id": self._slider},
+            "attr": "moved",
+            "new": moved,
+        }
         start = time.perf_counter()
         await self._say("PATCH-DOC", {"events": [event]})
         await self.picture()

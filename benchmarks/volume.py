@@ -216,8 +216,12 @@ def measure(program: str, name: str, folder: Path, options: argparse.Namespace) 
     try:
         done = subprocess.run(
             command + ["--quick"] * options.quick,
-            timeout=options.limit, env=environment, capture_output=True, text=True, check=False,
-        )  # fmt: skip
+            timeout=options.limit,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
     except subprocess.TimeoutExpired:
         return row | {"status": f"no answer in {options.limit:g} s"}
     if done.returncode:
@@ -310,8 +314,9 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     names = list(CASES)
-    parser.add_argument("--cases", nargs="+", choices=names, default=names, metavar="CASE",
-                        help=", ".join(names))  # fmt: skip
+    parser.add_argument(
+        "--cases", nargs="+", choices=names, default=names, metavar="CASE", help=", ".join(names)
+    )
     parser.add_argument("--quick", action="store_true", help="tiny sizes, two increments")
     parser.add_argument("--peer-python", default=sys.executable, help="interpreter with Tamaas")
     parser.add_argument("--limit", type=float, default=3600, help="seconds for one path")
@@ -325,8 +330,10 @@ def main() -> None:
         return
     if options.quick and options.write:
         parser.error("--quick measures nothing that should be kept: leave out --write")
-    print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, "
-          f"NumPy {np.__version__}")  # fmt: skip
+    print(
+        f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, "
+        f"NumPy {np.__version__}"
+    )
     rows = [row for name in options.cases for row in run_case(name, options)]
     if options.json:
         options.json.write_text(json.dumps(rows, indent=1), encoding="utf-8")

@@ -93,9 +93,16 @@ def ran(command: str, folder: Path) -> tuple[str, int]:
         "NO_COLOR": "1",
     }
     done = subprocess.run(
-        ["bash", "-c", command], cwd=folder, env=environment, text=True, encoding="utf-8",
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, timeout=600,
-    )  # fmt: skip
+        ["bash", "-c", command],
+        cwd=folder,
+        env=environment,
+        text=True,
+        encoding="utf-8",
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        stdin=subprocess.DEVNULL,
+        timeout=600,
+    )
     # A slow machine shows lines of progress.
     printed = (line.rstrip() for line in done.stdout.strip("\n").splitlines())
     lines = [line for line in printed if not line.startswith("progress: ")]

@@ -64,16 +64,10 @@ def taken(seat: Any) -> None:
 
 
 PICTURES: dict[str, tuple[Callable[[Any], None], str]] = {
-    "desk": (
-        pressed,
-        "A ground map under 100 MPa: numbers, messages, linked maps and a section",
-    ),
+    "desk": (pressed, "A ground map under 100 MPa: numbers, messages, linked maps and a section"),
     "desk-relief": (raised, "3-D: the heights with the pressure on them"),
     "desk-ask": (asked, "Analyze: the load curve of the same contact"),
-    "desk-joint": (
-        joined,
-        "Joint: estimate, contact and interface law, with files",
-    ),
+    "desk-joint": (joined, "Joint: estimate, contact and interface law, with files"),
     "desk-take": (taken, "Export: files, command, script and project file"),
 }
 """What is done before a picture, one after the other, and what the picture shows."""

@@ -90,10 +90,17 @@ def exact(value: float, unit: str, accept: float = 0.01) -> Answer:
 
 
 UNITS = {
-    "contact_area": "m²", "saturated_area": "m²", "max_pressure": "Pa", "approach": "m",
-    "mean_gap": "m", "pressure": "Pa", "tilt": "1", "stick_area": "m²", "shift": "m",
+    "contact_area": "m²",
+    "saturated_area": "m²",
+    "max_pressure": "Pa",
+    "approach": "m",
+    "mean_gap": "m",
+    "pressure": "Pa",
+    "tilt": "1",
+    "stick_area": "m²",
+    "shift": "m",
     "traction": "Pa",
-}  # fmt: skip
+}
 
 
 def certified(
@@ -116,19 +123,26 @@ def certified(
 def contact(inputs: Inputs, arrays: Mapping[str, Array], tolerance: float) -> rc.ContactResult:
     """Return the contact of a discrete problem, which the independent judge confirms."""
     pixel = tuple(inputs["pixel"])
-    body = rc.Material(inputs["young"], inputs["poisson"], coating=[
-        rc.Layer(*layer) for layer in inputs.get("coating", ())
-    ])  # fmt: skip
+    body = rc.Material(
+        inputs["young"],
+        inputs["poisson"],
+        coating=[rc.Layer(*layer) for layer in inputs.get("coating", ())],
+    )
     more: dict[str, Any] = {}
     if "counter_heights" in arrays:
         more["counter_surface"] = rc.Surface(arrays["counter_heights"], pixel)
     if "counter_young" in inputs:
         more["counter_material"] = rc.Material(inputs["counter_young"], inputs["counter_poisson"])
     result = rc.solve(
-        rc.Surface(arrays["heights"], pixel), material=body, load=inputs["load"],
-        ceiling=inputs.get("ceiling"), boundary=inputs["boundary"],
-        moments=inputs.get("moments"), tolerance=tolerance, **more,
-    )  # fmt: skip
+        rc.Surface(arrays["heights"], pixel),
+        material=body,
+        load=inputs["load"],
+        ceiling=inputs.get("ceiling"),
+        boundary=inputs["boundary"],
+        moments=inputs.get("moments"),
+        tolerance=tolerance,
+        **more,
+    )
     if not body.coating:
         found = judge.judge(result)
         assert found.certificate < 2 * tolerance, f"certificate {found.certificate:.1e}"
@@ -158,7 +172,8 @@ def sphere() -> Problem:
     modulus = inputs["young"] / (1 - inputs["poisson"] ** 2)
     bodies = inputs["load"], inputs["radius"], modulus
     return Problem(
-        "Sphere on a rigid flat", "Hertz 1882; Johnson 1985, section 4.2",
+        "Sphere on a rigid flat",
+        "Hertz 1882; Johnson 1985, section 4.2",
         "An elastic paraboloid of given radius of curvature is pressed on a rigid flat, without "
         "friction. Any grid may be used.",
         inputs,
@@ -167,7 +182,7 @@ def sphere() -> Problem:
             "max_pressure": exact(hertz.max_pressure(*bodies), "Pa"),
             "approach": exact(hertz.approach(*bodies), "m"),
         },
-    )  # fmt: skip
+    )
 
 
 def solve_sphere(inputs: Inputs, arrays: Mapping[str, Array]) -> dict[str, Any]:
@@ -190,7 +205,8 @@ def wave() -> Problem:
     half = waves.wavy_half_width(mean, full, inputs["wavelength"])
     peak = waves.wavy_pressure(np.zeros(1), mean, full, inputs["wavelength"])[0]
     return Problem(
-        "Sinusoidal wave on a rigid flat", "Westergaard 1939; Johnson 1985, section 13.2",
+        "Sinusoidal wave on a rigid flat",
+        "Westergaard 1939; Johnson 1985, section 13.2",
         "Heights are amplitude × cos(2π x/wavelength), periodic, in plane strain, under a mean "
         "pressure. Any grid may be used.",
         inputs,
@@ -199,7 +215,7 @@ def wave() -> Problem:
             "max_pressure": exact(peak, "Pa"),
             "mean_gap": exact(waves.wavy_mean_gap(mean, full, inputs["amplitude"]), "m"),
         },
-    )  # fmt: skip
+    )
 
 
 def solve_wave(inputs: Inputs, arrays: Mapping[str, Array]) -> dict[str, Any]:
@@ -208,9 +224,11 @@ def solve_wave(inputs: Inputs, arrays: Mapping[str, Array]) -> dict[str, Any]:
     x = np.arange(1024) / 1024
     heights = np.tile(inputs["amplitude"] * np.cos(2 * math.pi * x), (4, 1))
     specified = {
-        **inputs, "pixel": (length / 4, length / 1024), "boundary": "periodic",
+        **inputs,
+        "pixel": (length / 4, length / 1024),
+        "boundary": "periodic",
         "load": inputs["pressure"] * length**2,
-    }  # fmt: skip
+    }
     result = contact(specified, {"heights": heights}, LOOSE)
     return chosen(result, "contact_fraction", "max_pressure", "mean_gap")
 
@@ -229,9 +247,12 @@ def posed(name: str) -> tuple[dict[str, Any], dict[str, Array]]:
     """Return inputs and heights of a problem that other programs have solved as well."""
     known = problems.PROBLEMS[name]
     inputs = {
-        "young": problems.MODULUS, "poisson": 0.0, "load": known.load, "pixel": list(known.pixel),
+        "young": problems.MODULUS,
+        "poisson": 0.0,
+        "load": known.load,
+        "pixel": list(known.pixel),
         "boundary": known.boundary,
-    }  # fmt: skip
+    }
     if known.ceiling:
         inputs["ceiling"] = known.ceiling
     return inputs, {"heights": known.heights}
@@ -243,9 +264,11 @@ FIELDS = "pressure", "contact_area", "max_pressure", "approach"
 def rough() -> Problem:
     """Pose a rough periodic map."""
     return discrete(
-        "Rough map, elastic, periodic", APPROACH + "The mean gap is that over all pixels.",
-        *posed("rough-128-periodic"), (*FIELDS, "mean_gap"),
-    )  # fmt: skip
+        "Rough map, elastic, periodic",
+        APPROACH + "The mean gap is that over all pixels.",
+        *posed("rough-128-periodic"),
+        (*FIELDS, "mean_gap"),
+    )
 
 
 def ceiling() -> Problem:
@@ -253,8 +276,9 @@ def ceiling() -> Problem:
     return discrete(
         "Rough map under a pressure ceiling, free, oblong pixels",
         APPROACH + "No pressure exceeds the ceiling; pixels at the ceiling may indent.",
-        *posed("rough-96x128-ceiling"), ("pressure", "contact_area", "saturated_area", "approach"),
-    )  # fmt: skip
+        *posed("rough-96x128-ceiling"),
+        ("pressure", "contact_area", "saturated_area", "approach"),
+    )
 
 
 def tilt() -> Problem:
@@ -266,8 +290,10 @@ def tilt() -> Problem:
         "The load acts at the point (y, x) = moments/load from the center of the map, and the "
         "body tilts until the pressure balances it: the initial gap is max(h) - h + tilt_y y + "
         "tilt_x x, with y and x from the center.",
-        inputs, arrays, ("pressure", "contact_area", "max_pressure", "tilt"),
-    )  # fmt: skip
+        inputs,
+        arrays,
+        ("pressure", "contact_area", "max_pressure", "tilt"),
+    )
 
 
 def two_bodies() -> Problem:
@@ -275,15 +301,21 @@ def two_bodies() -> Problem:
     inputs, arrays = posed("rough-64-periodic")
     inputs |= {**STEEL, "counter_young": 70e9, "counter_poisson": 0.33}
     counter = rc.self_affine(
-        64, inputs["pixel"], rms_height=0.1e-6, rolloff_wavelength=40e-6, cutoff_wavelength=8e-6,
+        64,
+        inputs["pixel"],
+        rms_height=0.1e-6,
+        rolloff_wavelength=40e-6,
+        cutoff_wavelength=8e-6,
         rng=np.random.default_rng(1),
-    )  # fmt: skip
+    )
     return discrete(
         "Two rough bodies, elastic, periodic",
         APPROACH + "Both bodies deform: 1/E* = Σ (1 - ν²)/E; heights of both are positive towards "
         "the other, and add pixel by pixel.",
-        inputs, arrays | {"counter_heights": counter}, FIELDS,
-    )  # fmt: skip
+        inputs,
+        arrays | {"counter_heights": counter},
+        FIELDS,
+    )
 
 
 def solve_discrete(inputs: Inputs, arrays: Mapping[str, Array]) -> dict[str, Any]:
@@ -314,12 +346,14 @@ def coating() -> Problem:
     assert pressure.min() >= 0
     assert (displaced + closed + minus_approach)[~touching].min() > 0
     values = {
-        "contact_area": size * pixel_area, "max_pressure": float(pressure.max()),
+        "contact_area": size * pixel_area,
+        "max_pressure": float(pressure.max()),
         "approach": float(-minus_approach),
-    }  # fmt: skip
+    }
     how = "dense linear solve with Burmister's closed form; all pressures and gaps are positive"
     return Problem(
-        "Rough map with an elastic coating, periodic", "Burmister 1945",
+        "Rough map with an elastic coating, periodic",
+        "Burmister 1945",
         DISCRETE + PERIODIC + APPROACH + "One layer (E, ν, thickness) is bonded to the half-space: "
         "the factor 2/(E* |q|) is that of the layer's material times Burmister's function of |q| × "
         "thickness.",
@@ -329,16 +363,25 @@ def coating() -> Problem:
             for key, value in ({"pressure": None} | values).items()
         },
         arrays | {"pressure": pressure},
-    )  # fmt: skip
+    )
 
 
 def coated_symbol(inputs: Inputs, shape: tuple[int, ...]) -> Array:
     """Return displacement over pressure of a wave, for one bonded layer (Burmister 1945)."""
     young, poisson, thickness = inputs["coating"][0]
-    q = 2 * math.pi * np.hypot(*np.meshgrid(
-        *(scipy.fft.fftfreq(n, edge) for n, edge in zip(shape, inputs["pixel"], strict=True)),
-        indexing="ij",
-    ))  # fmt: skip
+    q = (
+        2
+        * math.pi
+        * np.hypot(
+            *np.meshgrid(
+                *(
+                    scipy.fft.fftfreq(n, edge)
+                    for n, edge in zip(shape, inputs["pixel"], strict=True)
+                ),
+                indexing="ij",
+            )
+        )
+    )
     shear = young / (1 + poisson) * (1 + inputs["poisson"]) / inputs["young"]
     first = 1 - 4 * (1 - poisson) / (1 + shear * (3 - 4 * inputs["poisson"]))
     second = (shear - 1) / (shear + 3 - 4 * poisson)
@@ -373,26 +416,33 @@ def stick_slip() -> Problem:
     how = f"Ciavarella and Jäger: two contacts without friction, each with {HOW}"
     answers, maps = certified(superposed, how)
     return Problem(
-        "Rough map that sticks and slips, free", "Ciavarella 1998; Jäger 1998",
-        DISCRETE.replace("on a rigid flat", "on one of the same material") + FREE
+        "Rough map that sticks and slips, free",
+        "Ciavarella 1998; Jäger 1998",
+        DISCRETE.replace("on a rigid flat", "on one of the same material")
+        + FREE
         + "1/E* = Σ (1 - ν²)/E. With ν = 0 the tangential displacement by a traction is that by a "
         "pressure. Under the constant load a tangential force along x rises from 0; traction is at "
         "most friction × pressure (Coulomb). The shift is the rigid one of one body on the other.",
-        inputs, answers, arrays | maps,
-    )  # fmt: skip
+        inputs,
+        answers,
+        arrays | maps,
+    )
 
 
 def solve_stick_slip(inputs: Inputs, arrays: Mapping[str, Array]) -> dict[str, Any]:
     """Solve it by iterating on the traction itself."""
     found = rc.tangential(
-        contact(inputs, arrays, TIGHT), friction=inputs["friction"], force=inputs["force"],
+        contact(inputs, arrays, TIGHT),
+        friction=inputs["friction"],
+        force=inputs["force"],
         tolerance=LOOSE,
-    )  # fmt: skip
+    )
     pixel_area = math.prod(inputs["pixel"])
     return {
-        "traction": found.traction[1], "shift": found.last.shift,
+        "traction": found.traction[1],
+        "shift": found.last.shift,
         "stick_area": np.count_nonzero(found.stick) * pixel_area,
-    }  # fmt: skip
+    }
 
 
 def conductance() -> Problem:
@@ -408,7 +458,8 @@ def conductance() -> Problem:
     length = 2 * math.prod(inputs["pixel"]) * flux.sum()
     how = "dense linear solve in double precision"
     return Problem(
-        "Constriction resistance of a rough contact", "Holm 1967; Barber 2003",
+        "Constriction resistance of a rough contact",
+        "Holm 1967; Barber 2003",
         "Current passes between two half-spaces of equal resistivity through the pixels that "
         "touch (contact = 1), with constant current density on each and the same potential at "
         "their centers. The resistance is 2 × resistivity/constriction length; a disc of radius a "
@@ -419,7 +470,7 @@ def conductance() -> Problem:
             "resistance": Answer(float(2 * resistivity / length), "Ω", CERTIFIED, 1e-6, how),
         },
         {"contact": touching.astype(float)},
-    )  # fmt: skip
+    )
 
 
 def solve_conductance(inputs: Inputs, arrays: Mapping[str, Array]) -> dict[str, Any]:
@@ -440,9 +491,12 @@ def gap_map(points: int) -> Array:
     """Return a smooth periodic gap [m] on a grid of 0.1 mm."""
     y, x = np.mgrid[:points, :points] * (2 * math.pi / points)
     height = (
-        0.5 * np.cos(x + 2 * y) + 0.4 * np.sin(2 * x - y) + 0.35 * np.cos(3 * y + 0.5)
-        + 0.3 * np.cos(3 * x + 3 * y + 1) + 0.25 * np.sin(4 * x - 2 * y + 2)
-    )  # fmt: skip
+        0.5 * np.cos(x + 2 * y)
+        + 0.4 * np.sin(2 * x - y)
+        + 0.35 * np.cos(3 * y + 0.5)
+        + 0.3 * np.cos(3 * x + 3 * y + 1)
+        + 0.25 * np.sin(4 * x - 2 * y + 2)
+    )
     return 1e-6 * (1 + 0.5 * height)
 
 
@@ -466,13 +520,15 @@ def leak() -> Problem:
         how = "finite volumes on 128² to 1024² points, Richardson; the error is its last step"
         answers[f"rate_{name}"] = Answer(last, "m³/s", error, 0.01, how)
     return Problem(
-        "Flow through a rough gap", "Reynolds 1886; Patir and Cheng 1978",
+        "Flow through a rough gap",
+        "Reynolds 1886; Patir and Cheng 1978",
         "∇·(g³ ∇p) = 0, periodic along both axes. The gap on a square face is 1 µm × (1 + 0.5 s), "
         "s = 0.5 cos(X + 2Y) + 0.4 sin(2X - Y) + 0.35 cos(3Y + 0.5) + 0.3 cos(3X + 3Y + 1) + 0.25 "
         "sin(4X - 2Y + 2), X = 2πx/side, Y = 2πy/side. The rate is the mean flow g³/(12 η) across "
         "the side where the pressure falls by the difference along it. Any grid may be used.",
-        inputs, answers,
-    )  # fmt: skip
+        inputs,
+        answers,
+    )
 
 
 def solve_leak(inputs: Inputs, arrays: Mapping[str, Array]) -> dict[str, Any]:
@@ -490,9 +546,13 @@ def indented(inputs: Inputs, points: int, nodes: int) -> dict[str, float]:
     result = rc.solve_elastoplastic(
         rc.Surface(-(x[:, None] ** 2 + x**2) / (2 * inputs["radius"]), (edge, edge)),
         material=rc.Material(inputs["young"], inputs["poisson"], hardening=law),
-        loads=[inputs["load"] * part / 5 for part in range(1, 6)], increments=1,
-        boundary="periodic", layers=thickness, tolerance=1e-5, precision="double",
-    )  # fmt: skip
+        loads=[inputs["load"] * part / 5 for part in range(1, 6)],
+        increments=1,
+        boundary="periodic",
+        layers=thickness,
+        tolerance=1e-5,
+        precision="double",
+    )
     return {
         "max_pressure": result.contact.max_pressure,
         "max_plastic_strain": result.max_plastic_strain,
@@ -504,10 +564,15 @@ def plasticity() -> Problem:
     """Pose an indentation that hardens, with the change between two grids as its error."""
     young, side = 200e9, 1e-4
     inputs = {
-        "young": young, "poisson": indentation.POISSON, "side": side, "depth": 0.4 * side,
-        "radius": indentation.RADIUS * side, "load": indentation.LOADS[-1] * young * side**2,
-        "yield_strength": indentation.YIELD * young, "hardening": indentation.HARDENING * young,
-    }  # fmt: skip
+        "young": young,
+        "poisson": indentation.POISSON,
+        "side": side,
+        "depth": 0.4 * side,
+        "radius": indentation.RADIUS * side,
+        "load": indentation.LOADS[-1] * young * side**2,
+        "yield_strength": indentation.YIELD * young,
+        "hardening": indentation.HARDENING * young,
+    }
     coarse, fine = indented(inputs, 32, 16), indented(inputs, 64, 32)
     theirs = indentation.load("tamaas")[1]["sphere-64"]
     peer = {
@@ -525,14 +590,16 @@ def plasticity() -> Problem:
         how += " and from Tamaas 2.9.0 on the same grid" if name in peer else ""
         answers[name] = Answer(value, units[name], error, 0.05, how)
     return Problem(
-        "Sphere that indents an elastoplastic half-space", "Jacq et al. 2002; Frérot et al. 2019",
+        "Sphere that indents an elastoplastic half-space",
+        "Jacq et al. 2002; Frérot et al. 2019",
         "A rigid paraboloid is pressed on a half-space, periodic over the side, with small strains "
         "and von Mises plasticity of linear isotropic hardening: the yield strength rises by "
         "hardening × accumulated plastic strain. The load rises from 0. Plastic strain is above "
         "the depth. The mean pressure leaves no mean strain in the plane. The largest plastic "
         "strain is that on the grid.",
-        inputs, answers,
-    )  # fmt: skip
+        inputs,
+        answers,
+    )
 
 
 def solve_plasticity(inputs: Inputs, arrays: Mapping[str, Array]) -> dict[str, Any]:
@@ -546,7 +613,8 @@ def rolling() -> Problem:
     shear = inputs["yield_strength"] / math.sqrt(3)
     fine = "closed-form stresses of a half-plane; the largest von Mises stress on a grid of a 500th"
     return Problem(
-        "Rolling line contact without friction", "Melan 1938; Johnson 1985, sections 9.2 and 9.3",
+        "Rolling line contact without friction",
+        "Melan 1938; Johnson 1985, sections 9.2 and 9.3",
         "A rigid cylinder rolls repeatedly over an elastic, perfectly plastic half-space (von "
         "Mises), in plane strain. Answers are the Hertz pressures of first yield and of the limit "
         "of elastic shakedown.",
@@ -557,7 +625,7 @@ def rolling() -> Problem:
             ),
             "shakedown": exact(4 * shear, "Pa", 0.06),
         },
-    )  # fmt: skip
+    )
 
 
 def solve_rolling(inputs: Inputs, arrays: Mapping[str, Array]) -> dict[str, Any]:
@@ -577,18 +645,19 @@ def solve_rolling(inputs: Inputs, arrays: Mapping[str, Array]) -> dict[str, Any]
 
     # The mean pressure of a row of rollers adds a stress of its own.
     wide = rc.Surface(np.zeros((8, 2048)), pixel)
-    common: dict[str, Any] = {
-        "counter_surface": roller, "material": body, "boundary": "periodic",
-    }  # fmt: skip
+    common: dict[str, Any] = {"counter_surface": roller, "material": body, "boundary": "periodic"}
     yields = rc.first_yield_load(wide, **common, initial_load=load(3 * shear))
     low, high = rc.shakedown_load(
-        rc.Surface(np.zeros(shape), pixel), low=load(3 * shear), high=load(4.6 * shear),
-        rel_tol=0.04, passes=4, steps=32, tolerance=1e-3, **common,
-    )  # fmt: skip
-    return {
-        "first_yield": peak(yields.solution.load),
-        "shakedown": peak((low + high) / 2),
-    }
+        rc.Surface(np.zeros(shape), pixel),
+        low=load(3 * shear),
+        high=load(4.6 * shear),
+        rel_tol=0.04,
+        passes=4,
+        steps=32,
+        tolerance=1e-3,
+        **common,
+    )
+    return {"first_yield": peak(yields.solution.load), "shakedown": peak((low + high) / 2)}
 
 
 Solve = Callable[[Inputs, Mapping[str, Array]], dict[str, Any]]
@@ -606,7 +675,7 @@ POSED: dict[str, tuple[Callable[[], Problem], Solve]] = {
     "leak": (leak, solve_leak),
     "plasticity": (plasticity, solve_plasticity),
     "rolling": (rolling, solve_rolling),
-}  # fmt: skip
+}
 
 
 def write(target: Path) -> None:
@@ -615,10 +684,13 @@ def write(target: Path) -> None:
     for name, (pose, _) in POSED.items():
         problem = pose()
         described[name] = {
-            "title": problem.title, "source": problem.source, "statement": problem.statement,
-            "inputs": problem.inputs, "arrays": sorted(problem.arrays),
+            "title": problem.title,
+            "source": problem.source,
+            "statement": problem.statement,
+            "inputs": problem.inputs,
+            "arrays": sorted(problem.arrays),
             "answers": {key: asdict(answer) for key, answer in problem.answers.items()},
-        }  # fmt: skip
+        }
         if problem.arrays:
             np.savez_compressed(target / f"{name}.npz", **problem.arrays)
         print(name, {k: a.value for k, a in problem.answers.items()}, flush=True)
@@ -637,9 +709,10 @@ def answers(names: list[str], source: Path = HERE) -> dict[str, dict[str, Any]]:
                 arrays = {key: stored[key] for key in stored.files}
         values = POSED[name][1](problem["inputs"], arrays)
         found[name] = {
-            key: np.asarray(value).tolist() for key, value in values.items()
+            key: np.asarray(value).tolist()
+            for key, value in values.items()
             if key in problem["answers"]
-        }  # fmt: skip
+        }
         print(name, flush=True)
     return found
 

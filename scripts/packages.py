@@ -14,9 +14,16 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 # What a source package needs beside the package for its tests and its documentation.
 WITH_SOURCE = (
-    "tests/conftest.py", "docs/conf.py", "benchmarks/same.py", "scripts/release.py",
-    "reference/problems.json", "README.md", "CHANGELOG.md", "LICENSE", "CITATION.cff",
-)  # fmt: skip
+    "tests/conftest.py",
+    "docs/conf.py",
+    "benchmarks/same.py",
+    "scripts/release.py",
+    "reference/problems.json",
+    "README.md",
+    "CHANGELOG.md",
+    "LICENSE",
+    "CITATION.cff",
+)
 
 
 def expected(root: Path) -> set[str]:

@@ -95,8 +95,11 @@ class Reader:
         }
         self.process = subprocess.Popen(
             [sys.executable, __file__, str(self.folder / "noise")],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment,
-        )  # fmt: skip
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=environment,
+        )
 
     def close(self) -> None:
         if self.process is not None:

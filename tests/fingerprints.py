@@ -75,9 +75,12 @@ def pressed():
         for ceiling in (None, "auto"):
             for surface in (small, wide):
                 result = rc.solve(
-                    surface, material=STEEL, boundary=boundary, ceiling=ceiling,
+                    surface,
+                    material=STEEL,
+                    boundary=boundary,
+                    ceiling=ceiling,
                     load=1e9 * 0.05 * surface.size[0] * surface.size[1],
-                )  # fmt: skip
+                )
                 name = f"{boundary}, ceiling {ceiling}, {surface.heights.shape}"
                 yield name, np.stack([result.pressure, result.gap])
     single = rc.solve(wide, material=STEEL, load=1.0, precision="single")

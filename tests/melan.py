@@ -54,8 +54,9 @@ def limit_at(depth: float, friction: float, poisson: float, thickness: float = 0
 
     Stresses are averaged over a layer of some thickness around it.
     """
-    x = np.concatenate([np.linspace(-4, -1.2, 100), np.linspace(-1.2, 1.2, 1201),
-                        np.linspace(1.2, 4, 100)])  # fmt: skip
+    x = np.concatenate(
+        [np.linspace(-4, -1.2, 100), np.linspace(-1.2, 1.2, 1201), np.linspace(1.2, 4, 100)]
+    )
     nodes, weights = np.polynomial.legendre.leggauss(8)
     parts = [
         weight / 2 * np.array(stress(x, np.full_like(x, depth + thickness / 2 * node), friction))

@@ -69,9 +69,25 @@ def plain_opd(content: bytes) -> Plain:
     return Plain(values * scale, (edge * number(b"Aspect"), edge))
 
 
-LENGTHS = {b"m": 1.0, b"mm": 1e-3, b"nm": 1e-9, b"\xb5m": 1e-6, b"um": 1e-6, b"\xe6m": 1e-6,
-            b"pm": 1e-12, b"fm": 1e-15, b"cm": 1e-2, b"dm": 0.1, b"km": 1e3, b"~m": 1e-6,
-            b"\xc5": 1e-10, b"A": 1e-10, b"Mm": 1e6, b"Gm": 1e9, b"am": 1e-18}  # fmt: skip
+LENGTHS = {
+    b"m": 1.0,
+    b"mm": 1e-3,
+    b"nm": 1e-9,
+    b"\xb5m": 1e-6,
+    b"um": 1e-6,
+    b"\xe6m": 1e-6,
+    b"pm": 1e-12,
+    b"fm": 1e-15,
+    b"cm": 1e-2,
+    b"dm": 0.1,
+    b"km": 1e3,
+    b"~m": 1e-6,
+    b"\xc5": 1e-10,
+    b"A": 1e-10,
+    b"Mm": 1e6,
+    b"Gm": 1e9,
+    b"am": 1e-18,
+}
 
 
 def plain_sur(content: bytes) -> Plain:
@@ -133,8 +149,13 @@ def plain_di(content: bytes) -> Plain:
         else:
             key, _, value = line[1:].partition(b": ")
             sections[-1][1][key.lower()] = value.strip()
-    scales = {key: value for name, part in sections if name in (b"scanner list", b"ciao scan list")
-              for key, value in part.items() if key.startswith(b"@sens")}  # fmt: skip
+    scales = {
+        key: value
+        for name, part in sections
+        if name in (b"scanner list", b"ciao scan list")
+        for key, value in part.items()
+        if key.startswith(b"@sens")
+    }
     scan = next((part for name, part in sections if name == b"ciao scan list"), {})
     for name, part in sections:
         if name != b"ciao image list":

@@ -29,11 +29,7 @@ class Line:
     """
 
     def __init__(
-        self,
-        peak: float,
-        half_width: int = 7,
-        points: int = 64,
-        law: Hardening | None = None,
+        self, peak: float, half_width: int = 7, points: int = 64, law: Hardening | None = None
     ) -> None:
         shape, pressure, width = (8, points), peak * SHEAR, half_width * PIXEL[1]
         modulus = YOUNG / (1 - POISSON**2)
@@ -58,10 +54,17 @@ class Line:
         folder: Path | None = None,
     ) -> rc.ElastoplasticResult:
         return rc.solve_elastoplastic(
-            self.flat, material=self.steel, counter_surface=self.roller, path=path,
-            boundary="periodic", precision=precision, tolerance=tolerance, start=start,
-            layers=None if start else self.layers, folder=folder,
-        )  # fmt: skip
+            self.flat,
+            material=self.steel,
+            counter_surface=self.roller,
+            path=path,
+            boundary="periodic",
+            precision=precision,
+            tolerance=tolerance,
+            start=start,
+            layers=None if start else self.layers,
+            folder=folder,
+        )
 
     def passes(self, count: int, stride: int = 2, friction: float = 0.0) -> list[float]:
         """Return by how much the largest accumulated strain has grown in each of some passes."""

@@ -83,8 +83,10 @@ def made(folder: Path) -> Iterator[Sample]:
 
     import xarray
 
-    axes = {name: (name, (np.arange(n) + 0.5) * e, {"units": "m"})
-            for name, n, e in (("y", 30, 1e-6), ("x", 22, 2e-6))}  # fmt: skip
+    axes = {
+        name: (name, (np.arange(n) + 0.5) * e, {"units": "m"})
+        for name, n, e in (("y", 30, 1e-6), ("x", 22, 2e-6))
+    }
     for name, attributes in (("bare.nc", {}), ("made.nc", {"pixel_y": 1e-6, "pixel_x": 2e-6})):
         variable = (("y", "x"), plain.heights, {"units": "m"})
         data = xarray.Dataset({"height": variable}, coords=axes, attrs=attributes)
@@ -99,9 +101,20 @@ def made(folder: Path) -> Iterator[Sample]:
 
     if importlib.util.find_spec("SurfaceTopography") is None:
         return
-    header = {"ManufacID": "test", "CreateDate": "010120240000", "ModDate": "010120240000",
-              "NumPoints": 22, "NumProfiles": 30, "Xscale": 2e-6, "Yscale": 1e-6, "Zscale": 1e-6,
-              "Zresolution": -1, "Compression": 0, "DataType": 7, "CheckType": 0}  # fmt: skip
+    header = {
+        "ManufacID": "test",
+        "CreateDate": "010120240000",
+        "ModDate": "010120240000",
+        "NumPoints": 22,
+        "NumProfiles": 30,
+        "Xscale": 2e-6,
+        "Yscale": 1e-6,
+        "Zscale": 1e-6,
+        "Zresolution": -1,
+        "Compression": 0,
+        "DataType": 7,
+        "CheckType": 0,
+    }
     lines = ["aISO-1.0", *(f"{key} = {value}" for key, value in header.items()), "*"]
     lines += [" ".join("BAD" if np.isnan(z) else str(z) for z in row) for row in heights]
     content = ("\n".join([*lines, "*"]) + "\n").encode()
@@ -211,9 +224,10 @@ def measured() -> Iterator[Sample]:
                     rb"\\(Samps/line|Lines|Number of lines|Scan size|Bytes/pixel|Data offset|"
                     rb"Data length|Aspect ratio|Version|@2:Z scale|@Sens. Zsens|"
                     rb"\*\w+ \w+ list)[^\r]*",
-                    content, re.IGNORECASE,
+                    content,
+                    re.IGNORECASE,
                 )
-            )  # fmt: skip
+            )
         if name.endswith("x3p"):
             fields = (*fields, (len(content) - 300, len(content)))
         checked = name.endswith((".x3p", ".mnt"))

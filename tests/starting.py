@@ -21,9 +21,11 @@ def mpiexec(count, *words, timeout=300):
     paths = [str(SOURCE), os.environ.get("PYTHONPATH", "")]
     return subprocess.run(
         [MPIEXEC, "-n", str(count), sys.executable, *map(str, words)],
-        capture_output=True, text=True, timeout=timeout,
+        capture_output=True,
+        text=True,
+        timeout=timeout,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
-    )  # fmt: skip
+    )
 
 
 def command(count, *words):

@@ -63,11 +63,7 @@ def test_angles_that_are_none(angle) -> None:
 # --- where the points come to lie ----------------------------------------------------------------
 
 
-@given(
-    st.tuples(st.floats(-5, 5), st.floats(-5, 5)),
-    st.floats(-400, 400),
-    st.booleans(),
-)
+@given(st.tuples(st.floats(-5, 5), st.floats(-5, 5)), st.floats(-400, 400), st.booleans())
 def test_every_point_is_where_it_belongs(offset, angle, mirrored) -> None:
     shape, pixel, new_shape, new_pixel = (20, 30), (2.0, 1.0), (17, 9), (0.7, 1.3)
     matrix, start = alignment.grid_positions(
@@ -279,10 +275,7 @@ def test_there_and_back() -> None:
     there = alignment.align(heights, pixel, (150, 150), (0.3, 0.3), (0.7, -0.4), 35.0)
     t = math.radians(35)
     # The shift comes after the turn: back it has to be turned with it.
-    back = (
-        -(0.7 * math.cos(t) + -0.4 * math.sin(t)),
-        -(-0.4 * math.cos(t) - 0.7 * math.sin(t)),
-    )
+    back = (-(0.7 * math.cos(t) + -0.4 * math.sin(t)), -(-0.4 * math.cos(t) - 0.7 * math.sin(t)))
     again = alignment.align(there, (0.3, 0.3), (60, 70), pixel, back, -35.0)
     assert np.isfinite(again).all()
     np.testing.assert_allclose(again, heights[30:90, 40:110], rtol=0, atol=4e-4)

@@ -29,12 +29,16 @@ SHAPE, PIXEL = (23, 36), (0.7e-6, 0.9e-6)
 ORIGIN = rc.Provenance("ground.opd", "Wyko NT1100", "Raw", ("leveled: plane", "a second step"))
 SURFACE = rc.Surface(
     rc.self_affine(
-        SHAPE, PIXEL, rms_height=0.1e-6, rolloff_wavelength=9e-6, cutoff_wavelength=2e-6,
+        SHAPE,
+        PIXEL,
+        rms_height=0.1e-6,
+        rolloff_wavelength=9e-6,
+        cutoff_wavelength=2e-6,
         rng=np.random.default_rng(5),
     ),
     PIXEL,
     ORIGIN,
-)  # fmt: skip
+)
 
 
 def holed() -> rc.Surface:
@@ -64,9 +68,12 @@ CASES = {
     "tilted": {"material": YIELDING, "moments": (1e-8, -2e-8)},
     "single": {"material": YIELDING, "precision": "single"},
     "not converged": {
-        "material": STEEL, "tolerance": 1e-14, "max_iterations": 2, "on_failure": "return",
+        "material": STEEL,
+        "tolerance": 1e-14,
+        "max_iterations": 2,
+        "on_failure": "return",
     },
-}  # fmt: skip
+}
 
 
 @lru_cache
@@ -186,9 +193,13 @@ def test_a_loaded_result_is_a_start(tmp_path: Path) -> None:
     masked.save(tmp_path / "out.nc")
     again = load_result(tmp_path / "out.nc")
     resolved = rc.solve(
-        again.surface, material=again.material, counter_material=again.counter_material,
-        ceiling=again.ceiling, load=again.load, initial_guess=again,
-    )  # fmt: skip
+        again.surface,
+        material=again.material,
+        counter_material=again.counter_material,
+        ceiling=again.ceiling,
+        load=again.load,
+        initial_guess=again,
+    )
     np.testing.assert_allclose(resolved.pressure, masked.pressure, rtol=0, atol=1e-5 * 3e9)
 
 
@@ -305,9 +316,11 @@ def test_the_solution_is_verified_from_the_file_alone(
     assert found.load == pytest.approx(attributes["load"], rel=2e-10)
     np.testing.assert_array_equal(dataset["saturated"] == 1, found.full)
     np.testing.assert_allclose(
-        dataset["gap"], np.where(np.isfinite(gap), found.gap, np.nan), rtol=0,
+        dataset["gap"],
+        np.where(np.isfinite(gap), found.gap, np.nan),
+        rtol=0,
         atol=1e-12 if slack < 1e-6 else 1e-9,
-    )  # fmt: skip
+    )
 
 
 # --- writing ---------------------------------------------------------------------------------

@@ -54,8 +54,11 @@ def cautions(result: ContactResult) -> list[str]:
 
 
 def test_the_table_fits_half_a_page() -> None:
-    assert all(len(text.split()) <= 12 for item in assumptions.ASSUMPTIONS
-               for text in (item.name, item.matters))  # fmt: skip
+    assert all(
+        len(text.split()) <= 12
+        for item in assumptions.ASSUMPTIONS
+        for text in (item.name, item.matters)
+    )
     for problem in ({}, {"boundary": "periodic"}, {"counter_surface": rough(1)}):
         rows = stated(solved(rough(), **problem))
         assert len(rows) <= 12
@@ -204,18 +207,33 @@ def test_large_strains_are_doubted() -> None:
         (lambda: solved(ball(), ceiling=None), "No plastic flow", "elastic; peak pressure"),
         (lambda: solved(ball(), material=rc.Material(210e9, 0.3)), "No plastic flow", "elastic"),
         (lambda: solved(ball()), "Ceiling for plastic flow", "no point reaches it"),
-        (lambda: solved(rough(), load=1.0), "Ceiling for plastic flow",
-         "3 GPa, three times the yield strength; E*h′/σ_Y = "),
-        (lambda: solved(rough(), ceiling=2e9, load=1.0), "Ceiling for plastic flow",
-         "2 GPa, as given: 2 times the yield strength"),
-        (lambda: solved(rough(), counter_material=SOFT, load=1.0), "Ceiling for plastic flow",
-         "900 MPa, three times the yield strength of the softer body"),
-        (lambda: solved(rough(), ceiling=np.linspace(1e9, 2e9, 64**2).reshape(64, 64), load=1.0),
-         "Ceiling for plastic flow", "given point by point, 1 GPa to 2 GPa"),
-        (lambda: solved(rough(), ceiling=2e9, material=rc.Material(210e9, 0.3), load=1.0),
-         "Ceiling for plastic flow", "2 GPa, as given"),
+        (
+            lambda: solved(rough(), load=1.0),
+            "Ceiling for plastic flow",
+            "3 GPa, three times the yield strength; E*h′/σ_Y = ",
+        ),
+        (
+            lambda: solved(rough(), ceiling=2e9, load=1.0),
+            "Ceiling for plastic flow",
+            "2 GPa, as given: 2 times the yield strength",
+        ),
+        (
+            lambda: solved(rough(), counter_material=SOFT, load=1.0),
+            "Ceiling for plastic flow",
+            "900 MPa, three times the yield strength of the softer body",
+        ),
+        (
+            lambda: solved(rough(), ceiling=np.linspace(1e9, 2e9, 64**2).reshape(64, 64), load=1.0),
+            "Ceiling for plastic flow",
+            "given point by point, 1 GPa to 2 GPa",
+        ),
+        (
+            lambda: solved(rough(), ceiling=2e9, material=rc.Material(210e9, 0.3), load=1.0),
+            "Ceiling for plastic flow",
+            "2 GPa, as given",
+        ),
     ],
-)  # fmt: skip
+)
 def test_yielding_is_told_for_the_case_at_hand(
     make: Callable[[], ContactResult], name: str, text: str
 ) -> None:
@@ -325,8 +343,11 @@ def test_a_ceiling_that_does_not_fit_has_the_calibrated_one_beside_it(
     assert result.calibrated.load_ratio == pytest.approx(ratio, rel=0.05)
     assert caution(result) == ""
     # Without its numbers one caution tells of it.
-    (told,) = (c for c in loaded_ball(ratio, calibrated=False, **more).cautions
-               if c.kind == CautionTag.CEILING)  # fmt: skip
+    (told,) = (
+        c
+        for c in loaded_ball(ratio, calibrated=False, **more).cautions
+        if c.kind == CautionTag.CEILING
+    )
     assert told.numbers["recommended_ceiling"] == pytest.approx(factor * 1e9, rel=0.01)
 
 

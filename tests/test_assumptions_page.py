@@ -268,8 +268,10 @@ def test_what_the_recommended_ceiling_leaves() -> None:
     errors = np.array([row["calibrated"]["contact_area"] for row in rough])
     assert np.abs(errors).max() < 0.085
     assert np.mean(np.abs(errors) < 0.055) > 0.9
-    usual = {law: [r["errors"]["contact_area"][0] for r in rough if r["law"] == law]
-             for law in ("perfect", "Swift")}  # fmt: skip
+    usual = {
+        law: [r["errors"]["contact_area"][0] for r in rough if r["law"] == law]
+        for law in ("perfect", "Swift")
+    }
     assert min(usual["perfect"]) == pytest.approx(-0.25, abs=0.03)
     assert max(usual["Swift"]) == pytest.approx(0.55, abs=0.1)
 
@@ -306,9 +308,10 @@ def test_what_a_ceiling_leaves_behind_is_foretold() -> None:
 @pytest.mark.slow
 def test_the_stored_comparison_can_be_computed_again() -> None:
     row = next(
-        row for row in ceiling_error.stored()["spheres"]
+        row
+        for row in ceiling_error.stored()["spheres"]
         if row["law"] == "perfect" and row["load_ratio"] == 12
-    )  # fmt: skip
+    )
     surface, steel, load = ceiling_error.sphere(ceiling_error.LAWS["perfect"], 12, 40)
     both = rc.compare_models(
         surface, material=steel, increments=1, loads=[load / 2, load], factors=ceiling_error.FACTORS

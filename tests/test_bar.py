@@ -153,9 +153,14 @@ def test_the_time_left_of_a_solve_is_known_within_a_factor_of_two(clock, boundar
 
     surface = rc.Surface(*rc.reference_map(256, 3))
     rc.solve(
-        surface, material=STEEL, load=0.5, boundary=boundary, ceiling=ceiling, progress=look,
+        surface,
+        material=STEEL,
+        load=0.5,
+        boundary=boundary,
+        ceiling=ceiling,
+        progress=look,
         calibrated=False,
-    )  # fmt: skip
+    )
     shares = [done for _, done, _ in told]
     assert shares[-1] == 1
     assert all(0 <= done <= 1 for done in shares)
@@ -190,8 +195,12 @@ def test_a_comparison_tells_its_time_after_the_first_map(tmp_path):
     names = [str(tmp_path / f"{number}.npz") for number in range(3)]
     for name in names:
         rc.Surface(heights, pixel).save(name)
-    given = {"group": [f"a={names[0]}", f"b={names[1]}", f"c={names[2]}"], "load": "20 MPa",
-             "material": "100Cr6", "steps": "2"}  # fmt: skip
+    given = {
+        "group": [f"a={names[0]}", f"b={names[1]}", f"c={names[2]}"],
+        "load": "20 MPa",
+        "material": "100Cr6",
+        "steps": "2",
+    }
     told = []
     run_request(from_text("compare", None, given), lambda text: None, told.append)
     numbers = [state.number for state in told]
@@ -233,5 +242,6 @@ def test_the_variants_of_a_joint_are_one_series(tmp_path):
     variants = [state for state in told if state.label]
     assert_one_series(variants)
     assert [*dict.fromkeys(state.label for state in variants)] == [
-        "calibrated ceiling", "coarser grid",
-    ]  # fmt: skip
+        "calibrated ceiling",
+        "coarser grid",
+    ]

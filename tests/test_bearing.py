@@ -23,8 +23,10 @@ def test_material_ratio_curve_of_a_sample() -> None:
 
 def test_grouping_keeps_the_curve(monkeypatch: pytest.MonkeyPatch) -> None:
     heights = np.random.default_rng(8).gamma(3.0, size=(150, 200))
-    whole = {**roughness.core_parameters(*roughness.material_ratio_curve(heights)),
-             **roughness.volume_parameters(*roughness.material_ratio_curve(heights))}  # fmt: skip
+    whole = {
+        **roughness.core_parameters(*roughness.material_ratio_curve(heights)),
+        **roughness.volume_parameters(*roughness.material_ratio_curve(heights)),
+    }
     monkeypatch.setattr(roughness, "_CURVE_POINTS", 2**12)
     curve = roughness.material_ratio_curve(heights)
     assert 2**11 < curve[0].size <= 2**12 + 2
@@ -38,8 +40,17 @@ def test_bearing_parameters_of_uniform_heights() -> None:
     heights = np.random.default_rng(9).permutation((np.arange(n) + 0.5) / n * 2e-6)
     curve = roughness.material_ratio_curve(heights.reshape(200, 200))
     values = {**roughness.core_parameters(*curve), **roughness.volume_parameters(*curve)}
-    expected = {"Sk": 2e-6, "Spk": 0.0, "Svk": 0.0, "Smr1": 0.0, "Smr2": 1.0, "Vmp": 1e-8,
-                "Vmc": 63e-8, "Vvc": 77e-8, "Vvv": 4e-8}  # fmt: skip
+    expected = {
+        "Sk": 2e-6,
+        "Spk": 0.0,
+        "Svk": 0.0,
+        "Smr1": 0.0,
+        "Smr2": 1.0,
+        "Vmp": 1e-8,
+        "Vmc": 63e-8,
+        "Vvc": 77e-8,
+        "Vvv": 4e-8,
+    }
     # Steps of 1/n at either end.
     assert values == pytest.approx(expected, rel=1e-4, abs=1e-12)
 

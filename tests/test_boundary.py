@@ -27,8 +27,11 @@ MODULUS = 3.0
 
 def test_values_are_the_texts_of_arguments_and_files():
     assert [str(boundary) for boundary in Boundary] == [
-        "free", "periodic", "periodic-x", "periodic-y",
-    ]  # fmt: skip
+        "free",
+        "periodic",
+        "periodic-x",
+        "periodic-y",
+    ]
     assert Boundary("periodic-y") is Boundary.PERIODIC_Y
     assert f"{Boundary.FREE}" == "free" == Boundary.FREE
 
@@ -46,9 +49,11 @@ def test_each_axis_is_free_or_periodic():
     axes = {str(b): (b.free_axes, b.periodic_axes) for b in Boundary}
     # Axis 1 is x: maps are [y, x].
     assert axes == {
-        "free": ((0, 1), ()), "periodic": ((), (0, 1)),
-        "periodic-x": ((0,), (1,)), "periodic-y": ((1,), (0,)),
-    }  # fmt: skip
+        "free": ((0, 1), ()),
+        "periodic": ((), (0, 1)),
+        "periodic-x": ((0,), (1,)),
+        "periodic-y": ((1,), (0,)),
+    }
 
 
 @pytest.mark.parametrize("boundary", Boundary)
@@ -318,8 +323,11 @@ def test_spots_and_rims_of_a_strip_wrap_along_its_period(rough):
     # Edges between contact and none: those at the ends of a map that ends do not count.
     unit = edges["periodic"] / 12
     assert {name: round(value / unit) for name, value in edges.items()} == {
-        "free": 12, "periodic": 12, "periodic-x": 12, "periodic-y": 12,
-    }  # fmt: skip
+        "free": 12,
+        "periodic": 12,
+        "periodic-x": 12,
+        "periodic-y": 12,
+    }
     touching[2, -1] = False
     assert spots.rim_excess(touching, touching, Boundary.PERIODIC_X) > spots.rim_excess(
         touching, touching, Boundary.PERIODIC_Y
@@ -423,9 +431,14 @@ def test_command_line_and_project_file_know_strips(boundary, rough, tmp_path, mo
     monkeypatch.chdir(tmp_path)
     np.save("map.npy", rough.heights)
     given = {
-        "size": "14.4 um x 28.8 um", "unit": "m", "level": "none", "load": "0.05 N",
-        "young": "210 GPa", "poisson": "0.3", "boundary": str(boundary),
-    }  # fmt: skip
+        "size": "14.4 um x 28.8 um",
+        "unit": "m",
+        "level": "none",
+        "load": "0.05 N",
+        "young": "210 GPa",
+        "poisson": "0.3",
+        "boundary": str(boundary),
+    }
     words = [word for name, value in given.items() for word in (f"--{name}", value)]
     assert app.main(["solve", "map.npy", *words, "--output", "a.nc"]) == app.SOLVED
     from_words = rc.read_result("a.nc")
@@ -451,7 +464,19 @@ def test_the_command_stress_refuses_a_strip_before_it_solves(rough, tmp_path, mo
 
     monkeypatch.setattr(bounded, "solve", no_solve)
     np.save(tmp_path / "map.npy", rough.heights)
-    words = ["--size", "14.4 um x 28.8 um", "--unit", "m", "--level", "none", "--load", "0.05 N",
-             "--material", "100Cr6", "--boundary", "periodic-x"]  # fmt: skip
+    words = [
+        "--size",
+        "14.4 um x 28.8 um",
+        "--unit",
+        "m",
+        "--level",
+        "none",
+        "--load",
+        "0.05 N",
+        "--material",
+        "100Cr6",
+        "--boundary",
+        "periodic-x",
+    ]
     assert app.main(["stress", str(tmp_path / "map.npy"), *words]) == app.BAD_INPUT
     assert "solve with 'free' or 'periodic'" in capsys.readouterr().err

@@ -19,9 +19,17 @@ BOUNDARIES = list(Boundary)
 
 
 def press(
-    h0, *, limit=math.inf, total=None, approach=None, boundary="free", pixel=PIXEL,
-    tolerance=1e-6, max_iterations=300, **options,
-):  # fmt: skip
+    h0,
+    *,
+    limit=math.inf,
+    total=None,
+    approach=None,
+    boundary="free",
+    pixel=PIXEL,
+    tolerance=1e-6,
+    max_iterations=300,
+    **options,
+):
     operator = Boundary(boundary).operators(h0.shape, pixel, MODULUS, workspace=Workspace(1))
     problem = BoundedProblem(h0, limit, total, approach)
     return solve(problem, operator, tolerance=tolerance, max_iterations=max_iterations, **options)
@@ -79,9 +87,7 @@ def gaps(shape, kind, rng):
     return h0 - h0.min()
 
 
-KINDS = [
-    "white", "checkerboard", "steps", "spikes", "spike", "flat", "punch", "sphere", "walk"
-]  # fmt: skip
+KINDS = ["white", "checkerboard", "steps", "spikes", "spike", "flat", "punch", "sphere", "walk"]
 # A prime pair, a strip narrower than one coarse pixel, and one that gets coarser grids.
 SHAPES = [(61, 97), (4, 512), (2, 300), (70, 66)]
 

@@ -14,9 +14,15 @@ each = pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.key)
 
 # Not austenitic, so that the conversion of Rockwell numbers holds.
 STEELS = {
-    "100Cr6", "16MnCr5", "18CrNiMo7-6", "42CrMo4", "X105CrMo17", "X40CrMoV5-1", "X153CrMoV12",
+    "100Cr6",
+    "16MnCr5",
+    "18CrNiMo7-6",
+    "42CrMo4",
+    "X105CrMo17",
+    "X40CrMoV5-1",
+    "X153CrMoV12",
     "HS6-5-2C",
-}  # fmt: skip
+}
 # The 0.2 % proof stress of an annealed or cast metal is far below its flow stress at 8 %, where
 # the hardness is measured; in cast iron the graphite weakens the test bar besides.
 HARDENING = {"X2CrNiMo17-12-2", "EN-GJL-250", "EN-GJS-500-7", "CuSn12Ni2-C"}
@@ -36,9 +42,16 @@ def test_every_entry_is_a_material(entry: catalog.Entry) -> None:
 @each
 def test_every_value_has_its_source(entry: catalog.Entry) -> None:
     quoted_values = (
-        entry.young, entry.poisson, entry.yield_strength, entry.hardness, entry.resistivity,
-        entry.conductivity, entry.exponent, entry.softening_voltage, entry.melting_voltage,
-    )  # fmt: skip
+        entry.young,
+        entry.poisson,
+        entry.yield_strength,
+        entry.hardness,
+        entry.resistivity,
+        entry.conductivity,
+        entry.exponent,
+        entry.softening_voltage,
+        entry.melting_voltage,
+    )
     for quoted in quoted_values:
         if quoted is not None:
             # A name and a title; a lone word is none.
@@ -230,9 +243,7 @@ def test_entries_cannot_be_changed() -> None:
 
 
 @each
-def test_what_conducts_heat_by_electrons_keeps_to_wiedemann_and_franz(
-    entry: catalog.Entry,
-) -> None:
+def test_what_conducts_heat_by_electrons_keeps_to_wiedemann_and_franz(entry: catalog.Entry) -> None:
     conducts = entry.conductor
     if conducts.resistivity is None or conducts.conductivity is None:
         return

@@ -227,9 +227,11 @@ def test_the_severest_comes_first_and_each_tag_once() -> None:
 
 def test_results_of_version_0_2_0_keep_their_kinds_and_texts() -> None:
     text = {
-        "kind": "lateral resolution of the measurement", "severity": "note",
-        "text": "waves shorter than 2 µm cannot be told from noise", "numbers": {},
-    }  # fmt: skip
+        "kind": "lateral resolution of the measurement",
+        "severity": "note",
+        "text": "waves shorter than 2 µm cannot be told from noise",
+        "numbers": {},
+    }
     (old,) = cautions.from_text(json.dumps([text]))
     assert old.summary() == text
 
@@ -433,11 +435,17 @@ def test_pits_and_single_bumps_are_no_spikes() -> None:
 @pytest.mark.parametrize(
     ("name", "spiky"),
     [
-        ("sur-2.sur", True), ("metropro-1.dat", True), ("mnt-1.mnt", True),
-        ("wyko_nt1100_test_1.opd", False), ("x3p-2.x3p", False), ("opd-1.opd", False),
-        ("bullet_land_fixed.x3p", False), ("dvd_afm.sur", False), ("uncd_afm.001", False),
+        ("sur-2.sur", True),
+        ("metropro-1.dat", True),
+        ("mnt-1.mnt", True),
+        ("wyko_nt1100_test_1.opd", False),
+        ("x3p-2.x3p", False),
+        ("opd-1.opd", False),
+        ("bullet_land_fixed.x3p", False),
+        ("dvd_afm.sur", False),
+        ("uncd_afm.001", False),
     ],
-)  # fmt: skip
+)
 def test_measured_maps_are_spiky_only_until_their_outliers_are_out(name: str, spiky: bool) -> None:
     surface = rc.read_surface(measurement(name)).leveled()
     assert (plausibility.spike_statistics(surface) is not None) == spiky
@@ -468,8 +476,12 @@ def test_a_spike_that_touches_first_is_told_though_the_surface_is_wavy() -> None
 def test_the_summits_of_a_rough_surface_are_no_spikes(load: float) -> None:
     for seed in range(3):
         rough = random_surfaces.self_affine(
-            (64, 64), PIXEL, rms_height=0.3e-6, rolloff_wavelength=32e-6, cutoff_wavelength=4e-6,
+            (64, 64),
+            PIXEL,
+            rms_height=0.3e-6,
+            rolloff_wavelength=32e-6,
+            cutoff_wavelength=4e-6,
             rng=np.random.default_rng(seed),
-        )  # fmt: skip
+        )
         result = rc.solve(rc.Surface(rough, PIXEL), material=STEEL, load=load, boundary="periodic")
         assert CautionTag.SPIKES not in kinds(result)

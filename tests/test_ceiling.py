@@ -224,9 +224,11 @@ def test_a_recommended_ceiling_is_what_its_own_solution_recommends(
 @pytest.mark.long
 @settings(max_examples=20, deadline=None)
 @given(
-    seed=st.integers(0, 1000), load=st.floats(-3, 0.7), strength=st.floats(8.5, 10.5),
+    seed=st.integers(0, 1000),
+    load=st.floats(-3, 0.7),
+    strength=st.floats(8.5, 10.5),
     poisson=st.floats(0, 0.49),
-)  # fmt: skip
+)
 def test_on_rough_maps_it_settles_or_says_by_how_much_not(
     seed: int, load: float, strength: float, poisson: float
 ) -> None:
@@ -323,9 +325,11 @@ def test_a_history_has_the_ceiling_of_its_largest_load() -> None:
     ball, load = sphere(40).surface, sphere(40).load
     fresh = rc.solve(ball, material=STEEL, load=load, ceiling="calibrated", tolerance=1e-9)
     history = load_history(
-        ball, [load / 3, 0.0, load, rc.Stage(approach=fresh.approach / 2), 0.0], material=STEEL,
+        ball,
+        [load / 3, 0.0, load, rc.Stage(approach=fresh.approach / 2), 0.0],
+        material=STEEL,
         ceiling="calibrated",
-    )  # fmt: skip
+    )
     assert history.last.ceiling == pytest.approx(fresh.ceiling, rel=1e-9)
     assert history.calibration.load == load
     assert history.summary()["ceiling"] == history.last.ceiling
@@ -343,8 +347,9 @@ def test_a_sweep_has_a_ceiling_for_each_load(tmp_path: Path) -> None:
     assert ceilings[2] == pytest.approx(alone.ceiling, rel=4e-3)
     assert curve.summary()["ceiling"] == "calibrated"
     assert curve.steps[2].contact_area == pytest.approx(alone.contact_area, rel=0.01)
-    np.testing.assert_allclose(curve.persson[1][1:] * ceilings[1:], curve.column("load")[1:],
-                               rtol=0.2)  # fmt: skip
+    np.testing.assert_allclose(
+        curve.persson[1][1:] * ceilings[1:], curve.column("load")[1:], rtol=0.2
+    )
     again = rc.sweep(ball, loads=[load / 60, load / 8, load], folder=tmp_path, **more)
     np.testing.assert_array_equal(again.column("ceiling"), ceilings)
 

@@ -57,9 +57,13 @@ def test_plasticity_of_the_volume_lies_in_what_is_said(kind):
         strength = float(law.strength(np.array(0.0)))
         flow = float(law.strength(np.array(0.15 * found["slope"])))
         advice = CalibratedCeiling(
-            found["load_ratio"], found["slope"], flow, 1.615 * flow, found["factor"] * strength,
+            found["load_ratio"],
+            found["slope"],
+            flow,
+            1.615 * flow,
+            found["factor"] * strength,
             found["factor"],
-        )  # fmt: skip
+        )
         modulus = ceiling_error.YOUNG / (1 - ceiling_error.POISSON**2)
         change = area_change(advice, 3 * strength, modulus)
         error = plausibility.SHOWN_ROUGH if kind == "maps" else plausibility.SHOWN_SPHERE
@@ -242,8 +246,11 @@ def test_a_number_that_nothing_bounds_is_not_given_as_sure():
 
 def test_large_changes_do_not_add_up_to_no_contact_at_all():
     # Of a map of noise: the rim takes a third, twice the pixel to the pixel nine tenths.
-    told = Interval("contact_fraction", 0.256, (ErrorSource(Cause.RIM, -0.33, 0.0),
-                                                ErrorSource(Cause.GRID, -0.93, 0.0)))  # fmt: skip
+    told = Interval(
+        "contact_fraction",
+        0.256,
+        (ErrorSource(Cause.RIM, -0.33, 0.0), ErrorSource(Cause.GRID, -0.93, 0.0)),
+    )
     assert told.low == pytest.approx(0.256 * 0.67 * 0.07)
 
 

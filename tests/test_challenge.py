@@ -25,9 +25,13 @@ def test_moments_of_a_wave_are_closed_forms() -> None:
 
 def test_finer_grids_are_of_one_body() -> None:
     heights = challenge.rc.self_affine(
-        32, 1 / 32, rms_height=0.1, rolloff_wavelength=0.5, cutoff_wavelength=0.1,
+        32,
+        1 / 32,
+        rms_height=0.1,
+        rolloff_wavelength=0.5,
+        cutoff_wavelength=0.1,
         rng=np.random.default_rng(1),
-    )  # fmt: skip
+    )
     finer = challenge.sampled(heights, 64)
     np.testing.assert_allclose(finer[::2, ::2], heights, atol=1e-14)
     np.testing.assert_allclose(challenge.sampled(finer, 32), heights, atol=1e-14)

@@ -163,10 +163,21 @@ def test_solve_prints_a_table_that_fits_80_columns(
     assert shown["Status"] == "converged"
     assert "µm² (" in shown["Contact area"]
     assert set(shown) >= {
-        "Source", "Size (y × x)", "Young's modulus E", "Boundary", "Approach ω", "Largest pressure",
-        "Saturated area", "Mean gap", "Residual indentation", "Regime", "Certificate ε",
-        "Load error", "Convolutions on the full grid", "Time of the solve",
-    }  # fmt: skip
+        "Source",
+        "Size (y × x)",
+        "Young's modulus E",
+        "Boundary",
+        "Approach ω",
+        "Largest pressure",
+        "Saturated area",
+        "Mean gap",
+        "Residual indentation",
+        "Regime",
+        "Certificate ε",
+        "Load error",
+        "Convolutions on the full grid",
+        "Time of the solve",
+    }
 
 
 def test_json_is_what_the_library_returns(rough: Path, capsys: Capture) -> None:
@@ -182,8 +193,12 @@ def test_json_is_what_the_library_returns(rough: Path, capsys: Capture) -> None:
         assert told[name] == expected[name]
     assert told["converged"] is True
     assert told["material"] == {
-        "rigid": False, "young": 210e9, "poisson": 0.3, "yield_strength": 1e9, "hardness": None,
-    }  # fmt: skip
+        "rigid": False,
+        "young": 210e9,
+        "poisson": 0.3,
+        "yield_strength": 1e9,
+        "hardness": None,
+    }
     # Infinity is no JSON.
     assert told["counter_material"]["rigid"] is True
     assert told["counter_material"]["young"] is None
@@ -192,14 +207,39 @@ def test_json_is_what_the_library_returns(rough: Path, capsys: Capture) -> None:
 def test_every_option_reaches_the_library(rough: Path, holed: Path, capsys: Capture) -> None:
     status = app.main(
         [
-            "solve", str(rough), *SCALE, "--approach", "300 nm", *YIELDING,
-            "--counter-young", "70 GPa", "--counter-poisson", "0.33",
-            "--counter-yield-strength", "300 MPa", "--counter-surface", str(holed),
-            "--ceiling", "2 GPa", "--boundary", "periodic", "--level", "quadric",
-            "--missing", "fill", "--crop", "0:32,:48", "--tolerance", "1e-5",
-            "--max-iterations", "300", "--precision", "double", "--json",
+            "solve",
+            str(rough),
+            *SCALE,
+            "--approach",
+            "300 nm",
+            *YIELDING,
+            "--counter-young",
+            "70 GPa",
+            "--counter-poisson",
+            "0.33",
+            "--counter-yield-strength",
+            "300 MPa",
+            "--counter-surface",
+            str(holed),
+            "--ceiling",
+            "2 GPa",
+            "--boundary",
+            "periodic",
+            "--level",
+            "quadric",
+            "--missing",
+            "fill",
+            "--crop",
+            "0:32,:48",
+            "--tolerance",
+            "1e-5",
+            "--max-iterations",
+            "300",
+            "--precision",
+            "double",
+            "--json",
         ]
-    )  # fmt: skip
+    )
     assert status == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     assert told["approach"] == pytest.approx(3e-7)
@@ -214,8 +254,12 @@ def test_every_option_reaches_the_library(rough: Path, holed: Path, capsys: Capt
     ]
     assert told["counter_preparation"][2].startswith("filled: 3 missing points")
     assert told["counter_material"] == {
-        "rigid": False, "young": 70e9, "poisson": 0.33, "yield_strength": 300e6, "hardness": None,
-    }  # fmt: skip
+        "rigid": False,
+        "young": 70e9,
+        "poisson": 0.33,
+        "yield_strength": 300e6,
+        "hardness": None,
+    }
     assert told["contact_modulus"] == pytest.approx(1 / (0.91 / 210e9 + (1 - 0.33**2) / 70e9))
 
 
@@ -246,10 +290,14 @@ def test_a_tag_is_explained(capsys: Capture) -> None:
 
 
 @pytest.mark.parametrize(
-    "task", [("solve", "--load", "10 N", "--uncalibrated"), ("stress", "--load", "10 N"),
-             ("sweep", "--from", "5 N", "--to", "10 N", "--steps", "2"),
-             ("history", "--path", "10 N, 0 N")]
-)  # fmt: skip
+    "task",
+    [
+        ("solve", "--load", "10 N", "--uncalibrated"),
+        ("stress", "--load", "10 N"),
+        ("sweep", "--from", "5 N", "--to", "10 N", "--steps", "2"),
+        ("history", "--path", "10 N, 0 N"),
+    ],
+)
 def test_cautions_name_options_in_console_and_report(
     task: tuple[str, ...], tmp_path: Path, capsys: Capture, quick: None
 ) -> None:
@@ -380,9 +428,14 @@ def test_demo_writes_both_solutions_and_tells_what_they_are(
     out, err = capsys.readouterr()
     assert err == ""
     names = {
-        "ground.x3p", "elastic.nc", "ceiling.nc", "surface.png", "comparison.png", "histogram.png",
+        "ground.x3p",
+        "elastic.nc",
+        "ceiling.nc",
+        "surface.png",
+        "comparison.png",
+        "histogram.png",
         "overview.png",
-    }  # fmt: skip
+    }
     assert files(folder) == names
     assert all(name in out for name in names)
     assert width(out) <= 80
@@ -407,22 +460,34 @@ WRITERS: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
         {"--output": "a.csv", "--indented-surface": "a.nc"},
     ),
     "volume": (
-        ("solve", "--model", "elastoplastic", "--increments", "1", *SMALL_BALL, "--load", "1 N",
-         *YIELDING),
+        (
+            "solve",
+            "--model",
+            "elastoplastic",
+            "--increments",
+            "1",
+            *SMALL_BALL,
+            "--load",
+            "1 N",
+            *YIELDING,
+        ),
         {"--output": "a.nc"},
     ),
     "demo": (("demo", "--points", "32"), {"--folder": "files"}),
     "run": (("run",), {}),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(
     ("command", "length"),
-    [*((command, 200) for command in WRITERS if command not in ("demo", "run")),
-     ("solve", 0), ("solve", 60),
-     pytest.param("demo", 200, marks=pytest.mark.long),
-     pytest.param("run", 200, marks=pytest.mark.process)],
-)  # fmt: skip
+    [
+        *((command, 200) for command in WRITERS if command not in ("demo", "run")),
+        ("solve", 0),
+        ("solve", 60),
+        pytest.param("demo", 200, marks=pytest.mark.long),
+        pytest.param("run", 200, marks=pytest.mark.process),
+    ],
+)
 def test_paths_stand_whole_on_lines_of_their_own(
     command: str, length: int, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -534,11 +599,7 @@ def test_usage_errors_return_2(arguments: list[str], words: list[str], capsys: C
     ],
 )
 def test_bad_arguments_end_in_one_sentence(
-    options: tuple[str, ...],
-    words: tuple[str, ...],
-    rough: Path,
-    tmp_path: Path,
-    capsys: Capture,
+    options: tuple[str, ...], words: tuple[str, ...], rough: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     output = ("--output", str(tmp_path / "out.nc"))
     status = app.main(["solve", str(rough), *SCALE, *options, *output])
@@ -906,23 +967,49 @@ def test_damaged_measurements_end_in_one_sentence(
 
 def test_every_preparation_reaches_the_library_in_its_order(holed: Path, capsys: Capture) -> None:
     options = (
-        "--crop", "0:36,0:60", "--outliers", "5", "--level", "robust", "--form", "polynomial 3",
-        "--missing", "fill", "--s-filter", "12 um", "--l-filter", "80 um", "--pixel", "2 um",
-        "--rotate", "90",
-    )  # fmt: skip
+        "--crop",
+        "0:36,0:60",
+        "--outliers",
+        "5",
+        "--level",
+        "robust",
+        "--form",
+        "polynomial 3",
+        "--missing",
+        "fill",
+        "--s-filter",
+        "12 um",
+        "--l-filter",
+        "80 um",
+        "--pixel",
+        "2 um",
+        "--rotate",
+        "90",
+    )
     assert solve(holed, *STEEL, *options, "--json") == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     starts = [step.split(":")[0] for step in told["preparation"]]
     assert starts == [
-        "cropped", "outliers removed", "leveled", "form removed", "filled", "filtered",
-        "resampled", "rotated",
-    ]  # fmt: skip
+        "cropped",
+        "outliers removed",
+        "leveled",
+        "form removed",
+        "filled",
+        "filtered",
+        "resampled",
+        "rotated",
+    ]
     surface = roughcontact.read_surface(holed, unit="um", size=(1e-4, 2e-4))
     prepared = (
-        surface.cropped((0, 36), (0, 60)).without_outliers(5).leveled("robust")
-        .without_form("polynomial", 3).filled().filtered(12e-6, 80e-6)
-        .resampled(pixel=(2e-6, 2e-6), method="spline").rotated()
-    )  # fmt: skip
+        surface.cropped((0, 36), (0, 60))
+        .without_outliers(5)
+        .leveled("robust")
+        .without_form("polynomial", 3)
+        .filled()
+        .filtered(12e-6, 80e-6)
+        .resampled(pixel=(2e-6, 2e-6), method="spline")
+        .rotated()
+    )
     assert told["shape"] == list(prepared.shape)
     result = roughcontact.solve(prepared, load=0.1, material=roughcontact.Material(210e9, 0.3))
     assert told["max_pressure"] == result.max_pressure
@@ -1220,9 +1307,12 @@ def test_report_holds_study_notes_and_command(rough: Path, tmp_path: Path, capsy
     assert "tip (radius 5 µm)" in " ".join(capsys.readouterr().out.split())
     text = report.read_text(encoding="utf-8")
     for words in (
-        "tip (radius 5 µm)", "Uncertainty", "Ceiling: as the factor goes",
-        "roughcontact solve", "--tip-radius",
-    ):  # fmt: skip
+        "tip (radius 5 µm)",
+        "Uncertainty",
+        "Ceiling: as the factor goes",
+        "roughcontact solve",
+        "--tip-radius",
+    ):
         assert words in text
     refused(capsys, solve(path, *STEEL, "--report", "out.pdf"), "--report needs a name", ".html")
 
@@ -1232,11 +1322,17 @@ def test_report_holds_study_notes_and_command(rough: Path, tmp_path: Path, capsy
 @pytest.mark.parametrize(
     ("name", "load"),
     [
-        ("wyko_nt1100_test_1.opd", "1 N"), ("sur-2.sur", "1 N"), ("x3p-2.x3p", "1 N"),
-        ("bullet_land_fixed.x3p", "1 N"), ("dvd_afm.sur", "10 uN"), ("metropro-1.dat", "1 N"),
-        ("opd-1.opd", "1 N"), ("mnt-1.mnt", "1 N"), ("uncd_afm.001", "1 uN"),
+        ("wyko_nt1100_test_1.opd", "1 N"),
+        ("sur-2.sur", "1 N"),
+        ("x3p-2.x3p", "1 N"),
+        ("bullet_land_fixed.x3p", "1 N"),
+        ("dvd_afm.sur", "10 uN"),
+        ("metropro-1.dat", "1 N"),
+        ("opd-1.opd", "1 N"),
+        ("mnt-1.mnt", "1 N"),
+        ("uncd_afm.001", "1 uN"),
     ],
-)  # fmt: skip
+)
 def test_every_measurement_gets_a_report_in_one_line(
     name: str, load: str, tmp_path: Path, capsys: Capture
 ) -> None:
@@ -1272,8 +1368,12 @@ def test_stress_of_a_ball_is_hertz(tmp_path: Path, capsys: Capture) -> None:
     assert width(out) <= 80
     assert "von Mises" in out
     assert files(tmp_path) == {
-        "s.nc", "s.html", "stress-depth.png", "stress-section.png", "stress-map.png",
-    }  # fmt: skip
+        "s.nc",
+        "s.html",
+        "stress-depth.png",
+        "stress-section.png",
+        "stress-map.png",
+    }
     assert "How large is the stress below" in report.read_text(encoding="utf-8")
     assert app.main(["stress", *ball, *YIELDING, "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
@@ -1408,10 +1508,24 @@ def test_a_law_of_hardening_counts_for_the_recommended_ceiling(capsys: Capture) 
 
 
 BALL = (
-    "--body", "sphere 10 mm", "--points", "24", "--size", "0.4 mm", "--load", "100 N",
-    *YIELDING, "--model", "elastoplastic", "--increments", "3", "--hardening", "linear 20 GPa",
-    "--tolerance", "1e-3",
-)  # fmt: skip
+    "--body",
+    "sphere 10 mm",
+    "--points",
+    "24",
+    "--size",
+    "0.4 mm",
+    "--load",
+    "100 N",
+    *YIELDING,
+    "--model",
+    "elastoplastic",
+    "--increments",
+    "3",
+    "--hardening",
+    "linear 20 GPa",
+    "--tolerance",
+    "1e-3",
+)
 
 
 def test_a_sweep_says_what_it_took_from_before(
@@ -1470,9 +1584,10 @@ def test_a_volume_run_is_kept_and_goes_on(
     assert resumed.increments == whole.increments
     assert shown["regime"] == shown["volume"]["regime"] == whole.regime
     refused(
-        capsys, app.main([word.replace("1 GPa", "1.1 GPa") for word in again]),
+        capsys,
+        app.main([word.replace("1 GPa", "1.1 GPa") for word in again]),
         f"--folder {folder} holds another run: material differ",
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.long

@@ -35,13 +35,7 @@ def test_a_layer_is_a_material_of_some_thickness() -> None:
 
 
 @pytest.mark.parametrize(
-    "values",
-    [
-        {"young": math.inf},
-        {"poisson": 0.6},
-        {"thickness": 0.0},
-        {"thickness": "2 GPa"},
-    ],
+    "values", [{"young": math.inf}, {"poisson": 0.6}, {"thickness": 0.0}, {"thickness": "2 GPa"}]
 )
 def test_a_layer_that_is_none_is_refused(values: dict[str, object]) -> None:
     with pytest.raises(rc.InputError):
@@ -186,9 +180,20 @@ def test_the_command_asks_solves_and_tells(
 ) -> None:
     np.save(tmp_path / "map.npy", ROUGH.heights)
     words = [
-        str(tmp_path / "map.npy"), "--size", "100 um x 100 um", "--unit", "m", "--load", "1 N",
-        "--material", "100Cr6", "--coating", "CrN 2 um", "--coating", "Cr 500 nm",
-    ]  # fmt: skip
+        str(tmp_path / "map.npy"),
+        "--size",
+        "100 um x 100 um",
+        "--unit",
+        "m",
+        "--load",
+        "1 N",
+        "--material",
+        "100Cr6",
+        "--coating",
+        "CrN 2 um",
+        "--coating",
+        "Cr 500 nm",
+    ]
     assert app.main(["solve", *words]) == app.BAD_INPUT
     assert "bracket" in capsys.readouterr().err
     assert app.main(["solve", *words, "--ceiling", "bracket"]) == app.SOLVED

@@ -36,9 +36,13 @@ def patches(count: int, side: int, rms: float, rolloff: float, seed: int) -> lis
     found: list[rc.Surface] = []
     for number in range(count):
         heights = rc.self_affine(
-            (512, 512), PIXEL, rms_height=rms, rolloff_wavelength=rolloff,
-            cutoff_wavelength=4e-6, rng=np.random.default_rng([seed, number]),
-        )  # fmt: skip
+            (512, 512),
+            PIXEL,
+            rms_height=rms,
+            rolloff_wavelength=rolloff,
+            cutoff_wavelength=4e-6,
+            rng=np.random.default_rng([seed, number]),
+        )
         step = side + 16
         found += [
             rc.Surface(form.level(heights[i : i + side, j : j + side]), PIXEL)
@@ -79,10 +83,13 @@ def test_intervals_of_the_command_hold_over_400_groups_of_maps() -> None:
     found = [
         rc.compare(
             {"rough": rough[4 * n : 4 * n + 4], "smooth": smooth[5 * n : 5 * n + 5]},
-            material=STEEL, pressure=PRESSURE, steps=1, tolerance=1e-4,
+            material=STEEL,
+            pressure=PRESSURE,
+            steps=1,
+            tolerance=1e-4,
         )
         for n in range(400)
-    ]  # fmt: skip
+    ]
     for name in ("contact_fraction", "mean_gap", "Sq"):
         values = [
             [value for one in found for value in one.groups[at].values(name)] for at in (0, 1)
@@ -223,24 +230,41 @@ def test_a_map_is_cut_into_equal_parts() -> None:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    for name, surface in zip(("g1", "g2", "g3", "h1", "h2", "h3"), [*MAPS[:3], *SMOOTH],
-                             strict=True):  # fmt: skip
+    for name, surface in zip(
+        ("g1", "g2", "g3", "h1", "h2", "h3"), [*MAPS[:3], *SMOOTH], strict=True
+    ):
         np.save(tmp_path / f"{name}.npy", surface.heights * 1e6)
     return tmp_path
 
 
 OPTIONS = (
-    "--unit", "um", "--size", "0.1 mm x 0.1 mm", "--young", "210 GPa", "--poisson", "0.3",
-    "--yield-strength", "1 GPa", "--load", "100 MPa",
-)  # fmt: skip
+    "--unit",
+    "um",
+    "--size",
+    "0.1 mm x 0.1 mm",
+    "--young",
+    "210 GPa",
+    "--poisson",
+    "0.3",
+    "--yield-strength",
+    "1 GPa",
+    "--load",
+    "100 MPa",
+)
 
 
 @pytest.mark.long
 def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
     words = [
-        "compare", "--group", f"ground={folder / 'g1.npy'},{folder / 'g2.npy'}",
-        "--group", f"ground={folder / 'g3.npy'}", "--group", f"honed={folder}/h*.npy", *OPTIONS,
-    ]  # fmt: skip
+        "compare",
+        "--group",
+        f"ground={folder / 'g1.npy'},{folder / 'g2.npy'}",
+        "--group",
+        f"ground={folder / 'g3.npy'}",
+        "--group",
+        f"honed={folder}/h*.npy",
+        *OPTIONS,
+    ]
     assert app.main([*words, "--steps", "1"]) == app.SOLVED
     shown = capsys.readouterr().out
     assert shown.startswith("3 ground and 3 honed maps, ")
@@ -253,8 +277,11 @@ def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
     assert [len(group["maps"]) for group in told["groups"]] == [3, 3]
     contact = told["differences"][0]
     assert (contact["quantity"], contact["first"], contact["second"], contact["excludes_zero"]) == (
-        "contact_fraction", "ground", "honed", True
-    )  # fmt: skip
+        "contact_fraction",
+        "ground",
+        "honed",
+        True,
+    )
     assert len(told["groups"][0]["curves"]["mean_gap"]) == 2
     head, *lines = places["csv"].read_text("utf-8").splitlines()
     assert head.startswith("quantity [1],unit [1],group [1],maps [1],mean [1]")
@@ -311,13 +338,17 @@ def test_what_the_command_cannot_compare_ends_in_one_sentence(
         (["compare", first, second, *OPTIONS[:-2]], "--load is needed: a nominal pressure"),
         (["compare", first, second, *OPTIONS[:-1], "1 N"], "--load needs a nominal pressure"),
         (["compare", "--group", first, *OPTIONS], "--group must be a name and files"),
-        (["compare", "--group", f"a={first}", "--group", f"b={second}", "--quarters", *OPTIONS],
-         "--quarters goes without --group and --paired"),
+        (
+            ["compare", "--group", f"a={first}", "--group", f"b={second}", "--quarters", *OPTIONS],
+            "--quarters goes without --group and --paired",
+        ),
         (["compare", first, second, "--paired", *OPTIONS], "--paired needs two groups"),
         (["compare", *OPTIONS], "FILE is missing"),
-        (["compare", str(profile), str(profile), "--unit", "um, um", *OPTIONS[4:]],
-         "is a profile; a comparison needs a map"),
-    ):  # fmt: skip
+        (
+            ["compare", str(profile), str(profile), "--unit", "um, um", *OPTIONS[4:]],
+            "is a profile; a comparison needs a map",
+        ),
+    ):
         assert app.main(words) == app.BAD_INPUT, words
         told = capsys.readouterr().err
         assert told.count("\n") == 1

@@ -295,9 +295,20 @@ def test_correlations_are_those_of_their_authors() -> None:
 def command(path: Path, *more: str) -> list[str]:
     np.save(path, ROUGH.heights * 1e6)
     return [
-        "conductance", str(path), "--unit", "um", "--size", "0.1 mm x 0.1 mm", "--level", "none",
-        "--material", "42CrMo4", "--boundary", "periodic", *more,
-    ]  # fmt: skip
+        "conductance",
+        str(path),
+        "--unit",
+        "um",
+        "--size",
+        "0.1 mm x 0.1 mm",
+        "--level",
+        "none",
+        "--material",
+        "42CrMo4",
+        "--boundary",
+        "periodic",
+        *more,
+    ]
 
 
 @pytest.mark.long
@@ -305,11 +316,22 @@ def test_the_command_tells_in_a_table_and_in_json(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = command(
-        tmp_path / "map.npy", "--load", "1 N, 0.3 N", "--counter-resistivity", "17 nohm m",
-        "--counter-conductivity", "400 W/m/K", "--electrical-film", "1e-13 ohm m^2",
-        "--output", str(tmp_path / "joint.csv"), "--figure", str(tmp_path / "joint.png"),
-        "--report", str(tmp_path / "joint.html"),
-    )  # fmt: skip
+        tmp_path / "map.npy",
+        "--load",
+        "1 N, 0.3 N",
+        "--counter-resistivity",
+        "17 nohm m",
+        "--counter-conductivity",
+        "400 W/m/K",
+        "--electrical-film",
+        "1e-13 ohm m^2",
+        "--output",
+        str(tmp_path / "joint.csv"),
+        "--figure",
+        str(tmp_path / "joint.png"),
+        "--report",
+        str(tmp_path / "joint.html"),
+    )
     assert app.main([*words, "--verbose"]) == app.SOLVED
     shown = capsys.readouterr().out
     assert "42CrMo4, ρ 220 nΩ m, k 42.6 W/(m K)" in shown

@@ -33,9 +33,13 @@ def reference(n, seed=0):
 def rough(shape=(45, 70), pixel=(0.8e-6, 0.5e-6), seed=0):
     """A rough map with ny ≠ nx and dy ≠ dx."""
     heights = rc.self_affine(
-        shape, pixel, rms_height=0.1e-6, rolloff_wavelength=12e-6, cutoff_wavelength=2e-6,
+        shape,
+        pixel,
+        rms_height=0.1e-6,
+        rolloff_wavelength=12e-6,
+        cutoff_wavelength=2e-6,
         rng=np.random.default_rng(seed),
-    )  # fmt: skip
+    )
     return rc.Surface(heights, pixel)
 
 
@@ -86,17 +90,25 @@ def test_maps_rough_down_to_the_pixel(independent, kind, strain, factor, boundar
         heights = np.random.default_rng(1).standard_normal((n, n)) * 1e-7
     else:
         heights = rc.self_affine(
-            (n, n), (1e-6, 1e-6), rms_height=1.0, rolloff_wavelength=n * 1e-6 / 4,
-            cutoff_wavelength=2e-6, hurst=0.3, rng=np.random.default_rng(1),
-        )  # fmt: skip
+            (n, n),
+            (1e-6, 1e-6),
+            rms_height=1.0,
+            rolloff_wavelength=n * 1e-6 / 4,
+            cutoff_wavelength=2e-6,
+            hurst=0.3,
+            rng=np.random.default_rng(1),
+        )
         heights *= 0.1 / rc.Surface(heights, (1e-6, 1e-6)).Sdq
     surface = rc.Surface(heights, (1e-6, 1e-6))
     mean = strain * 231e9
     load = mean * area(surface)
     result = rc.solve(
-        surface, material=STEEL, load=load, boundary=boundary,
+        surface,
+        material=STEEL,
+        load=load,
+        boundary=boundary,
         ceiling=None if factor is None else factor * mean,
-    )  # fmt: skip
+    )
     independent.assert_solved(result, load)
     assert 0.1 < result.contact_fraction < 1
 
@@ -261,9 +273,12 @@ def test_transposed_and_mirrored_maps(change, ceiling, boundary):
 def test_a_periodic_map_may_begin_anywhere(ceiling):
     surface = rough()
     options = {
-        "material": STEEL, "load": 0.5, "boundary": "periodic", "tolerance": 1e-9,
+        "material": STEEL,
+        "load": 0.5,
+        "boundary": "periodic",
+        "tolerance": 1e-9,
         "ceiling": ceiling,
-    }  # fmt: skip
+    }
     one = rc.solve(surface, **options)
     rolled = rc.Surface(np.roll(surface.heights, (11, 29), (0, 1)), surface.pixel)
     two = rc.solve(rolled, **options)
@@ -398,9 +413,7 @@ def test_holes_of_either_body_never_touch():
 @pytest.mark.parametrize("ceiling", [None, 2e9])
 def test_approach_control_reproduces_load_control(independent, ceiling, boundary):
     surface = rough()
-    options = {
-        "material": STEEL, "ceiling": ceiling, "boundary": boundary, "tolerance": 1e-9
-    }  # fmt: skip
+    options = {"material": STEEL, "ceiling": ceiling, "boundary": boundary, "tolerance": 1e-9}
     one = rc.solve(surface, load=0.5, **options)
     two = rc.solve(surface, approach=one.approach, **options)
     independent.assert_solved(two, tolerance=1e-9)
@@ -461,9 +474,12 @@ def test_flat_punch(independent, ceiling, boundary):
     load = 0.1
     mean = load / (150 * 2e-12)
     result = rc.solve(
-        surface, material=STEEL, load=load, boundary=boundary,
+        surface,
+        material=STEEL,
+        load=load,
+        boundary=boundary,
         ceiling=None if ceiling is None else ceiling * mean,
-    )  # fmt: skip
+    )
     independent.assert_solved(result, load)
     np.testing.assert_array_equal(result.contact, surface.heights == 0)
     # Symmetric, and highest at the corners.
@@ -480,9 +496,12 @@ def test_flat_everywhere(independent, filling, boundary):
     surface = rc.Surface(np.zeros((30, 41)), (1e-6, 2e-6))
     mean = 1.0 / area(surface)
     result = rc.solve(
-        surface, material=STEEL, load=1.0, boundary=boundary,
+        surface,
+        material=STEEL,
+        load=1.0,
+        boundary=boundary,
         ceiling=None if filling is None else mean / filling,
-    )  # fmt: skip
+    )
     independent.assert_solved(result, 1.0)
     assert result.contact_fraction == 1
     if boundary == "periodic":
@@ -591,9 +610,13 @@ def test_single_precision_reaches_what_it_promises(independent, ceiling, boundar
 
 def test_single_precision_does_not_claim_what_it_cannot_reach():
     result = rc.solve(
-        reference(128), material=STEEL, load=LOAD, precision="single", tolerance=1e-10,
+        reference(128),
+        material=STEEL,
+        load=LOAD,
+        precision="single",
+        tolerance=1e-10,
         on_failure="return",
-    )  # fmt: skip
+    )
     assert not result.converged
     assert "single precision" in result.status
     # Found and reported, not looped on.
@@ -607,9 +630,14 @@ def test_single_precision_counts_in_what_its_digits_lose(independent, mean, boun
     y, x = np.mgrid[-63:63, -4:4] + 0.5
     surface = rc.Surface(-(x**2 + y**2) * 1e-8, (1e-6, 1e-6))
     result = rc.solve(
-        surface, material=STEEL, load=mean * area(surface), ceiling=mean / 0.25,
-        boundary=boundary, precision="single", on_failure="return",
-    )  # fmt: skip
+        surface,
+        material=STEEL,
+        load=mean * area(surface),
+        ceiling=mean / 0.25,
+        boundary=boundary,
+        precision="single",
+        on_failure="return",
+    )
     found = independent.judge(result)
     # By up to 13 % off here. What it says may be ten times too pessimistic, never the reverse.
     assert found.certificate <= 2 * result.certificate
@@ -630,9 +658,13 @@ def test_the_gap_is_that_of_the_pressure_wherever_the_solver_stops(independent, 
         spikes = np.where(rng.random((12, 8)) < 0.1, 30, 1) * rng.random((12, 8)) * 1e-8
         surface = rc.Surface(spikes, (2e-5, 1e-6))
         result = rc.solve(
-            surface, material=STEEL, load=0.01 * 231e9 * area(surface), boundary="periodic",
-            max_iterations=iterations, on_failure="return",
-        )  # fmt: skip
+            surface,
+            material=STEEL,
+            load=0.01 * 231e9 * area(surface),
+            boundary="periodic",
+            max_iterations=iterations,
+            on_failure="return",
+        )
         found = independent.judge(result)
         assert found.certificate == pytest.approx(result.certificate, rel=1e-6)
         np.testing.assert_allclose(result.gap, found.gap, rtol=0, atol=1e-9 * found.scale)
@@ -671,8 +703,9 @@ def test_a_wrong_operator_is_not_certified_away(independent, monkeypatch):
 def test_progress_is_told_while_it_runs():
     seen = []
     result = rc.solve(reference(128), material=YIELDING, load=LOAD, progress=seen.append)
-    first, second = ([at.step for at in seen if at.label == label]
-                     for label in ("", "calibrated ceiling"))  # fmt: skip
+    first, second = (
+        [at.step for at in seen if at.label == label] for label in ("", "calibrated ceiling")
+    )
     assert {step.shape for step in first} >= {(64, 64), (128, 128)}
     for steps, solved in ((first, result), (second, result.calibrated)):
         assert steps[-1].certificate == solved.certificate

@@ -64,9 +64,11 @@ def test_one_map_needs_no_name(tmp_path: Path) -> None:
     prepared = {"datafile": {"original": "a.txt", "squeezed-netcdf": "a.nc"}}
     instrument = {"instrument": {"name": "AFM 3"}}
     path = container(
-        tmp_path / "c.zip", [measurement("a", **prepared, **instrument)],
-        a__txt="lost", a__nc=squeezed(tmp_path),
-    )  # fmt: skip
+        tmp_path / "c.zip",
+        [measurement("a", **prepared, **instrument)],
+        a__txt="lost",
+        a__nc=squeezed(tmp_path),
+    )
     surface = read_surface(path)
     np.testing.assert_allclose(surface.heights, HEIGHTS * 1e-6, rtol=1e-12)
     assert surface.pixel == pytest.approx((4e-6 / 3, 6e-6 / 4))
@@ -92,9 +94,11 @@ def test_an_original_takes_scale_unit_and_size_of_the_container(tmp_path: Path) 
 def test_several_maps_are_chosen_by_name(tmp_path: Path) -> None:
     scan = measurement("line", size=[6.0])
     path = container(
-        tmp_path / "c.zip", [measurement("a"), scan], [measurement("a"), measurement("a")],
+        tmp_path / "c.zip",
+        [measurement("a"), scan],
+        [measurement("a"), measurement("a")],
         a__txt=TEXT,
-    )  # fmt: skip
+    )
     names = ["part 0: a", "part 0: line", "part 1: a (2)", "part 1: a (3)"]
     assert [channel.name for channel in channels(path)] == names
     assert [channel.is_height for channel in channels(path)] == [True, False, True, True]
@@ -208,8 +212,10 @@ def test_heights_units_and_sizes_are_those_of_the_library(tmp_path: Path) -> Non
     path = tmp_path / "c.zip"
     printed = subprocess.run(
         [sys.executable, "-c", PEER, str(path), str(tmp_path)],
-        check=True, capture_output=True, text=True,
-    ).stdout.splitlines()  # fmt: skip
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout.splitlines()
     assert [channel.name for channel in channels(path)] == ["fine", "wide"]
     for number, line in enumerate(printed):
         unit, x, y = line.split()

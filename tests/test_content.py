@@ -252,10 +252,10 @@ def test_heads_and_points_that_ask_for_terabytes_are_refused(tmp_path: Path) -> 
         "fine.xyz": (points + "1e-9 0.5 1\n").encode(),
         "vast.h5": (tmp_path / "vast.h5").read_bytes(),
         "long.txt": b"# Width: 1 um " + b"-" * 10**6 + b"\n" + f"{'# ' * 10**6}\n{rows}".encode(),
-        "vast.nc": classic(tmp_path / "small.nc").read_bytes().replace(
-            b"\0\0\0\1x\0\0\0\0\0\0\4", b"\0\0\0\1x\0\0\0\x7f\xff\xff\xf0"
-        ),
-    }  # fmt: skip
+        "vast.nc": classic(tmp_path / "small.nc")
+        .read_bytes()
+        .replace(b"\0\0\0\1x\0\0\0\0\0\0\4", b"\0\0\0\1x\0\0\0\x7f\xff\xff\xf0"),
+    }
     try:
         for name, content in huge.items():
             path = tmp_path / name

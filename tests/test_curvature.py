@@ -50,7 +50,7 @@ def measured(surface: rc.Surface) -> np.ndarray:
         lambda s: s.with_form(s),
         lambda s: rc.Surface(np.zeros(s.shape), s.pixel).with_form(s).masked(),
     ],
-)  # fmt: skip
+)
 def test_the_curvature_told_is_that_of_the_heights(name: str, prepared: Any) -> None:
     surface = prepared(BODIES[name])
     # Spheres deviate from their paraboloid by 1e-5 at this size; splines by a little more.

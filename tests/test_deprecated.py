@@ -18,8 +18,21 @@ from roughcontact.cli import app
 from roughcontact.surface import nominal_bodies
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
-BALL = ("--body", "sphere 1 mm", "--points", "24", "--size", "60 um", "--young", "210 GPa",
-        "--poisson", "0.3", "--load", "0.1 N", "--json")  # fmt: skip
+BALL = (
+    "--body",
+    "sphere 1 mm",
+    "--points",
+    "24",
+    "--size",
+    "60 um",
+    "--young",
+    "210 GPa",
+    "--poisson",
+    "0.3",
+    "--load",
+    "0.1 N",
+    "--json",
+)
 
 
 @pytest.mark.parametrize("name", deprecated.NAMES)
@@ -102,11 +115,19 @@ def test_old_attributes_of_every_result_warn_and_work() -> None:
     conductor = rc.Conductor(1e-7, 50.0)
     joint = rc.conductance(history.largest, conductor, conductor)
     for owner, old in (
-        (curve, "given"), (curve, "found"), (curve, "remarks"),
-        (curve.steps[0], "corrected_contact_area"), (history, "given"),
-        (history, "recommended"), (history, "shaken_down"), (wanted, "remarks"),
-        (wanted.answers[0], "below"), (joint, "beside"), (joint, "found"), (STEEL, "at_odds"),
-    ):  # fmt: skip
+        (curve, "given"),
+        (curve, "found"),
+        (curve, "remarks"),
+        (curve.steps[0], "corrected_contact_area"),
+        (history, "given"),
+        (history, "recommended"),
+        (history, "shaken_down"),
+        (wanted, "remarks"),
+        (wanted.answers[0], "below"),
+        (joint, "beside"),
+        (joint, "found"),
+        (STEEL, "at_odds"),
+    ):
         new = deprecated.ATTRIBUTES[old]
         with pytest.warns(DeprecationWarning, match=f"{type(owner).__name__}.{old} is {new}"):
             assert getattr(owner, old) == getattr(owner, new)

@@ -154,10 +154,14 @@ def test_periodic_contact_and_its_balance() -> None:
 
 def test_what_unloading_leaves_carries_no_force() -> None:
     result = solve_elastoplastic(
-        ball(), material=PERFECT,
-        increments=1, loads=[0.4, 0.0], boundary="periodic", precision="double",
+        ball(),
+        material=PERFECT,
+        increments=1,
+        loads=[0.4, 0.0],
+        boundary="periodic",
+        precision="double",
         layers=[1.5e-6] * 12,
-    )  # fmt: skip
+    )
     body = result.bodies[0]
     stress = tensors.tensor(body.stress.swapaxes(0, 1), body.mean_stress)
     assert np.abs(stress[..., 2]).max() > 1e8
@@ -262,13 +266,18 @@ def test_units_do_not_matter() -> None:
     scaled = rc.Surface(surface.heights * metre, pixel=(PIXEL * metre, PIXEL * metre))
     soft = rc.Material(young=YOUNG * pascal, poisson=POISSON, yield_strength=1656e6 * pascal)
     other = solve_elastoplastic(
-        scaled, material=soft, increments=1, loads=[0.3 * pascal * metre**2], depth=18e-6 * metre,
+        scaled,
+        material=soft,
+        increments=1,
+        loads=[0.3 * pascal * metre**2],
+        depth=18e-6 * metre,
         precision="double",
-    )  # fmt: skip
+    )
     np.testing.assert_allclose(
-        other.contact.pressure, result.contact.pressure * pascal,
+        other.contact.pressure,
+        result.contact.pressure * pascal,
         atol=1e-5 * result.contact.max_pressure * pascal,
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.long
@@ -336,9 +345,13 @@ def test_what_lies_beyond_the_edge_of_a_rough_map_does_not_matter() -> None:
     # volumes of different size.
     points, frame, pixel = 32, 14, (0.6e-6, 0.6e-6)
     heights = random_surfaces.self_affine(
-        (points, points), pixel, rms_height=1.0, rolloff_wavelength=points * pixel[0] / 2,
-        cutoff_wavelength=6 * pixel[0], rng=np.random.default_rng(4),
-    )  # fmt: skip
+        (points, points),
+        pixel,
+        rms_height=1.0,
+        rolloff_wavelength=points * pixel[0] / 2,
+        cutoff_wavelength=6 * pixel[0],
+        rng=np.random.default_rng(4),
+    )
     heights *= 0.1 / np.sqrt(np.mean(np.sum(np.square(np.gradient(heights, *pixel)), axis=0)))
     framed = np.pad(heights, frame, constant_values=np.nan)
     steel = rc.Material(YOUNG, POISSON, yield_strength=630e6)
@@ -363,8 +376,15 @@ def test_saved_results_come_back_and_go_on(loaded, tmp_path) -> None:
     back = load_elastoplastic(path)
     for one, other in zip(loaded.bodies, back.bodies, strict=True):
         assert one.material == other.material
-        for name in ("thickness", "plastic_strain", "accumulated", "stress", "mean_stress",
-                     "residual_stress", "mean_residual_stress"):  # fmt: skip
+        for name in (
+            "thickness",
+            "plastic_strain",
+            "accumulated",
+            "stress",
+            "mean_stress",
+            "residual_stress",
+            "mean_residual_stress",
+        ):
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     np.testing.assert_array_equal(loaded.residual_displacement, back.residual_displacement)
     assert loaded.increments == back.increments
@@ -393,10 +413,15 @@ def test_progress_and_cut_increments() -> None:
     steps = []
     with pytest.raises(ConvergenceError, match="did not settle in 2 iterations") as caught:
         solve_elastoplastic(
-            ball(), material=PERFECT,
-            increments=1, loads=[0.02, 0.65], max_iterations=2, progress=steps.append,
-            boundary="periodic", **MORE,
-        )  # fmt: skip
+            ball(),
+            material=PERFECT,
+            increments=1,
+            loads=[0.02, 0.65],
+            max_iterations=2,
+            progress=steps.append,
+            boundary="periodic",
+            **MORE,
+        )
     result = caught.value.result
     assert not result.converged
     assert result.contact.load == result.increments[-1].load < 0.65
@@ -539,11 +564,16 @@ HOLES[3, 4] = np.nan
         (dict(layers=[{}]), "layers must be a row of finite numbers"),
         (dict(layers=[0.5e-6] * 2), "less than the radius .* of the largest contact spot"),
         (dict(depth=0.5e-6), "is less than a pixel"),
-        (dict(material=rc.Material(young=np.inf, poisson=0.3, yield_strength=1e9),
-              counter_material=ELASTIC), "rigid material cannot yield"),
+        (
+            dict(
+                material=rc.Material(young=np.inf, poisson=0.3, yield_strength=1e9),
+                counter_material=ELASTIC,
+            ),
+            "rigid material cannot yield",
+        ),
         (dict(counter_surface=ball((24, 20))), "same grid"),
     ],
-)  # fmt: skip
+)
 def test_bad_input_is_named_before_anything_runs(change, message) -> None:
     arguments = dict(surface=ball(), material=SWIFT, loads=[0.1]) | change
     surface = arguments.pop("surface")
@@ -645,9 +675,14 @@ def test_memory_estimate_is_in_proportion() -> None:
 )
 def test_memory_estimate_is_what_arrays_take(boundary, precision, counter_material) -> None:
     arguments = dict(
-        material=SWIFT, counter_material=counter_material, boundary=boundary, precision=precision,
-        increments=1, loads=[0.65], layers=[1e-6] * 18,
-    )  # fmt: skip
+        material=SWIFT,
+        counter_material=counter_material,
+        boundary=boundary,
+        precision=precision,
+        increments=1,
+        loads=[0.65],
+        layers=[1e-6] * 18,
+    )
     # Of a smaller map, tables of the interpreter that grow just then would decide.
     surface = ball((72, 66), (11e-7 / 3, 11e-7 / 3))
     solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.1])  # imports
@@ -659,9 +694,8 @@ def test_memory_estimate_is_what_arrays_take(boundary, precision, counter_materi
         tracemalloc.stop()
     accumulated = result.bodies[0].accumulated
     estimate = memory_estimate(
-        accumulated.shape[1:], 18, bodies=len(result.bodies), boundary=boundary,
-        precision=precision,
-    )  # fmt: skip
+        accumulated.shape[1:], 18, bodies=len(result.bodies), boundary=boundary, precision=precision
+    )
     # A quarter of the volume is reckoned with, 0.15 of it yields.
     assert 0.1 < np.mean(accumulated > 0) < 0.25
     assert 1 < estimate / peak < 1.6

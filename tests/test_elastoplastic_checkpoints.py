@@ -69,17 +69,29 @@ def stopping_at(load: float, iteration: int = 2):
 PATHS = {
     "grows": (dict(material=SWIFT, increments=1, loads=[0.1, 0.3, 0.35], depth=2.5e-6), 0.35),
     "is cut": (
-        dict(material=PERFECT, increments=1, loads=[0.1, 0.4, 0.45], boundary="periodic",
-             max_iterations=8, depth=1e-5),
+        dict(
+            material=PERFECT,
+            increments=1,
+            loads=[0.1, 0.4, 0.45],
+            boundary="periodic",
+            max_iterations=8,
+            depth=1e-5,
+        ),
         0.45,
     ),
     "two bodies": (
-        dict(material=SWIFT, counter_material=PERFECT, increments=1, loads=[0.1, 0.2],
-             precision="double", depth=1e-5),
+        dict(
+            material=SWIFT,
+            counter_material=PERFECT,
+            increments=1,
+            loads=[0.1, 0.2],
+            precision="double",
+            depth=1e-5,
+        ),
         0.2,
     ),
     "unloads": (dict(material=SWIFT, increments=1, loads=[0.3, 0.0, 0.35], depth=1e-5), 0.35),
-}  # fmt: skip
+}
 
 
 @pytest.mark.slow

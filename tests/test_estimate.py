@@ -65,9 +65,12 @@ def test_the_plastic_volume_is_that_of_the_volume_model_in_metres() -> None:
             found = rc.estimate(
                 pressure=row["pressure"] * stress,
                 material=rc.Material(atlas_cases.YOUNG, atlas_cases.POISSON, hardening=law),
-                Sq=row["height"], Sdq=row["gradient"], Str=row["Str"], Ssk=row["Ssk"],
+                Sq=row["height"],
+                Sdq=row["gradient"],
+                Str=row["Str"],
+                Ssk=row["Ssk"],
                 Sal=row["breadth"] * row["height"] / row["gradient"],
-            )  # fmt: skip
+            )
         except rc.InputError:
             # Held out maps may lie just beyond those of the fit.
             continue
@@ -103,9 +106,12 @@ def test_a_map_that_is_solved_lies_in_the_interval() -> None:
     )
     for pressure, ceiling in (("2 GPa", None), ("400 MPa", "auto")):
         result = rc.solve(
-            surface, material=STEEL, load=rc.NominalPressure(pressure), boundary="periodic",
+            surface,
+            material=STEEL,
+            load=rc.NominalPressure(pressure),
+            boundary="periodic",
             ceiling=ceiling,
-        )  # fmt: skip
+        )
         found = rc.estimate(surface, pressure=pressure, material=STEEL, ceiling=ceiling)
         share = result.perimeter_corrected_area / math.prod(surface.size)
         assert share == pytest.approx(found.contact.value, rel=0.06)
@@ -233,9 +239,13 @@ def test_a_result_is_told_beside_its_estimate() -> None:
 
 def test_a_small_map_is_refused() -> None:
     heights = rc.self_affine(
-        (64, 64), (1e-6, 1e-6), rms_height=0.5e-6, rolloff_wavelength=64e-6,
-        cutoff_wavelength=8e-6, rng=np.random.default_rng(4),
-    )  # fmt: skip
+        (64, 64),
+        (1e-6, 1e-6),
+        rms_height=0.5e-6,
+        rolloff_wavelength=64e-6,
+        cutoff_wavelength=8e-6,
+        rng=np.random.default_rng(4),
+    )
     with pytest.raises(rc.InputError, match="shows its own form"):
         rc.estimate(rc.Surface(heights[:32], (1e-6, 1e-6)), pressure="600 MPa", material=STEEL)
 
@@ -283,14 +293,24 @@ def test_intervals_of_measured_maps_hold_maps_that_did_not_widen_them() -> None:
 
 @pytest.mark.slow
 def test_kurtosis_moves_contact_area_as_solved_maps_say() -> None:
-    spectrum = {"shape": (256, 256), "pixel": (1e-6, 1e-6), "Sq": 0.4e-6, "Sdq": 0.1,
-                "rolloff_wavelength": 36e-6, "hurst": 0.7, "rng": 7}  # fmt: skip
+    spectrum = {
+        "shape": (256, 256),
+        "pixel": (1e-6, 1e-6),
+        "Sq": 0.4e-6,
+        "Sdq": 0.1,
+        "rolloff_wavelength": 36e-6,
+        "hurst": 0.7,
+        "rng": 7,
+    }
     for kurtosis in (2.0, 6.0):
         surface = rc.generate(**spectrum, Sku=kurtosis)
         result = rc.solve(
-            surface, material=STEEL, load=rc.NominalPressure("600 MPa"), boundary="periodic",
+            surface,
+            material=STEEL,
+            load=rc.NominalPressure("600 MPa"),
+            boundary="periodic",
             ceiling=None,
-        )  # fmt: skip
+        )
         share = result.perimeter_corrected_area / math.prod(surface.size)
         asked = {"pressure": "600 MPa", "material": STEEL, "ceiling": None}
         found = rc.estimate(surface, **asked)
@@ -300,8 +320,21 @@ def test_kurtosis_moves_contact_area_as_solved_maps_say() -> None:
         assert (share > normal.contact.value) == (kurtosis < 3)
 
 
-COMMAND = ["estimate", "--sq", "0.5 um", "--sdq", "0.1", "--sal", "12 um", "--young", "210 GPa",
-           "--poisson", "0.3", "--yield-strength", "1 GPa"]  # fmt: skip
+COMMAND = [
+    "estimate",
+    "--sq",
+    "0.5 um",
+    "--sdq",
+    "0.1",
+    "--sal",
+    "12 um",
+    "--young",
+    "210 GPa",
+    "--poisson",
+    "0.3",
+    "--yield-strength",
+    "1 GPa",
+]
 
 
 def test_the_command_tells_in_a_table_and_in_json(
@@ -327,8 +360,20 @@ def test_the_command_tells_in_a_table_and_in_json(
 def test_the_command_takes_a_map(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     heights, pixel = rc.reference_map(128, 3)
     np.save(tmp_path / "map.npy", heights)
-    arguments = [str(tmp_path / "map.npy"), "--unit", "m", "--size", "0.1 mm", "--young", "210 GPa",
-                 "--poisson", "0.3", "--pressure", "1 GPa", "--json"]  # fmt: skip
+    arguments = [
+        str(tmp_path / "map.npy"),
+        "--unit",
+        "m",
+        "--size",
+        "0.1 mm",
+        "--young",
+        "210 GPa",
+        "--poisson",
+        "0.3",
+        "--pressure",
+        "1 GPa",
+        "--json",
+    ]
     assert app.main(["estimate", *arguments]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     assert told["Sdq"] == pytest.approx(rc.Surface(heights, pixel).roughness()["Sdq"], rel=1e-3)

@@ -118,10 +118,17 @@ def test_a_flat_map(suffix: str, height: float, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "wyko_nt1100_test_1.opd", "sur-2.sur", "x3p-2.x3p", "bullet_land_fixed.x3p", "dvd_afm.sur",
-        "metropro-1.dat", "opd-1.opd", "mnt-1.mnt", "uncd_afm.001",
+        "wyko_nt1100_test_1.opd",
+        "sur-2.sur",
+        "x3p-2.x3p",
+        "bullet_land_fixed.x3p",
+        "dvd_afm.sur",
+        "metropro-1.dat",
+        "opd-1.opd",
+        "mnt-1.mnt",
+        "uncd_afm.001",
     ],
-)  # fmt: skip
+)
 def test_measurements(name: str, suffix: str, tmp_path: Path) -> None:
     if not HAS_READER:
         pytest.skip("SurfaceTopography is absent")
@@ -148,8 +155,13 @@ def test_maps_pressure_and_numbers_of_a_volume(
     _, arrays = vtk_image(tmp_path / "out.vti")
     # Those of the ceiling are not among them.
     assert set(arrays) == {
-        "height", "initial_gap", "pressure", "gap", "contact", "residual_displacement",
-    }  # fmt: skip
+        "height",
+        "initial_gap",
+        "pressure",
+        "gap",
+        "contact",
+        "residual_displacement",
+    }
     for name in ("pressure", "gap", "contact"):
         expected = getattr(volume.contact, name)
         np.testing.assert_array_equal(arrays[name].reshape(VOLUME_SHAPE), expected)

@@ -76,9 +76,12 @@ def test_the_door_knows_both():
     assert from_one_of(LIBRARIES, names) >= {"ducc0", "scipy.fft", "numpy.fft"}
     assert from_one_of(THREADS, names)
     for line in (
-        "import numpy as np\nnp.fft.rfft(x)", "from scipy import fft", "import scipy.fft as f",
-        "def f():\n    from scipy.fft import rfft2", "from numpy import fft as waves",
-    ):  # fmt: skip
+        "import numpy as np\nnp.fft.rfft(x)",
+        "from scipy import fft",
+        "import scipy.fft as f",
+        "def f():\n    from scipy.fft import rfft2",
+        "from numpy import fft as waves",
+    ):
         assert from_one_of(LIBRARIES, spoken_of(ast.parse(line))), line
 
 

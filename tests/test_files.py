@@ -127,9 +127,12 @@ def test_what_a_killed_process_left_is_removed_by_the_next_writer(writer, tmp_pa
 def test_only_unfinished_files_are_removed(tmp_path: Path) -> None:
     own = ".roughcontact-0123456789abcdef.part"
     kept = [
-        ".roughcontact-0123456789abcdef.part.nc", ".roughcontact-mine.part", "out.part", ".hidden",
+        ".roughcontact-0123456789abcdef.part.nc",
+        ".roughcontact-mine.part",
+        "out.part",
+        ".hidden",
         own.removeprefix("."),
-    ]  # fmt: skip
+    ]
     for name in [*kept, own]:
         (tmp_path / name).write_text("text")
     folder = tmp_path / ".roughcontact-ffffffffffffffff.part"

@@ -25,12 +25,7 @@ def cap(shape, pixel, radius, centre, holes=0.0, noise=0.0, seed=0):
     return heights
 
 
-@given(
-    st.floats(0.62, 1000),
-    st.sampled_from([-1, 1]),
-    st.floats(-0.2, 0.2),
-    st.floats(-0.2, 0.2),
-)
+@given(st.floats(0.62, 1000), st.sampled_from([-1, 1]), st.floats(-0.2, 0.2), st.floats(-0.2, 0.2))
 def test_a_sphere_is_recovered_with_holes(radius: float, sign: int, y: float, x: float) -> None:
     # In units of a map of 0.8 × 0.5: from a cap that nearly reaches the equator to a flat one.
     shape, pixel = (41, 31), (0.02, 0.016)

@@ -100,8 +100,12 @@ def test_json_holds_the_summary(result: rc.ContactResult, tmp_path: Path) -> Non
     for name, value in result.summary().items():
         assert read[name] == value, name
     assert read["material"] == {
-        "rigid": False, "young": 210e9, "poisson": 0.3, "yield_strength": 1e9, "hardness": None,
-    }  # fmt: skip
+        "rigid": False,
+        "young": 210e9,
+        "poisson": 0.3,
+        "yield_strength": 1e9,
+        "hardness": None,
+    }
     # A rigid body's modulus is infinite, of which JSON knows nothing.
     assert read["counter_material"]["young"] is None
     assert read["converged"] is True

@@ -23,10 +23,25 @@ SWEEP = ["sweep", *MAP, "--from", "1 mN", "--to", "10 mN", "--steps", "3"]
 STRESS = ["stress", *MAP, "--load", "10 mN", "--depths", "1 um"]
 HISTORY = ["history", *MAP, "--path", "10 mN, 0 N", "--yield-strength", "2 GPa"]
 BALL = [
-    "solve", "--body", "sphere 10 mm", "--points", "16", "--size", "0.4 mm", *STEEL,
-    "--yield-strength", "1 GPa", "--model", "elastoplastic", "--load", "60 N", "--increments", "2",
-    "--tolerance", "1e-3",
-]  # fmt: skip
+    "solve",
+    "--body",
+    "sphere 10 mm",
+    "--points",
+    "16",
+    "--size",
+    "0.4 mm",
+    *STEEL,
+    "--yield-strength",
+    "1 GPa",
+    "--model",
+    "elastoplastic",
+    "--load",
+    "60 N",
+    "--increments",
+    "2",
+    "--tolerance",
+    "1e-3",
+]
 
 PROJECT = """
 folder = "box"
@@ -43,27 +58,37 @@ load = "10 mN"
 
 # The command, the file that cannot be written, and whether a few kilobytes are left before.
 CASES = {
-    **{f"solve {end}": ([*SOLVE, "--output", f"box/out.{end}"], f"out.{end}", False)
-       for end in ("nc", "vti", "csv", "json")},
+    **{
+        f"solve {end}": ([*SOLVE, "--output", f"box/out.{end}"], f"out.{end}", False)
+        for end in ("nc", "vti", "csv", "json")
+    },
     "report": ([*SOLVE, "--report", "box/out.html"], "out.html", False),
-    **{f"figures {end}": ([*SOLVE, "--figures", f"box/out.{end}"], f"out-surface.{end}", False)
-       for end in ("png", "svg", "pdf")},
+    **{
+        f"figures {end}": ([*SOLVE, "--figures", f"box/out.{end}"], f"out-surface.{end}", False)
+        for end in ("png", "svg", "pdf")
+    },
     "sweep steps": ([*SWEEP, "--folder", "box/kept"], "kept/step-0001.npz", True),
     "sweep record": ([*SWEEP, "--folder", "box/kept"], "kept", False),
-    **{f"sweep {end}": ([*SWEEP, "--output", f"box/out.{end}"], f"out.{end}", False)
-       for end in ("csv", "json")},
+    **{
+        f"sweep {end}": ([*SWEEP, "--output", f"box/out.{end}"], f"out.{end}", False)
+        for end in ("csv", "json")
+    },
     "sweep figure": ([*SWEEP, "--figure", "box/out.png"], "out.png", False),
     "stress": ([*STRESS, "--output", "box/out.nc"], "out.nc", False),
     "history": ([*HISTORY, "--output", "box/out.csv"], "out.csv", False),
-    **{f"residual {end}": ([*HISTORY, "--indented-surface", f"box/out.{end}"], f"out.{end}", False)
-       for end in ("nc", "npz", "x3p", "sur", "csv", "vti")},
-    **{f"volume {end}": ([*BALL, "--output", f"box/out.{end}"], f"out.{end}", False)
-       for end in ("nc", "vtr")},
+    **{
+        f"residual {end}": ([*HISTORY, "--indented-surface", f"box/out.{end}"], f"out.{end}", False)
+        for end in ("nc", "npz", "x3p", "sur", "csv", "vti")
+    },
+    **{
+        f"volume {end}": ([*BALL, "--output", f"box/out.{end}"], f"out.{end}", False)
+        for end in ("nc", "vtr")
+    },
     "volume steps": ([*BALL, "--folder", "box/kept"], "kept/step-0001.nc", True),
     "run": (["run", "project.toml", "--quiet"], "out.nc", False),
     "run summary": (["run", "bare.toml", "--quiet"], "out.json", False),
     "demo": (["demo", "--folder", "box/demo", "--points", "32"], "demo/ground.x3p", False),
-}  # fmt: skip
+}
 
 # Drawing takes time, and fails alike.
 ON_DISK = {

@@ -68,9 +68,17 @@ def test_a_map_has_the_parameters_asked_for(asked: dict[str, Any]) -> None:
 @pytest.mark.slow
 def test_all_at_once_on_a_large_map() -> None:
     surface = rc.generate(
-        (1024, 1024), PIXEL, Sq=0.4e-6, Sal=8e-6, Sdq=0.09, Str=0.3, lay=60.0, Ssk=-1.0, Sku=5.0,
+        (1024, 1024),
+        PIXEL,
+        Sq=0.4e-6,
+        Sal=8e-6,
+        Sdq=0.09,
+        Str=0.3,
+        lay=60.0,
+        Ssk=-1.0,
+        Sku=5.0,
         hurst=0.7,
-    )  # fmt: skip
+    )
     assert missed(surface) == {}
     assert len(generation.compare_parameters(surface)) == 7
     # The waves of its spectrum span little more than an octave, which a note says.
@@ -83,7 +91,7 @@ def test_a_map_that_shows_what_was_asked_is_left_as_it_is() -> None:
     Sal, Str, _ = spectrum.texture(heights, PIXEL)
     asked = generation._RequestedParameters(
         0.5e-6, Sal, None, 0.8, None, 3e-6, Str, 0.0, (0.0, 3.0), None
-    )  # fmt: skip
+    )
     near = 1 + generation._CLOSE / 2
     for close in (asked, replace(asked, Str=Str * near), replace(asked, Sal=Sal / near)):
         assert generation._corrected(spectrum_asked, close, heights) is spectrum_asked
@@ -133,8 +141,10 @@ def longest_direction(heights: np.ndarray) -> float:
     """Return the direction [degrees] in which a map is alike longest, as it is drawn."""
     slope_y, slope_x = np.gradient(heights)
     # The structure tensor's weak axis; rows count downwards.
-    tensor = [[np.mean(slope_x**2), -np.mean(slope_x * slope_y)],
-              [-np.mean(slope_x * slope_y), np.mean(slope_y**2)]]  # fmt: skip
+    tensor = [
+        [np.mean(slope_x**2), -np.mean(slope_x * slope_y)],
+        [-np.mean(slope_x * slope_y), np.mean(slope_y**2)],
+    ]
     _, axes = np.linalg.eigh(tensor)
     return float(np.degrees(np.arctan2(axes[1, 0], axes[0, 0])) % 180)
 
@@ -304,8 +314,21 @@ def test_a_gradient_is_that_of_the_first_differences() -> None:
 def test_the_command_prints_both_and_writes_every_format(tmp_path: Path, capsys: Capture) -> None:
     files = [tmp_path / f"made{suffix}" for suffix in (".nc", ".npz", ".csv", ".vti")]
     figure = tmp_path / "made.png"
-    words = ["generate", "--points", "96x128", "--size", "96 um x 128 um", "--sq", "0.5 um",
-             "--sal", "5 um", "--ssk", "-0.5", "--seed", "4"]  # fmt: skip
+    words = [
+        "generate",
+        "--points",
+        "96x128",
+        "--size",
+        "96 um x 128 um",
+        "--sq",
+        "0.5 um",
+        "--sal",
+        "5 um",
+        "--ssk",
+        "-0.5",
+        "--seed",
+        "4",
+    ]
     outputs = [word for path in files for word in ("--output", str(path))]
     assert app.main([*words, *outputs, "--figure", str(figure)]) == app.SOLVED
     shown = capsys.readouterr().out

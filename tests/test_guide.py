@@ -104,9 +104,12 @@ done
 @pytest.mark.skipif(shutil.which("bash") is None, reason="bash is absent")
 def test_bash_completes_commands_options_and_materials(home: dict[str, str]) -> None:
     done = subprocess.run(
-        ["bash", "-c", "roughcontact --install-completion; true"], env=home, check=True,
-        capture_output=True, text=True,
-    )  # fmt: skip
+        ["bash", "-c", "roughcontact --install-completion; true"],
+        env=home,
+        check=True,
+        capture_output=True,
+        text=True,
+    )
     assert "bash completion installed" in done.stdout
     typed = {
         "roughcontact so": "solve",
@@ -119,19 +122,30 @@ def test_bash_completes_commands_options_and_materials(home: dict[str, str]) -> 
         "roughcontact solve x.o": "",
     }
     done = subprocess.run(
-        ["bash", "-c", PRESS_TAB], input="\n".join(typed) + "\n", env=home, check=True,
-        capture_output=True, text=True,
-    )  # fmt: skip
+        ["bash", "-c", PRESS_TAB],
+        input="\n".join(typed) + "\n",
+        env=home,
+        check=True,
+        capture_output=True,
+        text=True,
+    )
     assert done.stdout.splitlines() == list(typed.values())
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("shell", "given"),
-    [("zsh", {"_TYPER_COMPLETE_ARGS": "roughcontact solve x.opd --material 100"}),
-     ("fish", {"_TYPER_COMPLETE_ARGS": "roughcontact solve x.opd --material 100",
-               "_TYPER_COMPLETE_FISH_ACTION": "get-args"})],
-)  # fmt: skip
+    [
+        ("zsh", {"_TYPER_COMPLETE_ARGS": "roughcontact solve x.opd --material 100"}),
+        (
+            "fish",
+            {
+                "_TYPER_COMPLETE_ARGS": "roughcontact solve x.opd --material 100",
+                "_TYPER_COMPLETE_FISH_ACTION": "get-args",
+            },
+        ),
+    ],
+)
 def test_other_shells_are_answered_and_have_a_script(
     shell: str, given: dict[str, str], home: dict[str, str]
 ) -> None:

@@ -49,10 +49,7 @@ def test_swift_of_a_bearing_steel() -> None:
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
-@given(
-    trial=st.floats(min_value=1e6, max_value=1e12),
-    before=st.floats(min_value=0, max_value=0.5),
-)
+@given(trial=st.floats(min_value=1e6, max_value=1e12), before=st.floats(min_value=0, max_value=0.5))
 def test_return_ends_on_the_yield_surface(law, trial, before) -> None:
     step = float(plastic_increment(np.array([trial]), np.array([before]), law, MU)[0])
 

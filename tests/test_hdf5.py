@@ -42,8 +42,10 @@ def other(tmp_path: Path) -> Path:
 
 def test_arrays_are_told_and_not_read(other: Path) -> None:
     assert check_hdf5(other) == {
-        "height": ((30, 40), 9600, "f"), "x": ((40,), 320, "f"), "y": ((30,), 240, "f"),
-    }  # fmt: skip
+        "height": ((30, 40), 9600, "f"),
+        "x": ((40,), 320, "f"),
+        "y": ((30,), 240, "f"),
+    }
     np.testing.assert_array_equal(read_surface(other).heights, HEIGHTS)
 
 
@@ -169,10 +171,7 @@ def test_other_values_than_the_axes_tell(tmp_path: Path) -> None:
     ],
 )
 def test_what_xarray_would_tell_the_terminal(
-    tmp_path: Path,
-    attributes: dict[str, object],
-    words: str,
-    capfd: pytest.CaptureFixture[str],
+    tmp_path: Path, attributes: dict[str, object], words: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     path = map_file(tmp_path / "map.nc", lambda file: file.create_dataset("height", data=HEIGHTS))
     with h5py.File(path, "a") as file:

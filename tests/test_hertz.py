@@ -181,9 +181,13 @@ def test_slender_ellipses_become_lines():
 
 @pytest.mark.parametrize(
     ("difference", "longer", "shorter", "approach"),
-    [(0.1075, 1.0760, 0.9318, 0.9974), (0.3204, 1.2623, 0.8114, 0.9761),
-     (0.5916, 1.6440, 0.6687, 0.9077), (0.7948, 2.265, 0.5480, 0.7961)],
-)  # fmt: skip
+    [
+        (0.1075, 1.0760, 0.9318, 0.9974),
+        (0.3204, 1.2623, 0.8114, 0.9761),
+        (0.5916, 1.6440, 0.6687, 0.9077),
+        (0.7948, 2.265, 0.5480, 0.7961),
+    ],
+)
 def test_ellipses_of_the_tables_for_bearings(difference, longer, shorter, approach):
     # Harris, Rolling Bearing Analysis, table 6.1: four digits, by the difference of the curvatures
     # over their sum.

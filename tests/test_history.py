@@ -133,10 +133,13 @@ def test_a_ceiling_far_above_leaves_every_bit(ceiling: float | None, on_counter:
     bodies = rc.Surface(heights, rough().pixel), rough(seed=5)
     materials = (HARD, STEEL) if on_counter else (STEEL, HARD)
     found = history(
-        bodies[0], [1.0, 0.0, Stage(load=2.0, shift=(0.0, 2 * rough().pixel[1]))],
-        counter_surface=bodies[1], material=materials[0], counter_material=materials[1],
+        bodies[0],
+        [1.0, 0.0, Stage(load=2.0, shift=(0.0, 2 * rough().pixel[1]))],
+        counter_surface=bodies[1],
+        material=materials[0],
+        counter_material=materials[1],
         ceiling=ceiling,
-    )  # fmt: skip
+    )
     assert found.residual.heights.tobytes() == bodies[on_counter].heights.tobytes()
     assert found.residual.provenance == bodies[on_counter].provenance
 
@@ -193,20 +196,20 @@ def test_a_ceiling_per_pixel_indents_only_where_it_is_reached() -> None:
     ),
 )
 def test_no_path_gives_energy_or_volume_back(
-    n: int,
-    seed: int,
-    fraction: float,
-    boundary: str,
-    path: list[tuple[float, int, int]],
+    n: int, seed: int, fraction: float, boundary: str, path: list[tuple[float, int, int]]
 ) -> None:
     part = (0, n), (0, n)
     surface, counter = rough(32, seed).cropped(*part), rough(32, seed + 1).cropped(*part)
     dy, dx = surface.pixel
     stages = [Stage(load=load, shift=(y * dy, x * dx)) for load, y, x in path]
     found = history(
-        surface, stages, counter_surface=counter, material=STEEL, ceiling=fraction * 3e9,
+        surface,
+        stages,
+        counter_surface=counter,
+        material=STEEL,
+        ceiling=fraction * 3e9,
         boundary=boundary,
-    )  # fmt: skip
+    )
     assert (found.column("dissipated_energy") >= 0).all()
     assert (found.column("indentation_volume") >= 0).all()
     assert (found.column("elastic_energy") >= 0).all()
@@ -230,9 +233,11 @@ def test_imprints_far_apart_are_copies() -> None:
     pixel = surface.pixel[1]
     one = history(surface, [1.0], material=rc.RIGID, counter_material=STEEL)
     two = history(
-        surface, [1.0, 0.0, Stage(load=1.0, shift=(0.0, 40 * pixel)), 0.0],
-        material=rc.RIGID, counter_material=STEEL,
-    )  # fmt: skip
+        surface,
+        [1.0, 0.0, Stage(load=1.0, shift=(0.0, 40 * pixel)), 0.0],
+        material=rc.RIGID,
+        counter_material=STEEL,
+    )
     assert one.indented_body == two.indented_body == "counter_surface"
     assert two.origin == (0, 40)
     assert two.indentation.shape == (64, 104)
@@ -338,9 +343,12 @@ def test_a_strip_indents_a_flat_that_goes_on_across(boundary: str) -> None:
     across = 0 if boundary == "periodic-x" else 1
     shift = [9 * edge for edge in surface.pixel]
     found = history(
-        surface, [1.0, Stage(load=1.0, shift=(shift[0], shift[1]))], material=rc.RIGID,
-        counter_material=STEEL, boundary=boundary,
-    )  # fmt: skip
+        surface,
+        [1.0, Stage(load=1.0, shift=(shift[0], shift[1]))],
+        material=rc.RIGID,
+        counter_material=STEEL,
+        boundary=boundary,
+    )
     expected = [64, 64]
     expected[across] += 9
     assert found.indentation.shape == tuple(expected)
@@ -418,9 +426,12 @@ def test_an_interrupted_history_goes_on_with_the_same_numbers(
 ) -> None:
     pixel = rough().pixel[0]
     options: dict[str, object] = {
-        "material": HARD, "counter_material": STEEL, "counter_surface": counter, "passes": 3,
+        "material": HARD,
+        "counter_material": STEEL,
+        "counter_surface": counter,
+        "passes": 3,
         "shift": (0.0, pixel),
-    }  # fmt: skip
+    }
     whole = history(rough(), [0.5, 1.0], **options)
     assert whole.indented_body == "counter_surface"
 
@@ -435,9 +446,12 @@ def test_an_interrupted_history_goes_on_with_the_same_numbers(
     for _ in range(2):
         # The second time all of it stands there.
         again = history(
-            rough(), [0.5, 1.0], **options, folder=tmp_path,
+            rough(),
+            [0.5, 1.0],
+            **options,
+            folder=tmp_path,
             progress=lambda at: kept.append(at.number) if at.kept else None,
-        )  # fmt: skip
+        )
         assert [same(step) for step in again.steps] == [same(step) for step in whole.steps]
         assert again.indentation.tobytes() == whole.indentation.tobytes()
         for one, other in ((again.last, whole.last), (again.largest, whole.largest)):
@@ -457,8 +471,12 @@ def test_more_passes_at_one_position_go_on_in_the_same_folder(tmp_path: Path) ->
 
 @pytest.fixture(scope="module")
 def found() -> LoadHistory:
-    return history(rough(32), repeat_stages([0.5, 1.0, 0.0], 2, (2 * 100e-6 / 32, 0.0)),
-                        counter_surface=rough(32, 9), material=STEEL)  # fmt: skip
+    return history(
+        rough(32),
+        repeat_stages([0.5, 1.0, 0.0], 2, (2 * 100e-6 / 32, 0.0)),
+        counter_surface=rough(32, 9),
+        material=STEEL,
+    )
 
 
 def test_saved_csv_keeps_every_number(found: LoadHistory, tmp_path: Path) -> None:
@@ -511,20 +529,20 @@ def test_progress_names_the_step() -> None:
     [
         ([1.0, 0.0, 40.0, 1.0], rc.CapacityError, "stage 3 of 4: load = 40 N is more than"),
         ([1.0, Stage(load=1.0, shift=(1e-4, 0.0))], rc.InputError, "stage 2.*beyond the map"),
-        ([1.0, Stage(load=1.0, shift=(3.3e-6, 0.0))], rc.InputError,
-         r"stage 2.*no whole number.*nearest is \(4.16666667e-06, 0\)"),
+        (
+            [1.0, Stage(load=1.0, shift=(3.3e-6, 0.0))],
+            rc.InputError,
+            r"stage 2.*no whole number.*nearest is \(4.16666667e-06, 0\)",
+        ),
         ([1.0, -1.0], rc.InputError, "stage 2: load must be finite and not negative"),
         ([1.0, math.nan], rc.InputError, "stage 2: load must be finite"),
         ([1.0, None], rc.InputError, "path must be a list, each a Stage .* got None as number 2"),
         ([1.0, "heavy"], rc.InputError, "stage 2: load needs a load such as"),
         ([], rc.InputError, "path is empty"),
     ],
-)  # fmt: skip
+)
 def test_a_path_that_cannot_be_walked_is_refused_before_it_begins(
-    path: list[Stage | float],
-    error: type[Exception],
-    message: str,
-    monkeypatch: pytest.MonkeyPatch,
+    path: list[Stage | float], error: type[Exception], message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     no_solve(monkeypatch)
     # No pixel of this map is a round number of metres.
@@ -565,9 +583,11 @@ def test_capacity_is_judged_where_the_bodies_overlap(monkeypatch: pytest.MonkeyP
     upper = rc.Surface(holed, surface.pixel).masked()
     with pytest.raises(rc.CapacityError, match="no point left"):
         history(
-            upper, [1.0, Stage(load=0.0, shift=(16 * surface.pixel[0], 0.0))],
-            counter_surface=surface, material=STEEL,
-        )  # fmt: skip
+            upper,
+            [1.0, Stage(load=0.0, shift=(16 * surface.pixel[0], 0.0))],
+            counter_surface=surface,
+            material=STEEL,
+        )
 
 
 def test_other_arguments_are_refused_as_by_solve(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -585,9 +605,12 @@ def test_other_arguments_are_refused_as_by_solve(monkeypatch: pytest.MonkeyPatch
     moving = [Stage(load=1.0, shift=(surface.pixel[0], 0.0))]
     with pytest.raises(rc.InputError, match="ceiling per pixel"):
         history(
-            surface, moving, material=rc.RIGID, counter_material=STEEL,
+            surface,
+            moving,
+            material=rc.RIGID,
+            counter_material=STEEL,
             ceiling=np.full((32, 32), 3e9),
-        )  # fmt: skip
+        )
 
 
 def test_a_step_that_does_not_converge_is_named() -> None:

@@ -13,12 +13,26 @@ import pytest
 import roughcontact as rc
 
 SLIPS = {
-    "none": None, "digits": "0.1", "word": "abc", "huge": 10**400, "endless": 10**5000,
-    "nan": np.nan, "inf": np.inf, "negative": -1, "zero": 0, "complex": 1j, "empty": [],
-    "list": [1, 2], "huge list": [10**400, 1], "mixed": ["0.1", None],
-    "array": np.array([1.0, 2.0]), "map": np.ones((2, 2)), "bytes": b"1", "dict": {},
+    "none": None,
+    "digits": "0.1",
+    "word": "abc",
+    "huge": 10**400,
+    "endless": 10**5000,
+    "nan": np.nan,
+    "inf": np.inf,
+    "negative": -1,
+    "zero": 0,
+    "complex": 1j,
+    "empty": [],
+    "list": [1, 2],
+    "huge list": [10**400, 1],
+    "mixed": ["0.1", None],
+    "array": np.array([1.0, 2.0]),
+    "map": np.ones((2, 2)),
+    "bytes": b"1",
+    "dict": {},
     "object": object(),
-}  # fmt: skip
+}
 # What goes on with other words than numbers, materials or boundaries.
 ELSEWHERE = ("progress", "folder", "on_step", "ranks", "on_interrupt", "caveat", "options")
 
@@ -187,17 +201,23 @@ def test_what_is_plain_is_taken() -> None:
 @pytest.mark.parametrize(
     ("call", "told"),
     [
-        (lambda: rc.compare(rc.Surface(*rc.reference_map(32)), material="100Cr6", pressure=1e6),
-         "maps is a single map"),
-        (lambda: rc.interface_law([1, 2]),
-         "contacts must be a list, each a ContactResult, got 1 as number 1"),
+        (
+            lambda: rc.compare(rc.Surface(*rc.reference_map(32)), material="100Cr6", pressure=1e6),
+            "maps is a single map",
+        ),
+        (
+            lambda: rc.interface_law([1, 2]),
+            "contacts must be a list, each a ContactResult, got 1 as number 1",
+        ),
         (lambda: rc.Material(10**400, 0.3), "got a whole number of 401 digits"),
         (lambda: rc.PathPoint(1.0, friction="0.1"), "friction must be a number, got '0.1'"),
         (lambda: rc.generate((32, 32), None, Sq=1e-6), "pixel must be a list of quantities or"),
-        (lambda: rc.Surface(np.eye(4), (1e-6, 1e-6)).leveled(np.ones(3)),
-         "form must be a text such as 'plane'"),
+        (
+            lambda: rc.Surface(np.eye(4), (1e-6, 1e-6)).leveled(np.ones(3)),
+            "form must be a text such as 'plane'",
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_slip_is_told_with_what_was_found(call: Callable[[], Any], told: str) -> None:
     with pytest.raises(rc.InputError) as caught:
         call()

@@ -53,8 +53,7 @@ def chosen() -> rc.ElastoplasticResult:
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("ratio", "points", "steps"),
-    [(12, 16, 32), pytest.param(40, 24, 64, marks=pytest.mark.slow)],
+    ("ratio", "points", "steps"), [(12, 16, 32), pytest.param(40, 24, 64, marks=pytest.mark.slow)]
 )
 def test_the_estimate_is_the_error(
     ratio: float, points: int, steps: int, chosen: rc.ElastoplasticResult

@@ -19,8 +19,10 @@ def test_a_lay_that_leaves_the_map_is_directional(tilt: float, texture: str) -> 
     y, x = np.mgrid[:96, :96]
     waves = sum(
         np.sin(2 * np.pi * (k * x + tilt * j * y) / 96 + rng.uniform(0, 6))
-        for k in range(-9, 10) for j in (range(-9, 10) if tilt else (0,)) if k
-    )  # fmt: skip
+        for k in range(-9, 10)
+        for j in (range(-9, 10) if tilt else (0,))
+        if k
+    )
     values = rc.Surface(1e-7 * waves, (1e-6, 1e-6)).roughness()
     assert np.isnan(values["Str"]) == (not tilt)
     assert inputs._character(values).startswith(texture)

@@ -166,10 +166,19 @@ def test_every_suffix_has_a_reader() -> None:
 def sdf(x_scale: float = 1e-6, z_scale: float = 1e-9, points: int = 4) -> str:
     """Return an ISO 25178-71 text file of 3 rows with pixel dy = 2 µm."""
     header = {
-        "ManufacID": "test", "CreateDate": "010120240000", "ModDate": "010120240000",
-        "NumPoints": points, "NumProfiles": 3, "Xscale": x_scale, "Yscale": 2e-6,
-        "Zscale": z_scale, "Zresolution": -1, "Compression": 0, "DataType": 7, "CheckType": 0,
-    }  # fmt: skip
+        "ManufacID": "test",
+        "CreateDate": "010120240000",
+        "ModDate": "010120240000",
+        "NumPoints": points,
+        "NumProfiles": 3,
+        "Xscale": x_scale,
+        "Yscale": 2e-6,
+        "Zscale": z_scale,
+        "Zresolution": -1,
+        "Compression": 0,
+        "DataType": 7,
+        "CheckType": 0,
+    }
     lines = ["aISO-1.0", *(f"{key} = {value}" for key, value in header.items()), "*"]
     lines += [" ".join("BAD" if np.isnan(z) else str(z) for z in row) for row in HEIGHTS]
     return "\n".join([*lines, "*"]) + "\n"
@@ -233,9 +242,17 @@ def entry(index: int = 0, **changes: object) -> SimpleNamespace:
         )
 
     given = SimpleNamespace(
-        index=index, name="Height", dim=2, nb_grid_pts=(4, 3), physical_sizes=(4.0, 6.0), unit="µm",
-        data_unit="µm", is_height_channel=True, info={}, topography=topography,
-    )  # fmt: skip
+        index=index,
+        name="Height",
+        dim=2,
+        nb_grid_pts=(4, 3),
+        physical_sizes=(4.0, 6.0),
+        unit="µm",
+        data_unit="µm",
+        is_height_channel=True,
+        info={},
+        topography=topography,
+    )
     given.__dict__.update(changes)
     return given
 

@@ -137,10 +137,11 @@ def test_a_curve_tells_how_well_it_is_known_between_its_points(points: int) -> N
 def test_the_range_ends_where_too_few_spots_or_too_much_touch() -> None:
     p = np.array([1.0, 2.0, 3.0, 4.0])
     means = {
-        "spots": np.array([3.0, 20, 40, 1]), "contact_points": np.array([5.0, 90, 500, 900]),
+        "spots": np.array([3.0, 20, 40, 1]),
+        "contact_points": np.array([5.0, 90, 500, 900]),
         "open_points": np.array([995.0, 900, 500, 20]),
         "contact_fraction": np.array([0.005, 0.1, 0.5, 0.98]),
-    }  # fmt: skip
+    }
     found = law_curve.resolved(p, means, 10.0)
     assert (found.low, found.high) == (3.0, 3.0)
     assert (found.low_by, found.high_by) == ("points", "contact")
@@ -211,9 +212,11 @@ def test_each_branch_conducts_by_its_own_contacts() -> None:
 def test_a_closed_joint_resists_no_more() -> None:
     p = [0.05e6, 0.5e6, 50e9]
     contacts = [
-        rc.solve(MAPS[0], load=rc.NominalPressure(x), material=SOFT, ceiling=None,
-                 boundary="periodic") for x in p
-    ]  # fmt: skip
+        rc.solve(
+            MAPS[0], load=rc.NominalPressure(x), material=SOFT, ceiling=None, boundary="periodic"
+        )
+        for x in p
+    ]
     law = rc.interface_law(contacts, conductor="42CrMo4", counter_conductor="42CrMo4")
     assert contacts[-1].contact_fraction == 1
     assert law.conductance[-1] == math.inf
@@ -225,8 +228,9 @@ def test_a_closed_joint_resists_no_more() -> None:
 def rows(text: str, keyword: str, which: int = 0) -> np.ndarray:
     """Return the data below a keyword of a deck."""
     blocks = re.findall(rf"^{re.escape(keyword)}\n((?:[-+\d].*\n)+)", text, re.MULTILINE)
-    return np.array([[float(word) for word in line.split(",")] for line in blocks[which].split("\n")
-                     if line])  # fmt: skip
+    return np.array(
+        [[float(word) for word in line.split(",")] for line in blocks[which].split("\n") if line]
+    )
 
 
 def test_decks_hold_the_table_in_their_units(tmp_path: Path) -> None:
@@ -293,9 +297,11 @@ def test_the_deck_for_ansys_gives_the_pressure_of_the_law(tmp_path: Path) -> Non
         assert -slopes == pytest.approx([step.tangential_stiffness * 1e-9 for step in steps])
     # Real constants hold one branch.
     assert re.findall(r"^RMODIF,CID,(\d+),%(\w+)%", text, re.MULTILINE) == [
-        ("3", "ROUGH_LOADING_FKN"), ("12", "ROUGH_LOADING_FKT"),
-        ("14", "ROUGH_LOADING_TCC"), ("19", "ROUGH_LOADING_ECC"),
-    ]  # fmt: skip
+        ("3", "ROUGH_LOADING_FKN"),
+        ("12", "ROUGH_LOADING_FKT"),
+        ("14", "ROUGH_LOADING_TCC"),
+        ("19", "ROUGH_LOADING_ECC"),
+    ]
 
 
 def test_the_functions_for_moose_are_the_law_in_si_units(tmp_path: Path) -> None:
@@ -306,8 +312,10 @@ def test_the_functions_for_moose_are_the_law_in_si_units(tmp_path: Path) -> None
         text,
     )
     assert {name for _, name, *_ in blocks} == {
-        "pressure", "thermal_conductance", "electrical_conductance"
-    }  # fmt: skip
+        "pressure",
+        "thermal_conductance",
+        "electrical_conductance",
+    }
     for branch, name, first, second in blocks:
         x, y = (np.array(words.split(), dtype=float) for words in (first, second))
         assert (np.diff(x) > 0).all()
@@ -430,11 +438,21 @@ def command(folder: Path, *more: str) -> list[str]:
     for number, surface in enumerate(MAPS):
         np.save(folder / f"map{number}.npy", surface.heights * 1e6)
     return [
-        "law", *(str(folder / f"map{number}.npy") for number in range(2)), "--unit", "um",
-        "--size", "0.1 mm x 0.1 mm", "--level", "none", "--steps", "2", "--material", "42CrMo4",
+        "law",
+        *(str(folder / f"map{number}.npy") for number in range(2)),
+        "--unit",
+        "um",
+        "--size",
+        "0.1 mm x 0.1 mm",
+        "--level",
+        "none",
+        "--steps",
+        "2",
+        "--material",
+        "42CrMo4",
         *(word for name, value in defaults.items() if name not in more for word in (name, value)),
         *more,
-    ]  # fmt: skip
+    ]
 
 
 @pytest.mark.long
@@ -443,9 +461,14 @@ def test_the_command_tells_draws_and_writes(
 ) -> None:
     out = [str(tmp_path / f"law{suffix}") for suffix in (".inp", ".ccx", ".csv", ".txt", ".json")]
     words = command(
-        tmp_path, *(word for path in out for word in ("--output", path)), "--quarters",
-        "--counter-material", "6061-T6", "--figure", str(tmp_path / "law.png"),
-    )  # fmt: skip
+        tmp_path,
+        *(word for path in out for word in ("--output", path)),
+        "--quarters",
+        "--counter-material",
+        "6061-T6",
+        "--figure",
+        str(tmp_path / "law.png"),
+    )
     assert app.main([*words, "--verbose"]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     assert "Overclosure is minus the separation." in shown
@@ -461,8 +484,9 @@ def test_the_command_tells_draws_and_writes(
     pressures = told["branches"]["loading"]["pressure"]
     contacts = (
         rc.solve(surface, material=steel, load=rc.NominalPressure(p), boundary="periodic")
-        for surface in MAPS for p in pressures
-    )  # fmt: skip
+        for surface in MAPS
+        for p in pressures
+    )
     law = rc.interface_law(contacts)
     for name in ("separation", "contact_fraction", "separation_half"):
         own = [getattr(step, name) for step in law.steps]

@@ -89,11 +89,14 @@ def test_faces_are_drawn_at_other_places_and_turns() -> None:
 @pytest.mark.parametrize(
     ("task", "more", "number"),
     [
-        ("conductance", ["--conductivity", "400 W/m/K", "--counter-conductivity", "400 W/m/K"],
-         lambda record: record["length"][-1]),
+        (
+            "conductance",
+            ["--conductivity", "400 W/m/K", "--counter-conductivity", "400 W/m/K"],
+            lambda record: record["length"][-1],
+        ),
         ("leak", [], lambda record: record["permeability_tensor"][-1][1][1]),
     ],
-)  # fmt: skip
+)
 def test_a_joint_of_two_rough_faces_is_the_mean_of_draws(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], task: str, more: list[str], number: Any
 ) -> None:
@@ -101,10 +104,29 @@ def test_a_joint_of_two_rough_faces_is_the_mean_of_draws(
     ROUGH.save(tmp_path / "one.nc")
     other.save(tmp_path / "two.nc")
     app.main(
-        [task, str(tmp_path / "one.nc"), "--counter-maps", str(tmp_path / "two.nc"),
-         "--draws", "3", "--level", "none", "--load", "0.1 N, 0.3 N", "--boundary", "periodic",
-         "--young", "210 GPa", "--poisson", "0.3", "--yield-strength", "1 GPa", "--json", *more]
-    )  # fmt: skip
+        [
+            task,
+            str(tmp_path / "one.nc"),
+            "--counter-maps",
+            str(tmp_path / "two.nc"),
+            "--draws",
+            "3",
+            "--level",
+            "none",
+            "--load",
+            "0.1 N, 0.3 N",
+            "--boundary",
+            "periodic",
+            "--young",
+            "210 GPa",
+            "--poisson",
+            "0.3",
+            "--yield-strength",
+            "1 GPa",
+            "--json",
+            *more,
+        ]
+    )
     told = json.loads(capsys.readouterr().out)
     values = []
     for first, second in drawn_pairs([ROUGH], [other], 3):
@@ -142,9 +164,11 @@ def test_only_a_law_is_of_several_maps(ask: Any, more: dict[str, Any]) -> None:
         ask([pressed(), pressed(**more, load=0.2)])
     # The same bodies, made anew, with a name and another ceiling.
     again = pressed(
-        rc.Surface(ROUGH.heights.copy(), ROUGH.pixel), ceiling=2e9,
-        material=rc.Material(210e9, 0.3, 1e9, name="steel"), load=0.2,
-    )  # fmt: skip
+        rc.Surface(ROUGH.heights.copy(), ROUGH.pixel),
+        ceiling=2e9,
+        material=rc.Material(210e9, 0.3, 1e9, name="steel"),
+        load=0.2,
+    )
     assert len(ask([pressed(), again]).steps) == 2
 
 
@@ -162,9 +186,15 @@ def test_maps_that_were_unloaded_are_pressed_alike() -> None:
 def request(folder: Path, **more: str) -> Request:
     np.save(folder / "map.npy", ROUGH.heights * 1e6)
     given = {
-        "unit": "um", "size": "0.1 mm x 0.1 mm", "level": "none", "material": "42CrMo4",
-        "counter-material": "6061-T6", "boundary": "periodic", "load": "0.1 N, 0.3 N", **more,
-    }  # fmt: skip
+        "unit": "um",
+        "size": "0.1 mm x 0.1 mm",
+        "level": "none",
+        "material": "42CrMo4",
+        "counter-material": "6061-T6",
+        "boundary": "periodic",
+        "load": "0.1 N, 0.3 N",
+        **more,
+    }
     given = {key: value for key, value in given.items() if value}
     return from_text("conductance", folder / "map.npy", given)
 
@@ -206,10 +236,19 @@ def joint_project(folder: Path, tasks: str, *more: str) -> Path:
     np.save(folder / "map.npy", ROUGH.heights * 1e6)
     path = folder / "project.toml"
     lines = [
-        'folder = "out"', 'write = ["csv"]', "[[contact]]", 'name = "joint"', 'file = "map.npy"',
-        f"task = {tasks}", 'unit = "um"', 'size = "0.1 mm x 0.1 mm"', 'boundary = "periodic"',
-        'material = "42CrMo4"', 'counter-material = "6061-T6"', *more,
-    ]  # fmt: skip
+        'folder = "out"',
+        'write = ["csv"]',
+        "[[contact]]",
+        'name = "joint"',
+        'file = "map.npy"',
+        f"task = {tasks}",
+        'unit = "um"',
+        'size = "0.1 mm x 0.1 mm"',
+        'boundary = "periodic"',
+        'material = "42CrMo4"',
+        'counter-material = "6061-T6"',
+        *more,
+    ]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
 

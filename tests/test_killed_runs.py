@@ -71,9 +71,13 @@ def attempt(mode: str, number: int, folder: Path, monkeypatch: pytest.MonkeyPatc
     def started(words: str, place: Path) -> "subprocess.Popen[bytes]":
         (place / "tmp").mkdir(exist_ok=True)
         return subprocess.Popen(
-            [sys.executable, "-c", FAKE, words], cwd=place, start_new_session=True,
-            env={"TMPDIR": str(place / "tmp")}, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        )  # fmt: skip
+            [sys.executable, "-c", FAKE, words],
+            cwd=place,
+            start_new_session=True,
+            env={"TMPDIR": str(place / "tmp")},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
 
     monkeypatch.setattr(killed_runs, "started", started)
     monkeypatch.setattr(killed_runs, "inputs", lambda place: place.mkdir())

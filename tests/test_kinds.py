@@ -179,9 +179,14 @@ def test_a_dataset_is_what_a_netcdf_file_holds(tmp_path: Path) -> None:
     flat = rc.Surface(np.zeros((8, 24)), (8e-6, 8e-6))
     roller = rc.cylinder("1.5 mm", angle=90)
     rolled = rc.roll(
-        flat, counter_surface=roller, material=steel, load=5.0, passes=1, steps=3,
+        flat,
+        counter_surface=roller,
+        material=steel,
+        load=5.0,
+        passes=1,
+        steps=3,
         boundary="periodic",
-    )  # fmt: skip
+    )
     assert rolled.axis == 90.0
     contact = rolled.result.solution
     for result in (contact, rolled.result, rolled, rc.subsurface_stress(contact)):

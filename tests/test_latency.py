@@ -16,12 +16,29 @@ from written import HAS_READER
 SOURCE = Path(app.__file__).parents[2]
 
 # What reads, draws, converts or tells, and takes a tenth of a second to import, or several.
-NEVER = ("xarray", "SurfaceTopography", "NuMPI", "pandas", "h5netcdf", "scipy.fft", "scipy.ndimage",
-         "scipy.special", "scipy.optimize", "scipy.stats", "pint", "dask", "pydantic")  # fmt: skip
+NEVER = (
+    "xarray",
+    "SurfaceTopography",
+    "NuMPI",
+    "pandas",
+    "h5netcdf",
+    "scipy.fft",
+    "scipy.ndimage",
+    "scipy.special",
+    "scipy.optimize",
+    "scipy.stats",
+    "pint",
+    "dask",
+    "pydantic",
+)
 DRAWS = ("matplotlib", "PIL", "jinja2")
 TELLS = ("rich",)
-SOLVES = ("scipy", "roughcontact.solvers.bounded", "roughcontact.contact.solve",
-          "roughcontact.elastoplastic.result")  # fmt: skip
+SOLVES = (
+    "scipy",
+    "roughcontact.solvers.bounded",
+    "roughcontact.contact.solve",
+    "roughcontact.elastoplastic.result",
+)
 
 
 def loaded(*words: str) -> set[str]:
@@ -32,20 +49,32 @@ def loaded(*words: str) -> set[str]:
         "print(*sys.modules, file=sys.stderr); sys.exit(status)"
     )
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True,
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
         env={"PYTHONPATH": str(SOURCE)},
-    )  # fmt: skip
+    )
     return set(done.stderr.split())
 
 
-@pytest.fixture(params=[".npz", pytest.param(".x3p", marks=pytest.mark.skipif(
-    not HAS_READER, reason="SurfaceTopography is absent"))])  # fmt: skip
+@pytest.fixture(
+    params=[
+        ".npz",
+        pytest.param(
+            ".x3p", marks=pytest.mark.skipif(not HAS_READER, reason="SurfaceTopography is absent")
+        ),
+    ]
+)
 def file(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     heights = rc.self_affine(
-        (32, 24), (1e-6, 1e-6), rms_height=1e-7, rolloff_wavelength=16e-6,
+        (32, 24),
+        (1e-6, 1e-6),
+        rms_height=1e-7,
+        rolloff_wavelength=16e-6,
         cutoff_wavelength=4e-6,
         rng=np.random.default_rng(3),
-    )  # fmt: skip
+    )
     path = tmp_path / f"map{request.param}"
     rc.Surface(heights, (1e-6, 1e-6)).save(path)
     return str(path)

@@ -91,11 +91,14 @@ def test_only_units_knows_pint() -> None:
         for room in rooms()
         for node in all_nodes(tree(room))
         for name in (
-            [alias.name for alias in node.names] if isinstance(node, ast.Import)
-            else [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            [alias.name for alias in node.names]
+            if isinstance(node, ast.Import)
+            else [node.module or ""]
+            if isinstance(node, ast.ImportFrom)
+            else []
         )
         if name.split(".")[0] == "pint"
-    }  # fmt: skip
+    }
     assert users == {"units"}
 
 
@@ -149,10 +152,21 @@ def test_nothing_is_turned_or_mirrored_unless_told() -> None:
 
 # What acts on all threads of a process, also where it is undone at the end of a block.
 SHARED = {
-    "redirect_stdout", "redirect_stderr", "catch_warnings", "simplefilter", "filterwarnings",
-    "showwarning", "chdir", "seterr", "seterrcall", "set_printoptions", "setlocale", "umask",
-    "basicConfig", "setrlimit",
-}  # fmt: skip
+    "redirect_stdout",
+    "redirect_stderr",
+    "catch_warnings",
+    "simplefilter",
+    "filterwarnings",
+    "showwarning",
+    "chdir",
+    "seterr",
+    "seterrcall",
+    "set_printoptions",
+    "setlocale",
+    "umask",
+    "basicConfig",
+    "setrlimit",
+}
 
 # The program owns its process, a library does not.
 # What works apart has a process of its own as well.
@@ -218,16 +232,33 @@ def test_a_contract_elsewhere_is_named() -> None:
 
 # Participles and the like that name nothing, with what to write instead.
 BANNED_NAMES = {
-    "found": "result", "told": "text", "asked": "requested", "given": "specified",
-    "made": "created", "kept": "cached", "left": "remaining", "beside": "reference",
-    "apart": "separately", "one": "item", "at": "index", "most": "maximum", "least": "minimum",
-    "going": "checkpoint", "lawful": "interface_law", "making": "generation",
-    "facing": "sliding_pair", "said": "text",
-}  # fmt: skip
+    "found": "result",
+    "told": "text",
+    "asked": "requested",
+    "given": "specified",
+    "made": "created",
+    "kept": "cached",
+    "left": "remaining",
+    "beside": "reference",
+    "apart": "separately",
+    "one": "item",
+    "at": "index",
+    "most": "maximum",
+    "least": "minimum",
+    "going": "checkpoint",
+    "lawful": "interface_law",
+    "making": "generation",
+    "facing": "sliding_pair",
+    "said": "text",
+}
 
 # Names of the public face, and a side of a rectangle.
-ALLOWED = {"solvers.progress.kept", "surface.provenance.found", "surface.surface.most",
-           "desk.rasters.left"}  # fmt: skip
+ALLOWED = {
+    "solvers.progress.kept",
+    "surface.provenance.found",
+    "surface.surface.most",
+    "desk.rasters.left",
+}
 
 
 def names(tree: ast.Module) -> Iterator[str]:

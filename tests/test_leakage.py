@@ -273,9 +273,20 @@ def test_it_is_saved_as_a_table_and_as_json(tmp_path: Path) -> None:
 def command(path: Path, *more: str) -> list[str]:
     np.save(path, ROUGH.heights * 1e6)
     return [
-        "leak", str(path), "--unit", "um", "--size", "0.1 mm x 0.1 mm", "--level", "none",
-        "--material", "42CrMo4", "--boundary", "periodic", *more,
-    ]  # fmt: skip
+        "leak",
+        str(path),
+        "--unit",
+        "um",
+        "--size",
+        "0.1 mm x 0.1 mm",
+        "--level",
+        "none",
+        "--material",
+        "42CrMo4",
+        "--boundary",
+        "periodic",
+        *more,
+    ]
 
 
 @pytest.mark.long
@@ -283,11 +294,24 @@ def test_the_command_tells_in_a_table_and_in_json(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = command(
-        tmp_path / "map.npy", "--load", "1 N, 0.3 N", "--viscosity", "1 mPa s",
-        "--pressure-difference", "1 bar", "--seal-width", "20 mm", "--seal-length", "2 mm",
-        "--output", str(tmp_path / "leak.csv"), "--figure", str(tmp_path / "leak.png"),
-        "--report", str(tmp_path / "leak.html"),
-    )  # fmt: skip
+        tmp_path / "map.npy",
+        "--load",
+        "1 N, 0.3 N",
+        "--viscosity",
+        "1 mPa s",
+        "--pressure-difference",
+        "1 bar",
+        "--seal-width",
+        "20 mm",
+        "--seal-length",
+        "2 mm",
+        "--output",
+        str(tmp_path / "leak.csv"),
+        "--figure",
+        str(tmp_path / "leak.png"),
+        "--report",
+        str(tmp_path / "leak.html"),
+    )
     assert app.main([*words, "--verbose"]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     assert "η 1 mPa s, Δp 100 kPa, width 20 mm, length 2 mm" in shown
@@ -328,9 +352,22 @@ def test_the_command_opens_the_gap_by_the_pressure_of_a_gas(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = command(
-        tmp_path / "map.npy", "--load", "30 MPa", "--gas", "helium", "--inlet", "100 bar",
-        "--outlet", "1 bar", "--ring", "40 mm", "--seal-length", "2 mm", "--flow-axis", "x",
-    )  # fmt: skip
+        tmp_path / "map.npy",
+        "--load",
+        "30 MPa",
+        "--gas",
+        "helium",
+        "--inlet",
+        "100 bar",
+        "--outlet",
+        "1 bar",
+        "--ring",
+        "40 mm",
+        "--seal-length",
+        "2 mm",
+        "--flow-axis",
+        "x",
+    )
     assert app.main(words) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     for text in ("Helium leaks", "Class: not watertight", "sccm", "(included)"):

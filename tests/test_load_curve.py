@@ -264,14 +264,19 @@ def test_resumed_sweep_ends_with_the_same_numbers(tmp_path: Path) -> None:
     with pytest.raises(StopError):
         rc.sweep(surface, material=STEEL, loads=LOADS, folder=folder, progress=stop)
     assert sorted(path.name for path in folder.iterdir()) == [
-        "step-0001.npz", "step-0002.npz", "sweep.json",
-    ]  # fmt: skip
+        "step-0001.npz",
+        "step-0002.npz",
+        "sweep.json",
+    ]
     before = {path: path.stat().st_mtime_ns for path in folder.iterdir()}
     calls = []
     resumed = rc.sweep(
-        surface, material=STEEL, loads=LOADS, folder=folder,
+        surface,
+        material=STEEL,
+        loads=LOADS,
+        folder=folder,
         progress=lambda at: calls.append((at.number, at.kept)),
-    )  # fmt: skip
+    )
     assert calls[:2] == [(1, True), (2, True)]
     assert {number for number, kept in calls if not kept} == set(range(3, len(LOADS) + 1))
     assert all(path.stat().st_mtime_ns == stamp for path, stamp in before.items())
@@ -390,9 +395,14 @@ def test_the_largest_load_is_checked_first(tmp_path: Path) -> None:
 def test_a_step_that_fails_names_itself_and_keeps_the_others(tmp_path: Path) -> None:
     with pytest.raises(rc.ConvergenceError, match=r"step 1 of 2, load = 0\.1 N: .* are kept in"):
         rc.sweep(
-            rough(), material=STEEL, loads=[0.1, 1.0], ceiling=None, max_iterations=1,
-            tolerance=1e-12, folder=tmp_path / "s",
-        )  # fmt: skip
+            rough(),
+            material=STEEL,
+            loads=[0.1, 1.0],
+            ceiling=None,
+            max_iterations=1,
+            tolerance=1e-12,
+            folder=tmp_path / "s",
+        )
 
 
 @pytest.mark.parametrize(

@@ -100,8 +100,10 @@ def test_several_answers_share_their_contacts() -> None:
     assert [answer.load for answer in two.answers] == [one.answers[0].load] * 2
     mixed = rc.find_load(ROUGH, material=STEEL, contact_fraction=[0.05, 0.1], approach="300 nm")
     assert [answer.quantity for answer in mixed.answers] == [
-        "contact_fraction", "contact_fraction", "approach"
-    ]  # fmt: skip
+        "contact_fraction",
+        "contact_fraction",
+        "approach",
+    ]
     assert mixed.answers[2].target == pytest.approx(300e-9)
     assert mixed.largest.load == max(answer.load for answer in mixed.answers)
 
@@ -192,11 +194,27 @@ def test_the_command_answers_in_a_table_and_in_json(
     path = tmp_path / "map.npy"
     np.save(path, HEIGHTS * 1e6)
     words = [
-        "find", str(path), "--unit", "um", "--size", "0.1 mm x 0.1 mm", "--level", "none",
-        "--young", "210 GPa", "--poisson", "0.3", "--yield-strength", "1 GPa",
-        "--contact-fraction", "5 %, 10 %", "--approach", "300 nm",
-        "--output", str(tmp_path / "loads.csv"),
-    ]  # fmt: skip
+        "find",
+        str(path),
+        "--unit",
+        "um",
+        "--size",
+        "0.1 mm x 0.1 mm",
+        "--level",
+        "none",
+        "--young",
+        "210 GPa",
+        "--poisson",
+        "0.3",
+        "--yield-strength",
+        "1 GPa",
+        "--contact-fraction",
+        "5 %, 10 %",
+        "--approach",
+        "300 nm",
+        "--output",
+        str(tmp_path / "loads.csv"),
+    ]
     assert app.main(words) == app.SOLVED
     shown = capsys.readouterr().out
     assert all(text in shown for text in ("5 % in contact", "10 % in contact", "approach 300 nm"))
@@ -209,8 +227,10 @@ def test_the_command_answers_in_a_table_and_in_json(
     head, *lines = (tmp_path / "loads.csv").read_text(encoding="utf-8").splitlines()
     assert head.split(",")[:4] == ["quantity [1]", "unit [1]", "target [1]", "load [N]"]
     assert [line.split(",")[0] for line in lines] == [
-        "contact_fraction", "contact_fraction", "approach"
-    ]  # fmt: skip
+        "contact_fraction",
+        "contact_fraction",
+        "approach",
+    ]
     assert float(lines[2].split(",")[3]) == told["answers"][2]["load"]
     assert app.main([*words[:-6], "--mean-gap", "1 m"]) == app.BAD_INPUT
     assert "--mean-gap must be below" in capsys.readouterr().err

@@ -185,8 +185,18 @@ def test_a_profile_takes_loads_per_length() -> None:
 
 # --- the command line ----------------------------------------------------------------------------
 
-STRIP = ("--body", "cylinder 10 mm", "--points", "64x16", "--size", "0.1 mm x 25 um",
-         "--material", "100Cr6", "--boundary", "periodic-x")  # fmt: skip
+STRIP = (
+    "--body",
+    "cylinder 10 mm",
+    "--points",
+    "64x16",
+    "--size",
+    "0.1 mm x 25 um",
+    "--material",
+    "100Cr6",
+    "--boundary",
+    "periodic-x",
+)
 
 
 def told(capsys: Capture, *words: str) -> dict[str, Any]:
@@ -246,8 +256,18 @@ def test_sweeps_and_histories_take_every_form_on_the_command_line(capsys: Captur
 
 
 def test_stress_takes_a_peak_of_hertz(capsys: Capture) -> None:
-    ball = ("--body", "sphere 1 mm", "--points", "32", "--size", "60 um x 60 um",
-            "--material", "100Cr6", "--hertz", "4 GPa")  # fmt: skip
+    ball = (
+        "--body",
+        "sphere 1 mm",
+        "--points",
+        "32",
+        "--size",
+        "60 um x 60 um",
+        "--material",
+        "100Cr6",
+        "--hertz",
+        "4 GPa",
+    )
     below = told(capsys, "stress", *ball)
     assert below["load"] == pytest.approx(hertz.load_at_pressure(4e9, 1e-3, MODULUS))
     assert below["given_load"]["value"] == 4e9
@@ -263,8 +283,9 @@ def test_a_project_takes_lists_of_peaks(tmp_path: Path) -> None:
     entries = project.read_project(path)
     assert [entry.name for entry in entries] == ["roller 1 GPa", "roller 2 GPa"]
     assert [entry.request.load[0] for entry in entries] == [
-        rc.HertzPressure(1e9), rc.HertzPressure(2e9),
-    ]  # fmt: skip
+        rc.HertzPressure(1e9),
+        rc.HertzPressure(2e9),
+    ]
 
 
 def test_the_console_sets_smooth_beside_rough_and_names_the_load(capsys: Capture) -> None:

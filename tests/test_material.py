@@ -5,12 +5,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from roughcontact.errors import InputError, short_repr
-from roughcontact.material.material import (
-    RIGID,
-    Material,
-    contact_modulus,
-    softer_material,
-)
+from roughcontact.material.material import RIGID, Material, contact_modulus, softer_material
 
 STEEL = Material(young=210e9, poisson=0.3, yield_strength=1e9)
 GLASS = Material(young=70e9, poisson=0.22)
@@ -57,12 +52,22 @@ def test_rigid_neither_deforms_nor_yields() -> None:
 @pytest.mark.parametrize(
     ("argument", "value"),
     [
-        ("young", -math.inf), ("young", -2.5), ("young", 0), ("young", 1e-300), ("young", 1e300),
-        ("young", 10**400), ("poisson", 0.5000001), ("poisson", -1.5), ("poisson", math.inf),
-        ("yield_strength", math.inf), ("yield_strength", -3.0), ("yield_strength", 10**400),
-        ("hardness", 0.0), ("hardness", math.nan),
+        ("young", -math.inf),
+        ("young", -2.5),
+        ("young", 0),
+        ("young", 1e-300),
+        ("young", 1e300),
+        ("young", 10**400),
+        ("poisson", 0.5000001),
+        ("poisson", -1.5),
+        ("poisson", math.inf),
+        ("yield_strength", math.inf),
+        ("yield_strength", -3.0),
+        ("yield_strength", 10**400),
+        ("hardness", 0.0),
+        ("hardness", math.nan),
     ],
-)  # fmt: skip
+)
 def test_constants_that_no_material_has(argument: str, value: float) -> None:
     with pytest.raises(InputError) as caught:
         Material(**{"young": 210e9, "poisson": 0.3, argument: value})

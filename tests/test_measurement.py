@@ -31,9 +31,14 @@ STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
 def rough(points: int = 128, wave: float = 4.0, seed: int = 1, hurst: float = 0.8) -> rc.Surface:
     """Return a periodic surface whose shortest wave has some points."""
     heights = self_affine(
-        points, UM, rms_height=0.3 * UM, rolloff_wavelength=points * UM / 3,
-        cutoff_wavelength=wave * UM, hurst=hurst, rng=np.random.default_rng(seed),
-    )  # fmt: skip
+        points,
+        UM,
+        rms_height=0.3 * UM,
+        rolloff_wavelength=points * UM / 3,
+        cutoff_wavelength=wave * UM,
+        hurst=hurst,
+        rng=np.random.default_rng(seed),
+    )
     return rc.Surface(heights, (UM, UM))
 
 
@@ -49,8 +54,9 @@ def pressed(surface: rc.Surface, **more: Any) -> rc.ContactResult:
 def measured(points: int = 64, **more: float) -> tuple[rc.Surface, Instrument]:
     tool = Instrument(resolution=6 * UM, **more)
     surface = rough(2 * points)
-    image = tool.measure(surface, points=(points, points), periodic=True,
-                         rng=np.random.default_rng(3))  # fmt: skip
+    image = tool.measure(
+        surface, points=(points, points), periodic=True, rng=np.random.default_rng(3)
+    )
     return image, tool
 
 
@@ -317,10 +323,27 @@ def test_the_command_answers_with_the_interval_and_writes_it_everywhere(
     image.save(path)
     finer = Instrument(resolution=4 * UM).measure(rough(128), rng=np.random.default_rng(4))
     rc.Surface(finer.heights[:96, :96], finer.pixel).save(fine)
-    words = ["solve", str(path), "--load", "50 MPa", "--boundary", "periodic", "--material",
-             "42CrMo4", "--uncertainty", "--instrument", "optical 6 um", "--noise", "1 nm",
-             "--shortest-wave", "4 um", "--also", f"{fine}=optical 4 um",
-             "--material-uncertainty", "E 2 %, yield 4 %"]  # fmt: skip
+    words = [
+        "solve",
+        str(path),
+        "--load",
+        "50 MPa",
+        "--boundary",
+        "periodic",
+        "--material",
+        "42CrMo4",
+        "--uncertainty",
+        "--instrument",
+        "optical 6 um",
+        "--noise",
+        "1 nm",
+        "--shortest-wave",
+        "4 um",
+        "--also",
+        f"{fine}=optical 4 um",
+        "--material-uncertainty",
+        "E 2 %, yield 4 %",
+    ]
     assert app.main([*words, "--report", str(report), "--output", str(file)]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     assert "in 95 of 100; as measured" in shown
@@ -386,9 +409,20 @@ def test_a_sweep_has_the_intervals_of_each_load(
     image, _ = measured(64, noise=1e-9)
     path, table, file = (tmp_path / name for name in ("map.x3p", "curve.json", "one.json"))
     image.save(path)
-    words = [str(path), "--boundary", "periodic", "--material", "42CrMo4", "--uncertainty",
-             "--instrument", "optical 6 um", "--noise", "1 nm",
-             "--shortest-wave", "4 um"]  # fmt: skip
+    words = [
+        str(path),
+        "--boundary",
+        "periodic",
+        "--material",
+        "42CrMo4",
+        "--uncertainty",
+        "--instrument",
+        "optical 6 um",
+        "--noise",
+        "1 nm",
+        "--shortest-wave",
+        "4 um",
+    ]
     loads = ["--from", "20 MPa", "--to", "40 MPa", "--steps", "2", "--output", str(table)]
     assert app.main(["sweep", *words, *loads]) == app.SOLVED
     assert "95 of 100" in capsys.readouterr().out
@@ -433,8 +467,14 @@ def test_structured_surfaces_are_refused() -> None:
 
 
 def test_a_step_between_the_edges_of_a_periodic_map_is_told() -> None:
-    heights = self_affine((64, 64), (1e-6, 1e-6), rms_height=1e-7, rolloff_wavelength=16e-6,
-                          cutoff_wavelength=4e-6, rng=np.random.default_rng(1))  # fmt: skip
+    heights = self_affine(
+        (64, 64),
+        (1e-6, 1e-6),
+        rms_height=1e-7,
+        rolloff_wavelength=16e-6,
+        cutoff_wavelength=4e-6,
+        rng=np.random.default_rng(1),
+    )
     tilted = heights + np.linspace(0, 6e-7, 64)
     for rough, told in ((heights, False), (tilted, True)):
         surface = rc.Surface(rough, (1e-6, 1e-6))

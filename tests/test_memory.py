@@ -145,9 +145,12 @@ def limited(kind: str, script: str, size: int = 8 * GIB) -> str:
     pytest.importorskip("resource")
     begin = f"import resource; resource.setrlimit(resource.{kind}, ({size}, {size}))\n"
     run = subprocess.run(
-        [sys.executable, "-c", begin + script], capture_output=True, text=True, check=False,
+        [sys.executable, "-c", begin + script],
+        capture_output=True,
+        text=True,
+        check=False,
         env={"PYTHONPATH": str(Path(rc.__file__).parents[1])},
-    )  # fmt: skip
+    )
     assert run.returncode == 0, run.stderr
     return run.stdout
 
@@ -383,8 +386,7 @@ def test_the_finer_grid_of_a_study_is_refused_before_it_is_made(
     given = {"material": STEEL, "load": 0.1, "ceiling": None}
     leave(monkeypatch, memory_estimate((64, 64), contact_fraction=0.3))
     monkeypatch.setattr(
-        "roughcontact.uncertainty.resolution.filters.resample",
-        lambda *_, **__: pytest.fail("made"),
+        "roughcontact.uncertainty.resolution.filters.resample", lambda *_, **__: pytest.fail("made")
     )
     study = rc.resolution_study(surface, **given)
     assert len(study.grids) == 2
@@ -438,10 +440,15 @@ TASKS = {
     "roll": ("roll", "--load", "1 N", "--counter-body", "sphere 10 mm"),
     "leak": ("leak", "--load", "1 N"),
     "conductance": (
-        "conductance", "--load", "1 N", "--conductivity", "40 W/m/K", "--counter-conductivity",
+        "conductance",
+        "--load",
+        "1 N",
+        "--conductivity",
+        "40 W/m/K",
+        "--counter-conductivity",
         "40 W/m/K",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.long
@@ -485,10 +492,7 @@ def test_the_example_is_refused_before_it_is_made(
 
 @pytest.mark.parametrize("suffix", [".npy", ".npz", ".nc", ".x3p", ".sur", ".csv"])
 def test_files_are_refused_by_their_header(
-    suffix: str,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     surface, path = rough(96), tmp_path / f"map{suffix}"
     given = [*TASKS["solve"], str(path), *CONSTANTS]
@@ -586,10 +590,21 @@ def test_estimate_is_the_peak_that_is_measured(
     np.save(tmp_path / "map.npy", heights)
     source = Path(rc.__file__).parents[1]
     run = subprocess.run(
-        [sys.executable, "-c", SCRIPT, str(tmp_path / "map.npy"), repr(pixel[0]),
-         boundary, precision, str(load)],
-        capture_output=True, text=True, check=False, env={"PYTHONPATH": str(source)},
-    )  # fmt: skip
+        [
+            sys.executable,
+            "-c",
+            SCRIPT,
+            str(tmp_path / "map.npy"),
+            repr(pixel[0]),
+            boundary,
+            precision,
+            str(load),
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={"PYTHONPATH": str(source)},
+    )
     assert run.returncode == 0, run.stderr
     measured, fraction = int(run.stdout.split()[0]), float(run.stdout.split()[1])
     estimate = memory_estimate(

@@ -181,12 +181,7 @@ def test_missing_points_of_the_deepest_map_fit_into_32_bits(tmp_path: Path) -> N
 
 @pytest.mark.parametrize(
     ("height", "pixel"),
-    [
-        (1e-6, (1e-60, 1e-6)),
-        (1e-6, (1e-6, 1e60)),
-        (1e60, (1.0, 1.0)),
-        (1e306, (1.0, 1.0)),
-    ],
+    [(1e-6, (1e-60, 1e-6)), (1e-6, (1e-6, 1e60)), (1e60, (1.0, 1.0)), (1e306, (1.0, 1.0))],
 )
 def test_scales_that_sur_cannot_tell(
     height: float, pixel: tuple[float, float], tmp_path: Path

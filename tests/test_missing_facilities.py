@@ -72,9 +72,13 @@ def test_the_work_is_done_without_what_others_lack(gone: str, tmp_path: Path) ->
     first = "import sys, os, tempfile, subprocess, asyncio, numpy, scipy.sparse, matplotlib.figure"
     code = f"{first}\nimport h5py, xarray, psutil, multiprocessing.connection\n{gone}\n{WORK}"
     run = subprocess.run(
-        [sys.executable, "-W", "error::DeprecationWarning", "-c", code], cwd=tmp_path,
-        capture_output=True, text=True, check=False, env={"PYTHONPATH": str(SOURCE)},
-    )  # fmt: skip
+        [sys.executable, "-W", "error::DeprecationWarning", "-c", code],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={"PYTHONPATH": str(SOURCE)},
+    )
     assert (run.returncode, run.stdout.strip()) == (0, "done"), run.stderr[-2000:]
     written = [path.relative_to(tmp_path) for path in tmp_path.rglob("*")]
     assert len(written) > 8

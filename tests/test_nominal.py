@@ -135,12 +135,26 @@ def test_every_form_shown_is_taken_and_may_stand_aside() -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "", "  ", "spere 10 mm", "sphere", "sphere 10 mm 5 mm", "sphere 10 mm 30 deg",
-        "sphere 10,5 mm", "sphere 10 mm!", "10 mm sphere", "flat 3 mm", "ellipsoid 3 mm",
-        "cone 0.01 30 deg", "cylinder deg", "cylinder 5 mm 1e999 deg", "punch",
-        "cone 0.1 edge 1 um", None, 5,
+        "",
+        "  ",
+        "spere 10 mm",
+        "sphere",
+        "sphere 10 mm 5 mm",
+        "sphere 10 mm 30 deg",
+        "sphere 10,5 mm",
+        "sphere 10 mm!",
+        "10 mm sphere",
+        "flat 3 mm",
+        "ellipsoid 3 mm",
+        "cone 0.01 30 deg",
+        "cylinder deg",
+        "cylinder 5 mm 1e999 deg",
+        "punch",
+        "cone 0.1 edge 1 um",
+        None,
+        5,
     ],
-)  # fmt: skip
+)
 def test_texts_that_are_none(text) -> None:
     with pytest.raises(InputError) as caught:
         nominal_bodies.parse(text, "--body")

@@ -346,10 +346,28 @@ def test_sums_of_one_process():
 
 # What would miss the pixels of other processes.
 REDUCTIONS = {
-    "all", "any", "argmax", "argmin", "average", "bincount", "count_nonzero", "cumsum", "dot",
-    "einsum", "inner", "max", "mean", "median", "min", "norm", "ptp", "sum", "tensordot", "trace",
+    "all",
+    "any",
+    "argmax",
+    "argmin",
+    "average",
+    "bincount",
+    "count_nonzero",
+    "cumsum",
+    "dot",
+    "einsum",
+    "inner",
+    "max",
+    "mean",
+    "median",
+    "min",
+    "norm",
+    "ptp",
+    "sum",
+    "tensordot",
+    "trace",
     "vdot",
-}  # fmt: skip
+}
 
 # Functions that may, and why: room -> function -> reason.
 ALLOWED = {

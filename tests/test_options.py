@@ -30,8 +30,14 @@ Capture = pytest.CaptureFixture[str]
 OPTIONS = [option for command in COMMANDS.values() for option in command.options]
 NAMES = sorted({option.name for option in OPTIONS})
 # Options that describe the surface, and of each task what it cannot do without.
-BALL = {"body": "sphere 1 mm", "points": "24", "size": "60 um", "young": "210 GPa",
-        "poisson": "0.3", "yield-strength": "1 GPa"}  # fmt: skip
+BALL = {
+    "body": "sphere 1 mm",
+    "points": "24",
+    "size": "60 um",
+    "young": "210 GPa",
+    "poisson": "0.3",
+    "yield-strength": "1 GPa",
+}
 NEEDED = {
     "solve": {"load": "1 N"},
     "stress": {"load": "1 N", "friction": "0.1", "depths": "1 um, 4 um"},
@@ -163,9 +169,15 @@ def test_the_command_of_a_report_repeats_it(task: str, tmp_path: Path, capsys: C
     source = tmp_path / "a map's file.npy"
     np.save(source, 1e-3 * np.cos(7 * y) * np.cos(5 * x))
     report = tmp_path / "out file.html"
-    given = {"unit": "mm", "size": "60 um", **{k: BALL[k] for k in ("young", "poisson")},
-             "ceiling": "2 GPa", "level": "none", **NEEDED[task],
-             "report": str(report)}  # fmt: skip
+    given = {
+        "unit": "mm",
+        "size": "60 um",
+        **{k: BALL[k] for k in ("young", "poisson")},
+        "ceiling": "2 GPa",
+        "level": "none",
+        **NEEDED[task],
+        "report": str(report),
+    }
     given = {name: text for name, text in given.items() if name in TASKS[task].by_name}
     assert app.main([task, str(source), *words(given), "--json"]) == app.SOLVED
     before = json.loads(capsys.readouterr().out)
@@ -258,8 +270,14 @@ def test_an_option_added_prepares_maps_where_it_says_so(
 
     monkeypatch.setattr(maps, "_prepared", stretched)
     np.save(tmp_path / "map.npy", np.random.default_rng(1).standard_normal((16, 16)))
-    given = {"unit": "nm", "size": "16 um", "young": "210 GPa", "poisson": "0.3", "load": "20 mN",
-             "ceiling": "none"}  # fmt: skip
+    given = {
+        "unit": "nm",
+        "size": "16 um",
+        "young": "210 GPa",
+        "poisson": "0.3",
+        "load": "20 mN",
+        "ceiling": "none",
+    }
     requests = [
         Request.from_text(task, tmp_path / "map.npy", {**given, "stretch": factor})
         for factor in ("1", "4")

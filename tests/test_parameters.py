@@ -35,13 +35,27 @@ def test_parameters_against_surfalize() -> None:
     waves = np.sin(0.31 * x + 0.11 * y) + 0.7 * np.cos(0.23 * y - 0.17 * x + 1)
     waves += 0.5 * np.sin(0.0741 * x + 0.41 * y + 2) + 0.4 * np.cos(0.53 * x - 0.29 * y)
     values = summary(1e-6 * np.exp(0.4 * waves), (0.8e-6, 0.5e-6))
-    peer = {"Sa": 0.340126e-6, "Ssk": 0.859052, "Sku": 3.5032, "Sp": 1.70957e-6,
-            "Sv": 0.721507e-6, "Sdr": 0.0372177}  # fmt: skip
+    peer = {
+        "Sa": 0.340126e-6,
+        "Ssk": 0.859052,
+        "Sku": 3.5032,
+        "Sp": 1.70957e-6,
+        "Sv": 0.721507e-6,
+        "Sdr": 0.0372177,
+    }
     assert {name: values[name] for name in peer} == pytest.approx(peer, rel=5e-6)
     # It rounds ratios to one of 10 000 classes, and interpolates the correlation by cubics.
-    rounded = {"Sk": 0.977025e-6, "Smr1": 0.170165, "Smr2": 0.957878, "Spk": 0.626788e-6,
-               "Svk": 0.101828e-6, "Vmp": 0.0282769e-6, "Vmc": 0.368418e-6,
-               "Vvc": 0.601092e-6, "Vvv": 0.0246033e-6}  # fmt: skip
+    rounded = {
+        "Sk": 0.977025e-6,
+        "Smr1": 0.170165,
+        "Smr2": 0.957878,
+        "Spk": 0.626788e-6,
+        "Svk": 0.101828e-6,
+        "Vmp": 0.0282769e-6,
+        "Vmc": 0.368418e-6,
+        "Vvc": 0.601092e-6,
+        "Vvv": 0.0246033e-6,
+    }
     assert {name: values[name] for name in rounded} == pytest.approx(rounded, rel=3e-3)
     lengths = {"Sal": 2.53153e-6, "Str": 0.454821}
     assert {name: values[name] for name in lengths} == pytest.approx(lengths, rel=1e-2)

@@ -22,10 +22,12 @@ def problem(total: float | None = 0.5, shift: float | None = None) -> PartialSli
     bound = rng.random(index.size) * 1e8
     direction = np.array([0.6, 0.8])
     return PartialSlipProblem(
-        index, bound, np.zeros((2, index.size)),
+        index,
+        bound,
+        np.zeros((2, index.size)),
         total=None if total is None else total * bound.sum() * direction,
         shift=None if shift is None else shift * direction,
-    )  # fmt: skip
+    )
 
 
 def operator(boundary: str = "free", poisson: float = 0.3) -> tangential.TangentialConvolution:

@@ -190,10 +190,14 @@ def test_stress_by_pressure_against_love() -> None:
             "yx,yxij->ij",
             pressure,
             under_rectangle(
-                x[column] - x + 1e-12, y[row] - y[:, None] + 1e-12, 1.0,
-                pixel[0] / 2, pixel[1] / 2, NU,
+                x[column] - x + 1e-12,
+                y[row] - y[:, None] + 1e-12,
+                1.0,
+                pixel[0] / 2,
+                pixel[1] / 2,
+                NU,
             ),
-        )  # fmt: skip
+        )
         # Pixels of constant pressure against a smooth one: the error is
         # p″ (dx² + dy²)/24 = 8e-3 at the surface, less below.
         np.testing.assert_allclose(found[1, row, column], exact, atol=4e-3)
@@ -272,9 +276,15 @@ def test_far_images_are_taken_off(place) -> None:
     pressure = np.exp(-flat / width**2)
     shape = (points, points)
     whole = layers.PeriodicHalfSpace(
-        shape, (1, 1), thickness, MU, NU, (16 * points, 16 * points),
-        isolated=True, workspace=Workspace(2),
-    )  # fmt: skip
+        shape,
+        (1, 1),
+        thickness,
+        MU,
+        NU,
+        (16 * points, 16 * points),
+        isolated=True,
+        workspace=Workspace(2),
+    )
     corrected = operator_of(shape, (1, 1), thickness)
     for some, load in ((strain, 0 * pressure), (0 * strain, pressure)):
         exact = layers_of(whole, some, load, trace=True)
@@ -317,12 +327,21 @@ def test_strain_cut_off_at_the_edge_of_the_map() -> None:
     even, odd = (
         layers_of(
             layers.PeriodicHalfSpace(
-                (20, 20), (1, 1), thickness, MU, NU, (period, period),
-                isolated=True, workspace=Workspace(2),
-            ), strain, blob[0], trace=True,
+                (20, 20),
+                (1, 1),
+                thickness,
+                MU,
+                NU,
+                (period, period),
+                isolated=True,
+                workspace=Workspace(2),
+            ),
+            strain,
+            blob[0],
+            trace=True,
         )
         for period in (160, 161)
-    )  # fmt: skip
+    )
     for one, other in zip(even, odd, strict=True):
         # The images move by 1/160, what they do by three times that; 0.3 % and 0.8 % of the
         # stress if the waves at Nyquist were left out.
@@ -345,10 +364,12 @@ def test_threads_do_not_change_the_bits() -> None:
     results = [
         layers_of(
             operator_of((12, 10), (1, 1), [0.5, 0.5, 1, 2], workspace=Workspace(workers)),
-            strain, pressure, trace=True,
+            strain,
+            pressure,
+            trace=True,
         )
         for workers in (1, 3)
-    ]  # fmt: skip
+    ]
     for one, other in zip(*results, strict=True):
         np.testing.assert_array_equal(one, other)
 

@@ -248,8 +248,9 @@ def rough(shape: tuple[int, int], missing: NDArray[np.bool_] | None = None) -> C
     """Return a contact of many small spots, 11 % of the map, a third of it saturated."""
     field = np.random.default_rng(5).normal(size=shape)
     pressure = np.clip(2.5 * (field - 1.2) * GIGA, 0, 3 * GIGA)
-    return result_of(pressure if missing is None else np.where(missing, 0.0, pressure),
-                     missing=missing)  # fmt: skip
+    return result_of(
+        pressure if missing is None else np.where(missing, 0.0, pressure), missing=missing
+    )
 
 
 @pytest.mark.long
@@ -376,8 +377,11 @@ def test_contact_legend_gives_the_shares_of_the_points() -> None:
     legend = axes.get_legend()
     assert legend is not None
     assert [text.get_text() for text in legend.get_texts()] == [
-        "no contact\n94.50 %", "elastic\n4.00 %", "saturated\n1.00 %", "missing\n0.500 %",
-    ]  # fmt: skip
+        "no contact\n94.50 %",
+        "elastic\n4.00 %",
+        "saturated\n1.00 %",
+        "missing\n0.500 %",
+    ]
     assert np.count_nonzero(shares(axes)[..., 3] > 0.99) == 12
 
 
@@ -496,9 +500,13 @@ def test_a_ceiling_far_below_other_pressures_takes_no_thousand_bins() -> None:
 def test_overview_states_the_numbers_that_matter() -> None:
     title = texts(plots.overview(result_of(spotted())))
     for words in (
-        "load 264 mN", "contact 5.00 %", "saturated 1.00 %", "largest pressure 3 GPa",
-        "certificate 4.7e-07", "regime: saturated at the surface",
-    ):  # fmt: skip
+        "load 264 mN",
+        "contact 5.00 %",
+        "saturated 1.00 %",
+        "largest pressure 3 GPa",
+        "certificate 4.7e-07",
+        "regime: saturated at the surface",
+    ):
         assert words in title
 
 
@@ -506,10 +514,16 @@ def test_overview_states_the_numbers_that_matter() -> None:
 def test_failed_solution_is_never_drawn_as_solved() -> None:
     result = result_of(spotted(), status="stalled")
     for figure in (
-        plots.pressure(result), plots.contact(result), plots.gap(result), plots.overview(result),
-        plots.pressure_histogram(result), plots.comparison([result], ["a"]),
-        plots.section(result), plots.close_up(result, (12, 24), 8e-6), plots.spots(result),
-    ):  # fmt: skip
+        plots.pressure(result),
+        plots.contact(result),
+        plots.gap(result),
+        plots.overview(result),
+        plots.pressure_histogram(result),
+        plots.comparison([result], ["a"]),
+        plots.section(result),
+        plots.close_up(result, (12, 24), 8e-6),
+        plots.spots(result),
+    ):
         assert "NOT CONVERGED" in texts(figure)
 
 
@@ -536,9 +550,9 @@ def test_unfit_arguments_are_named() -> None:
 
 
 @pytest.mark.parametrize(
-    ("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF"),
-                          (".PNG", b"\x89PNG")],
-)  # fmt: skip
+    ("suffix", "start"),
+    [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF"), (".PNG", b"\x89PNG")],
+)
 def test_save_writes_the_type_of_the_suffix(tmp_path: Path, suffix: str, start: bytes) -> None:
     path = tmp_path / f"figure{suffix}"
     path.write_text("old")
@@ -552,9 +566,7 @@ def test_save_writes_the_type_of_the_suffix(tmp_path: Path, suffix: str, start: 
 
 
 @pytest.mark.long
-def test_a_png_is_what_savefig_draws_and_is_laid_out_once(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_png_is_what_savefig_draws_and_is_laid_out_once(monkeypatch: pytest.MonkeyPatch) -> None:
     result = result_of(spotted())
     engine = type(style.layout())
     layouts, execute = [], engine.execute
@@ -598,9 +610,11 @@ def test_save_refuses_a_missing_folder(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("failure", "raised"),
-    [(OSError(28, "No space left on device"), RoughcontactError),
-     (KeyboardInterrupt(), KeyboardInterrupt)],
-)  # fmt: skip
+    [
+        (OSError(28, "No space left on device"), RoughcontactError),
+        (KeyboardInterrupt(), KeyboardInterrupt),
+    ],
+)
 @pytest.mark.parametrize("name", ["figure.png", "figure.svg"])
 def test_failed_save_keeps_the_old_file_and_leaves_nothing(
     tmp_path: Path,
@@ -669,10 +683,13 @@ def test_titles_and_bars_stay_within_the_figure(shape: tuple[int, int]) -> None:
     pressure[4:8, 4:8] = 3 * GIGA
     result = result_of(pressure, missing=missing)
     for figure in (
-        plots.surface(result.surface), plots.pressure(result), plots.contact(result),
-        plots.gap(result), plots.comparison([result, result], ["a", "b"]),
+        plots.surface(result.surface),
+        plots.pressure(result),
+        plots.contact(result),
+        plots.gap(result),
+        plots.comparison([result, result], ["a", "b"]),
         plots.close_up(result, (5, 5), 9e-6),
-    ):  # fmt: skip
+    ):
         figure.draw_without_rendering()
         for axes in figure.axes:
             box = axes.title.get_window_extent()
@@ -779,9 +796,7 @@ def test_sections_of_two_bodies_are_of_their_sum() -> None:
 def test_close_up_shows_the_points_of_its_part() -> None:
     result = peaked()
     left, right = maps(plots.close_up(result, (12, 24), 12e-6))
-    np.testing.assert_allclose(
-        drawn(left).filled(0), result.pressure[9:15, 18:30] / GIGA
-    )  # fmt: skip
+    np.testing.assert_allclose(drawn(left).filled(0), result.pressure[9:15, 18:30] / GIGA)
     assert left.get_xlim() == pytest.approx((18, 30))
     assert left.get_ylim() == pytest.approx((30, 18))
     classes = shares(right).argmax(axis=-1)
@@ -842,18 +857,35 @@ def curve(
     loads = (0.01, 0.1, 1.0)
     steps = tuple(
         LoadStep(
-            load=load, approach=1e-7 * (1 + i), contact_area=area, perimeter_corrected_area=area,
-            saturated_area=area * share, max_pressure=GIGA, mean_gap=1e-6 / (1 + i),
-            stiffness=(0.0, 1e6, np.inf)[i], unloading_stiffness=1e6, spots=i + 1,
-            mean_spot_area=1e-12, largest_spot_area=1e-12, certificate=1e-7, load_error=0.0,
-            convolutions=10, seconds=0.1,
+            load=load,
+            approach=1e-7 * (1 + i),
+            contact_area=area,
+            perimeter_corrected_area=area,
+            saturated_area=area * share,
+            max_pressure=GIGA,
+            mean_gap=1e-6 / (1 + i),
+            stiffness=(0.0, 1e6, np.inf)[i],
+            unloading_stiffness=1e6,
+            spots=i + 1,
+            mean_spot_area=1e-12,
+            largest_spot_area=1e-12,
+            certificate=1e-7,
+            load_error=0.0,
+            convolutions=10,
+            seconds=0.1,
         )
         for i, (load, area, share) in enumerate(zip(loads, areas, saturated, strict=True))
-    )  # fmt: skip
+    )
     return LoadCurve(
-        steps=steps, control="load", nominal_area=1e-8, contact_modulus=1e11, rms_gradient=0.02,
-        ceiling=ceiling, boundary="free", origins=(Provenance(),),
-    )  # fmt: skip
+        steps=steps,
+        control="load",
+        nominal_area=1e-8,
+        contact_modulus=1e11,
+        rms_gradient=0.02,
+        ceiling=ceiling,
+        boundary="free",
+        origins=(Provenance(),),
+    )
 
 
 @pytest.mark.long
@@ -944,9 +976,8 @@ def test_nothing_joins_different_positions() -> None:
     path = [0.1, aside, 0.1, Stage(load=0.05, shift=(0.0, 3e-6))]
     counter = Surface(np.random.default_rng(4).random((16, 16)) * 1e-7, (1e-6, 1e-6))
     history = load_history(
-        surface, path, material=Material(210e9, 0.3), counter_surface=counter,
-        boundary="periodic",
-    )  # fmt: skip
+        surface, path, material=Material(210e9, 0.3), counter_surface=counter, boundary="periodic"
+    )
     loop = plots.hysteresis(history).axes[0]
     approach = history.column("approach") * 1e9
     assert abs(approach[0] - approach[1]) > 1

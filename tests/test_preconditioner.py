@@ -185,9 +185,14 @@ def test_a_start_at_less_load_costs_no_more_than_none():
 def test_dense_contact_rough_to_the_pixel(boundary, hurst):
     edge = 1e-4 / 256
     heights = rc.self_affine(
-        (256, 256), (edge, edge), rms_height=2e-7, rolloff_wavelength=2.5e-5,
-        cutoff_wavelength=2 * edge, hurst=hurst, rng=np.random.default_rng(2),
-    )  # fmt: skip
+        (256, 256),
+        (edge, edge),
+        rms_height=2e-7,
+        rolloff_wavelength=2.5e-5,
+        cutoff_wavelength=2 * edge,
+        hurst=hurst,
+        rng=np.random.default_rng(2),
+    )
     steel = rc.Material(210e9, 0.3)
     result = rc.solve(
         rc.Surface(heights, (edge, edge)), material=steel, load=100.0, boundary=boundary

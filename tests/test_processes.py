@@ -35,9 +35,12 @@ print(faults() - before)
 def faults(how: str, **environment: str) -> int:
     """Return the pages that the kernel gave for arrays of 4 MB, one after the other."""
     done = subprocess.run(
-        [sys.executable, "-c", FAULTS, how], env={**os.environ, **environment},
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        [sys.executable, "-c", FAULTS, how],
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     return int(done.stdout)
 
 

@@ -91,8 +91,12 @@ def test_a_flat_profile_has_no_shape_parameters():
 
 def test_the_cutoff_is_the_largest_of_which_five_fit():
     assert [roughness.cutoff(length) for length in (0.39e-3, 0.4e-3, 4e-3, 12.5e-3, 1.0)] == [
-        None, 0.08e-3, 0.8e-3, 2.5e-3, 8e-3
-    ]  # fmt: skip
+        None,
+        0.08e-3,
+        0.8e-3,
+        2.5e-3,
+        8e-3,
+    ]
 
 
 def test_a_profile_is_prepared_as_a_map_is():

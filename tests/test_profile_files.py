@@ -73,9 +73,12 @@ def prf(position=None):
     arrays = [x.astype("<f8"), np.zeros(POINTS), (1e3 * HEIGHTS).astype("<f8")]
     flags = np.zeros(POINTS, "<f4")
     return (
-        head.ljust(0xC4, b"\0") + table + marks + b"".join(a.tobytes() for a in arrays)
+        head.ljust(0xC4, b"\0")
+        + table
+        + marks
+        + b"".join(a.tobytes() for a in arrays)
         + flags.tobytes()
-    )  # fmt: skip
+    )
 
 
 def qep(position=None):

@@ -74,16 +74,22 @@ def test_a_report_on_a_profile_says_what_it_assumes(trace, tmp_path):
     assert solved(trace, "--report", str(page), "--output", str(result), *figures) == app.SOLVED
     text = page.read_text(encoding="utf-8")
     for words in (
-        "Straight ridges", "the surface is rough in both directions",
-        "at a distance of 500 µm", ">R</th>", "ISO 21920-2",
-        "How much of trace.txt is in contact under 20 N/mm?", "1000 of a profile",
-    ):  # fmt: skip
+        "Straight ridges",
+        "the surface is rough in both directions",
+        "at a distance of 500 µm",
+        ">R</th>",
+        "ISO 21920-2",
+        "How much of trace.txt is in contact under 20 N/mm?",
+        "1000 of a profile",
+    ):
         assert words in text
     for words in (" of the map", "1 m × ", "m²", "contact area of the map"):
         assert words not in text
     assert {path.name for path in tmp_path.glob("*.png")} == {
-        "f-surface.png", "f-pressure.png", "f-contact.png"
-    }  # fmt: skip
+        "f-surface.png",
+        "f-pressure.png",
+        "f-contact.png",
+    }
     again = rc.read_result(result)
     assert again.pair.is_profile
     assert again.load == pytest.approx(2e4)
@@ -169,8 +175,9 @@ def test_stress_below_a_profile_is_told_per_length(trace, tmp_path, capsys):
         assert told not in shown
     assert "oad of first yield per length" in page.read_text(encoding="utf-8")
     assert {path.name for path in tmp_path.glob("*.png")} == {
-        "s-stress-depth.png", "s-stress-section.png"
-    }  # fmt: skip
+        "s-stress-depth.png",
+        "s-stress-section.png",
+    }
     told = json.loads(json.dumps(rc.read_result(result).summary()))
     assert told["load_unit"] == "N/m"
 
@@ -245,8 +252,15 @@ def test_a_profile_is_refused_before_anything_is_solved(trace, capsys, monkeypat
 
     monkeypatch.delattr(solve, "solve")
     words = [
-        "conductance", str(trace), *STEEL, "--load", "20 N/mm", "--conductivity", "40 W/m/K",
-        "--counter-conductivity", "40 W/m/K",
-    ]  # fmt: skip
+        "conductance",
+        str(trace),
+        *STEEL,
+        "--load",
+        "20 N/mm",
+        "--conductivity",
+        "40 W/m/K",
+        "--counter-conductivity",
+        "40 W/m/K",
+    ]
     assert app.main(words) == app.BAD_INPUT
     assert "the resistance of a contact" in capsys.readouterr().err

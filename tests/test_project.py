@@ -119,8 +119,10 @@ def test_contacts_of_the_volume_model_are_kept_apart(tmp_path: Path, capsys: Cap
     for load in (60, 100):
         steps = tmp_path / "steps" / f"ball-{load}-N"
         assert {file.name for file in steps.iterdir()} == {
-            "volume.json", "step-0001.nc", "step-0002.nc",
-        }  # fmt: skip
+            "volume.json",
+            "step-0001.nc",
+            "step-0002.nc",
+        }
         last = load_elastoplastic(steps / "step-0002.nc")
         assert last.contact.load == load
         told = json.loads((tmp_path / "volume" / f"ball-{load}-N.json").read_text("utf-8"))
@@ -382,13 +384,16 @@ def alive(process: psutil.Process) -> bool:
         ('name = "two"', "name = 2", ("needs a name",)),
         ("[defaults]", "[default]", ("unknown key default",)),
         ('write = ["nc", "csv"]', 'write = ["doc"]', ("write must be a list of nc",)),
-        ('write = ["nc", "csv"]', 'write = ["png", "nc", "svg"]',
-         ('write has png, svg, of which task = "solve" writes one',)),
+        (
+            'write = ["nc", "csv"]',
+            'write = ["png", "nc", "svg"]',
+            ('write has png, svg, of which task = "solve" writes one',),
+        ),
         ('folder = "results"', "folder = 1", ("folder must be a text",)),
         ('folder = "results"', 'folder = "rough.npy"', ("is a file",)),
         ('folder = "results"', "folder = ", ("is no TOML file", "line 1")),
     ],
-)  # fmt: skip
+)
 def test_messages_name_key_and_line(
     old: str, new: str, words: tuple[str, ...], folder: Path, capsys: Capture
 ) -> None:
@@ -517,18 +522,33 @@ def test_every_task_can_be_asked_for(folder: Path, capsys: Capture) -> None:
     assert widest(out) <= 80
     left = {file.name for file in (folder / "results").iterdir()}
     assert left == {
-        "curve.json", "curve.csv", "curve.svg", "curve.html",
-        "below.json", "below.nc", "below.html",
+        "curve.json",
+        "curve.csv",
+        "curve.svg",
+        "curve.html",
+        "below.json",
+        "below.nc",
+        "below.html",
         *(f"below-stress-{name}.svg" for name in ("depth", "section", "map")),
-        "path.json", "path.csv", "path.nc", "path.svg", "path.html",
-        "ball.json", "ball.nc", "ball.csv", "ball.html",
+        "path.json",
+        "path.csv",
+        "path.nc",
+        "path.svg",
+        "path.html",
+        "ball.json",
+        "ball.nc",
+        "ball.csv",
+        "ball.html",
         *(f"ball-{name}.svg" for name in ("surface", "pressure", "contact", "gap", "histogram")),
-    }  # fmt: skip
+    }
     assert {file.name for file in (folder / "kept" / "curve").iterdir()} == {
-        "sweep.json", *(f"step-{number:04d}.npz" for number in (1, 2, 3)),
-    }  # fmt: skip
-    told = {name: json.loads((folder / "results" / f"{name}.json").read_text("utf-8"))
-            for name in ("curve", "below", "path", "ball")}  # fmt: skip
+        "sweep.json",
+        *(f"step-{number:04d}.npz" for number in (1, 2, 3)),
+    }
+    told = {
+        name: json.loads((folder / "results" / f"{name}.json").read_text("utf-8"))
+        for name in ("curve", "below", "path", "ball")
+    }
     surface = rc.read_surface(folder / "rough.npy", unit="um", size=(1e-4, 2e-4)).leveled()
     steel = rc.Material(210e9, 0.3, 1e9)
     result = rc.solve(surface, load=0.5, material=steel)
@@ -639,10 +659,13 @@ def test_what_has_no_end_has_no_digest(folder: Path) -> None:
         # One that is not there yet.
         ('"results/m.csv"', '"results/one.csv"', "output 'results/one.csv' is an input file"),
         ('name = "one"', 'name = "p"', "output 'results/p.json' is an input file"),
-        ('name = "one"', 'name = "two-surface"',
-         "figure 'results/two-surface.png' is a file of 'two', too"),
+        (
+            'name = "one"',
+            'name = "two-surface"',
+            "figure 'results/two-surface.png' is a file of 'two', too",
+        ),
     ],
-)  # fmt: skip
+)
 def test_no_contact_replaces_what_another_needs(
     old: str, new: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:

@@ -304,9 +304,23 @@ def test_band_limited_resampling_moves_with_the_map(seed: int, down: int, right:
 # --- units --------------------------------------------------------------------------------------
 
 PREFIXES = {
-    "f": -15, "p": -12, "n": -9, "u": -6, "µ": -6, "m": -3, "c": -2, "d": -1, "": 0, "da": 1,
-    "h": 2, "k": 3, "M": 6, "G": 9, "T": 12, "P": 15,
-}  # fmt: skip
+    "f": -15,
+    "p": -12,
+    "n": -9,
+    "u": -6,
+    "µ": -6,
+    "m": -3,
+    "c": -2,
+    "d": -1,
+    "": 0,
+    "da": 1,
+    "h": 2,
+    "k": 3,
+    "M": 6,
+    "G": 9,
+    "T": 12,
+    "P": 15,
+}
 UNITS = {"m": "length", "N": "force", "Pa": "pressure", "N/m^2": "pressure", "J/m": "force"}
 NUMBERS = st.floats(1e-9, 1e9)
 
@@ -361,18 +375,92 @@ def test_engineering_text_is_that_number(value: float, unit: str, digits: int) -
 
 
 NUMBER_TEXTS = st.sampled_from(
-    ["1", "-1", "+2.5", ".5", "5.", "1e3", "1E-3", "1e400", "1e99999999999", "1e-99999999999", "0",
-     "-0", "0e9999999", "nan", "inf", "-Infinity", "1,5", "1.000,5", "1_0", "0x10", "1e", "--1",
-     "\u0661", "\u00bd", "9" * 70, ""]
-)  # fmt: skip
+    [
+        "1",
+        "-1",
+        "+2.5",
+        ".5",
+        "5.",
+        "1e3",
+        "1E-3",
+        "1e400",
+        "1e99999999999",
+        "1e-99999999999",
+        "0",
+        "-0",
+        "0e9999999",
+        "nan",
+        "inf",
+        "-Infinity",
+        "1,5",
+        "1.000,5",
+        "1_0",
+        "0x10",
+        "1e",
+        "--1",
+        "\u0661",
+        "\u00bd",
+        "9" * 70,
+        "",
+    ]
+)
 UNIT_TEXTS = st.sampled_from(
-    ["N", "kN", "MPa", "mpa", "GPa", "m", "um", "\u00b5m", "\u03bcm", "N/mm^2", "N/mm**2", "N^0",
-     "N^-0", "m^0 N", "N**", "N^99", "/N", "N/", "N//m", "N N", "\u00b7", "degC", "dB",
-     "delta_degC", "kg", "s", "%", "percent", "pixel", "px", "furlong", "\u00e6m", "\u00c5",
-     "\u2103", "N\x00",
-     "N;", "__import__('os')", "lambda: 1", "N if 1 else m", "None", "e", "pi", "in", "as", "m3",
-     "m\u00b3/m\u00b2", "\u00b2", "_", "[length]", "{}", "N*1e3", "(N)", ""]
-)  # fmt: skip
+    [
+        "N",
+        "kN",
+        "MPa",
+        "mpa",
+        "GPa",
+        "m",
+        "um",
+        "\u00b5m",
+        "\u03bcm",
+        "N/mm^2",
+        "N/mm**2",
+        "N^0",
+        "N^-0",
+        "m^0 N",
+        "N**",
+        "N^99",
+        "/N",
+        "N/",
+        "N//m",
+        "N N",
+        "\u00b7",
+        "degC",
+        "dB",
+        "delta_degC",
+        "kg",
+        "s",
+        "%",
+        "percent",
+        "pixel",
+        "px",
+        "furlong",
+        "\u00e6m",
+        "\u00c5",
+        "\u2103",
+        "N\x00",
+        "N;",
+        "__import__('os')",
+        "lambda: 1",
+        "N if 1 else m",
+        "None",
+        "e",
+        "pi",
+        "in",
+        "as",
+        "m3",
+        "m\u00b3/m\u00b2",
+        "\u00b2",
+        "_",
+        "[length]",
+        "{}",
+        "N*1e3",
+        "(N)",
+        "",
+    ]
+)
 DIMENSIONS = st.sampled_from(["length", "force", "pressure"])
 
 
@@ -417,10 +505,15 @@ def test_another_dimension_is_refused(
 
 # Option, and the dimension that its text must have.
 QUANTITIES = {
-    "--load": "force", "--approach": "length", "--young": "pressure",
-    "--yield-strength": "pressure", "--counter-young": "pressure",
-    "--counter-yield-strength": "pressure", "--ceiling": "pressure", "--size": "length",
-}  # fmt: skip
+    "--load": "force",
+    "--approach": "length",
+    "--young": "pressure",
+    "--yield-strength": "pressure",
+    "--counter-young": "pressure",
+    "--counter-yield-strength": "pressure",
+    "--ceiling": "pressure",
+    "--size": "length",
+}
 WRONG = {
     "--unit": ["N", "MPa", "px", "pixel", "pica", "s", "m^2", "m/m", "5", "5 um", "quux", "µ m"],
     "length": ["1 N", "1 MPa", "1", "1 m^2", "1 px", "1 s", "mm", "1,5 mm", "-1 mm", "0 m"],
@@ -449,10 +542,16 @@ def map_file() -> Path:
 
 def command(option: str, text: str) -> list[str]:
     chosen = {
-        "--unit": "um", "--size": "1 mm x 1 mm", "--load": "1 N", "--young": "210 GPa",
-        "--poisson": "0.3", "--yield-strength": "1 GPa", "--counter-poisson": "0.3",
-        "--counter-young": "70 GPa", "--counter-yield-strength": "1 GPa",
-    }  # fmt: skip
+        "--unit": "um",
+        "--size": "1 mm x 1 mm",
+        "--load": "1 N",
+        "--young": "210 GPa",
+        "--poisson": "0.3",
+        "--yield-strength": "1 GPa",
+        "--counter-poisson": "0.3",
+        "--counter-young": "70 GPa",
+        "--counter-yield-strength": "1 GPa",
+    }
     if option == "--approach":
         del chosen["--load"]
     chosen[option] = text
@@ -491,9 +590,21 @@ def test_unit_mistakes_for_a_file_are_input_errors(argument: str, text: str) -> 
 
 @pytest.mark.parametrize(
     "pixel",
-    [(2e-6, "x"), ("1 N", "1 N"), (0, 1), (1e-6,), 5, None, "1 um", (np.nan, 1), (1e-6, math.inf),
-     (-1e-6, 1e-6), [[1e-6, 1e-6]], (1 + 2j, 1)],
-)  # fmt: skip
+    [
+        (2e-6, "x"),
+        ("1 N", "1 N"),
+        (0, 1),
+        (1e-6,),
+        5,
+        None,
+        "1 um",
+        (np.nan, 1),
+        (1e-6, math.inf),
+        (-1e-6, 1e-6),
+        [[1e-6, 1e-6]],
+        (1 + 2j, 1),
+    ],
+)
 def test_pixels_that_are_no_lengths_are_input_errors(pixel: object) -> None:
     with pytest.raises(InputError) as caught:
         Surface(rough(1), pixel)  # type: ignore[arg-type]

@@ -61,8 +61,11 @@ def test_another_map_is_kept_as_what_made_it() -> None:
     ball = nominal_bodies.sphere(radius=1e-3, shape=(9, 9), pixel=PIXEL, center=(3, 4.5))
     step = surface.with_form(ball.rotated(180)).provenance.operations[-1]
     assert step.arguments["form"].origin.arguments == {
-        "radius": 1e-3, "shape": (9, 9), "pixel": PIXEL, "center": (3, 4.5),
-    }  # fmt: skip
+        "radius": 1e-3,
+        "shape": (9, 9),
+        "pixel": PIXEL,
+        "center": (3, 4.5),
+    }
     assert step.sentences == (
         "form added: nominal sphere of radius 1 mm (placed at the point (3, 4.5) (y, x) in pixels; "
         "rotated: 180 degrees counter-clockwise, row 0 on top)",
@@ -118,7 +121,7 @@ def changed(change: Any) -> str:
         changed(lambda r: r["origin"]["arguments"].pop("pixel")),
         changed(lambda r: r["origin"].update(method="read_surface")),
     ],
-)  # fmt: skip
+)
 def test_a_damaged_text_is_refused(text: str) -> None:
     with pytest.raises(ValueError):  # noqa: PT011 - of json or of ours
         from_text(text)

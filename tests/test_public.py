@@ -17,18 +17,31 @@ README = Path(__file__).parents[1] / "README.md"
 SOURCE = Path(rc.__file__).parents[1]
 # Seconds each, or not needed by those who only solve.
 LATE = (
-    "matplotlib", "pint", "xarray", "h5netcdf", "SurfaceTopography", "scipy.sparse", "typer", "ast",
-    "rich", "jinja2", "roughcontact.cli.app", "roughcontact.drawing.maps",
+    "matplotlib",
+    "pint",
+    "xarray",
+    "h5netcdf",
+    "SurfaceTopography",
+    "scipy.sparse",
+    "typer",
+    "ast",
+    "rich",
+    "jinja2",
+    "roughcontact.cli.app",
+    "roughcontact.drawing.maps",
     "roughcontact.report.contact",
-)  # fmt: skip
+)
 
 
 def test_import_leaves_heavy_libraries_alone() -> None:
     code = "import sys, roughcontact; print('\\n'.join(sys.modules))"
     run = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True,
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
         env={"PYTHONPATH": str(SOURCE)},
-    )  # fmt: skip
+    )
     assert run.stderr == ""
     loaded = set(run.stdout.split())
     assert "roughcontact" in loaded
@@ -43,9 +56,12 @@ def test_a_name_imports_what_it_needs_and_no_more() -> None:
         "print('roughcontact.elastoplastic' in sys.modules)"
     )
     run = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True,
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
         env={"PYTHONPATH": str(SOURCE)},
-    )  # fmt: skip
+    )
     assert run.stdout.split() == ["False", "True", "False"]
 
 
@@ -153,10 +169,7 @@ def test_the_example_is_ten_lines() -> None:
 
 @pytest.mark.parametrize("holes", [False, True])
 def test_the_example_of_the_readme_runs(
-    holes: bool,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    holes: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
     heights, pixel = rc.reference_map(64)

@@ -100,7 +100,7 @@ def test_every_task_takes_units() -> None:
         (lambda: rc.Surface(np.ones((3, 3)) * UNIT.N, PIXEL), "heights needs a length"),
         (lambda: rc.history(BALL, ["1 m"], material=STEEL), "stage 1: load needs a load"),
     ],
-)  # fmt: skip
+)
 def test_another_dimension_is_refused(call: object, words: str) -> None:
     with pytest.raises(InputError, match=words):
         call()  # type: ignore[operator]

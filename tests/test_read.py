@@ -79,8 +79,12 @@ def test_the_reading_is_kept_as_given_and_as_found(tmp_path: Path) -> None:
     assert origin is not None
     assert origin.method == "read_surface"
     assert origin.arguments == {
-        "path": "bare.npz", "format": None, "channel": "other", "unit": "um", "size": (4e-6, 8e-6),
-    }  # fmt: skip
+        "path": "bare.npz",
+        "format": None,
+        "channel": "other",
+        "unit": "um",
+        "size": (4e-6, 8e-6),
+    }
     assert origin.found == {"format": "npz", "size": (4e-6, 8e-6), "unit": 1e-6, "notes": ()}
     assert surface.provenance.operations == ()
 

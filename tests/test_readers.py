@@ -20,8 +20,16 @@ from roughcontact.formats.read import SUFFIXES, read_with_channels
 
 pytestmark = needs_reader
 
-HEAVY = ("SurfaceTopography", "NuMPI", "scipy.optimize", "matplotlib", "pandas", "openpyxl", "pint",
-         "pydantic")  # fmt: skip
+HEAVY = (
+    "SurfaceTopography",
+    "NuMPI",
+    "scipy.optimize",
+    "matplotlib",
+    "pandas",
+    "openpyxl",
+    "pint",
+    "pydantic",
+)
 
 
 def files(folder: Path) -> Iterator[tuple[Path, dict[str, str]]]:
@@ -62,13 +70,24 @@ TOLD = (
     {},
     {"acquisition_time": datetime(2024, 5, 6, 7, 8, 9), "channel_name": "Z", "raw": None, "x": 1},
     {"instrument": {}, "raw_metadata": {"a": {"b": None}}, "datafile": {"format": "opd"}},
-    {"instrument": {"name": "NT", "vendor": None, "serial": "17", "scanner_serial": "Hybrid 306",
-                    "unheard": 3, "parameters": {"name": None, "tip_radius": {
-                        "value": 1e-8, "unit": "m"}, "resolution": {"value": 0.5}}}},
+    {
+        "instrument": {
+            "name": "NT",
+            "vendor": None,
+            "serial": "17",
+            "scanner_serial": "Hybrid 306",
+            "unheard": 3,
+            "parameters": {
+                "name": None,
+                "tip_radius": {"value": 1e-8, "unit": "m"},
+                "resolution": {"value": 0.5},
+            },
+        }
+    },
     # Converted by the library.
     {"acquisition_time": "2024-05-06T07:08:09", "raw_metadata": (1, 2)},
     {"instrument": {"parameters": {"resolution": {"value": 3}}}},
-)  # fmt: skip
+)
 
 
 @pytest.mark.parametrize("told", TOLD, ids=[str(number) for number, _ in enumerate(TOLD)])

@@ -19,10 +19,18 @@ pytestmark = needs_reader
 def state() -> tuple[object, ...]:
     """Return what libraries like to change for a while."""
     return (
-        sys.stdout, sys.stderr, sys.excepthook, warnings.showwarning, list(warnings.filters),
-        Path.cwd(), np.geterr(), np.get_printoptions(), logging.root.level,
-        list(logging.root.handlers), logging.lastResort,
-    )  # fmt: skip
+        sys.stdout,
+        sys.stderr,
+        sys.excepthook,
+        warnings.showwarning,
+        list(warnings.filters),
+        Path.cwd(),
+        np.geterr(),
+        np.get_printoptions(),
+        logging.root.level,
+        list(logging.root.handlers),
+        logging.lastResort,
+    )
 
 
 @pytest.mark.long

@@ -281,8 +281,10 @@ def test_every_kind_of_result_has_them(compared: rc.results.Comparison) -> None:
         kind.result for kind in kinds.all_presentations() if kind.contact or kind.works is not none
     }
     assert {kind.__name__ for kind in told - citing} == {
-        "ResolutionStudy", "Surface", "Uncertainty",
-    }  # fmt: skip
+        "ResolutionStudy",
+        "Surface",
+        "Uncertainty",
+    }
 
 
 def test_a_curve_cites_what_its_contacts_do_and_its_laws() -> None:
@@ -292,8 +294,11 @@ def test_a_curve_cites_what_its_contacts_do_and_its_laws() -> None:
     curve = rc.sweep(surface, loads=[0.1, 1.0], material=STEEL)
     single = rc.solve(surface, load=1.0, material=STEEL).references()
     assert keys(curve.references()) - keys(single) == {
-        "Bush1975", "Persson2001", "Hyun2004", "Barber2003"
-    }  # fmt: skip
+        "Bush1975",
+        "Persson2001",
+        "Hyun2004",
+        "Barber2003",
+    }
     assert keys(single) <= keys(curve.references())
     soft = rc.sweep(surface, loads=[0.1], material=rc.Material(210e9, 0.3), ceiling=None)
     assert not {"Jackson2005", "EngineeringModel"} & keys(soft.references())
@@ -304,9 +309,11 @@ def test_a_curve_cites_what_its_contacts_do_and_its_laws() -> None:
 
 def test_a_counter_surface_of_a_curve_is_cited() -> None:
     heights, pixel = rc.reference_map(32)
-    flat = rc.Surface(np.zeros((32, 32)), pixel, Provenance("b", operations=[
-        Operation("filtered", {"s": 1e-6, "l": None})
-    ]))  # fmt: skip
+    flat = rc.Surface(
+        np.zeros((32, 32)),
+        pixel,
+        Provenance("b", operations=[Operation("filtered", {"s": 1e-6, "l": None})]),
+    )
     surface = rc.Surface(heights, pixel)
     for counter, cited_too in ((flat, True), (None, False)):
         curve = rc.sweep(surface, loads=[0.1], material=STEEL, counter_surface=counter)

@@ -126,9 +126,14 @@ def test_nothing_is_fetched_and_nothing_is_run(whole: tuple[ContactResult, str])
 
 
 SECTIONS = (
-    "Input", "Results", "Uncertainty", "Assumptions", "Method and certificate", "How to repeat",
+    "Input",
+    "Results",
+    "Uncertainty",
+    "Assumptions",
+    "Method and certificate",
+    "How to repeat",
     "References",
-)  # fmt: skip
+)
 
 
 def test_question_and_answer_come_before_seven_sections(whole: tuple[ContactResult, str]) -> None:
@@ -202,11 +207,14 @@ def test_the_numbers_are_those_of_the_summary(whole: tuple[ContactResult, str]) 
     rows = {row[0]: " ".join(row[1:]) for row in page.cells if len(row) > 1}
     summary = result.summary()
     for name, unit, head in (
-        ("load", "N", "Load W"), ("approach", "m", "Approach ω"),
-        ("max_pressure", "Pa", "Largest pressure"), ("mean_gap", "m", "Mean gap"),
-        ("contact_area", "m²", "Contact area"), ("contact_modulus", "Pa", "Contact modulus E*"),
+        ("load", "N", "Load W"),
+        ("approach", "m", "Approach ω"),
+        ("max_pressure", "Pa", "Largest pressure"),
+        ("mean_gap", "m", "Mean gap"),
+        ("contact_area", "m²", "Contact area"),
+        ("contact_modulus", "Pa", "Contact modulus E*"),
         ("ceiling", "Pa", "Pressure ceiling"),
-    ):  # fmt: skip
+    ):
         assert format_engineering(summary[name], unit) in rows[head]
     assert format_percent(summary["contact_fraction"]) in rows["Contact area"]
     assert format_percent(summary["saturated_fraction"]) in rows["Saturated area"]
@@ -237,9 +245,11 @@ def test_the_elastic_solution_is_a_column(whole: tuple[ContactResult, str]) -> N
     assert len(heads) == (5 if result.calibrated is not None and result.calibrated.differs else 4)
     by_head = {cells[0]: cells for cells in page.cells if len(cells) == len(heads)}
     for head, unit, name in (
-        ("Largest pressure", "Pa", "max_pressure"), ("Contact area", "m²", "contact_area"),
-        ("Approach ω", "m", "approach"), ("Mean gap", "m", "mean_gap"),
-    ):  # fmt: skip
+        ("Largest pressure", "Pa", "max_pressure"),
+        ("Contact area", "m²", "contact_area"),
+        ("Approach ω", "m", "approach"),
+        ("Mean gap", "m", "mean_gap"),
+    ):
         assert by_head[head][1].startswith(format_engineering(getattr(result, name), unit))
         assert by_head[head][-2].startswith(format_engineering(getattr(elastic, name), unit))
 
@@ -278,13 +288,30 @@ def test_what_does_not_apply_is_left_out() -> None:
         ({"counter_surface": rough("lapped.sur", seed=1)}, "lapped.sur"),
         ({"counter_material": rc.Material(70e9, 0.33, 3e8, "brass")}, "brass"),
         ({"ceiling": np.linspace(1e9, 2e9, 4096).reshape(64, 64)}, "1 GPa to 2 GPa"),
-        ({"surface": rc.Surface(np.where(np.arange(4096).reshape(64, 64) == 70, np.nan,
-                                         rough().heights), (1e-6, 1e-6)).masked()},
-         "1 point (0.0244 %) without height never touch"),
+        (
+            {
+                "surface": rc.Surface(
+                    np.where(np.arange(4096).reshape(64, 64) == 70, np.nan, rough().heights),
+                    (1e-6, 1e-6),
+                ).masked()
+            },
+            "1 point (0.0244 %) without height never touch",
+        ),
     ],
-    ids=["periodic", "single", "approach", "nominal pressure", "moments", "hardness", "elastic",
-         "two maps", "two elastic bodies", "ceiling by point", "masked"],
-)  # fmt: skip
+    ids=[
+        "periodic",
+        "single",
+        "approach",
+        "nominal pressure",
+        "moments",
+        "hardness",
+        "elastic",
+        "two maps",
+        "two elastic bodies",
+        "ceiling by point",
+        "masked",
+    ],
+)
 def test_every_case_is_told_as_it_is(problem: dict[str, Any], words: str) -> None:
     result = solved(**problem)
     page = report(result, layout.Edition(date=DAY))
@@ -395,9 +422,13 @@ def test_save_replaces_only_when_it_is_complete(
 
 @pytest.mark.parametrize(
     ("name", "message"),
-    [("out.pdf", "must end in .html"), ("out", "must end in .html"),
-     ("no/out.html", "does not exist"), ("folder.html", "is a folder")],
-)  # fmt: skip
+    [
+        ("out.pdf", "must end in .html"),
+        ("out", "must end in .html"),
+        ("no/out.html", "does not exist"),
+        ("folder.html", "is a folder"),
+    ],
+)
 def test_unfit_paths_are_refused_before_anything_is_solved(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, message: str
 ) -> None:
@@ -429,11 +460,15 @@ def test_the_result_writes_its_own_report(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("failure", "is_told"),
     [
-        (lambda: rc.ConvergenceError(
-            "no", solved(ceiling=None, max_iterations=2, on_failure="return")), True),
+        (
+            lambda: rc.ConvergenceError(
+                "no", solved(ceiling=None, max_iterations=2, on_failure="return")
+            ),
+            True,
+        ),
         (lambda: rc.InsufficientMemoryError("no"), False),
     ],
-)  # fmt: skip
+)
 def test_a_failed_elastic_twin_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failure: Any, is_told: bool
 ) -> None:
@@ -569,10 +604,21 @@ def test_a_report_prints_to_few_pages(name: str, tmp_path: Path) -> None:
     result.report(source)
     assert CHROMIUM is not None
     subprocess.run(
-        [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run",
-         "--disable-background-networking", f"--user-data-dir={tmp_path / 'user'}",
-         "--no-pdf-header-footer", f"--print-to-pdf={target}", source.as_uri()],
-        check=True, capture_output=True, timeout=120,
-    )  # fmt: skip
+        [
+            CHROMIUM,
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--no-first-run",
+            "--disable-background-networking",
+            f"--user-data-dir={tmp_path / 'user'}",
+            "--no-pdf-header-footer",
+            f"--print-to-pdf={target}",
+            source.as_uri(),
+        ],
+        check=True,
+        capture_output=True,
+        timeout=120,
+    )
     pages = len(re.findall(rb"/Type\s*/Page\b", target.read_bytes()))
     assert 1 < pages <= most

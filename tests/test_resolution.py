@@ -21,9 +21,14 @@ PIXEL = (1 * NM, 1 * NM)
 
 def rough(seed: int, hurst: float = 0.8, rms: float = 4 * NM, shortest: float = 2.5) -> np.ndarray:
     return random_surfaces.self_affine(
-        (256, 256), PIXEL, rms_height=rms, rolloff_wavelength=100 * NM,
-        cutoff_wavelength=shortest * NM, hurst=hurst, rng=np.random.default_rng(seed),
-    )  # fmt: skip
+        (256, 256),
+        PIXEL,
+        rms_height=rms,
+        rolloff_wavelength=100 * NM,
+        cutoff_wavelength=shortest * NM,
+        hurst=hurst,
+        rng=np.random.default_rng(seed),
+    )
 
 
 def drawn_by(radius: float, heights: np.ndarray) -> np.ndarray:
@@ -94,9 +99,13 @@ def test_below_the_cutoff_is_the_tip_and_above_it_the_surface(seed: int, hurst: 
 
 def test_smooth_maps_are_the_surface_at_every_scale() -> None:
     smooth = random_surfaces.self_affine(
-        (128, 256), PIXEL, rms_height=NM, rolloff_wavelength=200 * NM,
-        cutoff_wavelength=100 * NM, rng=np.random.default_rng(1),
-    )  # fmt: skip
+        (128, 256),
+        PIXEL,
+        rms_height=NM,
+        rolloff_wavelength=200 * NM,
+        cutoff_wavelength=100 * NM,
+        rng=np.random.default_rng(1),
+    )
     assert resolution.tip_cutoff(smooth, PIXEL, 20 * NM) is None
     assert resolution.tip_cutoff(np.zeros((2, 3)), PIXEL, 20 * NM) is None
     # A wave a cos qx has the curvature -2a (1 - cos qη)/η² at scale 2η, a q² at most.
@@ -255,14 +264,22 @@ def test_notes_of_an_atomic_force_microscope() -> None:
 @pytest.mark.parametrize(
     ("instrument", "is_probe"),
     [
-        ("JPK image scan", True), ("Nanosurf easyScan", True), ("NT-MDT", True),
-        ("Park Systems TIFF", True), ("WSxM", True), ("Igor binary wave", True),
-        ("Molecular Imaging (MI)", True), ("Digital Surf SUR (Digital Surf AFM 5500)", True),
-        ("BCR-STM", False), ("BCR-STM (Omicron STM 1)", True),
-        ("Digital Surf SUR (Digital Surf)", False), ("Wyko OPD", False), ("Gwyddion", False),
+        ("JPK image scan", True),
+        ("Nanosurf easyScan", True),
+        ("NT-MDT", True),
+        ("Park Systems TIFF", True),
+        ("WSxM", True),
+        ("Igor binary wave", True),
+        ("Molecular Imaging (MI)", True),
+        ("Digital Surf SUR (Digital Surf AFM 5500)", True),
+        ("BCR-STM", False),
+        ("BCR-STM (Omicron STM 1)", True),
+        ("Digital Surf SUR (Digital Surf)", False),
+        ("Wyko OPD", False),
+        ("Gwyddion", False),
         ("", False),
     ],
-)  # fmt: skip
+)
 def test_which_files_are_a_scanning_probes(instrument: str, is_probe: bool) -> None:
     surface = Surface(np.zeros((4, 4)), PIXEL, Provenance("a", instrument))
     assert bool(surface.resolution_notes()) is is_probe

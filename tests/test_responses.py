@@ -51,9 +51,15 @@ def test_responses_to_sampled_kernels(backend, small_blocks, shape, padded, work
     source = rng.standard_normal(shape)
     # Kernels that add to one response and to several, alone in it or with others of each parity.
     shares = [
-        [(1, 1.0)], [(0, 1.0), (2, -0.5)], [(1, 2.0)], [(2, 1.0), (0, 0.3)],
-        [(4, 1.0), (5, 0.2)], [(3, -1.0), (5, 0.7)], [(3, 3.0), (5, 1.0)], [(5, -1.0)],
-    ]  # fmt: skip
+        [(1, 1.0)],
+        [(0, 1.0), (2, -0.5)],
+        [(1, 2.0)],
+        [(2, 1.0), (0, 0.3)],
+        [(4, 1.0), (5, 0.2)],
+        [(3, -1.0), (5, 0.7)],
+        [(3, 3.0), (5, 1.0)],
+        [(5, -1.0)],
+    ]
     terms = [Term(odd, share) for odd, share in zip(2 * PARITIES, shares, strict=True)]
     kernels = [parity_kernel(padded, term.odd, rng) for term in terms]
     expected = np.zeros((6, *shape))
@@ -108,10 +114,7 @@ def test_smooth_kernels_need_few_samples(backend, every):
     # Kernels of few waves: samples in steps of ``every`` hold them all.
     padded, source = (24, 32), np.random.default_rng(3).standard_normal((12, 16))
     y, x = (2 * np.pi * np.arange(n) / n for n in padded)
-    kernels = [
-        np.outer(1 + np.cos(2 * y), np.cos(3 * x)),
-        np.outer(np.sin(3 * y), 0.2 + np.cos(x)),
-    ]
+    kernels = [np.outer(1 + np.cos(2 * y), np.cos(3 * x)), np.outer(np.sin(3 * y), 0.2 + np.cos(x))]
     terms = [Term((False, False), [(0, 1.0)]), Term((True, False), [(1, 1.0)])]
     operator = responses_to(source, padded, terms)
 

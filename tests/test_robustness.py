@@ -27,13 +27,18 @@ def test_random_problems_are_certified_or_refused(first):
 # Seed and size of problems that were not solved once, or not rightly, and what was the matter.
 FOUND = {
     "very narrow pixels near full contact: hardly anything resists what differs between two": [
-        (375, 1024), (645, 300), (970, 300), (2641, 150), (3775, 150), (4638, 150),
+        (375, 1024),
+        (645, 300),
+        (970, 300),
+        (2641, 150),
+        (3775, 150),
+        (4638, 150),
     ],
     "a ceiling so low that the square of the pressure is no number": [(661, 300)],
     "a moment that is a staircase over the tilt": [(843, 300), (1913, 150), (1932, 150)],
     "a tilt too steep for its own digits": [(983, 300)],
     "a tilt so steep that judge and program round the gap differently": [(2878, 150)],
-}  # fmt: skip
+}
 
 
 @pytest.mark.slow

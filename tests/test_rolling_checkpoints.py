@@ -26,12 +26,17 @@ HERTZ, WIDTH = 4.1e9 / math.sqrt(3), 3e-6
 RADIUS = WIDTH * 210e9 / 0.91 / (2 * HERTZ)
 LOAD = math.pi / 2 * WIDTH * HERTZ * 8e-6
 ARGUMENTS = dict(
-    counter_surface=nominal_bodies.cylinder(radius=RADIUS, angle=90.0, **GRID), material=STEEL,
-    boundary="periodic", layers=[0.8e-6] * 8, tolerance=1e-3,
-)  # fmt: skip
+    counter_surface=nominal_bodies.cylinder(radius=RADIUS, angle=90.0, **GRID),
+    material=STEEL,
+    boundary="periodic",
+    layers=[0.8e-6] * 8,
+    tolerance=1e-3,
+)
 FLAT = nominal_bodies.flat(**GRID)
-PATH = [rc.PathPoint(load, (0.0, x * 1e-6)) for load, x in ((LOAD, 0), (LOAD, 2), (0.5 * LOAD, 4),
-                                                           (LOAD, 6), (LOAD, 7.5))]  # fmt: skip
+PATH = [
+    rc.PathPoint(load, (0.0, x * 1e-6))
+    for load, x in ((LOAD, 0), (LOAD, 2), (0.5 * LOAD, 4), (LOAD, 6), (LOAD, 7.5))
+]
 
 
 def solved(path: list[rc.PathPoint], **more: object) -> rc.ElastoplasticResult:

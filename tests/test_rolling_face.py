@@ -34,11 +34,31 @@ pytestmark = pytest.mark.long
 GRID: Any = {"shape": (8, 24), "pixel": (8e-6, 8e-6)}
 STEEL = rc.Material(young=210e9, poisson=0.3, hardening=rc.hardening.Linear("1 GPa", "20 GPa"))
 WORDS = (
-    "roll", "--body", "flat", "--points", "8x24", "--size", "64 um x 192 um", "--counter-body",
-    "cylinder 1.5 mm 90 deg", "--hertz", "2.2 GPa", "--young", "210 GPa", "--poisson", "0.3",
-    "--yield-strength", "1 GPa", "--hardening", "linear 20 GPa", "--boundary", "periodic",
-    "--steps", "3", "--quiet",
-)  # fmt: skip
+    "roll",
+    "--body",
+    "flat",
+    "--points",
+    "8x24",
+    "--size",
+    "64 um x 192 um",
+    "--counter-body",
+    "cylinder 1.5 mm 90 deg",
+    "--hertz",
+    "2.2 GPa",
+    "--young",
+    "210 GPa",
+    "--poisson",
+    "0.3",
+    "--yield-strength",
+    "1 GPa",
+    "--hardening",
+    "linear 20 GPa",
+    "--boundary",
+    "periodic",
+    "--steps",
+    "3",
+    "--quiet",
+)
 
 
 @pytest.fixture(scope="module")
@@ -249,9 +269,16 @@ def test_hardness_alone_hides_no_ratcheting() -> None:
     steel = replace(line.steel, hardness=4e9)
     assert steel.hardens
     found = rc.roll(
-        line.flat, counter_surface=line.roller, material=steel, load=line.load, passes=1, steps=2,
-        boundary="periodic", layers=line.layers, start_at_center=True,
-    )  # fmt: skip
+        line.flat,
+        counter_surface=line.roller,
+        material=steel,
+        load=line.load,
+        passes=1,
+        steps=2,
+        boundary="periodic",
+        layers=line.layers,
+        start_at_center=True,
+    )
     assert not found.result.bodies[0].material.hardens
 
 
@@ -364,11 +391,34 @@ def test_a_run_of_more_than_a_day_has_to_be_wanted(
 @needs_reader
 def test_a_measured_map_is_run_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, kept = measurement("x3p-2.x3p"), tmp_path / "rolled.nc"
-    assert app.main([
-        "roll", str(path), "--crop", "300:312, 300:332", "--counter-body", "cylinder 0.5 mm 90 deg",
-        "--load", "5 mN", "--material", "42CrMo4", "--hardening", "linear 20 GPa", "--boundary",
-        "periodic", "--passes", "2", "--steps", "3", "--output", str(kept), "--quiet",
-    ]) == 0  # fmt: skip
+    assert (
+        app.main(
+            [
+                "roll",
+                str(path),
+                "--crop",
+                "300:312, 300:332",
+                "--counter-body",
+                "cylinder 0.5 mm 90 deg",
+                "--load",
+                "5 mN",
+                "--material",
+                "42CrMo4",
+                "--hardening",
+                "linear 20 GPa",
+                "--boundary",
+                "periodic",
+                "--passes",
+                "2",
+                "--steps",
+                "3",
+                "--output",
+                str(kept),
+                "--quiet",
+            ]
+        )
+        == 0
+    )
     assert capsys.readouterr().err == ""
     found = rc.read_result(kept)
     before = rc.read_surface(path).cropped((300, 312), (300, 332)).leveled()

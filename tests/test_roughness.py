@@ -135,9 +135,10 @@ def test_developed_area_leaves_out_cells_with_a_hole() -> None:
         roughness.developed_area_ratio(heights[:, 1:], (1.0, 1.0))
 
 
-@pytest.mark.parametrize("function", [
-    roughness.height_parameters, spectrum.autocorrelation, roughness.material_ratio_curve,
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "function",
+    [roughness.height_parameters, spectrum.autocorrelation, roughness.material_ratio_curve],
+)
 def test_nothing_without_points(function) -> None:
     with pytest.raises(InputError, match="every point is missing"):
         function(np.full((3, 3), np.nan))

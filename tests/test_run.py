@@ -23,8 +23,20 @@ from roughcontact.solvers.progress import Progress
 
 Capture = pytest.CaptureFixture[str]
 
-BALL = ("--body", "sphere 1 mm", "--points", "24x32", "--size", "60 um x 80 um", "--young",
-        "210 GPa", "--poisson", "0.3", "--yield-strength", "1 GPa")  # fmt: skip
+BALL = (
+    "--body",
+    "sphere 1 mm",
+    "--points",
+    "24x32",
+    "--size",
+    "60 um x 80 um",
+    "--young",
+    "210 GPa",
+    "--poisson",
+    "0.3",
+    "--yield-strength",
+    "1 GPa",
+)
 FORM = {name[2:]: text for name, text in zip(BALL[::2], BALL[1::2], strict=True)}
 SWEEP = ("sweep", *BALL, "--from", "0.1 N", "--to", "1 N", "--steps", "3")
 HISTORY = ("history", *BALL, "--path", "1 N, 0 N")
@@ -190,9 +202,24 @@ def test_the_report_on_a_nominal_pressure_names_it_and_repeats_it(tmp_path: Path
     y, x = np.mgrid[:24, :32]
     np.save(path, 0.02 * np.cos(y / 3) * np.cos(x / 4))
     report = tmp_path / "out.html"
-    words = ("--unit", "um", "--size", "60 um x 80 um", "--level", "none", "--crop", "0:24,0:16",
-             "--counter-body", "cylinder 10 mm", "--material", "100Cr6", "--load", "20 MPa",
-             "--report", str(report))  # fmt: skip
+    words = (
+        "--unit",
+        "um",
+        "--size",
+        "60 um x 80 um",
+        "--level",
+        "none",
+        "--crop",
+        "0:24,0:16",
+        "--counter-body",
+        "cylinder 10 mm",
+        "--material",
+        "100Cr6",
+        "--load",
+        "20 MPa",
+        "--report",
+        str(report),
+    )
     assert app.main(["solve", str(path), *words, "--quiet"]) == app.SOLVED
     text = html.unescape(report.read_text(encoding="utf-8"))
     # The half of the map that is kept.

@@ -13,13 +13,29 @@ import same
 from items import kept
 
 PYTHON = (
-    "leakage", "conductance", "law", "find", "rolling", "estimate", "generation", "profile",
+    "leakage",
+    "conductance",
+    "law",
+    "find",
+    "rolling",
+    "estimate",
+    "generation",
+    "profile",
     "comparison",
-)  # fmt: skip
+)
 COMMANDS = (
-    "tasks", "leak", "conductance", "law", "find", "roll", "estimate", "generate", "profile",
-    "compare", "verify",
-)  # fmt: skip
+    "tasks",
+    "leak",
+    "conductance",
+    "law",
+    "find",
+    "roll",
+    "estimate",
+    "generate",
+    "profile",
+    "compare",
+    "verify",
+)
 QUICK = ("leakage", "conductance", "estimate")
 # Where digits may change: wall times.
 TIMES = re.compile(r"time of|seconds|\b(took|after|for) \d|\d m?s\b")

@@ -21,9 +21,13 @@ PIXEL = (1e-6, 1e-6)
 def patch(side: int, rolloff: float, *seed: int) -> rc.Surface:
     # The whole has the RMS height asked for; a small part is as free as one of an endless surface.
     heights = rc.self_affine(
-        (4 * side, 4 * side), PIXEL, rms_height=0.3e-6, rolloff_wavelength=rolloff,
-        cutoff_wavelength=4e-6, rng=np.random.default_rng(seed),
-    )  # fmt: skip
+        (4 * side, 4 * side),
+        PIXEL,
+        rms_height=0.3e-6,
+        rolloff_wavelength=rolloff,
+        cutoff_wavelength=4e-6,
+        rng=np.random.default_rng(seed),
+    )
     return rc.Surface(form.level(heights[:side, :side]), PIXEL)
 
 
@@ -56,8 +60,13 @@ def test_parts_are_pressed_by_themselves_and_tell_the_error() -> None:
     assert "at least" in comparison.answer(found)
     assert CautionTag.SAMPLING in {caution.kind for caution in found.cautions}
     assert {error.name for error in found.errors} == {
-        "contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sa", "Sdq"
-    }  # fmt: skip
+        "contact_fraction",
+        "saturated_fraction",
+        "mean_gap",
+        "Sq",
+        "Sa",
+        "Sdq",
+    }
 
 
 @pytest.mark.slow

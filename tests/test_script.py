@@ -102,8 +102,15 @@ def test_the_script_states_the_problem(name: str, folder: Path) -> None:
     result = rc.solve(rc.read_surface("ground.nc").filled(), **problem)
     again = repeated(result)["result"]
     assert again.pressure.tobytes() == result.pressure.tobytes()
-    for field in ("material", "counter_material", "ceiling", "boundary", "precision", "control",
-                  "moments"):  # fmt: skip
+    for field in (
+        "material",
+        "counter_material",
+        "ceiling",
+        "boundary",
+        "precision",
+        "control",
+        "moments",
+    ):
         assert getattr(again, field) == getattr(result, field)
     assert again.tolerance == result.tolerance
 
@@ -134,8 +141,11 @@ def test_two_maps_on_nominal_forms_are_laid_on_each_other_again(folder: Path) ->
     result = rc.solve(
         one.with_form(nominal_bodies.cylinder(radius=0.01, angle=30, **on)),
         counter_surface=two.with_form(nominal_bodies.sphere(radius=1 / 30, **on)),
-        material=STEEL, counter_material=STEEL, load=0.1, moments=(0.0, 1e-8 / 3),
-    )  # fmt: skip
+        material=STEEL,
+        counter_material=STEEL,
+        load=0.1,
+        moments=(0.0, 1e-8 / 3),
+    )
     names = repeated(result)
     assert names["result"].pressure.tobytes() == result.pressure.tobytes()
     assert names["result"].tilt == result.tilt
@@ -208,10 +218,7 @@ def test_a_ceiling_by_point_is_in_the_file_of_the_result(folder: Path) -> None:
     assert repeated(result)["result"].pressure.tobytes() == result.pressure.tobytes()
 
 
-@pytest.mark.parametrize(
-    "name",
-    ['a"b.npy', "a\\b.npy", "ä'b.npy", "__import__('os').npy"],
-)
+@pytest.mark.parametrize("name", ['a"b.npy', "a\\b.npy", "ä'b.npy", "__import__('os').npy"])
 def test_names_are_quoted(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     np.save(name, rc.reference_map(32)[0])
@@ -234,8 +241,9 @@ def test_the_words_of_a_file_are_not_run(tmp_path: Path) -> None:
 
 def _grid(draw: st.DrawFn, surface: rc.Surface) -> rc.Surface:
     ny, nx = draw(st.tuples(st.integers(6, 14), st.integers(6, 14)))
-    edges = [draw(st.floats(0.4, 1.3)) * size / n
-             for size, n in zip(surface.size, (ny, nx), strict=True)]  # fmt: skip
+    edges = [
+        draw(st.floats(0.4, 1.3)) * size / n for size, n in zip(surface.size, (ny, nx), strict=True)
+    ]
     return nominal_bodies.flat(shape=(ny, nx), pixel=(edges[0], edges[1]))
 
 
@@ -270,9 +278,7 @@ def _resampled(draw: st.DrawFn, s: rc.Surface) -> rc.Surface:
 
 
 def _cropped(draw: st.DrawFn, s: rc.Surface) -> rc.Surface:
-    rows, columns = (
-        (draw(st.integers(0, 2)), n - draw(st.integers(0, 2))) for n in s.shape
-    )  # fmt: skip
+    rows, columns = ((draw(st.integers(0, 2)), n - draw(st.integers(0, 2))) for n in s.shape)
     return s.cropped(rows, columns)
 
 
@@ -317,9 +323,10 @@ def test_no_method_is_forgotten() -> None:
     from inspect import getdoc, getmembers, isfunction
 
     prepares = {
-        name for name, method in getmembers(rc.Surface, isfunction)
+        name
+        for name, method in getmembers(rc.Surface, isfunction)
         if not name.startswith("_") and "Surface" == str(method.__annotations__.get("return"))
-    }  # fmt: skip
+    }
     assert prepares == set(STEPS)
     assert all(getdoc(getattr(rc.Surface, name)) for name in prepares)
 
@@ -333,10 +340,19 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
     heights[4, 5] = heights[9:11, 2] = np.nan
     np.save(path / "map.npy", 1e6 * heights)
     np.savez(path / "maps.npz", other=heights, heights=heights[:, ::-1])
-    head = "\n".join(["# roughcontact map", "# quantity: height", "# unit: nm",
-                      "# pixel_y: 2 um", "# pixel_x: 1.5 um", ""])  # fmt: skip
-    rows = "\n".join(",".join("" if np.isnan(z) else repr(float(z)) for z in row)
-                     for row in 1e9 * heights)  # fmt: skip
+    head = "\n".join(
+        [
+            "# roughcontact map",
+            "# quantity: height",
+            "# unit: nm",
+            "# pixel_y: 2 um",
+            "# pixel_x: 1.5 um",
+            "",
+        ]
+    )
+    rows = "\n".join(
+        ",".join("" if np.isnan(z) else repr(float(z)) for z in row) for row in 1e9 * heights
+    )
     (path / "map.csv").write_text(head + rows + "\n")
     np.savetxt(path / "counter.csv", rng.normal(size=(9, 8)), delimiter=",")
     np.save(path / "surface.npy", heights)
@@ -385,9 +401,15 @@ def test_the_script_follows_the_path_of_the_volume_again(folder: Path) -> None:
     law = hardening.Kinematic(hardening.Linear(1e9, 2e9), 20e9)
     body = rc.Material(210e9, 0.3, hardening=law, name="steel")
     result = rc.solve_elastoplastic(
-        surface, material=body, counter_material=rc.Material(70e9, 0.33),
-        increments=1, loads=[0.02, 0.03, 0.0], boundary="periodic", tolerance=2e-4, depth=40e-6,
-    )  # fmt: skip
+        surface,
+        material=body,
+        counter_material=rc.Material(70e9, 0.33),
+        increments=1,
+        loads=[0.02, 0.03, 0.0],
+        boundary="periodic",
+        tolerance=2e-4,
+        depth=40e-6,
+    )
     names: dict[str, Any] = {}
     exec(python_script.repeating_volume(result), names)
     again = names["result"]

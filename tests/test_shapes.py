@@ -70,9 +70,9 @@ def test_every_point_of_a_sphere_is_at_its_radius(radius, center):
     z = shapes.sphere(*GRID, radius, center)
     on = np.isfinite(z)
     # The square root of rounding decides at the rim.
-    np.testing.assert_array_equal(on[np.abs(r / radius - 1) > 1e-7], (r < radius)[
-        np.abs(r / radius - 1) > 1e-7
-    ])  # fmt: skip
+    np.testing.assert_array_equal(
+        on[np.abs(r / radius - 1) > 1e-7], (r < radius)[np.abs(r / radius - 1) > 1e-7]
+    )
     distance = np.sqrt(r**2 + (z + radius) ** 2)
     np.testing.assert_allclose(distance[on], radius, rtol=1e-12)
     assert (z[on] <= 0).all()

@@ -21,21 +21,51 @@ pytestmark = [
 STEEL = ["--material", "bearing steel", "--quiet"]
 MAP = ["rough.npy", "--unit", "m", "--size", "32 um x 32 um", *STEEL]
 BALL = [
-    "--body", "sphere 10 mm", "--points", "16", "--size", "0.4 mm", *STEEL,
-    "--model", "elastoplastic", "--load", "60 N", "--increments", "2", "--tolerance", "1e-3",
-]  # fmt: skip
+    "--body",
+    "sphere 10 mm",
+    "--points",
+    "16",
+    "--size",
+    "0.4 mm",
+    *STEEL,
+    "--model",
+    "elastoplastic",
+    "--load",
+    "60 N",
+    "--increments",
+    "2",
+    "--tolerance",
+    "1e-3",
+]
 
 # The command, the file that is being written when the signal comes, and what stays.
 CASES = {
-    "solve": (["solve", *MAP, "--load", "1 mN", "--output", "out.nc", "--output", "out.csv"],
-              "out.csv", ["out.nc"]),
-    "sweep": (["sweep", *MAP, "--from", "1 mN", "--to", "9 mN", "--steps", "3", "--folder", "kept"],
-              "kept/step-0002.npz", ["kept/step-0001.npz"]),
-    "history": (["history", *MAP, "--path", "1 mN, 0 N", "--output", "out.csv",
-                 "--indented-surface", "out.x3p"],
-                "out.x3p", ["out.csv"]),
+    "solve": (
+        ["solve", *MAP, "--load", "1 mN", "--output", "out.nc", "--output", "out.csv"],
+        "out.csv",
+        ["out.nc"],
+    ),
+    "sweep": (
+        ["sweep", *MAP, "--from", "1 mN", "--to", "9 mN", "--steps", "3", "--folder", "kept"],
+        "kept/step-0002.npz",
+        ["kept/step-0001.npz"],
+    ),
+    "history": (
+        [
+            "history",
+            *MAP,
+            "--path",
+            "1 mN, 0 N",
+            "--output",
+            "out.csv",
+            "--indented-surface",
+            "out.x3p",
+        ],
+        "out.x3p",
+        ["out.csv"],
+    ),
     "volume": (["solve", *BALL, "--folder", "kept"], "kept/step-0002.nc", ["kept/step-0001.nc"]),
-}  # fmt: skip
+}
 
 TOLD = {
     "sweep": "1 of 3 loads saved in kept; the same command resumes",

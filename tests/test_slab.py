@@ -31,9 +31,14 @@ def test_bands_are_whole_on_the_coarsest_grid(shape):
 
 @pytest.mark.parametrize(
     ("environment", "expected"),
-    [({}, False), ({"PMI_SIZE": "1"}, False), ({"PMI_SIZE": "4"}, True),
-     ({"OMPI_COMM_WORLD_SIZE": "2"}, True), ({"PMI_SIZE": ""}, False)],
-)  # fmt: skip
+    [
+        ({}, False),
+        ({"PMI_SIZE": "1"}, False),
+        ({"PMI_SIZE": "4"}, True),
+        ({"OMPI_COMM_WORLD_SIZE": "2"}, True),
+        ({"PMI_SIZE": ""}, False),
+    ],
+)
 def test_who_started_this_process(monkeypatch, environment, expected):
     for name in ranks._SIZES:
         monkeypatch.delenv(name, raising=False)

@@ -51,8 +51,23 @@ def test_intervals_are_those_of_scipy() -> None:
 
 def test_several_p_are_corrected_as_in_the_literature() -> None:
     # Neuhaus et al. 1992, as in Benjamini and Hochberg 1995, section 4.1: three of 15 stay.
-    p = [0.0001, 0.0004, 0.0019, 0.0095, 0.0201, 0.0278, 0.0298, 0.0344, 0.0459, 0.3240,
-         0.4262, 0.5719, 0.6528, 0.7590, 1.0]  # fmt: skip
+    p = [
+        0.0001,
+        0.0004,
+        0.0019,
+        0.0095,
+        0.0201,
+        0.0278,
+        0.0298,
+        0.0344,
+        0.0459,
+        0.3240,
+        0.4262,
+        0.5719,
+        0.6528,
+        0.7590,
+        1.0,
+    ]
     corrected = statistics.holm([*p[::-1], math.nan])
     assert corrected[14:10:-1] == pytest.approx([0.0015, 0.0056, 0.0247, 0.1140])
     assert np.count_nonzero(corrected < 0.05) == 3
@@ -125,11 +140,13 @@ def test_unequal_groups_split_by_their_mean_size() -> None:
     rng = np.random.default_rng(4)
     found = [
         statistics.components(
-            [level + rng.normal(0, 1, size=n)
-             for level, n in zip(rng.normal(0, 1, size=4), (2, 3, 6, 9), strict=True)]
+            [
+                level + rng.normal(0, 1, size=n)
+                for level, n in zip(rng.normal(0, 1, size=4), (2, 3, 6, 9), strict=True)
+            ]
         )
         for _ in range(GROUPS)
-    ]  # fmt: skip
+    ]
     # Estimates below zero count as zero, which lifts the mean a little.
     assert np.mean([one.between**2 for one in found]) == pytest.approx(1, rel=0.12)
 

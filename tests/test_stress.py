@@ -110,8 +110,9 @@ def test_a_traction_map_adds_its_stress(backend, depth, boundary, exact, precisi
     for load, angle in ((along_x, 0.0), (along_y, math.pi / 2)):
         pulled = exact(load, PIXEL, depth, 0.3, 1.0, angle)
         expected = expected + pulled - exact(load, PIXEL, depth, 0.3)
-    found = one(pressure, depth, boundary=boundary, traction=[along_y, along_x],
-                precision=precision)  # fmt: skip
+    found = one(
+        pressure, depth, boundary=boundary, traction=[along_y, along_x], precision=precision
+    )
     np.testing.assert_allclose(found, expected, atol=2e-14 if precision == "double" else 2e-6)
 
 
@@ -451,12 +452,18 @@ def test_no_unit_changes_a_bit(precision):
         [
             one.stress
             for one in stress.slices(
-                pressure, (0.7 * unit, 1.1 * unit), [0, 0.5 * unit, 3 * unit], 0.3,
-                boundary="periodic", friction=0.2, direction=30.0, precision=precision,
+                pressure,
+                (0.7 * unit, 1.1 * unit),
+                [0, 0.5 * unit, 3 * unit],
+                0.3,
+                boundary="periodic",
+                friction=0.2,
+                direction=30.0,
+                precision=precision,
             )
         ]
         for unit in (2.0**-20, 2.0**12)
-    )  # fmt: skip
+    )
     np.testing.assert_array_equal(small, large)
 
 

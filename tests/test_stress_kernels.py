@@ -23,9 +23,13 @@ def boussinesq(x, y, z, nu):
     xy = (k / r2) * ((1 - z / rho) * 2 * x * y / r2 - x * y * z / rho**3)
     far = 3 * z / rho**5
     parts = (
-        xx - far * x * x, yy - far * y * y, -far * z * z, -far * y * z, -far * x * z,
+        xx - far * x * x,
+        yy - far * y * y,
+        -far * z * z,
+        -far * y * z,
+        -far * x * z,
         xy - far * x * y,
-    )  # fmt: skip
+    )
     return np.array(parts) / (2 * math.pi)
 
 
@@ -39,9 +43,13 @@ def cerruti(x, y, z, nu):
     xy = -y / (rho * s**2) + x * x * y / (rho**3 * s**2) + 2 * x * x * y / (rho**2 * s**3)
     far = 3 * x / rho**5
     parts = (
-        k * xx - far * x * x, k * yy - far * y * y, -far * z * z, -far * y * z, -far * x * z,
+        k * xx - far * x * x,
+        k * yy - far * y * y,
+        -far * z * z,
+        -far * y * z,
+        -far * x * z,
         k * xy - far * x * y,
-    )  # fmt: skip
+    )
     return np.array(parts) / (2 * math.pi)
 
 

@@ -44,8 +44,10 @@ def test_it_is_the_stress_of_the_pressure(pressed, found):
     assert found.yielded_volume == expected.yielded_volume
     row, column = expected.pixel_of_max
     assert found.max_von_mises_at == (
-        expected.depth_of_max, (row + 0.5) * PIXEL[0], (column + 0.5) * PIXEL[1],
-    )  # fmt: skip
+        expected.depth_of_max,
+        (row + 0.5) * PIXEL[0],
+        (column + 0.5) * PIXEL[1],
+    )
 
 
 @pytest.mark.parametrize("body", ["body", "counter_body"])
@@ -89,9 +91,15 @@ def test_the_bodies_differ_by_ratio_and_sign(pressed):
     for body, sign, ratio in ((first, 1, 0.3), (second, -1, 0.2)):
         point = body.profile.pixel_of_max
         expected, _ = stress.sections(
-            pressed.pressure, PIXEL, [1e-9, 5e-6], ratio, point,
-            friction=0.3 * sign, direction=math.radians(-30), precision="double",
-        )  # fmt: skip
+            pressed.pressure,
+            PIXEL,
+            [1e-9, 5e-6],
+            ratio,
+            point,
+            friction=0.3 * sign,
+            direction=math.radians(-30),
+            precision="double",
+        )
         np.testing.assert_array_equal(body.section_x, expected)
         # Only the traction of the surface: opposite on the two bodies.
         pulled = body.section_x[tensors.XZ, 0].sum()

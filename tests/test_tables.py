@@ -200,8 +200,10 @@ def test_keys_are_unique_and_what_is_shown_has_a_name(
 
 
 def test_what_one_of_two_results_lacks_is_marked(solved: rc.ContactResult) -> None:
-    told = {row.key: texts for row, texts in side_by_side(
-        contact_fields.CONTACT, [solved.elastic(), solved])}  # fmt: skip
+    told = {
+        row.key: texts
+        for row, texts in side_by_side(contact_fields.CONTACT, [solved.elastic(), solved])
+    }
     assert told["saturated_fraction"][0] == ABSENT
     assert told["saturated_fraction"][1].endswith("%")
     assert told["load"] == ("20 N (given)", "20 N (given)")
@@ -294,9 +296,12 @@ def test_every_cause_of_an_interval_is_named() -> None:
     # The rim takes 0.05 % from a nearly full contact: too little for whole per cent.
     heights = np.random.default_rng(2).normal(scale=1e-9, size=(48, 48))
     result = rc.solve(
-        rc.Surface(heights, (1e-6, 1e-6)), load=2.0, material=rc.Material(210e9, 0.3), ceiling=None,
+        rc.Surface(heights, (1e-6, 1e-6)),
+        load=2.0,
+        material=rc.Material(210e9, 0.3),
+        ceiling=None,
         boundary="periodic",
-    )  # fmt: skip
+    )
     (row,) = (row for row in uncertainty.uncertainty_rows(result) if row[0] == "real contact")
     assert " to " in row[1]
     assert "spot perimeter below 0.1 %" in row[2]

@@ -23,16 +23,27 @@ SOFT = rc.Material(young=3e9, poisson=0.4)
 def contact(counter: str = "steel", boundary: str = "free") -> rc.ContactResult:
     heights, pixel = rc.reference_map(32)
     other = {"steel": STEEL, "soft": SOFT, "rigid": rc.Material(np.inf, 0.0)}[counter]
-    return rc.solve(rc.Surface(heights, pixel), material=STEEL, counter_material=other, load=1.0,
-                    boundary=boundary, calibrated=False)  # fmt: skip
+    return rc.solve(
+        rc.Surface(heights, pixel),
+        material=STEEL,
+        counter_material=other,
+        load=1.0,
+        boundary=boundary,
+        calibrated=False,
+    )
 
 
 @functools.cache
 def profile() -> rc.ContactResult:
     x = np.arange(128) - 63.5
     heights = 1e-7 * np.cos(x / 5) - (x * 1e-6) ** 2 / 2
-    return rc.solve(rc.Surface(heights[None], pixel=(1.0, 1e-6)), material=STEEL,
-                    counter_material=STEEL, load="20 N/mm", calibrated=False)  # fmt: skip
+    return rc.solve(
+        rc.Surface(heights[None], pixel=(1.0, 1e-6)),
+        material=STEEL,
+        counter_material=STEEL,
+        load="20 N/mm",
+        calibrated=False,
+    )
 
 
 @pytest.mark.long
@@ -69,8 +80,9 @@ def test_strip_and_tilt_are_refused() -> None:
     with pytest.raises(rc.InputError) as refused:
         rc.tangential(contact(boundary="periodic-x"), friction=0.15, force=0.05)
     assert refused.value.argument == "boundary"
-    tilted = rc.solve(contact().surface, material=STEEL, load=1.0, moments=(0.0, 0.0),
-                      calibrated=False)  # fmt: skip
+    tilted = rc.solve(
+        contact().surface, material=STEEL, load=1.0, moments=(0.0, 0.0), calibrated=False
+    )
     with pytest.raises(rc.InputError, match="without tilt"):
         rc.tangential(tilted, friction=0.15, force=0.05)
 
@@ -173,10 +185,22 @@ def test_the_command_writes_and_prints(
     monkeypatch.chdir(tmp_path)
     heights, pixel = rc.reference_map(32)
     rc.Surface(heights, pixel).save("map.nc")
-    words = ["tangential", "map.nc", "--load", "1 N", "--material", "42CrMo4",
-             "--counter-material", "42CrMo4", "--friction", "0.15"]  # fmt: skip
-    assert app.main([*words, "--force", "0.05 N", "--output", "a.nc", "--figure", "a.png",
-                     "--json"]) == 0  # fmt: skip
+    words = [
+        "tangential",
+        "map.nc",
+        "--load",
+        "1 N",
+        "--material",
+        "42CrMo4",
+        "--counter-material",
+        "42CrMo4",
+        "--friction",
+        "0.15",
+    ]
+    assert (
+        app.main([*words, "--force", "0.05 N", "--output", "a.nc", "--figure", "a.png", "--json"])
+        == 0
+    )
     numbers = json.loads(capsys.readouterr().out)
     assert numbers["answer"].startswith("The joint shifts ")
     assert 0 < numbers["stick_fraction"][0] < 1

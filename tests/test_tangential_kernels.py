@@ -73,8 +73,10 @@ def plain(boundary: str, traction: np.ndarray) -> np.ndarray:
     mixed = -KAPPA * kx * ky / k**2
     mixed[shape[0] // 2] = 0
     qy, qx = np.fft.fft2(traction)
-    moved = [(1 + KAPPA * kx**2 / k**2) * qy + mixed * qx,
-             mixed * qy + (1 + KAPPA * ky**2 / k**2) * qx]  # fmt: skip
+    moved = [
+        (1 + KAPPA * kx**2 / k**2) * qy + mixed * qx,
+        mixed * qy + (1 + KAPPA * ky**2 / k**2) * qx,
+    ]
     return np.fft.ifft2(2 / (MODULUS * k) * np.array(moved)).real
 
 

@@ -129,8 +129,15 @@ def python(folder: Path, *words: str) -> str:
 
 
 def project(folder: Path, *lines: str) -> None:
-    known = ("write = []", "[[contact]]", 'name = "one"', 'file = "map.npy"', 'unit = "um"',
-             'size = "24 um"', 'material = "100Cr6"')  # fmt: skip
+    known = (
+        "write = []",
+        "[[contact]]",
+        'name = "one"',
+        'file = "map.npy"',
+        'unit = "um"',
+        'size = "24 um"',
+        'material = "100Cr6"',
+    )
     (folder / "project.toml").write_text("\n".join([*known, *lines]), encoding="utf-8")
 
 
@@ -153,10 +160,18 @@ def test_a_task_with_its_result_runs_from_command_project_and_page(house: Path) 
     own.mkdir()
     for name, text in (("__init__", ""), ("model", RESULT), ("report", KIND), ("task", TASK)):
         (own / f"{name}.py").write_text(text, encoding="utf-8")
-    add(package / "analyses" / "tasks.py", "from roughcontact.analyses.height import task\n",
-        FIRST_GROUP, "task.TASK, ")  # fmt: skip
-    add(package / "report" / "kinds.py", "", "KINDS = {",
-        '"Height": ("analyses.height.report:KIND",), ')  # fmt: skip
+    add(
+        package / "analyses" / "tasks.py",
+        "from roughcontact.analyses.height import task\n",
+        FIRST_GROUP,
+        "task.TASK, ",
+    )
+    add(
+        package / "report" / "kinds.py",
+        "",
+        "KINDS = {",
+        '"Height": ("analyses.height.report:KIND",), ',
+    )
     words = ["height", "map.npy", "--unit", "um", "--size", "24 um", "--material", "100Cr6"]
     shown = python(house, "-m", "roughcontact", *words)
     assert "height" in shown

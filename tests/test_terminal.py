@@ -65,9 +65,13 @@ def run(tmp_path: Path) -> Run:
         path = os.pathsep.join([str(tmp_path), str(SOURCE)])
         return subprocess.run(
             f"{shlex.quote(sys.executable)} -m roughcontact {arguments} {streams}",
-            shell=True, cwd=tmp_path, capture_output=True, text=True, check=False,
+            shell=True,
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=False,
             env={**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1", **settings},
-        )  # fmt: skip
+        )
 
     return run
 
@@ -104,9 +108,12 @@ def test_nobody_reads_what_is_printed(arguments: str) -> None:
     os.close(reading)
     done = subprocess.run(
         [sys.executable, "-m", "roughcontact", *arguments.split()],
-        stdout=writing, stderr=subprocess.PIPE, text=True, check=False,
+        stdout=writing,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
         env={**os.environ, "PYTHONPATH": str(SOURCE)},
-    )  # fmt: skip
+    )
     os.close(writing)
     assert (done.returncode, done.stderr) == (app.PIPE_CLOSED, "")
 
@@ -192,9 +199,11 @@ def test_the_status_tells_of_the_signal_wherever_it_came(tmp_path: Path) -> None
     # CPython remembers an interrupt that C code has seen, and a module ends by SIGINT at last.
     (tmp_path / "through_c.py").write_text(THROUGH_C)
     done = subprocess.run(
-        [sys.executable, "-m", "through_c"], cwd=tmp_path, check=False,
+        [sys.executable, "-m", "through_c"],
+        cwd=tmp_path,
+        check=False,
         env={**os.environ, "PYTHONPATH": str(SOURCE)},
-    )  # fmt: skip
+    )
     assert done.returncode == app.SIGNALED + signal.SIGTERM
 
 

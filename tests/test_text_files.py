@@ -21,42 +21,55 @@ HEIGHTS = np.arange(1.0, 13).reshape(3, 4)
 HEADS = {
     "Gwyddion": (
         "# Channel: Topo\n# Width: 8.000 µm\n# Height: 3.000 µm\n# Value units: nm\n",
-        1e-9, (1e-6, 2e-6),
+        1e-9,
+        (1e-6, 2e-6),
     ),
     "Gwyddion in German, with decimal commas": (
         "# Kanal: Topo\n# Breite: 8,000 µm\n# Höhe: 3,000 µm\n# Einheiten: nm\n",
-        1e-9, (1e-6, 2e-6),
+        1e-9,
+        (1e-6, 2e-6),
     ),
     "Gwyddion in French": (
-        "# Canal : Topo\n# Largeur : 8.0 µm\n# Hauteur : 3 µm\n# Unités : nm\n", 1e-9, (1e-6, 2e-6),
+        "# Canal : Topo\n# Largeur : 8.0 µm\n# Hauteur : 3 µm\n# Unités : nm\n",
+        1e-9,
+        (1e-6, 2e-6),
     ),
     "Gwyddion in Japanese": (
-        "# チャネル：Topo\n# 幅: 8 µm\n# 高さ： 3 µm\n# 値の単位: nm\n", 1e-9, (1e-6, 2e-6),
+        "# チャネル：Topo\n# 幅: 8 µm\n# 高さ： 3 µm\n# 値の単位: nm\n",
+        1e-9,
+        (1e-6, 2e-6),
     ),
     "SPIP": (
         "# File Format = ASCII\n# Created by SPIP 6.3\n# x-pixels = 4\n# y-pixels = 3\n"
         "# x-length = 2000\n# y-length = 1500\n# x-offset = 0\n# z-unit = nm\n# voidpixels =0\n"
-        "# Start of Data:\n", 1e-9, (500e-9, 500e-9),
+        "# Start of Data:\n",
+        1e-9,
+        (500e-9, 500e-9),
     ),
     "SPIP without a unit": (
         "# File Format = ASCII\n# x-pixels = 4\n# y-pixels = 3\n# x-length = 400\n"
-        "# y-length = 600\n# Bit2nm = 0.5\n# Start of Data:\n", 0.5e-9, (200e-9, 100e-9),
+        "# y-length = 600\n# Bit2nm = 0.5\n# Start of Data:\n",
+        0.5e-9,
+        (200e-9, 100e-9),
     ),
     "Attocube": (
         "# Daisy frame view snapshot\n# 2009-07-14T10:12:34\n# x-pixels: 4\n# y-pixels: 3\n"
         "# x-length: 8\n# y-length: 3\n# x-unit: um\n# y-unit: um\n# z-unit: nm\n# display: Topo\n",
-        1e-9, (1e-6, 2e-6),
+        1e-9,
+        (1e-6, 2e-6),
     ),
     "Nova": (
         "File Format = ASCII\nCreated by Nova\nNX = 4\nNY = 3\nScale X = 0.5\nScale Y = 0.25\n"
         "Unit X = um\nUnit Data = nm\nScale Data = 2\nDataScaleNeeded = no\nStart of Data :\n",
-        2e-9, (0.25e-6, 0.5e-6),
+        2e-9,
+        (0.25e-6, 0.5e-6),
     ),
     "Koala": (
         "h=3 w=4\npixel size=2.5e-07 m\ndata unit=rad\nheight conversion factor (-> m)=2e-08\n",
-        2e-8, (2.5e-7, 2.5e-7),
+        2e-8,
+        (2.5e-7, 2.5e-7),
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", HEADS)
@@ -85,11 +98,20 @@ def test_a_decimal_comma_of_the_numbers_goes_with_that_of_the_head(tmp_path: Pat
 
 def test_lines_of_wyko_run_along_y(tmp_path: Path) -> None:
     lines = [
-        "Wyko ASCII Data File Format 0\t{flag}\t1", "X Size\t4", "Y Size\t3",
-        "Block Name\tType\tLength\tValue", "Pixel_size\t7\t4\t0.002", "Aspect\t7\t4\t1.5",
-        "Wavelength\t7\t4\t632.8", "Mult\t7\t4\t2", "RAW_DATA\t3\t48\t",
-        "1\t2\t3", "4\tBad\t6", "7\t8\t9", "10\t11\t12",
-    ]  # fmt: skip
+        "Wyko ASCII Data File Format 0\t{flag}\t1",
+        "X Size\t4",
+        "Y Size\t3",
+        "Block Name\tType\tLength\tValue",
+        "Pixel_size\t7\t4\t0.002",
+        "Aspect\t7\t4\t1.5",
+        "Wavelength\t7\t4\t632.8",
+        "Mult\t7\t4\t2",
+        "RAW_DATA\t3\t48\t",
+        "1\t2\t3",
+        "4\tBad\t6",
+        "7\t8\t9",
+        "10\t11\t12",
+    ]
     text = "\n".join(lines) + "\n"
     for flag, metre in ((1, 1e-9), (0, 316.4e-9)):
         surface = read_surface(write(tmp_path, "map.asc", text.replace("{flag}", str(flag))))
@@ -115,16 +137,22 @@ def test_units_of_who_reads_win_and_are_told(tmp_path: Path, capsys) -> None:
 @pytest.mark.parametrize(
     ("head", "words"),
     [
-        ("# Channel: Phase\n# Width: 4 µm\n# Height: 3 µm\n# Value units: deg\n",
-         "holds 'Phase' in 'deg', no heights"),
-        ("h=4 w=3\npixel size=1e-7 m\nheight conversion factor (-> m)=1\n",
-         "announces 4 × 3 points, but has 3 × 4"),
+        (
+            "# Channel: Phase\n# Width: 4 µm\n# Height: 3 µm\n# Value units: deg\n",
+            "holds 'Phase' in 'deg', no heights",
+        ),
+        (
+            "h=4 w=3\npixel size=1e-7 m\nheight conversion factor (-> m)=1\n",
+            "announces 4 × 3 points, but has 3 × 4",
+        ),
         ("# Width: 4 µV\n# Height: 3 µm\n# Value units: nm\n", "states its scale wrongly"),
-        ("# x-pixels: 4\n# y-pixels: 3\n# x-unit: um\n# y-unit: nm\n# z-unit: nm\n",
-         "along x in 'um' and along y in 'nm'"),
+        (
+            "# x-pixels: 4\n# y-pixels: 3\n# x-unit: um\n# y-unit: nm\n# z-unit: nm\n",
+            "along x in 'um' and along y in 'nm'",
+        ),
         ("Some title\n", "'Some title' in line 1"),
     ],
-)  # fmt: skip
+)
 def test_heads_that_contradict_are_refused(tmp_path: Path, head: str, words: str) -> None:
     text = MATRIX.replace(" ", "\t")
     refused(write(tmp_path, "map.txt", head.replace("title", "title") + text), words.split("'")[0])

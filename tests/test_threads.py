@@ -16,9 +16,26 @@ from roughcontact.halfspace.convolution import ArrayCache
 
 # What sums by BLAS or LAPACK, whose last digits depend on their threads where there is much of it.
 BLAS = {
-    "cholesky", "cov", "det", "dot", "eigh", "eigvalsh", "inner", "inv", "lstsq", "matmul", "norm",
-    "pinv", "polyfit", "qr", "solve", "svd", "tensordot", "vdot", "vecdot",
-}  # fmt: skip
+    "cholesky",
+    "cov",
+    "det",
+    "dot",
+    "eigh",
+    "eigvalsh",
+    "inner",
+    "inv",
+    "lstsq",
+    "matmul",
+    "norm",
+    "pinv",
+    "polyfit",
+    "qr",
+    "solve",
+    "svd",
+    "tensordot",
+    "vdot",
+    "vecdot",
+}
 
 # Functions that may, and why it is never much: room -> function -> reason.
 FEW = {

@@ -254,9 +254,12 @@ def test_a_ceiling_map_and_holes() -> None:
     ceiling = np.full((48, 48), 2e9)
     ceiling[:, 24:] = 4e9
     result = rc.solve(
-        rc.Surface(heights, surface.pixel).masked(), load=5.0, moments=(1e-5, 5e-5),
-        material=STEEL, ceiling=ceiling,
-    )  # fmt: skip
+        rc.Surface(heights, surface.pixel).masked(),
+        load=5.0,
+        moments=(1e-5, 5e-5),
+        material=STEEL,
+        ceiling=ceiling,
+    )
     assert result.converged
     assert result.moment_error <= 1e-8
     assert not result.pressure[10:20, 30:].any()
@@ -273,24 +276,27 @@ def refuse(*_: object, **__: object) -> None:
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ({"moments": (0.0, 0.6e-4)}, rc.CapacityError,
-         r"at \(0, 6e-05\) m from the center.*1\.\d+e-05 m beyond what points that can touch"),
-        ({"load": 10.0, "moments": (0.0, 3.6e-4), "ceiling": 3e9}, rc.CapacityError,
-         "beyond what pressures up to the ceiling can balance"),
-        ({"moments": (0.0, 1e-9), "boundary": "periodic"}, rc.InputError, "boundary=\"free\""),
+        (
+            {"moments": (0.0, 0.6e-4)},
+            rc.CapacityError,
+            r"at \(0, 6e-05\) m from the center.*1\.\d+e-05 m beyond what points that can touch",
+        ),
+        (
+            {"load": 10.0, "moments": (0.0, 3.6e-4), "ceiling": 3e9},
+            rc.CapacityError,
+            "beyond what pressures up to the ceiling can balance",
+        ),
+        ({"moments": (0.0, 1e-9), "boundary": "periodic"}, rc.InputError, 'boundary="free"'),
         ({"moments": (0.0, 0.0), "load": None, "approach": 1e-7}, rc.InputError, "need a load"),
-        ({"moments": (0.0, 0.0), "precision": "single"}, rc.InputError, "precision=\"double\""),
+        ({"moments": (0.0, 0.0), "precision": "single"}, rc.InputError, 'precision="double"'),
         ({"moments": 1.0}, rc.InputError, "moments must be a pair"),
         ({"moments": (0.0, math.nan)}, rc.InputError, "moments must be a pair"),
         ({"moments": ("a", 0.0)}, rc.InputError, "moments needs a moment with its unit"),
         ({"moments": ({}, 0.0)}, rc.InputError, "moments must be a (list|pair)"),
     ],
-)  # fmt: skip
+)
 def test_moments_that_nothing_balances_are_refused_at_once(
-    arguments: dict[str, Any],
-    error: type[Exception],
-    message: str,
-    monkeypatch: pytest.MonkeyPatch,
+    arguments: dict[str, Any], error: type[Exception], message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(bounded, "solve", refuse)
     options = {"load": 1.0, "material": STEEL, "ceiling": None, **arguments}
@@ -393,9 +399,12 @@ def test_moments_are_balanced_at_a_tilt_of_few_digits() -> None:
     heights = np.zeros((12, 16))
     heights[[1, 10, 5], [2, 3, 13]] = 1e3, 1.1e3, 0.9e3
     result = rc.solve(
-        rc.Surface(heights, (1e-6, 1e-6)), load=1e-6, moments=(0.0, 1e-12), material=STEEL,
+        rc.Surface(heights, (1e-6, 1e-6)),
+        load=1e-6,
+        moments=(0.0, 1e-12),
+        material=STEEL,
         ceiling=None,
-    )  # fmt: skip
+    )
     assert result.moment_error <= 1e-8
     assert np.count_nonzero(result.contact) == 3
 

@@ -144,10 +144,15 @@ def test_what_engineering_writes_parse_reads(value: float, kind: tuple[str, str]
 @given(
     st.floats(min_value=1e-11, max_value=1e15),
     st.sampled_from(
-        [("ohm m", "resistivity"), ("W/m/K", "conductivity"), ("ohm m²", "film"),
-         ("m² K/W", "thermal film"), ("N/m", "line load")]
+        [
+            ("ohm m", "resistivity"),
+            ("W/m/K", "conductivity"),
+            ("ohm m²", "film"),
+            ("m² K/W", "thermal film"),
+            ("N/m", "line load"),
+        ]
     ),
-)  # fmt: skip
+)
 def test_what_engineering_writes_of_compound_units_is_read(
     value: float, kind: tuple[str, str]
 ) -> None:
@@ -203,9 +208,17 @@ def test_a_plain_unit_is_read_without_pint() -> None:
 
 @pytest.mark.parametrize(
     ("share", "text"),
-    [(0, "0 %"), (1, "100 %"), (0.5, "50.0 %"), (0.0338058, "3.38 %"), (0.99967, "99.9670 %"),
-     (1e-8, "< 0.0001 %"), (1 - 1e-6, "99.9999 %"), (0.0009399, "0.0940 %")],
-)  # fmt: skip
+    [
+        (0, "0 %"),
+        (1, "100 %"),
+        (0.5, "50.0 %"),
+        (0.0338058, "3.38 %"),
+        (0.99967, "99.9670 %"),
+        (1e-8, "< 0.0001 %"),
+        (1 - 1e-6, "99.9999 %"),
+        (0.0009399, "0.0940 %"),
+    ],
+)
 def test_percentages_never_round_to_all_or_nothing(share: float, text: str) -> None:
     assert units.format_percent(share) == text
 

@@ -138,8 +138,16 @@ def test_files_are_told_one_by_one(tmp_path: Path, capsys, monkeypatch) -> None:
     rows = {line.split()[0]: line.split() for line in told.out.splitlines() if ".nc" in line}
     certificate = f"{solved().certificate:.4g}"
     assert rows["sound.nc"] == [
-        "sound.nc", "1", "N", "1", "N", certificate, certificate, "agree", "sound",
-    ]  # fmt: skip
+        "sound.nc",
+        "1",
+        "N",
+        "1",
+        "N",
+        certificate,
+        certificate,
+        "agree",
+        "sound",
+    ]
     assert rows["volume.nc"][-2:] == ["agree", "sound"]
     assert rows["old.nc"][-2:] == ["none", "sound"]
     assert told.err == ""
@@ -164,10 +172,14 @@ def test_a_file_that_fails_is_told_in_a_sentence(tmp_path: Path, capsys, monkeyp
     assert [line.split()[2] for line in complaints] == files[1:]
     for line, words in zip(
         complaints,
-        ("attributes do not match the checksum", "the gap differs by", "cannot be read as a result",
-         "does not exist"),
+        (
+            "attributes do not match the checksum",
+            "the gap differs by",
+            "cannot be read as a result",
+            "does not exist",
+        ),
         strict=True,
-    ):  # fmt: skip
+    ):
         assert words in line
     assert app.main(["verify", "sound.nc", "other.nc", "--quiet"]) == app.BAD_INPUT
     told = capsys.readouterr()

@@ -138,9 +138,11 @@ def test_path_tells_loading_from_unloading(released) -> None:
     assert unloading[-1, 1] == pytest.approx(approach)
     assert lines["end"][0].tolist() == pytest.approx([0, approach])
     assert [axes.get_ylabel() for axes in figure.axes] == [
-        "approach [nm]", "contact area [µm²]", "largest pressure [GPa]",
+        "approach [nm]",
+        "contact area [µm²]",
+        "largest pressure [GPa]",
         "largest plastic strain [%]",
-    ]  # fmt: skip
+    ]
 
 
 def test_convergence_draws_every_iteration(released) -> None:

@@ -62,8 +62,13 @@ def test_question_first_then_sections_in_the_order_of_the_other_report(pressed) 
     assert pressed.regime in page
     titles = re.findall(r'<h2 id="chapter-\d+">\d+ ([^<]+)</h2>', text)
     assert titles == [
-        "Input", "Results", "Assumptions", "Method and certificate", "How to repeat", "References",
-    ]  # fmt: skip
+        "Input",
+        "Results",
+        "Assumptions",
+        "Method and certificate",
+        "How to repeat",
+        "References",
+    ]
     assert "Swift hardening, 1.24 GPa (30 + 1e6 e)^0.085" in page
     assert "0 N → 350 mN" in page
     assert "ceiling" not in page

@@ -8,16 +8,7 @@ import pytest
 import roughcontact as rc
 import written
 from roughcontact.formats import source, vtk
-from written import (
-    MAPS,
-    PIXEL,
-    SHAPE,
-    STEEL,
-    VOLUME_SHAPE,
-    assert_same_bits,
-    rough,
-    vtk_image,
-)
+from written import MAPS, PIXEL, SHAPE, STEEL, VOLUME_SHAPE, assert_same_bits, rough, vtk_image
 
 
 @pytest.fixture(scope="module")
@@ -165,10 +156,15 @@ def test_the_stress_in_the_file_is_in_equilibrium(tmp_path: Path) -> None:
     y, x = (edge * (np.arange(n) - (n - 1) / 2) for n in shape)
     ball = rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 105e-6), (edge, edge))
     found = rc.solve_elastoplastic(
-        ball, material=STEEL, counter_material=STEEL,
-        increments=1, loads=[0.25], boundary="periodic",
-        tolerance=1e-3, depth=1e-5,
-    )  # fmt: skip
+        ball,
+        material=STEEL,
+        counter_material=STEEL,
+        increments=1,
+        loads=[0.25],
+        boundary="periodic",
+        tolerance=1e-3,
+        depth=1e-5,
+    )
     found.save(tmp_path / "out.vtr")
     found.save(tmp_path / "out.vti")
     _, cells = volume_grid(tmp_path / "out.vtr", found)
@@ -195,10 +191,15 @@ def test_only_the_counter_body_lies_above(tmp_path: Path) -> None:
     y, x = (1e-6 * (np.arange(n) - 7.5) for n in (16, 16))
     ball = rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 105e-6), (1e-6, 1e-6))
     found = rc.solve_elastoplastic(
-        ball, material=replace(STEEL, yield_strength=None), counter_material=STEEL,
-        increments=1, loads=[0.1],
-        tolerance=1e-3, depth=8e-6, precision="double",
-    )  # fmt: skip
+        ball,
+        material=replace(STEEL, yield_strength=None),
+        counter_material=STEEL,
+        increments=1,
+        loads=[0.1],
+        tolerance=1e-3,
+        depth=8e-6,
+        precision="double",
+    )
     found.save(tmp_path / "out.vtr")
     _, arrays = volume_grid(tmp_path / "out.vtr", found)
     assert arrays["z"][0] == 0

@@ -115,10 +115,7 @@ def test_full_contact_pressure_flattens_the_wave(heights, closing):
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("ratio", "asymptote"),
-    [
-        (0.005, waves.crossed_contact_fraction_light),
-        (0.95, waves.crossed_contact_fraction_heavy),
-    ],
+    [(0.005, waves.crossed_contact_fraction_light), (0.95, waves.crossed_contact_fraction_heavy)],
 )
 def test_crossed_contact_fraction_matches_brute_force(ratio, asymptote):
     # What is small is compared: the area in contact, or the area out of it. The next order adds

@@ -80,7 +80,7 @@ BANNED = {
     r"touching area": "real contact area",
     r"kept (by|in|apart)": "cached, saved",
     r"not (yet )?tried": "not studied",
-}  # fmt: skip
+}
 COLON_LOGIC = re.compile(r": (what|whether|how|where|which) ")
 ABBREVIATION = re.compile(r"\be\.g\.")
 EXCLAMATION = re.compile(r"\w!(?=\s|$)")

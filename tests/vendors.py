@@ -65,11 +65,14 @@ Made = tuple[bytes, Callable[[bytes], Plain], tuple[tuple[int, int], ...]]
 
 def tmd() -> Made:
     head = Head.of(
-        ("", "<32s", b"Binary TrueMap Data File v2.0\r\n"), ("", "<24s", b"Created by TrueMap v6"),
-        ("nx", "<I", SHAPE[1]), ("ny", "<I", SHAPE[0]),
-        ("lx", "<f", 1e3 * SHAPE[1] * PIXEL[1]), ("ly", "<f", 1e3 * SHAPE[0] * PIXEL[0]),
+        ("", "<32s", b"Binary TrueMap Data File v2.0\r\n"),
+        ("", "<24s", b"Created by TrueMap v6"),
+        ("nx", "<I", SHAPE[1]),
+        ("ny", "<I", SHAPE[0]),
+        ("lx", "<f", 1e3 * SHAPE[1] * PIXEL[1]),
+        ("ly", "<f", 1e3 * SHAPE[0] * PIXEL[0]),
         ("", "8", None),
-    )  # fmt: skip
+    )
 
     def stated(content: bytes) -> Plain:
         n = head.numbers(content)
@@ -81,11 +84,19 @@ def tmd() -> Made:
 
 def os3d() -> Made:
     head = Head.of(
-        ("", "<10s", b"OmniSurf3D"), ("major", "<i", 1),
-        ("minor", "<i", 0), ("word", "<I", 4), ("", "<4s", b"made"), ("date", "<I", 4),
-        ("", "<4s", b"2024"), ("nx", "<i", SHAPE[1]), ("ny", "<i", SHAPE[0]),
-        ("dx", "<d", 1e6 * PIXEL[1]), ("dy", "<d", 1e6 * PIXEL[0]), ("", "16", None),
-    )  # fmt: skip
+        ("", "<10s", b"OmniSurf3D"),
+        ("major", "<i", 1),
+        ("minor", "<i", 0),
+        ("word", "<I", 4),
+        ("", "<4s", b"made"),
+        ("date", "<I", 4),
+        ("", "<4s", b"2024"),
+        ("nx", "<i", SHAPE[1]),
+        ("ny", "<i", SHAPE[0]),
+        ("dx", "<d", 1e6 * PIXEL[1]),
+        ("dy", "<d", 1e6 * PIXEL[0]),
+        ("", "16", None),
+    )
 
     def stated(content: bytes) -> Plain:
         # Two texts of their own length stand before the numbers.
@@ -104,10 +115,16 @@ def nms() -> Made:
     values = heights() * 1e6
     low, high = values.min(), values.max()
     head = Head.of(
-        ("", "16", None), ("low", "<d", low), ("high", "<d", high), ("", "1336", None),
-        ("nx", "<I", SHAPE[1]), ("ny", "<I", SHAPE[0]), ("dx", "<d", 1e3 * PIXEL[1]),
-        ("dy", "<d", 1e3 * PIXEL[0]), ("", "2076", None),
-    )  # fmt: skip
+        ("", "16", None),
+        ("low", "<d", low),
+        ("high", "<d", high),
+        ("", "1336", None),
+        ("nx", "<I", SHAPE[1]),
+        ("ny", "<I", SHAPE[0]),
+        ("dx", "<d", 1e3 * PIXEL[1]),
+        ("dy", "<d", 1e3 * PIXEL[0]),
+        ("", "2076", None),
+    )
     counts = np.rint((values - low) / (high - low) * 65534).astype("<u2")
 
     def stated(content: bytes) -> Plain:
@@ -121,11 +138,18 @@ def nms() -> Made:
 
 def zmg() -> Made:
     head = Head.of(
-        ("", "<16s", b"Zeta-Instruments"), ("", "69", None), ("nx", "<I", SHAPE[1]),
-        ("ny", "<I", SHAPE[0]), ("", "4", None), ("dx", "<f", 1e6 * PIXEL[1]),
-        ("dy", "<f", 1e6 * PIXEL[0]), ("dz", "<f", 1e6 * STEP), ("", "8", None),
-        ("comment", "<I", 0), ("", "84", None),
-    )  # fmt: skip
+        ("", "<16s", b"Zeta-Instruments"),
+        ("", "69", None),
+        ("nx", "<I", SHAPE[1]),
+        ("ny", "<I", SHAPE[0]),
+        ("", "4", None),
+        ("dx", "<f", 1e6 * PIXEL[1]),
+        ("dy", "<f", 1e6 * PIXEL[0]),
+        ("dz", "<f", 1e6 * STEP),
+        ("", "8", None),
+        ("comment", "<I", 0),
+        ("", "84", None),
+    )
 
     def stated(content: bytes) -> Plain:
         n = head.numbers(content)
@@ -138,13 +162,29 @@ def zmg() -> Made:
 
 def plu() -> Made:
     head = Head.of(
-        ("", "<128s", b"Tue Jan  2 10:20:30 2024"), ("", "4", None), ("", "256", None),
-        ("", "<I", SHAPE[0]), ("", "<I", SHAPE[1]), ("", "8", None),
-        ("dx", "<f", 1e6 * PIXEL[1]), ("dy", "<f", 1e6 * PIXEL[0]), ("", "16", None),
-        ("type", "<I", 3), ("", "12", None), ("area", "<I", 1), ("", "20", None), ("", "20", None),
-        ("", "<B", 0), ("layers", "<B", 1), ("", "<B", 0), ("", "<B", 1), ("images", "<B", 0),
-        ("", "7", None), ("ny", "<I", SHAPE[0]), ("nx", "<I", SHAPE[1]),
-    )  # fmt: skip
+        ("", "<128s", b"Tue Jan  2 10:20:30 2024"),
+        ("", "4", None),
+        ("", "256", None),
+        ("", "<I", SHAPE[0]),
+        ("", "<I", SHAPE[1]),
+        ("", "8", None),
+        ("dx", "<f", 1e6 * PIXEL[1]),
+        ("dy", "<f", 1e6 * PIXEL[0]),
+        ("", "16", None),
+        ("type", "<I", 3),
+        ("", "12", None),
+        ("area", "<I", 1),
+        ("", "20", None),
+        ("", "20", None),
+        ("", "<B", 0),
+        ("layers", "<B", 1),
+        ("", "<B", 0),
+        ("", "<B", 1),
+        ("images", "<B", 0),
+        ("", "7", None),
+        ("ny", "<I", SHAPE[0]),
+        ("nx", "<I", SHAPE[1]),
+    )
 
     def stated(content: bytes) -> Plain:
         n = head.numbers(content)
@@ -162,8 +202,7 @@ def vk4() -> Made:
     # Four letters, versions, offsets with one more, and the numbers of the measurement.
     numbers = 12 + 4 * 17 + 4
     image = numbers + 4 * 80
-    words = {38: 0, 42: 1e12 * PIXEL[1], 43: 1e12 * PIXEL[0], 44: 1e12 * STEP,
-             1: 2024, 2: 1, 3: 2}  # fmt: skip
+    words = {38: 0, 42: 1e12 * PIXEL[1], 43: 1e12 * PIXEL[0], 44: 1e12 * STEP, 1: 2024, 2: 1, 3: 2}
     offsets = [0] * 17
     offsets[6] = image
     content = b"VK4_" + bytes(8) + struct.pack("<17I", *offsets) + bytes(4)
@@ -186,8 +225,13 @@ def vk4() -> Made:
 
 def al3d() -> Made:
     ny, nx = SHAPE
-    tags = {"Cols": nx, "Rows": ny, "PixelSizeXMeter": PIXEL[1], "PixelSizeYMeter": PIXEL[0],
-            "InvalidPixelValue": -1e30}  # fmt: skip
+    tags = {
+        "Cols": nx,
+        "Rows": ny,
+        "PixelSizeXMeter": PIXEL[1],
+        "PixelSizeYMeter": PIXEL[0],
+        "InvalidPixelValue": -1e30,
+    }
     start = 17 + 52 * (3 + len(tags)) + 256
     tags["DepthImageOffset"] = start
 
@@ -222,9 +266,19 @@ def al3d() -> Made:
 
 def bcr() -> Made:
     ny, nx = SHAPE
-    words = {"fileformat": "bcrstm", "headersize": 2048, "xpixels": nx, "ypixels": ny,
-             "xlength": 1e9 * nx * PIXEL[1], "ylength": 1e9 * ny * PIXEL[0], "xunit": "nm",
-             "yunit": "nm", "zunit": "nm", "bit2nm": 1e9 * STEP, "intelmode": 1}  # fmt: skip
+    words = {
+        "fileformat": "bcrstm",
+        "headersize": 2048,
+        "xpixels": nx,
+        "ypixels": ny,
+        "xlength": 1e9 * nx * PIXEL[1],
+        "ylength": 1e9 * ny * PIXEL[0],
+        "xunit": "nm",
+        "yunit": "nm",
+        "zunit": "nm",
+        "bit2nm": 1e9 * STEP,
+        "intelmode": 1,
+    }
     text = "".join(f"{key} = {value}\n" for key, value in words.items()).encode()
     counts = np.rint(heights() / STEP).astype("<i2")
     counts[5, 6] = 32767
@@ -287,10 +341,17 @@ def wsxm() -> Made:
 
 def mi() -> Made:
     ny, nx = SHAPE
-    words = (("fileType", "Image"), ("xPixels", nx), ("yPixels", ny),
-             ("xLength", nx * PIXEL[1]), ("yLength", ny * PIXEL[0]),
-             ("bufferLabel", "Topography"), ("bufferUnit", "um"), ("bufferRange", 3.2768),
-             ("data", "BINARY"))  # fmt: skip
+    words = (
+        ("fileType", "Image"),
+        ("xPixels", nx),
+        ("yPixels", ny),
+        ("xLength", nx * PIXEL[1]),
+        ("yLength", ny * PIXEL[0]),
+        ("bufferLabel", "Topography"),
+        ("bufferUnit", "um"),
+        ("bufferRange", 3.2768),
+        ("data", "BINARY"),
+    )
     text = "".join(f"{key:14}{value}\n" for key, value in words).encode()
 
     def stated(content: bytes) -> Plain:
@@ -401,8 +462,11 @@ _CONVERTER = np.dtype([("Category", "S16"), ("BaseUnit", "S16"), ("Parameters", 
 
 def datx(folder: Path) -> Made:
     path = folder / "vendor.h5"
-    rows = [("Root", "Measurement", "{M}"), ("{M}", "Surface", "{S}"),
-            ("{S}", "Path", "/Data/Surface/one")]  # fmt: skip
+    rows = [
+        ("Root", "Measurement", "{M}"),
+        ("{M}", "Surface", "{S}"),
+        ("{S}", "Path", "/Data/Surface/one"),
+    ]
     with h5py.File(path, "w") as file:
         file["MetaData"] = np.array(rows, [("Source", "S32"), ("Link", "S32"), ("Target", "S32")])
         surface = file.create_dataset("Data/Surface/one", data=heights() * 1e9)
@@ -433,7 +497,16 @@ def datx(folder: Path) -> Made:
 
 
 MADE: dict[str, Callable[[], Made]] = {
-    "made.tmd": tmd, "made.os3d": os3d, "made.nms": nms, "made.zmg": zmg, "made.plu": plu,
-    "made.vk4": vk4, "made.al3d": al3d, "made.bcr": bcr, "made.stp": wsxm, "made.mi": mi,
-    "made.gwy": gwy, "made.plux": plux,
-}  # fmt: skip
+    "made.tmd": tmd,
+    "made.os3d": os3d,
+    "made.nms": nms,
+    "made.zmg": zmg,
+    "made.plu": plu,
+    "made.vk4": vk4,
+    "made.al3d": al3d,
+    "made.bcr": bcr,
+    "made.stp": wsxm,
+    "made.mi": mi,
+    "made.gwy": gwy,
+    "made.plux": plux,
+}

@@ -33,9 +33,13 @@ VOLUME_SUFFIXES = (".nc", ".vtr", ".vti", ".csv", ".json")
 
 def rough(holes: bool = True) -> rc.Surface:
     heights = rc.self_affine(
-        SHAPE, PIXEL, rms_height=0.1e-6, rolloff_wavelength=9e-6, cutoff_wavelength=2e-6,
+        SHAPE,
+        PIXEL,
+        rms_height=0.1e-6,
+        rolloff_wavelength=9e-6,
+        cutoff_wavelength=2e-6,
         rng=np.random.default_rng(5),
-    )  # fmt: skip
+    )
     if holes:
         heights = heights.copy()
         heights[3:5, 7:10] = np.nan
@@ -122,9 +126,12 @@ def vtk_image(
     """Return the head of a VTK file and its arrays, by the description of the format."""
     root = ElementTree.parse(path).getroot()
     assert root.attrib == {
-        "type": kind, "version": "1.0", "byte_order": "LittleEndian",
-        "header_type": "UInt64", "compressor": "vtkZLibDataCompressor",
-    }  # fmt: skip
+        "type": kind,
+        "version": "1.0",
+        "byte_order": "LittleEndian",
+        "header_type": "UInt64",
+        "compressor": "vtkZLibDataCompressor",
+    }
     image, appended = root.find(kind), root.find("AppendedData")
     assert image is not None
     assert appended is not None
@@ -154,6 +161,4 @@ def vtk_image(
     return image, arrays
 
 
-MAPS = {
-    "height", "initial_gap", "pressure", "gap", "contact", "saturated", "residual_indentation",
-}  # fmt: skip
+MAPS = {"height", "initial_gap", "pressure", "gap", "contact", "saturated", "residual_indentation"}

@@ -47,11 +47,15 @@ def title(wing: str) -> str:
 def modules() -> str:
     """Return the page of all modules in reStructuredText, a section for every wing."""
     lines = [
-        "Modules", "=======", "",
+        "Modules",
+        "=======",
+        "",
         "From the ground up: a wing imports only wings above it on this page, see",
-        ":doc:`../architecture`.", "",
-        ".. currentmodule:: roughcontact", "",
-    ]  # fmt: skip
+        ":doc:`../architecture`.",
+        "",
+        ".. currentmodule:: roughcontact",
+        "",
+    ]
     for wing, rooms in floors().items():
         head = wing if wing == _GROUND else f"``{wing}``"
         lines += [head, "-" * len(head), "", title(wing), "", ".. autosummary::", ""]
@@ -72,9 +76,18 @@ def pages() -> dict[str, str]:
             name = room if wing == _GROUND else f"{wing}.{room}"
             head = name.replace("_", r"\_")
             lines = [
-                ":orphan:", "", head, "=" * len(head), "", ":doc:`../modules` › " + wing, "",
-                f".. automodule:: roughcontact.{name}", "   :members:", "   :show-inheritance:", "",
-            ]  # fmt: skip
+                ":orphan:",
+                "",
+                head,
+                "=" * len(head),
+                "",
+                ":doc:`../modules` › " + wing,
+                "",
+                f".. automodule:: roughcontact.{name}",
+                "   :members:",
+                "   :show-inheritance:",
+                "",
+            ]
             found[f"roughcontact.{name}.rst"] = "\n".join(lines)
     return found
 
@@ -136,10 +149,15 @@ def draw(figure: Figure) -> None:
     for wing, floor in height.items():
         axes.add_patch(
             FancyBboxPatch(
-                (0, floor - 0.4), 10, 0.8, boxstyle="round,pad=0,rounding_size=0.12",
-                facecolor=shade[floor % 2], edgecolor="#9aa7b5", linewidth=0.8,
+                (0, floor - 0.4),
+                10,
+                0.8,
+                boxstyle="round,pad=0,rounding_size=0.12",
+                facecolor=shade[floor % 2],
+                edgecolor="#9aa7b5",
+                linewidth=0.8,
             )
-        )  # fmt: skip
+        )
         axes.text(0.2, floor, wing, va="center", fontsize=11, fontweight="bold", color="#1f3a56")
         words = _wrapped(known[wing], 96)
         axes.text(1.75, floor, words, va="center", fontsize=8, color="#333333", linespacing=1.15)
@@ -154,10 +172,13 @@ def draw(figure: Figure) -> None:
         )
         axes.add_patch(
             PathPatch(
-                curve, fill=False, edgecolor="#b4532a", alpha=0.25 + 0.6 * count / most,
+                curve,
+                fill=False,
+                edgecolor="#b4532a",
+                alpha=0.25 + 0.6 * count / most,
                 linewidth=0.5 + 3 * count / most,
             )
-        )  # fmt: skip
+        )
         axes.plot(10.03, end + 0.12, marker="<", color="#b4532a", markersize=3, alpha=0.7)
     axes.set_xlim(-0.1, 14.6)
     axes.set_ylim(-0.6, len(height) - 0.4)

@@ -37,9 +37,18 @@ for law, marker in (("perfect", "o"), ("linear", "s"), ("Swift", "^")):
     axes.semilogx(at, 100 * advised, marker, color="#009e73", ms=4, mew=0, label=law)
 axes.axhline(0, color="0.6", lw=0.8)
 axes.set(
-    xlabel="load / first yield, of the sphere alike", title="contact area of rough maps",
-    ylabel="error [%]", ylim=(-30, 70),
-)  # fmt: skip
+    xlabel="load / first yield, of the sphere alike",
+    title="contact area of rough maps",
+    ylabel="error [%]",
+    ylim=(-30, 70),
+)
 axes.legend(frameon=False, fontsize=8, loc="upper left")
-axes.text(0.97, 0.95, "red: 3 $\\sigma_Y$\ngreen: recommended", transform=axes.transAxes, ha="right",
-          va="top", fontsize=8)  # fmt: skip
+axes.text(
+    0.97,
+    0.95,
+    "red: 3 $\\sigma_Y$\ngreen: recommended",
+    transform=axes.transAxes,
+    ha="right",
+    va="top",
+    fontsize=8,
+)

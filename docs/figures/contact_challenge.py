@@ -24,8 +24,10 @@ height = answer["Sq"] * 1e6
 axes.loglog([row["gap"] / height for row in loads], load, "o-", label="pressure / E*")
 axes.loglog(
     [row["gap"] / height for row in loads],
-    [row["stiffness"] for row in loads], "s-", label="stiffness Sq / E*",
-)  # fmt: skip
+    [row["stiffness"] for row in loads],
+    "s-",
+    label="stiffness Sq / E*",
+)
 axes.set(xlabel="mean gap / Sq", ylabel="pressure, stiffness")
 
 for axes, (name, xlabel, ylabel, scale) in zip(

@@ -23,9 +23,13 @@ figure, (left, middle, right) = plt.subplots(1, 3, figsize=(12, 4.2), layout="co
 
 contact = cases.found["contact"]
 left.semilogx(
-    groups.pressure[elastic], contact[elastic] / groups.pressure[elastic], "o", color="0.6", ms=3,
+    groups.pressure[elastic],
+    contact[elastic] / groups.pressure[elastic],
+    "o",
+    color="0.6",
+    ms=3,
     label="computed",
-)  # fmt: skip
+)
 formula = atlas_of.formula("contact", True).value(line)
 left.semilogx(pressure, formula / pressure, color="#0072b2", label="formula")
 left.semilogx(

@@ -38,9 +38,13 @@ for axes, (quantity, title, label, limit) in zip(panels.flat, shown, strict=True
         )
         for chosen, colour, name, size in groups:
             axes.scatter(
-                at[chosen], np.clip(error[chosen], -limit, limit), s=size, color=colour,
-                label=name, linewidths=0,
-            )  # fmt: skip
+                at[chosen],
+                np.clip(error[chosen], -limit, limit),
+                s=size,
+                color=colour,
+                label=name,
+                linewidths=0,
+            )
     axes.axhline(0, color="0.3", lw=0.8)
     axes.set(xscale="log", xlabel=label, ylabel=title, ylim=(-1.05 * limit, 1.05 * limit))
 panels[0, 0].legend(frameon=False, fontsize=8)

@@ -74,13 +74,7 @@ still = load_history(
     boundary="periodic",
 )
 around = repeat_stages([1.0, 0.0], places, shift=(0.0, surface.size[1] / places)) * rounds
-moving = load_history(
-    surface,
-    around,
-    material=steel,
-    counter_surface=counter,
-    boundary="periodic",
-)
+moving = load_history(surface, around, material=steel, counter_surface=counter, boundary="periodic")
 
 figure_passes, axes = plt.subplots(figsize=(6.5, 4), layout="constrained")
 number = np.arange(1, count + 1)

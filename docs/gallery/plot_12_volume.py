@@ -113,12 +113,7 @@ for axes, (name, title) in zip(panels, quantities.items(), strict=True):
         ]
     )
     image = axes.contourf(
-        ratios,
-        factors,
-        error.T,
-        levels=np.arange(-40, 41, 5),
-        cmap="RdBu_r",
-        extend="both",
+        ratios, factors, error.T, levels=np.arange(-40, 41, 5), cmap="RdBu_r", extend="both"
     )
     if name != "map":
         axes.contour(ratios, factors, error.T, levels=[0], colors="k", linewidths=1.2)
@@ -287,14 +282,21 @@ for axes, (name, law) in zip(
 panels[0].legend(frameon=False, fontsize=8)
 bins = np.linspace(0, 4.2, 22)
 for result, label, colour in zip(
-    shown, ("volume", "ceiling 3 $\\sigma_Y$", "recommended"), ("#0072b2", "#7f0d1b", "#009e73"),
+    shown,
+    ("volume", "ceiling 3 $\\sigma_Y$", "recommended"),
+    ("#0072b2", "#7f0d1b", "#009e73"),
     strict=True,
-):  # fmt: skip
+):
     values = result.pressure[result.contact] / unit_pressure
     panels[2].hist(
-        values, bins, weights=values / values.sum(), histtype="step", color=colour, lw=1.5,
+        values,
+        bins,
+        weights=values / values.sum(),
+        histtype="step",
+        color=colour,
+        lw=1.5,
         label=label,
-    )  # fmt: skip
+    )
 panels[2].set(
     xlabel="pressure / $\\sigma_Y$", ylabel="share of the load", title="perfect, last load"
 )
@@ -309,8 +311,12 @@ titles = ("elastoplastic model", "ceiling 3 $\\sigma_Y$", "calibrated ceiling")
 for axes, result, title in zip(panels, shown, titles, strict=True):
     image = axes.imshow(
         np.where(result.contact, result.pressure / unit_pressure, np.nan),
-        origin="lower", extent=(0, 100, 0, 100), vmin=0, vmax=4, cmap="inferno_r",
-    )  # fmt: skip
+        origin="lower",
+        extent=(0, 100, 0, 100),
+        vmin=0,
+        vmax=4,
+        cmap="inferno_r",
+    )
     axes.set(title=title, xlabel="x [µm]")
 panels[0].set_ylabel("y [µm]")
 figure_maps.colorbar(image, ax=panels, label="pressure / $\\sigma_Y$")

@@ -71,9 +71,13 @@ plt.show()
 # x; a measured one has a seam there, at which its two edges meet.
 
 rough = rc.self_affine(
-    (POINTS, POINTS), pixel, rms_height=2e-8, rolloff_wavelength=side / 4,
-    cutoff_wavelength=max(side / 32, 2 * pixel[0]), rng=np.random.default_rng(4),
-)  # fmt: skip
+    (POINTS, POINTS),
+    pixel,
+    rms_height=2e-8,
+    rolloff_wavelength=side / 4,
+    cutoff_wavelength=max(side / 32, 2 * pixel[0]),
+    rng=np.random.default_rng(4),
+)
 pressed = rc.Surface(heights + rough, pixel)
 result = rc.solve(pressed, material=steel, load=load, boundary="periodic-x")
 print(result.status, result.regime, f"{result.spots().count} spots")

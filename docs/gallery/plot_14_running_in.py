@@ -40,9 +40,14 @@ load = math.pi * HERTZ**2 * RADIUS / rc.contact_modulus(steel, rc.RIGID) * LENGT
 # positions, every half of a contact half-width, 26 µm.
 
 rolled = rc.roll(
-    ground, counter_surface=roller, material=steel, load=load, passes=PASSES, steps=STEPS,
+    ground,
+    counter_surface=roller,
+    material=steel,
+    load=load,
+    passes=PASSES,
+    steps=STEPS,
     boundary="periodic",
-)  # fmt: skip
+)
 before = ground.roughness()
 left = {name: getattr(rolled.passes[-1], name) / before[name] for name in ("Sq", "Spk")}
 print(f"left of Sq {left['Sq']:.0%}, of Spk {left['Spk']:.0%}")
@@ -84,9 +89,14 @@ for axes, key, name in zip(
     for which, colour in ((0, "#9ecae1"), (PASSES - 1, "#08306b")):
         (stress,) = getattr(rolled.passes[which], key)
         axes.stairs(
-            1e-6 * stress, faces[: stress.size + 1], orientation="horizontal", baseline=None,
-            color=colour, lw=2, label=f"pass {which + 1}",
-        )  # fmt: skip
+            1e-6 * stress,
+            faces[: stress.size + 1],
+            orientation="horizontal",
+            baseline=None,
+            color=colour,
+            lw=2,
+            label=f"pass {which + 1}",
+        )
     axes.axvline(0, color="k", lw=0.8)
     axes.set_xlabel(f"residual stress along the {name} [MPa]")
 panels[0].set(ylabel="depth [µm]", ylim=(faces[-1], 0))

@@ -39,9 +39,12 @@ cycle = rc.tangential(contact, friction=friction, force=[most, -most, most], str
 
 compliance = 2 * 2 * 2 / 210e9  # Σ(2 - ν)/G
 exact = (
-    9 * (friction * load) ** 2 / (10 * a_hertz) * compliance
+    9
+    * (friction * load) ** 2
+    / (10 * a_hertz)
+    * compliance
     * (1 - (1 - part) ** (5 / 3) - 5 * part / 6 * (1 + (1 - part) ** (2 / 3)))
-)  # fmt: skip
+)
 energy_error = cycle.cycle_energy / exact - 1
 print(f"energy of a cycle {cycle.cycle_energy * 1e9:.3f} nJ, exact {exact * 1e9:.3f} nJ")
 
@@ -53,8 +56,11 @@ loop.set_title("The loop closes; its area is friction", loc="left", fontsize=11)
 half = 1.3
 state.imshow(
     np.where(cycle.bound > 0, np.where(cycle.stick, 1.0, 0.5), np.nan),
-    cmap="Blues", vmin=0, vmax=1.2, extent=(-half, half, half, -half),
-)  # fmt: skip
+    cmap="Blues",
+    vmin=0,
+    vmax=1.2,
+    extent=(-half, half, half, -half),
+)
 angle = np.linspace(0, 2 * math.pi, 200)
 stick_radius = (1 - part) ** (1 / 3)
 state.plot(stick_radius * np.cos(angle), stick_radius * np.sin(angle), "k--", lw=1, label="Mindlin")
@@ -92,9 +98,7 @@ print(f"largest σ_t τδ {below.max_ruiz * 1e-9:.2f} MPa²·mm")
 heights, rough_pixel = rc.reference_map(POINTS)
 rough = rc.Surface(0.5 * heights, rough_pixel)
 steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
-spots = rc.solve(
-    rough, material=steel, counter_material=steel, load=1.0, boundary="periodic"
-)  # fmt: skip
+spots = rc.solve(rough, material=steel, counter_material=steel, load=1.0, boundary="periodic")
 fretted = rc.tangential(spots, friction=0.15, force=0.075, stress=True)
 print(fretted)
 figure_slip = fretted.plot()

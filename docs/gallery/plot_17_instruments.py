@@ -48,9 +48,12 @@ for name, instrument in instruments.items():
 figure, panels = plt.subplots(1, 2, figsize=(9, 3), sharey=True, layout="constrained")
 held = []
 for axes, key, scale, label in zip(
-    panels, ("contact_fraction", "mean_gap"), (100, 1e9), ("real contact [%]", "mean gap [nm]"),
+    panels,
+    ("contact_fraction", "mean_gap"),
+    (100, 1e9),
+    ("real contact [%]", "mean gap [nm]"),
     strict=True,
-):  # fmt: skip
+):
     exact = getattr(truth, key)
     for place, answer in enumerate(answers.values()):
         found = answer.of(key)

@@ -1,12 +1,6 @@
 """What `roughcontact` offers: the one list, which is read at run time as well."""
 
-from . import (
-    measure as measure,
-    mpi as mpi,
-    plots as plots,
-    results as results,
-    theory as theory,
-)
+from . import measure as measure, mpi as mpi, plots as plots, results as results, theory as theory
 from .analyses.archive import read_result as read_result
 from .analyses.compare.model import compare as compare
 from .analyses.compare.sampling import sampling_study as sampling_study
@@ -54,10 +48,7 @@ from .material.material import (
     Material as Material,
     contact_modulus as contact_modulus,
 )
-from .solvers.progress import (
-    Progress as Progress,
-    Step as Step,
-)
+from .solvers.progress import Progress as Progress, Step as Step
 from .surface.generation import generate as generate
 from .surface.nominal_bodies import cylinder as cylinder, sphere as sphere
 from .surface.placement import partition as partition

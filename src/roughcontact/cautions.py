@@ -81,9 +81,13 @@ _PLACES: dict[str, int] = {kind: place for place, kind in enumerate(CautionTag)}
 
 # The smaller their first number, the worse.
 _SMALLER_IS_WORSE = (
-    CautionTag.FEW_ATOMS, CautionTag.PIXEL, CautionTag.ROLLING_PIXEL, CautionTag.FEW_MAPS, CautionTag.FEW_PARTS,
+    CautionTag.FEW_ATOMS,
+    CautionTag.PIXEL,
+    CautionTag.ROLLING_PIXEL,
+    CautionTag.FEW_MAPS,
+    CautionTag.FEW_PARTS,
     CautionTag.NARROW_SPECTRUM,
-)  # fmt: skip
+)
 
 
 class Severity(StrEnum):

@@ -15,16 +15,35 @@ if TYPE_CHECKING:
     import pint
 
 _SI_UNITS = {
-    "length": "m", "force": "N", "pressure": "Pa", "moment": "N m", "line load": "N/m",
-    "resistivity": "ohm m", "conductivity": "W/m/K", "film": "ohm m^2", "thermal film": "m^2 K/W",
-    "viscosity": "Pa s", "temperature": "K", "current": "A", "voltage": "V",
-}  # fmt: skip
+    "length": "m",
+    "force": "N",
+    "pressure": "Pa",
+    "moment": "N m",
+    "line load": "N/m",
+    "resistivity": "ohm m",
+    "conductivity": "W/m/K",
+    "film": "ohm m^2",
+    "thermal film": "m^2 K/W",
+    "viscosity": "Pa s",
+    "temperature": "K",
+    "current": "A",
+    "voltage": "V",
+}
 _EXAMPLES = {
-    "length": "'0.1 mm'", "force": "'1 N'", "pressure": "'210 GPa'", "moment": "'1 N mm'",
-    "line load": "'600 N/mm'", "resistivity": "'17 nohm m'", "conductivity": "'46 W/m/K'",
-    "film": "'1e-12 ohm m^2'", "thermal film": "'1e-5 m^2 K/W'",
-    "viscosity": "'1 mPa s'", "temperature": "'20 °C'", "current": "'10 A'", "voltage": "'0.1 V'",
-}  # fmt: skip
+    "length": "'0.1 mm'",
+    "force": "'1 N'",
+    "pressure": "'210 GPa'",
+    "moment": "'1 N mm'",
+    "line load": "'600 N/mm'",
+    "resistivity": "'17 nohm m'",
+    "conductivity": "'46 W/m/K'",
+    "film": "'1e-12 ohm m^2'",
+    "thermal film": "'1e-5 m^2 K/W'",
+    "viscosity": "'1 mPa s'",
+    "temperature": "'20 °C'",
+    "current": "'10 A'",
+    "voltage": "'0.1 V'",
+}
 _NAMED_DIMENSIONS = {
     "": "a pure number",
     "[length]": "a length",
@@ -76,14 +95,19 @@ _PRINTERS_UNIT = re.compile(r"pixel|point|pica|didot|cicero")
 # What most people write, which needs no registry: that takes a third of a second to build.
 _PLAIN = {
     "length": {
-        "m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "um": 1e-6, "nm": 1e-9, "pm": 1e-12,
-        "Å": 1e-10, "angstrom": 1e-10,
+        "m": 1.0,
+        "cm": 1e-2,
+        "mm": 1e-3,
+        "µm": 1e-6,
+        "um": 1e-6,
+        "nm": 1e-9,
+        "pm": 1e-12,
+        "Å": 1e-10,
+        "angstrom": 1e-10,
     },
-    "force": {
-        "N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "µN": 1e-6, "uN": 1e-6, "nN": 1e-9,
-    },
+    "force": {"N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "µN": 1e-6, "uN": 1e-6, "nN": 1e-9},
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
-}  # fmt: skip
+}
 
 # Digits before the point that have no comma.
 _UNGROUPED = 4
@@ -95,8 +119,18 @@ _SMALLEST_LENGTH = 1e-12
 _LIKELY_UNITS = {"pa": "Pa", "kpa": "kPa", "mpa": "MPa", "gpa": "GPa", "n": "N", "kn": "kN"}
 
 _PREFIXES = {
-    -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T", 15: "P",
-}  # fmt: skip
+    -15: "f",
+    -12: "p",
+    -9: "n",
+    -6: "µ",
+    -3: "m",
+    0: "",
+    3: "k",
+    6: "M",
+    9: "G",
+    12: "T",
+    15: "P",
+}
 
 
 def parse(

@@ -81,14 +81,21 @@ class Actions(RuleBasedStateMachine):
         self.page._load.text.value = text
 
     @rule(
-        given=st.sampled_from([
-            ("_bodies", "material", ""), ("_bodies", "material", "42CrMo4"),
-            ("_model", "boundary", "free"), ("_model", "boundary", "periodic"),
-            ("_model", "ceiling", "none"), ("_model", "ceiling", "1 Pa"),
-            ("_preparation", "level", "none"), ("_preparation", "missing", "fill"),
-            ("_preparation", "missing", "error"), ("_preparation", "outliers", "6"),
-        ])
-    )  # fmt: skip
+        given=st.sampled_from(
+            [
+                ("_bodies", "material", ""),
+                ("_bodies", "material", "42CrMo4"),
+                ("_model", "boundary", "free"),
+                ("_model", "boundary", "periodic"),
+                ("_model", "ceiling", "none"),
+                ("_model", "ceiling", "1 Pa"),
+                ("_preparation", "level", "none"),
+                ("_preparation", "missing", "fill"),
+                ("_preparation", "missing", "error"),
+                ("_preparation", "outliers", "6"),
+            ]
+        )
+    )
     def choose(self, given: tuple[str, str, str]) -> None:
         part, name, value = given
         getattr(self.page, part)._group.controls[name].widget.value = value
@@ -169,11 +176,13 @@ class Actions(RuleBasedStateMachine):
 
 
 _FEW = settings(
-    max_examples=8, stateful_step_count=12, deadline=None,
+    max_examples=8,
+    stateful_step_count=12,
+    deadline=None,
     # To make a failure smaller takes a hundred times as long as to find it.
     phases=[Phase.generate],
     suppress_health_check=list(HealthCheck),
-)  # fmt: skip
+)
 
 
 @pytest.mark.slow

@@ -189,9 +189,10 @@ def test_a_request_gives_the_same_as_here(bench: WorkerPool, tmp_path: Path) -> 
     from roughcontact.request import run
 
     request = from_text(
-        "sweep", None,
+        "sweep",
+        None,
         {**BALL, "from": "0.5 N", "to": "1 N", "steps": "2", "output": str(tmp_path / "out.csv")},
-    )  # fmt: skip
+    )
     stages: list[JobStage] = []
     job = bench.submit(
         workers.run_request,

@@ -62,9 +62,13 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if MEASURED.exists():
         return MEASURED
     heights = rc.self_affine(
-        (96, 128), (1e-6, 1e-6), rms_height=0.2e-6, rolloff_wavelength=32e-6,
-        cutoff_wavelength=8e-6, rng=np.random.default_rng(1),
-    )  # fmt: skip
+        (96, 128),
+        (1e-6, 1e-6),
+        rms_height=0.2e-6,
+        rolloff_wavelength=32e-6,
+        cutoff_wavelength=8e-6,
+        rng=np.random.default_rng(1),
+    )
     path = tmp_path_factory.mktemp("maps") / "made.x3p"
     rc.Surface(heights, (1e-6, 1e-6)).save(path)
     return path
@@ -81,10 +85,14 @@ def wavy() -> bytes:
     """Return a small rough map as an array file [µm]."""
     return array(
         rc.self_affine(
-            (64, 64), (1.0, 1.0), rms_height=0.2, rolloff_wavelength=32.0, cutoff_wavelength=8.0,
+            (64, 64),
+            (1.0, 1.0),
+            rms_height=0.2,
+            rolloff_wavelength=32.0,
+            cutoff_wavelength=8.0,
             rng=np.random.default_rng(2),
         )
-    )  # fmt: skip
+    )
 
 
 def press(seat: Seat, load: str = "10 MPa") -> None:
@@ -154,8 +162,10 @@ def test_a_measured_file_from_drop_to_download(
     for name in ("pressure", "gap", "residual_indentation"):
         assert np.array_equal(getattr(ours, name), getattr(theirs, name), equal_nan=True)
     assert (ours.load, ours.approach, ours.certificate) == (
-        theirs.load, theirs.approach, theirs.certificate
-    )  # fmt: skip
+        theirs.load,
+        theirs.approach,
+        theirs.certificate,
+    )
     assert ours.max_pressure == theirs.max_pressure
     # The page may still show a load that the slider passed; it ends with what was taken.
     mean = quantity_of(contact_fields.CONTACT, "mean_pressure").format_value(

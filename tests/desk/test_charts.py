@@ -177,10 +177,15 @@ def test_two_contacts_and_their_difference_are_zoomed_together(result):
         data = shown.swiped.data
         np.testing.assert_array_equal(data["pressure"][0], second[:, 48 - columns :])
         assert shown.edge.location == data["x"][0] == pytest.approx(48 - columns)
-    change_of = {key: analysis_jobs._quantity_change(quantity_of(CONTACT, key), result, other)
-                 for key in ("load", "status")}  # fmt: skip
+    change_of = {
+        key: analysis_jobs._quantity_change(quantity_of(CONTACT, key), result, other)
+        for key in ("load", "status")
+    }
     assert change_of == {"load": ("−1 N", "−50.0 %"), "status": ("", "")}
-    coarse = rc.solve(rc.Surface(result.surface.heights[::2, ::2], (4e-6, 2e-6)), load=result.load,
-                      material=result.material)  # fmt: skip
+    coarse = rc.solve(
+        rc.Surface(result.surface.heights[::2, ::2], (4e-6, 2e-6)),
+        load=result.load,
+        material=result.material,
+    )
     shown.show((result, coarse))
     assert not shown.plots[2].visible

@@ -46,12 +46,16 @@ def test_a_load_history_has_its_energies_and_its_loop(surface):
     assert "dissipated" in energy.title
     assert energy.labels[0] == volume.labels[0] == "step"
     assert "indented volume" in volume.labels[1]
-    bars = [float(np.ptp(part)) for mark in energy.marks if mark.glyph == "patches"
-            for part in mark.columns["ys"]]  # fmt: skip
+    bars = [
+        float(np.ptp(part))
+        for mark in energy.marks
+        if mark.glyph == "patches"
+        for part in mark.columns["ys"]
+    ]
     np.testing.assert_allclose(
-        np.array(bars) / max(bars), history.column("dissipated_energy") /
-        history.column("dissipated_energy").max(),
-    )  # fmt: skip
+        np.array(bars) / max(bars),
+        history.column("dissipated_energy") / history.column("dissipated_energy").max(),
+    )
     assert {mark.name for mark in loop.marks} >= {"elastic", "new indentation"}
     assert [mark.columns["text"] for mark in marks_of(drawing, "text")] == [["start "], [" end"]]
 
@@ -64,7 +68,9 @@ def test_the_joint_and_the_slip_are_those_of_the_report(surface):
     drawing = read_figure(plots.conductance(conductance))
     show_drawing(drawing)
     assert [frame.title for frame in drawing.frames] == [
-        "Electrical resistance", "Thermal resistance"]  # fmt: skip
+        "Electrical resistance",
+        "Thermal resistance",
+    ]
     assert drawing.frames[0].scales == ("log", "log")
     line = next(mark for mark in drawing.frames[0].marks if mark.name == "computed")
     np.testing.assert_allclose(line.columns["y"], conductance.resistance("electrical"))
@@ -98,8 +104,9 @@ def test_every_result_with_figures_of_its_own_is_shown(surface):
     assert traction.colors.label.startswith("traction [")
     assert [name for _, name in stick.patches] == ["stick", "slip", "no contact"]
     assert "solved" in {mark.name for mark in curve.marks}
-    contacts = [rc.solve(surface, load=load, material=STEEL, boundary="periodic")
-                for load in (0.1, 0.3)]  # fmt: skip
+    contacts = [
+        rc.solve(surface, load=load, material=STEEL, boundary="periodic") for load in (0.1, 0.3)
+    ]
     separation, *others = next(iter(pages_of(rc.interface_law(contacts)).values())).frames
     assert separation.title == "Pressure and separation"
     assert len(others) == 3
@@ -119,6 +126,8 @@ def test_lines_spans_and_areas_keep_their_look():
     assert band.columns == {"left": 1.0, "right": 2.0}
     assert band.look["fill_alpha"] == 0.5
     assert (span.columns, span.look["line_dash"]) == (
-        {"dimension": "width", "location": 2.0}, "dashdot")  # fmt: skip
+        {"dimension": "width", "location": 2.0},
+        "dashdot",
+    )
     assert (line.look["line_dash"], points.look["marker"]) == ("dashed", "square")
     assert area.look["fill_alpha"] == pytest.approx(0.2)

@@ -22,8 +22,11 @@ from roughcontact.request import contacts
 
 PATIENCE = 60.0
 GIVEN = {
-    "material": "42CrMo4", "counter-material": "6061-T6", "boundary": "periodic", "load": "1 MPa",
-}  # fmt: skip
+    "material": "42CrMo4",
+    "counter-material": "6061-T6",
+    "boundary": "periodic",
+    "load": "1 MPa",
+}
 
 
 RANGE = {"from_": "1 MPa", "to_": "10 MPa", "steps_": "2"}
@@ -101,9 +104,13 @@ def test_a_joint_is_asked_and_tells_how_to_ask_again(tmp_path: Path, bench: Work
 
 def test_formulas_stand_beside_a_nominally_flat_contact(tmp_path: Path, bench: WorkerPool) -> None:
     heights = rc.self_affine(
-        (128, 128), (1e-6, 1e-6), rms_height=0.3e-6, rolloff_wavelength=16e-6,
-        cutoff_wavelength=4e-6, rng=np.random.default_rng(1),
-    )  # fmt: skip
+        (128, 128),
+        (1e-6, 1e-6),
+        rms_height=0.3e-6,
+        rolloff_wavelength=16e-6,
+        cutoff_wavelength=4e-6,
+        rng=np.random.default_rng(1),
+    )
     seat = Seat(tmp_path, bench, heights, load="30 MPa")
     seat.joint.show()
     assert "Real contact by formula" in str(seat.joint._formulas.object)

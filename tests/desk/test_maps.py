@@ -161,8 +161,9 @@ def test_one_map_is_large_and_all_are_small(surface, results):
         data = base64.b64decode(address.partition(",")[2])
         picture = np.asarray(Image.open(io.BytesIO(data)))
         assert picture.shape == (30, 60, 3), key
-    pressure = np.asarray(Image.open(io.BytesIO(base64.b64decode(
-        shown.strip.pictures[1].partition(",")[2]))))  # fmt: skip
+    pressure = np.asarray(
+        Image.open(io.BytesIO(base64.b64decode(shown.strip.pictures[1].partition(",")[2])))
+    )
     open_color = [int(OPEN[place : place + 2], 16) for place in (1, 3, 5)]
     np.testing.assert_array_equal((pressure == open_color).all(axis=2), ~results[0].contact)
 

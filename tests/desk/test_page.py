@@ -319,8 +319,12 @@ def test_a_drag_shows_previews_and_its_end_the_contact_of_the_command(
     page._load.slider.moved = {"value": 200, "done": True, "count": 3}
     settle(page)
     outcome = page.session.outcome
-    exact = rc.solve(rc.read_surface(path).leveled(), load=page._load.slider.texts[200],
-                     material="100Cr6", boundary="periodic")  # fmt: skip
+    exact = rc.solve(
+        rc.read_surface(path).leveled(),
+        load=page._load.slider.texts[200],
+        material="100Cr6",
+        boundary="periodic",
+    )
     assert np.array_equal(outcome.contact.pressure, exact.pressure)
 
 

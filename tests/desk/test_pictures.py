@@ -69,9 +69,12 @@ def test_a_window_goes_on_by_its_margin_but_not_beyond_the_map():
 
 
 @given(
-    begin=st.floats(-0.5, 1.2), side=st.floats(0.01, 2), points=st.integers(1, 300),
-    dots=st.integers(1, 400), moved=st.integers(0, 5),
-)  # fmt: skip
+    begin=st.floats(-0.5, 1.2),
+    side=st.floats(0.01, 2),
+    points=st.integers(1, 300),
+    dots=st.integers(1, 400),
+    moved=st.integers(0, 5),
+)
 def test_cells_are_dots_or_larger_and_stay_where_they_are(begin, side, points, dots, moved):
     seen = Box(begin * points, 0.0, (begin + side) * points, 1.0)
     view = rasters.window_of((points, 1), (1.0, 1.0), seen, (dots, 1))
@@ -142,8 +145,9 @@ def test_cells_lie_where_their_points_lie():
 def test_a_thumbnail_is_small_and_has_the_colours_of_the_cells():
     from bokeh.models import LinearColorMapper
 
-    mapper = LinearColorMapper(palette=["#000000", "#0000ff"], low=0, high=2, nan_color="#ff0000",
-                               high_color="#00ff00")  # fmt: skip
+    mapper = LinearColorMapper(
+        palette=["#000000", "#0000ff"], low=0, high=2, nan_color="#ff0000", high_color="#00ff00"
+    )
     values = np.array([[0.0, 0.99, 1.0], [2.0, 2.1, np.nan]], np.float32)
     blue, black = [0, 0, 255], [0, 0, 0]
     found = bytes_of(rasters.map_colors(values, mapper))[..., :3]

@@ -103,8 +103,10 @@ def test_another_load_sends_no_heights_again(view: relief.ReliefView, path: Path
     view._session.open_map(path)
     shown(view, **GIVEN, load="50 mN")
     sent: list[str] = []
-    view._canvas.param.watch(lambda *events: sent.extend(e.name for e in events),
-                             ["heights", "colors", "palette", "film"])  # fmt: skip
+    view._canvas.param.watch(
+        lambda *events: sent.extend(e.name for e in events),
+        ["heights", "colors", "palette", "film"],
+    )
     shown(view, load="100 mN")
     assert "heights" not in sent
     assert "colors" in sent
@@ -168,8 +170,10 @@ def test_the_film_is_the_contact_under_each_load(view: relief.ReliefView, path: 
     levels = np.frombuffer(data, np.uint8).reshape(3, 20, 30)
     np.testing.assert_array_equal(levels[-1], levels_of(view._canvas))
     assert [head["words"].partition(",")[0] for head in json.loads(heads)] == [
-        "10 mN", "20 mN", "40 mN",
-    ]  # fmt: skip
+        "10 mN",
+        "20 mN",
+        "40 mN",
+    ]
     shown(view, load="30 mN")
     assert view._canvas.film, "another load is another picture of the same film"
     shown(view, ceiling="none")

@@ -172,12 +172,15 @@ def test_a_saved_page_opens_alone_with_linked_maps_and_values(sheet: Any) -> Non
     height = surface.heights[15, 20] - np.nanmean(surface.heights)
     assert float(number) * {"nm": 1e-9, "µm": 1e-6}[unit] == pytest.approx(height, rel=1e-3)
     page.mouse.wheel(0, -400)
-    page.wait_for_function("(width) => {"
-        f"const state = ({_STATE})(); return state.x[0][1] - state.x[0][0] < width }}",
-        arg=0.9 * (before["x"][0][1] - before["x"][0][0]))  # fmt: skip
+    page.wait_for_function(
+        f"(width) => {{const state = ({_STATE})(); return state.x[0][1] - state.x[0][0] < width }}",
+        arg=0.9 * (before["x"][0][1] - before["x"][0][0]),
+    )
     page.mouse.dblclick(*place)
-    page.wait_for_function(f"(x) => JSON.stringify(({_STATE})().x) == x",
-                           arg=json.dumps(before["x"], separators=(",", ":")))  # fmt: skip
+    page.wait_for_function(
+        f"(x) => JSON.stringify(({_STATE})().x) == x",
+        arg=json.dumps(before["x"], separators=(",", ":")),
+    )
     text = page.locator("body").inner_text()
     command = str(page.locator("pre").first.text_content())
     assert shlex.split(command)[:2] == ["roughcontact", "solve"]

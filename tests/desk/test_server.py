@@ -560,9 +560,11 @@ def test_a_port_that_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 def test_the_command_serves_a_page_until_it_is_interrupted(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "roughcontact", "desk", "--no-browser"]
     with subprocess.Popen(
-        [*command, "--folder", str(tmp_path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        [*command, "--folder", str(tmp_path)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         text=True,
-    ) as process:  # fmt: skip
+    ) as process:
         assert process.stdout is not None
         parts = urlsplit(process.stdout.readline().strip())
         assert parts.hostname == "127.0.0.1"
@@ -582,15 +584,22 @@ def test_the_command_serves_a_page_until_it_is_interrupted(tmp_path: Path) -> No
     ("words", "sentence"),
     [
         (["nothere.opd"], "nothere.opd does not exist; check the name of the file"),
-        (["--address", "0.0.0.0"], "--address 0.0.0.0 admits other machines: give "
-         "--allow-origin which address their browsers show, such as --allow-origin "
-         "http://lab-pc:5106"),
-        (["--allow-origin", "*"], "--allow-origin must be an address such as "
-         "'http://lab-pc:5106', got '*'"),
-        (["--upload-limit", "much"], "--upload-limit must be a size such as '500 MB' or '2 GiB', "
-         "got 'much'"),
+        (
+            ["--address", "0.0.0.0"],
+            "--address 0.0.0.0 admits other machines: give "
+            "--allow-origin which address their browsers show, such as --allow-origin "
+            "http://lab-pc:5106",
+        ),
+        (
+            ["--allow-origin", "*"],
+            "--allow-origin must be an address such as 'http://lab-pc:5106', got '*'",
+        ),
+        (
+            ["--upload-limit", "much"],
+            "--upload-limit must be a size such as '500 MB' or '2 GiB', got 'much'",
+        ),
     ],
-)  # fmt: skip
+)
 def test_mistakes_end_in_one_sentence(
     words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -328,24 +328,61 @@ class Desk(RuleBasedStateMachine):
         self.session.open_map(None)
 
     @rule(
-        given=st.sampled_from([
-            ("material", "100Cr6"), ("material", "kryptonite"), ("material", ""),
-            ("boundary", "free"), ("boundary", "periodic"), ("boundary", "endless"),
-            ("load", "1 mN"), ("load", "20 MPa"), ("load", "1 TN"), ("load", "-1 N"),
-            ("load", "600 N/mm"), ("hertz", "1 GPa"), ("approach", "10 nm"), ("approach", "1 km"),
-            ("ceiling", "none"), ("ceiling", "1 GPa"), ("ceiling", "1 Pa"), ("young", "1 GPa"),
-            ("poisson", "0.7"), ("poisson", "0.3"), ("yield-strength", "500 MPa"),
-            ("level", "none"), ("level", "quadric"), ("form", "sphere"), ("form", "polynomial 3"),
-            ("missing", "fill"), ("missing", "mask"), ("missing", "crop"), ("outliers", "6"),
-            ("outliers", "-1"), ("crop", "0:8,0:8"), ("crop", "50:60,0:8"), ("crop", "1"),
-            ("s-filter", "3 um"), ("l-filter", "1 nm"), ("pixel", "2 um"), ("pixel", "1 m"),
-            ("rotate", "90"), ("align", True), ("align", False), ("mirror", True),
-            ("body", "sphere 1 mm"), ("points", "16"), ("size", "20 um"),
-            ("model", "elastoplastic"),
-            ("load-point", "0 um, 1 um"), ("tolerance", "1e-4"), ("tolerance", "0"),
-            ("nonsense", "1"), ("output", "x.nc"),
-        ])
-    )  # fmt: skip
+        given=st.sampled_from(
+            [
+                ("material", "100Cr6"),
+                ("material", "kryptonite"),
+                ("material", ""),
+                ("boundary", "free"),
+                ("boundary", "periodic"),
+                ("boundary", "endless"),
+                ("load", "1 mN"),
+                ("load", "20 MPa"),
+                ("load", "1 TN"),
+                ("load", "-1 N"),
+                ("load", "600 N/mm"),
+                ("hertz", "1 GPa"),
+                ("approach", "10 nm"),
+                ("approach", "1 km"),
+                ("ceiling", "none"),
+                ("ceiling", "1 GPa"),
+                ("ceiling", "1 Pa"),
+                ("young", "1 GPa"),
+                ("poisson", "0.7"),
+                ("poisson", "0.3"),
+                ("yield-strength", "500 MPa"),
+                ("level", "none"),
+                ("level", "quadric"),
+                ("form", "sphere"),
+                ("form", "polynomial 3"),
+                ("missing", "fill"),
+                ("missing", "mask"),
+                ("missing", "crop"),
+                ("outliers", "6"),
+                ("outliers", "-1"),
+                ("crop", "0:8,0:8"),
+                ("crop", "50:60,0:8"),
+                ("crop", "1"),
+                ("s-filter", "3 um"),
+                ("l-filter", "1 nm"),
+                ("pixel", "2 um"),
+                ("pixel", "1 m"),
+                ("rotate", "90"),
+                ("align", True),
+                ("align", False),
+                ("mirror", True),
+                ("body", "sphere 1 mm"),
+                ("points", "16"),
+                ("size", "20 um"),
+                ("model", "elastoplastic"),
+                ("load-point", "0 um, 1 um"),
+                ("tolerance", "1e-4"),
+                ("tolerance", "0"),
+                ("nonsense", "1"),
+                ("output", "x.nc"),
+            ]
+        )
+    )
     def give(self, given: tuple[str, str | bool]) -> None:
         before = self.session.state
         try:
@@ -440,9 +477,8 @@ class Desk(RuleBasedStateMachine):
 
 
 Desk.TestCase.settings = settings(
-    max_examples=100, stateful_step_count=20, deadline=None,
-    suppress_health_check=list(HealthCheck),
-)  # fmt: skip
+    max_examples=100, stateful_step_count=20, deadline=None, suppress_health_check=list(HealthCheck)
+)
 TestDesk = pytest.mark.long(Desk.TestCase)
 
 

@@ -109,9 +109,11 @@ def test_the_project_file_gives_the_same_numbers(complete: SessionState, tmp_pat
 
 def replace_outputs(entry: project.Entry) -> object:
     given = {key: value for key, value in entry.request.specified.items() if key != "output"}
-    return replace(entry.request, specified=given, values={
-        key: value for key, value in entry.request.values.items() if key != "output"
-    })  # fmt: skip
+    return replace(
+        entry.request,
+        specified=given,
+        values={key: value for key, value in entry.request.values.items() if key != "output"},
+    )
 
 
 def test_a_pinned_state_is_a_contact_of_its_own(complete: SessionState, tmp_path: Path) -> None:

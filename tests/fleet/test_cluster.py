@@ -43,10 +43,18 @@ class Cluster:
         told = self.folder / f"scheduler-{os.urandom(4).hex()}.json"
         port = self.address.rpartition(":")[2] or "0"
         self.scheduler = self.start(
-            "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", port,
-            "--no-dashboard", "--scheduler-file", told, cwd="/",
+            "-m",
+            "distributed.cli.dask_scheduler",
+            "--host",
+            "127.0.0.1",
+            "--port",
+            port,
+            "--no-dashboard",
+            "--scheduler-file",
+            told,
+            cwd="/",
             env={**os.environ, "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"},
-        )  # fmt: skip
+        )
         assert wait_for(lambda: told.exists() and told.read_text())
         self.address = json.loads(told.read_text())["address"]
 
@@ -54,21 +62,33 @@ class Cluster:
         """Start a worker of one thread."""
         self.workers.append(
             self.start(
-                "-m", "distributed.cli.dask_worker", self.address, "--nthreads", "1",
-                "--no-dashboard", "--local-directory", self.folder, *words,
-                cwd="/", env=ENVIRONMENT,
+                "-m",
+                "distributed.cli.dask_worker",
+                self.address,
+                "--nthreads",
+                "1",
+                "--no-dashboard",
+                "--local-directory",
+                self.folder,
+                *words,
+                cwd="/",
+                env=ENVIRONMENT,
             )
-        )  # fmt: skip
+        )
 
     def run(self, project: Path, *words: str, **more: object) -> subprocess.Popen[str]:
         """Start to work through a project."""
         given = ("run", project.name, "--engine", "dask", "--scheduler", self.address, *words)
         return self.start(
-            "-c", "import sys; from roughcontact.batch import executors, runner; "
+            "-c",
+            "import sys; from roughcontact.batch import executors, runner; "
             "executors._PATIENCE = 8; runner._UNNOTICED = 0.5; "
             "from roughcontact.cli import app; sys.exit(app.main(sys.argv[1:]))",
-            *given, cwd=project.parent, env=ENVIRONMENT, **more,
-        )  # fmt: skip
+            *given,
+            cwd=project.parent,
+            env=ENVIRONMENT,
+            **more,
+        )
 
 
 @pytest.fixture
@@ -206,10 +226,18 @@ def test_a_cluster_of_this_machine_ends_with_the_run(
 ) -> None:
     path = write_project(tmp_path, 200)
     run = start(
-        "-c", "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
+        "-c",
+        "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
         "from roughcontact.cli import app; sys.exit(app.main(sys.argv[1:]))",
-        "run", path, "--engine", "dask", "--workers", "1", cwd=tmp_path, env=ENVIRONMENT,
-    )  # fmt: skip
+        "run",
+        path,
+        "--engine",
+        "dask",
+        "--workers",
+        "1",
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+    )
     assert wait_for(lambda: solved(path) >= 2)
     children = [child.pid for child in psutil.Process(run.pid).children(recursive=True)]
     assert children
@@ -264,10 +292,14 @@ def test_a_cluster_of_this_machine_serves_none_but_the_run() -> None:
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("--scheduler", "tcp://127.0.0.1:1"),
-         "--scheduler is that of a cluster with workers of its own: it needs --engine dask"),
-        (("--engine", "dask", "--scheduler", "tcp://127.0.0.1:1", "--workers", "2"),
-         "goes without --workers"),
+        (
+            ("--scheduler", "tcp://127.0.0.1:1"),
+            "--scheduler is that of a cluster with workers of its own: it needs --engine dask",
+        ),
+        (
+            ("--engine", "dask", "--scheduler", "tcp://127.0.0.1:1", "--workers", "2"),
+            "goes without --workers",
+        ),
         (("--engine", "dask", "--scheduler", "tcp://127.0.0.1:1"), "does not answer at"),
         (("--engine", "dask", "--scheduler", "nowhere"), "--scheduler"),
         (("--engine", "dask", "--scheduler", "tls://127.0.0.1:1"), "does not answer at"),
@@ -275,11 +307,14 @@ def test_a_cluster_of_this_machine_serves_none_but_the_run() -> None:
         (("--workers", "0"), "--workers must be a whole number from 1"),
         (("--engine", "slurm"), "--engine must be one of local, dask"),
     ],
-)  # fmt: skip
+)
 def test_what_does_not_fit_is_refused(
-    words: tuple[str, ...], told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    words: tuple[str, ...],
+    told: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
     capsys: Capture,
-) -> None:  # fmt: skip
+) -> None:
     monkeypatch.setattr("roughcontact.batch.executors._CONNECT_TIMEOUT", 1)
     path = write_project(tmp_path, 1)
     assert app.main(["run", str(path), *words]) == app.BAD_INPUT

@@ -20,12 +20,23 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
 
 FOUND = (
-    None, True, 3, 0.1, -math.inf, "σ", [1, (2.0, [])], Boundary("free"), RIGID,
+    None,
+    True,
+    3,
+    0.1,
+    -math.inf,
+    "σ",
+    [1, (2.0, [])],
+    Boundary("free"),
+    RIGID,
     Material(young=210e9, poisson=0.3, yield_strength=1e9, name="steel"),
-    np.float64(0.1), np.int64(-7), np.arange(6.0, dtype=">f4").reshape(2, 3), np.zeros((0, 2)),
+    np.float64(0.1),
+    np.int64(-7),
+    np.arange(6.0, dtype=">f4").reshape(2, 3),
+    np.zeros((0, 2)),
     {2: "two", (4, "four"): None},
     as_note(CautionTag.EDGE, "Of ", ArgumentRef("load", "1 N"), ".", size=1e-6),
-)  # fmt: skip
+)
 
 
 @pytest.fixture

@@ -36,11 +36,12 @@ COMPARED = HEAD + 'task = "compare"\nload = "20 MPa"\nsteps = 2\n'
 PROBLEMS = {
     "groups": (COMPARED + 'groups = { a = ["r?.npy"], b = ["s0.npy", "s1.npy"] }\n', 5),
     "quarters and sampling": (
-        COMPARED + 'files = ["r0.npy", "s0.npy"]\nquarters = true\nsampling = true\n', 2,
+        COMPARED + 'files = ["r0.npy", "s0.npy"]\nquarters = true\nsampling = true\n',
+        2,
     ),
     "a first loading": (COMPARED + 'files = ["r0.npy", "r1.npy"]\npreload = "2 GPa"\n', 2),
     "a study": (HEAD + 'file = "r0.npy"\nload = "1 N"\nstudy = true\n', 3),
-}  # fmt: skip
+}
 
 
 class Backwards(Executor):
@@ -304,9 +305,12 @@ def test_an_interruption_tells_of_pieces(tmp_path: Path, monkeypatch: pytest.Mon
 
 @pytest.mark.parametrize(
     "keys",
-    ['load = "1 N"', 'approach = "1 um"\nstudy = true',
-     'load = "1 N"\nceiling = "calibrated"\nstudy = true'],
-)  # fmt: skip
+    [
+        'load = "1 N"',
+        'approach = "1 um"\nstudy = true',
+        'load = "1 N"\nceiling = "calibrated"\nstudy = true',
+    ],
+)
 def test_what_waits_for_its_contact_is_one_piece(keys: str, tmp_path: Path) -> None:
     path = written(tmp_path / "here", HEAD + f'file = "r0.npy"\n{keys}\n')
     (entry,) = project.read_project(path)

@@ -65,8 +65,13 @@ def solve(folder, ranks):
     for name in PROBLEMS:
         result = rc.solve(slab_of(name, ranks), **asked(name))
         result.save(folder / f"{name}.nc")
-        told = [result.contact_area, result.perimeter_corrected_area, result.mean_gap,
-                result.totals.max_indentation, result.totals.edge_load or 0.0]  # fmt: skip
+        told = [
+            result.contact_area,
+            result.perimeter_corrected_area,
+            result.mean_gap,
+            result.totals.max_indentation,
+            result.totals.edge_load or 0.0,
+        ]
         # Every rank tells the same.
         assert ranks.communicator.allgather(told) == [told] * ranks.count
         if ranks.first:
@@ -121,9 +126,14 @@ def apply(folder, ranks):
     for boundary, coatings in product(Boundary, (None, Coatings.from_bodies(TOOL, STEEL))):
         alone = boundary.operator(shape, PIXEL, 2e11, coatings=coatings, workspace=Workspace(1))
         make = boundary.slab_operators(
-            row_bands(shape, ranks.count), shape, PIXEL, 2e11, ranks,
-            coatings=coatings, workspace=Workspace(3),
-        )  # fmt: skip
+            row_bands(shape, ranks.count),
+            shape,
+            PIXEL,
+            2e11,
+            ranks,
+            coatings=coatings,
+            workspace=Workspace(3),
+        )
         whole = make(shape, (1, 1))
         expected = alone(pressure)
         largest = np.abs(expected).max()

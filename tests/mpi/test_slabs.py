@@ -71,9 +71,12 @@ def test_any_number_of_ranks_finds_the_same(tmp_path, problems, alone, count):
         told = np.load(tmp_path / f"{name}.npy")
         edge = [c.numbers["edge_load"] for c in expected.cautions if "edge_load" in c.numbers]
         numbers = [
-            expected.contact_area, expected.perimeter_corrected_area, expected.mean_gap,
-            expected.residual_indentation.max(), *(edge or [0.0]),
-        ]  # fmt: skip
+            expected.contact_area,
+            expected.perimeter_corrected_area,
+            expected.mean_gap,
+            expected.residual_indentation.max(),
+            *(edge or [0.0]),
+        ]
         np.testing.assert_allclose(told, numbers, rtol=10 * near, atol=1e-18)
 
 
@@ -122,11 +125,20 @@ def test_the_command_reads_solves_and_writes_by_slabs(tmp_path, folder, suffix):
     assert told["written"] == [str(output), str(report)]
     single = subprocess.run(
         [sys.executable, "-m", "roughcontact", *map(str, words), "--json"],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     expected = json.loads(single.stdout)
-    for key in ("load", "approach", "contact_area", "max_pressure", "mean_gap",
-                "max_residual_indentation", "perimeter_corrected_area"):  # fmt: skip
+    for key in (
+        "load",
+        "approach",
+        "contact_area",
+        "max_pressure",
+        "mean_gap",
+        "max_residual_indentation",
+        "perimeter_corrected_area",
+    ):
         assert told[key] == pytest.approx(expected[key], rel=1e-5), key
     assert told["shape"] == expected["shape"]
     assert told["pixel"] == pytest.approx(expected["pixel"])
@@ -186,16 +198,22 @@ def test_command_and_script_of_the_page_run(tmp_path, problems, monkeypatch):
         (["solve", "map.npy", *GIVEN["npy"], *OPTIONS, "--s-filter", "2 um"], "--s-filter"),
         (["solve", "map.npy", *GIVEN["npy"], *OPTIONS, "--output", "out.csv"], "written as .nc"),
         (["solve", "none.npy", *GIVEN["npy"], *OPTIONS], "does not exist"),
-        (["sweep", "map.npy", *GIVEN["npy"], "--from", "1 N", "--to", "2 N", *OPTIONS[2:]],
-         "without mpiexec"),
-        (["solve", "map.npy", *GIVEN["npy"], "--load", "1 MN", "--material", "100Cr6"],
-         "more than the surface can carry"),
+        (
+            ["sweep", "map.npy", *GIVEN["npy"], "--from", "1 N", "--to", "2 N", *OPTIONS[2:]],
+            "without mpiexec",
+        ),
+        (
+            ["solve", "map.npy", *GIVEN["npy"], "--load", "1 MN", "--material", "100Cr6"],
+            "more than the surface can carry",
+        ),
         (["solve", "map.npy", *GIVEN["npy"], *OPTIONS, "--channel", "2"], "has no channels"),
-        (["solve", "map.npy", *GIVEN["npy"], "--load", "hertz 1 GPa", "--material", "100Cr6"],
-         "needs a nominal sphere"),
+        (
+            ["solve", "map.npy", *GIVEN["npy"], "--load", "hertz 1 GPa", "--material", "100Cr6"],
+            "needs a nominal sphere",
+        ),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
-)  # fmt: skip
+)
 def test_what_needs_the_whole_map_is_refused_once(folder, monkeypatch, words, sentence):
     monkeypatch.chdir(folder)
     refused(command(2, *words), sentence)
@@ -203,8 +221,9 @@ def test_what_needs_the_whole_map_is_refused_once(folder, monkeypatch, words, se
 
 def test_more_ranks_than_bands_are_refused(tmp_path):
     np.save(tmp_path / "small.npy", np.random.default_rng(0).normal(size=(4, 40)))
-    run = command(3, "solve", tmp_path / "small.npy", "--unit", "nm", "--size", "4 um x 40 um",
-                  *OPTIONS)  # fmt: skip
+    run = command(
+        3, "solve", tmp_path / "small.npy", "--unit", "nm", "--size", "4 um x 40 um", *OPTIONS
+    )
     refused(run, "on 2 ranks at most, got 3")
 
 

@@ -12,8 +12,15 @@ import roughcontact as rc
 from starting import command, mpiexec, refused
 
 HERE = Path(__file__).parent
-FIELDS = ("thickness", "plastic_strain", "accumulated", "stress", "mean_stress",
-          "residual_stress", "mean_residual_stress")  # fmt: skip
+FIELDS = (
+    "thickness",
+    "plastic_strain",
+    "accumulated",
+    "stress",
+    "mean_stress",
+    "residual_stress",
+    "mean_residual_stress",
+)
 
 pytestmark = [pytest.mark.mpi, pytest.mark.process]
 
@@ -78,9 +85,22 @@ def folder(tmp_path_factory, problems):
     return place
 
 
-UNLOADED = ["--unit", "um", "--size", "39.2 um x 48 um", "--model", "elastoplastic",
-            "--increments", "2", "--young", "210 GPa", "--poisson", "0.3",
-            "--yield-strength", "1.6 GPa"]  # fmt: skip
+UNLOADED = [
+    "--unit",
+    "um",
+    "--size",
+    "39.2 um x 48 um",
+    "--model",
+    "elastoplastic",
+    "--increments",
+    "2",
+    "--young",
+    "210 GPa",
+    "--poisson",
+    "0.3",
+    "--yield-strength",
+    "1.6 GPa",
+]
 WORDS = [*UNLOADED, "--load", "0.2 N"]
 
 
@@ -96,8 +116,10 @@ def test_the_command_says_and_writes_what_one_process_does(tmp_path, folder):
     assert all(Path(path).exists() for path in told["written"])
     single = subprocess.run(
         [sys.executable, "-m", "roughcontact", *map(str, words)],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     expected = json.loads(single.stdout)
     for one in (told, expected):
         assert one.pop("seconds") > 0

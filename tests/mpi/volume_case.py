@@ -24,19 +24,32 @@ HARDENING = rc.Material(210e9, 0.3, hardening=Linear(1.2e9, 10e9))
 PROBLEMS = {
     # Grows deeper on its way, and is unloaded.
     "grows": {
-        "shape": (12, 16), "material": STEEL, "loads": [0.25, 0.0], "depth": 3e-6, "increments": 1,
+        "shape": (12, 16),
+        "material": STEEL,
+        "loads": [0.25, 0.0],
+        "depth": 3e-6,
+        "increments": 1,
     },
     # Steps are chosen by their error.
     "both bodies yield": {
-        "shape": (13, 12), "material": STEEL, "counter_material": HARDENING, "load": 0.05,
-        "depth": 6e-6, "tolerance": 1e-3,
+        "shape": (13, 12),
+        "material": STEEL,
+        "counter_material": HARDENING,
+        "load": 0.05,
+        "depth": 6e-6,
+        "tolerance": 1e-3,
     },
     "periodic, double": {
-        "shape": (12, 10), "boundary": "periodic", "precision": "double", "depth": 8e-6,
+        "shape": (12, 10),
+        "boundary": "periodic",
+        "precision": "double",
+        "depth": 8e-6,
         "material": rc.Material(210e9, 0.3, hardening=Kinematic(Linear(1.2e9, 5e9), 20e9)),
-        "load": 0.1, "increments": 2, "tolerance": 1e-6,
+        "load": 0.1,
+        "increments": 2,
+        "tolerance": 1e-6,
     },
-}  # fmt: skip
+}
 
 
 def surface(name):
@@ -62,9 +75,11 @@ def told(result):
     }
     for number in range(len(result.bodies)):
         drawn = (
-            result.profile(body=number), result.section("x", body=number),
-            result.section("y", body=number), result.layers(number),
-        )  # fmt: skip
+            result.profile(body=number),
+            result.section("x", body=number),
+            result.section("y", body=number),
+            result.layers(number),
+        )
         found[f"body {number}"] = [
             np.asarray(value).tobytes().hex() for one in drawn for value in vars(one).values()
         ]
@@ -89,8 +104,13 @@ def apply(folder, ranks):
     """Every layer of strain, pressure and pull gives the stress of one process, to the bit."""
     rng = np.random.default_rng(4)
     thickness = graded_layers(0.5, 6.0)
-    cases = [((9, 12), "periodic"), ((12, 9), "periodic"), ((10, 12), "periodic"),
-             ((11, 9), "periodic"), ((13, 14), "free")]  # fmt: skip
+    cases = [
+        ((9, 12), "periodic"),
+        ((12, 9), "periodic"),
+        ((10, 12), "periodic"),
+        ((11, 9), "periodic"),
+        ((13, 14), "free"),
+    ]
     for shape, boundary in cases:
         strain = rng.normal(size=(thickness.size, 5, *shape))
         strain[2:5] = 0
@@ -98,10 +118,18 @@ def apply(folder, ranks):
         share = DistributedPartition(ranks, Workspace(2))
         here = share.layers(thickness.size)
         spaces = [
-            PlasticHalfSpace(shape, (1.0, 1.2), thickness, shear_modulus=2.0, poisson=0.3,
-                      boundary=boundary, workspace=Workspace(1), share=one)
+            PlasticHalfSpace(
+                shape,
+                (1.0, 1.2),
+                thickness,
+                shear_modulus=2.0,
+                poisson=0.3,
+                boundary=boundary,
+                workspace=Workspace(1),
+                share=one,
+            )
             for one in (share, None)
-        ]  # fmt: skip
+        ]
         for strained in (strain, 0 * strain):
             found = [
                 answers(space, strained[layers], pressure)
@@ -150,9 +178,7 @@ def die_writing(folder, ranks):
 
 def refuse(folder, ranks):
     """What is known of a volume in one place is refused on all ranks, and so are too many."""
-    for more in (
-        {"folder": folder}, {"on_step": print}, {"layers": [20e-6]}, {"load": 1e6}
-    ):  # fmt: skip
+    for more in ({"folder": folder}, {"on_step": print}, {"layers": [20e-6]}, {"load": 1e6}):
         problem = {"material": STEEL, "load": 0.3, **more}
         try:
             rc.solve_elastoplastic(surface("grows"), **problem, ranks=ranks)

@@ -95,11 +95,9 @@ def law(friction: float | None = None) -> rc.results.InterfaceLaw:
     ]
     left = indented_surface(contacts[-1])
     again = [
-        rc.solve(
-            left, material=SOFT, ceiling=None, load=rc.NominalPressure(p), boundary="periodic"
-        )
+        rc.solve(left, material=SOFT, ceiling=None, load=rc.NominalPressure(p), boundary="periodic")
         for p in pressures
-    ]  # fmt: skip
+    ]
     return rc.interface_law(
         contacts, again, conductor=COPPER, counter_conductor=COPPER, friction=friction
     )

@@ -170,9 +170,13 @@ def test_the_elastic_correlation_has_the_area_of_bush_gibson_and_thomas() -> Non
 def rough(seed: int, n: int = 256) -> rc.Surface:
     pixel = 256e-6 / n
     heights = rc.self_affine(
-        (n, n), (pixel, pixel), rms_height=0.5e-6, rolloff_wavelength=32e-6,
-        cutoff_wavelength=4e-6, rng=np.random.default_rng(seed),
-    )  # fmt: skip
+        (n, n),
+        (pixel, pixel),
+        rms_height=0.5e-6,
+        rolloff_wavelength=32e-6,
+        cutoff_wavelength=4e-6,
+        rng=np.random.default_rng(seed),
+    )
     return rc.Surface(heights, (pixel, pixel))
 
 
@@ -206,9 +210,13 @@ def test_a_free_map_spreads_from_its_outline_as_well() -> None:
 @pytest.mark.parametrize("ceiling", [None, 2e9])
 def test_the_correlation_of_rough_joints_is_within_its_scatter(ceiling: float | None) -> None:
     heights = rc.self_affine(
-        (256, 256), (1e-6, 1e-6), rms_height=0.5e-6, rolloff_wavelength=32e-6,
-        cutoff_wavelength=8e-6, rng=np.random.default_rng(2),
-    )  # fmt: skip
+        (256, 256),
+        (1e-6, 1e-6),
+        rms_height=0.5e-6,
+        rolloff_wavelength=32e-6,
+        cutoff_wavelength=8e-6,
+        rng=np.random.default_rng(2),
+    )
     surface = rc.Surface(heights, (1e-6, 1e-6))
     contacts = (
         rc.solve(surface, load=w, material=STEEL, ceiling=ceiling, boundary="periodic")
@@ -266,9 +274,11 @@ def test_what_fills_the_gap_adds_as_if_both_were_solved_together() -> None:
         alone = filled(result, np.where(result.contact, np.inf, 0), resistivity)
         assert found.thermal_conductance[0] == pytest.approx(alone, rel=1e-3)
         for name, low, high, near in (
-            ("air", 0.75, 1.05, 0.01), ("helium", 0.75, 1.05, 0.015), ("oil", 1.0, 1.35, 0.08),
+            ("air", 0.75, 1.05, 0.01),
+            ("helium", 0.75, 1.05, 0.015),
+            ("oil", 1.0, 1.35, 0.08),
             ("grease", 1.0, 1.35, 0.08),
-        ):  # fmt: skip
+        ):
             fluid = filling_of(name)
             with np.errstate(divide="ignore"):
                 gap = fluid.conductivity / (np.fmax(result.gap, 0) + fluid.jump)

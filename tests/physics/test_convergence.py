@@ -44,9 +44,12 @@ def strip(n, ratio):
     surface = rc.Surface(shapes.wavy((2, n), pixel, AMPLITUDE, WAVELENGTH), pixel)
     mean = ratio * FULL
     result = rc.solve(
-        surface, material=STEEL, load=mean * 2 * pixel[0] * WAVELENGTH, boundary="periodic",
+        surface,
+        material=STEEL,
+        load=mean * 2 * pixel[0] * WAVELENGTH,
+        boundary="periodic",
         tolerance=1e-10,
-    )  # fmt: skip
+    )
     approach = AMPLITUDE - waves.wavy_mean_gap(mean, FULL, AMPLITUDE)
     x = np.arange(n) * pixel[1]
     pressure = waves.wavy_pressure(x, mean, FULL, WAVELENGTH)

@@ -153,12 +153,19 @@ def test_stored_indentations_carry_their_loads() -> None:
 def test_tamaas_finds_the_same_partial_slip() -> None:
     problem = problems.PROBLEMS[pushed.PROBLEM]
     body = rc.Material(young=problems.MODULUS * (1 - pushed.POISSON**2), poisson=pushed.POISSON)
-    contact = rc.solve(rc.Surface(problem.heights, problem.pixel), material=body, ceiling=None,
-                       load=problem.load, boundary="periodic", tolerance=1e-10)  # fmt: skip
+    contact = rc.solve(
+        rc.Surface(problem.heights, problem.pixel),
+        material=body,
+        ceiling=None,
+        load=problem.load,
+        boundary="periodic",
+        tolerance=1e-10,
+    )
     force = pushed.PART * pushed.FRICTION * problem.load
     # Their first axis runs along the rows downwards.
-    found = rc.tangential(contact, friction=pushed.FRICTION, force=force, direction=-90.0,
-                          tolerance=1e-10)  # fmt: skip
+    found = rc.tangential(
+        contact, friction=pushed.FRICTION, force=force, direction=-90.0, tolerance=1e-10
+    )
     with np.load(pushed.STORED) as stored:
         index, (along_y, along_x, pressure), shift = (
             stored[name] for name in ("index", "traction", "shift")

@@ -147,10 +147,7 @@ def test_sphere_with_swift_hardening() -> None:
 @pytest.mark.slow
 def test_increments_grid_and_layers_do_not_matter() -> None:
     usual = case(48, dict(load=0.65))
-    refined = (
-        case(80, dict(load=0.65)),
-        case(48, dict(load=0.65), layers=[3 * 6.0e-6 / 48] * 48),
-    )
+    refined = (case(80, dict(load=0.65)), case(48, dict(load=0.65), layers=[3 * 6.0e-6 / 48] * 48))
     for result in refined:
         assert result.contact.max_pressure == pytest.approx(usual.contact.max_pressure, rel=0.01)
         assert result.max_plastic_strain == pytest.approx(usual.max_plastic_strain, rel=0.01)

@@ -45,9 +45,13 @@ def test_summits_are_those_that_one_counts() -> None:
     # The shortest wave has 16 pixels, so that a summit is a pixel above its eight neighbours.
     n, pixel = 1024, 1e-6
     surface = rc.generate(
-        (n, n), (pixel, pixel), Sq=1e-6, rolloff_wavelength=24 * pixel,
-        cutoff_wavelength=16 * pixel, rng=5,
-    )  # fmt: skip
+        (n, n),
+        (pixel, pixel),
+        Sq=1e-6,
+        rolloff_wavelength=24 * pixel,
+        cutoff_wavelength=16 * pixel,
+        rng=5,
+    )
     z: NDArray[np.float64] = surface.heights
     m0 = float(np.mean(z * z))
     slopes = [(np.roll(z, -1, axis) - np.roll(z, 1, axis)) / (2 * pixel) for axis in (0, 1)]

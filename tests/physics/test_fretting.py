@@ -81,9 +81,16 @@ def test_a_cylinder_that_sticks_in_its_middle(part: float) -> None:
     pressure, smaller = (np.sqrt(np.maximum(1 - (x / edge) ** 2, 0)) for edge in (radius, inner))
     traction = FRICTION * (pressure - inner / radius * smaller)
     found = next(
-        stress.slices(pressure[None], (1.0, 1.0), [0.0], 0.3, boundary="periodic-y",
-                      traction=[0 * traction[None], traction[None]], precision="double")
-    )  # fmt: skip
+        stress.slices(
+            pressure[None],
+            (1.0, 1.0),
+            [0.0],
+            0.3,
+            boundary="periodic-y",
+            traction=[0 * traction[None], traction[None]],
+            precision="double",
+        )
+    )
 
     def spread(edge: float) -> np.ndarray:
         """Return σ_xx under the traction of sliding on a strip of half this width."""
@@ -97,9 +104,13 @@ def test_a_cylinder_that_sticks_in_its_middle(part: float) -> None:
     np.testing.assert_allclose(found.stress[0, 0, away], expected[away], atol=0.01)
     assert expected.max() == pytest.approx(2 * FRICTION * math.sqrt(part), rel=0.01)
     largest = stress_summary.summarize(
-        pressure[None], (1.0, 1.0), 0.3, boundary="periodic-y", depths=[0.0],
+        pressure[None],
+        (1.0, 1.0),
+        0.3,
+        boundary="periodic-y",
+        depths=[0.0],
         traction=[0 * traction[None], traction[None]],
-    )  # fmt: skip
+    )
     # The pixel next to the edge is half a pixel away from the cusp.
     assert -0.08 < largest.max_tension / (2 * FRICTION * math.sqrt(part)) - 1 < 0
     assert x[largest.tension_pixel[1]] == pytest.approx(-radius, abs=2)
@@ -114,10 +125,12 @@ def test_ruiz_of_a_sphere(boundary: str, angle: float) -> None:
     points, pixel = (128, a / 48) if boundary == "free" else (256, a / 32)
     y = (np.arange(points) - points / 2 + 0.5) * pixel
     ball = rc.Surface(-(y[:, None] ** 2 + y**2) / (2 * radius), pixel=(pixel, pixel))
-    contact = rc.solve(ball, material=body, counter_material=body, load=load, boundary=boundary,
-                       calibrated=False)  # fmt: skip
-    found = rc.tangential(contact, friction=FRICTION, force=part * FRICTION * load,
-                          direction=angle, stress=True)  # fmt: skip
+    contact = rc.solve(
+        ball, material=body, counter_material=body, load=load, boundary=boundary, calibrated=False
+    )
+    found = rc.tangential(
+        contact, friction=FRICTION, force=part * FRICTION * load, direction=angle, stress=True
+    )
     p0, c = 1.5 * load / (math.pi * a**2), a * (1 - part) ** (1 / 3)
     r = np.linspace(c, a, 200)[1:-1]
     beyond = (2 * c**2 - r**2) * np.arcsin(c / r) + c * np.sqrt(r**2 - c**2)
@@ -163,8 +176,9 @@ def test_the_slip_of_a_cycle_is_its_amplitude() -> None:
     """A load that grows leaves slip behind; the cycle after it does not know of it."""
     heights, pixel = rc.reference_map(32)
     body = rc.Material(young=210e9, poisson=0.0)
-    contact = rc.solve(rc.Surface(heights, pixel), material=body, counter_material=body, load=1.0,
-                       ceiling=None)  # fmt: skip
+    contact = rc.solve(
+        rc.Surface(heights, pixel), material=body, counter_material=body, load=1.0, ceiling=None
+    )
     options = {"friction": 0.15, "stress": True, "tolerance": 1e-8}
     cycle = [(1.0, 0.06), (1.0, -0.06), (1.0, 0.06)]
     plain, after = (

@@ -106,8 +106,9 @@ def channel_of_kinetic_theory(rarefaction: float, cells: int = 100) -> float:
 
     def primitive(distance: Array) -> Array:
         # ∫ T₋₁ = T₀(0) - T₀
-        return np.array([math.sqrt(math.pi) / 2 - weight @ np.exp(-row / speed[:, None])
-                         for row in distance])  # fmt: skip
+        return np.array(
+            [math.sqrt(math.pi) / 2 - weight @ np.exp(-row / speed[:, None]) for row in distance]
+        )
 
     edges = rarefaction / 2 * np.sin(np.linspace(-math.pi / 2, math.pi / 2, cells + 1))
     offset = (edges[1:] + edges[:-1])[:, None] / 2 - edges
@@ -195,9 +196,14 @@ def test_two_gaps_in_series_share_the_pressure(inlet: float) -> None:
 
 def rough(shape: tuple[int, int], seed: int, closed: float = 0.15) -> Array:
     heights = rc.self_affine(
-        shape, (1e-6, 1e-6), rms_height=1e-7, rolloff_wavelength=16e-6, cutoff_wavelength=4e-6,
-        hurst=0.8, rng=np.random.default_rng(seed),
-    )  # fmt: skip
+        shape,
+        (1e-6, 1e-6),
+        rms_height=1e-7,
+        rolloff_wavelength=16e-6,
+        cutoff_wavelength=4e-6,
+        hurst=0.8,
+        rng=np.random.default_rng(seed),
+    )
     return np.maximum(heights - np.quantile(heights, closed), 0.0)
 
 

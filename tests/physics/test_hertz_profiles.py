@@ -137,8 +137,13 @@ def test_profile_under_a_ceiling(independent, ratio):
 def test_radii_of_the_reference_are_those_of_the_table():
     # DESIGN section 3: a/a_H and saturated radius/a_H, ±1 %.
     table = {
-        0.9: (1.007, 0.532), 0.8: (1.014, 0.737), 0.7: (1.038, 0.887), 0.6: (1.086, 1.015),
-        0.5: (1.164, 1.142), 0.4: (1.297, 1.287), 0.3: (1.494, 1.487),
-    }  # fmt: skip
+        0.9: (1.007, 0.532),
+        0.8: (1.014, 0.737),
+        0.7: (1.038, 0.887),
+        0.6: (1.086, 1.015),
+        0.5: (1.164, 1.142),
+        0.4: (1.297, 1.287),
+        0.3: (1.494, 1.487),
+    }
     for ratio, radii in table.items():
         assert axisymmetric(ratio)[3:] == pytest.approx(radii, rel=0.01)

@@ -19,9 +19,11 @@ SOFT = rc.Material(210e9, 0.3, 1e9)
 
 
 def pressed(
-    surface: rc.Surface, pressures: list[float], material: rc.Material = STEEL,
+    surface: rc.Surface,
+    pressures: list[float],
+    material: rc.Material = STEEL,
     boundary: str = "periodic",
-) -> list[rc.ContactResult]:  # fmt: skip
+) -> list[rc.ContactResult]:
     return [
         rc.solve(surface, material=material, load=rc.NominalPressure(p), boundary=boundary)
         for p in pressures
@@ -33,11 +35,9 @@ def after(
 ) -> list[rc.ContactResult]:
     left = indented_surface(max(contacts, key=lambda one: one.load))
     return [
-        rc.solve(
-            left, material=STEEL, ceiling=None, load=rc.NominalPressure(p), boundary=boundary
-        )
+        rc.solve(left, material=STEEL, ceiling=None, load=rc.NominalPressure(p), boundary=boundary)
         for p in pressures
-    ]  # fmt: skip
+    ]
 
 
 def rough(
@@ -45,9 +45,13 @@ def rough(
 ) -> rc.Surface:
     """Return a map with pixels of 1 µm, its waves between some number of pixels."""
     heights = rc.self_affine(
-        (points, points), (1e-6, 1e-6), rms_height=height, rolloff_wavelength=rolloff * 1e-6,
-        cutoff_wavelength=cutoff * 1e-6, rng=np.random.default_rng(seed),
-    )  # fmt: skip
+        (points, points),
+        (1e-6, 1e-6),
+        rms_height=height,
+        rolloff_wavelength=rolloff * 1e-6,
+        cutoff_wavelength=cutoff * 1e-6,
+        rng=np.random.default_rng(seed),
+    )
     return rc.Surface(heights, (1e-6, 1e-6))
 
 

@@ -44,10 +44,15 @@ def test_pressure_that_comes_and_goes(rise: float, back: float) -> None:
     result, found, stresses = None, [], []
     for pressure in pressures:
         result = rc.solve_elastoplastic(
-            surface, material=steel, loads=[pressure * area], boundary="periodic",
-            layers=None if result else np.full(4, 2e-6), start=result,
-            precision="double", tolerance=1e-9,
-        )  # fmt: skip
+            surface,
+            material=steel,
+            loads=[pressure * area],
+            boundary="periodic",
+            layers=None if result else np.full(4, 2e-6),
+            start=result,
+            precision="double",
+            tolerance=1e-9,
+        )
         body = result.bodies[0]
         found.append(float(-tensors.tensor(body.plastic_strain[0])[4, 4, 2, 2]))
         stresses.append(float(body.von_mises[0, 4, 4]))

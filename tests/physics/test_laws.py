@@ -20,9 +20,13 @@ CEILINGS = [None, 2e9]
 def rough(seed=0, shape=(45, 70), pixel=(0.8e-6, 0.5e-6)):
     """A rough map with ny ≠ nx and dy ≠ dx."""
     heights = rc.self_affine(
-        shape, pixel, rms_height=0.1e-6, rolloff_wavelength=12e-6, cutoff_wavelength=2e-6,
+        shape,
+        pixel,
+        rms_height=0.1e-6,
+        rolloff_wavelength=12e-6,
+        cutoff_wavelength=2e-6,
         rng=np.random.default_rng(seed),
-    )  # fmt: skip
+    )
     return rc.Surface(heights, pixel)
 
 
@@ -164,9 +168,13 @@ def test_the_load_is_the_derivative_of_the_work(ceiling, boundary):
     energies = []
     for approach in (middle.approach - step, middle.approach + step):
         result = rc.solve(
-            surface, approach=approach, material=STEEL, ceiling=ceiling, boundary=boundary,
+            surface,
+            approach=approach,
+            material=STEEL,
+            ceiling=ceiling,
+            boundary=boundary,
             tolerance=1e-9,
-        )  # fmt: skip
+        )
         inner = 0.5 * displacement(result) + result.initial_gap - approach
         energies.append(float((result.pressure * inner).sum()) * result.pixel_area)
     assert (energies[0] - energies[1]) / (2 * step) == pytest.approx(0.5, rel=1e-5)

@@ -45,9 +45,14 @@ def self_affine(
     shape: tuple[int, int], height: float, rolloff: float, cutoff: float, seed: int
 ) -> Array:
     return rc.self_affine(
-        shape, (1e-6, 1e-6), rms_height=height, rolloff_wavelength=rolloff,
-        cutoff_wavelength=cutoff, hurst=0.8, rng=np.random.default_rng(seed),
-    )  # fmt: skip
+        shape,
+        (1e-6, 1e-6),
+        rms_height=height,
+        rolloff_wavelength=rolloff,
+        cutoff_wavelength=cutoff,
+        hurst=0.8,
+        rng=np.random.default_rng(seed),
+    )
 
 
 def rough(shape: tuple[int, int], seed: int, closed: float = 0.15) -> Array:
@@ -316,8 +321,9 @@ def test_steps_do_not_grow_with_the_grid() -> None:
     steps = []
     for n in (64, 128, 256):
         heights, pixel = rc.reference_map(n)
-        result = rc.solve(rc.Surface(heights, pixel), material=STEEL, load=3.0, ceiling=3e9,
-                          boundary="periodic")  # fmt: skip
+        result = rc.solve(
+            rc.Surface(heights, pixel), material=STEEL, load=3.0, ceiling=3e9, boundary="periodic"
+        )
         steps.append(rc.leakage(result, flow_axis="y").steps[0].steps)
     assert max(steps) <= 30
 

@@ -30,10 +30,13 @@ def mindlin(x, source):
         for j, b in ((0, X), (1, Y)):
             one = float(i == j)
             green[..., i, j] = (
-                k * one / r1 + one / r2 + a * b / r1**3 + k * a * b / r2**3
+                k * one / r1
+                + one / r2
+                + a * b / r1**3
+                + k * a * b / r2**3
                 + 2 * c * z / r2**3 * (one - 3 * a * b / r2**2)
                 + m / (r2 + far) * (one - a * b / (r2 * (r2 + far)))
-            )  # fmt: skip
+            )
         green[..., i, 2] = a * (
             near / r1**3 + k * near / r2**3 - m / (r2 * (r2 + far)) + 6 * c * z * far / r2**5
         )
@@ -41,9 +44,12 @@ def mindlin(x, source):
             near / r1**3 + k * near / r2**3 + m / (r2 * (r2 + far)) - 6 * c * z * far / r2**5
         )
     green[..., 2, 2] = (
-        k / r1 + (8 * (1 - NU) ** 2 - k) / r2 + near**2 / r1**3
-        + (k * far**2 - 2 * c * z) / r2**3 + 6 * c * z * far**2 / r2**5
-    )  # fmt: skip
+        k / r1
+        + (8 * (1 - NU) ** 2 - k) / r2
+        + near**2 / r1**3
+        + (k * far**2 - 2 * c * z) / r2**3
+        + 6 * c * z * far**2 / r2**5
+    )
     return green / (16 * np.pi * MU * (1 - NU))
 
 

@@ -30,9 +30,14 @@ def test_below_a_line_contact_the_stress_is_mcewens(precision):
     pressure = P0 * np.sqrt(np.maximum(1 - (x / A) ** 2, 0))
     depths = np.array([0.3, 0.78, 1.5, 3.0]) * A
     section, _ = stress.sections(
-        pressure[None], (1.0, spacing), depths, RATIO, (0, points // 2),
-        boundary="periodic-y", precision=precision,
-    )  # fmt: skip
+        pressure[None],
+        (1.0, spacing),
+        depths,
+        RATIO,
+        (0, points // 2),
+        boundary="periodic-y",
+        precision=precision,
+    )
     for number, z in enumerate(depths):
         along, down, shear = mcewen(x, z)
         xx, yy, zz, yz, xz, xy = section[:, number]
@@ -67,9 +72,13 @@ def test_below_a_wave_in_full_contact_the_stress_is_known():
     amplitude = wave * length / (math.pi * modulus)
     surface = rc.Surface(amplitude * np.cos(2 * np.pi * x / length), length / points)
     result = rc.solve(
-        surface, material=steel, ceiling=None, load=mean * length, boundary="periodic",
+        surface,
+        material=steel,
+        ceiling=None,
+        load=mean * length,
+        boundary="periodic",
         tolerance=1e-10,
-    )  # fmt: skip
+    )
     q = 2 * np.pi / length
     found = rc.subsurface_stress(result, depths=[0.5 / q, 1 / q], precision="double")
     for number, z in enumerate((0.5 / q, 1 / q)):

@@ -99,8 +99,9 @@ def test_a_history_says_what_its_ceiling_leaves_behind() -> None:
     better = load_history(case.surface, path, material=case.material, ceiling="calibrated")
     told = imprint_caution(better).numbers
     assert (told["indentation_over_volume"], told["energy_over_volume"]) == (
-        pytest.approx(1.1, abs=0.02), pytest.approx(1.3, abs=0.02)
-    )  # fmt: skip
+        pytest.approx(1.1, abs=0.02),
+        pytest.approx(1.3, abs=0.02),
+    )
     assert better.indentation.max() / found["depth"] == pytest.approx(1.1, abs=0.1)
 
 
@@ -160,9 +161,13 @@ def test_the_law_begins_with_hertz_and_ends_at_three() -> None:
 def test_the_interval_of_a_joint_holds_what_the_volume_gives(seed: int, load: float) -> None:
     n = 48
     heights = rc.self_affine(
-        (n, n), (1e-4 / n,) * 2, rms_height=3e-7, rolloff_wavelength=5e-5,
-        cutoff_wavelength=1.2e-5, rng=np.random.default_rng(seed),
-    )  # fmt: skip
+        (n, n),
+        (1e-4 / n,) * 2,
+        rms_height=3e-7,
+        rolloff_wavelength=5e-5,
+        cutoff_wavelength=1.2e-5,
+        rng=np.random.default_rng(seed),
+    )
     options: Any = {"material": steel(0.3), "load": load, "boundary": "periodic"}
     rough = rc.Surface(heights, (1e-4 / n,) * 2)
     given = rc.solve(rough, **options)

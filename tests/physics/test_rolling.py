@@ -117,10 +117,15 @@ def test_both_bodies_yield_alike_where_they_roll() -> None:
     # Twice as soft together, at the same pressure: the radius halves.
     roller = rc.Surface(2 * line.roller.heights, PIXEL, holes_masked=True)
     result = rc.solve_elastoplastic(
-        line.flat, material=line.steel, counter_material=line.steel, counter_surface=roller,
-        path=[line.at(x) for x in (0, 3, 6)], boundary="periodic", layers=line.layers,
+        line.flat,
+        material=line.steel,
+        counter_material=line.steel,
+        counter_surface=roller,
+        path=[line.at(x) for x in (0, 3, 6)],
+        boundary="periodic",
+        layers=line.layers,
         precision="double",
-    )  # fmt: skip
+    )
     first, second = (body.accumulated for body in result.bodies)
     assert first.max() > 1e-3
     np.testing.assert_allclose(second, first, rtol=1e-9)
@@ -158,11 +163,7 @@ def test_isotropic_hardening_dies_out_and_kinematic_hardening_cycles() -> None:
 
 @pytest.mark.parametrize(
     ("path", "words"),
-    [
-        ([], "row of PathPoint"),
-        ([1.0], "each a PathPoint"),
-        ([rc.PathPoint(0.0)], "all zero"),
-    ],
+    [([], "row of PathPoint"), ([1.0], "each a PathPoint"), ([rc.PathPoint(0.0)], "all zero")],
 )
 def test_bad_paths(path: list[rc.PathPoint], words: str) -> None:
     line = Line(3.0, points=32)
@@ -189,9 +190,17 @@ def test_paths_that_no_model_has() -> None:
 
 def rolled(line: Line, passes: int, steps: int = 10, **more: Any) -> RollingResult:
     return rc.roll(
-        line.flat, counter_surface=line.roller, material=line.steel, load=line.load, passes=passes,
-        steps=steps, boundary="periodic", layers=line.layers, tolerance=1e-3, **more,
-    )  # fmt: skip
+        line.flat,
+        counter_surface=line.roller,
+        material=line.steel,
+        load=line.load,
+        passes=passes,
+        steps=steps,
+        boundary="periodic",
+        layers=line.layers,
+        tolerance=1e-3,
+        **more,
+    )
 
 
 @pytest.mark.slow
@@ -260,9 +269,17 @@ def test_limit_by_bisection() -> None:
     line = Line(1.0, half_width=7, points=64)
     # The pressure goes with the root of the load; the radius is that for 1 k.
     low, high = rc.shakedown_load(
-        line.flat, low=9 * line.load, high=25 * line.load, rel_tol=0.06, passes=4, steps=16,
-        counter_surface=line.roller, material=line.steel, boundary="periodic", tolerance=1e-3,
-    )  # fmt: skip
+        line.flat,
+        low=9 * line.load,
+        high=25 * line.load,
+        rel_tol=0.06,
+        passes=4,
+        steps=16,
+        counter_surface=line.roller,
+        material=line.steel,
+        boundary="periodic",
+        tolerance=1e-3,
+    )
     assert math.sqrt(low / line.load) < 4.0 * 1.06
     assert math.sqrt(high / line.load) > 4.0 * 0.94
 
@@ -293,9 +310,13 @@ def test_surfaces_that_move() -> None:
 
 @pytest.mark.parametrize(
     ("way", "unknown"),
-    [((0.3, 0.0), np.s_[:1]), ((-0.3, 0.0), np.s_[-1:]), ((0.0, 0.4), np.s_[:, :1]),
-     ((0.0, -2.4), np.s_[:, -3:])],
-)  # fmt: skip
+    [
+        ((0.3, 0.0), np.s_[:1]),
+        ((-0.3, 0.0), np.s_[-1:]),
+        ((0.0, 0.4), np.s_[:, :1]),
+        ((0.0, -2.4), np.s_[:, -3:]),
+    ],
+)
 def test_what_comes_in_over_the_edge_of_a_measured_map_is_unknown(way, unknown):
     heights = np.random.default_rng(2).normal(size=(12, 16))
     moved = shift_surface(rc.Surface(heights, PIXEL), (way[0] * PIXEL[0], way[1] * PIXEL[1]))
@@ -372,16 +393,31 @@ def test_a_limit_is_not_sought_with_dents_that_lie_apart() -> None:
     line = Line(4.5, half_width=4, points=32)
     with pytest.raises(InputError, match="steps must be more: at"):
         rc.shakedown_load(
-            line.flat, low=line.load, high=2 * line.load, passes=1, steps=3, layers=line.layers,
-            counter_surface=line.roller, material=line.steel, boundary="periodic", tolerance=1e-3,
-        )  # fmt: skip
+            line.flat,
+            low=line.load,
+            high=2 * line.load,
+            passes=1,
+            steps=3,
+            layers=line.layers,
+            counter_surface=line.roller,
+            material=line.steel,
+            boundary="periodic",
+            tolerance=1e-3,
+        )
 
 
 @pytest.mark.parametrize(
     ("axis", "direction", "slides"),
-    [(0.0, 0.0, True), (176.0, 0.0, True), (6.0, 0.0, False), (90.0, 0.0, False),
-     (90.0, -90.0, True), (30.0, 212.0, True), (None, 0.0, False)],
-)  # fmt: skip
+    [
+        (0.0, 0.0, True),
+        (176.0, 0.0, True),
+        (6.0, 0.0, False),
+        (90.0, 0.0, False),
+        (90.0, -90.0, True),
+        (30.0, 212.0, True),
+        (None, 0.0, False),
+    ],
+)
 def test_a_roller_that_slides_along_its_axis_is_told(axis, direction, slides) -> None:
     line = Line(1.5, half_width=5, points=40)
     result = line.solved([line.at(0)])
@@ -393,9 +429,15 @@ def test_the_axis_is_known_of_nominal_cylinders_alone() -> None:
     line = Line(3.0, half_width=5, points=40)
     lying = nominal_bodies.cylinder(radius=1e-3, shape=(8, 40), pixel=PIXEL)
     found = rc.roll(
-        line.flat, counter_surface=lying, material=line.steel, load=1e-3, passes=1, steps=2,
-        boundary="periodic", layers=line.layers,
-    )  # fmt: skip
+        line.flat,
+        counter_surface=lying,
+        material=line.steel,
+        load=1e-3,
+        passes=1,
+        steps=2,
+        boundary="periodic",
+        layers=line.layers,
+    )
     (caution,) = found.cautions
     assert caution.kind == CautionTag.CYLINDER_SLIDES
     assert ArgumentRef("direction", 90.0) in caution.parts
@@ -406,9 +448,14 @@ def test_the_axis_is_known_of_nominal_cylinders_alone() -> None:
 
 @pytest.mark.parametrize(
     ("boundary", "direction", "pixels"),
-    [("periodic", 0.0, 3.5), ("free", 0.0, 16), ("periodic-x", 90.0, 2), ("periodic-y", 180.0, 16),
-     ("periodic", 45.0, 5.5 / math.sqrt(2))],
-)  # fmt: skip
+    [
+        ("periodic", 0.0, 3.5),
+        ("free", 0.0, 16),
+        ("periodic-x", 90.0, 2),
+        ("periodic-y", 180.0, 16),
+        ("periodic", 45.0, 5.5 / math.sqrt(2)),
+    ],
+)
 def test_the_half_width_is_that_of_the_patch_round_the_period(boundary, direction, pixels) -> None:
     line = Line(1.5, half_width=5, points=32)
     result = line.solved([line.at(0)])

@@ -81,9 +81,13 @@ def test_first_yield_of_a_point_contact(share: float, yields: bool) -> None:
     assert limit == pytest.approx(2.8, rel=0.01)
     ball, load = sphere(share * limit, 10, 28)
     result = rc.solve_elastoplastic(
-        ball, material=rc.Material(YOUNG, POISSON, STRENGTH), loads=[load], increments=1,
-        layers=np.full(20, 1.2e-5 / 20), precision="double",
-    )  # fmt: skip
+        ball,
+        material=rc.Material(YOUNG, POISSON, STRENGTH),
+        loads=[load],
+        increments=1,
+        layers=np.full(20, 1.2e-5 / 20),
+        precision="double",
+    )
     assert bool(result.plastic_volume) is yields
 
 
@@ -99,10 +103,14 @@ def added(
     """
     places = range(0, flat.shape[1], 2)
     solved = rc.solve_elastoplastic(
-        flat, boundary="periodic",
-        path=[rc.PathPoint(load * (n + 1) / len(places), (0.0, x * PIXEL[1]), friction)
-              for n, x in enumerate(places)], **options,
-    )  # fmt: skip
+        flat,
+        boundary="periodic",
+        path=[
+            rc.PathPoint(load * (n + 1) / len(places), (0.0, x * PIXEL[1]), friction)
+            for n, x in enumerate(places)
+        ],
+        **options,
+    )
     options.pop("layers")
     path = [rc.PathPoint(load, (0.0, x * PIXEL[1]), friction) for x in places]
     strains = []
@@ -121,9 +129,14 @@ def line_passes(
 ) -> list[float]:
     line = Line(peak, half_width=7, points=64, law=law)
     return added(
-        line.flat, line.load, count, friction, counter_surface=line.roller, material=line.steel,
+        line.flat,
+        line.load,
+        count,
+        friction,
+        counter_surface=line.roller,
+        material=line.steel,
         layers=layers * line.width,
-    )[0]  # fmt: skip
+    )[0]
 
 
 EVEN = np.full(14, 1.6 / 14)
@@ -166,9 +179,14 @@ POINT_LAYERS = np.concatenate([np.full(2, 0.08), np.full(8, 0.07), np.full(6, 0.
 def point_passes(peak: float, count: int) -> tuple[list[float], rc.ElastoplasticResult]:
     ball, load = sphere(peak, 8, 40)
     return added(
-        rc.Surface(np.zeros((40, 40)), PIXEL), load, count, counter_surface=ball,
-        material=rc.Material(YOUNG, POISSON, STRENGTH), layers=POINT_LAYERS, tolerance=3e-4,
-    )  # fmt: skip
+        rc.Surface(np.zeros((40, 40)), PIXEL),
+        load,
+        count,
+        counter_surface=ball,
+        material=rc.Material(YOUNG, POISSON, STRENGTH),
+        layers=POINT_LAYERS,
+        tolerance=3e-4,
+    )
 
 
 def point_limit() -> float:
@@ -177,9 +195,8 @@ def point_limit() -> float:
     elastic = rc.Material(YOUNG, POISSON)
     pressure = rc.solve(ball, material=elastic, load=load, boundary="periodic").pressure
     space = PlasticHalfSpace(
-        pressure.shape, PIXEL, POINT_LAYERS, shear_modulus=1.0, poisson=POISSON,
-        boundary="periodic",
-    )  # fmt: skip
+        pressure.shape, PIXEL, POINT_LAYERS, shear_modulus=1.0, poisson=POISSON, boundary="periodic"
+    )
     space.displacement(lambda layer, out: None)
     largest = np.zeros(POINT_LAYERS.size)
 

@@ -71,9 +71,14 @@ def pressed(radius, offset=(0.0, 0.0), pixel=(1.0, 1.0), boundary="free", points
 
 def at_the_surface(result, friction, angle=0.0, poisson=NU):
     return stress_summary.summarize(
-        result.pressure, result.surface.pixel, poisson, depths=[0.0],
-        boundary=result.boundary, friction=friction, direction=math.radians(angle),
-    )  # fmt: skip
+        result.pressure,
+        result.surface.pixel,
+        poisson,
+        depths=[0.0],
+        boundary=result.boundary,
+        friction=friction,
+        direction=math.radians(angle),
+    )
 
 
 @pytest.mark.parametrize(

@@ -26,9 +26,13 @@ def solved(
 ) -> rc.ElastoplasticResult:
     materials = {"material": HARD, "counter_material": HARD} | {soft: SOFT}
     return rc.solve_elastoplastic(
-        surface, counter_surface=counter, path=path, boundary="periodic", precision="double",
+        surface,
+        counter_surface=counter,
+        path=path,
+        boundary="periodic",
+        precision="double",
         **({"layers": LINE.layers} | materials | more),
-    )  # fmt: skip
+    )
 
 
 def there(points: tuple[float, ...] = PLACES, sign: float = 1.0) -> list[rc.PathPoint]:
@@ -71,9 +75,10 @@ def test_it_does_not_matter_who_moves(middle: float, error: float) -> None:
         np.roll(strain(under), 6, axis=-1), strain(over), atol=error * over.max_plastic_strain
     )
     np.testing.assert_allclose(
-        np.roll(under.residual_displacement, 6, axis=-1), over.residual_displacement,
+        np.roll(under.residual_displacement, 6, axis=-1),
+        over.residual_displacement,
         atol=error / 2 * np.ptp(over.residual_displacement),
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.slow

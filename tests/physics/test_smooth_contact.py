@@ -78,8 +78,13 @@ def test_a_roller_under_the_load_of_a_peak_has_that_peak(angle: float, axis: str
         smooth.semi_axes, rel=5e-4
     )
     assert hertz_comparison.comparison_limits(result) == ()
-    line = rc.solve(body, material=STEEL, boundary=f"periodic-{axis}", ceiling=None,
-                    load=rc.LineLoad(result.load / smooth.length))  # fmt: skip
+    line = rc.solve(
+        body,
+        material=STEEL,
+        boundary=f"periodic-{axis}",
+        ceiling=None,
+        load=rc.LineLoad(result.load / smooth.length),
+    )
     assert line.load == pytest.approx(result.load)
 
 

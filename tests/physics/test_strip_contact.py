@@ -195,9 +195,8 @@ def test_the_middle_of_a_wide_strip_is_a_periodic_contact():
     middle = wide.pressure[ny // 2]
     assert 0.2 * closing < middle.mean() < 0.35 * closing
     period = press(
-        rc.Surface(heights[:nx], (pixel, pixel)), "periodic",
-        load=middle.mean() * (nx * pixel) ** 2,
-    )  # fmt: skip
+        rc.Surface(heights[:nx], (pixel, pixel)), "periodic", load=middle.mean() * (nx * pixel) ** 2
+    )
     # The mean pressure changes across the strip: some (wavelength/width)².
     np.testing.assert_allclose(middle, period.pressure[0], rtol=0, atol=1e-3 * middle.max())
     assert wide.gap[ny // 2].mean() == pytest.approx(period.gap[0].mean(), rel=1e-3)

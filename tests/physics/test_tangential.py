@@ -34,8 +34,9 @@ def sphere(poisson: float, points: int = 128) -> rc.ContactResult:
     y = (np.arange(points) - points / 2 + 0.5) * side / points
     ball = rc.Surface(-(y[:, None] ** 2 + y**2) / (2 * RADIUS), pixel=(side / points,) * 2)
     body = steel(poisson)
-    return rc.solve(ball, material=body, counter_material=body, load=LOAD, tolerance=1e-9,
-                    calibrated=False)  # fmt: skip
+    return rc.solve(
+        ball, material=body, counter_material=body, load=LOAD, tolerance=1e-9, calibrated=False
+    )
 
 
 @functools.cache
@@ -46,9 +47,16 @@ def rough(
     heights, pixel = rc.reference_map(points)
     body = steel(poisson, yield_strength=1e9)
     heights = heights * (0.3 if ceiling is None else 1.0)
-    return rc.solve(rc.Surface(heights, pixel), material=body, counter_material=body,
-                    load=1.0, boundary=boundary, ceiling=ceiling, tolerance=1e-10,
-                    calibrated=False)  # fmt: skip
+    return rc.solve(
+        rc.Surface(heights, pixel),
+        material=body,
+        counter_material=body,
+        load=1.0,
+        boundary=boundary,
+        ceiling=ceiling,
+        tolerance=1e-10,
+        calibrated=False,
+    )
 
 
 def pushed(contact: rc.ContactResult, part: float, **more: object) -> Tangential:
@@ -71,9 +79,13 @@ def compliance(poisson: float) -> float:
 def test_the_shift_of_a_sphere_is_that_of_mindlin(poisson: float, low: float, part: float) -> None:
     result = pushed(sphere(poisson), part)
     formula = (
-        3 * FRICTION * LOAD / (16 * hertz_radius(poisson)) * compliance(poisson)
+        3
+        * FRICTION
+        * LOAD
+        / (16 * hertz_radius(poisson))
+        * compliance(poisson)
         * (1 - (1 - part) ** (2 / 3))
-    )  # fmt: skip
+    )
     # The formula leaves out the traction across the force: the true shift is smaller.
     assert low - 2e-4 < result.last.shift / formula - 1 < 2e-4
     assert result.last.certificate <= 1e-8
@@ -105,9 +117,13 @@ def test_a_loop_dissipates_what_mindlin_and_deresiewicz_say(poisson: float, erro
     loop = pushed(contact, 0.6, force=[most, -most, most])
     f = 0.6
     formula = (
-        9 * FRICTION**2 * LOAD**2 / (10 * hertz_radius(poisson)) * compliance(poisson)
+        9
+        * FRICTION**2
+        * LOAD**2
+        / (10 * hertz_radius(poisson))
+        * compliance(poisson)
         * (1 - (1 - f) ** (5 / 3) - 5 * f / 6 * (1 + (1 - f) ** (2 / 3)))
-    )  # fmt: skip
+    )
     assert loop.cycle_energy == pytest.approx(formula, rel=error)
     assert loop.cycle_energy == pytest.approx(4 * loop.steps[0].energy, rel=1e-3)
     first = pushed(contact, 0.6)
@@ -203,8 +219,13 @@ def test_superposition_under_a_ceiling_needs_the_unloading_branch() -> None:
     curve = result.superposition
     assert curve.traction_difference < 1e-7
     assert curve.shift[-1] == pytest.approx(result.last.shift, rel=1e-7)
-    loading = rc.solve(contact.surface, material=contact.material, load=contact.load / 2,
-                       counter_material=contact.counter_material, calibrated=False)  # fmt: skip
+    loading = rc.solve(
+        contact.surface,
+        material=contact.material,
+        load=contact.load / 2,
+        counter_material=contact.counter_material,
+        calibrated=False,
+    )
     other = low * (contact.pressure - loading.pressure)
     apart = np.linalg.norm(result.traction[1] - other) / np.linalg.norm(other)
     assert apart > 0.1
@@ -230,8 +251,9 @@ def test_a_circle_that_sticks_has_the_stiffness_of_mindlin() -> None:
     operator = halfspace.operator(Boundary.FREE, (points, points), (1.0, 1.0), 1.0, poisson)
     normal = halfspace.operator(Boundary.FREE, (points, points), (1.0, 1.0), 1.0, 0.0)
     along = np.array([0.0, 1.0])
-    ratio = (partial_slip.stiffness(operator, index, along)
-             / partial_slip.stiffness(normal, index, along))  # fmt: skip
+    ratio = partial_slip.stiffness(operator, index, along) / partial_slip.stiffness(
+        normal, index, along
+    )
     assert ratio == pytest.approx(2 * (1 - poisson) / (2 - poisson), rel=1e-3)
 
 
@@ -239,12 +261,19 @@ def test_a_circle_that_sticks_has_the_stiffness_of_mindlin() -> None:
 def test_rough_contacts_that_stick_have_it_too(load: float) -> None:
     heights, pixel = rc.reference_map(128)
     body = steel(0.3)
-    contact = rc.solve(rc.Surface(heights * 0.2, pixel), material=body, counter_material=body,
-                       load=load, boundary="periodic", calibrated=False)  # fmt: skip
+    contact = rc.solve(
+        rc.Surface(heights * 0.2, pixel),
+        material=body,
+        counter_material=body,
+        load=load,
+        boundary="periodic",
+        calibrated=False,
+    )
     assert contact.contact_fraction < 0.15
     index = np.flatnonzero(contact.pressure)
-    operator = halfspace.operator(contact.boundary, contact.pair.shape, pixel,
-                                  contact.contact_modulus, 0.3)  # fmt: skip
+    operator = halfspace.operator(
+        contact.boundary, contact.pair.shape, pixel, contact.contact_modulus, 0.3
+    )
     area = contact.pixel_area
     both = [area * partial_slip.stiffness(operator, index, unit) for unit in np.eye(2)]
     ratio = np.mean(both) / contact.stiffness()
@@ -256,8 +285,14 @@ def test_a_profile_is_as_stiff_along_as_across() -> None:
     wavy = 1e-7 * np.cos(x[None] / 9) + 4e-8 * np.cos(x[None] / 3.1)
     body = steel(0.3)
     profile = rc.Surface(wavy - (x[None] * 3e-6) ** 2 / 20, pixel=(1.0, 1e-6))
-    contact = rc.solve(profile, material=body, counter_material=body, load="20 N/mm",
-                       tolerance=1e-10, calibrated=False)  # fmt: skip
+    contact = rc.solve(
+        profile,
+        material=body,
+        counter_material=body,
+        load="20 N/mm",
+        tolerance=1e-10,
+        calibrated=False,
+    )
     result = pushed(contact, 0.5, tolerance=1e-10)
     curve = result.superposition
     assert curve.traction_difference < 1e-7
@@ -304,9 +339,14 @@ def test_turning_and_mirroring_turns_and_mirrors_the_traction() -> None:
     contact = rough(0.3, "free")
     result = pushed(contact, 0.6, tolerance=1e-11)
     size = np.linalg.norm(result.traction)
-    arguments = {"material": contact.material, "counter_material": contact.counter_material,
-                 "load": contact.load, "tolerance": 1e-11, "calibrated": False,
-                 "ceiling": None}  # fmt: skip
+    arguments = {
+        "material": contact.material,
+        "counter_material": contact.counter_material,
+        "load": contact.load,
+        "tolerance": 1e-11,
+        "calibrated": False,
+        "ceiling": None,
+    }
     heights, pixel = contact.surface.heights, contact.pair.pixel
 
     turned = rc.solve(rc.Surface(np.rot90(heights).copy(), pixel), **arguments)

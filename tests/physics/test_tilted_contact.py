@@ -86,17 +86,23 @@ def test_saturated_block_under_an_excentric_load() -> None:
     ceiling = 1e6
     load = ceiling * SIDE * (SIDE - 2 * offset)
     result = rc.solve(
-        block, load=load * (1 - 1e-4), moments=(0.0, load * (1 - 1e-4) * offset), material=STEEL,
+        block,
+        load=load * (1 - 1e-4),
+        moments=(0.0, load * (1 - 1e-4) * offset),
+        material=STEEL,
         ceiling=ceiling,
-    )  # fmt: skip
+    )
     assert result.moment_error <= 1e-8
     assert result.saturated[:, 26:].all()
     assert not result.contact[:, :23].any()
     with pytest.raises(rc.CapacityError, match="pressures up to the ceiling"):
         rc.solve(
-            block, load=load * (1 + 1e-4), moments=(0.0, load * (1 + 1e-4) * offset),
-            material=STEEL, ceiling=ceiling,
-        )  # fmt: skip
+            block,
+            load=load * (1 + 1e-4),
+            moments=(0.0, load * (1 + 1e-4) * offset),
+            material=STEEL,
+            ceiling=ceiling,
+        )
 
 
 @pytest.mark.parametrize("load", [0.01, 1.0])

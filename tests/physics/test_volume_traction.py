@@ -33,11 +33,17 @@ def averages(
         for weight, found in zip(
             weights / 2,
             stress.slices(
-                pressure, PIXEL, depths, NU, boundary=boundary, friction=friction,
-                direction=direction, precision="double",
+                pressure,
+                PIXEL,
+                depths,
+                NU,
+                boundary=boundary,
+                friction=friction,
+                direction=direction,
+                precision="double",
             ),
             strict=True,
-        ):  # fmt: skip
+        ):
             xx, yy, zz, yz, xz, xy = found.stress
             rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
             total = total + weight * np.stack([np.stack(row, -1) for row in rows], -2)

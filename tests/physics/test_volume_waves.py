@@ -80,9 +80,14 @@ def found(strain, pressure):
     """Return displacement, and stress tensors, shape (nz, ny, nx, 3, 3), by the operator."""
     shape = pressure.shape
     operator = plastic_halfspace.PlasticHalfSpace(
-        shape, PIXEL, THICKNESS, shear_modulus=MU, poisson=NU, boundary="periodic",
+        shape,
+        PIXEL,
+        THICKNESS,
+        shear_modulus=MU,
+        poisson=NU,
+        boundary="periodic",
         workspace=Workspace(2),
-    )  # fmt: skip
+    )
 
     def fill(layer, out):
         out[...] = strain[layer]
@@ -121,9 +126,10 @@ def test_a_wave_against_integration(turns) -> None:
 
 
 @pytest.mark.parametrize(
-    ("shape", "turns"), [((9, 8), (2, 4)), ((9, 8), (0, 4)), ((8, 9), (4, 1)), ((8, 6), (-1, 3))],
+    ("shape", "turns"),
+    [((9, 8), (2, 4)), ((9, 8), (0, 4)), ((8, 9), (4, 1)), ((8, 6), (-1, 3))],
     ids=str,
-)  # fmt: skip
+)
 def test_waves_at_nyquist_are_the_mean_of_two(shape, turns) -> None:
     # The grid cannot tell a wave from its mirror: the mean of both operators, strain for strain.
     rng = np.random.default_rng(9)

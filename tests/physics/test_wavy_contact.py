@@ -75,9 +75,12 @@ def test_mean_pressure_never_exceeds_a_ceiling_below_full_contact():
     surface = strips(nx=128)
     ceiling = 0.5 * FULL
     result = rc.solve(
-        surface, material=STEEL, load=0.4 * FULL * area(surface), boundary="periodic",
+        surface,
+        material=STEEL,
+        load=0.4 * FULL * area(surface),
+        boundary="periodic",
         ceiling=ceiling,
-    )  # fmt: skip
+    )
     elastic = waves.wavy_half_width(0.4 * FULL, FULL, WAVELENGTH) * 2 / WAVELENGTH
     # By equilibrium the strip is at least 0.4/0.5 of the wave.
     assert result.contact_fraction >= 0.8

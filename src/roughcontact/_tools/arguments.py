@@ -44,8 +44,10 @@ def validate_arguments(function: Callable[P, R]) -> Callable[P, R]:
         specified: Any = [
             _converted_argument(known.get(name, []), name, value) for name, value in each
         ]
-        current = {deprecated.current_argument(function.__name__, name): value
-                   for name, value in named.items()}  # fmt: skip
+        current = {
+            deprecated.current_argument(function.__name__, name): value
+            for name, value in named.items()
+        }
         others: Any = {
             name: _converted_argument(known.get(name, []), name, value)
             for name, value in current.items()
@@ -143,8 +145,13 @@ def _convert_sequence(
             return _UNCONVERTIBLE
         if lazy and isinstance(value, Iterator):
             return value
-        result = [next((got for item in items if (got := item.convert(entry)) is not _UNCONVERTIBLE), _UNCONVERTIBLE)
-                 for entry in value]  # fmt: skip
+        result = [
+            next(
+                (got for item in items if (got := item.convert(entry)) is not _UNCONVERTIBLE),
+                _UNCONVERTIBLE,
+            )
+            for entry in value
+        ]
         if any(item is _UNCONVERTIBLE for item in result):
             return _UNCONVERTIBLE
         if length is None:

@@ -53,7 +53,9 @@ NAMES = {
 ARGUMENTS = {
     "compare": {"first_pressure": "preload_pressure"},
     "conductance": {
-        "body": "conductor", "counter_body": "counter_conductor", "film": "electrical_film",
+        "body": "conductor",
+        "counter_body": "counter_conductor",
+        "film": "electrical_film",
     },
     "contact_modulus": {"first": "material", "second": "counter_material"},
     "generate": {"seed": "rng"},
@@ -64,28 +66,44 @@ ARGUMENTS = {
     "read_slab": {"holes_masked": "mask_missing"},
     "reference_map": {"rng_seed": "rng"},
     "roll": {
-        "way": "travel", "to_and_fro": "reciprocating", "each": "on_step",
+        "way": "travel",
+        "to_and_fro": "reciprocating",
+        "each": "on_step",
         "centered": "start_at_center",
     },
     "shakedown_load": {"within": "rel_tol"},
     "solve": {"start": "initial_guess"},
     "solve_elastoplastic": {"each": "on_step", "communicator": "ranks"},
     "subsurface_stress": {"body": "in_body"},
-}  # fmt: skip
+}
 """Of a function: old argument to new argument."""
 
 ATTRIBUTES = {
-    "above": "bracket_high", "answer": "outcome_text", "at_odds": "tabor_ratio",
-    "below": "bracket_low", "beside": "with_coarser_grid",
+    "above": "bracket_high",
+    "answer": "outcome_text",
+    "at_odds": "tabor_ratio",
+    "below": "bracket_low",
+    "beside": "with_coarser_grid",
     "centre_of_pressure": "center_of_pressure",
-    "corrected_contact_area": "perimeter_corrected_area", "film_ratio": "gap_ratio",
-    "first_pressure": "preload_pressure", "flow": "strain_added", "flowed": "yielded",
-    "found": "messages", "gain": "strain_net", "given": "specified_load",
-    "least_strain": "strain_threshold", "place": "max_von_mises_at", "pull": "traction",
-    "recommended": "calibration", "remarks": "extra_cautions", "shaken_down": "is_elastic_now",
-    "smooth": "hertz", "to_and_fro": "reciprocating", "travelled": "has_moved",
+    "corrected_contact_area": "perimeter_corrected_area",
+    "film_ratio": "gap_ratio",
+    "first_pressure": "preload_pressure",
+    "flow": "strain_added",
+    "flowed": "yielded",
+    "found": "messages",
+    "gain": "strain_net",
+    "given": "specified_load",
+    "least_strain": "strain_threshold",
+    "place": "max_von_mises_at",
+    "pull": "traction",
+    "recommended": "calibration",
+    "remarks": "extra_cautions",
+    "shaken_down": "is_elastic_now",
+    "smooth": "hertz",
+    "to_and_fro": "reciprocating",
+    "travelled": "has_moved",
     "unsealed": "without_checksums",
-}  # fmt: skip
+}
 """Of any result, material or point of a path that has the new attribute: old to new one."""
 
 

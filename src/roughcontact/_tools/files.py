@@ -254,5 +254,6 @@ def _copy_stream(pipe: Path, target: Path) -> None:
             else:
                 time.sleep(0.01)
     raise FormatError(
-        f"{pipe} is a pipe that gives more than {MAX_PIPE_BYTES / 2**30:.0f} GiB; write that into a file"
+        f"{pipe} is a pipe that gives more than {MAX_PIPE_BYTES / 2**30:.0f} GiB; write that into "
+        "a file"
     )

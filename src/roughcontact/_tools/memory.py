@@ -35,10 +35,13 @@ class _Group(NamedTuple):
 _GROUPS = (
     _Group("", "sys/fs/cgroup", ("memory.max", "memory.high"), "memory.current", "inactive_file"),
     _Group(
-        "memory", "sys/fs/cgroup/memory", ("memory.limit_in_bytes",), "memory.usage_in_bytes",
+        "memory",
+        "sys/fs/cgroup/memory",
+        ("memory.limit_in_bytes",),
+        "memory.usage_in_bytes",
         "total_inactive_file",
     ),
-)  # fmt: skip
+)
 
 
 def free_bytes() -> int:

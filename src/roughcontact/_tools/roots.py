@@ -17,9 +17,13 @@ _MOST_STEPS = 100
 
 
 def brentq(
-    function: Callable[[float], float], low: float, high: float,
-    *, xtol: float = _XTOL, rtol: float = _RTOL,
-) -> float:  # fmt: skip
+    function: Callable[[float], float],
+    low: float,
+    high: float,
+    *,
+    xtol: float = _XTOL,
+    rtol: float = _RTOL,
+) -> float:
     """Return a zero between two places, by Brent's method with inverse quadratic interpolation."""
     before, here = float(low), float(high)
     f_before, f_here = _value(function, before), _value(function, here)
@@ -73,8 +77,9 @@ def _interpolated_step(
         slope_before = (f_before - f_here) / (before - here)
         slope_across = (f_across - f_here) / (across - here)
         return (
-            -f_here * (f_across * slope_across - f_before * slope_before)
+            -f_here
+            * (f_across * slope_across - f_before * slope_before)
             / (slope_across * slope_before * (f_across - f_before))
-        )  # fmt: skip
+        )
     except ZeroDivisionError:
         return math.inf

@@ -11,10 +11,11 @@ both are the same.
 `components`: The interval of the share is that of F, exact for groups of one size; for others
 it takes the mean size of Searle, Casella and McCulloch (1992), section 3.6.
 
-`parts_interval`: Neighbors that long waves join scatter together. The variance of means over squares
-of side L is S/L² (1 - a/L) where waves are short beside L: two sizes of parts give S, and that
-is taken where it is larger. Where the sixteen parts scatter more beside the 64 than chance
-would have it once in ten times, waves are not short, and the quarters count, if they tell more.
+`parts_interval`: Long waves correlate neighboring parts. The variance of means over squares of
+side L is S/L² (1 - a/L) if the waves are short compared with L: two sizes of parts give S, which
+is used if it is larger. If the variance of the sixteen parts exceeds that of the 64 by more than
+chance explains (at 10 %), the waves are not short, and the quarters are used if their variance is
+larger.
 
 Over Gaussian fields whose correlation has fallen to 1/e within three quarters of the width of a
 sixteenth, the intervals hold in 93 to 97 of a hundred maps. Without 64 parts nothing tells
@@ -238,8 +239,10 @@ def variance_scaling(
 
     large, small = (np.asarray(x, dtype=np.float64) for x in (coarse, fine))
     ratio = _ratio(_deviation(large) ** 2 * small.size / large.size, _deviation(small) ** 2)
-    ends = (float(fdtri(large.size - 1, small.size - 1, tail))
-            for tail in ((1 - level) / 2, (1 + level) / 2))  # fmt: skip
+    ends = (
+        float(fdtri(large.size - 1, small.size - 1, tail))
+        for tail in ((1 - level) / 2, (1 + level) / 2)
+    )
     low, high = ends
     return ratio, low, high
 

@@ -25,37 +25,57 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Command, Given, Task
 
 POINTS = Option(
-    "points", Panel.MAP, "NUMBER", "Points per side; default: 512.",
-    parsing.int_parser(32, math.isqrt(memory.POINTS)), 512,
-)  # fmt: skip
+    "points",
+    Panel.MAP,
+    "NUMBER",
+    "Points per side; default: 512.",
+    parsing.int_parser(32, math.isqrt(memory.POINTS)),
+    512,
+)
 FOLDER = Option(
-    "folder", Panel.OUTPUT, "FOLDER", "Folder for the files; default: roughcontact-demo.",
-    parsing.path, Path("roughcontact-demo"),
-)  # fmt: skip
+    "folder",
+    Panel.OUTPUT,
+    "FOLDER",
+    "Folder for the files; default: roughcontact-demo.",
+    parsing.path,
+    Path("roughcontact-demo"),
+)
 PROJECTS_FOLDER = file_option(
-    "folder", "FOLDER",
-    "Folder of projects (kept 30 days); default: user state folder.",
-)  # fmt: skip
+    "folder", "FOLDER", "Folder of projects (kept 30 days); default: user state folder."
+)
 UPLOAD_LIMIT = Option(
-    "upload-limit", Panel.SERVER, "SIZE",
+    "upload-limit",
+    Panel.SERVER,
+    "SIZE",
     'Largest upload: "500 MB"; eight times that in total; default: 1 GiB.',
-    parsing.parse_bytes, 2**30,
-)  # fmt: skip
+    parsing.parse_bytes,
+    2**30,
+)
 PORT = Option(
-    "port", Panel.SERVER, "NUMBER",
+    "port",
+    Panel.SERVER,
+    "NUMBER",
     "Port; default: 5106, or a free one.",
-    parsing.int_parser(1, 2**16 - 1), None,
-)  # fmt: skip
+    parsing.int_parser(1, 2**16 - 1),
+    None,
+)
 ADDRESS = Option(
-    "address", Panel.SERVER, "ADDRESS",
+    "address",
+    Panel.SERVER,
+    "ADDRESS",
     "Listen address; 0.0.0.0 admits other machines (needs --allow-origin); default: 127.0.0.1.",
-    parsing.as_text, "127.0.0.1",
-)  # fmt: skip
+    parsing.as_text,
+    "127.0.0.1",
+)
 ALLOW_ORIGIN: Option[tuple[str, ...]] = Option(
-    "allow-origin", Panel.SERVER, "URL",
+    "allow-origin",
+    Panel.SERVER,
+    "URL",
     "Address in the browsers of other machines: http://lab-pc:5106; repeatable.",
-    parsing.origins, (), many=True,
-)  # fmt: skip
+    parsing.origins,
+    (),
+    many=True,
+)
 NO_BROWSER = flag_option("no-browser", Panel.SERVER, "Print the address without opening a browser.")
 
 DESK = Command(
@@ -72,20 +92,29 @@ LOCAL, DASK = "local", "dask"
 """What the contacts of a project run on."""
 
 ENGINE = Option(
-    "engine", Panel.ENGINE, f"{LOCAL}|{DASK}",
+    "engine",
+    Panel.ENGINE,
+    f"{LOCAL}|{DASK}",
     "Where to run: local or dask; default: local.",
-    parsing.choice(LOCAL, DASK), LOCAL,
-)  # fmt: skip
+    parsing.choice(LOCAL, DASK),
+    LOCAL,
+)
 SCHEDULER = Option(
-    "scheduler", Panel.ENGINE, "ADDRESS",
+    "scheduler",
+    Panel.ENGINE,
+    "ADDRESS",
     "Dask scheduler: tls://head:8786 (tcp:// is unprotected); default: start one.",
-    parsing.as_text, None,
-)  # fmt: skip
+    parsing.as_text,
+    None,
+)
 WORKERS = Option(
-    "workers", Panel.ENGINE, "NUMBER",
+    "workers",
+    Panel.ENGINE,
+    "NUMBER",
     "Local processes; default: one per core.",
-    parsing.int_parser(1, 2**16), None,
-)  # fmt: skip
+    parsing.int_parser(1, 2**16),
+    None,
+)
 
 RUN = Command(
     "run",
@@ -130,17 +159,22 @@ The example is a generated steel surface, 0.1 mm × 0.1 mm, under 1 N.
 )
 GROUPS: dict[str, tuple[Command, ...]] = {
     "Solve one contact": (
-        solve.TASK, load_curve.TASK, load_history.TASK, load_search.TASK, subsurface_stress.TASK,
+        solve.TASK,
+        load_curve.TASK,
+        load_history.TASK,
+        load_search.TASK,
+        subsurface_stress.TASK,
         rolling.TASK,
     ),
-    "Joints of flat faces": (
-        interface_law.TASK, conductance.TASK, leakage.TASK, tangential.TASK,
-    ),
+    "Joints of flat faces": (interface_law.TASK, conductance.TASK, leakage.TASK, tangential.TASK),
     "Several surfaces, no map, many jobs": (
-        comparison.TASK, estimate.TASK, generation.COMMAND, RUN,
+        comparison.TASK,
+        estimate.TASK,
+        generation.COMMAND,
+        RUN,
     ),
     "Tools": (INFO, MATERIALS, VERIFY, DESK, DEMO),
-}  # fmt: skip
+}
 """The commands under the headings of the help."""
 COMMANDS = {command.name: command for group in GROUPS.values() for command in group}
 TASKS = tuple(command for command in COMMANDS.values() if isinstance(command, Task))

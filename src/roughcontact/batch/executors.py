@@ -101,9 +101,10 @@ def connect_cluster(scheduler: str | None, workers: int) -> Iterator[Engine]:
             # Of protocols that need more than was given.
             raise InputError(
                 f"does not answer at {scheduler!r} ({' '.join(str(error).split())}); is it the "
-                "address that dask scheduler has printed?", argument="scheduler",
+                "address that dask scheduler has printed?",
+                argument="scheduler",
                 value=scheduler,
-            ) from None  # fmt: skip
+            ) from None
         executor = client.get_executor(pure=False)
         yield Engine(
             executor,

@@ -214,7 +214,8 @@ def _run_on_worker(task: BatchTask, journey: FileTransfer) -> TaskResult:
 def too_large(what: str, size: int) -> str:
     """Return why content does not travel."""
     return (
-        f"{what} have {size / 1e6:.0f} MB, and at most {MAX_TRANSFER_BYTES / 1e6:.0f} MB travel with a contact; "
+        f"{what} have {size / 1e6:.0f} MB, and at most {MAX_TRANSFER_BYTES / 1e6:.0f} MB travel "
+        "with a contact; "
         "put the project where all workers see it under the same path"
     )
 

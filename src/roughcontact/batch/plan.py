@@ -67,9 +67,7 @@ class ContactReport:
 
     def record(self) -> dict[str, Any]:
         """Return its entry in JSON."""
-        return {
-            "name": self.name, "state": self.state, "told": self.summary, "reason": self.reason,
-        }  # fmt: skip
+        return {"name": self.name, "state": self.state, "told": self.summary, "reason": self.reason}
 
 
 def spell_key(mention: ArgumentRef, task: Command) -> str:

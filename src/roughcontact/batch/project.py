@@ -323,8 +323,10 @@ def _parse_contact(project: _Project, number: int, read: Any) -> _Contact:
     if not isinstance(read, dict):
         raise project.source.make_error(table, "each contact must be a table, [[contact]]")
     command = str(read.get("task", project.defaults.get("task", solve.TASK.name)))
-    own, shared = ({deprecated.current_option(command, key): key for key in keys}
-                   for keys in (read, project.defaults))  # fmt: skip
+    own, shared = (
+        {deprecated.current_option(command, key): key for key in keys}
+        for keys in (read, project.defaults)
+    )
     read = {key: deprecated.current_value(key, read[old]) for key, old in own.items()}
     # A material of its own comes before constants that all others share.
     aside = {
@@ -333,8 +335,11 @@ def _parse_contact(project: _Project, number: int, read: Any) -> _Contact:
         for constant in _MATERIAL_KEYS
         if f"{prefix}material" in read
     }
-    defaults = {key: deprecated.current_value(key, project.defaults[old])
-                for key, old in shared.items() if key not in aside}  # fmt: skip
+    defaults = {
+        key: deprecated.current_value(key, project.defaults[old])
+        for key, old in shared.items()
+        if key not in aside
+    }
     where: dict[str, tuple[str, ...]] = {key: ("defaults", shared[key]) for key in defaults}
     where |= {key: (*table, old) for key, old in own.items()}
     values = {**defaults, **read}

@@ -42,9 +42,12 @@ def open_project(
     """Read what is to be done, and give an engine for it."""
     if scheduler is not None and (kind != DASK or workers is not None):
         raise InputError(
-            "is that of a cluster with workers of its own: it needs ", ArgumentRef("engine", DASK),
-            " and goes without ", ArgumentRef("workers"), argument="scheduler",
-        )  # fmt: skip
+            "is that of a cluster with workers of its own: it needs ",
+            ArgumentRef("engine", DASK),
+            " and goes without ",
+            ArgumentRef("workers"),
+            argument="scheduler",
+        )
     if ranks.is_parallel_run():
         raise InputError(
             "mpiexec started several of these, each of which would do all of it: start a single one"
@@ -121,11 +124,7 @@ class _ProjectRun:
     """The contacts of a project that are under way, and how those ended that are not."""
 
     def __init__(
-        self,
-        entries: list[Entry],
-        tell: _Callbacks,
-        engine: Engine,
-        marks: Mapping[Path, Path],
+        self, entries: list[Entry], tell: _Callbacks, engine: Engine, marks: Mapping[Path, Path]
     ) -> None:
         self._entries, self._tell, self._engine, self._marks = entries, tell, engine, marks
         self._reports: dict[int, ContactReport] = {}
@@ -251,12 +250,16 @@ class _ProjectRun:
             path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file()
         )
         parts = tuple(
-            replace(part, entry=replace(
-                part.entry, summary=_resolve_path(part.entry.summary),
-                request=part.entry.request.with_relocated_files(_resolve_path, _resolve_path),
-            ))
+            replace(
+                part,
+                entry=replace(
+                    part.entry,
+                    summary=_resolve_path(part.entry.summary),
+                    request=part.entry.request.with_relocated_files(_resolve_path, _resolve_path),
+                ),
+            )
             for part in task.parts
-        )  # fmt: skip
+        )
         known = {path: checksum for path, checksum in sums.items() if checksum is not None}
         mark = self._marks[entries[0].summary.parent]
         return replace(
@@ -389,9 +392,10 @@ class _ProjectRun:
         done_ = {number for number, report in self._reports.items() if report.state != FAILED}
         for task, _ in self._under_way.values():
             done_ |= {
-                part.number for part in task.parts
+                part.number
+                for part in task.parts
                 if plan.find_complete(part.entry, part.digest) is not None
-            }  # fmt: skip
+            }
         places = {number: plan.pieces_folder(entry) for number, entry in enumerate(self._entries)}
         begun = [place for number, place in places.items() if number not in done_]
         whole = [self._entries[number].summary for number in sorted(done_)]

@@ -174,8 +174,7 @@ def _explain_tag(tag: str | None) -> None:
 
 def _root(
     version: Annotated[
-        bool,
-        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
     explain: Annotated[
         str | None,
@@ -502,10 +501,7 @@ def _run_project(
     scheduler, workers = requested[tasks.SCHEDULER], requested[tasks.WORKERS]
     with runner.open_project(
         load, runner.task_limit, requested[tasks.ENGINE], scheduler=scheduler, workers=workers
-    ) as (
-        engine,
-        entries,
-    ):
+    ) as (engine, entries):
         states: list[str] = []
         forecast = Forecast()
         forecast(Progress(1, len(entries), None))
@@ -563,8 +559,7 @@ def _load_page() -> Page:
 
 
 @_make_command(
-    VERIFY,
-    _argument(list[Path], "FILE...", "NetCDF results (.nc) of --output or --folder."),
+    VERIFY, _argument(list[Path], "FILE...", "NetCDF results (.nc) of --output or --folder.")
 )
 def _verify(files: Subject, specified: Given) -> None:
     from roughcontact.cli import console

@@ -52,8 +52,9 @@ def _solve_demo(points: int, line: terminal.ProgressLine) -> list[ContactResult]
         def tell(state: Progress, number: int = number, label: str = label) -> None:
             line.update(replace(state, number=number, count=len(_LABELS), label=label))
 
-        result = solve(surface, load=1.0, material=steel, ceiling=ceiling, progress=tell,
-                      calibrated=False)  # fmt: skip
+        result = solve(
+            surface, load=1.0, material=steel, ceiling=ceiling, progress=tell, calibrated=False
+        )
         results.append(result)
     return results
 

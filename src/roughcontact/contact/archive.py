@@ -162,20 +162,40 @@ _ARCHIVE_MAPS = {
 }
 # Attributes that are numbers, with their units.
 _NUMBERS = {
-    "load": "N", "approach": "m", "contact_modulus": "Pa", "certificate": "1", "load_error": "1",
-    "tolerance": "1", "seconds": "s",
-}  # fmt: skip
+    "load": "N",
+    "approach": "m",
+    "contact_modulus": "Pa",
+    "certificate": "1",
+    "load_error": "1",
+    "tolerance": "1",
+    "seconds": "s",
+}
 # Of a ceiling that was recommended.
 _RECOMMENDED = {
-    "load": "N", "load_ratio": "1", "factor": "1", "mismatch": "1", "solves": "1",
-    "usual_ceiling": "Pa", "usual_contact_area": "m²", "usual_approach": "m",
+    "load": "N",
+    "load_ratio": "1",
+    "factor": "1",
+    "mismatch": "1",
+    "solves": "1",
+    "usual_ceiling": "Pa",
+    "usual_contact_area": "m²",
+    "usual_approach": "m",
     "usual_indentation": "m",
-}  # fmt: skip
+}
 _CALIBRATED = {
-    "ceiling": "Pa", "factor": "1", "load_ratio": "1", "load": "N", "approach": "m",
-    "contact_area": "m²", "contact_fraction": "1", "saturated_fraction": "1", "mean_gap": "m",
-    "change": "1", "certificate": "1", "convolutions": "1",
-}  # fmt: skip
+    "ceiling": "Pa",
+    "factor": "1",
+    "load_ratio": "1",
+    "load": "N",
+    "approach": "m",
+    "contact_area": "m²",
+    "contact_fraction": "1",
+    "saturated_fraction": "1",
+    "mean_gap": "m",
+    "change": "1",
+    "certificate": "1",
+    "convolutions": "1",
+}
 _WORDS = ("boundary", "precision", "control", "status", "version")
 # Those of them that the bodies know.
 _PAIR_ATTRIBUTES = ("contact_modulus", "boundary")
@@ -308,15 +328,17 @@ def _with_unit(name: str, value: float, unit: str) -> dict[str, Any]:
 def _dataset(
     surface: MapOrSlab, maps: dict[str, Any], attributes: dict[str, Any]
 ) -> netcdf.Dataset:
-    dataset = netcdf.Dataset({
-        "Conventions": "CF-1.8",
-        "pixel_y": surface.pixel[0],
-        "pixel_y_units": "m",
-        "pixel_x": surface.pixel[1],
-        "pixel_x_units": "m",
-        **_described(surface.provenance),
-        **attributes,
-    })  # fmt: skip
+    dataset = netcdf.Dataset(
+        {
+            "Conventions": "CF-1.8",
+            "pixel_y": surface.pixel[0],
+            "pixel_y_units": "m",
+            "pixel_x": surface.pixel[1],
+            "pixel_x_units": "m",
+            **_described(surface.provenance),
+            **attributes,
+        }
+    )
     for name, values in maps.items():
         dataset[name] = (("y", "x"), values, map_attributes(name))
     about = {"units": "m", "long_name": "centre of the pixel"}

@@ -81,8 +81,14 @@ def distances_from(result: ContactResult, middle: tuple[float, float]) -> tuple[
 def comparison_limits(result: ContactResult) -> tuple[Caution, ...]:
     """Return what sets a contact and Hertz's of its nominal bodies apart besides roughness."""
     smooth = _smooth_limits(result)
-    return sort_cautions([*_within_map(result, smooth), *_line_end_note(result), *_size_note(smooth),
-                    *_yield_note(result, smooth)])  # fmt: skip
+    return sort_cautions(
+        [
+            *_within_map(result, smooth),
+            *_line_end_note(result),
+            *_size_note(smooth),
+            *_yield_note(result, smooth),
+        ]
+    )
 
 
 def behind_load(result: ContactResult) -> bool:
@@ -116,7 +122,8 @@ def _within_map(result: ContactResult, smooth: SmoothContact) -> Iterator[Cautio
                 yield as_warning(
                     CautionTag.HERTZ,
                     f"Hertz contact (±{format_engineering(reach, 'm', 3)}) is larger than the map "
-                    f"(±{format_engineering(edge, 'm', 3)}). Measure a larger map or reduce the load.",
+                    f"(±{format_engineering(edge, 'm', 3)}). Measure a larger map or reduce the "
+                    "load.",
                     reach=reach,
                     edge=edge,
                 )
@@ -162,7 +169,8 @@ def _yield_note(result: ContactResult, smooth: SmoothContact) -> Iterator[Cautio
     if first is not None and smooth.max_pressure >= first:
         yield as_note(
             CautionTag.HERTZ,
-            f"Smooth bodies also yield: Hertz peak {format_engineering(smooth.max_pressure, 'Pa', 3)} "
+            "Smooth bodies also yield: Hertz peak "
+            f"{format_engineering(smooth.max_pressure, 'Pa', 3)} "
             f"exceeds first yield at {format_engineering(first, 'Pa', 3)}.",
             first_yield=first,
             peak=smooth.max_pressure,

@@ -133,14 +133,18 @@ class GivenLoad:
         """Return it ready for JSON: form, value with its unit, force [N]."""
         kind = type(self.form)
         return {
-            "form": NAMES[kind], "value": self.form.value, "unit": UNITS[kind], "load": self.force,
-        }  # fmt: skip
+            "form": NAMES[kind],
+            "value": self.form.value,
+            "unit": UNITS[kind],
+            "load": self.force,
+        }
 
 
 def from_summary(text: dict[str, Any]) -> GivenLoad:
     """Return the load that `GivenLoad.summary` told of."""
-    (kind,) = (kind for kind in (NominalPressure, LineLoad, HertzPressure)
-               if NAMES[kind] == text["form"])  # fmt: skip
+    (kind,) = (
+        kind for kind in (NominalPressure, LineLoad, HertzPressure) if NAMES[kind] == text["form"]
+    )
     return GivenLoad(kind(float(text["value"])), float(text["load"]))
 
 

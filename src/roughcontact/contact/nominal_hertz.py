@@ -19,9 +19,17 @@ Array = NDArray[np.float64]
 
 # Methods that leave the body under the roughness as it is.
 _CURVATURE_KEEPING_STEPS = frozenset(
-    ("note", "without_outliers", "filled", "masked", "cropped", "largest_rectangle", "resampled",
-     "indented")
-)  # fmt: skip
+    (
+        "note",
+        "without_outliers",
+        "filled",
+        "masked",
+        "cropped",
+        "largest_rectangle",
+        "resampled",
+        "indented",
+    )
+)
 
 
 def curvature_of_map(provenance: Provenance) -> Array | None:

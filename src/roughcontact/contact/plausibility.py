@@ -124,7 +124,8 @@ def filled_caution(result: ContactResult) -> Caution | None:
         return None
     return as_warning(
         CautionTag.MOSTLY_FILLED,
-        f"{format_percent(share)} of the {result.pair.whole} is filled, not measured: contact there is "
+        f"{format_percent(share)} of the {result.pair.whole} is filled, not measured: contact "
+        "there is "
         f"invented. Crop it, or use {ArgumentRef('missing', 'mask')}.",
         filled=share,
     )
@@ -437,7 +438,8 @@ def _check_units(result: ContactResult) -> Caution | None:
         if kind := _range_adjective(E, MODULUS_RANGE, "soft", "stiff"):
             return as_warning(
                 CautionTag.UNITS,
-                f"Young's modulus is {format_engineering(E, 'Pa', 3)}: no solid is this {kind}. Give the "
+                f"Young's modulus is {format_engineering(E, 'Pa', 3)}: no solid is this {kind}. "
+                "Give the "
                 'unit, for example "210 GPa".',
                 young=E,
             )
@@ -453,7 +455,8 @@ def _check_units(result: ContactResult) -> Caution | None:
     if side > MAX_SIDE:
         return as_warning(
             CautionTag.UNITS,
-            f"The {result.pair.whole} is {format_engineering(side, 'm', 3)} long: its unit is probably "
+            f"The {result.pair.whole} is {format_engineering(side, 'm', 3)} long: its unit is "
+            "probably "
             "smaller. Give the unit of the lengths.",
             side=side,
         )
@@ -532,7 +535,8 @@ def _check_hardness(result: ContactResult) -> Caution | None:
         return None
     return as_caution(
         CautionTag.HARDNESS,
-        f"3σ_Y is {ratio:.2g} times the hardness of {body.name or 'the softer_material body'}, which no "
+        f"3σ_Y is {ratio:.2g} times the hardness of {body.name or 'the softer_material body'}, "
+        "which no "
         "contact exceeds. Use ",
         ArgumentRef("ceiling", format_engineering(hardness, "Pa", 4)),
         ".",
@@ -604,7 +608,8 @@ def _check_missing(result: ContactResult) -> Caution | None:
     share = missing / math.prod(result.pair.shape)
     return (as_note if share < MISSING_FRACTION else as_caution)(
         CautionTag.MISSING,
-        f"{format_percent(share)} of the {result.pair.whole} is missing and cannot touch: contact area "
+        f"{format_percent(share)} of the {result.pair.whole} is missing and cannot touch: contact "
+        "area "
         "may be low.",
         share=share,
         missing=missing,

@@ -98,8 +98,10 @@ def require_alike(
     """Refuse two pairs of bodies that differ in more than their heights."""
     pixels = np.allclose(first.pixel, other.pixel, rtol=_SAME, atol=0)
     if first.shape != other.shape or not pixels:
-        item, two = (f"{p.shape[0]} × {p.shape[1]} points of {format_lengths(p.pixel)}"
-                    for p in (first, other))  # fmt: skip
+        item, two = (
+            f"{p.shape[0]} × {p.shape[1]} points of {format_lengths(p.pixel)}"
+            for p in (first, other)
+        )
         raise InputError(f"are of different grids, {item} and {two}", *advice, argument=argument)
     if first.boundary != other.boundary:
         text = f"differ in boundary, {first.boundary} and {other.boundary}"
@@ -132,9 +134,10 @@ def same_heights(first: Pair, second: Pair) -> bool:
     return all(
         item is two or np.array_equal(item, two, equal_nan=True)
         for item, two in (
-            (first.surface.heights, second.surface.heights), (first.heights, second.heights)
+            (first.surface.heights, second.surface.heights),
+            (first.heights, second.heights),
         )
-    )  # fmt: skip
+    )
 
 
 def _constants(material: Material) -> str:
@@ -199,7 +202,8 @@ def window_of(pair: Pair) -> tuple[Window | None, float]:
 def _nothing_left(pair: Pair, rim: float) -> InputError:
     wide = "without end" if math.isnan(rim) else f"of {format_engineering(rim, 'm', 3)}"
     return InputError(
-        f"of {format_lengths(pair.size)} is too small for a free boundary: a rim {wide} along each edge, "
+        f"of {format_lengths(pair.size)} is too small for a free boundary: a rim {wide} along each "
+        "edge, "
         f"{RIM:.0f} autocorrelation lengths, leaves less than half of a side; take long waves out "
         f"with {ArgumentRef('l')}, give a larger map, or {ArgumentRef('boundary', 'periodic')}",
         argument="surface",

@@ -119,9 +119,12 @@ class Slab:
         ny, nx = shape
         dy, dx = to_si(pixel, "length", "pixel")
         values = {
-            "shape": (int(ny), int(nx)), "pixel": (float(dy), float(dx)), "ranks": ranks,
-            "provenance": provenance or Provenance(), "holes_masked": bool(holes_masked),
-        }  # fmt: skip
+            "shape": (int(ny), int(nx)),
+            "pixel": (float(dy), float(dx)),
+            "ranks": ranks,
+            "provenance": provenance or Provenance(),
+            "holes_masked": bool(holes_masked),
+        }
         for name, value in values.items():
             object.__setattr__(self, name, value)
         object.__setattr__(self, "heights", ranks.agreed(lambda: self._checked(heights)))
@@ -144,8 +147,9 @@ class Slab:
                 argument="heights",
             )
         if np.isinf(taken).any():
-            raise InputError("must not be infinite; mark what is missing by NaN",
-                             argument="heights")  # fmt: skip
+            raise InputError(
+                "must not be infinite; mark what is missing by NaN", argument="heights"
+            )
         return taken
 
     @cached_property
@@ -236,11 +240,15 @@ class Slab:
         blocks = [range(0, points, edge) for points in values.shape]
         here = take.reduceat(take.reduceat(values, blocks[0], axis=0), blocks[1], axis=1)
         if not largest:
-            here = here / np.outer(*(
-                np.diff([*tops, points]) for tops, points in zip(blocks, values.shape, strict=True)
-            ))  # fmt: skip
-        counts = [len(range(0, e - s, edge)) for s, e in zip(self.edges, self.edges[1:],
-                  strict=False)]  # fmt: skip
+            here = here / np.outer(
+                *(
+                    np.diff([*tops, points])
+                    for tops, points in zip(blocks, values.shape, strict=True)
+                )
+            )
+        counts = [
+            len(range(0, e - s, edge)) for s, e in zip(self.edges, self.edges[1:], strict=False)
+        ]
         whole = self.ranks.allgatherv(here, counts)
         return whole if self.ranks.is_root else None
 

@@ -185,9 +185,14 @@ def solve(
     watch = progress_callback(progress, 1, 1)
     asked = replace(terms, ceiling=COATING) if _is_bracket(pair, ceiling) else terms
     result = solve_pair(
-        pair, asked, start=initial_guess, on_failure=on_failure, on_interrupt=on_interrupt,
-        progress=watch, workers=workers,
-    )  # fmt: skip
+        pair,
+        asked,
+        start=initial_guess,
+        on_failure=on_failure,
+        on_interrupt=on_interrupt,
+        progress=watch,
+        workers=workers,
+    )
     if not calibrated:
         return result
     return add_calibrated(result, ceiling, max_iterations, progress)
@@ -206,9 +211,12 @@ def add_calibrated(
     label = "ceiling of the base" if bracket else "calibrated ceiling"
     watch = progress_callback(progress, 1, 1, label)
     terms = LoadCase(
-        **{first.control: getattr(first, first.control)}, moments=first.moments,
-        tolerance=first.tolerance, max_iterations=max_iterations, precision=first.precision,
-    )  # fmt: skip
+        **{first.control: getattr(first, first.control)},
+        moments=first.moments,
+        tolerance=first.tolerance,
+        max_iterations=max_iterations,
+        precision=first.precision,
+    )
     other = _under_base(first, terms, watch) if bracket else _solve_calibrated(first, terms, watch)
     return replace(first, calibrated=other)
 
@@ -320,8 +328,10 @@ def _solve_again(
     if not result.converged:
         return None
     areas_and_gap = ("contact_fraction", "saturated_fraction", "mean_gap")
-    changes = (abs(getattr(result, n) - getattr(first, n)) / (getattr(first, n) or math.inf)
-               for n in areas_and_gap)  # fmt: skip
+    changes = (
+        abs(getattr(result, n) - getattr(first, n)) / (getattr(first, n) or math.inf)
+        for n in areas_and_gap
+    )
     named = {n: getattr(result, n) for n in Calibrated.__dataclass_fields__ if hasattr(result, n)}
     return Calibrated(**named, factor=factor, load_ratio=load_ratio, change=max(changes))
 

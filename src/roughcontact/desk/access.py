@@ -179,7 +179,7 @@ class _EntryHandler(web.RequestHandler):
         name, value = self._door.cookie
         self.set_cookie(
             name, value, expires_days=_COOKIE_DAYS, httponly=True, samesite="Lax", path="/"
-        )  # fmt: skip
+        )
         key = work_key(self.request)
         if key and not self._find(key):
             self.set_status(404)

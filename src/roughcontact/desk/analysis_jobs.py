@@ -167,8 +167,11 @@ def _quantity_change(
     sign = "−" if change < 0 else "+"
     share = f"{sign}{format_percent(abs(change / values[1]))}" if values[1] else ""
     size = abs(change)
-    text = (quantity.format_value(size) if quantity.unit == "1"
-            else format_value(size, quantity.unit, quantity.digits))  # fmt: skip
+    text = (
+        quantity.format_value(size)
+        if quantity.unit == "1"
+        else format_value(size, quantity.unit, quantity.digits)
+    )
     return f"{sign}{text}", share
 
 

@@ -158,8 +158,10 @@ class OptionsForm:
 def _result_view(result: Any) -> LoadCurveView | ResolutionView | StressView | None:
     """Return the page's own view of a result, if it has one."""
     views: dict[type, Callable[[], Any]] = {
-        LoadCurve: LoadCurveView, ResolutionStudy: ResolutionView, StressResult: StressView,
-    }  # fmt: skip
+        LoadCurve: LoadCurveView,
+        ResolutionStudy: ResolutionView,
+        StressResult: StressView,
+    }
     for kind, view in views.items():
         if isinstance(result, kind):
             created = view()
@@ -209,8 +211,9 @@ class JointPanel(TabPanel):
         self._answers = pn.Column(**style.HIGH)
         about = pn.pane.HTML(
             '<p class="quiet">Under nominal pressures from one to another, each solved once for '
-            "all that is asked.</p>", **style.SHEET,
-        )  # fmt: skip
+            "all that is asked.</p>",
+            **style.SHEET,
+        )
         parts = [
             part for name in self._boxes for part in (self._boxes[name], self._forms[name].root)
         ]
@@ -331,8 +334,10 @@ class ComparePanel(TabPanel):
         self._answer = pn.Column(**style.HIGH)
         self.root = pn.Column(
             pn.Row(self._pin, self._swap, self._unpin, self._working.root, **style.BLOCK),
-            self._differences, self._answer, **style.HIGH,
-        )  # fmt: skip
+            self._differences,
+            self._answer,
+            **style.HIGH,
+        )
 
     def show(self) -> None:
         """Show the pinned contact, and its differences."""

@@ -71,10 +71,7 @@ Give = Callable[[str, Value], None]
 """``give(name, value)`` sets an option, or raises what is wrong with it."""
 
 
-_SUGGESTED: dict[str, tuple[str, ...]] = {
-    "ceiling": ("auto", "calibrated", "none"),
-    "channel": (),
-}
+_SUGGESTED: dict[str, tuple[str, ...]] = {"ceiling": ("auto", "calibrated", "none"), "channel": ()}
 """What is proposed where any text can be given."""
 
 _PICTURED = {"boundary": {"free": "ends", "periodic": "continues"}}
@@ -169,9 +166,12 @@ def _widget(option: Option[Any], choices: Mapping[str, str] | None) -> Any:
         return pn.widgets.Select(options=[*default, *map(str, known)], **about)
     if option.name in _SUGGESTED:
         return Field(
-            words=option.label, help=option.help, placeholder=option.metavar.lower(),
-            options=list(_SUGGESTED[option.name]), **style.BLOCK,
-        )  # fmt: skip
+            words=option.label,
+            help=option.help,
+            placeholder=option.metavar.lower(),
+            options=list(_SUGGESTED[option.name]),
+            **style.BLOCK,
+        )
     return pn.widgets.TextInput(placeholder=option.metavar.lower(), **about)
 
 
@@ -187,7 +187,8 @@ def make_button(text: str, done: Callable[[], None], primary: bool = False, **mo
 def caution_list(text: Iterable[Caution]) -> str:
     """Return what has to be known, the gravest first, as a list."""
     items = "".join(
-        f'<li><b class="{item.severity}">{item.severity}</b> {escape_markup(spell_sentence(item.text))}</li>'
+        f'<li><b class="{item.severity}">{item.severity}</b> '
+        f"{escape_markup(spell_sentence(item.text))}</li>"
         for item in gravest_first(text)
     )
     return f'<ul class="cautions">{items}</ul>' if items else '<p class="quiet">No cautions.</p>'

@@ -54,13 +54,22 @@ class PressureHistogram:
         )
         self.plot.y_range.start = 0
         drawn = self.plot.quad(
-            left="left", right="right", top="density", bottom=0, source=self.source,
-            fill_color=SERIES[0], line_color="white", line_width=0.5,
-        )  # fmt: skip
+            left="left",
+            right="right",
+            top="density",
+            bottom=0,
+            source=self.source,
+            fill_color=SERIES[0],
+            line_color="white",
+            line_width=0.5,
+        )
         self._ceiling: Any = models.Span(
-            dimension="height", line_color=NEUTRAL, line_dash="dashed", line_width=1.5,
+            dimension="height",
+            line_color=NEUTRAL,
+            line_dash="dashed",
+            line_width=1.5,
             visible=False,
-        )  # fmt: skip
+        )
         self.plot.add_layout(self._ceiling)
         self.root, self.note = style.with_note(self.plot)
         self._hover = style.add_hover(
@@ -109,9 +118,14 @@ class HeightHistogram:
         self.plot: Any = style.make_chart("Height distribution", 170)
         self.plot.y_range.start = 0
         drawn = self.plot.quad(
-            left="left", right="right", top="share", bottom=0, source=self.source,
-            fill_color=SERIES[0], line_color=None,
-        )  # fmt: skip
+            left="left",
+            right="right",
+            top="share",
+            bottom=0,
+            source=self.source,
+            fill_color=SERIES[0],
+            line_color=None,
+        )
         self.root, self.note = style.with_note(self.plot)
         self._hover = style.add_hover(
             self.plot, drawn, [("from", "left"), ("to", "right"), ("share", "share")]
@@ -125,8 +139,10 @@ class HeightHistogram:
         counts, edges = np.histogram(heights * factor, _BINS)
         with style.batch_changes(self.plot.document):
             self.source.data = {
-                "left": edges[:-1], "right": edges[1:], "share": 100 * counts / heights.size,
-            }  # fmt: skip
+                "left": edges[:-1],
+                "right": edges[1:],
+                "share": 100 * counts / heights.size,
+            }
             self.plot.xaxis.axis_label = f"height above mean [{unit}]"
             self.plot.yaxis.axis_label = "share [%]"
             style.hover_units(self._hover, [unit, unit, "%"])
@@ -148,9 +164,13 @@ class MaterialRatioPlot:
             "ratio", "height", source=self.source, line_color=SERIES[0], line_width=2
         )
         self.plot.line(
-            "ratio", "height", source=self.core, line_color=NEUTRAL, line_dash="dashed",
+            "ratio",
+            "height",
+            source=self.core,
+            line_color=NEUTRAL,
+            line_dash="dashed",
             line_width=1.4,
-        )  # fmt: skip
+        )
         self.root, self.note = style.with_note(self.plot)
         self._hover = style.add_hover(
             self.plot, drawn, [("material ratio", "ratio"), ("height", "height")]
@@ -210,8 +230,10 @@ class SpectrumPlot:
         factor, unit = prefixed(float(2 * np.pi / q.min()), "m")
         with style.batch_changes(self.plot.document):
             self.source.data = {
-                "q": q[there], "C": power[there], "wavelength": 2 * np.pi / q[there] * factor,
-            }  # fmt: skip
+                "q": q[there],
+                "C": power[there],
+                "wavelength": 2 * np.pi / q[there] * factor,
+            }
             finest = np.pi / max(surface.pixel)
             style.set_markup(
                 self.note, f"Beyond {finest:.3g} rad/m only the corners of the grid count."
@@ -268,8 +290,10 @@ def bodies_on_line(result: ContactResult, where: SectionPoints) -> SectionBodies
     index = where.rows, where.columns
     surface, pair = result.surface, result.pair
     gap = result.gap[index]
-    y, x = ((n + 0.5) * edge - side / 2
-            for n, edge, side in zip(index, surface.pixel, surface.size, strict=True))  # fmt: skip
+    y, x = (
+        (n + 0.5) * edge - side / 2
+        for n, edge, side in zip(index, surface.pixel, surface.size, strict=True)
+    )
     tilted = result.tilt[0] * y + result.tilt[1] * x
     moved = gap - result.initial_gap[index] - tilted + result.approach
     share = pair.material.compliance * pair.contact_modulus
@@ -366,7 +390,8 @@ class SectionPlot:
         )
         share = float(np.count_nonzero(touching)) / touching.size
         self.pressure.title.text = (
-            f"Pressure, largest {format_engineering(largest, 'Pa')}, {100 * share:.3g} % of the line "
+            f"Pressure, largest {format_engineering(largest, 'Pa')}, {100 * share:.3g} % of the "
+            "line "
             f"touches{doubtful}"
         )
 
@@ -387,14 +412,24 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
     """Return the figures of heights and of pressure."""
     tools = "xpan,xwheel_zoom,xbox_zoom,reset"
     heights: Any = figure(
-        x_range=along, y_range=models.Range1d(0, 1), height=150, sizing_mode="stretch_width",
-        tools=tools, title="Section", min_border_left=64, min_border_right=8,
-    )  # fmt: skip
+        x_range=along,
+        y_range=models.Range1d(0, 1),
+        height=150,
+        sizing_mode="stretch_width",
+        tools=tools,
+        title="Section",
+        min_border_left=64,
+        min_border_right=8,
+    )
     heights.varea("place", "lower", "open", source=source, color="#dcebf5", legend_label="gap")
     heights.varea(
-        "place", "flows", "lower", source=source, color=SATURATED,
+        "place",
+        "flows",
+        "lower",
+        source=source,
+        color=SATURATED,
         legend_label="has to flow away (saturated)",
-    )  # fmt: skip
+    )
     heights.line(
         "place", "upper", source=source, color=NEUTRAL, line_width=1.4, legend_label="counter-body"
     )
@@ -406,14 +441,25 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
         heights, lower, (*text, ("gap", "gap"), ("pressure", "pressure"))
     ).mode = "vline"
     pressure: Any = figure(
-        x_range=along, y_range=models.Range1d(0, 1), height=104, sizing_mode="stretch_width",
-        tools=tools, title="", toolbar_location=None,
-        min_border_left=64, min_border_right=8,
-    )  # fmt: skip
+        x_range=along,
+        y_range=models.Range1d(0, 1),
+        height=104,
+        sizing_mode="stretch_width",
+        tools=tools,
+        title="",
+        toolbar_location=None,
+        min_border_left=64,
+        min_border_right=8,
+    )
     pressure.quad(
-        left="left", right="right", top="top", bottom=0, color="colour", line_color=None,
+        left="left",
+        right="right",
+        top="top",
+        bottom=0,
+        color="colour",
+        line_color=None,
         source=bars,
-    )  # fmt: skip
+    )
     for plot in (heights, pressure):
         style.apply_style(plot)
         plot.yaxis.ticker.desired_num_ticks = 3
@@ -478,8 +524,12 @@ def box_around(result: ContactResult, number: int) -> Box:
         part = next(item for item in parts if place[axis] in item)
         middle = (part[0] + part[-1] + 1) / 2
         half = max((_AROUND + 0.5) * (part[-1] + 1 - part[0]), _FEWEST) / 2
-        edges.append(((middle - half) * result.surface.pixel[axis],
-                      (middle + half) * result.surface.pixel[axis]))  # fmt: skip
+        edges.append(
+            (
+                (middle - half) * result.surface.pixel[axis],
+                (middle + half) * result.surface.pixel[axis],
+            )
+        )
     (top, bottom), (left, right) = edges
     return Box(top, left, bottom, right)
 
@@ -500,10 +550,17 @@ class SpotTable:
         self.columns["number"].formatter = models.NumberFormatter(format="0")
         self.columns["number"].width = 40
         self.table: Any = models.DataTable(
-            source=self.source, columns=list(self.columns.values()), index_position=None,
-            sortable=True, reorderable=False, selectable=True, height=300,
-            sizing_mode="stretch_width", autosize_mode="force_fit", stylesheets=[style.GRID],
-        )  # fmt: skip
+            source=self.source,
+            columns=list(self.columns.values()),
+            index_position=None,
+            sortable=True,
+            reorderable=False,
+            selectable=True,
+            height=300,
+            sizing_mode="stretch_width",
+            autosize_mode="force_fit",
+            stylesheets=[style.GRID],
+        )
         self.note: Any = style.make_markup(sizing_mode="stretch_width")
         self.root = models.Column(self.note, self.table, sizing_mode="stretch_width")
         self.source.selected.on_change("indices", self._chosen)
@@ -551,9 +608,13 @@ def _round_digits(values: NDArray[np.float64]) -> list[float]:
 
 
 _NAMES = {
-    "area": "area", "load": "load", "peak": "largest pressure", "saturated": "saturated",
-    "y": "y", "x": "x",
-}  # fmt: skip
+    "area": "area",
+    "load": "load",
+    "peak": "largest pressure",
+    "saturated": "saturated",
+    "y": "y",
+    "x": "x",
+}
 
 
 def _units(result: ContactResult, answer: SpotRows) -> dict[str, tuple[float, str]]:
@@ -588,8 +649,9 @@ class DetailPanel:
         self._ends = pn.widgets.TextInput(
             label="Section from y, x to y, x (or drag its ends on a map)",
             placeholder="50 um, 0 um, 50 um, 100 um",
-            **{**style.CONTROL, "sizing_mode": None}, width=320,
-        )  # fmt: skip
+            **{**style.CONTROL, "sizing_mode": None},
+            width=320,
+        )
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
         self._ends.param.watch(self._typed, "value")
         self._surface: Surface | None = None
@@ -734,7 +796,8 @@ class TexturePanel:
             for name, (_, meaning) in inputs.ROUGHNESS.items()
         ]
         text = (
-            f"<h2>File</h2>{controls.markup_table(file)}<h2>Roughness, ISO 25178-2, as prepared</h2>"
+            f"<h2>File</h2>{controls.markup_table(file)}<h2>Roughness, ISO 25178-2, as "
+            "prepared</h2>"
             f"{controls.markup_table(rows)}"
         )
         self._run(lambda: self._put(surface, text))

@@ -119,7 +119,8 @@ class DownloadPanel(TabPanel):
 
     def _list(self) -> None:
         items = "".join(
-            f'<p><a href="{controls.escape_markup(address)}" download>{controls.escape_markup(name)}</a></p>'
+            f'<p><a href="{controls.escape_markup(address)}" '
+            f"download>{controls.escape_markup(name)}</a></p>"
             for name, address in self._downloads.items()
         )
         self._links.object = f"<h2>Ready</h2>{items}" if items else ""

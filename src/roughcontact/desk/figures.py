@@ -64,8 +64,12 @@ class Drawing(NamedTuple):
 
 def read_figure(figure: Figure) -> Drawing:
     """Return what a figure of Matplotlib shows."""
-    bars = {item.colorbar.ax for axes in figure.axes for item in (*axes.images, *axes.collections)
-            if item.colorbar is not None}  # fmt: skip
+    bars = {
+        item.colorbar.ax
+        for axes in figure.axes
+        for item in (*axes.images, *axes.collections)
+        if item.colorbar is not None
+    }
     frames = tuple(_frame(axes) for axes in figure.axes if axes not in bars)
     return Drawing(figure.get_suptitle(), frames, figure.get_supxlabel())
 
@@ -90,16 +94,25 @@ def _frame(axes: Any) -> Frame:
     title = " ".join((axes.get_title() or axes.get_title("left")).split())
     legend = axes.get_legend()
     known = {mark.name for mark in marks}
-    patches = () if legend is None else tuple(
-        (_hex(handle.get_facecolor())[0], handle.get_label())
-        for handle in legend.legend_handles
-        if hasattr(handle, "get_facecolor") and handle.get_label() not in known
-    )  # fmt: skip
+    patches = (
+        ()
+        if legend is None
+        else tuple(
+            (_hex(handle.get_facecolor())[0], handle.get_label())
+            for handle in legend.legend_handles
+            if hasattr(handle, "get_facecolor") and handle.get_label() not in known
+        )
+    )
     return Frame(
-        _strip_math(title), labels, (axes.get_xscale(), axes.get_yscale()),
-        (axes.get_xlim(), axes.get_ylim()), axes.get_aspect() == 1.0, tuple(marks), colors,
+        _strip_math(title),
+        labels,
+        (axes.get_xscale(), axes.get_yscale()),
+        (axes.get_xlim(), axes.get_ylim()),
+        axes.get_aspect() == 1.0,
+        tuple(marks),
+        colors,
         patches,
-    )  # fmt: skip
+    )
 
 
 def _label(axes: Axes, way: str) -> str:
@@ -137,8 +150,12 @@ def _line(item: Any, axes: Axes) -> Iterator[Mark]:
     columns, name = {"x": x, "y": y}, _name(item)
     dash = _DASHES.get(item.get_linestyle())
     if dash:
-        look = {"line_color": color, "line_alpha": alpha, "line_dash": dash,
-                "line_width": item.get_linewidth()}  # fmt: skip
+        look = {
+            "line_color": color,
+            "line_alpha": alpha,
+            "line_dash": dash,
+            "line_width": item.get_linewidth(),
+        }
         side = _span_side(item, axes)
         if side:
             at = float((x if side == "height" else y)[0])
@@ -147,8 +164,12 @@ def _line(item: Any, axes: Axes) -> Iterator[Mark]:
             yield Mark("line", columns, look, name)
     if item.get_marker() not in ("None", "", None):
         size = item.get_markersize()
-        look = {"color": color, "alpha": alpha, "size": size,
-                "marker": _MARKERS.get(item.get_marker(), "circle")}  # fmt: skip
+        look = {
+            "color": color,
+            "alpha": alpha,
+            "size": size,
+            "marker": _MARKERS.get(item.get_marker(), "circle"),
+        }
         yield Mark("scatter", columns, look, name)
 
 
@@ -159,10 +180,17 @@ def _collection(item: Any) -> Iterator[Mark]:
         corners = np.asarray(item.get_coordinates())
         x, y = corners[0, :, 0], corners[:, 0, 1]
         values: Any = np.ma.filled(np.ma.asarray(item.get_array(), float), np.nan)
-        yield Mark("image", {
-            "x": np.full(y.size - 1, x[0]), "y": y[:-1], "dw": np.full(y.size - 1, x[-1] - x[0]),
-            "dh": np.diff(y), "image": [row[None] for row in values.astype(np.float32)],
-        }, {})  # fmt: skip
+        yield Mark(
+            "image",
+            {
+                "x": np.full(y.size - 1, x[0]),
+                "y": y[:-1],
+                "dw": np.full(y.size - 1, x[-1] - x[0]),
+                "dh": np.diff(y),
+                "image": [row[None] for row in values.astype(np.float32)],
+            },
+            {},
+        )
     elif isinstance(item, LineCollection):
         color, alpha = _hex(item.get_colors()[0])
         lines = [np.asarray(line) for line in item.get_segments()]
@@ -183,14 +211,21 @@ def _patch(item: Any, axes: Axes) -> Iterator[Mark]:
         way = 0 if side == "height" else 1
         first, last = (float(end(parts[0][:, way])) for end in (np.min, np.max))
         names = ("left", "right") if side == "height" else ("top", "bottom")
-        yield Mark("band", dict(zip(names, (first, last), strict=True)),
-                   {"fill_color": color, "fill_alpha": alpha, "line_color": None})  # fmt: skip
+        yield Mark(
+            "band",
+            dict(zip(names, (first, last), strict=True)),
+            {"fill_color": color, "fill_alpha": alpha, "line_color": None},
+        )
     elif item.get_fill():
         yield _area(parts, color, alpha, _name(item))
     else:
         color, alpha = _hex(item.get_edgecolor())
-        look = {"line_color": color, "line_alpha": alpha, "line_width": item.get_linewidth(),
-                "line_dash": _DASHES.get(item.get_linestyle(), "solid")}  # fmt: skip
+        look = {
+            "line_color": color,
+            "line_alpha": alpha,
+            "line_width": item.get_linewidth(),
+            "line_dash": _DASHES.get(item.get_linestyle(), "solid"),
+        }
         columns = {"xs": [part[:, 0] for part in parts], "ys": [part[:, 1] for part in parts]}
         yield Mark("multi_line", columns, look, _name(item))
 
@@ -212,8 +247,13 @@ def _image(item: Any) -> Iterator[Mark]:
         shown = rasters.pack_colors(np.minimum(shown, 1.0).astype(float))
     if last < first:
         first, last, shown = last, first, shown[::-1]
-    columns = {"x": [left], "y": [first], "dw": [right - left], "dh": [last - first],
-               "image": [shown]}  # fmt: skip
+    columns = {
+        "x": [left],
+        "y": [first],
+        "dw": [right - left],
+        "dh": [last - first],
+        "image": [shown],
+    }
     yield Mark("image_rgba" if is_colored else "image", columns, {})
 
 
@@ -230,9 +270,14 @@ def _colors(item: Any) -> Colors | None:
     label = "" if bar is None else bar.ax.get_ylabel() or bar.ax.get_xlabel()
     missing = to_hex(cmap(np.nan), keep_alpha=True)
     return Colors(
-        style.color_palette(cmap(np.linspace(0, 1, 256))), float(norm.vmin), float(norm.vmax), missing,
-        None if over is None else to_hex(over), isinstance(norm, LogNorm), label,
-    )  # fmt: skip
+        style.color_palette(cmap(np.linspace(0, 1, 256))),
+        float(norm.vmin),
+        float(norm.vmax),
+        missing,
+        None if over is None else to_hex(over),
+        isinstance(norm, LogNorm),
+        label,
+    )
 
 
 def show_drawing(drawing: Drawing) -> Any:
@@ -241,8 +286,9 @@ def show_drawing(drawing: Drawing) -> Any:
     # Titles need the room of half a page.
     titled = any(frame.title for frame in drawing.frames)
     across = min(len(plots), 2 if titled else 3)
-    rows: list[list[Any]] = [plots[first : first + across]
-                             for first in range(0, len(plots), across)]  # fmt: skip
+    rows: list[list[Any]] = [
+        plots[first : first + across] for first in range(0, len(plots), across)
+    ]
     rows[-1] += [None] * (across - len(rows[-1]))
     head, foot = style.facts_below(), style.facts_below()
     style.set_markup(
@@ -258,14 +304,19 @@ def _plot(frame: Frame) -> Any:
     """Return a frame of the page."""
     if frame.is_map:
         down = frame.ends[1][0] > frame.ends[1][1]
-        ranges = {"x_range": models.DataRange1d(range_padding=0),
-                  "y_range": models.DataRange1d(range_padding=0, flipped=down)}  # fmt: skip
+        ranges = {
+            "x_range": models.DataRange1d(range_padding=0),
+            "y_range": models.DataRange1d(range_padding=0, flipped=down),
+        }
     else:
-        ranges = {f"{way}_range": models.Range1d(*ends)
-                  for way, ends in zip("xy", frame.ends, strict=True)}  # fmt: skip
+        ranges = {
+            f"{way}_range": models.Range1d(*ends)
+            for way, ends in zip("xy", frame.ends, strict=True)
+        }
     scales = {f"{way}_axis_type": scale for way, scale in zip("xy", frame.scales, strict=True)}
-    plot = style.make_chart(frame.title, 340 if frame.is_map else 280, match_aspect=frame.is_map,
-                       **ranges, **scales)  # fmt: skip
+    plot = style.make_chart(
+        frame.title, 340 if frame.is_map else 280, match_aspect=frame.is_map, **ranges, **scales
+    )
     plot.xaxis.axis_label, plot.yaxis.axis_label = frame.labels
     mapper = None if frame.colors is None else _mapper(frame.colors)
     for mark in frame.marks:
@@ -287,9 +338,12 @@ def _plot(frame: Frame) -> Any:
 def _mapper(colors: Colors) -> Any:
     kind = models.LogColorMapper if colors.is_log else models.LinearColorMapper
     return kind(
-        palette=colors.palette, low=colors.low, high=colors.high, nan_color=colors.missing,
+        palette=colors.palette,
+        low=colors.low,
+        high=colors.high,
+        nan_color=colors.missing,
         high_color=colors.over,
-    )  # fmt: skip
+    )
 
 
 def _draw(plot: Any, mark: Mark, mapper: Any) -> None:
@@ -307,5 +361,8 @@ def _draw(plot: Any, mark: Mark, mapper: Any) -> None:
     if mark.name:
         look["legend_label"] = mark.name
     draw: Callable[..., Any] = getattr(plot, mark.glyph)
-    draw(**{name: name for name in mark.columns}, source=models.ColumnDataSource(mark.columns),
-         **look)  # fmt: skip
+    draw(
+        **{name: name for name in mark.columns},
+        source=models.ColumnDataSource(mark.columns),
+        **look,
+    )

@@ -73,7 +73,10 @@ def trust_line(result: ContactResult) -> str:
     texts = ", ".join(f"{row.name} {spell_sentence(row.text)}" for row in shown)
     texts = texts.removeprefix("status ")
     kind = "good" if result.converged else "bad"
-    return f'<span class="{kind}">●</span> {escape_markup(texts)}; regime: {escape_markup(result.regime)}'
+    return (
+        f'<span class="{kind}">●</span> {escape_markup(texts)}; regime: '
+        f"{escape_markup(result.regime)}"
+    )
 
 
 def suggested_settings(caution: Caution) -> Iterable[tuple[str, str, str | bool]]:
@@ -102,13 +105,17 @@ class Header:
         self._cautions: Sequence[Caution] = ()
         self._topic = ""
         self.drawer = pn.Column(visible=False, stylesheets=[style.TEXT, style.DRAWER], margin=0)
-        status = pn.Column(
-            self.state, self.count, width=180, margin=0, styles={"flex": "none"},
-        )  # fmt: skip
+        status = pn.Column(self.state, self.count, width=180, margin=0, styles={"flex": "none"})
         self.root = pn.Row(
-            load, self.numbers, self.checklist, status,
-            sizing_mode="stretch_width", min_height=76, margin=0, stylesheets=[style.BAR],
-        )  # fmt: skip
+            load,
+            self.numbers,
+            self.checklist,
+            status,
+            sizing_mode="stretch_width",
+            min_height=76,
+            margin=0,
+            stylesheets=[style.BAR],
+        )
 
     def show_state(self, text: str, kind: str = "quiet") -> None:
         """Show the state in a few words: solving, up to date, out of date."""
@@ -137,8 +144,9 @@ class Header:
         self._cautions = gravest_first(cautions)
         counts = [
             count_noun(sum(item.severity == kind for item in self._cautions), str(kind))
-            for kind in Severity if any(item.severity == kind for item in self._cautions)
-        ]  # fmt: skip
+            for kind in Severity
+            if any(item.severity == kind for item in self._cautions)
+        ]
         self.count.label, self.count.visible = " · ".join(counts), bool(counts)
         severe = bool(self._cautions) and self._cautions[0].severity == Severity.WARNING
         self.count.styles = {"--text": "var(--severe)"} if severe else {}

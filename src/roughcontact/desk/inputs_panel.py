@@ -56,9 +56,15 @@ _FIRST = tuple(
 )
 """Of the preparation; all others are folded away."""
 _VALUES = (
-    "young", "poisson", "yield-strength", "counter-young", "counter-poisson",
-    "counter-yield-strength", "coating", "counter-coating",
-)  # fmt: skip
+    "young",
+    "poisson",
+    "yield-strength",
+    "counter-young",
+    "counter-poisson",
+    "counter-yield-strength",
+    "coating",
+    "counter-coating",
+)
 _FORMS = ("body", "counter-body", "align", "offset", "angle", "mirror")
 _NOTHING = {"material": "–", "counter-material": "rigid, or the values below"}
 
@@ -144,13 +150,19 @@ class FormControl:
     def __init__(self, give: Give) -> None:
         self._give, self._silent = give, False
         self._kind = pn.widgets.Select(
-            label=options.FORM.label, options={"–": "", "sphere": "sphere", "cylinder": "cylinder",
-                                               _POLYNOMIAL: _POLYNOMIAL}, **style.CONTROL,
-        )  # fmt: skip
+            label=options.FORM.label,
+            options={"–": "", "sphere": "sphere", "cylinder": "cylinder", _POLYNOMIAL: _POLYNOMIAL},
+            **style.CONTROL,
+        )
         self._order = pn.widgets.IntInput(
-            label="Order", value=2, start=1, visible=False, width=70, margin=(0, 0, 4, 0),
+            label="Order",
+            value=2,
+            start=1,
+            visible=False,
+            width=70,
+            margin=(0, 0, 4, 0),
             stylesheets=[style.TEXT],
-        )  # fmt: skip
+        )
         for widget in (self._kind, self._order):
             widget.param.watch(self._changed, "value")
         self.root = pn.Row(self._kind, self._order, **style.BLOCK)
@@ -178,10 +190,7 @@ class ControlGroup:
     """Some controls of the state, which show what it holds."""
 
     def __init__(
-        self,
-        session: Session,
-        give: Give,
-        choices: Mapping[str, Mapping[str, str]] | None = None,
+        self, session: Session, give: Give, choices: Mapping[str, Mapping[str, str]] | None = None
     ) -> None:
         self._session, self._give, self._choices = session, give, choices or {}
         self.controls: dict[str, Any] = {}
@@ -196,8 +205,11 @@ class ControlGroup:
         for name in names:
             if name not in self.controls:
                 choices = _by_label(self._choices.get(name))
-                created = (FormControl(self._give) if name == options.FORM.name
-                           else Control(name, self._give, choices))  # fmt: skip
+                created = (
+                    FormControl(self._give)
+                    if name == options.FORM.name
+                    else Control(name, self._give, choices)
+                )
                 self.controls[name] = created
                 created.show(self._session.state.specified)
         return [self.controls[name].root for name in names]
@@ -218,8 +230,11 @@ class PreparationPanel:
         self._steps = pn.Column(**style.BLOCK)
         self._shown: tuple[tuple[Provenance, ...], bool, dict[str, str]] | None = None
         first = self._group.roots(*_FIRST)
-        rest = [option.name for option in (*options.PREPARATION, options.TIP_RADIUS)
-                if option.name not in _FIRST]  # fmt: skip
+        rest = [
+            option.name
+            for option in (*options.PREPARATION, options.TIP_RADIUS)
+            if option.name not in _FIRST
+        ]
         folded = make_fold("Filters, part, grid", partial(self._group.roots, *rest))
         self._last = ""
         self.step = StepCard(
@@ -260,8 +275,11 @@ class PreparationPanel:
         """Return the requested preparation steps with their labels and methods."""
         specified = self._session.state.specified
         methods = {name: method for method, names in OPTIONS_OF_STEP.items() for name in names}
-        return {f"{SOLVE.by_name[name].label}: {specified[name]}": methods[name] for name in methods
-                if name in specified}  # fmt: skip
+        return {
+            f"{SOLVE.by_name[name].label}: {specified[name]}": methods[name]
+            for name in methods
+            if name in specified
+        }
 
     def _line(self, sentence: str, method: str) -> Any:
         text = pn.pane.HTML(
@@ -336,9 +354,13 @@ class ModelPanel:
         rest = partial(roots, "load-point", "tolerance", "max-iterations", "precision")
         extent = pn.pane.HTML('<p class="quiet">Boundary: extent of the body</p>', **style.SHEET)
         self.step = StepCard(
-            "Model", extent, *roots("boundary", "ceiling"), self._factor, self._wrong,
+            "Model",
+            extent,
+            *roots("boundary", "ceiling"),
+            self._factor,
+            self._wrong,
             make_fold("Tilt, solver", rest),
-        )  # fmt: skip
+        )
 
     def show(self) -> None:
         """Show what the state holds."""
@@ -373,8 +395,9 @@ def _strength_multiple(text: str, session: Session) -> str:
     if not strengths:
         raise InputError(
             "as a multiple needs a body with a yield strength, and a map: choose them first, or "
-            "give the ceiling as a pressure", argument="ceiling",
-        )  # fmt: skip
+            "give the ceiling as a pressure",
+            argument="ceiling",
+        )
     return format_engineering(factor * min(strengths), "Pa", _DIGITS)
 
 
@@ -406,17 +429,33 @@ def _sources(name: str) -> str:
 
 DEMONSTRATIONS: dict[str, dict[str, Value]] = {
     "Ground steel": {
-        "size": "0.5 mm", "points": "512", "sq": "0.4 um", "sal": "6 um", "str": "0.1",
-        "lay": "90", "ssk": "-0.5", "seed": "1",
+        "size": "0.5 mm",
+        "points": "512",
+        "sq": "0.4 um",
+        "sal": "6 um",
+        "str": "0.1",
+        "lay": "90",
+        "ssk": "-0.5",
+        "seed": "1",
     },
     "Polished, isotropic": {
-        "size": "0.1 mm", "points": "512", "sq": "20 nm", "sal": "4 um", "seed": "2",
+        "size": "0.1 mm",
+        "points": "512",
+        "sq": "20 nm",
+        "sal": "4 um",
+        "seed": "2",
     },
     "Honed bore": {
-        "size": "1 mm", "points": "512", "sq": "0.6 um", "sal": "15 um", "str": "0.2",
-        "honing": "50", "ssk": "-1.2", "seed": "3",
+        "size": "1 mm",
+        "points": "512",
+        "sq": "0.6 um",
+        "sal": "15 um",
+        "str": "0.2",
+        "honing": "50",
+        "ssk": "-1.2",
+        "seed": "3",
     },
-}  # fmt: skip
+}
 """Demonstration maps, by name, as ``roughcontact generate`` is asked for them."""
 
 UPLOADS = "upload"
@@ -475,9 +514,7 @@ class MapPanel:
 
     def _started(self) -> Any:
         """Return the sheet before there is a map."""
-        examples = (
-            make_button(name, partial(self._demonstrate, name)) for name in DEMONSTRATIONS
-        )  # fmt: skip
+        examples = (make_button(name, partial(self._demonstrate, name)) for name in DEMONSTRATIONS)
         about = (
             "<h1>Open a height map</h1><p>A file of a profilometer, an AFM or a stylus. It stays "
             "on this computer.</p>"
@@ -486,8 +523,11 @@ class MapPanel:
             pn.pane.HTML(about, **style.SHEET),
             _make_file_drop("Drop the file, or choose it", self._dropped, margin=(8, 0, 16, 0)),
             pn.pane.HTML("<h2>Examples</h2>", **style.SHEET),
-            pn.Row(*examples), max_width=620, sizing_mode="stretch_width", margin=(40, 16),
-        )  # fmt: skip
+            pn.Row(*examples),
+            max_width=620,
+            sizing_mode="stretch_width",
+            margin=(40, 16),
+        )
 
     def _about_file(self) -> list[Any]:
         created = self._group.roots(*_FILE)

@@ -1,10 +1,10 @@
 """Live solver: maps are read and prepared once, and only the last request is solved.
 
-A thread of its own does the work, so that whoever asks goes on at once. A solve that began ends,
-unless other maps are requested; of the requests that come meanwhile only the newest waits.
+A separate thread solves, so that the caller does not wait. A running solve completes unless other
+maps are requested; of the requests that arrive meanwhile only the newest is queued.
 
-`LiveSolver`: Kept are the maps as they were read, as they are prepared, and no result: at most twice
-the heights of both bodies.
+`LiveSolver`: It stores the maps as read and as prepared, but no result: at most twice the heights
+of both bodies.
 """
 
 from __future__ import annotations
@@ -240,8 +240,9 @@ def coarsen_surface(surface: Surface) -> Surface:
     """Return a surface with few enough pixels for a preview, each the mean of several."""
     block = math.ceil(max(surface.shape) / PREVIEW_POINTS)
     blocks = min(block, surface.shape[0]), block
-    rows, columns = (points // size * size
-                     for points, size in zip(surface.shape, blocks, strict=True))  # fmt: skip
+    rows, columns = (
+        points // size * size for points, size in zip(surface.shape, blocks, strict=True)
+    )
     heights = cell_mean(surface.heights[:rows, :columns], blocks)
     dy, dx = surface.pixel
     return replace(surface, heights=heights, pixel=(dy * blocks[0], dx * blocks[1]))

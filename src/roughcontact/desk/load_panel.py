@@ -79,8 +79,11 @@ def slider_range(form: LoadForm, prepared: PreparedMaps) -> tuple[float, float]:
         largest = sum(map(_height, prepared.surfaces))
     else:
         per_pressure = {
-            FORCE: math.prod(surface.size), NOMINAL: 1.0, LINE: max(surface.size), HERTZ: _PEAKS,
-        }  # fmt: skip
+            FORCE: math.prod(surface.size),
+            NOMINAL: 1.0,
+            LINE: max(surface.size),
+            HERTZ: _PEAKS,
+        }
         largest = per_pressure[form] * pressure
     return _rounded(largest * 10.0**-_DECADES), _rounded(largest)
 
@@ -95,13 +98,21 @@ def slider_ticks(ends: tuple[float, float], form: LoadForm) -> list[tuple[float,
     """Return the marks of the scale: places from 0 to 1, and a text at every second decade."""
     first, last = (math.floor(math.log10(end)) for end in ends)
     decades, odd = math.log(ends[1] / ends[0]), last % 2
-    values = [(digit, power, digit * 10.0**power) for power in range(first, last + 1)
-              for digit in range(1, 10)]  # fmt: skip
+    values = [
+        (digit, power, digit * 10.0**power)
+        for power in range(first, last + 1)
+        for digit in range(1, 10)
+    ]
     return [
-        (math.log(value / ends[0]) / decades,
-         units.format_engineering(value, form.unit, _DIGITS) if digit == 1 and power % 2 == odd else "")
-        for digit, power, value in values if ends[0] <= value <= ends[1]
-    ]  # fmt: skip
+        (
+            math.log(value / ends[0]) / decades,
+            units.format_engineering(value, form.unit, _DIGITS)
+            if digit == 1 and power % 2 == odd
+            else "",
+        )
+        for digit, power, value in values
+        if ends[0] <= value <= ends[1]
+    ]
 
 
 def position_of_value(value: float, ends: tuple[float, float]) -> int:
@@ -144,25 +155,36 @@ class LoadPanel:
         self._silent = False
         self._scale: tuple[LoadForm, tuple[float, float]] | None = None
         self.form = pn.widgets.Select(
-            label="Load given as", options={form.name: form for form in FORMS},
-            value=self._form, **{**style.CONTROL, "sizing_mode": None}, width=138,
-        )  # fmt: skip
+            label="Load given as",
+            options={form.name: form for form in FORMS},
+            value=self._form,
+            **{**style.CONTROL, "sizing_mode": None},
+            width=138,
+        )
         self.text = pn.widgets.TextInput(
             label="Value with unit", **{**style.CONTROL, "sizing_mode": None}, width=96
         )
         self.slider = Slider(
-            words="Drag the load (logarithmic), or press arrow keys", end=STEPS,
-            value=STEPS // 2, sizing_mode="stretch_width", margin=(0, 12), min_width=150,
-        )  # fmt: skip
+            words="Drag the load (logarithmic), or press arrow keys",
+            end=STEPS,
+            value=STEPS // 2,
+            sizing_mode="stretch_width",
+            margin=(0, 12),
+            min_width=150,
+        )
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
         self.form.param.watch(self._reform, "value")
         self.text.param.watch(self._typed, "value")
         self.slider.param.watch(self._slid, "moved")
         row = pn.Row(self.form, self.text, self.slider, **style.BLOCK, styles={"gap": "8px"})
         self.root = pn.Column(
-            row, self._wrong, css_classes=["step-load"], sizing_mode="stretch_width",
-            styles={"flex": "1 1 400px", "min-width": "400px"}, margin=0,
-        )  # fmt: skip
+            row,
+            self._wrong,
+            css_classes=["step-load"],
+            sizing_mode="stretch_width",
+            styles={"flex": "1 1 400px", "min-width": "400px"},
+            margin=0,
+        )
 
     def show(self, prepared: PreparedMaps | None) -> None:
         """Show what the state holds."""

@@ -74,20 +74,40 @@ class SectionLine:
         )
         self.ends: list[Any] = [
             models.BoxAnnotation(
-                left=0, right=1, top=0, bottom=1, visible=False, editable=True, movable="both",
-                resizable="none", use_handles=False, fill_color="white", fill_alpha=0.55,
-                line_color=ACCENT, line_width=2, hover_fill_color="white", hover_fill_alpha=0.9,
+                left=0,
+                right=1,
+                top=0,
+                bottom=1,
+                visible=False,
+                editable=True,
+                movable="both",
+                resizable="none",
+                use_handles=False,
+                fill_color="white",
+                fill_alpha=0.55,
+                line_color=ACCENT,
+                line_width=2,
+                hover_fill_color="white",
+                hover_fill_alpha=0.9,
                 hover_line_color=INK,
             )
             for _ in range(2)
-        ]  # fmt: skip
+        ]
         plot.line("x", "y", source=self.source, line_color="white", line_width=4)
         plot.line("x", "y", source=self.source, line_color=ACCENT, line_width=2)
         plot.text(
-            "x", "y", "name", source=self.source, x_offset="beside", y_offset=-8,
-            text_font=value(FONT), text_font_size=style.TEXT_SIZE, text_font_style="bold",
-            text_color=INK, text_outline_color="white",
-        )  # fmt: skip
+            "x",
+            "y",
+            "name",
+            source=self.source,
+            x_offset="beside",
+            y_offset=-8,
+            text_font=value(FONT),
+            text_font_size=style.TEXT_SIZE,
+            text_font_style="bold",
+            text_color=INK,
+            text_outline_color="white",
+        )
         for end in self.ends:
             plot.add_layout(end)
         follow = models.CustomJS(args={"ends": self.ends, "source": self.source}, code=_FOLLOW)
@@ -165,10 +185,20 @@ class CropBox:
         self._drawing = False
         self._call: Callable[[Box | None], None] | None = None
         self.frame: Any = models.BoxAnnotation(
-            left=0, right=1, top=0, bottom=1, visible=False, editable=True,
-            fill_color="white", fill_alpha=0.25, line_color=ACCENT, line_width=2,
-            hover_fill_color="white", hover_fill_alpha=0.35, hover_line_color=ACCENT,
-        )  # fmt: skip
+            left=0,
+            right=1,
+            top=0,
+            bottom=1,
+            visible=False,
+            editable=True,
+            fill_color="white",
+            fill_alpha=0.25,
+            line_color=ACCENT,
+            line_width=2,
+            hover_fill_color="white",
+            hover_fill_alpha=0.35,
+            hover_line_color=ACCENT,
+        )
         self._later = style.Debounced(plot, self._dragged)
         plot.add_layout(self.frame)
         plot.add_tools(
@@ -228,9 +258,11 @@ class CropBox:
 def _clip_box(line: Line, home: Box) -> Line:
     y0, x0, y1, x1 = line
     return (
-        min(max(y0, home.top), home.bottom), min(max(x0, home.left), home.right),
-        min(max(y1, home.top), home.bottom), min(max(x1, home.left), home.right),
-    )  # fmt: skip
+        min(max(y0, home.top), home.bottom),
+        min(max(x0, home.left), home.right),
+        min(max(y1, home.top), home.bottom),
+        min(max(x1, home.left), home.right),
+    )
 
 
 def _cut(box: Box, home: Box) -> Box | None:
@@ -256,9 +288,12 @@ HEIGHTS, PRESSURE, TOUCH, GAP, RESIDUAL = "heights", "pressure", "contact", "gap
 """Keys of the maps, in their order on the page."""
 
 NAMES = {
-    HEIGHTS: "Heights", PRESSURE: "Pressure", TOUCH: "Contact", GAP: "Gap",
+    HEIGHTS: "Heights",
+    PRESSURE: "Pressure",
+    TOUCH: "Contact",
+    GAP: "Gap",
     RESIDUAL: "Residual indentation",
-}  # fmt: skip
+}
 
 _MARGIN = 0.15
 _SMALLEST = 60
@@ -319,9 +354,11 @@ def map_titles(result: ContactResult) -> dict[str, str]:
         touching += f", saturated {format_percent(result.saturated_fraction)}"
     deepest = value_text("max_residual_indentation") if result.ceiling is not None else "none"
     answer = {
-        PRESSURE: f"largest {value_text('max_pressure')}", TOUCH: touching,
-        GAP: f"mean {value_text('mean_gap')}", RESIDUAL: deepest,
-    }  # fmt: skip
+        PRESSURE: f"largest {value_text('max_pressure')}",
+        TOUCH: touching,
+        GAP: f"mean {value_text('mean_gap')}",
+        RESIDUAL: deepest,
+    }
     return {key: text + doubt_suffix(result) for key, text in answer.items()}
 
 
@@ -561,9 +598,13 @@ class MapsView:
         )
         told |= {"length": self._unit, "cell": list(view.blocks)}
         self.sources[key].data = {
-            "x": [left], "y": [top], "dw": [right - left], "dh": [bottom - top], "told": [told],
+            "x": [left],
+            "y": [top],
+            "dw": [right - left],
+            "dh": [bottom - top],
+            "told": [told],
             **{name: [values] for name, values in columns.items()},
-        }  # fmt: skip
+        }
 
     def _thumbnail(self, key: str) -> str:
         """Return a small picture of a map, as an address of its own."""
@@ -615,8 +656,10 @@ class MapsView:
         self.crop.set_scale(view)
 
     def _figure(self) -> Any:
-        cross: list[Any] = [models.Span(dimension=d, line_color=NEUTRAL, line_dash="dotted",
-                                        syncable=False) for d in ("width", "height")]  # fmt: skip
+        cross: list[Any] = [
+            models.Span(dimension=d, line_color=NEUTRAL, line_dash="dotted", syncable=False)
+            for d in ("width", "height")
+        ]
         plot = map_figure("", self.x_range, self.y_range, cross)
         plot.min_border = 0
         plot.on_event(DoubleTap, lambda _: self.zoom())
@@ -626,8 +669,10 @@ class MapsView:
 
     def _draw_layers(self, key: str) -> list[Any]:
         """Draw a map, and return all that belongs to it."""
-        place: dict[str, Any] = dict(zip(("x", "y", "dw", "dh"), ("x", "y", "dw", "dh"),
-                                         strict=True), source=self.sources[key])  # fmt: skip
+        place: dict[str, Any] = dict(
+            zip(("x", "y", "dw", "dh"), ("x", "y", "dw", "dh"), strict=True),
+            source=self.sources[key],
+        )
         if key == TOUCH:
             return [self.plot.image_rgba(image=TOUCH, **place)]
         layers = [self.plot.image(image=key, color_mapper=self.mappers[key], **place)]
@@ -733,11 +778,21 @@ def map_figure(title: str, x_range: Any, y_range: Any, cross: list[Any], **look:
     """Return a figure of a map that one moves, zooms and looks up, with the spans of its cross."""
     wheel = models.WheelZoomTool(zoom_on_axis=False)
     plot: Any = figure(
-        x_range=x_range, y_range=y_range, title=title, active_scroll=wheel, frame_align=False,
-        tools=[models.PanTool(), wheel, models.BoxZoomTool(match_aspect=True), models.ResetTool(),
-               models.CrosshairTool(overlay=cross)],
-        toolbar_location="right", **look,
-    )  # fmt: skip
+        x_range=x_range,
+        y_range=y_range,
+        title=title,
+        active_scroll=wheel,
+        frame_align=False,
+        tools=[
+            models.PanTool(),
+            wheel,
+            models.BoxZoomTool(match_aspect=True),
+            models.ResetTool(),
+            models.CrosshairTool(overlay=cross),
+        ],
+        toolbar_location="right",
+        **look,
+    )
     style.apply_style(plot)
     plot.grid.visible = False
     return plot

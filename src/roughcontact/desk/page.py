@@ -402,9 +402,8 @@ class Page:
 
         visit = self._visit
         return ReliefView(
-            self.session, self._bench, self._run, visit.folder, visit.offer,
-            self.view.maps.bars,
-        )  # fmt: skip
+            self.session, self._bench, self._run, visit.folder, visit.offer, self.view.maps.bars
+        )
 
     def _ask(self) -> Any:
         from roughcontact.desk.analysis_panel import AnalysisPanel
@@ -436,26 +435,48 @@ class Page:
 
     def _laid_out(self) -> Any:
         first = pn.Row(
-            pn.pane.HTML("<h1>roughcontact</h1>", width=style.LEFT - 32, margin=0, align="center",
-                         **style.SHEETS),
-            self._views.strip, self._undo, self._redo,
+            pn.pane.HTML(
+                "<h1>roughcontact</h1>",
+                width=style.LEFT - 32,
+                margin=0,
+                align="center",
+                **style.SHEETS,
+            ),
+            self._views.strip,
+            self._undo,
+            self._redo,
             make_button("?", partial(self._header.handle_key, "?"), margin=0, align="center"),
-            sizing_mode="stretch_width", min_height=48, margin=0, stylesheets=[style.TOP],
-        )  # fmt: skip
+            sizing_mode="stretch_width",
+            min_height=48,
+            margin=0,
+            stylesheets=[style.TOP],
+        )
         left = pn.Column(
-            *(step.whole for step in self._steps), width=style.LEFT, margin=0,
+            *(step.whole for step in self._steps),
+            width=style.LEFT,
+            margin=0,
             stylesheets=[style.COLUMN, style.LEFT_SIDE],
-        )  # fmt: skip
+        )
         sheet = pn.Column(
             self._views.body, sizing_mode="stretch_both", margin=0, stylesheets=[style.COLUMN]
         )
         return pn.Column(
-            first, self._header.root, self._notice,
-            pn.Row(left, sheet, sizing_mode="stretch_both", margin=0,
-                   styles={"min-height": "0", "overflow": "hidden"}),
-            self._header.drawer, self._window,
-            sizing_mode="stretch_both", margin=0, stylesheets=[style.PAGE],
-        )  # fmt: skip
+            first,
+            self._header.root,
+            self._notice,
+            pn.Row(
+                left,
+                sheet,
+                sizing_mode="stretch_both",
+                margin=0,
+                styles={"min-height": "0", "overflow": "hidden"},
+            ),
+            self._header.drawer,
+            self._window,
+            sizing_mode="stretch_both",
+            margin=0,
+            stylesheets=[style.PAGE],
+        )
 
 
 def _shown_result(request: Request, result: ContactResult) -> ShownResult:
@@ -520,9 +541,13 @@ class ContactView:
     def _sheet(self) -> Any:
         """The maps with all that belongs to them."""
         rail = pn.Column(
-            self.maps.readout, self.maps.legend, self.detail.tabs,
-            sizing_mode="stretch_width", margin=0, stylesheets=[style.RAIL],
-        )  # fmt: skip
+            self.maps.readout,
+            self.maps.legend,
+            self.detail.tabs,
+            sizing_mode="stretch_width",
+            margin=0,
+            stylesheets=[style.RAIL],
+        )
         return pn.Row(
             self._figures, rail, sizing_mode="stretch_width", margin=0, stylesheets=[style.CONTACT]
         )

@@ -136,10 +136,13 @@ class ProjectStore:
                 total += path.stat().st_size if path.is_file() else 0
         if total + size > limit:
             raise InputError(
-                f"{name} has {_format_bytes(size)}, and the works kept here have {_format_bytes(total)}: more "
-                f"than {_format_bytes(limit)} together. Remove works that are not needed, or start the "
-                "desk with a larger ", ArgumentRef("upload_limit"),
-            )  # fmt: skip
+                f"{name} has {_format_bytes(size)}, and the works kept here have "
+                f"{_format_bytes(total)}: more "
+                f"than {_format_bytes(limit)} together. Remove works that are not needed, or start "
+                "the "
+                "desk with a larger ",
+                ArgumentRef("upload_limit"),
+            )
         self._coming += size
         try:
             yield
@@ -222,8 +225,9 @@ def require_size(name: str, size: int, limit: int) -> None:
     if size > limit:
         raise InputError(
             f"{name} has more than {_format_bytes(limit)}, the most that may be brought; "
-            "crop it, or start the desk with a larger ", ArgumentRef("upload_limit"),
-        )  # fmt: skip
+            "crop it, or start the desk with a larger ",
+            ArgumentRef("upload_limit"),
+        )
 
 
 def _format_bytes(size: int) -> str:

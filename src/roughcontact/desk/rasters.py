@@ -212,8 +212,9 @@ def thumbnail(colours: Colours, cover: Colours | None = None) -> str:
     from PIL import Image
 
     layers = (np.ascontiguousarray(layer) for layer in (colours, cover) if layer is not None)
-    ground, *more = (Image.fromarray(layer.view(np.uint8).reshape(*layer.shape, 4), "RGBA")
-                     for layer in layers)  # fmt: skip
+    ground, *more = (
+        Image.fromarray(layer.view(np.uint8).reshape(*layer.shape, 4), "RGBA") for layer in layers
+    )
     for layer in more:
         ground = Image.alpha_composite(ground, layer)
     small = ground.convert("RGB").reduce(math.ceil(max(ground.size) / _SIDE))

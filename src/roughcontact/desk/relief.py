@@ -265,12 +265,17 @@ def _heights(surface: Surface) -> list[Any]:
             "its largest pressure"
         )
     head = {
-        "nx": columns, "ny": rows, "side": side, "low": low, "high": high,
-        "length": prefixed_window(0.0, size), "height": prefixed(high - low, "m"),
+        "nx": columns,
+        "ny": rows,
+        "side": side,
+        "low": low,
+        "high": high,
+        "length": prefixed_window(0.0, size),
+        "height": prefixed(high - low, "m"),
         "factor": _rounded(_HEIGHT_SHARE * size / (high - low)) if high > low else 1.0,
         "note": f"{cells}. Drag or arrow keys: turn. Wheel, + and −: zoom. Double click or 0: "
         "reset.",
-    }  # fmt: skip
+    }
     return [json.dumps(head), np.where(np.isnan(values), _MISSING_HEIGHT, values).tobytes()]
 
 
@@ -291,8 +296,9 @@ def _load_text(state: ContactResult | LoadFrame | None) -> str:
 def _head(key: str, bar: Any, shape: tuple[int, ...], words: str) -> dict[str, Any]:
     """Return what the script is given with the colors of a map: its scale and its state."""
     low, high = bar.color_mapper.low, bar.color_mapper.high
-    ticks = [((tick - low) / (high - low), bar.major_label_overrides[tick])
-             for tick in bar.ticker.ticks]  # fmt: skip
+    ticks = [
+        ((tick - low) / (high - low), bar.major_label_overrides[tick]) for tick in bar.ticker.ticks
+    ]
     return {"ny": shape[0], "nx": shape[1], "title": NAMES[key], "ticks": ticks, "words": words}
 
 

@@ -47,9 +47,12 @@ class LoadCurveView:
         names = ("load", "contact", "saturated", "gap", "approach", "stiffness")
         self.source: Any = style.empty_source(*names)
         self.now: Any = models.Span(
-            dimension="height", line_color=NEUTRAL, line_width=1.5, line_dash="dashed",
+            dimension="height",
+            line_color=NEUTRAL,
+            line_width=1.5,
+            line_dash="dashed",
             visible=False,
-        )  # fmt: skip
+        )
         self._load, self._factor = math.nan, 1.0
         log: dict[str, Any] = {"x_axis_type": "log"}
         self.area = style.make_chart("Contact and saturated area", y_axis_type="log", **log)
@@ -90,15 +93,20 @@ class LoadCurveView:
         # Nothing but saturated pixels has none, full periodic contact has no bound.
         stiffness[~(np.isfinite(stiffness) & (stiffness > 0))] = np.nan
         stiff, stiffness_unit = prefixed(float(np.nanmax(stiffness, initial=0.0)), f"{unit}/m")
-        shares = (100 * curve.column(f"{name}_area") / curve.nominal_area
-                  for name in ("contact", "saturated"))  # fmt: skip
+        shares = (
+            100 * curve.column(f"{name}_area") / curve.nominal_area
+            for name in ("contact", "saturated")
+        )
         contact, saturated = (np.where(share > 0, share, np.nan) for share in shares)
         with style.batch_changes(self.area.document):
             self.source.data = {
-                "load": load * self._factor, "contact": contact, "saturated": saturated,
+                "load": load * self._factor,
+                "contact": contact,
+                "saturated": saturated,
                 "gap": curve.column("mean_gap") * scale,
-                "approach": curve.column("approach") * scale, "stiffness": stiffness * stiff,
-            }  # fmt: skip
+                "approach": curve.column("approach") * scale,
+                "stiffness": stiffness * stiff,
+            }
             for plot in self.plots:
                 plot.xaxis.axis_label = f"load [{shown}]"
             self.lengths.yaxis.axis_label = f"length [{length_unit}]"
@@ -125,9 +133,14 @@ class ResolutionView:
         )
         for name, colour, place in (("contact", ELASTIC, -0.18), ("saturated", SATURATED, 0.18)):
             self.plot.vbar(
-                dodge("case", place, range=self.plot.x_range), top=name, width=0.32,
-                source=self.source, color=colour, line_color=None, legend_label=name,
-            )  # fmt: skip
+                dodge("case", place, range=self.plot.x_range),
+                top=name,
+                width=0.32,
+                source=self.source,
+                color=colour,
+                line_color=None,
+                legend_label=name,
+            )
         style.quiet_legend(self.plot)
         self.plot.yaxis.axis_label = "share of the map [%]"
         self.plot.y_range.start = 0
@@ -183,9 +196,17 @@ class ComparisonView:
         self.edge: Any = models.Span(dimension="height", line_color=NEUTRAL, line_width=2)
         over.add_layout(self.edge)
         self.swipe: Any = models.Slider(
-            start=0, end=100, step=1, value=50, title="Swipe", show_value=False, tooltips=False,
-            sizing_mode="stretch_width", margin=(4, 12), stylesheets=[style.TEXT],
-        )  # fmt: skip
+            start=0,
+            end=100,
+            step=1,
+            value=50,
+            title="Swipe",
+            show_value=False,
+            tooltips=False,
+            sizing_mode="stretch_width",
+            margin=(4, 12),
+            stylesheets=[style.TEXT],
+        )
         self.swipe.on_change("value", lambda attr, old, new: self._swipe(new))
         self.root = models.Column(
             style.figure_grid([self.plots[:2], self.plots[2:]]),
@@ -201,9 +222,11 @@ class ComparisonView:
         place = wide * first / values.shape[1]
         with style.batch_changes(self.swipe.document):
             self.swiped.data = {
-                **data, "x": [data["x"][0] + place], "dw": [wide - place],
+                **data,
+                "x": [data["x"][0] + place],
+                "dw": [wide - place],
                 "pressure": [values[:, first:]],
-            }  # fmt: skip
+            }
             self.edge.location = data["x"][0] + place
 
     def show(self, results: Sequence[ContactResult]) -> None:
@@ -239,10 +262,16 @@ class ComparisonView:
 def map_picture(title: str, name: str, source: Any, mapper: Any, **ranges: Any) -> Any:
     """Return a figure of values on a map, true to scale."""
     plot: Any = figure(
-        title=title, height=340, sizing_mode="stretch_width", match_aspect=True,
-        tools="pan,wheel_zoom,box_zoom,reset", active_scroll=None, min_border_left=50,
-        min_border_right=64, **ranges,
-    )  # fmt: skip
+        title=title,
+        height=340,
+        sizing_mode="stretch_width",
+        match_aspect=True,
+        tools="pan,wheel_zoom,box_zoom,reset",
+        active_scroll=None,
+        min_border_left=50,
+        min_border_right=64,
+        **ranges,
+    )
     style.apply_style(plot)
     plot.grid.visible = False
     plot.image(name, "x", "y", "dw", "dh", source=source, color_mapper=mapper)
@@ -251,9 +280,12 @@ def map_picture(title: str, name: str, source: Any, mapper: Any, **ranges: Any) 
 
 def _put_map(source: Any, name: str, values: NDArray[Any], place: Box) -> None:
     source.data = {
-        "x": [place.left], "y": [place.top], "dw": [place.right - place.left],
-        "dh": [place.bottom - place.top], name: [values.astype(np.float32)],
-    }  # fmt: skip
+        "x": [place.left],
+        "y": [place.top],
+        "dw": [place.right - place.left],
+        "dh": [place.bottom - place.top],
+        name: [values.astype(np.float32)],
+    }
 
 
 # Stress below a contact: against the depth, on a plane, and on a map at a depth one chooses.
@@ -271,9 +303,17 @@ class StressView:
         self._result: StressResult | None = None
         self._length = 1.0
         self.slider: Any = models.Slider(
-            start=0, end=1, step=1, value=0, title="Depth", show_value=False, tooltips=False,
-            sizing_mode="stretch_width", margin=(4, 12), stylesheets=[style.TEXT],
-        )  # fmt: skip
+            start=0,
+            end=1,
+            step=1,
+            value=0,
+            title="Depth",
+            show_value=False,
+            tooltips=False,
+            sizing_mode="stretch_width",
+            margin=(4, 12),
+            stylesheets=[style.TEXT],
+        )
         self.slider.on_change("value", self._slid)
         names = ("depth", "mises", "tresca", "shear")
         self.source: Any = style.empty_source(*names)
@@ -294,9 +334,14 @@ class StressView:
             ("shear", SERIES[2], "dotted", "orthogonal shear"),
         ):
             self.profile.line(
-                "depth", name, source=self.source, line_color=colour, line_dash=dash,
-                line_width=1.8, legend_label=label,
-            )  # fmt: skip
+                "depth",
+                name,
+                source=self.source,
+                line_color=colour,
+                line_dash=dash,
+                line_width=1.8,
+                legend_label=label,
+            )
         self.profile.add_layout(self.depth)
         self.profile.add_layout(self.strength)
         self.profile.y_range.start = 0
@@ -321,10 +366,11 @@ class StressView:
         length, length_unit = prefixed(float(profile.depths[-1]), "m")
         with style.batch_changes(self.profile.document):
             self.source.data = {
-                "depth": profile.depths * length, "mises": profile.von_mises * factor,
+                "depth": profile.depths * length,
+                "mises": profile.von_mises * factor,
                 "tresca": profile.tresca * factor,
                 "shear": profile.orthogonal_shear.max(axis=1) * factor,
-            }  # fmt: skip
+            }
             # Most of the depth there is next to nothing; who wants to see it zooms out.
             near = min(_NEAR * profile.depth_of_max or 1.0, float(profile.depths[-1])) * length
             self.profile.x_range.update(start=0, end=near, reset_start=0, reset_end=near)
@@ -346,9 +392,13 @@ class StressView:
     def _picture(self, title: str) -> tuple[Any, Any]:
         source = style.empty_source("x", "y", "dw", "dh", "stress")
         plot = map_picture(
-            title, "stress", source, self.mapper, x_range=models.DataRange1d(range_padding=0),
+            title,
+            "stress",
+            source,
+            self.mapper,
+            x_range=models.DataRange1d(range_padding=0),
             y_range=models.DataRange1d(range_padding=0, flipped=True),
-        )  # fmt: skip
+        )
         return plot, source
 
     def _show_cut(self, result: StressResult, factor: float) -> None:

@@ -136,30 +136,49 @@ def _maps(result: ContactResult) -> tuple[Any, str]:
     box = rasters.window_extent(view, surface.pixel)
     factor, unit = prefixed_window(0.0, max(surface.size))
     tall, wide = (side * factor for side in surface.size)
-    source = models.ColumnDataSource({
-        "x": [0.0], "y": [0.0], "dw": [box.right * factor], "dh": [box.bottom * factor],
-        **{key: [layer.codes] for key, layer in layers.items()},
-        TOUCH: [rasters.contact_colors(part)], "cover": [rasters.closed_colors(part)],
-    })  # fmt: skip
+    source = models.ColumnDataSource(
+        {
+            "x": [0.0],
+            "y": [0.0],
+            "dw": [box.right * factor],
+            "dh": [box.bottom * factor],
+            **{key: [layer.codes] for key, layer in layers.items()},
+            TOUCH: [rasters.contact_colors(part)],
+            "cover": [rasters.closed_colors(part)],
+        }
+    )
     ranges = {
         name: models.Range1d(start=start, end=end, reset_start=start, reset_end=end)
         for name, start, end in (("x_range", 0, wide), ("y_range", tall, 0))
     }
-    cross: list[Any] = [models.Span(dimension=d, line_color=NEUTRAL, line_dash="dotted")
-                        for d in ("width", "height")]  # fmt: skip
+    cross: list[Any] = [
+        models.Span(dimension=d, line_color=NEUTRAL, line_dash="dotted")
+        for d in ("width", "height")
+    ]
     side = _FRAME / max(tall, wide)
     titles = map_titles(result)
-    named = [[NAMES[key], key, layer.low * scales[key].factor, layer.step * scales[key].factor,
-              scales[key].unit] for key, layer in layers.items()]  # fmt: skip
+    named = [
+        [
+            NAMES[key],
+            key,
+            layer.low * scales[key].factor,
+            layer.step * scales[key].factor,
+            scales[key].unit,
+        ]
+        for key, layer in layers.items()
+    ]
     read = models.CustomJS(args={"source": source, "named": named, "unit": unit}, code=_READ)
     reset = models.CustomJS(args=ranges, code=_RESET)
     mappers, plots = color_mappers(), []
     for key, name in NAMES.items():
         plot = map_figure(
-            ", ".join(filter(None, (name, titles.get(key)))), cross=cross, **ranges,
-            frame_width=max(round(wide * side), 60), frame_height=max(round(tall * side), 60),
+            ", ".join(filter(None, (name, titles.get(key)))),
+            cross=cross,
+            **ranges,
+            frame_width=max(round(wide * side), 60),
+            frame_height=max(round(tall * side), 60),
             styles={"flex": "none"},
-        )  # fmt: skip
+        )
         plot.xaxis.axis_label = f"x, y [{unit}]"
         _draw(plot, key, source, layers.get(key), scales.get(key), mappers.get(key))
         plot.js_on_event("mousemove", read)
@@ -223,18 +242,22 @@ def _legend(
             "pressure, mean gap, deepest indentation."
         )
     steps = ", ".join(
-        f"{NAMES[key].lower()} {format_engineering(layer.step, 'Pa' if key == PRESSURE else 'm', 2)}"
+        f"{NAMES[key].lower()} "
+        f"{format_engineering(layer.step, 'Pa' if key == PRESSURE else 'm', 2)}"
         for key, layer in layers.items()
         if layer.step
     )
     patches = "".join(
         f"<div>{style.color_patch(*entry)}</div>"
         for entry in (
-            (OPEN, "no contact"), (ELASTIC, "elastic"), (SATURATED, "saturated"),
-            (CLOSED, "closed, in the gap"), (MISSING, "missing"),
+            (OPEN, "no contact"),
+            (ELASTIC, "elastic"),
+            (SATURATED, "saturated"),
+            (CLOSED, "closed, in the gap"),
+            (MISSING, "missing"),
             (OVER, "pressure above the scale"),
         )
-    )  # fmt: skip
+    )
     return f"{patches}<p>{escape_markup(cells)} Values are in steps of {escape_markup(steps)}.</p>"
 
 

@@ -98,10 +98,12 @@ class Settings:
         """Refuse to listen to others without being told who they are."""
         if self.address not in _LOOPBACK and not self.origins:
             raise InputError(
-                f"{self.address} admits other machines: give ", ArgumentRef("allow_origin"),
+                f"{self.address} admits other machines: give ",
+                ArgumentRef("allow_origin"),
                 " which address their browsers show, such as ",
-                ArgumentRef("allow_origin", "http://lab-pc:5106"), argument="address",
-            )  # fmt: skip
+                ArgumentRef("allow_origin", "http://lab-pc:5106"),
+                argument="address",
+            )
 
     @property
     def is_open(self) -> bool:
@@ -336,11 +338,17 @@ class Server:
         folder = ends.enter_context(work.page())
         fresh = work.key == self.first.key and not work.project.exists()
         visit = PageVisit(
-            work, self._settings.file if fresh else None, folder, self.bench,
-            self._settings.upload_limit, partial(self._works.remove, work.key),
-            partial(self._other_visits, work), partial(self._peer_visits, context.id),
-            access.query_or_cookie(context.request, access.TOKEN), _ends=ends,
-        )  # fmt: skip
+            work,
+            self._settings.file if fresh else None,
+            folder,
+            self.bench,
+            self._settings.upload_limit,
+            partial(self._works.remove, work.key),
+            partial(self._other_visits, work),
+            partial(self._peer_visits, context.id),
+            access.query_or_cookie(context.request, access.TOKEN),
+            _ends=ends,
+        )
         self._visits[context.id] = visit
         widgets.send_all_after_pull(document)
         document.on_session_destroyed(lambda context: self._close_page(context.id))
@@ -379,9 +387,10 @@ class Server:
     def _peer_visits(self, session: str) -> list[PageVisit]:
         own = self._visits.get(session)
         return [
-            visit for visit in self._visits.values()
+            visit
+            for visit in self._visits.values()
             if own is not None and visit is not own and visit.work.key == own.work.key
-        ]  # fmt: skip
+        ]
 
     def _close_page(self, session: str) -> None:
         self._close_visit(session)

@@ -162,8 +162,9 @@ class SessionState:
         request = Request.from_text(
             task, self.file, {key: value for key, value in specified.items() if value}
         )
-        places = {str(path): self.names[path.name] for path in request.inputs
-                  if path.name in self.names}  # fmt: skip
+        places = {
+            str(path): self.names[path.name] for path in request.inputs if path.name in self.names
+        }
         return replace(request, names=places)
 
     @property

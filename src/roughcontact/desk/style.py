@@ -180,13 +180,17 @@ SHEETS: dict[str, Any] = {"stylesheets": [TEXT]}
 SHEET: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 0)}
 BLOCK: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 4, 0)}
 CONTROL: dict[str, Any] = {
-    "stylesheets": [TEXT], "sizing_mode": "stretch_width", "margin": (0, 0, 4, 0),
-}  # fmt: skip
+    "stylesheets": [TEXT],
+    "sizing_mode": "stretch_width",
+    "margin": (0, 0, 4, 0),
+}
 # What is higher than the column that it is in makes that scroll, and lies over nothing.
 _TALL = ":host { max-height: none !important; }"
 WIDE: dict[str, Any] = {
-    "stylesheets": [TEXT, _TALL], "sizing_mode": "stretch_width", "margin": (0, 0, 6, 0),
-}  # fmt: skip
+    "stylesheets": [TEXT, _TALL],
+    "sizing_mode": "stretch_width",
+    "margin": (0, 0, 6, 0),
+}
 HIGH: dict[str, Any] = {"stylesheets": [_TALL], "sizing_mode": "stretch_width"}
 TABS: dict[str, Any] = {"stylesheets": [TEXT], "sizing_mode": "stretch_both", "margin": (4, 0)}
 STRIP: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 6, 0)}
@@ -240,9 +244,14 @@ def apply_style(plot: Any) -> None:
 def make_chart(title: str, height: int = 260, **options: Any) -> Any:
     """Return a figure of lines in the house's style."""
     plot: Any = figure(
-        title=title, height=height, sizing_mode="stretch_width", min_border_left=60,
-        tools="pan,box_zoom,wheel_zoom,reset", active_scroll=None, **options,
-    )  # fmt: skip
+        title=title,
+        height=height,
+        sizing_mode="stretch_width",
+        min_border_left=60,
+        tools="pan,box_zoom,wheel_zoom,reset",
+        active_scroll=None,
+        **options,
+    )
     apply_style(plot)
     return plot
 
@@ -261,9 +270,12 @@ def clear_source(*sources: Any) -> None:
 def figure_grid(rows: Sequence[Sequence[Any]]) -> Any:
     """Return figures in rows, with one toolbar."""
     created = gridplot(
-        rows, merge_tools=True, toolbar_location="above", sizing_mode="stretch_width",
+        rows,
+        merge_tools=True,
+        toolbar_location="above",
+        sizing_mode="stretch_width",
         toolbar_options={"logo": None},
-    )  # fmt: skip
+    )
     created.cols = "minmax(0, 1fr)"
     return created
 

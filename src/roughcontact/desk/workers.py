@@ -218,9 +218,7 @@ class Job:
 # Processes
 
 _ENDED, _FAILED, _AT = "ended", "failed", "at"
-_NEEDED = (
-    "roughcontact.contact.solve", "roughcontact.formats.read", "roughcontact.request.run"
-)  # fmt: skip
+_NEEDED = ("roughcontact.contact.solve", "roughcontact.formats.read", "roughcontact.request.run")
 
 
 class _Process:

@@ -254,9 +254,15 @@ def profile(
     grid[0].set_ylim(_shown_depth(answer.faces, answer.accumulated) * length, 0)
     for axes in grid[1:]:
         axes.legend(
-            loc="lower center", bbox_to_anchor=(0.5, 1), ncols=3, fontsize=style.TICK,
-            frameon=False, handlelength=1.6, columnspacing=1.0, handletextpad=0.5,
-        )  # fmt: skip
+            loc="lower center",
+            bbox_to_anchor=(0.5, 1),
+            ncols=3,
+            fontsize=style.TICK,
+            frameon=False,
+            handlelength=1.6,
+            columnspacing=1.0,
+            handletextpad=0.5,
+        )
     y, x = (format_engineering(place, "m", 4) for place in answer.place)
     figure.suptitle(
         f"Below y = {y}, x = {x}{_which(result, body)}, {_state(result, body)}",
@@ -382,16 +388,24 @@ def path(result: ElastoplasticResult) -> Figure:
             scale, shown = style.prefixed(top, dimension) if dimension != "%" else (1.0, "%")
         x, y = abscissa, values * scale
         for kind, colour, line, label in (
-            (False, style.SERIES[0], "-", "loading"), (True, style.SERIES[1], "--", "unloading"),
-        ):  # fmt: skip
+            (False, style.SERIES[0], "-", "loading"),
+            (True, style.SERIES[1], "--", "unloading"),
+        ):
             if (unloads == kind).any():
                 gaps = np.full(unloads.size, np.nan)
                 parts = np.where(unloads == kind, [x[:-1], x[1:], gaps], np.nan).T.ravel()
                 heights = np.array([y[:-1], y[1:], gaps]).T.ravel()
                 axes.plot(parts, heights, line, color=colour, linewidth=1.9, label=label)
         axes.plot(x[1:], y[1:], "o", color=style.NEUTRAL, markersize=4)
-        axes.plot(x[-1:], y[-1:], "o", color=style.NEUTRAL, markersize=9, markerfacecolor="none",
-                  label="end")  # fmt: skip
+        axes.plot(
+            x[-1:],
+            y[-1:],
+            "o",
+            color=style.NEUTRAL,
+            markersize=9,
+            markerfacecolor="none",
+            label="end",
+        )
         axes.set_xlim(0, 1.05 * float(x.max()) or 1.0)
         axes.set_ylim(min(0.0, 1.05 * float(y.min())), 1.08 * float(y.max()) or 1.0)
         style.plain_axes(axes, y=f"{name} [{shown}]")
@@ -504,14 +518,20 @@ def _fields(result: ElastoplasticResult, cut: _Cut) -> list[_FieldOf]:
     factor, unit = style.prefixed(float(residual.max()), "Pa")
     fields = [
         (
-            np.where(strain > 0, strain, np.nan), "accumulated plastic strain [%]", colours,
-            0.0, float(strain.max()) or 1.0,
+            np.where(strain > 0, strain, np.nan),
+            "accumulated plastic strain [%]",
+            colours,
+            0.0,
+            float(strain.max()) or 1.0,
         ),
         (
-            residual * factor, f"residual von Mises stress [{unit}]", colours,
-            0.0, float(residual.max()) * factor or 1.0,
+            residual * factor,
+            f"residual von Mises stress [{unit}]",
+            colours,
+            0.0,
+            float(residual.max()) * factor or 1.0,
         ),
-    ]  # fmt: skip
+    ]
     if result.solution.load:
         # The residual of the iteration lets it pass one by about 1e-4.
         ratio = np.minimum(plane.von_mises[part] / plane.strength[part], 1.0)
@@ -529,9 +549,15 @@ def _fields(result: ElastoplasticResult, cut: _Cut) -> list[_FieldOf]:
 
 def _steps(axes: Axes, values: Array, depths: Array, colour: str, line: Any, name: str) -> None:
     axes.stairs(
-        values, depths, orientation="horizontal", baseline=None, color=colour, linestyle=line,
-        linewidth=1.8, label=name,
-    )  # fmt: skip
+        values,
+        depths,
+        orientation="horizontal",
+        baseline=None,
+        color=colour,
+        linestyle=line,
+        linewidth=1.8,
+        label=name,
+    )
 
 
 def _few_levels(axes: Axes, height: float) -> None:

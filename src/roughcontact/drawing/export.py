@@ -118,9 +118,7 @@ _MOST = 256
 
 
 def draw_pngs(
-    drawings: Sequence[Drawing],
-    processes: int = 1,
-    tell: Callable[[int, int], None] | None = None,
+    drawings: Sequence[Drawing], processes: int = 1, tell: Callable[[int, int], None] | None = None
 ) -> list[bytes]:
     """Draw figures and return each as the content of a PNG file.
 
@@ -238,9 +236,7 @@ def _exit_with_parent(here: int) -> None:
 
 
 def _draw_remaining(
-    queue: int,
-    drawings: Sequence[Drawing],
-    tell: Callable[[int, int], None] | None = None,
+    queue: int, drawings: Sequence[Drawing], tell: Callable[[int, int], None] | None = None
 ) -> dict[int, bytes]:
     """Draw what is left, one after the other; all processes read their numbers from one pipe."""
     result = {}

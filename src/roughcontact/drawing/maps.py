@@ -360,10 +360,8 @@ def spots(result: ContactResult) -> Figure:
     axes.set_ylim(0.7, 2.0 * max(areas.size, 5))
     style.name_axes(axes, f"area A of a spot [{unit}]", "spots of at least that area")
     noun = "spot" if areas.size == 1 else "spots"
-    style.plain_axes(
-        axes,
-        title=f"{areas.size} contact {noun} at {style.load_text(result)}{style.doubt_suffix(result)}",
-    )
+    title = f"{areas.size} contact {noun} at {style.load_text(result)}"
+    style.plain_axes(axes, title=title + style.doubt_suffix(result))
     style.legend_below(axes, columns=2)
     return figure
 

@@ -127,7 +127,8 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
     style.shared_legend(
         figure,
         grid,
-        f"Sections through the highest peak at {style.load_text(result)}{style.doubt_suffix(result)}",
+        "Sections through the highest peak at "
+        f"{style.load_text(result)}{style.doubt_suffix(result)}",
     )
     return figure
 
@@ -422,7 +423,10 @@ def histogram_label(
 ) -> str:
     """Return what a distribution of pressures says of the contact, in lines."""
     text = f"{name}: " if name else ""
-    text += f"{format_percent(result.contact_fraction)} of the map in contact{style.doubt_suffix(result)}"
+    text += (
+        f"{format_percent(result.contact_fraction)} of the map in "
+        f"contact{style.doubt_suffix(result)}"
+    )
     if result.ceiling is not None:
         ceiling = _uniform_ceiling(result)
         which = "its" if math.isinf(ceiling) else f"the {format_engineering(ceiling, 'Pa', 3)}"
@@ -487,16 +491,25 @@ def versus_hertz(result: ContactResult) -> Figure:
     figure, axes = style.panels(7.2, 5.0)
     where = "along the axis" if line else "on the ring"
     axes.plot(
-        distance * factor, largest * scale, color=style.SATURATED, linewidth=1.0,
+        distance * factor,
+        largest * scale,
+        color=style.SATURATED,
+        linewidth=1.0,
         label=f"largest {where}",
-    )  # fmt: skip
+    )
     axes.plot(
         distance * factor, mean * scale, color=style.ELASTIC, linewidth=2.2, label=f"mean {where}"
     )
     position = np.linspace(-half if line else 0.0, half, 400)
     pressure = smooth.max_pressure * np.sqrt(np.maximum(1 - (position / half) ** 2, 0))
-    axes.plot(position * factor, pressure * scale, color=style.NEUTRAL, linewidth=1.8,
-              linestyle="--", label="Hertz, smooth")  # fmt: skip
+    axes.plot(
+        position * factor,
+        pressure * scale,
+        color=style.NEUTRAL,
+        linewidth=1.8,
+        linestyle="--",
+        label="Hertz, smooth",
+    )
     axes.set_xlim(ends[0] * factor, ends[1] * factor)
     axes.set_ylim(bottom=0)
     name = "distance across from the middle" if line else "distance from the middle"

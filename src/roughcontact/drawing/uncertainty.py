@@ -22,8 +22,16 @@ def uncertainty_budget(rows: Sequence[tuple[str, Mapping[str, float]]]) -> Figur
         shares = np.array([100 * budget.get(source, 0.0) for _, budget in rows])
         color = style.SERIES[number % len(style.SERIES)]
         hatch = "///" if number >= len(style.SERIES) else None
-        axes.barh(range(len(rows)), shares, left=left, color=color, label=source, hatch=hatch,
-                  edgecolor="white", height=0.7)  # fmt: skip
+        axes.barh(
+            range(len(rows)),
+            shares,
+            left=left,
+            color=color,
+            label=source,
+            hatch=hatch,
+            edgecolor="white",
+            height=0.7,
+        )
         left += shares
     axes.set_yticks(range(len(rows)), [name for name, _ in rows], fontsize=style.TICK)
     axes.invert_yaxis()

@@ -38,9 +38,14 @@ _FIELDS = {
     "mean_residual_stress": ("Pa", "a third of the trace of the stress by plastic strain alone"),
 }
 _STEPS = {
-    "load": "N", "approach": "m", "contact_area": "m2", "max_pressure": "Pa",
-    "max_plastic_strain": "1", "plastic_volume": "m3", "convolutions": "1",
-}  # fmt: skip
+    "load": "N",
+    "approach": "m",
+    "contact_area": "m2",
+    "max_pressure": "Pa",
+    "max_plastic_strain": "1",
+    "plastic_volume": "m3",
+    "convolutions": "1",
+}
 
 # Of increments with a counter-surface that moves or slides.
 _PLACES = {
@@ -268,8 +273,12 @@ def write_result(result: ElastoplasticResult, path: str | os.PathLike[str]) -> N
     names = yielding_materials(result.solution)
     maps = {
         netcdf.Streamed(
-            f"{name}_{field}", own.dtype.str, (body.thickness.size, *own.shape[1:]), about,
-            packed=True, dims=dims,
+            f"{name}_{field}",
+            own.dtype.str,
+            (body.thickness.size, *own.shape[1:]),
+            about,
+            packed=True,
+            dims=dims,
         ): [
             netcdf.RankPart(layer % body.share.count, 1, partial(_read_layer, body, own, layer))
             for layer in range(body.thickness.size)
@@ -277,7 +286,7 @@ def write_result(result: ElastoplasticResult, path: str | os.PathLike[str]) -> N
         for name, body in zip(names, bodies, strict=True)
         for field, (dims, about) in field_attributes().items()
         for own in (getattr(body.own, field),)
-    }  # fmt: skip
+    }
     netcdf.write_shared(lambda: to_dataset(result)[0], maps, path, bodies[0].share.ranks)
 
 

@@ -36,9 +36,12 @@ from roughcontact.units import Quantities, to_si
 Array = NDArray[np.float64]
 
 QUANTITIES = {
-    "approach": "m", "contact_area": "m²", "mean_pressure": "Pa", "plateau_pressure": "Pa",
+    "approach": "m",
+    "contact_area": "m²",
+    "mean_pressure": "Pa",
+    "plateau_pressure": "Pa",
     "max_pressure": "Pa",
-}  # fmt: skip
+}
 """What is compared, with units."""
 
 # Change of a relative error that is no more than the tolerance of the solver.

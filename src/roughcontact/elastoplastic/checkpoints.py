@@ -52,19 +52,27 @@ class Checkpoint:
         """Return the checkpoint of a result and the values carried to the next load."""
         bodies = [(body.plastic_strain, body.accumulated) for body in result.whole_bodies]
         return cls(
-            Extent.from_result(result), bodies, result.solution.pressure, result.increments, result.largest,
-            result.seconds, carried or {}, result,
-        )  # fmt: skip
+            Extent.from_result(result),
+            bodies,
+            result.solution.pressure,
+            result.increments,
+            result.largest,
+            result.seconds,
+            carried or {},
+            result,
+        )
 
 
 def write_checkpoint(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
     """Write it to a NetCDF file: of the volume only what has yielded, and no stress."""
-    dataset = netcdf.Dataset({
-        "margin": checkpoint.extent.margin,
-        "largest_load": checkpoint.largest[0],
-        "seconds": checkpoint.seconds,
-        "bodies": len(checkpoint.bodies),
-    })  # fmt: skip
+    dataset = netcdf.Dataset(
+        {
+            "margin": checkpoint.extent.margin,
+            "largest_load": checkpoint.largest[0],
+            "seconds": checkpoint.seconds,
+            "bodies": len(checkpoint.bodies),
+        }
+    )
     arrays = {
         "thickness": checkpoint.extent.thickness,
         "grid": np.array(checkpoint.bodies[0][1].shape[1:]),
@@ -99,11 +107,14 @@ def read_checkpoint(path: Path) -> Checkpoint:
             whole = strain.reshape(5, thickness.size, *shape).swapaxes(0, 1)
             bodies.append((whole, accumulated.reshape(thickness.size, *shape)))
         return Checkpoint(
-            Extent(thickness, int(dataset.attrs["margin"])), bodies, arrays["pressure"],
+            Extent(thickness, int(dataset.attrs["margin"])),
+            bodies,
+            arrays["pressure"],
             increments_of(dataset),
             (float(dataset.attrs["largest_load"]), arrays.get("largest_pressure")),
-            float(dataset.attrs["seconds"]), carried_arrays(dataset),
-        )  # fmt: skip
+            float(dataset.attrs["seconds"]),
+            carried_arrays(dataset),
+        )
 
 
 # --- States of a run in a folder, so that the same call goes on where it was stopped ---

@@ -330,9 +330,16 @@ def gather_body(
 
     profile = LayerProfile(
         np.append(0.0, np.cumsum(thickness)),
-        *(whole(getattr(here, name)) for name in (
-            "plastic_fraction", "max_accumulated", "max_von_mises", "max_residual_von_mises")),
-    )  # fmt: skip
+        *(
+            whole(getattr(here, name))
+            for name in (
+                "plastic_fraction",
+                "max_accumulated",
+                "max_von_mises",
+                "max_residual_von_mises",
+            )
+        ),
+    )
     maximum = _most_strained(own, window, profile, whole)
     row, column = maximum[1] + own.margin, maximum[2] + own.margin
     rows, columns = (

@@ -64,11 +64,16 @@ class YieldingBody:
     def resize(self, thickness: NDArray[np.float64], shape: tuple[int, int]) -> None:
         """Take on more layers below and more points around those there are."""
         self.operator = PlasticHalfSpace(
-            shape, self.pixel, thickness,
-            shear_modulus=self.shear_modulus, poisson=self.material.poisson,
-            boundary=self.boundary, precision=self.precision, workspace=self._share.workspace,
+            shape,
+            self.pixel,
+            thickness,
+            shear_modulus=self.shear_modulus,
+            poisson=self.material.poisson,
+            boundary=self.boundary,
+            precision=self.precision,
+            workspace=self._share.workspace,
             share=self._share,
-        )  # fmt: skip
+        )
         old, accumulated = self.strain, self.accumulated
         ny, nx = old.shape[-2:]
         top, left = (shape[0] - ny) // 2, (shape[1] - nx) // 2
@@ -257,9 +262,16 @@ class YieldingBody:
                 for field in (stress, mean, residual, mean_residual)
             )
         body = PlasticBody(
-            self.material, dy * dx, margin, self.thickness[self.here], *self.strain_on_map(),
-            stress, mean, residual, mean_residual,
-        )  # fmt: skip
+            self.material,
+            dy * dx,
+            margin,
+            self.thickness[self.here],
+            *self.strain_on_map(),
+            stress,
+            mean,
+            residual,
+            mean_residual,
+        )
         return body, self._share.largest(float(excess.max()))
 
 

@@ -37,8 +37,13 @@ _EXCESS = 0.05
 
 # What the contact alone says without knowing of the volume.
 _OF_THE_CEILING = (
-    CautionTag.NOT_CONVERGED, CautionTag.EDGE, CautionTag.ABOVE_CEILING, CautionTag.CEILING, CautionTag.HARDNESS, CautionTag.STRAIN,
-)  # fmt: skip
+    CautionTag.NOT_CONVERGED,
+    CautionTag.EDGE,
+    CautionTag.ABOVE_CEILING,
+    CautionTag.CEILING,
+    CautionTag.HARDNESS,
+    CautionTag.STRAIN,
+)
 
 
 def cautions(result: ElastoplasticResult) -> tuple[Caution, ...]:
@@ -51,10 +56,12 @@ def cautions(result: ElastoplasticResult) -> tuple[Caution, ...]:
 def performed_checks(result: ElastoplasticResult) -> tuple[str, ...]:
     """Return the checks that were performed on a volume result, a short text each."""
     subjects = [
-        "convergence", "stress against the yield strength",
-        "plastic strain at the ends of the volume", "size of plastic strains",
+        "convergence",
+        "stress against the yield strength",
+        "plastic strain at the ends of the volume",
+        "size of plastic strains",
         "the law of hardening",
-    ]  # fmt: skip
+    ]
     if result.solution.boundary.free_axes:
         subjects.append("contact at the edges")
     return (
@@ -106,7 +113,8 @@ def _check_convergence(result: ElastoplasticResult) -> Caution | None:
         return None
     return as_warning(
         CautionTag.NOT_CONVERGED,
-        f"Not converged: the load path stopped at {format_engineering(result.solution.load, 'N', 3)}. "
+        "Not converged: the load path stopped at "
+        f"{format_engineering(result.solution.load, 'N', 3)}. "
         f"Increase {ArgumentRef('max_iterations')} or {ArgumentRef('tolerance')}.",
     )
 
@@ -199,8 +207,15 @@ def _residual(result: ElastoplasticResult) -> Caution | None:
 
 
 _CHECKS = (
-    _check_convergence, _check_excess, _check_edge, _ends, _check_deformation, _check_hardening, _check_scatter, _residual,
-)  # fmt: skip
+    _check_convergence,
+    _check_excess,
+    _check_edge,
+    _ends,
+    _check_deformation,
+    _check_hardening,
+    _check_scatter,
+    _residual,
+)
 
 
 # What repeated passes are judged by besides their last state: their steps, pixel and direction.

@@ -71,64 +71,77 @@ def _result_contents(content: Content) -> dict[ContentType, Content]:
 
 
 FORMATS = (
-    OutputFormat(".nc", {
-        ContentType.SURFACE: Content("heights and provenance, every bit", _lazy_writer("formats.netcdf:save")),
-        ContentType.CONTACT: Content("everything", _lazy_writer("contact.archive:save_result")),
-        ContentType.VOLUME: Content("everything", _lazy_writer("elastoplastic.archive:save")),
-        ContentType.ROLLING: Content("everything", _lazy_writer("analyses.roll.model:save_rolling")),
-    }),
-    OutputFormat(".npz", {
-        ContentType.SURFACE: Content("heights and pixel, every bit", _lazy_writer("formats.tables:save_npz")),
-        ContentType.LAW: Content("arrays", _LAW),
-    }),
-    OutputFormat(".x3p", {
-        ContentType.SURFACE: Content("heights and pixel, every bit; ISO 25178-72", _X3P),
-    }),
-    OutputFormat(".sur", {
-        ContentType.SURFACE: Content("heights to 32 bits; Digital Surf", _SUR),
-    }),
-    OutputFormat(".vtr", {
-        ContentType.VOLUME: Content("strain and stress of the volume model", _VTR),
-        ContentType.ROLLING: Content("final strain and stress", _last_state_writer(_VTR)),
-    }),
-    OutputFormat(".vti", {
-        ContentType.SURFACE: Content("heights for ParaView", _VTI),
-        **_result_contents(Content("maps for ParaView", _VTI)),
-        ContentType.ROLLING: Content("final maps", _last_state_writer(_VTI)),
-    }),
-    OutputFormat(".pvd", {
-        ContentType.ROLLING: Content(
-            "all steps of --folder for ParaView", _lazy_writer("analyses.roll.files:save_pvd"),
-        ),
-    }),
-    OutputFormat(".csv", {
-        ContentType.SURFACE: Content("heights as text, every bit", _CSV),
-        **_result_contents(Content("pressure", _CSV)),
-        ContentType.LAW: Content("thinned tables", _LAW),
-    }),
-    OutputFormat(".json", {
-        **_result_contents(Content("numbers", _lazy_writer("formats.tables:save_json"))),
-        ContentType.LAW: Content("numbers", _LAW),
-    }),
-    OutputFormat(".inp", {
-        ContentType.LAW: Content("a deck for Abaqus", _LAW),
-    }),
-    OutputFormat(".ccx", {
-        ContentType.LAW: Content("a deck for CalculiX", _LAW),
-    }),
-    OutputFormat(".mac", {
-        ContentType.LAW: Content("real constants for Ansys APDL", _LAW),
-    }),
-    OutputFormat(".i", {
-        ContentType.LAW: Content("functions for MOOSE", _LAW),
-    }),
-    OutputFormat(".fcmacro", {
-        ContentType.LAW: Content("a macro for FreeCAD", _LAW),
-    }),
-    OutputFormat(".txt", {
-        ContentType.LAW: Content("a table for mixed lubrication", _LAW),
-    }),
-)  # fmt: skip
+    OutputFormat(
+        ".nc",
+        {
+            ContentType.SURFACE: Content(
+                "heights and provenance, every bit", _lazy_writer("formats.netcdf:save")
+            ),
+            ContentType.CONTACT: Content("everything", _lazy_writer("contact.archive:save_result")),
+            ContentType.VOLUME: Content("everything", _lazy_writer("elastoplastic.archive:save")),
+            ContentType.ROLLING: Content(
+                "everything", _lazy_writer("analyses.roll.model:save_rolling")
+            ),
+        },
+    ),
+    OutputFormat(
+        ".npz",
+        {
+            ContentType.SURFACE: Content(
+                "heights and pixel, every bit", _lazy_writer("formats.tables:save_npz")
+            ),
+            ContentType.LAW: Content("arrays", _LAW),
+        },
+    ),
+    OutputFormat(
+        ".x3p", {ContentType.SURFACE: Content("heights and pixel, every bit; ISO 25178-72", _X3P)}
+    ),
+    OutputFormat(".sur", {ContentType.SURFACE: Content("heights to 32 bits; Digital Surf", _SUR)}),
+    OutputFormat(
+        ".vtr",
+        {
+            ContentType.VOLUME: Content("strain and stress of the volume model", _VTR),
+            ContentType.ROLLING: Content("final strain and stress", _last_state_writer(_VTR)),
+        },
+    ),
+    OutputFormat(
+        ".vti",
+        {
+            ContentType.SURFACE: Content("heights for ParaView", _VTI),
+            **_result_contents(Content("maps for ParaView", _VTI)),
+            ContentType.ROLLING: Content("final maps", _last_state_writer(_VTI)),
+        },
+    ),
+    OutputFormat(
+        ".pvd",
+        {
+            ContentType.ROLLING: Content(
+                "all steps of --folder for ParaView", _lazy_writer("analyses.roll.files:save_pvd")
+            )
+        },
+    ),
+    OutputFormat(
+        ".csv",
+        {
+            ContentType.SURFACE: Content("heights as text, every bit", _CSV),
+            **_result_contents(Content("pressure", _CSV)),
+            ContentType.LAW: Content("thinned tables", _LAW),
+        },
+    ),
+    OutputFormat(
+        ".json",
+        {
+            **_result_contents(Content("numbers", _lazy_writer("formats.tables:save_json"))),
+            ContentType.LAW: Content("numbers", _LAW),
+        },
+    ),
+    OutputFormat(".inp", {ContentType.LAW: Content("a deck for Abaqus", _LAW)}),
+    OutputFormat(".ccx", {ContentType.LAW: Content("a deck for CalculiX", _LAW)}),
+    OutputFormat(".mac", {ContentType.LAW: Content("real constants for Ansys APDL", _LAW)}),
+    OutputFormat(".i", {ContentType.LAW: Content("functions for MOOSE", _LAW)}),
+    OutputFormat(".fcmacro", {ContentType.LAW: Content("a macro for FreeCAD", _LAW)}),
+    OutputFormat(".txt", {ContentType.LAW: Content("a table for mixed lubrication", _LAW)}),
+)
 """Every format; help, messages, project file and documentation read them from here."""
 
 

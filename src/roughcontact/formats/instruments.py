@@ -437,6 +437,10 @@ def _sdf_contradiction(path: Path, header: dict[str, Any], entry: Any, values: A
 
 
 _CONTRADICTIONS: dict[str, Callable[[Path, dict[str, Any], Any, Array], str]] = {
-    "di": _bruker_contradiction, "metropro": _metropro_contradiction, "mnt": _mnt_contradiction,
-    "opd": _opd_contradiction, "sdf": _sdf_contradiction, "sur": _sur_contradiction,
-}  # fmt: skip
+    "di": _bruker_contradiction,
+    "metropro": _metropro_contradiction,
+    "mnt": _mnt_contradiction,
+    "opd": _opd_contradiction,
+    "sdf": _sdf_contradiction,
+    "sur": _sur_contradiction,
+}

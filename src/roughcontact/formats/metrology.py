@@ -122,7 +122,8 @@ def save_sur(surface: Surface, path: str | os.PathLike[str]) -> None:
     if not all(0 < value < math.inf for value in (step, *edges)):
         raise InputError(
             f"{path} keeps pixel and step of the heights in single precision, got pixel "
-            f"{format_lengths(surface.pixel)} and heights up to {format_engineering(largest / 1e3, 'm')}; write "
+            f"{format_lengths(surface.pixel)} and heights up to "
+            f"{format_engineering(largest / 1e3, 'm')}; write "
             ".x3p or .npz"
         )
     lowest, highest = (round(1e3 * extreme / step) for extreme in (low, high))
@@ -220,21 +221,51 @@ def _sur_header(
         "<12s4H30s30s5H8xH5i3f" + 9 * "16s" + "3f3H12x7Hf10x2H128s3f34x",
         b"DIGITAL SURF",
         # PC format, one object, version, surface.
-        0, 1, 1, 2,
+        0,
+        1,
+        1,
+        2,
         # The object and who measured it. Words are filled up with blanks.
-        source.ljust(30), b" " * 30,
+        source.ljust(30),
+        b" " * 30,
         # Material, acquisition and range unknown; missing points or none; absolute heights.
-        0, 0, 0, int(surface.missing > 0), 1,
-        32, *extremes, nx, ny, nx * ny,
-        pixel[1], pixel[0], step,
+        0,
+        0,
+        0,
+        int(surface.missing > 0),
+        1,
+        32,
+        *extremes,
+        nx,
+        ny,
+        nx * ny,
+        pixel[1],
+        pixel[0],
+        step,
         *(name.ljust(16) for name in (b"X", b"Y", b"Z", *6 * (b"mm",))),
-        1.0, 1.0, 1.0,
+        1.0,
+        1.0,
+        1.0,
         # Neither imprint nor inverted nor leveled; date and duration unknown; no comment, no
         # offsets.
-        0, 0, 0,
-        0, 0, 0, 0, 0, 0, 0, 0.0,
-        0, 0, b" " * 128, 0.0, 0.0, 0.0,
-    )  # fmt: skip
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0.0,
+        0,
+        0,
+        b" " * 128,
+        0.0,
+        0.0,
+        0.0,
+    )
 
 
 def _xml(text: str) -> str:

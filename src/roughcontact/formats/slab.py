@@ -99,8 +99,13 @@ def read_slab(
 
 def _about(name: str, requested: ReadOptions, result: _Found, slab: Slab) -> Provenance:
     """Return where a map came from and how it was read."""
-    specified = {"path": name, "format": None, "channel": requested.channel, "unit": requested.unit,
-             "size": requested.size}  # fmt: skip
+    specified = {
+        "path": name,
+        "format": None,
+        "channel": requested.channel,
+        "unit": requested.unit,
+        "size": requested.size,
+    }
     if requested.override_size:
         specified["override_size"] = True
     read = {"format": result.format, "size": slab.size, "notes": (), "unit": result.metre}

@@ -309,8 +309,11 @@ _TEXT_START = 2**15
 
 # First bytes -> name of the format.
 _SIGNATURES = (
-    (b"\x93NUMPY", "npy"), (b"CDF\x01", "netcdf"), (b"CDF\x02", "netcdf"), (b"CDF\x05", "netcdf"),
-)  # fmt: skip
+    (b"\x93NUMPY", "npy"),
+    (b"CDF\x01", "netcdf"),
+    (b"CDF\x02", "netcdf"),
+    (b"CDF\x05", "netcdf"),
+)
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 TEXT, HDF5 = "text", "hdf5"
@@ -466,10 +469,12 @@ def pixel_of(
             length = units.format_engineering(sides[-1], "m")
             raise InputError(
                 f"gives two sides, {size!r}, but {name} is a single line of heights; a profile has "
-                "its length alone, ", ArgumentRef("size", length),
+                "its length alone, ",
+                ArgumentRef("size", length),
                 ", and a map more lines: was it cut off?",
-                argument="size", value=size
-            )  # fmt: skip
+                argument="size",
+                value=size,
+            )
         sides = (PROFILE_WIDTH, *sides[-1:])
     elif len(sides) == 1 and ny == nx:
         sides *= 2
@@ -513,8 +518,10 @@ def check_lengths(
     ):
         if not all(low <= value <= high for value in counted):
             raise FormatError(
-                f"{path.name} was read with {name} of {units.format_lengths(counted)}, which is outside "
-                f"{units.format_engineering(low, 'm')} to {units.format_engineering(high, 'm')}; {what}, or "
+                f"{path.name} was read with {name} of {units.format_lengths(counted)}, which is "
+                "outside "
+                f"{units.format_engineering(low, 'm')} to {units.format_engineering(high, 'm')}; "
+                f"{what}, or "
                 "replace a size that the file has wrong by "
                 f"{ArgumentRef('size', '0.1 mm x 0.2 mm')} and "
                 f"{ArgumentRef('override_size', True)}"
@@ -523,12 +530,14 @@ def check_lengths(
     span, longest = top - bottom, max(sides)
     if span > _HEIGHT_OVER_SIDE * longest:
         raise FormatError(
-            f"{path.name} was read with heights that span {units.format_engineering(span, 'm')} on sides "
+            f"{path.name} was read with heights that span {units.format_engineering(span, 'm')} on "
+            "sides "
             f"of {units.format_engineering(longest, 'm')}; {what}, or mark outliers as missing"
         )
     if max(top, -bottom) > _SIDE_RANGE[1]:
         raise FormatError(
             f"{path.name} was read with heights from {units.format_engineering(bottom, 'm')} to "
-            f"{units.format_engineering(top, 'm')}, further than {units.format_engineering(_SIDE_RANGE[1], 'm')} "
+            f"{units.format_engineering(top, 'm')}, further than "
+            f"{units.format_engineering(_SIDE_RANGE[1], 'm')} "
             f"from zero; {what}"
         )

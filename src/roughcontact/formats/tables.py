@@ -25,10 +25,17 @@ from roughcontact.surface.surface import Surface
 Result = ContactResult | ElastoplasticResult
 
 UNITS = {
-    "height": "m", "counter_height": "m", "initial_gap": "m", "pressure": "Pa", "gap": "m",
-    "contact": "1", "saturated": "1", "residual_indentation": "m", "ceiling": "Pa",
+    "height": "m",
+    "counter_height": "m",
+    "initial_gap": "m",
+    "pressure": "Pa",
+    "gap": "m",
+    "contact": "1",
+    "saturated": "1",
+    "residual_indentation": "m",
+    "ceiling": "Pa",
     "residual_displacement": "m",
-}  # fmt: skip
+}
 """Every map that a result may have, with its unit."""
 
 # Those that only one of the two models has.

@@ -84,9 +84,7 @@ _CELL = re.compile(
 _COLUMN = re.compile(r"\s*([xyz])\w*\s*(?:[\[(/]\s*([^\])\s]+)\s*[\])]?)?\s*", re.IGNORECASE)
 
 # What tells that a head describes a map: without one of these it is a remark.
-_TELLING = {
-    "side_x", "points", "points_x", "pixel", "pixel_x", "wyko", "unit_x", "columns",
-}  # fmt: skip
+_TELLING = {"side_x", "points", "points_x", "pixel", "pixel_x", "wyko", "unit_x", "columns"}
 
 
 @dataclass(frozen=True)

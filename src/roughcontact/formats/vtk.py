@@ -68,10 +68,12 @@ def save_vtk(source: Surface | tables.Result, path: str | os.PathLike[str]) -> N
     ]
     shown = "pressure" if "pressure" in names else "height"
     _write_vtk(
-        path, "ImageData", f"0 {nx - 1} 0 {ny - 1} 0 0",
+        path,
+        "ImageData",
+        f"0 {nx - 1} 0 {ny - 1} 0 0",
         f' Origin="{dx / 2!r} {dy / 2!r} 0" Spacing="{dx!r} {dy!r} 1"',
         {f'PointData Scalars="{shown}"': maps},
-    )  # fmt: skip
+    )
 
 
 def save_vtr(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
@@ -96,9 +98,12 @@ def save_vtr(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
         ),
     ]
     _write_vtk(
-        path, "RectilinearGrid", f"0 {x.size - 1} 0 {y.size - 1} 0 {z.size - 1}", "",
+        path,
+        "RectilinearGrid",
+        f"0 {x.size - 1} 0 {y.size - 1} 0 {z.size - 1}",
+        "",
         {'CellData Scalars="von_mises"': data, "Coordinates": axes},
-    )  # fmt: skip
+    )
 
 
 class _Layer(NamedTuple):

@@ -140,9 +140,14 @@ class Boundary(StrEnum):
             The operator.
         """
         of = partial(
-            _MODELS[self].operator, shape, pixel, contact_modulus,
-            datum=datum, precision=precision, workspace=workspace,
-        )  # fmt: skip
+            _MODELS[self].operator,
+            shape,
+            pixel,
+            contact_modulus,
+            datum=datum,
+            precision=precision,
+            workspace=workspace,
+        )
         operator = of(coatings=coatings)
         if coatings is not None and coatings.is_long_wave_soft:
             operator.surface = of(coatings=None).spectrum
@@ -183,9 +188,14 @@ class Boundary(StrEnum):
             # On coarse grids the error of the grid outweighs that of the arithmetic.
             arithmetic = precision if coarsening == (1, 1) else "single"
             return self.operator(
-                shape, coarse, contact_modulus, datum=datum,
-                coatings=coatings, precision=arithmetic, workspace=workspace,
-            )  # fmt: skip
+                shape,
+                coarse,
+                contact_modulus,
+                datum=datum,
+                coatings=coatings,
+                precision=arithmetic,
+                workspace=workspace,
+            )
 
         return operator
 
@@ -222,9 +232,18 @@ class Boundary(StrEnum):
             known = [b for b in Boundary if _MODELS[b].slab_symbol]
             raise self._not_known("a map on several ranks", known)
         return distributed.operators(
-            symbol, self.free_axes, longer_side(shape, pixel), edges, shape, pixel, contact_modulus,
-            ranks, coatings=coatings, precision=precision, workspace=workspace,
-        )  # fmt: skip
+            symbol,
+            self.free_axes,
+            longer_side(shape, pixel),
+            edges,
+            shape,
+            pixel,
+            contact_modulus,
+            ranks,
+            coatings=coatings,
+            precision=precision,
+            workspace=workspace,
+        )
 
     def operator_memory(self, shape: tuple[int, int], precision: str) -> int:
         """Return the memory of `operator` at work, in bytes.

@@ -107,13 +107,15 @@ def _state(
     ``shear`` is over. ``distance`` is that from the face where the waves start.
     """
     one = np.ones_like(depth)
-    waves = np.array([
-        [one / shear, depth / shear],
-        [-sign * one / shear, (3 - 4 * poisson - sign * depth) / shear],
-        [sign * one, sign * depth - (1 - 2 * poisson)],
-        [-one, 2 * (1 - poisson) * sign - depth],
-        [one, 2 * poisson * sign + depth],
-    ])  # fmt: skip
+    waves = np.array(
+        [
+            [one / shear, depth / shear],
+            [-sign * one / shear, (3 - 4 * poisson - sign * depth) / shear],
+            [sign * one, sign * depth - (1 - 2 * poisson)],
+            [-one, 2 * (1 - poisson) * sign - depth],
+            [one, 2 * poisson * sign + depth],
+        ]
+    )
     return waves * np.exp(-distance)
 
 

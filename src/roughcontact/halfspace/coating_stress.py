@@ -280,15 +280,17 @@ class _Waves:
         )
         inverse = np.divide(1, q, out=np.zeros(q.shape), where=~still)
         c, s = qx * inverse, qy * inverse
-        result = np.stack([
-            c * c * along + s * s * across,
-            s * s * along + c * c * across,
-            normal,
-            s * shear,
-            c * shear,
-            # Odd in both directions: the transform is -S.
-            c * s * (across - along),
-        ])  # fmt: skip
+        result = np.stack(
+            [
+                c * c * along + s * s * across,
+                s * s * along + c * c * across,
+                normal,
+                s * shear,
+                c * shear,
+                # Odd in both directions: the transform is -S.
+                c * s * (across - along),
+            ]
+        )
         result[:, still] = 0
         result[:2, still], result[2, still] = self.uniform
         # The wave of two points a period has no sine. Along x the transform knows.

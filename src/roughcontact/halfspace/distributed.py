@@ -290,9 +290,14 @@ class SlabConvolution:
         if self.real is np.float32:
             return self
         single = SlabConvolution(
-            self.spectrum, self.layout, self.ranks, self.workspace,
-            precision="single", softness=self.softness, self_displacement=self.self_displacement,
-        )  # fmt: skip
+            self.spectrum,
+            self.layout,
+            self.ranks,
+            self.workspace,
+            precision="single",
+            softness=self.softness,
+            self_displacement=self.self_displacement,
+        )
         single.surface = self.surface
         return single
 
@@ -573,11 +578,14 @@ def operators(
         grid = Grid(layout, coarse, datum, coatings, ranks, workspace)
         own, softness = symbol(grid)
         result = SlabConvolution(
-            own, layout, ranks, workspace,
+            own,
+            layout,
+            ranks,
+            workspace,
             # On coarse grids the error of the grid outweighs that of the arithmetic.
             precision=precision if coarsening == (1, 1) else "single",
             softness=softness / contact_modulus,
-        )  # fmt: skip
+        )
         if coatings is not None and coatings.is_long_wave_soft:
             result.surface = symbol(grid._replace(coatings=None))[0]
         return result

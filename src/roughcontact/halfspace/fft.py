@@ -78,9 +78,14 @@ def irfft_rows(spectrum: NDArray[Any], length: int, out: NDArray[Any]) -> NDArra
     """Return the unnormalised inverse, in ``out`` where the library can."""
     if _ducc0 is not None:
         _ducc0.fft.c2r(
-            spectrum, axes=(1,), lastsize=length, forward=False, out=out, nthreads=1,
+            spectrum,
+            axes=(1,),
+            lastsize=length,
+            forward=False,
+            out=out,
+            nthreads=1,
             allow_overwriting_input=True,
-        )  # fmt: skip
+        )
         return out
     import scipy.fft
 

@@ -84,8 +84,8 @@ class Sweep:
     band : Band
         The wave vectors.
     spectra : ndarray, shape (nz, 5, 2, ...)
-        Strain of the layers in the axes of the map, real and imaginary part; `sweep_down` leaves the
-        deviator of the stress there.
+        Strain of the layers in the axes of the map, real and imaginary part; `sweep_down` writes
+        the deviator of the stress there.
     array : callable
         ``array(name, shape)`` returns memory of this thread.
     """
@@ -247,7 +247,7 @@ class Sweep:
         np.multiply(turn, pull, out=turn)
 
     def _propagate(self, layer: int, number: int) -> None:
-        """Carry the waves through a layer, the one of this number in its part; see `_layer_sources`."""
+        """Propagate the waves through layer ``number`` of its part; see `_layer_sources`."""
         (a, b, g), temp = self._state, self._temp
         near, far, push, turn = self._memory[:4, number]
         np.multiply(self._weights[0, number], b, out=temp)
@@ -805,8 +805,12 @@ class PeriodicHalfSpace:
                 -sine * along + cosine * across,
             ]
             of_bent = [
-                along, -cosine2 * along / 2, -sine2 * along / 2, cosine * along, sine * along,
-            ]  # fmt: skip
+                along,
+                -cosine2 * along / 2,
+                -sine2 * along / 2,
+                cosine * along,
+                sine * along,
+            ]
             # Mirrored waves at Nyquist: along the traction and across it.
             odd = [(0, 1, 4), (2, 4)] if axis == 0 else [(2, 3), (0, 1, 3)]
             for component in range(5):

@@ -271,9 +271,17 @@ class PlasticHalfSpace:
             near, far = periods(shape, coarse, cells)
             padded = near[0] * coarse, near[1] * coarse
         self._fine = PeriodicHalfSpace(
-            shape, pixel, layers, float(shear_modulus), float(poisson), padded,
-            isolated=free, workspace=self.workspace, precision=precision, share=share,
-        )  # fmt: skip
+            shape,
+            pixel,
+            layers,
+            float(shear_modulus),
+            float(poisson),
+            padded,
+            isolated=free,
+            workspace=self.workspace,
+            precision=precision,
+            share=share,
+        )
         self.real = self._fine.real
         if free:
             self._images = Images(self._fine, pixel, coarse, cells, near, far, precision)

@@ -183,10 +183,7 @@ class Responses:
         return Symbols(highest, block)
 
     def stream(
-        self,
-        symbols: Symbols,
-        visit: Callable[[slice, NDArray[Any]], None],
-        first_row: int = 0,
+        self, symbols: Symbols, visit: Callable[[slice, NDArray[Any]], None], first_row: int = 0
     ) -> None:
         """Show the responses of the whole map, block by block.
 
@@ -801,9 +798,16 @@ def slices(
     cannot expand sideways: σ_xx = σ_yy = -ν/(1-ν) p̄.
     """
     field = field_of(
-        pressure, pixel, poisson, boundary, friction, direction, precision, Workspace(workers),
+        pressure,
+        pixel,
+        poisson,
+        boundary,
+        friction,
+        direction,
+        precision,
+        Workspace(workers),
         traction,
-    )  # fmt: skip
+    )
     return (_slice(field, depth) for depth in depth_list(depths).tolist())
 
 
@@ -854,9 +858,16 @@ def sections(
         If an argument is outside its range.
     """
     field = field_of(
-        pressure, pixel, poisson, boundary, friction, direction, precision, Workspace(workers),
+        pressure,
+        pixel,
+        poisson,
+        boundary,
+        friction,
+        direction,
+        precision,
+        Workspace(workers),
         traction,
-    )  # fmt: skip
+    )
     listed, (ny, nx) = depth_list(depths), field.shape
     if not (0 <= point[0] < ny and 0 <= point[1] < nx):
         raise input_error("point", point, f"must lie on the map of {ny} × {nx} pixels")

@@ -176,9 +176,16 @@ def uniform_parts(x_edges: Array, y_edges: Array, z: float, poisson: float) -> I
 
 
 PARTS_ODD = (
-    *((False, False),) * 4, (True, False), (False, True), (True, True), (True, True),
-    (False, True), (False, True), (True, False), (True, False),
-)  # fmt: skip
+    *((False, False),) * 4,
+    (True, False),
+    (False, True),
+    (True, True),
+    (True, True),
+    (False, True),
+    (False, True),
+    (True, False),
+    (True, False),
+)
 """Whether each of the twelve parts is odd in y, and in x."""
 
 

@@ -127,8 +127,10 @@ class Sliding:
             return [(self.pressure, 1.0, self.pulls)]
         along_y, along_x = self.traction
         return [
-            (self.pressure, 1.0, ()), (along_x, 0.0, [("x", 1.0)]), (along_y, 0.0, [("y", 1.0)])
-        ]  # fmt: skip
+            (self.pressure, 1.0, ()),
+            (along_x, 0.0, [("x", 1.0)]),
+            (along_y, 0.0, [("y", 1.0)]),
+        ]
 
     def values_at(self, values: NDArray[Any], rows: Index, columns: Index) -> NDArray[Any]:
         """Return values of a map at pixels, which may lie beyond its edges: nothing is there."""
@@ -347,9 +349,7 @@ def _of_waves(contact: Sliding, points: _Points) -> Array:
     for load, pressure, pulls in contact.loads():
         kernel = _between_pixels(contact, pressure, pulls)[:, ::-1, ::-1]
         near = contact.values_at(
-            load,
-            points.rows[:, None, None] + reach[:, None],
-            points.columns[:, None, None] + reach,
+            load, points.rows[:, None, None] + reach[:, None], points.columns[:, None, None] + reach
         )
         for rows, columns, weight in _plane(points):
             down, along = rows[0] - points.rows[0] + 1, columns[0] - points.columns[0] + 1
@@ -539,10 +539,18 @@ def summarize(
     (0.62, 0.48)
     """
     passage = _stream_depths(
-        pressure, pixel, poisson, depths=depths, yield_strength=yield_strength, boundary=boundary,
-        friction=friction, direction=direction, traction=traction, precision=precision,
+        pressure,
+        pixel,
+        poisson,
+        depths=depths,
+        yield_strength=yield_strength,
+        boundary=boundary,
+        friction=friction,
+        direction=direction,
+        traction=traction,
+        precision=precision,
         workers=workers,
-    )  # fmt: skip
+    )
     return passage.summary(pixel[0] * pixel[1])
 
 

@@ -113,9 +113,14 @@ class TangentialConvolution(Convolution):
     def to_single_precision(self) -> TangentialConvolution:
         """Return the same in single precision, with the buffer in common."""
         return TangentialConvolution(
-            self.spectra, self.shape, self.padded, self._coarser, workspace=self.workspace,
-            softness=self.softness, precision="single",
-        )  # fmt: skip
+            self.spectra,
+            self.shape,
+            self.padded,
+            self._coarser,
+            workspace=self.workspace,
+            softness=self.softness,
+            precision="single",
+        )
 
     def coarser(self, times: tuple[int, int]) -> TangentialConvolution:
         """Return the same on pixels that are ``times[0] × times[1]`` as large."""
@@ -174,9 +179,13 @@ def operator(
         normal = boundary.operator(shape, pixel, contact_modulus, datum=datum, workspace=work)
         own = normal.spectrum
         return TangentialConvolution(
-            np.stack([own, own, np.zeros_like(own)]), shape, normal.padded, coarser,
-            workspace=work, softness=normal.softness,
-        )  # fmt: skip
+            np.stack([own, own, np.zeros_like(own)]),
+            shape,
+            normal.padded,
+            coarser,
+            workspace=work,
+            softness=normal.softness,
+        )
     if boundary == Boundary.PERIODIC:
         symbols = kernels.periodic_tangential(shape, pixel, contact_modulus, poisson)
         return TangentialConvolution(symbols, shape, shape, coarser, workspace=work)
@@ -198,9 +207,13 @@ def operator(
         return table
 
     return TangentialConvolution(
-        SPECTRA.get(("cerruti", half, edges, poisson), make), shape, (2 * half[0], 2 * half[1]),
-        coarser, workspace=work, softness=pixel[0] / contact_modulus,
-    )  # fmt: skip
+        SPECTRA.get(("cerruti", half, edges, poisson), make),
+        shape,
+        (2 * half[0], 2 * half[1]),
+        coarser,
+        workspace=work,
+        softness=pixel[0] / contact_modulus,
+    )
 
 
 def _odd_spectrum(quadrant: Array, workspace: Workspace) -> None:

@@ -253,11 +253,7 @@ def tensor(deviator: NDArray[Any], mean: ArrayLike = 0.0) -> NDArray[Any]:
         Tensors, axes x, y, z.
     """
     zz, half, xy, xz, yz = deviator
-    rows = [
-        [mean - zz / 2 + half, xy, xz],
-        [xy, mean - zz / 2 - half, yz],
-        [xz, yz, mean + zz],
-    ]
+    rows = [[mean - zz / 2 + half, xy, xz], [xy, mean - zz / 2 - half, yz], [xz, yz, mean + zz]]
     return np.stack([np.stack(np.broadcast_arrays(*row), axis=-1) for row in rows], axis=-2)
 
 

@@ -264,10 +264,12 @@ class DistributedPartition:
         step = int(self.largest(step))
         rounds = -(-len(self._layers(0, layers)) // step)
         return [
-            [list(self._layers(rank, layers))[i * step : (i + 1) * step]
-             for rank in range(self.count)]
+            [
+                list(self._layers(rank, layers))[i * step : (i + 1) * step]
+                for rank in range(self.count)
+            ]
             for i in range(rounds)
-        ]  # fmt: skip
+        ]
 
     def _send(
         self,
@@ -326,9 +328,10 @@ class DistributedPartition:
         tasks = [
             (layer, plane)
             for layers, part in zip(moving, arrived, strict=True)
-            for layer, plane in zip(layers, part.reshape(len(layers), *spectra.shape[1:]),
-                                    strict=True)
-        ]  # fmt: skip
+            for layer, plane in zip(
+                layers, part.reshape(len(layers), *spectra.shape[1:]), strict=True
+            )
+        ]
 
         def put(task: tuple[int, Array]) -> None:
             layer, plane = task

@@ -74,9 +74,13 @@ class Entry:
         """Return a layer of it."""
         bulk = self.material
         return Layer(
-            bulk.young, bulk.poisson, thickness, yield_strength=bulk.yield_strength,
-            hardness=bulk.hardness, name=bulk.name,
-        )  # fmt: skip
+            bulk.young,
+            bulk.poisson,
+            thickness,
+            yield_strength=bulk.yield_strength,
+            hardness=bulk.hardness,
+            name=bulk.name,
+        )
 
     @property
     def hardening(self) -> Swift | None:
@@ -164,9 +168,11 @@ def entry(name: str) -> Entry:
     if name in [film.key for film in films()]:
         # TiN is no tin.
         raise InputError(
-            f"{name!r} is a coating; give it as ", ArgumentRef("coating", f"{name} 2 um"),
-            argument="material", value=name,
-        )  # fmt: skip
+            f"{name!r} is a coating; give it as ",
+            ArgumentRef("coating", f"{name} 2 um"),
+            argument="material",
+            value=name,
+        )
     result = {_plain(name): item for item in entries() for name in (item.key, *item.names)}
     plain = _plain(name)
     if plain in result:

@@ -65,20 +65,36 @@ def of_contact(result: ContactResult, history: Any = None) -> Case:
     """Return the case of a contact, alone or as the largest load of a history."""
     pair = result.pair
     return Case(
-        (result.material, result.counter_material), result.boundary, pair.origins, pair.size,
-        pair.pixel, pair.rms_slope, result.max_pressure, result.ceiling,
-        result.saturated_fraction > 0, result, history=history,
-    )  # fmt: skip
+        (result.material, result.counter_material),
+        result.boundary,
+        pair.origins,
+        pair.size,
+        pair.pixel,
+        pair.rms_slope,
+        result.max_pressure,
+        result.ceiling,
+        result.saturated_fraction > 0,
+        result,
+        history=history,
+    )
 
 
 def of_volume(result: ElastoplasticResult) -> Case:
     """Return the case of an elastoplastic contact."""
     contact = result.solution
     return Case(
-        (contact.material, contact.counter_material), contact.boundary, contact.pair.origins,
-        contact.pair.size, contact.pair.pixel, contact.pair.rms_slope, contact.max_pressure, None,
-        False, contact, result,
-    )  # fmt: skip
+        (contact.material, contact.counter_material),
+        contact.boundary,
+        contact.pair.origins,
+        contact.pair.size,
+        contact.pair.pixel,
+        contact.pair.rms_slope,
+        contact.max_pressure,
+        None,
+        False,
+        contact,
+        result,
+    )
 
 
 def of_samples(samples: Sequence[Any]) -> Case:
@@ -86,11 +102,16 @@ def of_samples(samples: Sequence[Any]) -> Case:
     first = samples[0]
     slopes = [s.curve.rms_gradient for s in samples if math.isfinite(s.curve.rms_gradient)]
     return Case(
-        first.bodies, first.curve.boundary, [o for s in samples for o in s.curve.origins],
-        min(s.size for s in samples), max(s.pixel for s in samples), max(slopes, default=math.nan),
-        max(s.numbers["max_pressure"] for s in samples), first.curve.ceiling,
+        first.bodies,
+        first.curve.boundary,
+        [o for s in samples for o in s.curve.origins],
+        min(s.size for s in samples),
+        max(s.pixel for s in samples),
+        max(slopes, default=math.nan),
+        max(s.numbers["max_pressure"] for s in samples),
+        first.curve.ceiling,
         any(s.numbers["saturated_fraction"] > 0 for s in samples),
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)
@@ -161,9 +182,10 @@ def _periodic(case: Case) -> bool:
 
 def _ceiling(case: Case) -> str:
     text = phrases.ceiling_text(
-        case.ceiling, *case.bodies,
+        case.ceiling,
+        *case.bodies,
         agreed=None if case.contact is None else case.contact.calibration,
-    )  # fmt: skip
+    )
     if not case.reached:
         return f"{text}; no point reaches it"
     body = softer_material(*case.bodies)
@@ -279,43 +301,90 @@ def _is_single(case: Case) -> bool:
 
 
 ASSUMPTIONS = (
-    Assumption("Straight ridges", "the profile continues unchanged along y",
-               "the surface is rough in both directions", lambda c: c.is_profile),
+    Assumption(
+        "Straight ridges",
+        "the profile continues unchanged along y",
+        "the surface is rough in both directions",
+        lambda c: c.is_profile,
+    ),
     Assumption("Half-spaces", _half_spaces, "a coating, thin wall or edge is near"),
     Assumption("Periodic sample", _boundary_text, "waves are longer than the map", _periodic),
-    Assumption("Body ends at the map edge", _boundary_text, "the map is a sample of a larger face",
-               lambda c: not _periodic(c)),
-    Assumption("Datum of the approach", lambda c: "a line load displaces nothing at a distance of "
-               f"{format_engineering(c.size[1] if c.is_profile else max(c.size), 'm', 3)}",
-               "approach or stiffness is used", lambda c: len(c.boundary.periodic_axes) == 1),
+    Assumption(
+        "Body ends at the map edge",
+        _boundary_text,
+        "the map is a sample of a larger face",
+        lambda c: not _periodic(c),
+    ),
+    Assumption(
+        "Datum of the approach",
+        lambda c: (
+            "a line load displaces nothing at a distance of "
+            f"{format_engineering(c.size[1] if c.is_profile else max(c.size), 'm', 3)}"
+        ),
+        "approach or stiffness is used",
+        lambda c: len(c.boundary.periodic_axes) == 1,
+    ),
     Assumption("Small slopes", _slope, f"the slope is above {LARGE_SLOPE:g}"),
     Assumption("Small strains", _strain, f"above {LARGE_STRAIN:g}", lambda c: not _yields(c)),
     Assumption("Small strains", _plastic_strain, f"either is above {LARGE_STRAIN:g}", _yields),
-    Assumption("Ceiling for plastic flow", _ceiling,
-               "residual stress, pile-up or many passes matter", _limited),
-    Assumption("No plastic flow",
-               lambda c: f"elastic; peak pressure {format_engineering(c.max_pressure, 'Pa', 3)}",
-               "a metal yields (peak pressure above 1.6 σ_Y)", _elastic),
+    Assumption(
+        "Ceiling for plastic flow",
+        _ceiling,
+        "residual stress, pile-up or many passes matter",
+        _limited,
+    ),
+    Assumption(
+        "No plastic flow",
+        lambda c: f"elastic; peak pressure {format_engineering(c.max_pressure, 'Pa', 3)}",
+        "a metal yields (peak pressure above 1.6 σ_Y)",
+        _elastic,
+    ),
     Assumption("Hardening", _hardening, "load reverses, or creep, fracture or heat occur", _yields),
     Assumption("Layers", _layers, "peaks are narrower than a layer or pixel", _yields),
-    Assumption("No friction, no adhesion", "pressure is normal and never negative",
-               "bodies slide, are soft, or are very smooth", lambda c: not _path_travels(c)),
-    Assumption("Rolling without slip zones", _friction, "torque, spin or a lubricant act",
-               _path_travels),
-    Assumption("Smooth counter-body", "its roughness is not included", "both faces are rough",
-               lambda c: not _counter_body(c)),
-    Assumption("Two surfaces in one position", "only the sum of their heights counts",
-               "their position may change", _counter_body),
+    Assumption(
+        "No friction, no adhesion",
+        "pressure is normal and never negative",
+        "bodies slide, are soft, or are very smooth",
+        lambda c: not _path_travels(c),
+    ),
+    Assumption(
+        "Rolling without slip zones", _friction, "torque, spin or a lubricant act", _path_travels
+    ),
+    Assumption(
+        "Smooth counter-body",
+        "its roughness is not included",
+        "both faces are rough",
+        lambda c: not _counter_body(c),
+    ),
+    Assumption(
+        "Two surfaces in one position",
+        "only the sum of their heights counts",
+        "their position may change",
+        _counter_body,
+    ),
     Assumption("Constant pressure on a pixel", _grid, "spots have fewer than 10 pixels"),
     Assumption("Missing points", _missing, "they are on summits", lambda c: bool(_missing(c))),
-    Assumption("One slow loading", _loading, "faces are run in, creep or wear",
-               lambda c: c.history is None and not _yields(c)),
-    Assumption("Path of loads",
-               lambda c: f"{count_noun(len(c.history.steps), 'stage')}; unloading is elastic, "
-               "displaced material is lost", "displaced material or residual stress matters",
-               lambda c: c.history is not None),
+    Assumption(
+        "One slow loading",
+        _loading,
+        "faces are run in, creep or wear",
+        lambda c: c.history is None and not _yields(c),
+    ),
+    Assumption(
+        "Path of loads",
+        lambda c: (
+            f"{count_noun(len(c.history.steps), 'stage')}; unloading is elastic, "
+            "displaced material is lost"
+        ),
+        "displaced material or residual stress matters",
+        lambda c: c.history is not None,
+    ),
     Assumption("Path of loads", _path, "machining left residual stress", _yields),
-    Assumption("Single precision", "seven digits in the transforms", "you need a smaller tolerance",
-               _is_single),
-)  # fmt: skip
+    Assumption(
+        "Single precision",
+        "seven digits in the transforms",
+        "you need a smaller tolerance",
+        _is_single,
+    ),
+)
 """Of any contact, a `Case`."""

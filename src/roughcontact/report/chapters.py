@@ -59,17 +59,23 @@ def _share_of_load(result: ContactWithSpots, count: int) -> str:
 SPOTS: Table = (
     Quantity("count", "contact spots", of="spots.count", meaning="connected pixels in contact"),
     Quantity(
-        "largest_area", "largest spot", unit="m²", of=lambda s: float(s.spots.area[0]),
-        text=lambda s: f"{format_engineering(float(s.spots.area[0]), 'm²')}, "
-        f"{_share_of_load(s, 1)} of the load",
+        "largest_area",
+        "largest spot",
+        unit="m²",
+        of=lambda s: float(s.spots.area[0]),
+        text=lambda s: (
+            f"{format_engineering(float(s.spots.area[0]), 'm²')}, "
+            f"{_share_of_load(s, 1)} of the load"
+        ),
         meaning="area, and the load that it carries",
     ),
     Quantity(
-        "carrying_pixels", "pixels of a load-bearing spot",
+        "carrying_pixels",
+        "pixels of a load-bearing spot",
         meaning="spots of at least this size carry half of the load",
         of=lambda s: load_bearing_spot_pixels(s.result, s.spots),
     ),
-)  # fmt: skip
+)
 """Of the contact spots, `ContactWithSpots`."""
 
 
@@ -113,35 +119,51 @@ def _layers(result: Yielding) -> str:
 
 YIELDING: Table = (
     Quantity(
-        "max_plastic_strain", "largest accumulated plastic strain", of="body.max_plastic_strain",
+        "max_plastic_strain",
+        "largest accumulated plastic strain",
+        of="body.max_plastic_strain",
         text=lambda b: f"{format_percent(b.body.max_plastic_strain)}, {_place(b)}",
         when=lambda b: bool(b.body.plastic_volume),
     ),
     Quantity(
-        "max_von_mises", "largest stress", unit="Pa", of="body.max_von_mises",
+        "max_von_mises",
+        "largest stress",
+        unit="Pa",
+        of="body.max_von_mises",
         text=lambda b: f"{format_engineering(b.body.max_von_mises, 'Pa')}, {_place(b)}",
         when=lambda b: not b.body.plastic_volume,
     ),
     Quantity(
-        "plastic_depth", "plastic depth", unit="m", of="body.plastic_depth",
+        "plastic_depth",
+        "plastic depth",
+        unit="m",
+        of="body.plastic_depth",
         meaning="lower face of the lowest layer with plastic strain",
     ),
     Quantity(
-        "plastic_volume", "plastic volume", unit="m³", of="body.plastic_volume",
+        "plastic_volume",
+        "plastic volume",
+        unit="m³",
+        of="body.plastic_volume",
         meaning="with any plastic strain",
     ),
     Quantity(
-        "max_residual_stress", "largest residual von Mises stress", unit="Pa",
+        "max_residual_stress",
+        "largest residual von Mises stress",
+        unit="Pa",
         of=lambda b: float(b.layers.max_residual_von_mises.max()),
         text=lambda b: _deepest(b, "max_residual_von_mises"),
     ),
     Quantity(
-        "max_stress_under_load", "largest von Mises stress under load", unit="Pa",
+        "max_stress_under_load",
+        "largest von Mises stress under load",
+        unit="Pa",
         of=lambda b: float(b.layers.max_von_mises.max()),
-        text=lambda b: _deepest(b, "max_von_mises"), when=lambda b: b.loaded,
+        text=lambda b: _deepest(b, "max_von_mises"),
+        when=lambda b: b.loaded,
     ),
     Quantity("layers", "layers", of=lambda b: b.body.thickness.size, text=_layers),
-)  # fmt: skip
+)
 """Of one body that yields, `Yielding`."""
 
 
@@ -240,9 +262,10 @@ def map_blocks(result: ContactResult, drawn: bool = True) -> list[Block]:
         (picture,) = picture_list((entry,), figures.MapScene(surface, of), figures.FILES)
         beside = surface is measured[0] and not surface.is_profile
         blocks.append(
-            Block("aside", (picture, [PageTable(rows, head, style)])) if beside
+            Block("aside", (picture, [PageTable(rows, head, style)]))
+            if beside
             else Block("figure", picture)
-        )  # fmt: skip
+        )
     for surface in measured:
         blocks += _roughness(surface, surface is result.counter_surface)
     return blocks

@@ -99,9 +99,14 @@ def solved_of(boundary: Boundary, is_profile: bool, yields: bool) -> Uses:
     )
     yield make_use("principle of minimum", "Kalker1977")
     yield make_use(
-        "solver", "Polonsky1999", "Hintermueller2002", "Pardalos1990", "Birgin2000", "More1991",
+        "solver",
+        "Polonsky1999",
+        "Hintermueller2002",
+        "Pardalos1990",
+        "Birgin2000",
+        "More1991",
         "Golub1999",
-    )  # fmt: skip
+    )
     if yields:
         yield make_use("first yield", "Green2005" if is_profile else "Jackson2005")
     if not is_profile:

@@ -67,16 +67,20 @@ def inputs_of(
     if pressed is None:
         return chapters.quantities(kind.rows(result, PROBLEM))
     own = kind_of(pressed)
-    rows = [*kind.rows(result, PROBLEM), own.row(pressed, pressed.control),
-            *own.rows(pressed, PROBLEM)]  # fmt: skip
+    rows = [
+        *kind.rows(result, PROBLEM),
+        own.row(pressed, pressed.control),
+        *own.rows(pressed, PROBLEM),
+    ]
     specified = {row.key: row for row in reversed(rows)}.values()
     return [
         *chapters.map_blocks(pressed, drawn),
         *chapters.body_blocks(
-            (pressed.material, pressed.counter_material), reversed(specified),
+            (pressed.material, pressed.counter_material),
+            reversed(specified),
             inputs.bodies("ceiling", pressed.pair.is_profile),
         ),
-    ]  # fmt: skip
+    ]
 
 
 def uncertainty_of(result: ContactResult | None, study: ResolutionStudy | None) -> list[Block]:
@@ -193,9 +197,11 @@ class SharedScene:
         assert isinstance(share, Slab)
         return cls(
             share.size,
-            [share.reduce_blocks(values, largest=values is pressure)
-             for values in (share.heights, pressure, gap)],
-        )  # fmt: skip
+            [
+                share.reduce_blocks(values, largest=values is pressure)
+                for values in (share.heights, pressure, gap)
+            ],
+        )
 
     def drawn(self, index: int) -> Any:
         """Return one of the maps as a figure."""
@@ -226,9 +232,13 @@ def _elastic_or_best(solve: Callable[[], ContactResult]) -> ContactResult | None
 
 
 _CALIBRATED = (
-    "contact_area", "contact_fraction", "saturated_fraction", "mean_pressure", "mean_gap",
+    "contact_area",
+    "contact_fraction",
+    "saturated_fraction",
+    "mean_pressure",
+    "mean_gap",
     "approach",
-)  # fmt: skip
+)
 
 
 def calibrated_numbers(result: Any) -> dict[str, str]:
@@ -244,8 +254,10 @@ def _ceilings(result: ContactResult) -> tuple[str, str]:
     assert result.calibrated is not None
     if result.calibrated.is_of_base:
         return "ceiling of the coating", "of the base"
-    factors = (result.calibrated.factor * float(result.ceiling or 0) / result.calibrated.ceiling,
-               result.calibrated.factor)  # fmt: skip
+    factors = (
+        result.calibrated.factor * float(result.ceiling or 0) / result.calibrated.ceiling,
+        result.calibrated.factor,
+    )
     own, other = (f"{factor:.3g} σ_Y" for factor in factors)
     return f"ceiling {own}", f"calibrated, {other}"
 
@@ -347,7 +359,8 @@ def numbers(result: ContactResult, study: ResolutionStudy | None = None) -> Cell
         (f"Real contact {what}", area),
         (
             "Contact pressure",
-            f"{phrases.format_short(result.load / result.contact_area, 'Pa')} mean; {_upper(result)}",
+            f"{phrases.format_short(result.load / result.contact_area, 'Pa')} mean; "
+            f"{_upper(result)}",
         ),
         ("Mean gap", phrases.format_short(result.mean_gap, "m")),
     ]
@@ -416,21 +429,40 @@ def _calibrated(result: ContactResult) -> str:
 
 
 KIND = Presentation(
-    ContactResult, contact_fields.CONTACT, figures=figures.CONTACT, scene=figures.ContactScene,
+    ContactResult,
+    contact_fields.CONTACT,
+    figures=figures.CONTACT,
+    scene=figures.ContactScene,
     plots=(
-        maps.overview, maps.pressure, maps.contact, maps.gap, maps.close_up, maps.spots,
-        section, pressure_histogram,
+        maps.overview,
+        maps.pressure,
+        maps.contact,
+        maps.gap,
+        maps.close_up,
+        maps.spots,
+        section,
+        pressure_histogram,
     ),
-    contact=lambda result: result, save=export.save_contact,
+    contact=lambda result: result,
+    save=export.save_contact,
     dataset=archive.to_dataset,
-    problem=phrases.problem, answer=answer, numbers=numbers, remarks=remarks,
-    question=question, details=details, meaning=phrases.regime,
-    checked=plausibility.performed_checks, script=python_script.script_of_result,
-)  # fmt: skip
+    problem=phrases.problem,
+    answer=answer,
+    numbers=numbers,
+    remarks=remarks,
+    question=question,
+    details=details,
+    meaning=phrases.regime,
+    checked=plausibility.performed_checks,
+    script=python_script.script_of_result,
+)
 PROFILE_KIND = replace(
-    KIND, table=contact_fields.PROFILE_CONTACT, when=lambda result: result.pair.is_profile,
-    figures=figures.PROFILE_CONTACT, plots=(draw.pressed,),
-)  # fmt: skip
+    KIND,
+    table=contact_fields.PROFILE_CONTACT,
+    when=lambda result: result.pair.is_profile,
+    figures=figures.PROFILE_CONTACT,
+    plots=(draw.pressed,),
+)
 
 SHARED_KIND = replace(
     KIND,

@@ -67,7 +67,10 @@ def _touches(result: ContactResult) -> bool:
 
 
 def _area_and_share(result: ContactResult) -> str:
-    return f"{format_engineering(result.contact_area, 'm²')} ({format_percent(result.contact_fraction)})"
+    return (
+        f"{format_engineering(result.contact_area, 'm²')} "
+        f"({format_percent(result.contact_fraction)})"
+    )
 
 
 def up_to(value: float) -> str:
@@ -97,102 +100,179 @@ CONTACT: Table = (
     Quantity("load_error", "load error", part=TRUST, text=_load_error),
     Quantity("tolerance"),
     Quantity(
-        "load", "load", symbol="W", unit="N", meaning="normal force that the pressure adds up to",
+        "load",
+        "load",
+        symbol="W",
+        unit="N",
+        meaning="normal force that the pressure adds up to",
         text=_specified_text("load", "N"),
     ),
     Quantity(
-        "approach", "approach", symbol="ω", unit="m", meaning="of the bodies from the first touch",
+        "approach",
+        "approach",
+        symbol="ω",
+        unit="m",
+        meaning="of the bodies from the first touch",
         text=_specified_text("approach", "m"),
     ),
     Quantity("control"),
     Quantity(
-        "given_load", "load given as", part=PROBLEM,
+        "given_load",
+        "load given as",
+        part=PROBLEM,
         of=lambda r: r.specified_load and r.specified_load.summary(),
         text=lambda r: phrases.given_load(r.specified_load, r),
         when=lambda r: r.specified_load is not None,
     ),
     Quantity(
-        "moments", "moments", symbol="W·y, W·x", unit="N m",
+        "moments",
+        "moments",
+        symbol="W·y, W·x",
+        unit="N m",
         meaning="of the load about the middle of the map, as given",
-        of=lambda r: None if r.moments is None else list(r.moments), part=PROBLEM, when=_tilts,
+        of=lambda r: None if r.moments is None else list(r.moments),
+        part=PROBLEM,
+        when=_tilts,
     ),
     Quantity(
-        "moment_error", "moment error", part=TRUST, when=_tilts,
+        "moment_error",
+        "moment error",
+        part=TRUST,
+        when=_tilts,
         form=lambda v: f"{order_of_magnitude(v)} of load × size (at most {MOMENT_TOLERANCE:.0e})",
     ),
     Quantity(
-        "tilt", "tilt (y, x)", unit="rad",
+        "tilt",
+        "tilt (y, x)",
+        unit="rad",
         meaning="by which the counter-body is turned away, about the middle",
-        of=lambda r: list(r.tilt), when=_tilts,
+        of=lambda r: list(r.tilt),
+        when=_tilts,
     ),
     Quantity(
-        "center_of_pressure", "center of pressure (y, x)", unit="m",
-        meaning="from the middle of the map", of=lambda r: list(r.center_of_pressure), when=_tilts,
+        "center_of_pressure",
+        "center of pressure (y, x)",
+        unit="m",
+        meaning="from the middle of the map",
+        of=lambda r: list(r.center_of_pressure),
+        when=_tilts,
         stored=False,
     ),
     Quantity(
-        "boundary", "boundary", of=lambda r: str(r.boundary), part=PROBLEM,
+        "boundary",
+        "boundary",
+        of=lambda r: str(r.boundary),
+        part=PROBLEM,
         text=lambda r: f"{r.boundary}: {r.boundary.meaning}",
     ),
     Quantity(
-        "contact_modulus", "contact modulus", symbol="E*", unit="Pa",
-        meaning="from 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂", part=PROBLEM,
+        "contact_modulus",
+        "contact modulus",
+        symbol="E*",
+        unit="Pa",
+        meaning="from 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂",
+        part=PROBLEM,
     ),
     Quantity(
-        "ceiling", "pressure ceiling", unit="Pa", of=ceiling_stored, part=PROBLEM,
+        "ceiling",
+        "pressure ceiling",
+        unit="Pa",
+        of=ceiling_stored,
+        part=PROBLEM,
         text=phrases.ceiling,
     ),
     Quantity(
-        "nominal_area", "nominal area", unit="m²", meaning="of the whole map",
-        stored=False, brief=False,
+        "nominal_area",
+        "nominal area",
+        unit="m²",
+        meaning="of the whole map",
+        stored=False,
+        brief=False,
     ),
     Quantity(
-        "nominal_pressure", "nominal pressure", unit="Pa", meaning="load over nominal area",
-        of=lambda r: r.load / r.nominal_area, stored=False, brief=False,
+        "nominal_pressure",
+        "nominal pressure",
+        unit="Pa",
+        meaning="load over nominal area",
+        of=lambda r: r.load / r.nominal_area,
+        stored=False,
+        brief=False,
     ),
     Quantity(
-        "contact_area", "contact area", unit="m²",
-        meaning="pixels with pressure, and their share of the map", text=_area_and_share,
+        "contact_area",
+        "contact area",
+        unit="m²",
+        meaning="pixels with pressure, and their share of the map",
+        text=_area_and_share,
     ),
     Quantity(
-        "contact_fraction", "real contact", meaning="share of the map that touches", form=format_percent,
+        "contact_fraction",
+        "real contact",
+        meaning="share of the map that touches",
+        form=format_percent,
         part=HEADLINE,
     ),
     Quantity(
-        "perimeter_corrected_area", "perimeter-corrected area", unit="m²",
+        "perimeter_corrected_area",
+        "perimeter-corrected area",
+        unit="m²",
         meaning="without what whole pixels at the perimeter of spots add",
     ),
     Quantity(
-        "saturated_fraction", "saturated area", meaning="share of the map at the ceiling",
-        form=format_percent, when=_limited,
+        "saturated_fraction",
+        "saturated area",
+        meaning="share of the map at the ceiling",
+        form=format_percent,
+        when=_limited,
     ),
     Quantity(
-        "saturated_share", "saturated share", meaning="of the contact area that is at the ceiling",
-        of=_saturated_share, form=format_percent, stored=False, brief=False,
+        "saturated_share",
+        "saturated share",
+        meaning="of the contact area that is at the ceiling",
+        of=_saturated_share,
+        form=format_percent,
+        stored=False,
+        brief=False,
         when=lambda r: _limited(r) and _touches(r),
     ),
     Quantity(
-        "mean_pressure", "mean pressure", unit="Pa", meaning="load over contact area",
-        of=lambda r: r.load / r.contact_area, stored=False, when=_touches,
+        "mean_pressure",
+        "mean pressure",
+        unit="Pa",
+        meaning="load over contact area",
+        of=lambda r: r.load / r.contact_area,
+        stored=False,
+        when=_touches,
     ),
     Quantity(
-        "max_pressure", "largest pressure", unit="Pa", meaning="on any pixel",
+        "max_pressure",
+        "largest pressure",
+        unit="Pa",
+        meaning="on any pixel",
         text=phrases.largest_pressure,
     ),
     Quantity("mean_gap", "mean gap", unit="m", meaning="of the open gap; closed points count 0"),
     Quantity(
-        "max_residual_indentation", "residual indentation", unit="m",
+        "max_residual_indentation",
+        "residual indentation",
+        unit="m",
         meaning="depth that saturated points keep",
-        of="totals.max_indentation", form=up_to, when=_limited,
+        of="totals.max_indentation",
+        form=up_to,
+        when=_limited,
     ),
     Quantity(
-        "calibration", "with three yield strengths",
+        "calibration",
+        "with three yield strengths",
         of=lambda r: r.calibration and r.calibration.summary(),
         meaning="before the ceiling was recommended, and by how much it differs",
-        text=phrases.with_usual_ceiling, when=lambda r: r.calibration is not None,
+        text=phrases.with_usual_ceiling,
+        when=lambda r: r.calibration is not None,
     ),
     Quantity(
-        "regime", "regime", meaning="how far the softer body is from elastic",
+        "regime",
+        "regime",
+        meaning="how far the softer body is from elastic",
         of=lambda r: str(r.regime),
     ),
     Quantity("calibrated", of=lambda r: r.calibrated and r.calibrated.summary()),
@@ -208,20 +288,29 @@ CONTACT: Table = (
     Quantity("convolutions", "convolutions on the full grid", part=TRUST),
     Quantity("seconds", "time of the solve", unit="s", part=TRUST),
     Quantity(
-        "precision", "arithmetic of the transforms", part=TRUST, form=lambda v: f"{v} precision",
-        stored=False, brief=False,
+        "precision",
+        "arithmetic of the transforms",
+        part=TRUST,
+        form=lambda v: f"{v} precision",
+        stored=False,
+        brief=False,
     ),
     Quantity("version"),
-)  # fmt: skip
+)
 """Of a `ContactResult`."""
 
 SHARED: Table = (
     *CONTACT,
     Quantity("ranks", "ranks", of="share.ranks.count", part=TRUST),
-    Quantity("communication", "communication", unit="s", part=TRUST,
-             text=lambda r: f"{format_percent(r.communication / r.seconds)} of the time"),
+    Quantity(
+        "communication",
+        "communication",
+        unit="s",
+        part=TRUST,
+        text=lambda r: f"{format_percent(r.communication / r.seconds)} of the time",
+    ),
     Quantity("sent"),
-)  # fmt: skip
+)
 """Of a `ContactResult` whose map several ranks hold."""
 
 HEADLINES = ("contact_fraction", "mean_pressure", "saturated_fraction", "mean_gap")
@@ -243,7 +332,10 @@ def largest_load(result: ElastoplasticResult) -> float:
 def _path_of_loads(result: ElastoplasticResult) -> str:
     load, largest = result.solution.load, largest_load(result)
     after = f" after {format_engineering(largest, 'N')}," if largest > load else ""
-    return f"{format_engineering(load, 'N')}{after} in {count_noun(len(result.increments), 'increment')}"
+    return (
+        f"{format_engineering(load, 'N')}{after} in "
+        f"{count_noun(len(result.increments), 'increment')}"
+    )
 
 
 def _is_raised(result: ElastoplasticResult) -> float:
@@ -265,13 +357,23 @@ def _laws(result: ElastoplasticResult) -> str:
 
 VOLUME: Table = (
     Quantity(
-        "turns", "loads", symbol="W", unit="N", part=PROBLEM, stored=False, brief=False,
+        "turns",
+        "loads",
+        symbol="W",
+        unit="N",
+        part=PROBLEM,
+        stored=False,
+        brief=False,
         form=lambda loads: " → ".join(format_engineering(load, "N") for load in [0.0, *loads]),
         meaning="as given",
     ),
     Quantity("status", "status", part=TRUST, text=_status),
-    Quantity("residual", "residual of the plastic strain", part=TRUST,
-             text=lambda r: f"{_within('residual')(r)}, the worst of all increments"),
+    Quantity(
+        "residual",
+        "residual of the plastic strain",
+        part=TRUST,
+        text=lambda r: f"{_within('residual')(r)}, the worst of all increments",
+    ),
     Quantity("step_error", "error of the load steps", part=TRUST, text=phrases.step_error),
     Quantity("yield_excess", "yield excess", part=TRUST, form=lambda v: f"{v:+.1e}", brief=False),
     Quantity("tolerance"),
@@ -284,38 +386,62 @@ VOLUME: Table = (
     _of_contact("contact_area", when=_loaded),
     _of_contact("contact_fraction"),
     Quantity(
-        "perimeter_corrected_area", "perimeter-corrected area", unit="m²",
-        meaning="less what whole pixels at the elastic rim of spots add", when=_loaded,
-        stored=False, brief=False,
+        "perimeter_corrected_area",
+        "perimeter-corrected area",
+        unit="m²",
+        meaning="less what whole pixels at the elastic rim of spots add",
+        when=_loaded,
+        stored=False,
+        brief=False,
     ),
     _of_contact("max_pressure", when=_loaded),
     _of_contact("mean_pressure", when=_loaded),
     _of_contact("mean_gap", stored=False, brief=False),
     Quantity(
-        "max_residual_displacement", "residual displacement", unit="m",
+        "max_residual_displacement",
+        "residual displacement",
+        unit="m",
         meaning="what plastic strain adds to the gap",
-        of=lambda r: float(r.residual_displacement.max()), form=up_to,
+        of=lambda r: float(r.residual_displacement.max()),
+        form=up_to,
     ),
     Quantity(
-        "raised", "raised surface", unit="m", meaning="by which it takes from the gap (pile-up)",
-        of=_is_raised, form=up_to, stored=False, brief=False,
+        "raised",
+        "raised surface",
+        unit="m",
+        meaning="by which it takes from the gap (pile-up)",
+        of=_is_raised,
+        form=up_to,
+        stored=False,
+        brief=False,
     ),
     Quantity(
-        "max_residual_stress", "residual stress", unit="Pa", meaning="von Mises, at most",
-        of=lambda r: max(body.max_residual_von_mises for body in r.bodies), stored=False,
+        "max_residual_stress",
+        "residual stress",
+        unit="Pa",
+        meaning="von Mises, at most",
+        of=lambda r: max(body.max_residual_von_mises for body in r.bodies),
+        stored=False,
         part=HEADLINE,
     ),
-    Quantity("max_plastic_strain", "plastic strain", meaning="accumulated, at most", form=format_percent),
+    Quantity(
+        "max_plastic_strain", "plastic strain", meaning="accumulated, at most", form=format_percent
+    ),
     Quantity("plastic_volume", "plastic volume", unit="m³", meaning="with any plastic strain"),
     Quantity("plastic_depth", "plastic depth", unit="m", meaning="that plastic strain reaches"),
     Quantity(
-        "regime", "regime", meaning="how far the bodies are from elastic",
+        "regime",
+        "regime",
+        meaning="how far the bodies are from elastic",
         of=lambda r: str(r.regime),
     ),
     *CAUTIONS,
     _of_contact("boundary"),
     Quantity(
-        "precision", "arithmetic of the volume", part=TRUST, form=lambda v: f"{v} precision",
+        "precision",
+        "arithmetic of the volume",
+        part=TRUST,
+        form=lambda v: f"{v} precision",
         brief=False,
     ),
     Quantity("layers", of=lambda r: [body.thickness.size for body in r.bodies]),
@@ -324,21 +450,30 @@ VOLUME: Table = (
     Quantity("increments", "increments", of=lambda r: len(r.increments), part=PROBLEM, brief=False),
     _of_contact("contact_modulus", stored=False),
     Quantity(
-        "plasticity", "plasticity", of=_laws, part=PROBLEM, stored=False,
+        "plasticity",
+        "plasticity",
+        of=_laws,
+        part=PROBLEM,
+        stored=False,
         meaning="in the volume: von Mises, radial return, and how each body hardens",
     ),
     Quantity(
-        "iterations", "iterations", part=TRUST,
+        "iterations",
+        "iterations",
+        part=TRUST,
         text=lambda r: f"{r.iterations} in {count_noun(len(r.increments), 'increment')}",
     ),
     Quantity(
-        "convolutions", "convolutions of the contact",
-        of=lambda r: sum(step.convolutions for step in r.increments), part=TRUST, stored=False,
+        "convolutions",
+        "convolutions of the contact",
+        of=lambda r: sum(step.convolutions for step in r.increments),
+        part=TRUST,
+        stored=False,
         brief=False,
     ),
     Quantity("seconds", "time of the solve", unit="s", part=TRUST),
     Quantity("version"),
-)  # fmt: skip
+)
 """Of an `ElastoplasticResult`."""
 
 
@@ -359,11 +494,17 @@ INCREMENTS: Columns = (
     Column("approach", "approach", unit="m", steps="increments", stored=False),
     Column("contact_area", "contact area", unit="m²", steps="increments", stored=False),
     Column("max_pressure", "largest pressure", unit="Pa", steps="increments", stored=False),
-    Column("max_plastic_strain", "plastic strain", steps="increments", stored=False, form=format_percent),
+    Column(
+        "max_plastic_strain",
+        "plastic strain",
+        steps="increments",
+        stored=False,
+        form=format_percent,
+    ),
     Column("plastic_volume", "plastic volume", unit="m³", steps="increments", stored=False),
     Column("residual", "residual", steps="increments", stored=False, form=order_of_magnitude),
     Column("iterations", "iterations", steps="increments", stored=False),
-)  # fmt: skip
+)
 """Of the increments of an `ElastoplasticResult`."""
 
 
@@ -395,9 +536,10 @@ LOAD = "N/m"
 BOUNDARY = {
     Boundary.PERIODIC_Y: ("free", "the profile is all that touches, alike along y without end"),
     Boundary.PERIODIC: (
-        "periodic", "the profile is one period of an endless one, alike along y without end"
+        "periodic",
+        "the profile is one period of an endless one, alike along y without end",
     ),
-}  # fmt: skip
+}
 """What lies beyond the ends of a profile: its name, and in a few words."""
 
 REFERENCE = (
@@ -417,30 +559,45 @@ def _of(key: str, **changes: Any) -> Quantity:
 
 
 def _length(result: ContactResult) -> str:
-    return f"{format_engineering(result.contact_area, 'm')} ({format_percent(result.contact_fraction)})"
+    return (
+        f"{format_engineering(result.contact_area, 'm')} "
+        f"({format_percent(result.contact_fraction)})"
+    )
 
 
 PROFILE_CONTACT: Table = (
     *pick_quantities(CONTACT, "status", "certificate", "load_error", "tolerance"),
     Quantity("kind", of=lambda _: "profile"),
     _of(
-        "load", name="load per length", symbol="W′", unit=LOAD, text=_specified_text("load", LOAD),
+        "load",
+        name="load per length",
+        symbol="W′",
+        unit=LOAD,
+        text=_specified_text("load", LOAD),
         meaning="normal force that the pressure adds up to, per meter along y",
     ),
     Quantity("load_unit", of=lambda _: LOAD),
     _of("approach", meaning=REFERENCE),
     *pick_quantities(CONTACT, "control", "given_load"),
     _of(
-        "boundary", of=edge_condition, part=PROBLEM,
-        text=lambda r: ": ".join(BOUNDARY[r.boundary]),
+        "boundary", of=edge_condition, part=PROBLEM, text=lambda r: ": ".join(BOUNDARY[r.boundary])
     ),
     *pick_quantities(CONTACT, "contact_modulus", "ceiling"),
     Quantity(
-        "nominal_pressure", "nominal pressure", unit="Pa", meaning="load over length",
-        of=lambda r: r.load / r.surface.size[1], stored=False, brief=False,
+        "nominal_pressure",
+        "nominal pressure",
+        unit="Pa",
+        meaning="load over length",
+        of=lambda r: r.load / r.surface.size[1],
+        stored=False,
+        brief=False,
     ),
     Quantity(
-        "contact_length", "contact length", unit="m", of="contact_area", text=_length,
+        "contact_length",
+        "contact length",
+        unit="m",
+        of="contact_area",
+        text=_length,
         meaning="points with pressure, and their share of the profile",
     ),
     _of("contact_fraction", name="contact", meaning="share of the profile that touches"),
@@ -457,7 +614,7 @@ PROFILE_CONTACT: Table = (
     *pick_quantities(CONTACT, "source", "preparation", "iterations"),
     _of("convolutions", name="convolutions"),
     *pick_quantities(CONTACT, "seconds", "precision", "version"),
-)  # fmt: skip
+)
 """Of a `ContactResult` of profiles."""
 
 
@@ -479,7 +636,8 @@ def segments(result: ContactResult, spots: Spots) -> list[tuple[str, str, str]]:
         ("Mean length", format_engineering(float(spots.area.mean()), "m"), ""),
         (
             "Longest",
-            f"{format_engineering(largest, 'm')} ({format_percent(largest / result.contact_area)} of all)",
+            f"{format_engineering(largest, 'm')} ({format_percent(largest / result.contact_area)} "
+            "of all)",
             f"{round(largest / result.surface.pixel[1])} points",
         ),
         ("Load on the longest", f"{format_engineering(load, LOAD)} ({share} of the load)", ""),

@@ -100,7 +100,10 @@ def _answer(result: ElastoplasticResult) -> str:
     if not result.solution.load:
         dent = phrases.format_short(float(result.residual_displacement.max()), "m")
         return f"Unloaded: an indentation of {dent} remains; {depth}."
-    return f"{phrases.format_share(result.solution.contact_fraction)} of the face is in contact; {depth}."
+    return (
+        f"{phrases.format_share(result.solution.contact_fraction)} of the face is in contact; "
+        f"{depth}."
+    )
 
 
 def _numbers(result: ElastoplasticResult) -> CellTable:
@@ -113,7 +116,8 @@ def _numbers(result: ElastoplasticResult) -> CellTable:
             ("Real contact area", f"{phrases.format_short(area, 'm²')} of {whole}"),
             (
                 "Contact pressure",
-                f"{phrases.format_short(mean, 'Pa')} mean; {phrases.format_short(contact.max_pressure, 'Pa')} peak",
+                f"{phrases.format_short(mean, 'Pa')} mean; "
+                f"{phrases.format_short(contact.max_pressure, 'Pa')} peak",
             ),
             ("Approach", f"{phrases.format_short(contact.approach, 'm')} from first contact"),
         ]
@@ -145,17 +149,32 @@ def _dataset(result: ElastoplasticResult) -> netcdf.Dataset:
 
 
 KIND = Presentation(
-    ElastoplasticResult, contact_fields.VOLUME, contact_fields.INCREMENTS, figures=figures.VOLUME,
+    ElastoplasticResult,
+    contact_fields.VOLUME,
+    contact_fields.INCREMENTS,
+    figures=figures.VOLUME,
     scene=figures.VolumeScene,
     plots=(
-        plots.section, plots.profile, plots.layers, plots.path, plots.residual_displacement,
+        plots.section,
+        plots.profile,
+        plots.layers,
+        plots.path,
+        plots.residual_displacement,
         plots.convergence,
     ),
-    works=citations.of_volume, save=export.save_volume,
+    works=citations.of_volume,
+    save=export.save_volume,
     dataset=_dataset,
-    problem=lambda result: phrases.problem(result.solution), answer=_answer, numbers=_numbers,
-    remarks=_remarks, question=question, meaning=phrases.volume_regime,
-    inputs=_inputs, details=_details,
-    case=assumptions.of_volume, method=method, checked=plausibility.performed_checks,
+    problem=lambda result: phrases.problem(result.solution),
+    answer=_answer,
+    numbers=_numbers,
+    remarks=_remarks,
+    question=question,
+    meaning=phrases.volume_regime,
+    inputs=_inputs,
+    details=_details,
+    case=assumptions.of_volume,
+    method=method,
+    checked=plausibility.performed_checks,
     script=python_script.repeating_volume,
-)  # fmt: skip
+)

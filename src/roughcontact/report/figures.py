@@ -331,15 +331,8 @@ CONTACT: Illustrations = (
         # A close-up shows it.
         when=lambda s: not s.is_sparse,
     ),
-    Illustration(
-        "contact", lambda s: maps.contact(s.result), _classes, FRONT, HALF
-    ),
-    Illustration(
-        "gap",
-        lambda s: maps.gap(s.result),
-        _gap,
-        width=HALF,
-    ),
+    Illustration("contact", lambda s: maps.contact(s.result), _classes, FRONT, HALF),
+    Illustration("gap", lambda s: maps.gap(s.result), _gap, width=HALF),
     Illustration(
         "histogram",
         lambda s: sections.pressure_histogram(s.result),
@@ -356,7 +349,7 @@ CONTACT: Illustrations = (
         width=WIDE,
         when=lambda s: s.result.load > 0,
     ),
-)  # fmt: skip
+)
 """Of a `ContactResult`."""
 
 

@@ -11,7 +11,10 @@ from roughcontact.units import format_engineering, format_percent
 
 def share(result: Any) -> str:
     """Return a share with its interval."""
-    return f"{format_percent(result.value)} ({format_percent(result.low)} to {format_percent(result.high)})"
+    return (
+        f"{format_percent(result.value)} ({format_percent(result.low)} to "
+        f"{format_percent(result.high)})"
+    )
 
 
 def length_of(result: Any) -> str:
@@ -48,15 +51,25 @@ def _beside_gap(result: ContactResult) -> str:
 
 BESIDE: Table = (
     Quantity(
-        "estimated_contact", "real contact by formula",
+        "estimated_contact",
+        "real contact by formula",
         meaning="of nominally flat surfaces like it, with the interval of 90 in 100",
-        of=lambda result: result.estimate and result.estimate.contact.value, text=_beside_contact,
-        when=_has_estimate, stored=False, brief=False,
+        of=lambda result: result.estimate and result.estimate.contact.value,
+        text=_beside_contact,
+        when=_has_estimate,
+        stored=False,
+        brief=False,
     ),
     Quantity(
-        "estimated_gap", "mean gap by formula", unit="m", meaning="the same",
-        of=lambda result: result.estimate and result.estimate.gap.value, text=_beside_gap,
-        when=_has_estimate, stored=False, brief=False,
+        "estimated_gap",
+        "mean gap by formula",
+        unit="m",
+        meaning="the same",
+        of=lambda result: result.estimate and result.estimate.gap.value,
+        text=_beside_gap,
+        when=_has_estimate,
+        stored=False,
+        brief=False,
     ),
-)  # fmt: skip
+)
 """For a nominally flat `ContactResult`, compared with the solution."""

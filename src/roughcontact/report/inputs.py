@@ -57,29 +57,37 @@ def _missing(surface: MapOrSlab) -> str:
 SURFACE: Table = (
     Quantity("source", "source", of=lambda s: s.provenance.source, form=lambda v: v or "not named"),
     Quantity(
-        "instrument", "instrument", of=lambda s: s.provenance.instrument, brief=False,
+        "instrument",
+        "instrument",
+        of=lambda s: s.provenance.instrument,
+        brief=False,
         form=lambda v: v or "not named",
     ),
     Quantity(
-        "channel", "channel", of=lambda s: s.provenance.channel,
+        "channel",
+        "channel",
+        of=lambda s: s.provenance.channel,
         when=lambda s: bool(s.provenance.channel),
     ),
     Quantity(
-        "shape", "grid (y × x)", of=lambda s: list(s.shape),
+        "shape",
+        "grid (y × x)",
+        of=lambda s: list(s.shape),
         form=lambda v: f"{v[0]} × {v[1]} points",
     ),
     Quantity("pixel", "pixel (y × x)", unit="m", of=lambda s: list(s.pixel), form=_pair),
     Quantity("size", "size (y × x)", unit="m", of=lambda s: list(s.size), form=_pair),
     Quantity(
-        "height_min", "heights", unit="m", of=lambda s: float(np.nanmin(s.heights)), brief=False,
+        "height_min",
+        "heights",
+        unit="m",
+        of=lambda s: float(np.nanmin(s.heights)),
+        brief=False,
         text=_range,
     ),
     Quantity("height_max", unit="m", of=lambda s: float(np.nanmax(s.heights))),
-    Quantity(
-        "missing", "missing points", of=lambda s: s.missing, brief=False,
-        text=_missing,
-    ),
-)  # fmt: skip
+    Quantity("missing", "missing points", of=lambda s: s.missing, brief=False, text=_missing),
+)
 """Of a `Surface`."""
 
 
@@ -88,12 +96,12 @@ _OF_A_MAP = ("shape", "pixel", "size")
 TRACE: Table = (
     *(quantity for quantity in SURFACE[:3]),
     Quantity(
-        "points", "points", of=lambda s: s.shape[1], text=lambda s: f"{s.shape[1]} of a profile",
+        "points", "points", of=lambda s: s.shape[1], text=lambda s: f"{s.shape[1]} of a profile"
     ),
     Quantity("spacing", "distance of the points", unit="m", of=lambda s: s.pixel[1]),
     Quantity("length", "length", unit="m", of=lambda s: s.size[1]),
     *(quantity for quantity in SURFACE[3:] if quantity.key not in _OF_A_MAP),
-)  # fmt: skip
+)
 """Of a `Surface` that is a profile."""
 
 
@@ -115,31 +123,46 @@ def _strength(name: str) -> Callable[[Material], str]:
 BODY: Table = (
     Quantity("rigid", of=phrases.is_rigid),
     Quantity(
-        "name", "material", of=lambda b: b.name, form=lambda v: v or "not named", stored=False,
+        "name", "material", of=lambda b: b.name, form=lambda v: v or "not named", stored=False
     ),
     Quantity(
-        "young", "Young's modulus", symbol="E", unit="Pa",
+        "young",
+        "Young's modulus",
+        symbol="E",
+        unit="Pa",
         form=lambda v: "rigid" if math.isinf(v) else format_engineering(v, "Pa"),
     ),
     Quantity(
-        "poisson", "Poisson's ratio", symbol="ν",
+        "poisson",
+        "Poisson's ratio",
+        symbol="ν",
         text=lambda b: ABSENT if phrases.is_rigid(b) else f"{b.poisson:g}",
     ),
     Quantity(
-        "yield_strength", "yield strength", symbol="σ_Y", unit="Pa",
+        "yield_strength",
+        "yield strength",
+        symbol="σ_Y",
+        unit="Pa",
         text=_strength("yield_strength"),
     ),
     Quantity(
-        "coating", "coating, outermost first", of=lambda b: [asdict(layer) for layer in b.coating],
-        when=lambda b: bool(b.coating), text=phrases.coating,
+        "coating",
+        "coating, outermost first",
+        of=lambda b: [asdict(layer) for layer in b.coating],
+        when=lambda b: bool(b.coating),
+        text=phrases.coating,
     ),
     Quantity("hardening", "hardening", of=phrases.hardening, stored=False),
     Quantity("hardness", "hardness", unit="Pa", text=_strength("hardness")),
     Quantity(
-        "first_yield_pressure", "peak pressure at first yield of a sphere", unit="Pa",
-        text=_strength("first_yield_pressure"), stored=False, brief=False,
+        "first_yield_pressure",
+        "peak pressure at first yield of a sphere",
+        unit="Pa",
+        text=_strength("first_yield_pressure"),
+        stored=False,
+        brief=False,
     ),
-)  # fmt: skip
+)
 """Of a `Material`."""
 
 
@@ -149,9 +172,11 @@ def bodies(model: str, profile: bool = False) -> Table:
         sphere = quantity_of(BODY, "first_yield_pressure")
         line = "line_yield_pressure"
         cylinder = replace(
-            sphere, key=line, name="peak pressure at first yield of a cylinder",
+            sphere,
+            key=line,
+            name="peak pressure at first yield of a cylinder",
             text=_strength(line),
-        )  # fmt: skip
+        )
         return tuple(cylinder if q is sphere else q for q in bodies(model))
     if model == "volume":
         return tuple(quantity for quantity in BODY if quantity.key != "hardness")
@@ -262,14 +287,19 @@ FILE_OF_PROFILE: Table = (
     *(delegated("surface", quantity) for quantity in TRACE),
     Quantity("missing_fraction", of=lambda f: f.surface.missing / f.surface.heights.size),
     Quantity(
-        "cutoff", "roughness without waves beyond λc", unit="m",
+        "cutoff",
+        "roughness without waves beyond λc",
+        unit="m",
         of=lambda result: roughness.cutoff(result.surface.size[1]),
-        form=lambda v: "λc not determined: five of 0.08 mm do not fit into the profile"
-        if v is None else f"{format_engineering(v, 'm')}, the largest λc of which five fit",
+        form=lambda v: (
+            "λc not determined: five of 0.08 mm do not fit into the profile"
+            if v is None
+            else f"{format_engineering(v, 'm')}, the largest λc of which five fit"
+        ),
     ),
     Quantity("primary", of=lambda result: primary(result.leveled)),
     Quantity("roughness", of=lambda result: filtered(result.leveled)),
-)  # fmt: skip
+)
 """Of a profile in a file, `Measured`."""
 
 

@@ -192,10 +192,15 @@ def _front_page(kind: Presentation, result: Any, scene: Any, pressed: Any, study
         meaning = phrases.regime(pressed, in_layers=bool(getattr(result, "faces", ())))
         meaning = meaning and f"{meaning} (Under {under}.)"
     return Front(
-        kind.question(result), first.problem, first.answer, numbers,
-        [*filter(None, (meaning, *first.remarks))], lead, result.cautions,
+        kind.question(result),
+        first.problem,
+        first.answer,
+        numbers,
+        [*filter(None, (meaning, *first.remarks))],
+        lead,
+        result.cautions,
         getattr(result, "status", "converged"),
-    )  # fmt: skip
+    )
 
 
 def _fits_on_front(kind: Presentation, result: Any) -> bool:

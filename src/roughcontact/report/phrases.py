@@ -83,10 +83,9 @@ def ceiling_text(
         return "none: purely elastic" + ("" if known else ", no yield strength is given")
     if isinstance(ceiling, np.ndarray):
         low, high = float(ceiling.min()), float(ceiling.max())
-        return (
-            f"given point by point, {format_engineering(low, 'Pa')} to "
-            + (format_engineering(high, "Pa") if math.isfinite(high) else "none")
-        )  # fmt: skip
+        return f"given point by point, {format_engineering(low, 'Pa')} to " + (
+            format_engineering(high, "Pa") if math.isfinite(high) else "none"
+        )
     text = format_engineering(float(ceiling), "Pa")
     body = softer_material(material, counter_material)
     if body is None or body.ceiling is None:
@@ -166,7 +165,10 @@ def given_load(specified: load_case.GivenLoad, result: ContactResult) -> str:
     smooth = result.hertz
     match specified.form:
         case load_case.LineLoad() if smooth is not None and smooth.length is not None:
-            return f"{words} on {format_engineering(smooth.length, 'm')}, the length of the map, are {force}"
+            return (
+                f"{words} on {format_engineering(smooth.length, 'm')}, the length of the map, are "
+                f"{force}"
+            )
         case load_case.HertzPressure() if smooth is not None:
             line = ""
             if smooth.length is not None and not result.pair.is_profile:
@@ -524,4 +526,7 @@ def status(contact: ContactResult) -> str:
 
 def worst(certificate: float, tolerance: float, count: int) -> str:
     """Return how exactly several contacts are solved."""
-    return f"Solved: {count} contacts, certificate {order_of_magnitude(certificate)} (limit {tolerance:.0e})"
+    return (
+        f"Solved: {count} contacts, certificate {order_of_magnitude(certificate)} (limit "
+        f"{tolerance:.0e})"
+    )

@@ -65,15 +65,17 @@ def repeating_volume(result: ElastoplasticResult) -> str:
     thickness = (_number(value) for value in result.bodies[0].thickness)
     lines = script.lines
     lines.append("layers = [  # from the surface down [m]")
-    lines += textwrap.wrap(", ".join(thickness) + ",", 90, initial_indent="    ",
-                           subsequent_indent="    ")  # fmt: skip
+    lines += textwrap.wrap(
+        ", ".join(thickness) + ",", 90, initial_indent="    ", subsequent_indent="    "
+    )
     lines += ["]", "result = rc.solve_elastoplastic(", "    surface,"]
     if result.has_moved:
         lines += ["    path=[", *_points(result), "    ],"]
     else:
         loads = ", ".join(_number(step.load) for step in result.increments)
-        lines += textwrap.wrap(f"loads=[{loads}],", 90, initial_indent="    ",
-                               subsequent_indent="        ")  # fmt: skip
+        lines += textwrap.wrap(
+            f"loads=[{loads}],", 90, initial_indent="    ", subsequent_indent="        "
+        )
     lines += [f"    {name}={_material(body)}," for name, body in materials.items()]
     if contact.counter_surface is not None:
         lines.append("    counter_surface=counter_surface,")

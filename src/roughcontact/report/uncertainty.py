@@ -34,7 +34,7 @@ STUDY: Table = (
     Quantity("independent", of=lambda s: {name: s.independent(name) for name in QUANTITIES}),
     Quantity("at_ceiling"),
     Quantity("sentences", of=lambda study: list(study.sentences)),
-)  # fmt: skip
+)
 """Of a `ResolutionStudy`."""
 
 
@@ -46,12 +46,15 @@ STUDY_COLUMNS: Columns = (
     Column("case", "case", of=lambda study: [name for name, _ in study.named()]),
     Column("contact_fraction", "contact", of=_cases("contact_fraction"), form=format_percent),
     Column(
-        "corrected_fraction", "perimeter-corrected", of=_cases("corrected_fraction"), form=format_percent
+        "corrected_fraction",
+        "perimeter-corrected",
+        of=_cases("corrected_fraction"),
+        form=format_percent,
     ),
     Column("saturated_fraction", "saturated", of=_cases("saturated_fraction"), form=format_percent),
     Column("max_pressure", "largest pressure", unit="Pa", of=_cases("max_pressure")),
     Column("mean_pressure", "mean pressure", unit="Pa", of=_cases("mean_pressure")),
-)  # fmt: skip
+)
 """Of the solves of a `ResolutionStudy`."""
 
 
@@ -124,10 +127,13 @@ def of_area(result: ContactResult, study: ResolutionStudy | None = None) -> Inte
 
 
 _SHORT = {
-    Cause.RIM: "spot perimeter", Cause.GRID: "pixel", Cause.EDGE: "map edge",
-    Cause.WAVES: "shorter waves", Cause.YIELDING: "ceiling",
+    Cause.RIM: "spot perimeter",
+    Cause.GRID: "pixel",
+    Cause.EDGE: "map edge",
+    Cause.WAVES: "shorter waves",
+    Cause.YIELDING: "ceiling",
     Cause.MAPS: "maps",
-}  # fmt: skip
+}
 
 
 STUDY_REF = ArgumentRef("rc.resolution_study")
@@ -164,8 +170,11 @@ def _parts(interval: Interval) -> tuple[str, str]:
     unknown = " and ".join(_SHORT[cause] for cause in interval.unknown)
     known = []
     if interval.measured is not None:
-        known = [f"{cause} {100 * share:.0f} %" for cause, share in interval.budget.items()
-                 if share >= _SHOWN_SHARE]  # fmt: skip
+        known = [
+            f"{cause} {100 * share:.0f} %"
+            for cause, share in interval.budget.items()
+            if share >= _SHOWN_SHARE
+        ]
     else:
         for item in interval.doubts:
             if item.cause is Cause.TOLERANCE or not item.known:
@@ -263,7 +272,7 @@ MEASURED: Table = (
     Quantity("remarks", of=lambda known: [str(remark) for remark in known.remarks]),
     Quantity("closing", of=lambda known: dict(known.closing)),
     Quantity("intervals", of=lambda known: {i.name: i.summary() for i in known.intervals}),
-)  # fmt: skip
+)
 """Of an `Uncertainty`."""
 
 MEASURED_COLUMNS: Columns = (
@@ -282,10 +291,16 @@ def measurement_text(known: Uncertainty) -> str:
     if tool is None:
         return "Intervals of grid and material, without the instrument."
     resolved = f"the map shows waves down to {phrases.format_short(known.resolved, 'm')}"
-    down = "" if known.shortest_wave is None else (
-        f", the surface has waves down to {phrases.format_short(known.shortest_wave, 'm')}")  # fmt: skip
-    lengths = (("resolution", tool.resolution), ("tip radius", tool.tip_radius),
-               ("noise", tool.noise))  # fmt: skip
+    down = (
+        ""
+        if known.shortest_wave is None
+        else (f", the surface has waves down to {phrases.format_short(known.shortest_wave, 'm')}")
+    )
+    lengths = (
+        ("resolution", tool.resolution),
+        ("tip radius", tool.tip_radius),
+        ("noise", tool.noise),
+    )
     stated = ", ".join(
         f"{name} {phrases.format_short(value, 'm')}" for name, value in lengths if value
     )
@@ -301,9 +316,11 @@ def budget_block(result: ContactResult, study: ResolutionStudy | None) -> list[p
         if has_ends(interval)
     ]
     figure = figures.Illustration(
-        "", lambda _: uncertainty_budget(rows),
-        lambda _: "Sources of each interval. The shares of a bar add to 100 %.", width=page.WIDE,
-    )  # fmt: skip
+        "",
+        lambda _: uncertainty_budget(rows),
+        lambda _: "Sources of each interval. The shares of a bar add to 100 %.",
+        width=page.WIDE,
+    )
     return chapters.figure_blocks((figure,), result) if rows else []
 
 

@@ -35,58 +35,83 @@ if TYPE_CHECKING:
     from roughcontact.surface.surface import Surface
 
 LOAD = Option(
-    "load", Panel.BODIES, "LOADS",
-    'Loads or nominal pressures: "1 N" or "20 MPa, 50 MPa".', parsing.loads, None,
-)  # fmt: skip
+    "load",
+    Panel.BODIES,
+    "LOADS",
+    'Loads or nominal pressures: "1 N" or "20 MPa, 50 MPa".',
+    parsing.loads,
+    None,
+)
 FROM = Option(
-    "from", Panel.BODIES, "PRESSURE", 'Smallest nominal pressure: "1 MPa".',
-    parsing.nominal, None,
-)  # fmt: skip
+    "from", Panel.BODIES, "PRESSURE", 'Smallest nominal pressure: "1 MPa".', parsing.nominal, None
+)
 TO = Option(
-    "to", Panel.BODIES, "PRESSURE", 'Largest nominal pressure: "300 MPa".',
-    parsing.nominal, None,
-)  # fmt: skip
+    "to", Panel.BODIES, "PRESSURE", 'Largest nominal pressure: "300 MPa".', parsing.nominal, None
+)
 STEPS = Option(
-    "steps", Panel.BODIES, "NUMBER", "Number of pressures (logarithmic); default: 13.",
-    parsing.int_parser(2, memory.STEPS), 13,
-)  # fmt: skip
+    "steps",
+    Panel.BODIES,
+    "NUMBER",
+    "Number of pressures (logarithmic); default: 13.",
+    parsing.int_parser(2, memory.STEPS),
+    13,
+)
 RANGE = (FROM, TO, STEPS)
 OUTPUT = file_option("output", "FILE.csv|json", "Table of loads.", TABLES)
 
 RESISTIVITY = Option(
-    "resistivity", Panel.BODIES, "RESISTIVITY",
+    "resistivity",
+    Panel.BODIES,
+    "RESISTIVITY",
     'Electrical resistivity: "17 nohm m"; default: from --material.',
-    parsing.quantity("resistivity"), None,
-)  # fmt: skip
+    parsing.quantity("resistivity"),
+    None,
+)
 CONDUCTIVITY = Option(
-    "conductivity", Panel.BODIES, "CONDUCTIVITY",
+    "conductivity",
+    Panel.BODIES,
+    "CONDUCTIVITY",
     'Thermal conductivity: "46 W/m/K"; default: from --material.',
-    parsing.quantity("conductivity"), None,
-)  # fmt: skip
+    parsing.quantity("conductivity"),
+    None,
+)
 COUNTER_RESISTIVITY = Option(
-    "counter-resistivity", Panel.BODIES, "RESISTIVITY",
+    "counter-resistivity",
+    Panel.BODIES,
+    "RESISTIVITY",
     "Electrical resistivity of the counter-body.",
-    parsing.quantity("resistivity"), None,
-)  # fmt: skip
+    parsing.quantity("resistivity"),
+    None,
+)
 COUNTER_CONDUCTIVITY = Option(
-    "counter-conductivity", Panel.BODIES, "CONDUCTIVITY",
+    "counter-conductivity",
+    Panel.BODIES,
+    "CONDUCTIVITY",
     "Thermal conductivity of the counter-body.",
-    parsing.quantity("conductivity"), None,
-)  # fmt: skip
+    parsing.quantity("conductivity"),
+    None,
+)
 THERMAL_FILM = Option(
-    "thermal-film", Panel.BODIES, "FILM",
+    "thermal-film",
+    Panel.BODIES,
+    "FILM",
     'Thermal film resistance × area: "1e-6 m^2 K/W"; default: none.',
-    parsing.quantity("thermal film"), None,
-)  # fmt: skip
+    parsing.quantity("thermal film"),
+    None,
+)
 
 TEMPERATURE = Option(
-    "temperature", Panel.BODIES, "TEMPERATURE", 'Temperature of the gas: "20 °C"; default: 25 °C.',
-    parsing.quantity("temperature"), None,
-)  # fmt: skip
+    "temperature",
+    Panel.BODIES,
+    "TEMPERATURE",
+    'Temperature of the gas: "20 °C"; default: 25 °C.',
+    parsing.quantity("temperature"),
+    None,
+)
 
 FRICTION = Option(
-    "friction", Panel.BODIES, "NUMBER", "Friction coefficient: 0.15.", parsing.number, None,
-)  # fmt: skip
+    "friction", Panel.BODIES, "NUMBER", "Friction coefficient: 0.15.", parsing.number, None
+)
 
 PRESSURE_RULES = tuple(
     Rule(NEEDED, end, text="a nominal pressure such as '20 MPa'") for end in (FROM, TO)
@@ -116,10 +141,11 @@ def check_pressures(request: Request) -> None:
     first, last = request[FROM], request[TO]
     if first is not None and last is not None and not 0 < first < last:
         raise InputError(
-            "must be positive and below ", ArgumentRef("to"),
+            "must be positive and below ",
+            ArgumentRef("to"),
             f", got {request.specified[FROM.name]!r} and {request.specified[TO.name]!r}",
             argument="from",
-        )  # fmt: skip
+        )
 
 
 def check_loads(request: Request) -> None:
@@ -129,8 +155,11 @@ def check_loads(request: Request) -> None:
     if request[FROM] is None and request[TO] is None:
         raise InputError(
             "is needed, such as '1 N', or several: '1 N, 3 N, 10 N'; or ",
-            ArgumentRef("from", "1 MPa"), " and ", ArgumentRef("to", "100 MPa"), argument="load",
-        )  # fmt: skip
+            ArgumentRef("from", "1 MPa"),
+            " and ",
+            ArgumentRef("to", "100 MPa"),
+            argument="load",
+        )
     options.check_rules(PRESSURE_RULES, request)
     check_pressures(request)
 
@@ -233,9 +262,10 @@ class JointContacts:
             variants["calibrated ceiling"] = {"ceiling": ceiling}
         if pair is not None and (largest.ceiling is None or isinstance(largest.ceiling, float)):
             variants["coarser grid"] = {
-                "surface": pair.surface, "counter_surface": pair.counter_surface,
+                "surface": pair.surface,
+                "counter_surface": pair.counter_surface,
                 "ceiling": largest.ceiling,
-            }  # fmt: skip
+            }
         for number, (label, changes) in enumerate(variants.items(), start=1):
             look = one_of_several(self.work.look, number, len(variants))
 

@@ -48,34 +48,64 @@ def _uncertainties(text: str, argument: str) -> dict[str, float]:
 
 
 UNCERTAINTY = flag_option(
-    "uncertainty", Panel.SOLVER,
+    "uncertainty",
+    Panel.SOLVER,
     "Correct for the instrument; give 95 % intervals and their sources.",
-)  # fmt: skip
+)
 INSTRUMENT: Option[Any] = Option(
-    "instrument", Panel.SOLVER, "NAME",
+    "instrument",
+    Panel.SOLVER,
+    "NAME",
     'What measured the map: "CSI 50x", "stylus 2 um", "optical 1.2 um", "tip 50 nm".',
-    _instrument, None, whole_map=False,
-)  # fmt: skip
-NOISE = Option(
-    "noise", Panel.SOLVER, "LENGTH", 'Noise of one point, from two maps: "1.2 nm".', LENGTH, None,
+    _instrument,
+    None,
     whole_map=False,
-)  # fmt: skip
+)
+NOISE = Option(
+    "noise",
+    Panel.SOLVER,
+    "LENGTH",
+    'Noise of one point, from two maps: "1.2 nm".',
+    LENGTH,
+    None,
+    whole_map=False,
+)
 SHORTEST_WAVE = Option(
-    "shortest-wave", Panel.SOLVER, "LENGTH",
-    'Shortest wave of the surface, from a finer map: "0.3 um".', LENGTH, None, whole_map=False,
-)  # fmt: skip
+    "shortest-wave",
+    Panel.SOLVER,
+    "LENGTH",
+    'Shortest wave of the surface, from a finer map: "0.3 um".',
+    LENGTH,
+    None,
+    whole_map=False,
+)
 MATERIAL_UNCERTAINTY: Option[Any] = Option(
-    "material-uncertainty", Panel.SOLVER, "TEXT",
-    'Standard uncertainties; default: "E 3 %, yield 5 %".', _uncertainties, None, whole_map=False,
-)  # fmt: skip
+    "material-uncertainty",
+    Panel.SOLVER,
+    "TEXT",
+    'Standard uncertainties; default: "E 3 %, yield 5 %".',
+    _uncertainties,
+    None,
+    whole_map=False,
+)
 ALSO: Option[Any] = Option(
-    "also", Panel.SOLVER, "FILE[=NAME]",
-    'Finer map of the surface, and what measured it: "fine.x3p=CSI 100x"; repeatable.', _maps, (),
-    many=True, whole_map=False,
-)  # fmt: skip
+    "also",
+    Panel.SOLVER,
+    "FILE[=NAME]",
+    'Finer map of the surface, and what measured it: "fine.x3p=CSI 100x"; repeatable.',
+    _maps,
+    (),
+    many=True,
+    whole_map=False,
+)
 OPTIONS: tuple[Option[Any], ...] = (
-    UNCERTAINTY, INSTRUMENT, NOISE, SHORTEST_WAVE, ALSO, MATERIAL_UNCERTAINTY,
-)  # fmt: skip
+    UNCERTAINTY,
+    INSTRUMENT,
+    NOISE,
+    SHORTEST_WAVE,
+    ALSO,
+    MATERIAL_UNCERTAINTY,
+)
 RULES = (
     *(Rule(NEEDS, option, UNCERTAINTY) for option in (INSTRUMENT, MATERIAL_UNCERTAINTY)),
     *(Rule(NEEDS, option, INSTRUMENT) for option in (NOISE, SHORTEST_WAVE, ALSO)),

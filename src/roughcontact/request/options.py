@@ -20,8 +20,12 @@ PICTURES = (".png", ".svg", ".pdf")
 LENGTH, PRESSURE = (parsing.quantity(name) for name in ("length", "pressure"))
 
 _UNITS: dict[Any, str] = {
-    parsing.load: "N", parsing.nominal: "Pa", LENGTH: "m", PRESSURE: "Pa", parsing.ceiling: "Pa",
-}  # fmt: skip
+    parsing.load: "N",
+    parsing.nominal: "Pa",
+    LENGTH: "m",
+    PRESSURE: "Pa",
+    parsing.ceiling: "Pa",
+}
 
 
 class Panel(StrEnum):
@@ -145,9 +149,11 @@ def check_rules(rules: Iterable[Rule], request: Any) -> None:
             raise InputError(f"is needed: {rule.text}", argument=about)
         if rule.demand is ONE_OF and len(specified) != 1:
             raise InputError(
-                "give one of ", *join_mentions(rule.options, " and "), ", and no more than one, such as ",
+                "give one of ",
+                *join_mentions(rule.options, " and "),
+                ", and no more than one, such as ",
                 ArgumentRef(about, rule.text),
-            )  # fmt: skip
+            )
         if rule.demand is ANY_OF and not specified:
             raise InputError("nothing is asked: give ", *join_mentions(rule.options, " or "))
         if rule.demand is NEEDS and rule.value:
@@ -178,273 +184,500 @@ ITERATIONS = parsing.int_parser(1, memory.ITERATIONS)
 # Which maps
 
 GROUP: Option[tuple[tuple[str, tuple[str, ...]], ...]] = Option(
-    "group", Panel.MAP, "NAME=FILE[,FILE…]",
-    'Group of maps: "ground=ground*.opd"; repeatable.', parsing.groups, (), many=True,
+    "group",
+    Panel.MAP,
+    "NAME=FILE[,FILE…]",
+    'Group of maps: "ground=ground*.opd"; repeatable.',
+    parsing.groups,
+    (),
+    many=True,
     arguments=("maps",),
-)  # fmt: skip
+)
 
 # How a file is read
 
 FORMAT = Option(
-    "format", Panel.MAP, "NAME", "File format; default: recognized from the file.",
-    parsing.as_text, None, prepares=True,
-)  # fmt: skip
+    "format",
+    Panel.MAP,
+    "NAME",
+    "File format; default: recognized from the file.",
+    parsing.as_text,
+    None,
+    prepares=True,
+)
 CHANNEL = Option(
-    "channel", Panel.MAP, "NAME|INDEX", "Height channel, name or index; default: the proposed one.",
-    parsing.as_text, None, prepares=True, whole_map=False,
-)  # fmt: skip
+    "channel",
+    Panel.MAP,
+    "NAME|INDEX",
+    "Height channel, name or index; default: the proposed one.",
+    parsing.as_text,
+    None,
+    prepares=True,
+    whole_map=False,
+)
 UNIT = Option(
-    "unit", Panel.MAP, "UNIT",
+    "unit",
+    Panel.MAP,
+    "UNIT",
     'Unit of the heights, e.g. um; of a profile "mm, um" (positions first).',
-    parsing.as_text, None, "Unit of the heights", prepares=True, whole_map=False,
-)  # fmt: skip
+    parsing.as_text,
+    None,
+    "Unit of the heights",
+    prepares=True,
+    whole_map=False,
+)
 SIZE = Option(
-    "size", Panel.MAP, "LENGTHS",
+    "size",
+    Panel.MAP,
+    "LENGTHS",
     'Side lengths (y, x) if the file has none: "0.1 mm x 0.2 mm".',
-    parsing.as_text, None, "Side lengths (y × x)", prepares=True, whole_map=False,
-)  # fmt: skip
+    parsing.as_text,
+    None,
+    "Side lengths (y × x)",
+    prepares=True,
+    whole_map=False,
+)
 OVERRIDE_SIZE = flag_option(
-    "override-size", Panel.MAP,
+    "override-size",
+    Panel.MAP,
     "Use --size instead of the size in the file.",
-    label="Use these side lengths instead of the file's", prepares=True, whole_map=False,
-)  # fmt: skip
+    label="Use these side lengths instead of the file's",
+    prepares=True,
+    whole_map=False,
+)
 READING = (FORMAT, CHANNEL, UNIT, SIZE, OVERRIDE_SIZE)
 
 # How a map is prepared
 
 TIP_RADIUS = Option(
-    "tip-radius", Panel.MAP, "LENGTH",
+    "tip-radius",
+    Panel.MAP,
+    "LENGTH",
     'Probe tip radius: "10 nm"; used to estimate resolution.',
-    LENGTH, None, "Probe tip radius",
-)  # fmt: skip
+    LENGTH,
+    None,
+    "Probe tip radius",
+)
 POINTS = Option(
-    "points", Panel.MAP, "NUMBER|NYxNX", "Grid of a nominal --body without FILE: 256 or 128x512.",
-    parsing.points, None, prepares=True,
-)  # fmt: skip
+    "points",
+    Panel.MAP,
+    "NUMBER|NYxNX",
+    "Grid of a nominal --body without FILE: 256 or 128x512.",
+    parsing.points,
+    None,
+    prepares=True,
+)
 CROP = Option(
-    "crop", Panel.MAP, "ROWS,COLUMNS", "Rows and columns to keep: 0:256,100:356.",
-    parsing.window, None, "Crop (rows, columns)", prepares=True,
-)  # fmt: skip
+    "crop",
+    Panel.MAP,
+    "ROWS,COLUMNS",
+    "Rows and columns to keep: 0:256,100:356.",
+    parsing.window,
+    None,
+    "Crop (rows, columns)",
+    prepares=True,
+)
 OUTLIERS = Option(
-    "outliers", Panel.MAP, "NUMBER",
-    "Remove spikes beyond this many robust standard deviations: 6.", parsing.number, None,
-    "Remove spikes (standard deviations)", prepares=True,
-)  # fmt: skip
+    "outliers",
+    Panel.MAP,
+    "NUMBER",
+    "Remove spikes beyond this many robust standard deviations: 6.",
+    parsing.number,
+    None,
+    "Remove spikes (standard deviations)",
+    prepares=True,
+)
 LEVEL = Option(
-    "level", Panel.MAP, "|".join(LEVELS),
+    "level",
+    Panel.MAP,
+    "|".join(LEVELS),
     "Subtract plane, quadric, mean, robust plane or none; default: plane.",
-    parsing.choice(*LEVELS), "plane", prepares=True, whole_map=False,
-)  # fmt: skip
+    parsing.choice(*LEVELS),
+    "plane",
+    prepares=True,
+    whole_map=False,
+)
 FORM = Option(
-    "form", Panel.MAP, "FORM",
-    'Form to remove (least squares): sphere, cylinder or "polynomial 4".', parsing.form, None,
-    "Form to remove", prepares=True,
-)  # fmt: skip
+    "form",
+    Panel.MAP,
+    "FORM",
+    'Form to remove (least squares): sphere, cylinder or "polynomial 4".',
+    parsing.form,
+    None,
+    "Form to remove",
+    prepares=True,
+)
 MISSING = Option(
-    "missing", Panel.MAP, "|".join(MISSING_KNOWN),
+    "missing",
+    Panel.MAP,
+    "|".join(MISSING_KNOWN),
     "Missing points: error, fill (interpolate, up to 30 %), fill-all, mask (no contact) or crop; "
     "default: error.",
-    parsing.choice(*MISSING_KNOWN), "error", "Missing points", prepares=True, whole_map=False,
-)  # fmt: skip
+    parsing.choice(*MISSING_KNOWN),
+    "error",
+    "Missing points",
+    prepares=True,
+    whole_map=False,
+)
 S_FILTER = Option(
-    "s-filter", Panel.MAP, "LENGTH",
-    'S-filter: remove wavelengths below "2.5 um" (ISO 16610-61).', LENGTH, None,
-    "S-filter (removes shorter waves)", arguments=("s",), prepares=True,
-)  # fmt: skip
+    "s-filter",
+    Panel.MAP,
+    "LENGTH",
+    'S-filter: remove wavelengths below "2.5 um" (ISO 16610-61).',
+    LENGTH,
+    None,
+    "S-filter (removes shorter waves)",
+    arguments=("s",),
+    prepares=True,
+)
 L_FILTER = Option(
-    "l-filter", Panel.MAP, "LENGTH", 'L-filter: remove wavelengths above "80 um".', LENGTH,
-    None, "L-filter (removes longer waves)", arguments=("l",), prepares=True,
-)  # fmt: skip
+    "l-filter",
+    Panel.MAP,
+    "LENGTH",
+    'L-filter: remove wavelengths above "80 um".',
+    LENGTH,
+    None,
+    "L-filter (removes longer waves)",
+    arguments=("l",),
+    prepares=True,
+)
 PIXEL = Option(
-    "pixel", Panel.MAP, "LENGTH",
-    'Resample (cubic splines) to about this pixel: "0.5 um".', LENGTH, None,
-    "Resample to pixel", prepares=True,
-)  # fmt: skip
+    "pixel",
+    Panel.MAP,
+    "LENGTH",
+    'Resample (cubic splines) to about this pixel: "0.5 um".',
+    LENGTH,
+    None,
+    "Resample to pixel",
+    prepares=True,
+)
 ROTATE = Option(
-    "rotate", Panel.MAP, "DEGREES",
+    "rotate",
+    Panel.MAP,
+    "DEGREES",
     "Rotation of the map, degrees counterclockwise, a multiple of 90.",
-    parsing.parse_quarter_turns, 0, prepares=True,
-)  # fmt: skip
+    parsing.parse_quarter_turns,
+    0,
+    prepares=True,
+)
 PREPARATION = (CROP, OUTLIERS, LEVEL, FORM, MISSING, S_FILTER, L_FILTER, PIXEL, ROTATE)
 MAP = (*READING, TIP_RADIUS, POINTS, *PREPARATION)
 
 # Of what the bodies are
 
 MATERIAL = Option(
-    "material", Panel.BODIES, "NAME",
-    "Catalog material, e.g. 42CrMo4; --young etc. override single values.", parsing.material, None,
+    "material",
+    Panel.BODIES,
+    "NAME",
+    "Catalog material, e.g. 42CrMo4; --young etc. override single values.",
+    parsing.material,
+    None,
     whole_map=False,
-)  # fmt: skip
+)
 YOUNG = Option(
-    "young", Panel.BODIES, "PRESSURE", "Young's modulus: \"210 GPa\".", PRESSURE, None,
-    "Young's modulus", whole_map=False,
-)  # fmt: skip
+    "young",
+    Panel.BODIES,
+    "PRESSURE",
+    'Young\'s modulus: "210 GPa".',
+    PRESSURE,
+    None,
+    "Young's modulus",
+    whole_map=False,
+)
 POISSON = Option(
-    "poisson", Panel.BODIES, "NUMBER", "Poisson's ratio: 0.3.", parsing.number, None,
-    "Poisson's ratio", whole_map=False,
-)  # fmt: skip
+    "poisson",
+    Panel.BODIES,
+    "NUMBER",
+    "Poisson's ratio: 0.3.",
+    parsing.number,
+    None,
+    "Poisson's ratio",
+    whole_map=False,
+)
 YIELD_STRENGTH = Option(
-    "yield-strength", Panel.BODIES, "PRESSURE", 'Yield strength: "1 GPa".', PRESSURE,
-    None, whole_map=False,
-)  # fmt: skip
+    "yield-strength",
+    Panel.BODIES,
+    "PRESSURE",
+    'Yield strength: "1 GPa".',
+    PRESSURE,
+    None,
+    whole_map=False,
+)
 COUNTER_MATERIAL = Option(
-    "counter-material", Panel.BODIES, "NAME", "Counter-body material; default: rigid.",
-    parsing.material, None, "Counter-body material", whole_map=False,
-)  # fmt: skip
+    "counter-material",
+    Panel.BODIES,
+    "NAME",
+    "Counter-body material; default: rigid.",
+    parsing.material,
+    None,
+    "Counter-body material",
+    whole_map=False,
+)
 COUNTER_YOUNG = Option(
-    "counter-young", Panel.BODIES, "PRESSURE", "Young's modulus of the counter-body.", PRESSURE,
-    None, "Counter-body Young's modulus", whole_map=False,
-)  # fmt: skip
+    "counter-young",
+    Panel.BODIES,
+    "PRESSURE",
+    "Young's modulus of the counter-body.",
+    PRESSURE,
+    None,
+    "Counter-body Young's modulus",
+    whole_map=False,
+)
 COUNTER_POISSON = Option(
-    "counter-poisson", Panel.BODIES, "NUMBER", "Poisson's ratio of the counter-body.",
-    parsing.number, None, "Counter-body Poisson's ratio", whole_map=False,
-)  # fmt: skip
+    "counter-poisson",
+    Panel.BODIES,
+    "NUMBER",
+    "Poisson's ratio of the counter-body.",
+    parsing.number,
+    None,
+    "Counter-body Poisson's ratio",
+    whole_map=False,
+)
 COUNTER_YIELD_STRENGTH = Option(
-    "counter-yield-strength", Panel.BODIES, "PRESSURE", "Yield strength of the counter-body.",
-    PRESSURE, None, "Counter-body yield strength", whole_map=False,
-)  # fmt: skip
+    "counter-yield-strength",
+    Panel.BODIES,
+    "PRESSURE",
+    "Yield strength of the counter-body.",
+    PRESSURE,
+    None,
+    "Counter-body yield strength",
+    whole_map=False,
+)
 BODY_CONSTANTS = (MATERIAL, YOUNG, POISSON, YIELD_STRENGTH)
 COUNTER_CONSTANTS = (COUNTER_MATERIAL, COUNTER_YOUNG, COUNTER_POISSON, COUNTER_YIELD_STRENGTH)
 MATERIALS = (*BODY_CONSTANTS, *COUNTER_CONSTANTS)
 COATING: Option[Any] = Option(
-    "coating", Panel.BODIES, "LAYER",
+    "coating",
+    Panel.BODIES,
+    "LAYER",
     'Layer on the body: "DLC 2 um", "E=200 GPa, nu=0.2, 2 um"; repeatable, outermost first.',
-    parsing.coatings, (), many=True, whole_map=False,
-)  # fmt: skip
+    parsing.coatings,
+    (),
+    many=True,
+    whole_map=False,
+)
 COUNTER_COATING: Option[Any] = Option(
-    "counter-coating", Panel.BODIES, "LAYER", "Layer on the counter-body, as for --coating.",
-    parsing.coatings, (), "Counter-body coating", many=True, whole_map=False,
-)  # fmt: skip
+    "counter-coating",
+    Panel.BODIES,
+    "LAYER",
+    "Layer on the counter-body, as for --coating.",
+    parsing.coatings,
+    (),
+    "Counter-body coating",
+    many=True,
+    whole_map=False,
+)
 COATINGS = (COATING, COUNTER_COATING)
 HARDENING = Option(
-    "hardening", Panel.BODIES, "LAW",
+    "hardening",
+    Panel.BODIES,
+    "LAW",
     'Hardening: "linear 2 GPa", "swift 945 MPa 20 0.121", "kinematic 10 GPa"; combine with a '
-    'comma.',
-    parsing.hardening, None,
-)  # fmt: skip
+    "comma.",
+    parsing.hardening,
+    None,
+)
 
 # How they are shaped and laid on each other
 
 BODY = Option(
-    "body", Panel.BODIES, "FORM",
+    "body",
+    Panel.BODIES,
+    "FORM",
     'Nominal form: "sphere 10 mm", "cylinder 5 mm 90 deg", "ellipsoid 10 mm 4 mm", "punch 20 '
     'um", "cone 0.01", "wedge 0.01".',
-    parsing.body, None, "Nominal form",
+    parsing.body,
+    None,
+    "Nominal form",
     prepares=True,
-)  # fmt: skip
+)
 COUNTER_BODY = Option(
-    "counter-body", Panel.BODIES, "FORM",
+    "counter-body",
+    Panel.BODIES,
+    "FORM",
     "Nominal form of the counter-body, as for --body; default: flat.",
-    parsing.body, None, "Counter-body form", prepares=True,
-)  # fmt: skip
+    parsing.body,
+    None,
+    "Counter-body form",
+    prepares=True,
+)
 COUNTER_SURFACE = Option(
-    "counter-surface", Panel.BODIES, "FILE",
+    "counter-surface",
+    Panel.BODIES,
+    "FILE",
     "Height map of the counter-body; another grid needs --align.",
-    parsing.path, None, "Counter-body map", prepares=True,
-)  # fmt: skip
+    parsing.path,
+    None,
+    "Counter-body map",
+    prepares=True,
+)
 COUNTER_MAPS: Option[Any] = Option(
-    "counter-maps", Panel.BODIES, "FILE",
+    "counter-maps",
+    Panel.BODIES,
+    "FILE",
     "Map of the counter-body's face, met at random shifts and turns; repeatable.",
-    parsing.paths, (), "Maps of the counter-body's face", many=True, prepares=True,
-)  # fmt: skip
+    parsing.paths,
+    (),
+    "Maps of the counter-body's face",
+    many=True,
+    prepares=True,
+)
 DRAWS = Option(
-    "draws", Panel.BODIES, "NUMBER",
-    "Number of pairs of faces drawn; default: 5.", parsing.int_parser(2, 100), 5,
-)  # fmt: skip
+    "draws",
+    Panel.BODIES,
+    "NUMBER",
+    "Number of pairs of faces drawn; default: 5.",
+    parsing.int_parser(2, 100),
+    5,
+)
 ALIGN = flag_option(
-    "align", Panel.BODIES,
+    "align",
+    Panel.BODIES,
     "Resample both maps to one grid, centered, and keep the overlap.",
-    label="Resample both maps to one grid", prepares=True,
-)  # fmt: skip
+    label="Resample both maps to one grid",
+    prepares=True,
+)
 OFFSET = Option(
-    "offset", Panel.BODIES, "LENGTHS",
-    'Shift (y, x) of the aligned counter-map: "0 um, 5 um".', parsing.offset, None,
-    "Counter-map shift (y, x)", prepares=True,
-)  # fmt: skip
+    "offset",
+    Panel.BODIES,
+    "LENGTHS",
+    'Shift (y, x) of the aligned counter-map: "0 um, 5 um".',
+    parsing.offset,
+    None,
+    "Counter-map shift (y, x)",
+    prepares=True,
+)
 ANGLE = Option(
-    "angle", Panel.BODIES, "DEGREES",
+    "angle",
+    Panel.BODIES,
+    "DEGREES",
     "Rotation of the aligned counter-map, degrees counterclockwise.",
-    parsing.number, None, "Rotation of counter-map", prepares=True,
-)  # fmt: skip
+    parsing.number,
+    None,
+    "Rotation of counter-map",
+    prepares=True,
+)
 MIRROR = flag_option(
-    "mirror", Panel.BODIES,
+    "mirror",
+    Panel.BODIES,
     "Mirror the aligned counter-map (measured from its own front).",
-    label="Mirror counter-map", prepares=True,
-)  # fmt: skip
+    label="Mirror counter-map",
+    prepares=True,
+)
 MOVES: tuple[Option[Any], ...] = (ALIGN, OFFSET, ANGLE, MIRROR)
 SHAPES = (BODY, COUNTER_BODY, COUNTER_SURFACE, *MOVES)
 CEILING: Option[str | float | None] = Option(
-    "ceiling", Panel.BODIES, "PRESSURE",
+    "ceiling",
+    Panel.BODIES,
+    "PRESSURE",
     'Pressure ceiling: "3 GPa", "62 HRC", calibrated, auto (3σ_Y) or none '
-    '(elastic); default: auto.',
-    parsing.ceiling, "auto", "Pressure ceiling", whole_map=False,
-)  # fmt: skip
+    "(elastic); default: auto.",
+    parsing.ceiling,
+    "auto",
+    "Pressure ceiling",
+    whole_map=False,
+)
 BOUNDARY: Option[str] = Option(
-    "boundary", Panel.BODIES, "KIND",
+    "boundary",
+    Panel.BODIES,
+    "KIND",
     "Beyond the map edge. "
     f"{'; '.join(f'{kind}: {kind.meaning}' for kind in Boundary)}; default: free.",
-    parsing.choice(*Boundary), Boundary.FREE, "Boundary", whole_map=False,
-)  # fmt: skip
+    parsing.choice(*Boundary),
+    Boundary.FREE,
+    "Boundary",
+    whole_map=False,
+)
 BODIES = (*MATERIALS, *SHAPES, CEILING, BOUNDARY)
 
 # The load on them
 
 LOAD = Option(
-    "load", Panel.BODIES, "LOAD",
+    "load",
+    Panel.BODIES,
+    "LOAD",
     'Load: "1 N", nominal pressure "20 MPa", or line load "600 N/mm".',
-    parsing.load, None, whole_map=False,
-)  # fmt: skip
+    parsing.load,
+    None,
+    whole_map=False,
+)
 HERTZ = Option(
-    "hertz", Panel.BODIES, "PRESSURE",
+    "hertz",
+    Panel.BODIES,
+    "PRESSURE",
     'Load given as Hertz peak pressure of the smooth bodies: "1.5 GPa".',
-    parsing.hertz_load, None, "Hertz pressure",
-)  # fmt: skip
+    parsing.hertz_load,
+    None,
+    "Hertz pressure",
+)
 APPROACH = Option(
-    "approach", Panel.BODIES, "LENGTH", 'Approach from first contact, instead of a load: "1 um".',
-    LENGTH, None, whole_map=False,
-)  # fmt: skip
+    "approach",
+    Panel.BODIES,
+    "LENGTH",
+    'Approach from first contact, instead of a load: "1 um".',
+    LENGTH,
+    None,
+    whole_map=False,
+)
 LOAD_POINT = Option(
-    "load-point", Panel.BODIES, "LENGTHS",
+    "load-point",
+    Panel.BODIES,
+    "LENGTHS",
     "Load position (y, x) from the map center; allows tilt. Default: no tilt.",
-    parsing.offset, None,
+    parsing.offset,
+    None,
     "Load position (y, x)",
-)  # fmt: skip
+)
 LOADS = (LOAD, HERTZ, APPROACH, LOAD_POINT)
 LOAD_RULES = (Rule(ONE_OF, LOAD, HERTZ, APPROACH, text="1 N"), Rule(NEEDS, LOAD_POINT, LOAD, HERTZ))
 
 # How exactly it is solved
 
 TOLERANCE = Option(
-    "tolerance", Panel.SOLVER, "NUMBER",
-    "Certificate limit; default: 1e-6 (single precision: 1e-4).", parsing.number, None,
-)  # fmt: skip
-TOLERANCE_DOUBLE = Option(
-    "tolerance", Panel.SOLVER, "NUMBER", "Certificate limit; default: 1e-6.", parsing.number,
+    "tolerance",
+    Panel.SOLVER,
+    "NUMBER",
+    "Certificate limit; default: 1e-6 (single precision: 1e-4).",
+    parsing.number,
     None,
-)  # fmt: skip
+)
+TOLERANCE_DOUBLE = Option(
+    "tolerance", Panel.SOLVER, "NUMBER", "Certificate limit; default: 1e-6.", parsing.number, None
+)
 MAX_ITERATIONS = Option(
-    "max-iterations", Panel.SOLVER, "NUMBER",
-    "Maximum convolutions per grid; default: 2000.", ITERATIONS, None, "Maximum convolutions",
-)  # fmt: skip
+    "max-iterations",
+    Panel.SOLVER,
+    "NUMBER",
+    "Maximum convolutions per grid; default: 2000.",
+    ITERATIONS,
+    None,
+    "Maximum convolutions",
+)
 PRECISION: Option[str | None] = Option(
-    "precision", Panel.SOLVER, "double|single",
+    "precision",
+    Panel.SOLVER,
+    "double|single",
     "double or single (two thirds of the memory); default: double.",
-    parsing.choice("double", "single"), None,
-)  # fmt: skip
+    parsing.choice("double", "single"),
+    None,
+)
 SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 SOLVER_DOUBLE = (TOLERANCE_DOUBLE, MAX_ITERATIONS)
 
 # What is written and shown
 
 FIGURES = Option(
-    "figures", Panel.OUTPUT, "FOLDER|PREFIX",
+    "figures",
+    Panel.OUTPUT,
+    "FOLDER|PREFIX",
     "Figures: folder or file prefix; add .svg or .pdf for the format.",
-    parsing.as_text, None, suffixes=PICTURES,
-)  # fmt: skip
+    parsing.as_text,
+    None,
+    suffixes=PICTURES,
+)
 REPORT = file_option(
-    "report", "FILE.html", "Report with figures as one HTML file.", (".html",),
-    whole_map=False,
-)  # fmt: skip
+    "report", "FILE.html", "Report with figures as one HTML file.", (".html",), whole_map=False
+)
 FOLDER = file_option("folder", "FOLDER", "Folder for finished steps; the same command resumes.")
 JSON = flag_option("json", Panel.OUTPUT, "Print JSON in SI units.", whole_map=False)
 QUIET = flag_option("quiet", Panel.OUTPUT, "Print errors only.", whole_map=False)

@@ -197,9 +197,13 @@ def coatings(text: str, argument: str) -> tuple[Layer, ...]:
 
 
 _CONSTANTS = {
-    "e": "young", "nu": "poisson", "y": "yield_strength", "h": "hardness", "name": "name",
+    "e": "young",
+    "nu": "poisson",
+    "y": "yield_strength",
+    "h": "hardness",
+    "name": "name",
     "s": "residual_stress",
-}  # fmt: skip
+}
 
 
 def loads(text: str, argument: str) -> tuple[float | Load, ...]:
@@ -324,8 +328,9 @@ def parse_bytes(text: str, argument: str) -> int:
     if size < 1:
         raise InputError(
             f"must be a size such as '500 MB' or '2 GiB', got {text!r}",
-            argument=argument, value=text,
-        )  # fmt: skip
+            argument=argument,
+            value=text,
+        )
     return int(size)
 
 
@@ -340,8 +345,9 @@ def origin(text: str, argument: str) -> str:
     if parts.scheme not in ("http", "https") or not parts.hostname or rest or "*" in parts.hostname:
         raise InputError(
             f"must be an address such as 'http://lab-pc:5106', got {text!r}",
-            argument=argument, value=text,
-        )  # fmt: skip
+            argument=argument,
+            value=text,
+        )
     name = f"[{parts.hostname}]" if ":" in parts.hostname else parts.hostname
     usual = {"http": 80, "https": 443}[parts.scheme]
     return f"{parts.scheme}://{name}" + (f":{port}" if port not in (None, usual) else "")

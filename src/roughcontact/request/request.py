@@ -122,10 +122,13 @@ class Request(OptionValues):
         """Raise `InputError` unless one of the bodies can yield."""
         if all(body.yield_strength is None for body in self.bodies()):
             raise InputError(
-                requested, " needs a ", ArgumentRef("yield_strength"),
-                " such as '1 GPa', or a ", ArgumentRef("material"),
+                requested,
+                " needs a ",
+                ArgumentRef("yield_strength"),
+                " such as '1 GPa', or a ",
+                ArgumentRef("material"),
                 " that has one: otherwise nothing can yield",
-            )  # fmt: skip
+            )
 
     @property
     def _written(self) -> list[tuple[Option[Any], Path]]:
@@ -218,10 +221,13 @@ class Request(OptionValues):
         for option, example in zip(constants, ("210 GPa", "0.3"), strict=False):
             if known is None and self[option] is None:
                 raise InputError(
-                    "is needed, such as ", ArgumentRef(option.argument, example), "; or ",
-                    ArgumentRef(material.argument), " with a name of the catalog",
+                    "is needed, such as ",
+                    ArgumentRef(option.argument, example),
+                    "; or ",
+                    ArgumentRef(material.argument),
+                    " with a name of the catalog",
                     argument=option.argument,
-                )  # fmt: skip
+                )
         try:
             return Material(**values) if known is None else replace(known, **specified)
         except InputError as error:
@@ -431,9 +437,13 @@ def _swift_law(yield_strength: float | None, constants: tuple[float, ...]) -> ha
             units.format_engineering(value, "Pa") for value in (swift.initial, yield_strength)
         )
         raise InputError(
-            f"starts at a yield strength of {first}, but ", ArgumentRef("yield_strength"),
-            f" is {other}; leave ", ArgumentRef("yield_strength"), " out", argument="hardening",
-        )  # fmt: skip
+            f"starts at a yield strength of {first}, but ",
+            ArgumentRef("yield_strength"),
+            f" is {other}; leave ",
+            ArgumentRef("yield_strength"),
+            " out",
+            argument="hardening",
+        )
     return swift
 
 

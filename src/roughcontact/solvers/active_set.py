@@ -369,11 +369,7 @@ class _Free(NamedTuple):
 
 
 def active_set_step(
-    now: Iterate,
-    viewer: Evaluator,
-    patches: Patches,
-    tolerance: float,
-    max_iterations: int,
+    now: Iterate, viewer: Evaluator, patches: Patches, tolerance: float, max_iterations: int
 ) -> NDArray[np.float64]:
     """Solve on the free pixels by conjugate gradients; return the pressure, kept admissible."""
     result = _solve_free(now, viewer, patches, tolerance, max_iterations)
@@ -381,11 +377,7 @@ def active_set_step(
 
 
 def step_along_arc(
-    now: Iterate,
-    viewer: Evaluator,
-    patches: Patches,
-    tolerance: float,
-    max_iterations: int,
+    now: Iterate, viewer: Evaluator, patches: Patches, tolerance: float, max_iterations: int
 ) -> Iterate:
     """Solve on the free pixels, bounds or not, and go that way along the bounds.
 
@@ -510,10 +502,12 @@ def _orthonormal(rows: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
     products = np.array([[sums.dot(one, two) for two in rows] for one in rows])
     squares, axes = np.linalg.eigh(products)
     apart = squares > _ALIKE * squares[-1]
-    return np.array([
-        axis[0] * rows[0] + axis[1] * rows[1] + axis[2] * rows[2]
-        for axis in (axes[:, apart] / np.sqrt(squares[apart])).T
-    ])  # fmt: skip
+    return np.array(
+        [
+            axis[0] * rows[0] + axis[1] * rows[1] + axis[2] * rows[2]
+            for axis in (axes[:, apart] / np.sqrt(squares[apart])).T
+        ]
+    )
 
 
 def _remove_projection(
@@ -537,10 +531,7 @@ def _excess(x: NDArray[np.float64], limit: Limit, sums: Sums) -> float:
 
 
 def _feasible_length(
-    x: NDArray[np.float64],
-    direction: NDArray[np.float64],
-    limit: Limit,
-    sums: Sums,
+    x: NDArray[np.float64], direction: NDArray[np.float64], limit: Limit, sums: Sums
 ) -> float:
     """Return how far values within their bounds can move before the first of them meets one."""
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -150,10 +150,17 @@ def solve(
         pixel = (2**depth if problem.shape[0] > 1 else 1, 2**depth)
         level_operator = finest_operator if finest else family(level.shape, pixel)
         solution = _solve_level(
-            level, level_operator, family, pixel, first,
-            tolerance if finest else max(tolerance, _COARSE_TOLERANCE), max_iterations, note,
-            warm=start is not None, interruptible=interruptible,
-        )  # fmt: skip
+            level,
+            level_operator,
+            family,
+            pixel,
+            first,
+            tolerance if finest else max(tolerance, _COARSE_TOLERANCE),
+            max_iterations,
+            note,
+            warm=start is not None,
+            interruptible=interruptible,
+        )
         if solution.status is Status.INTERRUPTED:
             max_iterations = 0  # On finer grids it is only looked at
         if not finest:

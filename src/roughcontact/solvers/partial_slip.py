@@ -30,12 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.solvers.operator import Sums, norm
-from roughcontact.solvers.preconditioner import (
-    block_edges,
-    block_of,
-    forces_on_blocks,
-    own_part,
-)
+from roughcontact.solvers.preconditioner import block_edges, block_of, forces_on_blocks, own_part
 from roughcontact.solvers.progress import Status
 
 Array = NDArray[np.float64]
@@ -171,11 +166,14 @@ def _dual(
     parts = sums.allreduce(
         np.array(
             [
-                *clipped.sum(axis=1), energy.sum(),
-                (ratio * (1 - y * y)).sum(), -(ratio * y * x).sum(), (ratio * (1 - x * x)).sum(),
+                *clipped.sum(axis=1),
+                energy.sum(),
+                (ratio * (1 - y * y)).sum(),
+                -(ratio * y * x).sum(),
+                (ratio * (1 - x * x)).sum(),
             ]
         )
-    )  # fmt: skip
+    )
     matrix = np.array([[parts[3], parts[4]], [parts[4], parts[5]]])
     return clipped, total - parts[:2], float(parts[2] - total @ shift), matrix
 
@@ -449,12 +447,15 @@ class _Solver:
         solution = solve(
             coarse,
             PartialSlipProblem(
-                index, bound[index], offset / bound[index],
+                index,
+                bound[index],
+                offset / bound[index],
                 total=None if problem.total is None else problem.total / pixels,
-                shift=problem.shift, scale=problem.scale,
+                shift=problem.shift,
+                scale=problem.scale,
             ),
             _COARSE,
-        )  # fmt: skip
+        )
         part = np.zeros((2, number))
         part[:, index] = solution.traction / bound[index]
         return part[:, block] * self.bound

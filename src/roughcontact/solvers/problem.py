@@ -404,11 +404,7 @@ def _combined(rows: NDArray[np.float64], factors: NDArray[np.float64]) -> NDArra
 
 
 def _length(
-    start: float,
-    moved: NDArray[np.float64],
-    along: NDArray[np.float64],
-    limit: Limit,
-    sums: Sums,
+    start: float, moved: NDArray[np.float64], along: NDArray[np.float64], limit: Limit, sums: Sums
 ) -> float:
     """Return where the slope along a step is nearly zero, ``start`` at its beginning.
 

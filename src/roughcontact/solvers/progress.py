@@ -264,7 +264,7 @@ def _error(state: Progress) -> float:
 
 
 def shows_progress_bar(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a function that takes ``progress`` draw a `ProgressBar` on standard error if it is ``True``."""
+    """Return a function that draws a `ProgressBar` on standard error if ``progress=True``."""
 
     @functools.wraps(function)
     def call(*positional: P.args, **named: P.kwargs) -> R:

@@ -339,8 +339,10 @@ def solve(
             tilt = rest
             gap = problem.initial_gap + tilt[0] * y + tilt[1] * x
             solution = bounded.solve(
-                replace(problem, initial_gap=gap, moments=moments), family,
-                max_iterations=left, **options,
-            )  # fmt: skip
+                replace(problem, initial_gap=gap, moments=moments),
+                family,
+                max_iterations=left,
+                **options,
+            )
     slope_y, slope_x = (tilt + solution.tilt) / side
     return solution, (float(slope_y), float(slope_x))

@@ -11,9 +11,9 @@ summit would count as an outlier: remove the form first.
 holes, and how far to the left and right that whole strip can be moved. The largest rectangle is
 one of them.
 
-`fill_missing`: Solves the five-point Laplace equation, weights 1/dy² and 1/dx², on the missing points
-alone, with the measured rim as boundary values and zero slope across the edge of the map. Up to
-50 000 missing points are solved directly, more by conjugate gradients with a multigrid
+`fill_missing`: Solves the five-point Laplace equation, weights 1/dy² and 1/dx², on the missing
+points alone, with the measured rim as boundary values and zero slope across the edge of the map.
+Up to 50 000 missing points are solved directly, more by conjugate gradients with a multigrid
 preconditioner to a residual of 1e-10 of the right-hand side.
 """
 
@@ -160,7 +160,8 @@ def fill_missing(heights: Array, pixel: tuple[float, float], maximum: float = 1.
     share = float(missing.mean())
     if not share <= maximum:
         raise InputError(
-            f"has no height at {format_percent(share)} of its points, and at most {format_percent(maximum)} are "
+            f"has no height at {format_percent(share)} of its points, and at most "
+            f"{format_percent(maximum)} are "
             "filled: crop it, let the missing points never touch (masked), or fill them all with "
             f"{ArgumentRef('most', 1.0)}",
             argument="surface",

@@ -1,9 +1,8 @@
 """Waves of a map: Gaussian filters after ISO 16610, and resampling.
 
-`gaussian_lowpass`: Weights exp(-π (x² + y²)/(α λ)²)/(α λ)², α = √(ln 2/π), sampled at the pixels and
-cut off at 1.5 λ, where they are 1e-14 of the central one. Below about five pixels the sampled
-weights let more than 50 % pass; their width is then chosen anew per axis, so that exactly 50 %
-pass.
+`gaussian_lowpass`: Weights exp(-π (x² + y²)/(α λ)²)/(α λ)², α = √(ln 2/π), sampled at the pixels
+and cut off at 1.5 λ, where they are 1e-14 of the central one. Below about five pixels the sampled
+weights transmit more than 50 %; their width is then adjusted per axis to transmit exactly 50 %.
 
 Edges and holes: normalised convolution, that is, the weights of the valid points are scaled to
 the sum 1 (a regression of order zero). Constants pass everywhere; a tilt or a form passes
@@ -81,7 +80,8 @@ def gaussian_band(
             _check_cutoff(heights.shape, pixel, cutoff)
     if s is not None and l is not None and not s < l:
         raise InputError(
-            f"must be below l, got s = {format_engineering(s, 'm')} and l = {format_engineering(l, 'm')}: "
+            f"must be below l, got s = {format_engineering(s, 'm')} and l = "
+            f"{format_engineering(l, 'm')}: "
             "no waves are left",
             argument="s",
         )

@@ -14,12 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools.arguments import as_pair, validate_arguments
-from roughcontact.errors import (
-    ArgumentRef,
-    InputError,
-    input_error,
-    require_positive,
-)
+from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
 from roughcontact.halfspace import fft
 from roughcontact.surface import grid, random_surfaces
 from roughcontact.surface.alignment import cosine_sine
@@ -198,8 +193,8 @@ def generate(
     -------
     Surface
         With requested and measured parameters in its provenance; see
-        `compare_parameters`. But for grooves of turning across a corner it is periodic. Equal seeds give
-        the same waves on every grid over the same sides.
+        `compare_parameters`. It is periodic, except for grooves of turning across a corner.
+        Equal seeds give the same waves on every grid over the same sides.
 
     Raises
     ------
@@ -233,10 +228,20 @@ def generate(
     require_grid(shape, edges, grid.TRANSLATED)
     seed = random_surfaces.seed_of(rng)
     specified = _in_metres(
-        Sq=Sq, Sal=Sal, Sdq=Sdq, hurst=hurst, rolloff_wavelength=rolloff_wavelength,
-        cutoff_wavelength=cutoff_wavelength, Str=Str, lay=lay, Ssk=Ssk, Sku=Sku, honing=honing,
-        turning=turning, seed=seed,
-    )  # fmt: skip
+        Sq=Sq,
+        Sal=Sal,
+        Sdq=Sdq,
+        hurst=hurst,
+        rolloff_wavelength=rolloff_wavelength,
+        cutoff_wavelength=cutoff_wavelength,
+        Str=Str,
+        lay=lay,
+        Ssk=Ssk,
+        Sku=Sku,
+        honing=honing,
+        turning=turning,
+        seed=seed,
+    )
     feed = _feed(specified)
     requested = _resolved_request(specified, edges, feed)
     if feed is None:
@@ -269,12 +274,17 @@ def _resolved_request(
     )
     honed = specified["Str"] is None and specified["honing"] is not None
     requested = _RequestedParameters(
-        specified["Sq"], specified["Sal"], specified["Sdq"], specified["hurst"],
+        specified["Sq"],
+        specified["Sal"],
+        specified["Sdq"],
+        specified["hurst"],
         specified["rolloff_wavelength"] or feed,
         specified["cutoff_wavelength"] or _CUTOFF * max(pixel),
         _HONED if honed else specified["Str"],
-        specified["lay"], (specified["Ssk"], kurtosis), specified["honing"],
-    )  # fmt: skip
+        specified["lay"],
+        (specified["Ssk"], kurtosis),
+        specified["honing"],
+    )
     _check(requested, pixel, specified)
     return requested
 
@@ -477,9 +487,11 @@ def _impose_moments(
             # The search has left all distributions.
             raise InputError(
                 f"{wanted[0]:.3g} with Sku {wanted[1]:.3g} is not reachable, too few waves fit; "
-                "use a shorter ", ArgumentRef("cutoff_wavelength"), " or a larger map",
+                "use a shorter ",
+                ArgumentRef("cutoff_wavelength"),
+                " or a larger map",
                 argument="Ssk",
-            ) from None  # fmt: skip
+            ) from None
         state = _State([_phases(fft.rfft2(_rank_transform(part, ranks))) for part in parts], aim)
     return heights, state
 

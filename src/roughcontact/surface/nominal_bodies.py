@@ -106,9 +106,11 @@ class NominalForm:
     def __post_init__(self) -> None:
         """Say what a call takes."""
         about = _CONTRACT.format(
-            word=self.word, size=self.size, size_text=self.size_text.capitalize(),
+            word=self.word,
+            size=self.size,
+            size_text=self.size_text.capitalize(),
             option=_OPTIONS[self.option],
-        )  # fmt: skip
+        )
         object.__setattr__(self, "__doc__", about)
 
     def __repr__(self) -> str:
@@ -184,51 +186,72 @@ class NominalForm:
 
 
 sphere = NominalForm(
-    "sphere", "radius", "the radius",
+    "sphere",
+    "radius",
+    "the radius",
     lambda radius: f"sphere of radius {_length(radius)}",
-    ("sphere 10 mm",), curvatures=lambda radius: (1 / radius, 1 / radius),
-)  # fmt: skip
+    ("sphere 10 mm",),
+    curvatures=lambda radius: (1 / radius, 1 / radius),
+)
 """Sphere of a radius: a nominal body, or a surface with ``shape`` and ``pixel``."""
 ellipsoid = NominalForm(
-    "ellipsoid", "radii", "each radius of curvature",
+    "ellipsoid",
+    "radii",
+    "each radius of curvature",
     lambda radii, angle: (
         f"ellipsoid of the radii of curvature {_length(radii[0])} along y and "
         f"{_length(radii[1])} along x"
         f"{f', turned by {angle:g} degrees counter-clockwise' if angle else ''}"
     ),
-    ("ellipsoid 10 mm 4 mm 30 deg",), "angle", 2, lambda radii: (1 / radii[0], 1 / radii[1]),
-)  # fmt: skip
+    ("ellipsoid 10 mm 4 mm 30 deg",),
+    "angle",
+    2,
+    lambda radii: (1 / radii[0], 1 / radii[1]),
+)
 cylinder = NominalForm(
-    "cylinder", "radius", "the radius",
+    "cylinder",
+    "radius",
+    "the radius",
     lambda radius, angle: (
         f"cylinder of radius {_length(radius)}, axis at {angle:g} degrees counter-clockwise from x"
     ),
-    ("cylinder 5 mm 90 deg",), "angle", curvatures=lambda radius: (1 / radius, 0.0),
-)  # fmt: skip
+    ("cylinder 5 mm 90 deg",),
+    "angle",
+    curvatures=lambda radius: (1 / radius, 0.0),
+)
 """Cylinder of a radius and the angle of its axis, as `sphere`."""
 punch = NominalForm(
-    "punch", "radius", "the radius",
+    "punch",
+    "radius",
+    "the radius",
     lambda radius, edge_radius: f"round punch of radius {_length(radius)}{_edge(edge_radius)}",
-    ("punch 20 um", "punch 20 um 10 um", "punch 20 um edge 2 um"), "edge_radius",
-)  # fmt: skip
+    ("punch 20 um", "punch 20 um 10 um", "punch 20 um edge 2 um"),
+    "edge_radius",
+)
 rectangular_punch = NominalForm(
-    "rectangular_punch", "sides", "each side",
+    "rectangular_punch",
+    "sides",
+    "each side",
     lambda sides, edge_radius: (
         f"rectangular punch of {_length(sides[0])} along y by {_length(sides[1])} along x"
         f"{_edge(edge_radius)}"
     ),
-    option="edge_radius", count=2,
-)  # fmt: skip
+    option="edge_radius",
+    count=2,
+)
 cone = NominalForm(
     "cone", "slope", "the slope", lambda slope: f"cone of slope {slope:g}", ("cone 0.01",)
 )
 wedge = NominalForm(
-    "wedge", "slope", "the slope",
+    "wedge",
+    "slope",
+    "the slope",
     lambda slope, angle: (
         f"wedge of slope {slope:g}, ridge at {angle:g} degrees counter-clockwise from x"
     ),
-    ("wedge 0.01 90 deg",), "angle",
-)  # fmt: skip
+    ("wedge 0.01 90 deg",),
+    "angle",
+)
 
 BODIES = {
     form.name: form for form in (sphere, ellipsoid, cylinder, punch, rectangular_punch, cone, wedge)

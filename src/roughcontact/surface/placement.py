@@ -124,7 +124,7 @@ def match_grids(
             ),
         ],
         shape,
-    )  # fmt: skip
+    )
     # From the middle of the rectangle to that of the whole grid.
     back_y, back_x = (
         ((points - 1) / 2 - (stop + start - 1) / 2) * edge

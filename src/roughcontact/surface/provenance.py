@@ -375,11 +375,19 @@ def _nothing(specified: _Said, result: _Said) -> tuple[str, ...]:
 
 
 _ORIGINS: dict[str, _Words] = {
-    "Surface": _nothing, "reference_map": _nothing, "generate": _generated, "read_surface": _read,
-    "nominal.flat": _nothing, "nominal.sphere": _body, "nominal.ellipsoid": _body,
-    "nominal.cylinder": _body, "nominal.punch": _body, "nominal.rectangular_punch": _body,
-    "nominal.cone": _body, "nominal.wedge": _body,
-}  # fmt: skip
+    "Surface": _nothing,
+    "reference_map": _nothing,
+    "generate": _generated,
+    "read_surface": _read,
+    "nominal.flat": _nothing,
+    "nominal.sphere": _body,
+    "nominal.ellipsoid": _body,
+    "nominal.cylinder": _body,
+    "nominal.punch": _body,
+    "nominal.rectangular_punch": _body,
+    "nominal.cone": _body,
+    "nominal.wedge": _body,
+}
 
 _WORDS: dict[str, _Words] = {
     **_ORIGINS,

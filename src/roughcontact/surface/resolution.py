@@ -308,7 +308,10 @@ def wave_limits(heights: Array, pixel: tuple[float, float]) -> list[Limit]:
         limits.append(Limit(LimitCause.NOISE, wave, Sentence(text, *_filtered(wave))))
     wave = smoothing_cutoff(part, pixel)
     if wave is not None:
-        text = f"No detail {_below_limit(wave, pixel).lower()}: smoothed, oversampled, or a smooth surface."
+        text = (
+            f"No detail {_below_limit(wave, pixel).lower()}: smoothed, oversampled, or a smooth "
+            "surface."
+        )
         limits.append(Limit(LimitCause.SMOOTHING, wave, text))
     return limits
 

@@ -66,8 +66,9 @@ def autocorrelation(heights: Array) -> Array:
         scratch[rows, :nx] = z
     function = _sums_over_pairs(scratch, half_y, half_x)
     if count == heights.size:
-        pairs = np.outer(ny - np.abs(np.arange(-half_y, half_y + 1.0)),
-                         nx - np.arange(half_x + 1.0))  # fmt: skip
+        pairs = np.outer(
+            ny - np.abs(np.arange(-half_y, half_y + 1.0)), nx - np.arange(half_x + 1.0)
+        )
     else:
         for rows in grid.row_blocks(heights.shape):
             scratch[rows, :nx] = ~np.isnan(heights[rows])
@@ -167,8 +168,9 @@ def _sums_over_pairs(padded: Array, half_y: int, half_x: int) -> Array:
     for rows in grid.row_blocks(spectrum.shape):
         spectrum[rows] = np.square(spectrum[rows].real) + np.square(spectrum[rows].imag)
     sums: Array = fft.irfft2(spectrum, padded.shape)
-    return np.concatenate([sums[padded.shape[0] - half_y :, : half_x + 1],
-                           sums[: half_y + 1, : half_x + 1]])  # fmt: skip
+    return np.concatenate(
+        [sums[padded.shape[0] - half_y :, : half_x + 1], sums[: half_y + 1, : half_x + 1]]
+    )
 
 
 def _crossings(
@@ -213,8 +215,10 @@ def _border(half_y: int, half_x: int) -> tuple[NDArray[np.int64], NDArray[np.int
 def _bilinear(values: Array, y: Array, x: Array) -> Array:
     row = np.clip(y.astype(np.int64), 0, max(values.shape[0] - 2, 0))
     column = np.clip(x.astype(np.int64), 0, max(values.shape[1] - 2, 0))
-    below, right = (np.minimum(index + 1, length - 1)
-                    for index, length in zip((row, column), values.shape, strict=True))  # fmt: skip
+    below, right = (
+        np.minimum(index + 1, length - 1)
+        for index, length in zip((row, column), values.shape, strict=True)
+    )
     v, u = y - row, x - column
     upper = (1 - u) * values[row, column] + u * values[row, right]
     lower = (1 - u) * values[below, column] + u * values[below, right]

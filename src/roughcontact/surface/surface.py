@@ -88,8 +88,8 @@ class Surface(Displayable):
 
     Notes
     -----
-    A profile is stored as a map of one row of pixels `grid.PROFILE_WIDTH` = 1 m wide. Forces [N] and areas
-    [m²] of a map are line loads [N/m] and lengths [m] of a profile.
+    A profile is stored as a map of one row of pixels `grid.PROFILE_WIDTH` = 1 m wide. Forces [N]
+    and areas [m²] of a map are line loads [N/m] and lengths [m] of a profile.
     """
 
     heights: NDArray[np.float64]
@@ -420,7 +420,8 @@ class Surface(Displayable):
             shape = (round(ratios[0]), round(ratios[1]))
             if min(shape[self.is_profile :]) < 2:
                 raise InputError(
-                    f"must be at most half the map, {format_lengths(self.size)}, got {format_lengths(wanted)}",
+                    f"must be at most half the map, {format_lengths(self.size)}, got "
+                    f"{format_lengths(wanted)}",
                     argument="pixel",
                     value=pixel,
                 )
@@ -487,8 +488,10 @@ class Surface(Displayable):
         """
         if form.shape != self.shape or not np.allclose(form.pixel, self.pixel, rtol=1e-9, atol=0):
             raise InputError(
-                f"has {form.shape} pixels of {format_lengths(form.pixel)}, the surface {self.shape} of "
-                f"{format_lengths(self.pixel)}: make it with shape=surface.shape, pixel=surface.pixel, or "
+                f"has {form.shape} pixels of {format_lengths(form.pixel)}, the surface "
+                f"{self.shape} of "
+                f"{format_lengths(self.pixel)}: make it with shape=surface.shape, "
+                "pixel=surface.pixel, or "
                 "bring it there with form.aligned(surface)",
                 argument="form",
             )

@@ -141,10 +141,11 @@ def _by_images(pressure: Array, deviation: Array, ceiling: Array) -> tuple[Array
 def _by_waves(pressure: Array, deviation: Array, ceiling: Array) -> tuple[Array, Array]:
     """Return the same of distributions that are wide; see `persson_fractions`."""
     terms = (
-        2 / (_WAVES * math.pi)
+        2
+        / (_WAVES * math.pi)
         * np.sin(_WAVES * math.pi * pressure / ceiling)
         * np.exp(-((_WAVES * math.pi * deviation / ceiling) ** 2) / 2)
-    )  # fmt: skip
+    )
     sign = np.where(_WAVES % 2, 1.0, -1.0)
     # The plain part of the yielded series is p̄/p_lim.
     saturated = pressure / ceiling - np.sum(sign * terms, axis=0)

@@ -207,9 +207,15 @@ def from_summary(record: Mapping[str, Any]) -> Uncertainty:
         name: math.nan if ratio is None else ratio for name, ratio in record["closing"].items()
     }
     return Uncertainty(
-        intervals, closing, tool and Instrument(**tool), record["shortest_wave"],
-        record["resolved"], record["draws"], record["seed"], tuple(record["remarks"]),
-    )  # fmt: skip
+        intervals,
+        closing,
+        tool and Instrument(**tool),
+        record["shortest_wave"],
+        record["resolved"],
+        record["draws"],
+        record["seed"],
+        tuple(record["remarks"]),
+    )
 
 
 def uncertainty_intervals(

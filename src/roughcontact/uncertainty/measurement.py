@@ -104,10 +104,14 @@ NUMBERS: dict[str, _Number] = {
 """Numbers with an interval."""
 
 SOURCES = {
-    Cause.RESOLUTION: ("resolution",), Cause.TIP: ("tip",), Cause.NOISE: ("noise",),
-    Cause.SHORT_WAVES: ("exponent", "level"), Cause.SHORTEST_WAVE: ("waves",),
-    Cause.OTHER_MAPS: ("finer resolution", "finer level"), Cause.SUMMITS: ("summits",),
-}  # fmt: skip
+    Cause.RESOLUTION: ("resolution",),
+    Cause.TIP: ("tip",),
+    Cause.NOISE: ("noise",),
+    Cause.SHORT_WAVES: ("exponent", "level"),
+    Cause.SHORTEST_WAVE: ("waves",),
+    Cause.OTHER_MAPS: ("finer resolution", "finer level"),
+    Cause.SUMMITS: ("summits",),
+}
 """Causes that draws move, each with the deviations that it draws."""
 
 
@@ -150,9 +154,16 @@ def uncertainty(
         *_modeling_remarks(study, numbers, intervals),
     )
     return Uncertainty(
-        intervals, closing, instrument, wave, 1 / measured.reach, draws, seed, remarks,
+        intervals,
+        closing,
+        instrument,
+        wave,
+        1 / measured.reach,
+        draws,
+        seed,
+        remarks,
         Surface(study.base, measured.fine),
-    )  # fmt: skip
+    )
 
 
 # --- Which contacts and maps ---
@@ -191,15 +202,18 @@ def check(result: ContactResult) -> None:
     share = surface.provenance.filled_share(surface.heights.size)
     if share > MOST_FILLED:
         raise InputError(
-            f"has {format_percent(share)} filled points; intervals need at most {format_percent(MOST_FILLED)}",
+            f"has {format_percent(share)} filled points; intervals need at most "
+            f"{format_percent(MOST_FILLED)}",
             argument="surface",
         )
 
 
 def _reconstruction(
-    result: ContactResult, instrument: Instrument | None, wave: float | None,
+    result: ContactResult,
+    instrument: Instrument | None,
+    wave: float | None,
     also: Sequence[Surface | tuple[Surface, Instrument | str]],
-) -> Reconstruction:  # fmt: skip
+) -> Reconstruction:
     """Return the map with its instrument, or with a perfect one."""
     surface, tool = result.surface, instrument or Instrument(resolution=0.0, u_resolution=0.0)
     measured = _measured(surface, tool, wave)
@@ -213,7 +227,8 @@ def _reconstruction(
     least = min(max(maps.pixel) for maps in (measured, *others))
     if wave is not None and not wave >= least:
         raise InputError(
-            f"must be at least one pixel = {format_engineering(least, 'm')}, got {format_engineering(wave, 'm')}",
+            f"must be at least one pixel = {format_engineering(least, 'm')}, got "
+            f"{format_engineering(wave, 'm')}",
             argument="shortest_wave",
         )
     # Four points in the shortest wave, or two where it takes more than four in a pixel.
@@ -225,9 +240,12 @@ def _reconstruction(
         raise InputError(
             f"is drawn on {rows} × {columns} points, and intervals take at most "
             f"{math.isqrt(MOST_POINTS)} × {math.isqrt(MOST_POINTS)}: crop the map, resample it "
-            "with ", ArgumentRef("pixel"), ", or give ", ArgumentRef("shortest_wave"),
+            "with ",
+            ArgumentRef("pixel"),
+            ", or give ",
+            ArgumentRef("shortest_wave"),
             argument="surface",
-        )  # fmt: skip
+        )
     _require_unsmoothed(surface, measured.instrument, wave)
     if measured.is_worn:
         measured = _on_even_scale(measured)
@@ -262,13 +280,18 @@ def _other_map(
 
 
 def _measured(surface: Surface, tool: Instrument, wave: float | None) -> Reconstruction:
-    leveled = (step.arguments["form"] for step in surface.provenance.operations
-               if step.method == "leveled")  # fmt: skip
+    leveled = (
+        step.arguments["form"] for step in surface.provenance.operations if step.method == "leveled"
+    )
     forms = [form for form in leveled if form in ("plane", "quadric")]
     return Reconstruction(
-        reconstruction.periodic_part(surface.heights), surface.pixel, _with_plateau(tool, surface),
-        wave, surface._filled, forms[-1] if forms else None,
-    )  # fmt: skip
+        reconstruction.periodic_part(surface.heights),
+        surface.pixel,
+        _with_plateau(tool, surface),
+        wave,
+        surface._filled,
+        forms[-1] if forms else None,
+    )
 
 
 def _with_plateau(tool: Instrument, surface: Surface) -> Instrument:
@@ -284,7 +307,8 @@ def _require_unsmoothed(surface: Surface, tool: Instrument, wave: float | None) 
     cutoff = resolution.smoothing_cutoff(surface.heights, surface.pixel) or 0.0
     if tool.kind == "optical" and cutoff > 2 * max(tool.resolution, wave or 0.0) > 0:
         raise InputError(
-            f"holds hardly any waves below {format_engineering(cutoff, 'm')}, though its instrument "
+            f"holds hardly any waves below {format_engineering(cutoff, 'm')}, though its "
+            "instrument "
             f"resolves {format_engineering(tool.resolution, 'm')}: it was smoothed. Give the true "
             f"resolution, or {ArgumentRef('shortest_wave')} of a surface that is so smooth",
             argument="surface",
@@ -298,8 +322,9 @@ def _require_random(measured: Reconstruction) -> None:
         raise InputError(
             f"has skewed heights (Ssk {skewness:.2g}), as structured surfaces have: its waves "
             "below the resolution are not random; measure finer, and omit ",
-            ArgumentRef("uncertainty"), argument="surface",
-        )  # fmt: skip
+            ArgumentRef("uncertainty"),
+            argument="surface",
+        )
     if kurtosis > _PEAKED:
         raise InputError(
             f"has peaks or pits among its shortest waves (kurtosis {kurtosis:.2g}, of random ones "
@@ -480,8 +505,9 @@ def _intervals(
         # On an even scale they were 5 to 21 % too high in the mean.
         and not (study.measured.scale and name in _NOT_OF_WORN)
     }
-    columns = {name: column for name, column in columns.items()
-               if all(map(math.isfinite, column.values()))}  # fmt: skip
+    columns = {
+        name: column for name, column in columns.items() if all(map(math.isfinite, column.values()))
+    }
     corrected = {name: _corrected(study, column) for name, column in columns.items()}
     # What corrects nothing has no error of its own.
     shifts = [abs(corrected[name][0] - column["map"]) for name, column in columns.items()]
@@ -530,8 +556,9 @@ def _corrected_interval(
     squares[Cause.YOUNG] = (_NORMAL * known["E"] * (number.pressure - by_load - by_ceiling)) ** 2
     squares[Cause.YIELD] = (_NORMAL * known["yield"] * by_ceiling) ** 2
     halves = {cause: math.sqrt(square) for cause, square in squares.items() if square}
-    doubts = tuple(ErrorSource(cause, math.expm1(-half), math.expm1(half))
-                   for cause, half in halves.items())  # fmt: skip
+    doubts = tuple(
+        ErrorSource(cause, math.expm1(-half), math.expm1(half)) for cause, half in halves.items()
+    )
     return min(math.exp(center), 1.0 if name.endswith("fraction") else math.inf), doubts
 
 
@@ -547,8 +574,11 @@ _NOT_OF_WORN = ("approach", "stiffness", "constriction_length")
 # surfaces of `benchmarks/interval_coverage.py` (seeds 5100 to 5299); 180 others then held 96 %.
 _WORN, _ELASTIC_AREA = 1.6, 1.25
 _UNDER_A_TIP = {
-    "contact_fraction": 1.2, "mean_pressure": 1.2, "mean_gap": 1.5, "constriction_length": 1.5,
-}  # fmt: skip
+    "contact_fraction": 1.2,
+    "mean_pressure": 1.2,
+    "mean_gap": 1.5,
+    "constriction_length": 1.5,
+}
 
 
 def _corrected(
@@ -564,8 +594,11 @@ def _corrected(
     bracket = twin - image
     first, second = float(drawn.mean()), values["map"] + float(bracket.mean())
     # What the draws have in common with their deviations, one by one; the rest is chance.
-    moves = {name: (values[name, 1] - values[name, -1]) / 2
-             for source in study.sources for name in SOURCES[source]}  # fmt: skip
+    moves = {
+        name: (values[name, 1] - values[name, -1]) / 2
+        for source in study.sources
+        for name in SOURCES[source]
+    }
     shared = np.array([sum(moves[name] * row[name] for name in moves) for row in study.deviations])
     parts = {source: sum(moves[name] ** 2 for name in SOURCES[source]) for source in study.sources}
     parts[Cause.CHANCE] = float(np.var(drawn - shared, ddof=1))
@@ -601,24 +634,29 @@ _DISAGREEING = 0.8
 
 
 def _remarks(
-    measured: Reconstruction, instrument: Instrument | None, wave: float | None,
+    measured: Reconstruction,
+    instrument: Instrument | None,
+    wave: float | None,
     intervals: Sequence[Interval],
-) -> Iterator[str]:  # fmt: skip
+) -> Iterator[str]:
     """Return the limits of the intervals."""
     if instrument is None:
         yield Sentence(
             "The intervals hold the grid and the material alone. Give ",
-            ArgumentRef("instrument"), " to include the measurement.",
-        )  # fmt: skip
+            ArgumentRef("instrument"),
+            " to include the measurement.",
+        )
         return
     resolved = 1 / measured.reach
     if wave is None:
         yield Sentence(
-            f"The map shows waves down to {format_engineering(resolved, 'm', 2)}. The intervals hold if "
+            f"The map shows waves down to {format_engineering(resolved, 'm', 2)}. The intervals "
+            "hold if "
             f"the surface ends between this and "
             f"{format_engineering(resolved / reconstruction.UNKNOWN, 'm', 2)}; give ",
-            ArgumentRef("shortest_wave"), ".",
-        )  # fmt: skip
+            ArgumentRef("shortest_wave"),
+            ".",
+        )
     if instrument.name.startswith("estimated"):
         yield "The noise was estimated from the map. It is a lower bound."
     elif not instrument.noise:
@@ -638,8 +676,10 @@ def _seam_remark(result: ContactResult, measured: Reconstruction) -> Iterator[st
     if result.boundary.periodic_axes and measured.form and step > _STEPPED * surface.Sq:
         yield Sentence(
             "Opposite edges of the map differ, and the corrected map has no such step. If leveling "
-            "did not make it, use ", ArgumentRef("boundary", "free"), ".",
-        )  # fmt: skip
+            "did not make it, use ",
+            ArgumentRef("boundary", "free"),
+            ".",
+        )
 
 
 # Standard deviation of the removed part over that of the heights.
@@ -652,8 +692,11 @@ def _modeling_remarks(
     """Return what the intervals leave out: the form that was leveled, and the ceiling."""
     if "form" in numbers:
         change = dict(zip(NUMBERS, np.expm1(numbers["form"] - numbers["measured"]), strict=True))
-        changes = [f"{_NAMES[item.name]} {format_change(change[item.name])}"
-                   for item in intervals if item.name in _NAMES]  # fmt: skip
+        changes = [
+            f"{_NAMES[item.name]} {format_change(change[item.name])}"
+            for item in intervals
+            if item.name in _NAMES
+        ]
         if changes:
             yield (
                 f"A choice outside the intervals: leveling a {study.next_form} changes "

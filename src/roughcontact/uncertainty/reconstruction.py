@@ -452,9 +452,13 @@ class Reconstruction:
         return found
 
     def _continued(
-        self, place: Array, power: Array, finer: list[tuple[Array, Array, Array]], cutoff: float,
+        self,
+        place: Array,
+        power: Array,
+        finer: list[tuple[Array, Array, Array]],
+        cutoff: float,
         deviations: Deviations,
-    ) -> RoughSpectrum:  # fmt: skip
+    ) -> RoughSpectrum:
         count = self._count(place)
         if finer:
             own = place, power, 1 / count + _resolution_sensitivity(place, self.instrument) ** 2
@@ -462,8 +466,10 @@ class Reconstruction:
                 np.concatenate(part) for part in zip(own, *finer, strict=True)
             )
             index = np.floor(_BINS * (math.log(self.reach) - places + 1e-9) / math.log(2))
-            sums = [np.bincount(index.astype(int), values / variances)[::-1].astype(float)
-                    for values in (np.ones_like(places), places, powers)]  # fmt: skip
+            sums = [
+                np.bincount(index.astype(int), values / variances)[::-1].astype(float)
+                for values in (np.ones_like(places), places, powers)
+            ]
             count, place, power = (part[sums[0] > 0] for part in sums)
             place, power = place / count, power / count
         (level, exponent), covariance = self._power_law(place, power, count)
@@ -552,7 +558,7 @@ def require_octaves(reconstruction: Reconstruction) -> None:
     if reconstruction.limit < 10 / min(_sides(reconstruction)):
         raise InputError(
             f"the map shows its surface down to waves of {1 / reconstruction.limit:.3g} m, more "
-            "than a tenth of a side: measure a larger map or with a finer instrument",
+            "than a tenth of a side: measure a larger map or with a finer instrument"
         )
 
 

@@ -164,7 +164,8 @@ class ResolutionStudy(Result):
         return (
             as_warning(
                 CautionTag.STUDY,
-                f"Depends on the pixel: {QUANTITIES[name]} changes by {format_change(changes[name])} "
+                f"Depends on the pixel: {QUANTITIES[name]} changes by "
+                f"{format_change(changes[name])} "
                 "when the pixel is halved.",
                 **{name: changes.pop(name)},
                 **changes,
@@ -181,7 +182,8 @@ class ResolutionStudy(Result):
         said = []
         if steady:
             said.append(
-                f"Independent of the grid (less than {100 * STEADY_TOLERANCE:.0f} % change at each step over "
+                f"Independent of the grid (less than {100 * STEADY_TOLERANCE:.0f} % change at each "
+                "step over "
                 f"pixels of {', '.join(pixels)}): {', '.join(steady)}."
             )
         for name in judged:

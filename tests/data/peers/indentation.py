@@ -60,8 +60,13 @@ def store(program: str, version: str, settings: str, answers: dict[str, Answer])
             arrays[f"{name}/{field}"] = values.ravel()[index].astype(kind)
             arrays[f"{name}/{field} at"] = index.astype(np.uint32)
         arrays[f"{name}/seconds"], arrays[f"{name}/error"] = answer.seconds, answer.error
-    about = {"program": program, "version": version, "settings": settings,
-             "python": platform.python_version(), "numpy": np.__version__}  # fmt: skip
+    about = {
+        "program": program,
+        "version": version,
+        "settings": settings,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+    }
     arrays["about"] = np.array(json.dumps(about))
     np.savez_compressed(Path(__file__).with_name(f"{program}_indentation.npz"), **arrays)
 

@@ -56,8 +56,13 @@ def store(program: str, version: str, settings: str, answer: Answer) -> None:
         index = np.flatnonzero(values)
         arrays[field] = values.ravel()[index].astype(kind)
         arrays[f"{field} at"] = index.astype(np.uint32)
-    about = {"program": program, "version": version, "settings": settings,
-             "python": platform.python_version(), "numpy": np.__version__}  # fmt: skip
+    about = {
+        "program": program,
+        "version": version,
+        "settings": settings,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+    }
     arrays["about"] = np.array(json.dumps(about))
     np.savez_compressed(Path(__file__).with_name(f"{program}_passage.npz"), **arrays)
 

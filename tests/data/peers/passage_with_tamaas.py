@@ -41,10 +41,11 @@ def solve() -> Answer:
         pressure.append(np.array(model.traction)[..., 2])
         strain = np.array(model["cumulated_plastic_strain"])
         largest.append(strain.max())
-        print(f"place {place}: {seconds[-1]:.1f} s, error {error[-1]:.1e}, {largest[-1]:.5f}",
-              flush=True)  # fmt: skip
-    return Answer(np.array(pressure), np.array(largest), strain, np.array(seconds),
-                  np.array(error))  # fmt: skip
+        print(
+            f"place {place}: {seconds[-1]:.1f} s, error {error[-1]:.1e}, {largest[-1]:.5f}",
+            flush=True,
+        )
+    return Answer(np.array(pressure), np.array(largest), strain, np.array(seconds), np.array(error))
 
 
 def main() -> None:

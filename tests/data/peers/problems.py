@@ -64,14 +64,25 @@ def _problem(name: str) -> Problem:
 
 
 NAMES = (
-    "hertz-128", "hertz-128-ceiling",
-    "rough-64", "rough-128", "rough-256",
-    "rough-64-ceiling", "rough-128-ceiling", "rough-256-ceiling",
-    "rough-96x128", "rough-96x128-ceiling",
-    "rough-64-periodic", "rough-64-periodic-ceiling",
-    "rough-128-periodic", "rough-128-periodic-ceiling",
-    "heavy-64", "heavy-64-ceiling", "heavy-64-periodic", "heavy-64-periodic-ceiling",
-)  # fmt: skip
+    "hertz-128",
+    "hertz-128-ceiling",
+    "rough-64",
+    "rough-128",
+    "rough-256",
+    "rough-64-ceiling",
+    "rough-128-ceiling",
+    "rough-256-ceiling",
+    "rough-96x128",
+    "rough-96x128-ceiling",
+    "rough-64-periodic",
+    "rough-64-periodic-ceiling",
+    "rough-128-periodic",
+    "rough-128-periodic-ceiling",
+    "heavy-64",
+    "heavy-64-ceiling",
+    "heavy-64-periodic",
+    "heavy-64-periodic-ceiling",
+)
 PROBLEMS = {name: _problem(name) for name in NAMES}
 
 
@@ -82,8 +93,12 @@ def store(program: str, version: str, answers: dict[tuple[str, str], np.ndarray]
         index = np.flatnonzero(pressure)
         arrays[f"{settings}/{name}/index"] = index.astype(np.uint32)
         arrays[f"{settings}/{name}/pressure"] = pressure.ravel()[index]
-    about = {"program": program, "version": version, "python": platform.python_version(),
-             "numpy": np.__version__}  # fmt: skip
+    about = {
+        "program": program,
+        "version": version,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+    }
     arrays["about"] = np.array(json.dumps(about))
     np.savez_compressed(Path(__file__).with_name(f"{program}.npz"), **arrays)
 

@@ -134,8 +134,9 @@ def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: Name, un
     values = [np.array(group.values(name)) for group in comparison.groups]
     up, symbol = _scale(name, float(max(np.abs(own).max() for own in values)), unit)
     if comparison.paired:
-        pairs = [[sample.numbers[name] * up for sample in group.samples]
-                 for group in comparison.groups]  # fmt: skip
+        pairs = [
+            [sample.numbers[name] * up for sample in group.samples] for group in comparison.groups
+        ]
         axes.plot([0, 1], pairs, color=style.NEUTRAL, linewidth=0.7, alpha=0.6)
     for index, own in enumerate(values):
         colour = style.SERIES[index % len(style.SERIES)]
@@ -150,9 +151,13 @@ def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: Name, un
         )
         if not math.isnan(result.low):
             axes.errorbar(
-                index + 0.3, result.value * up, (result.high - result.value) * up, color=colour,
-                capsize=3, linewidth=1.6,
-            )  # fmt: skip
+                index + 0.3,
+                result.value * up,
+                (result.high - result.value) * up,
+                color=colour,
+                capsize=3,
+                linewidth=1.6,
+            )
     _limit(axes, comparison, name, values, up)
     axes.set_xlim(-0.6, len(values) - 0.4)
     axes.set_xticks(range(len(values)), [_short(group.name) for group in comparison.groups])
@@ -216,9 +221,12 @@ def sampling(study: SamplingStudy, title: Name) -> Figure:
         ends = [min(ends[0], needed), max(ends[1], needed)]
         line = np.array([min(side / math.sqrt(item.parts), needed), max(side, needed)])
         axes.plot(
-            line * factor, 100 * item.relative * side / line, color=colour, linewidth=1.6,
+            line * factor,
+            100 * item.relative * side / line,
+            color=colour,
+            linewidth=1.6,
             label=title(item.name),
-        )  # fmt: skip
+        )
         axes.plot(side * factor, 100 * item.relative, "s", color=colour, markersize=7)
     axes.axhline(100 * WANTED, color=style.NEUTRAL, linewidth=1.0, linestyle="--")
     axes.axvline(side * factor, color=style.NEUTRAL, linewidth=1.0, linestyle=":")

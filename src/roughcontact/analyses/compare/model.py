@@ -347,8 +347,9 @@ class MapLoadCase:
         if self.before is not None and len(counts) != 1:
             raise InputError(
                 "sets each map beside itself after a first loading, and goes with one group of "
-                "maps", argument="preload_pressure"
-            )  # fmt: skip
+                "maps",
+                argument="preload_pressure",
+            )
         if not counts or not all(counts.values()):
             raise InputError("has a group without maps", argument="maps")
         numbers = [*counts.values()]
@@ -361,8 +362,9 @@ class MapLoadCase:
         if self.before is None and sum(numbers) < 2:
             raise InputError(
                 "is a single map, which nothing can be compared with: give a second one, or its "
-                "parts", argument="maps"
-            )  # fmt: skip
+                "parts",
+                argument="maps",
+            )
 
     def pressed(self, surface: Surface, name: str, progress: Tell = None) -> Pressed:
         """Return the sample of one map; like `compare`, with a name for progress messages."""

@@ -244,11 +244,18 @@ def _pressures(values: Sequence[float]) -> str:
 
 COMPARISON: Table = (
     Quantity(
-        "pressures", "nominal pressure", unit="Pa", of=lambda c: list(c.pressures), part=PROBLEM,
+        "pressures",
+        "nominal pressure",
+        unit="Pa",
+        of=lambda c: list(c.pressures),
+        part=PROBLEM,
         form=_pressures,
     ),
     Quantity(
-        "preload_pressure", "first loading", unit="Pa", part=PROBLEM,
+        "preload_pressure",
+        "first loading",
+        unit="Pa",
+        part=PROBLEM,
         meaning="nominal pressure between before and after",
         when=lambda c: c.preload_pressure is not None,
     ),
@@ -258,13 +265,16 @@ COMPARISON: Table = (
     Quantity("differences", of=lambda c: _differences(c) if len(c.groups) > 1 else []),
     Quantity("components", of=_components),
     Quantity(
-        "worst_certificate", "certificates", symbol="ε", part=TRUST,
+        "worst_certificate",
+        "certificates",
+        symbol="ε",
+        part=TRUST,
         form=lambda v: f"{v:.1e} at most",
     ),
     Quantity("sampling", of=lambda c: [stored_values(SAMPLING, study) for study in c.sampling]),
     *CAUTIONS,
     Quantity("version", of=lambda _: __version__),
-)  # fmt: skip
+)
 """Of a `Comparison`."""
 
 
@@ -355,7 +365,7 @@ SAMPLING: Table = (
     Quantity("wanted", of=lambda _: WANTED),
     Quantity("confidence", of=lambda _: statistics.LEVEL),
     Quantity(
-        "errors", of=lambda s: [{**asdict(item), "unit": unit_of(item.name)} for item in s.errors],
+        "errors", of=lambda s: [{**asdict(item), "unit": unit_of(item.name)} for item in s.errors]
     ),
     Quantity(
         "parts",
@@ -365,7 +375,7 @@ SAMPLING: Table = (
     ),
     *CAUTIONS,
     Quantity("version", of=lambda _: __version__),
-)  # fmt: skip
+)
 """Of a `SamplingStudy`."""
 
 SAMPLING_COLUMNS: Columns = (
@@ -373,12 +383,17 @@ SAMPLING_COLUMNS: Columns = (
     Column("unit", of=_each(lambda item: unit_of(item.name))),
     Column("name", "sampling", of=_each(lambda item: name_of(item.name)), stored=False),
     Column(
-        "value", "this map", of=_each(lambda item: item.value),
+        "value",
+        "this map",
+        of=_each(lambda item: item.value),
         shown=_each(lambda item: quantity_text(item.name, item.value)),
     ),
     Column("half", f"± ({LEVEL})", of=_each(lambda item: item.half), shown=_each(_error)),
     Column(
-        "area", f"side for {FIVE}", unit="m²", of=_each(lambda item: item.area),
+        "area",
+        f"side for {FIVE}",
+        unit="m²",
+        of=_each(lambda item: item.area),
         shown=_each(_needed),
     ),
     Column("area_low", unit="m²", of=_each(lambda item: item.area_low)),
@@ -386,7 +401,7 @@ SAMPLING_COLUMNS: Columns = (
     Column("parts", "from", of=_each(lambda item: item.parts), shown=_each(_from)),
     Column("drift", of=_each(lambda item: item.drift)),
     Column("scaling", of=_each(lambda item: item.scaling)),
-)  # fmt: skip
+)
 """Of the errors of a `SamplingStudy`."""
 
 
@@ -447,8 +462,10 @@ def _meaning(result: Comparison) -> str:
         differ = [
             name_of(name) for name in result.names if result.is_significant(name, (first, second))
         ]
-        text.append(f"{capitalize_first(pair_of(result, first, second))}: significant ({LEVEL}, Holm) "
-                    f"in {', '.join(differ) or 'nothing'}.")  # fmt: skip
+        text.append(
+            f"{capitalize_first(pair_of(result, first, second))}: significant ({LEVEL}, Holm) "
+            f"in {', '.join(differ) or 'nothing'}."
+        )
     return " ".join(text)
 
 
@@ -458,10 +475,12 @@ def _details(result: Comparison, scene: Any, **more: Any) -> list[Block]:
     if len(result.groups) > 1:
         head, rows = differences(result)
         how = (
-            "Student's t of the pairs" if result.paired
-            else "Welch's t" if len(result.groups) == 2
+            "Student's t of the pairs"
+            if result.paired
+            else "Welch's t"
+            if len(result.groups) == 2
             else "Games and Howell, for all pairs at once"
-        )  # fmt: skip
+        )
         blocks += [Block("head", f"Differences ({LEVEL} intervals by {how})")]
         blocks += chapters.table(rows, head)
         shares, split = components(result)
@@ -477,11 +496,16 @@ def _details(result: Comparison, scene: Any, **more: Any) -> list[Block]:
 
 def _maps(result: Comparison) -> list[Cells]:
     return [
-        (sample.name, group.name, format_lengths(sample.size), format_lengths(sample.pixel),
-         format_engineering(sample.shortest_wave, "m", 3))
+        (
+            sample.name,
+            group.name,
+            format_lengths(sample.size),
+            format_lengths(sample.pixel),
+            format_engineering(sample.shortest_wave, "m", 3),
+        )
         for group in result.groups
         for sample in group.samples
-    ]  # fmt: skip
+    ]
 
 
 def _prepared(samples: Sequence[Sample]) -> list[Block]:
@@ -622,39 +646,64 @@ def _first_remarks(result: Comparison | SamplingStudy) -> tuple[str, ...]:
 
 
 KIND = Presentation(
-    Comparison, COMPARISON, COMPARISON_COLUMNS, works=compare_fields.of_comparison,
+    Comparison,
+    COMPARISON,
+    COMPARISON_COLUMNS,
+    works=compare_fields.of_comparison,
     figures=(
         Illustration("comparison", overview, "", FILES),
         Illustration(
-            "", lambda result: draw_numbers(result, name_of, unit_of),
-            f"Dots are maps, thick lines means, bars their {LEVEL} intervals.", FRONT, WIDE,
+            "",
+            lambda result: draw_numbers(result, name_of, unit_of),
+            f"Dots are maps, thick lines means, bars their {LEVEL} intervals.",
+            FRONT,
+            WIDE,
         ),
         Illustration(
-            "", lambda result: curves(result, name_of, unit_of),
+            "",
+            lambda result: curves(result, name_of, unit_of),
             f"Thin: maps over the nominal pressure. Thick: group means with {LEVEL} bands.",
-            RESULTS, WIDE, lambda result: len(result.pressures) > 1,
+            RESULTS,
+            WIDE,
+            lambda result: len(result.pressures) > 1,
         ),
     ),
-    question=question, problem=_first_problem, answer=_first_answer,
-    numbers=_first_numbers, remarks=_first_remarks, meaning=_meaning, inputs=_inputs,
-    details=_details, case=lambda result: assumptions.of_samples(result.samples), method=_method,
-)  # fmt: skip
+    question=question,
+    problem=_first_problem,
+    answer=_first_answer,
+    numbers=_first_numbers,
+    remarks=_first_remarks,
+    meaning=_meaning,
+    inputs=_inputs,
+    details=_details,
+    case=lambda result: assumptions.of_samples(result.samples),
+    method=_method,
+)
 SAMPLING_KIND = Presentation(
-    SamplingStudy, SAMPLING, SAMPLING_COLUMNS, works=_works,
+    SamplingStudy,
+    SAMPLING,
+    SAMPLING_COLUMNS,
+    works=_works,
     figures=(
         Illustration(
-            "sampling", sampling,
+            "sampling",
+            sampling,
             "Half of the interval over the side of a square: parts (dots), this map (squares), "
-            f"root of the area (lines). {FIVE} is dashed.", FRONT,
+            f"root of the area (lines). {FIVE} is dashed.",
+            FRONT,
         ),
     ),
-    inputs=_inputs, method=_sampling_method,
-    problem=_first_problem, answer=_first_answer, numbers=_first_numbers, remarks=_first_remarks,
+    inputs=_inputs,
+    method=_sampling_method,
+    problem=_first_problem,
+    answer=_first_answer,
+    numbers=_first_numbers,
+    remarks=_first_remarks,
     question=lambda study: (
         f"Is {study.whole.name} large enough at {format_engineering(study.pressure, 'Pa')}?"
     ),
     case=lambda study: assumptions.of_samples([study.whole]),
-)  # fmt: skip
+)
 
 
 def kind_of(result: Comparison | SamplingStudy) -> Presentation:

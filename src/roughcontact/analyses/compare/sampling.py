@@ -255,7 +255,8 @@ class SamplingStudy(Result):
         if drifting:
             name = max(drifting, key=lambda name: abs(drifting[name]))
             text = (
-                f"{_title(name)} depends on map size ({format_change(drifting[name])} in the parts): "
+                f"{_title(name)} depends on map size ({format_change(drifting[name])} in the "
+                "parts): "
                 "no area is large enough."
             )
             numbers = {name: drifting[name], **drifting}

@@ -37,27 +37,37 @@ QUARTERS = flag_option(
     "quarters", Panel.MAP, "Split each map into four quarters, one group per map."
 )
 SAMPLING = flag_option(
-    "sampling", Panel.MAP,
-    "Estimate the sampling error and the area needed for 5 %.",
-)  # fmt: skip
+    "sampling", Panel.MAP, "Estimate the sampling error and the area needed for 5 %."
+)
 PAIRED = flag_option(
-    "paired", Panel.MAP,
-    "Pair the maps of two groups (same places, before and after).",
-)  # fmt: skip
+    "paired", Panel.MAP, "Pair the maps of two groups (same places, before and after)."
+)
 LOAD = Option(
-    "load", Panel.BODIES, "PRESSURE",
+    "load",
+    Panel.BODIES,
+    "PRESSURE",
     'Nominal pressure, the same for all maps: "20 MPa".',
-    parsing.nominal, None, arguments=("pressure",),
-)  # fmt: skip
+    parsing.nominal,
+    None,
+    arguments=("pressure",),
+)
 PRELOAD = Option(
-    "preload", Panel.BODIES, "PRESSURE",
+    "preload",
+    Panel.BODIES,
+    "PRESSURE",
     'Preload; compare each map before and after: "200 MPa".',
-    parsing.nominal, None, arguments=("preload_pressure",),
-)  # fmt: skip
+    parsing.nominal,
+    None,
+    arguments=("preload_pressure",),
+)
 STEPS = Option(
-    "steps", Panel.BODIES, "NUMBER",
-    "Points of the load curve; 1 for none; default: 7.", parsing.int_parser(1, limits.STEPS), 7,
-)  # fmt: skip
+    "steps",
+    Panel.BODIES,
+    "NUMBER",
+    "Points of the load curve; 1 for none; default: 7.",
+    parsing.int_parser(1, limits.STEPS),
+    7,
+)
 OUTPUT = file_option("output", "FILE.csv|json", "Table of means and differences.", TABLES)
 FIGURE = file_option(
     "figure", "FILE", "Figure of load curves and numbers (PNG, SVG or PDF).", PICTURES
@@ -234,9 +244,11 @@ def _check(request: Request) -> None:
     if maps < 2 and alone and request.file is None:
         raise InputError(
             "a single map has nothing to be compared with: give a second one, or ",
-            ArgumentRef("quarters"), " for its four quarters, or ", ArgumentRef("sampling"),
+            ArgumentRef("quarters"),
+            " for its four quarters, or ",
+            ArgumentRef("sampling"),
             " for the error of its numbers",
-        )  # fmt: skip
+        )
 
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:
@@ -258,19 +270,41 @@ roughcontact compare --group "ground=ground-?.x3p" \\
     --load "20 MPa" --boundary periodic --material 42CrMo4
 """,
     (
-        options.GROUP, QUARTERS, SAMPLING, PAIRED, *options.MAP, LOAD, PRELOAD, STEPS,
-        *options.MATERIALS, *options.COATINGS,
-        options.BODY, options.CEILING, options.BOUNDARY, *_SOLVER, OUTPUT,
-        FIGURE, *options.OUTPUT,
+        options.GROUP,
+        QUARTERS,
+        SAMPLING,
+        PAIRED,
+        *options.MAP,
+        LOAD,
+        PRELOAD,
+        STEPS,
+        *options.MATERIALS,
+        *options.COATINGS,
+        options.BODY,
+        options.CEILING,
+        options.BOUNDARY,
+        *_SOLVER,
+        OUTPUT,
+        FIGURE,
+        *options.OUTPUT,
     ),
     (
-        LOAD, options.GROUP, QUARTERS, SAMPLING, PRELOAD, options.MATERIAL, options.MISSING,
-        options.PIXEL, OUTPUT, options.REPORT,
+        LOAD,
+        options.GROUP,
+        QUARTERS,
+        SAMPLING,
+        PRELOAD,
+        options.MATERIAL,
+        options.MISSING,
+        options.PIXEL,
+        OUTPUT,
+        options.REPORT,
     ),
     run=_run,
     rules=(
-        Rule(NEEDED, LOAD,
-             text="a nominal pressure such as '20 MPa', the same for maps of all sizes"),
+        Rule(
+            NEEDED, LOAD, text="a nominal pressure such as '20 MPa', the same for maps of all sizes"
+        ),
         Rule(EXCLUDES, QUARTERS, options.GROUP, PAIRED),
     ),
     check=_check,
@@ -278,4 +312,4 @@ roughcontact compare --group "ground=ground-?.x3p" \\
     memory=_memory,
     maps=("files", "groups"),
     pieces=Subtasks(part_names, find_one_map, file_of, (options.GROUP, PAIRED)),
-)  # fmt: skip
+)

@@ -53,10 +53,11 @@ def conductance(result: Conductance) -> Figure:
     kinds = [
         (title, unit, kind)
         for title, unit, kind in (
-            ("Electrical resistance", "Ω", "electrical"), ("Thermal resistance", "K/W", "thermal")
+            ("Electrical resistance", "Ω", "electrical"),
+            ("Thermal resistance", "K/W", "thermal"),
         )
         if not np.isnan(result.resistance(kind)).all()
-    ]  # fmt: skip
+    ]
     figure = style.empty_figure(5.6 * len(kinds), 4.6)
     load = result.column("load")
     factor, load_unit = style.prefixed(float(load.max()), "N")

@@ -9,15 +9,21 @@ from roughcontact.report.page import MIDDLE, WIDE
 
 CONDUCTANCE: Illustrations = (
     Illustration(
-        "conductance", conductance,
+        "conductance",
+        conductance,
         "Resistance over load, computed and by two estimates: Greenwood's formula for circular "
         "spots and the correlation for large flat joints.",
-        FRONT, WIDE, lambda result: len(result.steps) > 1,
+        FRONT,
+        WIDE,
+        lambda result: len(result.steps) > 1,
     ),
     Illustration(
-        "crossed", lambda result: maps.pressure(result.largest),
+        "crossed",
+        lambda result: maps.pressure(result.largest),
         "Contact pressure. Heat and current cross the spots in color.",
-        FRONT, MIDDLE, lambda result: len(result.steps) == 1,
+        FRONT,
+        MIDDLE,
+        lambda result: len(result.steps) == 1,
     ),
-)  # fmt: skip
+)
 """Of a `Conductance`."""

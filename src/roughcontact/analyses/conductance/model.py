@@ -408,10 +408,8 @@ class Conductance(Result):
         fine = self.steps[-1]
         length, area = (
             new / old - 1 if old and math.isfinite(old) else 0.0
-            for new, old in (
-                (coarse.length, fine.length), (coarse.contact_area, fine.contact_area)
-            )
-        )  # fmt: skip
+            for new, old in ((coarse.length, fine.length), (coarse.contact_area, fine.contact_area))
+        )
         return replace(self, coarser=Change(max(coarser.pair.pixel), length, area))
 
     @property
@@ -649,7 +647,8 @@ def _radiation(result: Conductance) -> Iterator[Caution]:
     if share > MIN_RADIATION_SHARE:
         yield as_note(
             CautionTag.RADIATION,
-            f"Radiation adds up to {format_percent(min(share, 1.0))} between black faces and is not "
+            f"Radiation adds up to {format_percent(min(share, 1.0))} between black faces and is "
+            "not "
             "included.",
             share=share,
         )

@@ -36,8 +36,10 @@ def _body(number: int) -> Callable[[joint.Conductance], dict[str, Any]]:
     def facts(result: joint.Conductance) -> dict[str, Any]:
         body = result.bodies[number]
         return {
-            "name": body.name, "resistivity": body.resistivity, "conductivity": body.conductivity,
-        }  # fmt: skip
+            "name": body.name,
+            "resistivity": body.resistivity,
+            "conductivity": body.conductivity,
+        }
 
     return facts
 
@@ -110,21 +112,30 @@ def _filled_by(name: str) -> Callable[[joint.Conductance], list[float]]:
 def _fillings() -> tuple[Quantity, ...]:
     return tuple(
         Quantity(
-            f"with_{name}", f"with {name} in the gap", unit="W/(m² K)", stored=False, when=_filled,
-            of=_filled_by(name), text=_in_gap(name),
+            f"with_{name}",
+            f"with {name} in the gap",
+            unit="W/(m² K)",
+            stored=False,
+            when=_filled,
+            of=_filled_by(name),
+            text=_in_gap(name),
         )
         for name in ("air", "oil")
-    )  # fmt: skip
+    )
 
 
 def _filled_columns() -> Columns:
     return tuple(
         Column(
-            f"thermal_conductance_{name}", f"with {name}", unit="W/(m² K)", brief=False,
-            of=_filled_by(name), when=_filled,
+            f"thermal_conductance_{name}",
+            f"with {name}",
+            unit="W/(m² K)",
+            brief=False,
+            of=_filled_by(name),
+            when=_filled,
         )
         for name in ("air", "oil")
-    )  # fmt: skip
+    )
 
 
 def _ratio(
@@ -146,83 +157,120 @@ CONDUCTANCE: Table = (
     Quantity("body", "body", of=_body(0), text=lambda r: _words(r.bodies[0])),
     Quantity("counter_body", "counter-body", of=_body(1), text=lambda r: _words(r.bodies[1])),
     Quantity(
-        "film", "film", unit="Ω m²", form=lambda v: f"{v:.4g} Ω m²" if v else "none",
+        "film",
+        "film",
+        unit="Ω m²",
+        form=lambda v: f"{v:.4g} Ω m²" if v else "none",
         when=_electrical,
     ),
     Quantity(
-        "thermal_film", "thermal film", unit="m² K/W",
-        form=lambda v: f"{v:.4g} m² K/W" if v else "none", when=_thermal,
+        "thermal_film",
+        "thermal film",
+        unit="m² K/W",
+        form=lambda v: f"{v:.4g} m² K/W" if v else "none",
+        when=_thermal,
     ),
     Quantity(
-        "gap", "gap", of=lambda r: r.filling and asdict(r.filling), when=_has_filling,
+        "gap",
+        "gap",
+        of=lambda r: r.filling and asdict(r.filling),
+        when=_has_filling,
         text=lambda r: f"{r.filling.name}: {_share_of_gap(r)}",
     ),
     Quantity("temperature", unit="K"),
     Quantity("current", unit="A", of=lambda r: r.current),
     *_fillings(),
     Quantity(
-        "coarser", "on a coarser grid", of=lambda r: r.coarser and asdict(r.coarser),
+        "coarser",
+        "on a coarser grid",
+        of=lambda r: r.coarser and asdict(r.coarser),
         text=lambda r: (
-            f"pixels of {format_engineering(r.coarser.pixel, 'm')}: length {format_change(r.coarser.length)},"
+            f"pixels of {format_engineering(r.coarser.pixel, 'm')}: length "
+            f"{format_change(r.coarser.length)},"
             f" contact area {format_change(r.coarser.contact_area)}"
-        ), when=lambda r: r.coarser is not None,
+        ),
+        when=lambda r: r.coarser is not None,
     ),
     Quantity("calibrated", of=lambda r: r.calibrated and asdict(r.calibrated)),
     Quantity("draws", of=lambda r: [asdict(mean) for mean in r.draws]),
     Quantity("interval", of=lambda r: _interval(r).summary()),
     *CAUTIONS,
-)  # fmt: skip
+)
 """Of a `Conductance`."""
 
 CONDUCTANCE_COLUMNS: Columns = (
     Column("load", "load", unit="N"),
     Column("contact_area", "contact", unit="m²", shown=contact_fields.shares("contact_area")),
     Column(
-        "saturated_area", "saturated", unit="m²", brief=False,
+        "saturated_area",
+        "saturated",
+        unit="m²",
+        brief=False,
         shown=contact_fields.shares("saturated_area"),
     ),
     Column("spots", "spots", brief=False),
     Column("length", "length", unit="m"),
     Column(
-        "electrical_resistance", "resistance", unit="Ω", when=_electrical,
+        "electrical_resistance",
+        "resistance",
+        unit="Ω",
+        when=_electrical,
         of=lambda r: r.electrical_resistance.tolist(),
     ),
     Column(
-        "thermal_resistance", unit="K/W", when=_thermal,
-        of=lambda r: r.thermal_resistance.tolist(),
+        "thermal_resistance", unit="K/W", when=_thermal, of=lambda r: r.thermal_resistance.tolist()
     ),
     Column(
-        "electrical_conductance", unit="S/m²", when=_electrical,
+        "electrical_conductance",
+        unit="S/m²",
+        when=_electrical,
         of=lambda r: r.electrical_conductance.tolist(),
     ),
     Column(
-        "thermal_conductance", unit="W/(m² K)", when=_thermal,
+        "thermal_conductance",
+        unit="W/(m² K)",
+        when=_thermal,
         of=lambda r: r.thermal_conductance.tolist(),
     ),
     # Shown is the one that says something with this boundary.
     Column(
-        "thermal_resistance", "thermal", unit="K/W", stored=False,
+        "thermal_resistance",
+        "thermal",
+        unit="K/W",
+        stored=False,
         of=lambda r: r.thermal_resistance.tolist(),
         when=lambda r: _thermal(r) and not _by_area(r),
     ),
     Column(
-        "thermal_conductance", "per area", unit="W/(m² K)", stored=False,
-        of=lambda r: r.thermal_conductance.tolist(), when=lambda r: _thermal(r) and _by_area(r),
+        "thermal_conductance",
+        "per area",
+        unit="W/(m² K)",
+        stored=False,
+        of=lambda r: r.thermal_conductance.tolist(),
+        when=lambda r: _thermal(r) and _by_area(r),
     ),
     Column("voltage", unit="V", of=lambda r: r.voltage.tolist(), when=_has_current),
     Column("hottest", unit="K", of=lambda r: r.hottest.tolist(), when=_has_current),
-    Column("gap_conductance", "gap", unit="W/(m² K)", when=_has_filling,
-           of=lambda r: r.column("filled_gap").tolist()),
-    Column("joint_conductance", "joint", unit="W/(m² K)", when=_has_filling,
-           of=lambda r: r.joint_conductance.tolist()),
+    Column(
+        "gap_conductance",
+        "gap",
+        unit="W/(m² K)",
+        when=_has_filling,
+        of=lambda r: r.column("filled_gap").tolist(),
+    ),
+    Column(
+        "joint_conductance",
+        "joint",
+        unit="W/(m² K)",
+        when=_has_filling,
+        of=lambda r: r.joint_conductance.tolist(),
+    ),
     *_filled_columns(),
     Column(
-        "greenwood_length", "Greenwood", unit="m", shown=_ratio("greenwood_length", joint.DISCS),
+        "greenwood_length", "Greenwood", unit="m", shown=_ratio("greenwood_length", joint.DISCS)
     ),
-    Column(
-        "correlation_length", "correlation", unit="m", shown=_ratio("correlation_length"),
-    ),
-)  # fmt: skip
+    Column("correlation_length", "correlation", unit="m", shown=_ratio("correlation_length")),
+)
 """Of the loads of a `Conductance`."""
 
 _MEANING = {
@@ -261,10 +309,14 @@ def sentences(result: joint.Conductance) -> tuple[str, ...]:
         meaning,
         f"All of the contact conducts, yielded metal included; {_gap_sentence(result)}.",
         *(
-            ("The film is added over the contact area; as it evens the flow out, the true "
-             f"resistance is a little larger, on a disc by at most {format_percent(joint.EVEN_FLOW)} of "
-             "the constriction.",)
-            if film else ()
+            (
+                "The film is added over the contact area; as it evens the flow out, the true "
+                "resistance is a little larger, on a disc by at most "
+                f"{format_percent(joint.EVEN_FLOW)} of "
+                "the constriction.",
+            )
+            if film
+            else ()
         ),
         "The resistance of an elastic contact depends on its coarse outline, where the current "
         "crowds: a cluster of small spots conducts like one of its size. The contact area, and a "
@@ -273,9 +325,10 @@ def sentences(result: joint.Conductance) -> tuple[str, ...]:
         "The last two columns are estimates of the constriction length over that computed: "
         "Greenwood's formula from radii and places of the spots (1966), and the correlation for "
         f"large flat rough joints, which depends on the slope and so on the pixel; 95 % of "
-        f"{joint.CASES} rough maps had {_span(joint.GREENWOOD_RANGE)} and {_span(joint.CORRELATION_RANGE)}. A "
+        f"{joint.CASES} rough maps had {_span(joint.GREENWOOD_RANGE)} and "
+        f"{_span(joint.CORRELATION_RANGE)}. A "
         "dash is outside the range of the formula.",
-    )  # fmt: skip
+    )
 
 
 def question(result: joint.Conductance) -> str:
@@ -286,13 +339,24 @@ def question(result: joint.Conductance) -> str:
 
 
 _ASSUMPTIONS = (
-    Assumption("All of the contact conducts", lambda r: "film included" if r.film or r.thermal_film
-               else "no oxide or other film", "the bodies carry films"),
-    Assumption("The gap conducts nothing", lambda r: "air or oil: see the rows above",
-               "gas, oil or radiation carry heat", lambda r: _thermal(r) and not _has_filling(r)),
-    Assumption("Contact and gap conduct side by side", lambda r: f"k/(g + M), {r.filling.name}",
-               "the gap conducts nearly as well as the metal", _has_filling),
-)  # fmt: skip
+    Assumption(
+        "All of the contact conducts",
+        lambda r: "film included" if r.film or r.thermal_film else "no oxide or other film",
+        "the bodies carry films",
+    ),
+    Assumption(
+        "The gap conducts nothing",
+        lambda r: "air or oil: see the rows above",
+        "gas, oil or radiation carry heat",
+        lambda r: _thermal(r) and not _has_filling(r),
+    ),
+    Assumption(
+        "Contact and gap conduct side by side",
+        lambda r: f"k/(g + M), {r.filling.name}",
+        "the gap conducts nearly as well as the metal",
+        _has_filling,
+    ),
+)
 
 # --- What is said first ---
 
@@ -332,15 +396,21 @@ def _answer(result: joint.Conductance) -> str:
     texts, interval = _joint_texts(result, -1), _interval(result)
     if uncertainty.has_ends(interval):
         shown = [
-            [text.partition(" = ")[2].removesuffix(" (thermal)")
-             for text in _joint_texts(result.with_length(length), -1)]
+            [
+                text.partition(" = ")[2].removesuffix(" (thermal)")
+                for text in _joint_texts(result.with_length(length), -1)
+            ]
             for length in (interval.low, interval.high)
-        ]  # fmt: skip
+        ]
         # A resistance is larger with the smaller length.
-        pairs = [ends if text[0] == "h" else ends[::-1]
-                 for text, *ends in zip(texts, *shown, strict=True)]  # fmt: skip
-        texts = [f"{text} ({phrases.between(low, high, str)})"
-                 for text, (low, high) in zip(texts, pairs, strict=True)]  # fmt: skip
+        pairs = [
+            ends if text[0] == "h" else ends[::-1]
+            for text, *ends in zip(texts, *shown, strict=True)
+        ]
+        texts = [
+            f"{text} ({phrases.between(low, high, str)})"
+            for text, (low, high) in zip(texts, pairs, strict=True)
+        ]
     return f"At {phrases.load(result.largest)}: {', '.join(texts)}."
 
 
@@ -395,10 +465,18 @@ def _remarks(result: joint.Conductance) -> tuple[str, ...]:
 
 
 KIND = Presentation(
-    joint.Conductance, CONDUCTANCE, CONDUCTANCE_COLUMNS, listed=True, question=question,
-    answer=_answer, numbers=_numbers, remarks=_remarks,
+    joint.Conductance,
+    CONDUCTANCE,
+    CONDUCTANCE_COLUMNS,
+    listed=True,
+    question=question,
+    answer=_answer,
+    numbers=_numbers,
+    remarks=_remarks,
     problem=lambda result: phrases.problem_of_loads(result.largest, result.column("load").tolist()),
-    assumptions=_ASSUMPTIONS, sentences=sentences, figures=conductance_illustrations.CONDUCTANCE,
+    assumptions=_ASSUMPTIONS,
+    sentences=sentences,
+    figures=conductance_illustrations.CONDUCTANCE,
     contact=attrgetter("largest"),
     works=lambda result: (
         *((make_use("temperature of the spots", "Kohlrausch1900"),) if result.current else ()),
@@ -407,4 +485,4 @@ KIND = Presentation(
         make_use("correlations of flat joints", "Cooper1969", "Mikic1974"),
         make_use("gas in the gap", "Song1993", "Yovanovich1982"),
     ),
-)  # fmt: skip
+)

@@ -16,31 +16,52 @@ if TYPE_CHECKING:
     from roughcontact.analyses.conductance.model import Conductance
 
 ELECTRICAL_FILM = Option(
-    "electrical-film", Panel.BODIES, "FILM",
+    "electrical-film",
+    Panel.BODIES,
+    "FILM",
     'Electrical film resistance × area: "1e-12 ohm m^2"; default: none.',
-    parsing.quantity("film"), None,
-)  # fmt: skip
+    parsing.quantity("film"),
+    None,
+)
 GAP = Option(
-    "gap", Panel.BODIES, "FLUID",
+    "gap",
+    Panel.BODIES,
+    "FLUID",
     'Fluid in the gap: air, helium, vacuum, oil, grease or "0.2 W/m/K"; default: none.',
-    parsing.as_text, None,
-)  # fmt: skip
+    parsing.as_text,
+    None,
+)
 GAP_PRESSURE = Option(
-    "gap-pressure", Panel.BODIES, "PRESSURE",
-    'Pressure of a gas in the gap: "1 mbar"; default: 1 bar.', PRESSURE, None,
-)  # fmt: skip
+    "gap-pressure",
+    Panel.BODIES,
+    "PRESSURE",
+    'Pressure of a gas in the gap: "1 mbar"; default: 1 bar.',
+    PRESSURE,
+    None,
+)
 CURRENT = Option(
-    "current", Panel.BODIES, "CURRENT", 'Current through the contact: "10 A"; default: none.',
-    parsing.quantity("current"), None,
-)  # fmt: skip
+    "current",
+    Panel.BODIES,
+    "CURRENT",
+    'Current through the contact: "10 A"; default: none.',
+    parsing.quantity("current"),
+    None,
+)
 FIGURE = file_option(
     "figure", "FILE", "Figure of resistance versus load (PNG, SVG or PDF).", PICTURES
 )
 _CONDUCTORS = (
-    joints.RESISTIVITY, joints.CONDUCTIVITY, joints.COUNTER_RESISTIVITY,
-    joints.COUNTER_CONDUCTIVITY, ELECTRICAL_FILM, joints.THERMAL_FILM, GAP, GAP_PRESSURE,
-    joints.TEMPERATURE, CURRENT,
-)  # fmt: skip
+    joints.RESISTIVITY,
+    joints.CONDUCTIVITY,
+    joints.COUNTER_RESISTIVITY,
+    joints.COUNTER_CONDUCTIVITY,
+    ELECTRICAL_FILM,
+    joints.THERMAL_FILM,
+    GAP,
+    GAP_PRESSURE,
+    joints.TEMPERATURE,
+    CURRENT,
+)
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
@@ -81,12 +102,14 @@ def _check(request: Request) -> None:
             lacking
             for body, lacking in zip(
                 bodies,
-                ((joints.CONDUCTIVITY, options.MATERIAL),
-                 (joints.COUNTER_CONDUCTIVITY, options.COUNTER_MATERIAL)),
+                (
+                    (joints.CONDUCTIVITY, options.MATERIAL),
+                    (joints.COUNTER_CONDUCTIVITY, options.COUNTER_MATERIAL),
+                ),
                 strict=True,
             )
             if body.conductivity is None
-        )  # fmt: skip
+        )
         named = request[material]
         which = "" if named is None else f": {named.name} has none"
         raise InputError(
@@ -123,14 +146,30 @@ roughcontact conductance ground.x3p --load "20 MPa, 50 MPa" \\
     --boundary periodic --material 42CrMo4 --counter-material Cu-ETP
 """,
     (
-        *options.MAP, joints.LOAD, *joints.RANGE, *options.MATERIALS, *_CONDUCTORS,
-        *options.SHAPES, *joints.FACES, options.CEILING, options.BOUNDARY, *options.SOLVER,
-        joints.OUTPUT, FIGURE,
+        *options.MAP,
+        joints.LOAD,
+        *joints.RANGE,
+        *options.MATERIALS,
+        *_CONDUCTORS,
+        *options.SHAPES,
+        *joints.FACES,
+        options.CEILING,
+        options.BOUNDARY,
+        *options.SOLVER,
+        joints.OUTPUT,
+        FIGURE,
         *options.OUTPUT,
     ),
     (
-        joints.LOAD, options.MATERIAL, options.COUNTER_MATERIAL, joints.CONDUCTIVITY,
-        joints.COUNTER_CONDUCTIVITY, GAP, options.BOUNDARY, options.MISSING, joints.OUTPUT,
+        joints.LOAD,
+        options.MATERIAL,
+        options.COUNTER_MATERIAL,
+        joints.CONDUCTIVITY,
+        joints.COUNTER_CONDUCTIVITY,
+        GAP,
+        options.BOUNDARY,
+        options.MISSING,
+        joints.OUTPUT,
         options.REPORT,
     ),
     run=_run,
@@ -140,10 +179,8 @@ roughcontact conductance ground.x3p --load "20 MPa, 50 MPa" \\
     held=2,
     questions=(
         Analysis(
-            "Conductance",
-            "Electrical and thermal resistance of the whole contact.",
-            _CONDUCTORS,
+            "Conductance", "Electrical and thermal resistance of the whole contact.", _CONDUCTORS
         ),
     ),
     shares_contacts=True,
-)  # fmt: skip
+)

@@ -407,8 +407,14 @@ def estimate(
     >>> found.contact.low < found.contact.value < found.contact.high
     True
     """
-    specified = {"Sq": to_si(Sq, "length", "Sq"), "Sdq": Sdq,
-             "Sal": to_si(Sal, "length", "Sal"), "Str": Str, "Ssk": Ssk, "Sku": Sku}  # fmt: skip
+    specified = {
+        "Sq": to_si(Sq, "length", "Sq"),
+        "Sdq": Sdq,
+        "Sal": to_si(Sal, "length", "Sal"),
+        "Str": Str,
+        "Ssk": Ssk,
+        "Sku": Sku,
+    }
     roughness = _roughness(surface, specified)
     mean = to_si(pressure, "pressure", "pressure")
     require_positive(pressure=mean)
@@ -420,9 +426,13 @@ def estimate(
     strength = min(strengths, default=None)
     limit = _limit(ceiling, material, counter_material)
     return _estimated(
-        mean, contact_modulus(material, counter_material), limit, strength, roughness,
+        mean,
+        contact_modulus(material, counter_material),
+        limit,
+        strength,
+        roughness,
         _hardening(material, counter_material),
-    )  # fmt: skip
+    )
 
 
 def of_result(result: ContactResult) -> Estimate | None:
@@ -437,9 +447,13 @@ def of_result(result: ContactResult) -> Estimate | None:
     strength = None if softer is None else softer.yield_strength
     try:
         return _estimated(
-            result.load / math.prod(pair.size), result.contact_modulus, result.ceiling, strength,
-            of_surface(gap), _hardening(pair.material, pair.counter_material),
-        )  # fmt: skip
+            result.load / math.prod(pair.size),
+            result.contact_modulus,
+            result.ceiling,
+            strength,
+            of_surface(gap),
+            _hardening(pair.material, pair.counter_material),
+        )
     except InputError:
         return None
 
@@ -551,8 +565,15 @@ def _groups(
     """Return the groups of one contact."""
     known = roughness.Sal is not None
     breadth = roughness.Sdq * (roughness.Sal or math.nan) / roughness.Sq if known else math.nan
-    values = (pressure / stress, ratio, breadth, roughness.Str, roughness.Ssk,
-              roughness.Sku, hardening)  # fmt: skip
+    values = (
+        pressure / stress,
+        ratio,
+        breadth,
+        roughness.Str,
+        roughness.Ssk,
+        roughness.Sku,
+        hardening,
+    )
     return DimensionlessGroups(*(np.array([float(value)]) for value in values))
 
 
@@ -567,14 +588,25 @@ def _with_interval(
 
 
 _WORDS = {
-    "contact": "a contact fraction", "ratio": "E* Sdq over the ceiling", "breadth": "Sdq Sal/Sq",
-    "texture": "Str", "skewness": "Ssk", "tails": "Sku/(3 + 1.5 Ssk²)", "middle": "Sku − Ssk² − 1",
+    "contact": "a contact fraction",
+    "ratio": "E* Sdq over the ceiling",
+    "breadth": "Sdq Sal/Sq",
+    "texture": "Str",
+    "skewness": "Ssk",
+    "tails": "Sku/(3 + 1.5 Ssk²)",
+    "middle": "Sku − Ssk² − 1",
     "hardening": "H Sdq/σ_Y",
-}  # fmt: skip
+}
 _CAUSES = {
-    "contact": "pressure", "ratio": "ceiling", "breadth": "Sal", "texture": "Str",
-    "skewness": "Ssk", "tails": "Sku", "middle": "Sku", "hardening": "hardening",
-}  # fmt: skip
+    "contact": "pressure",
+    "ratio": "ceiling",
+    "breadth": "Sal",
+    "texture": "Str",
+    "skewness": "Ssk",
+    "tails": "Sku",
+    "middle": "Sku",
+    "hardening": "hardening",
+}
 
 
 def _outside_domain(
@@ -592,7 +624,10 @@ def _outside_domain(
 def _range_text(name: str, value: float, domain: dict[str, tuple[float, float]]) -> str:
     low, high = domain[name]
     if name == "contact":
-        return f"{_WORDS[name]} of {format_percent(low)} to {format_percent(high)}, got about {format_percent(value)}"
+        return (
+            f"{_WORDS[name]} of {format_percent(low)} to {format_percent(high)}, got about "
+            f"{format_percent(value)}"
+        )
     return f"{_WORDS[name]} of {low:.3g} to {high:.3g}, got {value:.3g}"
 
 

@@ -30,19 +30,29 @@ def _ranged(
 
     return (
         Quantity(
-            key, name, symbol=symbol, unit=unit, meaning=meaning, of=part("value"),
+            key,
+            name,
+            symbol=symbol,
+            unit=unit,
+            meaning=meaning,
+            of=part("value"),
             text=lambda result: form(getattr(result, key)),
             when=lambda result: getattr(result, key) is not None,
         ),
         *(Quantity(f"{key}_{end}", unit=unit, of=part(end)) for end in _ENDS),
-    )  # fmt: skip
+    )
 
 
 def _of_surface(name: str, unit: str, meaning: str) -> Quantity:
     return Quantity(
-        name, name, unit=unit, meaning=meaning, of=lambda result: getattr(result.roughness, name),
-        part=PROBLEM, when=lambda result: getattr(result.roughness, name) is not None,
-    )  # fmt: skip
+        name,
+        name,
+        unit=unit,
+        meaning=meaning,
+        of=lambda result: getattr(result.roughness, name),
+        part=PROBLEM,
+        when=lambda result: getattr(result.roughness, name) is not None,
+    )
 
 
 def _limited(result: Estimate) -> bool:
@@ -51,12 +61,20 @@ def _limited(result: Estimate) -> bool:
 
 ESTIMATE: Table = (
     Quantity(
-        "pressure", "nominal pressure", symbol="p̄", unit="Pa", meaning="load over nominal area",
+        "pressure",
+        "nominal pressure",
+        symbol="p̄",
+        unit="Pa",
+        meaning="load over nominal area",
         part=PROBLEM,
     ),
     Quantity(
-        "contact_modulus", "contact modulus", symbol="E*", unit="Pa",
-        meaning="from 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂", part=PROBLEM,
+        "contact_modulus",
+        "contact modulus",
+        symbol="E*",
+        unit="Pa",
+        meaning="from 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂",
+        part=PROBLEM,
     ),
     Quantity("ceiling", "pressure ceiling", unit="Pa", part=PROBLEM, when=_limited),
     _of_surface("Sq", "m", "root-mean-square height"),
@@ -66,23 +84,35 @@ ESTIMATE: Table = (
     _of_surface("Ssk", "1", "skewness"),
     _of_surface("Sku", "1", "kurtosis"),
     Quantity(
-        "plasticity_index", "plasticity index", symbol="E* h′/σ_Y", part=PROBLEM,
+        "plasticity_index",
+        "plasticity index",
+        symbol="E* h′/σ_Y",
+        part=PROBLEM,
         when=lambda result: result.plasticity_index is not None,
     ),
-    *_ranged("contact", "real contact", "1", "of nominal area; in brackets 90 % of maps", "A/A₀",
-             share),
-    *_ranged("saturated", "saturated area", "1", "area at the ceiling over nominal area",
-             "", share),
+    *_ranged(
+        "contact", "real contact", "1", "of nominal area; in brackets 90 % of maps", "A/A₀", share
+    ),
+    *_ranged(
+        "saturated", "saturated area", "1", "area at the ceiling over nominal area", "", share
+    ),
     *_ranged("gap", "mean gap", "m", "of the open gap; closed points count 0", "ū", length_of),
-    *_ranged("plastic_volume", "mean depth with plastic strain", "m",
-             "volume of material with any plastic strain over nominal area, not what is displaced",
-             "", length_of),
+    *_ranged(
+        "plastic_volume",
+        "mean depth with plastic strain",
+        "m",
+        "volume of material with any plastic strain over nominal area, not what is displaced",
+        "",
+        length_of,
+    ),
     Quantity(
-        "theory_contact", "Persson's theory", meaning="its contact area over nominal area",
+        "theory_contact",
+        "Persson's theory",
+        meaning="its contact area over nominal area",
         form=format_percent,
     ),
     *CAUTIONS,
-)  # fmt: skip
+)
 """Of an `Estimate`."""
 
 
@@ -129,10 +159,14 @@ def question(result: Estimate) -> str:
 
 
 KIND = Presentation(
-    Estimate, ESTIMATE, question=question,
+    Estimate,
+    ESTIMATE,
+    question=question,
     works=lambda _: (make_use("formulas of nominally flat contact", "Persson2001", "Yang2008"),),
-    problem=_problem, answer=_answer, numbers=_numbers,
+    problem=_problem,
+    answer=_answer,
+    numbers=_numbers,
     remarks=lambda _: (
         "Intervals hold 90 of 100 such surfaces. Formula, not a solution: solve a map.",
     ),
-)  # fmt: skip
+)

@@ -12,43 +12,76 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Task
 
 SQ = Option(
-    "sq", Panel.MAP, "LENGTH",
+    "sq",
+    Panel.MAP,
+    "LENGTH",
     'Root-mean-square height Sq: "0.4 um". Given parameters replace those of FILE.',
-    LENGTH, None, arguments=("Sq",),
-)  # fmt: skip
+    LENGTH,
+    None,
+    arguments=("Sq",),
+)
 SDQ = Option(
-    "sdq", Panel.MAP, "NUMBER", "Root-mean-square slope Sdq.", parsing.number, None,
+    "sdq",
+    Panel.MAP,
+    "NUMBER",
+    "Root-mean-square slope Sdq.",
+    parsing.number,
+    None,
     arguments=("Sdq",),
-)  # fmt: skip
+)
 SAL = Option(
-    "sal", Panel.MAP, "LENGTH",
+    "sal",
+    Panel.MAP,
+    "LENGTH",
     'Autocorrelation length Sal: "12 um"; narrows the gap interval.',
-    LENGTH, None, arguments=("Sal",),
-)  # fmt: skip
+    LENGTH,
+    None,
+    arguments=("Sal",),
+)
 STR = Option(
-    "str", Panel.MAP, "NUMBER", "Texture aspect ratio Str; default: 1.", parsing.number, None,
+    "str",
+    Panel.MAP,
+    "NUMBER",
+    "Texture aspect ratio Str; default: 1.",
+    parsing.number,
+    None,
     arguments=("Str",),
-)  # fmt: skip
+)
 SSK = Option(
-    "ssk", Panel.MAP, "NUMBER", "Skewness Ssk; default: 0.", parsing.number, None,
+    "ssk",
+    Panel.MAP,
+    "NUMBER",
+    "Skewness Ssk; default: 0.",
+    parsing.number,
+    None,
     arguments=("Ssk",),
-)  # fmt: skip
+)
 SKU = Option(
-    "sku", Panel.MAP, "NUMBER",
+    "sku",
+    Panel.MAP,
+    "NUMBER",
     "Kurtosis Sku; default: 3 + 1.5 Ssk² (Gaussian: 3).",
-    parsing.number, None, arguments=("Sku",),
-)  # fmt: skip
+    parsing.number,
+    None,
+    arguments=("Sku",),
+)
 NOMINAL_PRESSURE = Option(
-    "pressure", Panel.BODIES, "PRESSURE",
+    "pressure",
+    Panel.BODIES,
+    "PRESSURE",
     'Nominal pressure (load over nominal area): "20 MPa".',
     PRESSURE,
     None,
-)  # fmt: skip
+)
 CEILING: Option[str | float | None] = Option(
-    "ceiling", Panel.BODIES, "PRESSURE",
+    "ceiling",
+    Panel.BODIES,
+    "PRESSURE",
     'Pressure ceiling: "3 GPa", "62 HRC", auto (3σ_Y) or none (elastic); default: auto.',
-    parsing.ceiling, "auto", "Pressure ceiling",
-)  # fmt: skip
+    parsing.ceiling,
+    "auto",
+    "Pressure ceiling",
+)
 OUTPUT = file_option("output", "FILE.json", "Estimate as JSON.", (".json",))
 _PARAMETERS: tuple[Option[Any], ...] = (SQ, SDQ, SAL, STR, SSK, SKU)
 
@@ -91,16 +124,31 @@ roughcontact estimate --sq "0.5 um" --sdq 0.1 --sal "12 um" \\
     --pressure "100 MPa" --material 42CrMo4
 """,
     (
-        *options.READING, *options.PREPARATION, *_PARAMETERS, NOMINAL_PRESSURE, CEILING,
-        *options.MATERIALS, options.HARDENING, OUTPUT, *options.SHOWN,
+        *options.READING,
+        *options.PREPARATION,
+        *_PARAMETERS,
+        NOMINAL_PRESSURE,
+        CEILING,
+        *options.MATERIALS,
+        options.HARDENING,
+        OUTPUT,
+        *options.SHOWN,
     ),
     (
-        SQ, SDQ, SAL, STR, SSK, NOMINAL_PRESSURE, options.MATERIAL, options.YIELD_STRENGTH,
-        options.MISSING, options.JSON,
+        SQ,
+        SDQ,
+        SAL,
+        STR,
+        SSK,
+        NOMINAL_PRESSURE,
+        options.MATERIAL,
+        options.YIELD_STRENGTH,
+        options.MISSING,
+        options.JSON,
     ),
     run=_run,
     rules=(Rule(NEEDED, NOMINAL_PRESSURE, text="load over nominal area, such as '20 MPa'"),),
     memory=_memory,
     needs_map=False,
     in_projects=False,
-)  # fmt: skip
+)

@@ -44,8 +44,12 @@ from roughcontact.units import (
 )
 
 CONTACT, SATURATED, APPROACH, GAP, YIELD = (
-    "contact_fraction", "saturated_share", "approach", "mean_gap", "first_yield"
-)  # fmt: skip
+    "contact_fraction",
+    "saturated_share",
+    "approach",
+    "mean_gap",
+    "first_yield",
+)
 """What can be asked for."""
 
 COUNTED = (CONTACT, SATURATED)
@@ -271,9 +275,11 @@ Target = tuple[str, float]
 
 # What arguments are called, and how values are told.
 _ARGUMENTS = {
-    CONTACT: "contact_fraction", SATURATED: "saturated_fraction", APPROACH: "approach",
+    CONTACT: "contact_fraction",
+    SATURATED: "saturated_fraction",
+    APPROACH: "approach",
     GAP: "mean_gap",
-}  # fmt: skip
+}
 _NAMES = {
     CONTACT: "the part of the map that touches",
     SATURATED: "the part of the contact at the ceiling",
@@ -408,8 +414,8 @@ class _Finder:
                 raise InputError(
                     f"must be below that of the bodies at their first touch, "
                     f"{format_engineering(open_gap, 'm')}, got {format_engineering(value, 'm')}",
-                    argument=argument
-                )  # fmt: skip
+                    argument=argument,
+                )
         if name == YIELD:
             self.pair.boundary.require_stress()
             self.pair.require_uncoated("the load of first yield")
@@ -433,8 +439,9 @@ class _Finder:
         """Return the load of one question."""
         name, value = target
         first = self.initial_load(target, progress)
-        known = [(x, _excess(name, there, value)) for x, there in self.seen.items()
-                 if name in there]  # fmt: skip
+        known = [
+            (x, _excess(name, there, value)) for x, there in self.seen.items() if name in there
+        ]
         near = min(known, key=lambda point: abs(point[1]), default=None)
         if near is not None and name != APPROACH:
             first = near[0]
@@ -446,17 +453,16 @@ class _Finder:
                 accuracy=SHARE_ACCURACY if name in COUNTED else ACCURACY,
                 slope=self.slope(target),
                 known=known,
-                adjacent=(lambda a, b: self.adjacent(name, a, b)) if name in COUNTED
+                adjacent=(lambda a, b: self.adjacent(name, a, b))
+                if name in COUNTED
                 else (lambda a, b: False),
-            )  # fmt: skip
+            )
         except NotPassedError as stop:
             raise self.refusal(target, stop.end) from None
         upper = name in COUNTED or abs(high[1]) <= abs(low[1])
         x = high[0] if upper else low[0]
         result = self.held.get(x) or self.contact_at(x, name, progress)
-        below, above = (
-            Side(math.exp(index), self.seen[index][name]) for index, _ in (low, high)
-        )  # fmt: skip
+        below, above = (Side(math.exp(index), self.seen[index][name]) for index, _ in (low, high))
         self.held = {x: result}
         return LoadAnswer(name, value, _values(result, name)[name], below, above, result)
 
@@ -506,8 +512,9 @@ class _Finder:
     def drop_contacts(self, target: Target) -> None:
         """Keep the contacts at the ends of the bracket, and no other."""
         name, value = target
-        signed = sorted((x, _excess(name, there, value)) for x, there in self.seen.items()
-                        if name in there)  # fmt: skip
+        signed = sorted(
+            (x, _excess(name, there, value)) for x, there in self.seen.items() if name in there
+        )
         below = [x for x, y in signed if y < 0][-1:]
         above = [x for x, y in signed if y >= 0][:1]
         self.held = {x: self.held[x] for x in (*below, *above) if x in self.held}
@@ -517,8 +524,11 @@ class _Finder:
     ) -> ContactResult:
         """Return the contact under the load exp(x)."""
         load = math.exp(x)
-        near = [r for r in (*self.held.values(), self.last)
-                if r is not None and abs(r.load / load - 1) < _NEAR]  # fmt: skip
+        near = [
+            r
+            for r in (*self.held.values(), self.last)
+            if r is not None and abs(r.load / load - 1) < _NEAR
+        ]
         start = min(near, key=lambda r: abs(r.load / load - 1), default=None)
         if name in COUNTED:
             # Which pixels touch next to a step depends on the start, within the tolerance.
@@ -537,8 +547,10 @@ class _Finder:
     def adjacent(self, name: str, low: float, high: float) -> bool:
         """Return whether no whole pixel lies between two loads."""
         pixels = self.pair.shape[0] * self.pair.shape[1]
-        counts = [(round(there[CONTACT] * pixels), round(there["saturated_fraction"] * pixels))
-                  for there in (self.seen[low], self.seen[high])]  # fmt: skip
+        counts = [
+            (round(there[CONTACT] * pixels), round(there["saturated_fraction"] * pixels))
+            for there in (self.seen[low], self.seen[high])
+        ]
         separately = [abs(b - a) for a, b in zip(*counts, strict=True)]
         return separately[0] <= 1 and (name == CONTACT or separately[1] <= 1)
 
@@ -549,9 +561,10 @@ class _Finder:
         side = "largest" if end[1] < 0 else "smallest"
         return InputError(
             f"{_text(name, value)} is not passed at any load: under the {side} that was tried, "
-            f"{format_engineering(math.exp(end[0]), 'N')}, {_NAMES[name]} is {_text(name, reached)}",
-            argument=_ARGUMENTS.get(name, name)
-        )  # fmt: skip
+            f"{format_engineering(math.exp(end[0]), 'N')}, {_NAMES[name]} is "
+            f"{_text(name, reached)}",
+            argument=_ARGUMENTS.get(name, name),
+        )
 
 
 def _text(name: str, value: float) -> str:

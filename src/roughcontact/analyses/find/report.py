@@ -90,9 +90,16 @@ def _contact(result: Any) -> dict[str, Any]:
 
 
 _KEPT = (
-    "load_error", "approach", "contact_area", "perimeter_corrected_area", "contact_fraction",
-    "saturated_fraction", "max_pressure", "mean_gap", "regime",
-)  # fmt: skip
+    "load_error",
+    "approach",
+    "contact_area",
+    "perimeter_corrected_area",
+    "contact_fraction",
+    "saturated_fraction",
+    "max_pressure",
+    "mean_gap",
+    "regime",
+)
 
 
 def _each(read: Callable[[Any], Any]) -> Callable[[search.LoadSearch], list[Any]]:
@@ -103,18 +110,25 @@ FOUND: Table = (
     *PAIR,
     Quantity("answers", of=_answers),
     Quantity(
-        "solves", "contacts solved", part=TRUST,
+        "solves",
+        "contacts solved",
+        part=TRUST,
         text=lambda r: f"{r.solves}, {r.convolutions} convolutions on the full grid",
     ),
     Quantity("convolutions"),
     Quantity("seconds", "time of the search", unit="s", part=TRUST),
     Quantity(
-        "worst_certificate", "certificates", symbol="ε", part=TRUST, stored=False,
-        of=lambda r: max(item.certificate for item in r.answers), form=lambda v: f"{v:.1e} at most",
+        "worst_certificate",
+        "certificates",
+        symbol="ε",
+        part=TRUST,
+        stored=False,
+        of=lambda r: max(item.certificate for item in r.answers),
+        form=lambda v: f"{v:.1e} at most",
     ),
     *CAUTIONS,
     of_largest("version"),
-)  # fmt: skip
+)
 """Of `LoadSearch`."""
 
 FOUND_COLUMNS: Columns = (
@@ -127,11 +141,15 @@ FOUND_COLUMNS: Columns = (
     Column("bracket_low", unit="N", of=_each(lambda item: item.bracket_low.load)),
     Column("bracket_high", unit="N", of=_each(lambda item: item.bracket_high.load)),
     Column(
-        "value", "there", of=_each(lambda item: item.value),
+        "value",
+        "there",
+        of=_each(lambda item: item.value),
         shown=_each(lambda item: _value_text(item.quantity, item.value)),
     ),
-    Column("certificate", of=_each(lambda item: item.certificate), form=order_of_magnitude, brief=False),
-)  # fmt: skip
+    Column(
+        "certificate", of=_each(lambda item: item.certificate), form=order_of_magnitude, brief=False
+    ),
+)
 """Of the answers of `LoadSearch`."""
 
 
@@ -213,7 +231,15 @@ def _works(loads: search.LoadSearch) -> Iterator[Use]:
 
 
 KIND = Presentation(
-    search.LoadSearch, FOUND, FOUND_COLUMNS, contact=attrgetter("largest"), works=_works,
-    question=question, method=_method, answer=_answer, numbers=_numbers, remarks=_remarks,
+    search.LoadSearch,
+    FOUND,
+    FOUND_COLUMNS,
+    contact=attrgetter("largest"),
+    works=_works,
+    question=question,
+    method=_method,
+    answer=_answer,
+    numbers=_numbers,
+    remarks=_remarks,
     problem=lambda loads: phrases.bodies(loads.largest) + phrases.boundary(loads.largest),
-)  # fmt: skip
+)

@@ -22,28 +22,35 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
 
 CONTACT = Option(
-    "contact-fraction", Panel.BODIES, "SHARES",
-    'Contact fraction(s) to reach: "1 %, 5 %".', units.shares, None,
-)  # fmt: skip
+    "contact-fraction",
+    Panel.BODIES,
+    "SHARES",
+    'Contact fraction(s) to reach: "1 %, 5 %".',
+    units.shares,
+    None,
+)
 SATURATED = Option(
-    "saturated-fraction", Panel.BODIES, "SHARES",
+    "saturated-fraction",
+    Panel.BODIES,
+    "SHARES",
     'Saturated part of the contact to reach: "1 %".',
-    units.shares, None,
-)  # fmt: skip
+    units.shares,
+    None,
+)
 APPROACH = Option(
-    "approach", Panel.BODIES, "LENGTHS",
+    "approach",
+    Panel.BODIES,
+    "LENGTHS",
     'Approach(es) from first contact to reach: "1 um".',
-    parsing.lengths, None,
-)  # fmt: skip
+    parsing.lengths,
+    None,
+)
 MEAN_GAP = Option(
-    "mean-gap", Panel.BODIES, "LENGTHS",
-    'Mean gap(s) to reach: "0.5 um".',
-    parsing.lengths, None,
-)  # fmt: skip
+    "mean-gap", Panel.BODIES, "LENGTHS", 'Mean gap(s) to reach: "0.5 um".', parsing.lengths, None
+)
 FIRST_YIELD = flag_option(
-    "first-yield", Panel.BODIES,
-    "Load of first yield of either body (elastic contact).",
-)  # fmt: skip
+    "first-yield", Panel.BODIES, "Load of first yield of either body (elastic contact)."
+)
 OUTPUT = file_option("output", "FILE.csv|json", "Table of results.", TABLES)
 _WANTED: tuple[Option[Any], ...] = (CONTACT, SATURATED, APPROACH, MEAN_GAP, FIRST_YIELD)
 
@@ -81,12 +88,25 @@ roughcontact find ground.x3p --contact-fraction "5 %" --mean-gap "0.3 um" \\
     --boundary periodic --material 42CrMo4 --output loads.csv
 """,
     (
-        *options.MAP, *_WANTED, *options.BODIES, *options.COATINGS,
-        *options.SOLVER_DOUBLE, OUTPUT, *options.OUTPUT,
+        *options.MAP,
+        *_WANTED,
+        *options.BODIES,
+        *options.COATINGS,
+        *options.SOLVER_DOUBLE,
+        OUTPUT,
+        *options.OUTPUT,
     ),
     (
-        CONTACT, SATURATED, MEAN_GAP, APPROACH, FIRST_YIELD, options.MATERIAL, options.CEILING,
-        options.MISSING, OUTPUT, options.REPORT,
+        CONTACT,
+        SATURATED,
+        MEAN_GAP,
+        APPROACH,
+        FIRST_YIELD,
+        options.MATERIAL,
+        options.CEILING,
+        options.MISSING,
+        OUTPUT,
+        options.REPORT,
     ),
     run=_run,
     rules=(Rule(ANY_OF, *_WANTED),),
@@ -100,4 +120,4 @@ roughcontact find ground.x3p --contact-fraction "5 %" --mean-gap "0.3 um" \\
             short_help=((CONTACT, "5 %"),),
         ),
     ),
-)  # fmt: skip
+)

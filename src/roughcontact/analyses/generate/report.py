@@ -46,8 +46,10 @@ def generation_headline(surface: Surface) -> Headline:
     return Headline(
         f"Generated map, {grid}, seed {created.arguments['seed']}",
         f"The map differs in {', '.join(missed)}." if missed else "The map has what was requested.",
-        HEADS, parameter_rows(surface), (),
-    )  # fmt: skip
+        HEADS,
+        parameter_rows(surface),
+        (),
+    )
 
 
 def missed_notes(surface: Surface) -> tuple[Caution, ...]:
@@ -135,14 +137,19 @@ def _missed_reason(item: Parameter, surface: Surface, result: Mapping[str, Any])
         maximum = result.get("Str_max", math.nan)
         text = (
             f"Str is at most {maximum:.2g}: correlation along the lay exceeds half the map. Use a "
-            "larger ", size, ".",
-        )  # fmt: skip
+            "larger ",
+            size,
+            ".",
+        )
     elif item.name in ("Sal", "Str"):
         hills = math.prod(side / result["rolloff_wavelength"] for side in surface.size)
         text = (
-            f"{said}only {max(hills, 1):.0f} correlation areas fit. Use a larger ", size,
-            " or another ", seed, ".",
-        )  # fmt: skip
+            f"{said}only {max(hills, 1):.0f} correlation areas fit. Use a larger ",
+            size,
+            " or another ",
+            seed,
+            ".",
+        )
     elif item.name in ("Ssk", "Sku"):
         text = (f"{said}not reachable. Use a shorter ", cutoff, " or larger ", size, ".")
     else:

@@ -20,80 +20,135 @@ if TYPE_CHECKING:
 _LARGEST_SEED = 2**63 - 1
 
 SIZE = Option(
-    "size", Panel.MAP, "LENGTHS", 'Side lengths (y, x): "0.5 mm x 1 mm", or one of a square.',
-    parsing.as_text, None, "Side lengths (y × x)",
-)  # fmt: skip
+    "size",
+    Panel.MAP,
+    "LENGTHS",
+    'Side lengths (y, x): "0.5 mm x 1 mm", or one of a square.',
+    parsing.as_text,
+    None,
+    "Side lengths (y × x)",
+)
 POINTS = Option(
-    "points", Panel.MAP, "NUMBER|NYxNX",
+    "points",
+    Panel.MAP,
+    "NUMBER|NYxNX",
     "Grid points, e.g. 512 or 256x1024; default: 1024.",
     parsing.points,
     (1024, 1024),
-)  # fmt: skip
+)
 SEED = Option(
-    "seed", Panel.MAP, "NUMBER",
+    "seed",
+    Panel.MAP,
+    "NUMBER",
     "Random seed; each seed gives another surface; default: 0.",
-    parsing.int_parser(0, _LARGEST_SEED), 0, arguments=("rng",),
-)  # fmt: skip
+    parsing.int_parser(0, _LARGEST_SEED),
+    0,
+    arguments=("rng",),
+)
 SQ = Option(
-    "sq", Panel.HEIGHTS, "LENGTH", 'Root-mean-square height Sq: "0.4 um".', LENGTH, None,
+    "sq",
+    Panel.HEIGHTS,
+    "LENGTH",
+    'Root-mean-square height Sq: "0.4 um".',
+    LENGTH,
+    None,
     arguments=("Sq",),
-)  # fmt: skip
+)
 SSK = Option(
-    "ssk", Panel.HEIGHTS, "NUMBER",
+    "ssk",
+    Panel.HEIGHTS,
+    "NUMBER",
     "Skewness Ssk: below 0 plateaus with valleys, above 0 peaks; default: 0.",
-    parsing.number, 0.0, arguments=("Ssk",),
-)  # fmt: skip
+    parsing.number,
+    0.0,
+    arguments=("Ssk",),
+)
 SKU = Option(
-    "sku", Panel.HEIGHTS, "NUMBER",
+    "sku",
+    Panel.HEIGHTS,
+    "NUMBER",
     "Kurtosis Sku; default: 3 + 1.5 Ssk² (Gaussian: 3).",
-    parsing.number, None, arguments=("Sku",),
-)  # fmt: skip
+    parsing.number,
+    None,
+    arguments=("Sku",),
+)
 SAL = Option(
-    "sal", Panel.TEXTURE, "LENGTH",
+    "sal",
+    Panel.TEXTURE,
+    "LENGTH",
     'Autocorrelation length Sal: "12 um"; or --rolloff or --sdq.',
-    LENGTH, None, arguments=("Sal",),
-)  # fmt: skip
+    LENGTH,
+    None,
+    arguments=("Sal",),
+)
 SDQ = Option(
-    "sdq", Panel.TEXTURE, "NUMBER",
+    "sdq",
+    Panel.TEXTURE,
+    "NUMBER",
     "Root-mean-square slope Sdq; with --sal or --rolloff it sets the cutoff.",
-    parsing.number, None, arguments=("Sdq",),
-)  # fmt: skip
+    parsing.number,
+    None,
+    arguments=("Sdq",),
+)
 ROLLOFF = Option(
-    "rolloff", Panel.TEXTURE, "LENGTH",
+    "rolloff",
+    Panel.TEXTURE,
+    "LENGTH",
     'Roll-off wavelength; the spectrum is flat above: "50 um".',
     LENGTH,
-    None, arguments=("rolloff_wavelength",),
-)  # fmt: skip
+    None,
+    arguments=("rolloff_wavelength",),
+)
 CUTOFF = Option(
-    "cutoff", Panel.TEXTURE, "LENGTH",
+    "cutoff",
+    Panel.TEXTURE,
+    "LENGTH",
     'Shortest wavelength: "4 um"; default: 8 pixels.',
-    LENGTH, None,
+    LENGTH,
+    None,
     arguments=("cutoff_wavelength",),
-)  # fmt: skip
+)
 HURST = Option(
-    "hurst", Panel.TEXTURE, "NUMBER",
+    "hurst",
+    Panel.TEXTURE,
+    "NUMBER",
     "Hurst exponent, 0 (rough to the finest scale) to 1; default: 0.8.",
-    parsing.number, 0.8,
-)  # fmt: skip
+    parsing.number,
+    0.8,
+)
 STR = Option(
-    "str", Panel.TEXTURE, "NUMBER",
+    "str",
+    Panel.TEXTURE,
+    "NUMBER",
     "Texture aspect ratio Str, 0 (directional) to 1 (isotropic); default: 1.",
-    parsing.number, None, arguments=("Str",),
-)  # fmt: skip
+    parsing.number,
+    None,
+    arguments=("Str",),
+)
 LAY = Option(
-    "lay", Panel.TEXTURE, "DEGREES", "Lay direction, degrees counterclockwise from x; default: 0.",
-    parsing.number, 0.0,
-)  # fmt: skip
+    "lay",
+    Panel.TEXTURE,
+    "DEGREES",
+    "Lay direction, degrees counterclockwise from x; default: 0.",
+    parsing.number,
+    0.0,
+)
 HONING = Option(
-    "honing", Panel.TEXTURE, "DEGREES",
+    "honing",
+    Panel.TEXTURE,
+    "DEGREES",
     "Honing angle between the two groove families, degrees: 45.",
-    parsing.number, None,
-)  # fmt: skip
+    parsing.number,
+    None,
+)
 TURNING = Option(
-    "turning", Panel.TEXTURE, "FEED,RADIUS",
+    "turning",
+    Panel.TEXTURE,
+    "FEED,RADIUS",
     'Turning grooves along the lay, feed and nose radius: "0.1 mm, 0.8 mm".',
-    parsing.lengths, None,
-)  # fmt: skip
+    parsing.lengths,
+    None,
+)
 OUTPUT = files_option(
     "output",
     f"Map: {export.format_list_text(ContentType.SURFACE)}; repeatable.",
@@ -101,8 +156,20 @@ OUTPUT = files_option(
 )
 FIGURE = file_option("figure", "FILE", "Figure of the map (PNG, SVG or PDF).", PICTURES)
 _PARAMETERS: tuple[Option[Any], ...] = (
-    SEED, SQ, SSK, SKU, SAL, SDQ, ROLLOFF, CUTOFF, HURST, STR, LAY, HONING, TURNING,
-)  # fmt: skip
+    SEED,
+    SQ,
+    SSK,
+    SKU,
+    SAL,
+    SDQ,
+    ROLLOFF,
+    CUTOFF,
+    HURST,
+    STR,
+    LAY,
+    HONING,
+    TURNING,
+)
 
 
 def run_generate(specified: Given, say: Say) -> tuple[Surface, list[Path]]:

@@ -36,26 +36,37 @@ def passes(history: LoadHistory) -> str:
 
 
 HISTORY_COLUMNS: Columns = (
-    Column(
-        "number", "step", of=lambda h: range(1, len(h.steps) + 1), stored=False, brief=False
-    ),
+    Column("number", "step", of=lambda h: range(1, len(h.steps) + 1), stored=False, brief=False),
     Column("load", "load", unit="N"),
     Column("approach", "approach", unit="m"),
     Column("shift_y", unit="m"),
     Column("shift_x", unit="m"),
-    Column("contact_area", "contact", unit="m²", shown=share_of("contact_area"), form=format_percent),
     Column(
-        "saturated_area", "saturated", unit="m²", shown=share_of("saturated_area"), form=format_percent,
+        "contact_area", "contact", unit="m²", shown=share_of("contact_area"), form=format_percent
+    ),
+    Column(
+        "saturated_area",
+        "saturated",
+        unit="m²",
+        shown=share_of("saturated_area"),
+        form=format_percent,
     ),
     Column("max_pressure", "largest pressure", unit="Pa"),
-    Column("indentation_volume", "newly indented", unit="m³", shown=without_rounding("indentation_volume")),
-    Column("dissipated_energy", "dissipated", unit="J", shown=without_rounding("dissipated_energy")),
+    Column(
+        "indentation_volume",
+        "newly indented",
+        unit="m³",
+        shown=without_rounding("indentation_volume"),
+    ),
+    Column(
+        "dissipated_energy", "dissipated", unit="J", shown=without_rounding("dissipated_energy")
+    ),
     Column("elastic_energy", unit="J"),
     Column("certificate"),
     Column("load_error"),
     Column("convolutions"),
     Column("seconds", unit="s"),
-)  # fmt: skip
+)
 """Of the steps of a `LoadHistory`."""
 
 
@@ -66,7 +77,10 @@ HISTORY: Table = (
     Quantity("boundary", of=lambda history: str(history.last.boundary)),
     Quantity("contact_modulus", unit="Pa", of="last.contact_modulus"),
     Quantity(
-        "ceiling", "pressure ceiling", unit="Pa", of=lambda h: ceiling_stored(h.last),
+        "ceiling",
+        "pressure ceiling",
+        unit="Pa",
+        of=lambda h: ceiling_stored(h.last),
         text=lambda h: phrases.ceiling(h.under_largest),
     ),
     Quantity("calibration", of=lambda h: h.calibration and h.calibration.summary()),
@@ -76,12 +90,16 @@ HISTORY: Table = (
     Quantity("requested_passes"),
     Quantity("indentation_volume", "indented volume", unit="m³"),
     Quantity(
-        "max_indentation", "indentation", unit="m",
-        of=lambda history: float(history.indentation.max()), form=up_to,
+        "max_indentation",
+        "indentation",
+        unit="m",
+        of=lambda history: float(history.indentation.max()),
+        form=up_to,
     ),
     Quantity("dissipated_energy", "dissipated energy", unit="J"),
     Quantity(
-        "is_elastic_now", "shaken down",
+        "is_elastic_now",
+        "shaken down",
         form=lambda v: f"{'yes: going on stays elastic' if v else 'no: going on may indent more'}",
     ),
     Quantity("volume_account", of=lambda _: VOLUME_ACCOUNT),
@@ -90,5 +108,5 @@ HISTORY: Table = (
     Quantity("steps", of=lambda history: stored_columns(HISTORY_COLUMNS, history)),
     Quantity("version", of=lambda _: __version__),
     certificates_of(),
-)  # fmt: skip
+)
 """Of a `LoadHistory`."""

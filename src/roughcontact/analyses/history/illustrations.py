@@ -8,10 +8,12 @@ from roughcontact.report.page import HALF
 
 HISTORY: Illustrations = (
     Illustration(
-        "history", hysteresis,
+        "history",
+        hysteresis,
         "Top: load over approach; dots are computed, the area between the lines is no measure of "
         "the energy. Bottom: energy dissipated by each step and volume indented so far.",
-        FRONT, HALF,
+        FRONT,
+        HALF,
     ),
-)  # fmt: skip
+)
 """Of a `LoadHistory`."""

@@ -74,10 +74,17 @@ def _history_remarks(history: LoadHistory) -> tuple[str, ...]:
 
 
 HISTORY_KIND = Presentation(
-    LoadHistory, history_fields.HISTORY, history_fields.HISTORY_COLUMNS,
+    LoadHistory,
+    history_fields.HISTORY,
+    history_fields.HISTORY_COLUMNS,
     figures=history_illustrations.HISTORY,
-    plots=(hysteresis,), contact=attrgetter("under_largest"), question=history_question,
-    problem=_history_problem, answer=_history_answer, remarks=_history_remarks, details=_details,
+    plots=(hysteresis,),
+    contact=attrgetter("under_largest"),
+    question=history_question,
+    problem=_history_problem,
+    answer=_history_answer,
+    remarks=_history_remarks,
+    details=_details,
     method=_history_method,
     case=lambda history: assumptions.of_contact(history.under_largest, history),
-)  # fmt: skip
+)

@@ -18,19 +18,29 @@ from roughcontact.request.task import Analysis, Task
 
 _SURFACES = export.suffixes(ContentType.SURFACE)
 PATH = Option(
-    "path", Panel.BODIES, "LOADS", 'Loads or approaches in order: "1 N, 0 N, 1 N", "20 MPa, 0 N".',
-    parsing.stages, None,
-)  # fmt: skip
+    "path",
+    Panel.BODIES,
+    "LOADS",
+    'Loads or approaches in order: "1 N, 0 N, 1 N", "20 MPa, 0 N".',
+    parsing.stages,
+    None,
+)
 PASSES = Option(
-    "passes", Panel.BODIES, "NUMBER",
+    "passes",
+    Panel.BODIES,
+    "NUMBER",
     "Maximum number of repetitions of the path; default: 1.",
-    parsing.int_parser(1, STEPS), 1,
-)  # fmt: skip
+    parsing.int_parser(1, STEPS),
+    1,
+)
 SHIFT = Option(
-    "shift", Panel.BODIES, "LENGTHS",
+    "shift",
+    Panel.BODIES,
+    "LENGTHS",
     'Counter-body shift (y, x) per pass: "0 um, 5 um"; default: none.',
-    parsing.offset, (0.0, 0.0),
-)  # fmt: skip
+    parsing.offset,
+    (0.0, 0.0),
+)
 OUTPUT = file_option("output", "FILE.csv|json", "Table of steps.", TABLES)
 INDENTED_SURFACE = file_option(
     "indented-surface", "FILE", f"Indented surface: {', '.join(_SURFACES)}.", _SURFACES
@@ -86,11 +96,26 @@ roughcontact history ground.x3p --path "1 N, 0 N, 1 N" --boundary periodic \\
     --material 42CrMo4 --output history.csv --indented-surface indented.x3p
 """,
     (
-        *options.MAP, PATH, PASSES, SHIFT, *options.BODIES, *options.SOLVER_DOUBLE, OUTPUT,
-        INDENTED_SURFACE, options.FOLDER, options.REPORT, FIGURE, *options.SHOWN,
+        *options.MAP,
+        PATH,
+        PASSES,
+        SHIFT,
+        *options.BODIES,
+        *options.SOLVER_DOUBLE,
+        OUTPUT,
+        INDENTED_SURFACE,
+        options.FOLDER,
+        options.REPORT,
+        FIGURE,
+        *options.SHOWN,
     ),
     (
-        PATH, PASSES, *options.BODY_CONSTANTS, options.MISSING, INDENTED_SURFACE, OUTPUT,
+        PATH,
+        PASSES,
+        *options.BODY_CONSTANTS,
+        options.MISSING,
+        INDENTED_SURFACE,
+        OUTPUT,
         options.REPORT,
     ),
     run=_run,
@@ -107,4 +132,4 @@ roughcontact history ground.x3p --path "1 N, 0 N, 1 N" --boundary periodic \\
             short_help=((PATH, "10 MPa, 0 N, 10 MPa"),),
         ),
     ),
-)  # fmt: skip
+)

@@ -73,9 +73,11 @@ class Curve:
         step = x[k + 1] - x[k]
         t = (logarithm - x[k]) / step
         return (
-            (1 + 2 * t) * (1 - t) ** 2 * y[k] + t * (1 - t) ** 2 * step * slope[k]
-            + t**2 * (3 - 2 * t) * y[k + 1] - t**2 * (1 - t) * step * slope[k + 1]
-        )  # fmt: skip
+            (1 + 2 * t) * (1 - t) ** 2 * y[k]
+            + t * (1 - t) ** 2 * step * slope[k]
+            + t**2 * (3 - 2 * t) * y[k + 1]
+            - t**2 * (1 - t) * step * slope[k + 1]
+        )
 
     @property
     def error(self) -> float:
@@ -226,8 +228,9 @@ class Resolved:
 def resolved(pressures: Array, means: Mapping[str, Array], scatter: float) -> Resolved:
     """Return the range of pressures that maps resolve."""
     from_below = (
-        (SPOTS, means["spots"] >= LEAST_SPOTS), (POINTS, means["contact_points"] >= LEAST_POINTS)
-    )  # fmt: skip
+        (SPOTS, means["spots"] >= LEAST_SPOTS),
+        (POINTS, means["contact_points"] >= LEAST_POINTS),
+    )
     from_above = (
         (CONTACT, means["contact_fraction"] <= MOST_CONTACT),
         (POINTS, means["open_points"] >= LEAST_POINTS),
@@ -303,7 +306,8 @@ class PartSize:
             return None
         return as_caution(
             CautionTag.LAW_SIZE,
-            f"Quarter maps differ by {format_percent(self.off)} (chance {format_percent(self.chance)}): the law "
+            f"Quarter maps differ by {format_percent(self.off)} (chance "
+            f"{format_percent(self.chance)}): the law "
             "depends on map size. Use larger maps.",
             off=self.off,
             chance=self.chance,

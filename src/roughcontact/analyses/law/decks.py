@@ -66,8 +66,11 @@ def abaqus(law: InterfaceLaw) -> str:
     def rows(branch: str) -> list[str]:
         keywords = ("*GAP CONDUCTANCE, PRESSURE", "*GAP ELECTRICAL CONDUCTANCE, PRESSURE")
         tables = _conductances(law, branch)
-        return [line for name, (pressure, values) in zip(keywords, tables, strict=False)
-                for line in (name, *_rows(values, pressure))]  # fmt: skip
+        return [
+            line
+            for name, (pressure, values) in zip(keywords, tables, strict=False)
+            for line in (name, *_rows(values, pressure))
+        ]
 
     def friction(branch: str) -> list[str]:
         assert law.friction is not None
@@ -147,11 +150,14 @@ def ansys(law: InterfaceLaw) -> str:
         for key, (number, variable, first, second) in constants.items():
             lines += [
                 f"*DIM,{name}_{key},TABLE,{first.size},1,1,{variable}",
-                *(f"{name}_{key}({row},0)={x:.9e} $ {name}_{key}({row},1)={y:.9e}"
-                  for row, (x, y) in enumerate(zip(first.tolist(), second.tolist(), strict=True),
-                                               start=1)),
+                *(
+                    f"{name}_{key}({row},0)={x:.9e} $ {name}_{key}({row},1)={y:.9e}"
+                    for row, (x, y) in enumerate(
+                        zip(first.tolist(), second.tolist(), strict=True), start=1
+                    )
+                ),
                 f"{mark}RMODIF,CID,{number},%{name}_{key}%",
-            ]  # fmt: skip
+            ]
     if law.friction is not None:
         strength = _shear_strength(law)
         lines += [] if strength is None else [f"RMODIF,CID,9,{strength:.9e}"]
@@ -180,13 +186,19 @@ def moose(law: InterfaceLaw) -> str:
             tables["stick_slope"] = (own / _PRESSURE, slopes / _SLOPE)
         for key, (pressure, values) in zip(
             ("thermal_conductance", "electrical_conductance"),
-            _conductances(law, table.branch), strict=False,
-        ):  # fmt: skip
+            _conductances(law, table.branch),
+            strict=False,
+        ):
             tables[key] = (pressure / _PRESSURE, values / _CONDUCTANCE)
         for key, columns in tables.items():
             x, y = (" ".join(f"{value:.9e}" for value in column.tolist()) for column in columns)
-            lines += [f"  [rough_{table.branch}_{key}]", "    type = PiecewiseLinear",
-                      f"    x = '{x}'", f"    y = '{y}'", "  []"]  # fmt: skip
+            lines += [
+                f"  [rough_{table.branch}_{key}]",
+                "    type = PiecewiseLinear",
+                f"    x = '{x}'",
+                f"    y = '{y}'",
+                "  []",
+            ]
     return "\n".join([*lines, "[]"]) + "\n"
 
 
@@ -198,11 +210,16 @@ def freecad(law: InterfaceLaw) -> str:
     values: dict[str, Any] = {"Slope": f"{slope:.9e} MPa/mm"}
     if law.friction is not None:
         _, slopes = _stick_slopes(law, branch)
-        values |= {"Friction": True, "FrictionCoefficient": law.friction.sliding,
-                   "StickSlope": f"{slopes[-1]:.9e} MPa/mm"}  # fmt: skip
+        values |= {
+            "Friction": True,
+            "FrictionCoefficient": law.friction.sliding,
+            "StickSlope": f"{slopes[-1]:.9e} MPa/mm",
+        }
     for pressure, conductance in _conductances(law, branch)[:1]:
-        values |= {"EnableThermalContact": True,
-                   "ThermalContactConductance": _rows(conductance, pressure)}  # fmt: skip
+        values |= {
+            "EnableThermalContact": True,
+            "ThermalContactConductance": _rows(conductance, pressure),
+        }
     lines = [
         *_comment_head(law, "#"),
         f"# {_UNITS}",
@@ -260,9 +277,15 @@ def _numbers(law: InterfaceLaw) -> str:
 
 
 _TEXTS: dict[str, Callable[[InterfaceLaw], str]] = {
-    ".csv": csv, ".json": _numbers, ".inp": abaqus, ".ccx": calculix, ".txt": lubrication,
-    ".mac": ansys, ".i": moose, ".fcmacro": freecad,
-}  # fmt: skip
+    ".csv": csv,
+    ".json": _numbers,
+    ".inp": abaqus,
+    ".ccx": calculix,
+    ".txt": lubrication,
+    ".mac": ansys,
+    ".i": moose,
+    ".fcmacro": freecad,
+}
 
 
 def save(law: InterfaceLaw, path: str | os.PathLike[str]) -> None:
@@ -371,10 +394,12 @@ def _conductances(law: InterfaceLaw, branch: str) -> list[tuple[Array, Array]]:
         fine = refine_geometrically(pressure[there])
         result = np.exp(np.interp(np.log(fine), np.log(pressure[there]), np.log(values[there])))
         rows = thin_points(fine, result, ERROR)
-        tables.append((
-            np.concatenate([[0.0], fine[rows] * _PRESSURE]),
-            np.concatenate([[0.0], result[rows] * _CONDUCTANCE]),
-        ))  # fmt: skip
+        tables.append(
+            (
+                np.concatenate([[0.0], fine[rows] * _PRESSURE]),
+                np.concatenate([[0.0], result[rows] * _CONDUCTANCE]),
+            )
+        )
     return tables
 
 

@@ -117,19 +117,37 @@ def _line(
 def _draw_areas(axes: Axes, law: InterfaceLaw) -> None:
     _shade(axes.axvspan, law)
     _line(
-        axes, law, LOADING, "contact_fraction", 100, color=style.SERIES[0], marker="o",
+        axes,
+        law,
+        LOADING,
+        "contact_fraction",
+        100,
+        color=style.SERIES[0],
+        marker="o",
         label="contact",
-    )  # fmt: skip
+    )
     if not law.is_elastic:
         _line(
-            axes, law, LOADING, "saturated_fraction", 100, color=style.SATURATED, marker="s",
+            axes,
+            law,
+            LOADING,
+            "saturated_fraction",
+            100,
+            color=style.SATURATED,
+            marker="s",
             label="saturated",
-        )  # fmt: skip
+        )
     if UNLOADING in law.branches:
         _line(
-            axes, law, UNLOADING, "contact_fraction", 100, color=style.ELASTIC, marker="o",
+            axes,
+            law,
+            UNLOADING,
+            "contact_fraction",
+            100,
+            color=style.ELASTIC,
+            marker="o",
             label="contact, unloading",
-        )  # fmt: skip
+        )
     style.log_scale(axes, "y")
     style.name_axes(axes, y="share of the area [%]", title="Contact and saturated area")
 
@@ -143,14 +161,26 @@ def _draw_stiffness(axes: Axes, law: InterfaceLaw) -> None:
     )
     if not law.is_elastic:
         _line(
-            axes, law, LOADING, "unloading_stiffness", scale, color=style.SATURATED, marker="s",
+            axes,
+            law,
+            LOADING,
+            "unloading_stiffness",
+            scale,
+            color=style.SATURATED,
+            marker="s",
             label="as the load begins to fall",
-        )  # fmt: skip
+        )
     if UNLOADING in law.branches:
         _line(
-            axes, law, UNLOADING, "unloading_stiffness", scale, color=style.ELASTIC, marker="o",
+            axes,
+            law,
+            UNLOADING,
+            "unloading_stiffness",
+            scale,
+            color=style.ELASTIC,
+            marker="o",
             label="unloading, loading again",
-        )  # fmt: skip
+        )
     if np.isfinite(law.persson_length):
         line = law.pressures() / law.persson_length * scale
         axes.plot(law.pressures() * factor, line, "--", color=style.NEUTRAL, label="p̄/u₀, Persson")

@@ -8,10 +8,12 @@ from roughcontact.report.page import WIDE
 
 LAW: Illustrations = (
     Illustration(
-        "law", interface_law,
+        "law",
+        interface_law,
         "Pressure over separation, areas, stiffness, and gap. Thick: mean of the maps. Thin: each "
         "map. Dashed: Persson's elastic theory. Gray: not resolved by the maps.",
-        FRONT, WIDE,
+        FRONT,
+        WIDE,
     ),
-)  # fmt: skip
+)
 """Of an `InterfaceLaw`."""

@@ -262,10 +262,14 @@ class InterfaceLaw(Result):
         law = self.maps[0]
         window, last = law.window, law.loading[-1]
         if window is not None:
-            factors = [round(new / old) for new, old in
-                       zip(contact.pair.pixel, law.pair.pixel, strict=True)]  # fmt: skip
-            rows, columns = (slice(-(-part.start // factor), part.stop // factor)
-                             for part, factor in zip(window, factors, strict=True))  # fmt: skip
+            factors = [
+                round(new / old)
+                for new, old in zip(contact.pair.pixel, law.pair.pixel, strict=True)
+            ]
+            rows, columns = (
+                slice(-(-part.start // factor), part.stop // factor)
+                for part, factor in zip(window, factors, strict=True)
+            )
             window = rows, columns
         point = _point(contact, window, 0.0)
         closing = law.loading[0].separation - last.separation
@@ -326,17 +330,24 @@ class InterfaceLaw(Result):
 
     def _steps(self, branch: str) -> Iterator[LawStep]:
         pressures = self.pressures(branch)
-        names = ("separation", "mean_gap", "contact_fraction", "saturated_fraction", "stiffness",
-                 "unloading_stiffness")  # fmt: skip
+        names = (
+            "separation",
+            "mean_gap",
+            "contact_fraction",
+            "saturated_fraction",
+            "stiffness",
+            "unloading_stiffness",
+        )
         means = {name: self.mean(branch, name) for name in names}
         theory, resolved = self.persson(pressures), self.resolved
         conductance = self.thermal_conductance(branch)
         for number, pressure in enumerate(pressures.tolist()):
             point = {name: result[number] for name, result in means.items()}
             scatter = {
-                "separation": point["separation"], "contact": point["contact_fraction"],
+                "separation": point["separation"],
+                "contact": point["contact_fraction"],
                 "stiffness": point[("stiffness" if branch == LOADING else "unloading_stiffness")],
-            }  # fmt: skip
+            }
             yield LawStep(
                 branch=branch,
                 pressure=pressure,
@@ -347,10 +358,11 @@ class InterfaceLaw(Result):
                 resolved=resolved.low <= pressure <= resolved.high,
                 thermal_conductance=float(conductance[number]),
                 tangential_stiffness=(
-                    math.nan if self.friction is None
+                    math.nan
+                    if self.friction is None
                     else self.friction.ratio * point["unloading_stiffness"].value
                 ),
-            )  # fmt: skip
+            )
 
     def curve(self, branch: str = LOADING) -> Curve:
         """Return the mean of the maps as a curve; see `Curve`."""
@@ -719,9 +731,12 @@ def _unloading_points(
     for result in unloading:
         again = result.load in loads
         require_alike(
-            collected[0].pair, result.pair, "unloading", "; give the maps pressed alike",
+            collected[0].pair,
+            result.pair,
+            "unloading",
+            "; give the maps pressed alike",
             only_elastic=True,
-        )  # fmt: skip
+        )
         if not pairs or again or not same_heights(pairs[-1], result.pair):
             loads.clear()
             if len(pairs) == len(collected):

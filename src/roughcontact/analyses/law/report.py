@@ -74,53 +74,68 @@ def _backbone(law: InterfaceLaw) -> dict[str, dict[str, list[float]]]:
 LAW: Table = (
     *PAIR,
     Quantity(
-        "maps", "maps", of=lambda law: [item.name for item in law.maps],
-        text=lambda law: count_noun(len(law.maps), "map"), part=PROBLEM,
+        "maps",
+        "maps",
+        of=lambda law: [item.name for item in law.maps],
+        text=lambda law: count_noun(len(law.maps), "map"),
+        part=PROBLEM,
     ),
+    Quantity("rim", "rim that is left out", unit="m", part=PROBLEM, when=lambda law: law.rim > 0),
     Quantity(
-        "rim", "rim that is left out", unit="m", part=PROBLEM, when=lambda law: law.rim > 0,
-    ),
-    Quantity(
-        "first_touch", "separation at first touch", "ū₀", unit="m",
+        "first_touch",
+        "separation at first touch",
+        "ū₀",
+        unit="m",
         of=lambda law: law.curve().first_touch,
     ),
     Quantity(
-        "resolved", "p̄(ū) resolved from", of=lambda law: [law.resolved.low, law.resolved.high],
+        "resolved",
+        "p̄(ū) resolved from",
+        of=lambda law: [law.resolved.low, law.resolved.high],
         text=_range,
     ),
     Quantity(
-        "part_size", "map size", of=lambda law: law.part_size and asdict(law.part_size),
-        text=_part_size, when=lambda law: law.part_size is not None,
+        "part_size",
+        "map size",
+        of=lambda law: law.part_size and asdict(law.part_size),
+        text=_part_size,
+        when=lambda law: law.part_size is not None,
     ),
     Quantity(
-        "persson_length", "Persson's u₀ from the spectrum", unit="m",
+        "persson_length",
+        "Persson's u₀ from the spectrum",
+        unit="m",
         when=lambda law: math.isfinite(law.persson_length),
     ),
     Quantity("deviation", "standard deviation of the heights", "σ", "m", of="asperities.deviation"),
     Quantity(
-        "summit_density", "density of summits", "η", "1/m²", of="asperities.density",
-        form=lambda value: f"{value * 1e-6:.4g} /mm²", brief=False,
+        "summit_density",
+        "density of summits",
+        "η",
+        "1/m²",
+        of="asperities.density",
+        form=lambda value: f"{value * 1e-6:.4g} /mm²",
+        brief=False,
     ),
     Quantity("summit_radius", "radius of summits", "R", "m", of="asperities.radius", brief=False),
     Quantity("bandwidth", "bandwidth", "α", of="asperities.bandwidth", brief=False),
-    Quantity(
-        "branches", of=lambda law: {branch: _columns(law, branch) for branch in law.branches},
-    ),
+    Quantity("branches", of=lambda law: {branch: _columns(law, branch) for branch in law.branches}),
     Quantity("tables", of=_tables),
     Quantity("friction", of=lambda law: law.friction and asdict(law.friction)),
     Quantity(
-        "elastic_slip", "elastic slip μ p̄/k_t", unit="m", of=lambda law: law.elastic_slip()[-1],
+        "elastic_slip",
+        "elastic slip μ p̄/k_t",
+        unit="m",
+        of=lambda law: law.elastic_slip()[-1],
         when=lambda law: law.friction is not None,
     ),
     Quantity("backbone", of=lambda law: law.friction and _backbone(law)),
     Quantity("coarser", of=lambda law: law.coarser and asdict(law.coarser)),
     Quantity("calibrated", of=lambda law: law.calibrated and asdict(law.calibrated)),
     Quantity("intervals", of=lambda law: [item.summary() for item in _intervals(law)]),
-    Quantity(
-        "thermal_conductance", of=lambda law: law.conductance.tolist(),
-    ),
+    Quantity("thermal_conductance", of=lambda law: law.conductance.tolist()),
     *CAUTIONS,
-)  # fmt: skip
+)
 """Of an `InterfaceLaw`."""
 
 
@@ -154,27 +169,27 @@ LAW_COLUMNS: Columns = (
     Column("branch", "branch", when=_flows, form=lambda branch: branch.removesuffix("ing")),
     Column("pressure", "pressure", unit="Pa", digits=3),
     Column("separation", "ū", unit="m", digits=3),
-    Column(
-        "separation_half", "±", unit="m", shown=_separations,
-        when=_several,
-    ),
+    Column("separation_half", "±", unit="m", shown=_separations, when=_several),
     Column("mean_gap", "mean gap", unit="m", digits=3, brief=False),
     Column("contact_fraction", "contact", form=format_percent),
-    Column(
-        "contact_half", "±", shown=_contacts, when=_several,
-        brief=False,
-    ),
+    Column("contact_half", "±", shown=_contacts, when=_several, brief=False),
     Column("saturated_fraction", "saturated", form=format_percent, when=_flows),
     Column("stiffness", "loading", unit="Pa/m", form=_per_length),
+    Column("unloading_stiffness", "falling", unit="Pa/m", form=_per_length, when=_flows),
     Column(
-        "unloading_stiffness", "falling", unit="Pa/m", form=_per_length, when=_flows,
-    ),
-    Column(
-        "thermal_conductance", "conductance", unit="W/(m² K)", digits=3, brief=False,
+        "thermal_conductance",
+        "conductance",
+        unit="W/(m² K)",
+        digits=3,
+        brief=False,
         when=lambda law: law.bodies is not None,
     ),
     Column(
-        "tangential_stiffness", "tangential", unit="Pa/m", form=_per_length, brief=False,
+        "tangential_stiffness",
+        "tangential",
+        unit="Pa/m",
+        form=_per_length,
+        brief=False,
         when=lambda law: law.friction is not None,
     ),
     Column("separation_deviation", unit="m"),
@@ -182,11 +197,9 @@ LAW_COLUMNS: Columns = (
     Column("stiffness_deviation", unit="Pa/m"),
     Column("stiffness_half", unit="Pa/m"),
     Column("persson_separation", unit="m"),
-    Column(
-        "persson_separation", "Persson", unit="m", digits=3, stored=False, when=_elastic,
-    ),
+    Column("persson_separation", "Persson", unit="m", digits=3, stored=False, when=_elastic),
     Column("resolved", "resolved", form=lambda value: "yes" if value else "no", brief=False),
-)  # fmt: skip
+)
 """Of the steps of an `InterfaceLaw`."""
 
 
@@ -208,31 +221,40 @@ def sentences(law: InterfaceLaw) -> tuple[str, ...]:
         "Stiffness per area, in GPa/µm: while loading, the elastic contact alone resists; while "
         "unloading, all of the contact does.",
         *(
-            () if law.is_elastic else
-            ("Around spots at the ceiling the elastic contact is often one pixel wide: loading "
-             "stiffness scatters by a tenth and more about the slope of the curve.",)
+            ()
+            if law.is_elastic
+            else (
+                "Around spots at the ceiling the elastic contact is often one pixel wide: loading "
+                "stiffness scatters by a tenth and more about the slope of the curve.",
+            )
         ),
         *(
-            (f"± is half of the interval in which the mean over all maps of this surface lies with "
-             f"{100 * LEVEL:.0f} %.",)
-            if several else ()
+            (
+                "± is half of the interval in which the mean over all maps of this surface lies "
+                "with "
+                f"{100 * LEVEL:.0f} %.",
+            )
+            if several
+            else ()
         ),
         *(
-            () if law.is_elastic or len(law.branches) > 1 else
-            ("The unloading branch was not solved.",)
+            ()
+            if law.is_elastic or len(law.branches) > 1
+            else ("The unloading branch was not solved.",)
         ),
         *(
             ("Nothing is at the ceiling: unloading goes back the way of loading.",)
-            if law.is_elastic else ()
+            if law.is_elastic
+            else ()
         ),
         *(
             ("Persson's theory is that of the elastic joint with the spectrum of the maps.",)
-            if math.isfinite(law.persson_length) else
-            ("Persson's theory needs maps without missing points.",)
+            if math.isfinite(law.persson_length)
+            else ("Persson's theory needs maps without missing points.",)
         ),
         f"Tables for other programs have as many rows as straight lines need for {100 * ERROR:.0f} "
         f"% of the pressure{_known(law)}",
-    )  # fmt: skip
+    )
 
 
 # --- What is said first ---
@@ -251,8 +273,9 @@ def _intervals(law: InterfaceLaw) -> tuple[Interval, Interval]:
     """Return the intervals of closing and stiffness under the largest pressure."""
     separation = law.values(law.branches[0], "separation")
     means = (
-        mean_with_interval(separation[:, 0] - separation[:, -1]), law.mean(law.branches[0], "stiffness")[-1],
-    )  # fmt: skip
+        mean_with_interval(separation[:, 0] - separation[:, -1]),
+        law.mean(law.branches[0], "stiffness")[-1],
+    )
     coarser = law.coarser and (law.coarser.closing, law.coarser.stiffness)
     changes = coarser or (math.nan, math.nan)
     closing, stiffness = (
@@ -316,7 +339,8 @@ def _remarks(law: InterfaceLaw) -> tuple[str, ...]:
     if len(law.branches) > 1:
         last = min(law.of_branch(law.branches[1]), key=lambda step: step.pressure)
         lines.append(
-            f"Unloaded to {phrases.format_short(last.pressure, 'Pa')}: {phrases.format_short(last.separation, 'm')}"
+            f"Unloaded to {phrases.format_short(last.pressure, 'Pa')}: "
+            f"{phrases.format_short(last.separation, 'm')}"
             f", contact {format_percent(last.contact_fraction)}"
         )
     return tuple(lines)
@@ -337,8 +361,18 @@ def question(law: InterfaceLaw) -> str:
 
 
 KIND = Presentation(
-    InterfaceLaw, LAW, LAW_COLUMNS, question=question, sentences=sentences,
+    InterfaceLaw,
+    LAW,
+    LAW_COLUMNS,
+    question=question,
+    sentences=sentences,
     figures=law_illustrations.LAW,
-    plots=(interface_law,), contact=attrgetter("largest"), works=_works, save=decks.save_law,
-    problem=_problem, answer=_answer, numbers=_numbers, remarks=_remarks,
-)  # fmt: skip
+    plots=(interface_law,),
+    contact=attrgetter("largest"),
+    works=_works,
+    save=decks.save_law,
+    problem=_problem,
+    answer=_answer,
+    numbers=_numbers,
+    remarks=_remarks,
+)

@@ -28,10 +28,7 @@ if TYPE_CHECKING:
     from roughcontact.analyses.law.model import InterfaceLaw
     from roughcontact.contact.result import ContactResult
 
-QUARTERS = flag_option(
-    "quarters", Panel.MAP,
-    "Repeat on map quarters to check the map size.",
-)  # fmt: skip
+QUARTERS = flag_option("quarters", Panel.MAP, "Repeat on map quarters to check the map size.")
 OUTPUT = files_option(
     "output",
     f"Law: {export.format_list_text(ContentType.LAW)}; repeatable.",
@@ -102,9 +99,12 @@ def _check(request: Request) -> None:
     known = all(body.conductivity is not None for body in joints.conductors(request))
     if request[joints.THERMAL_FILM] and not known:
         raise InputError(
-            "needs ", ArgumentRef("conductivity"), " and ", ArgumentRef("counter_conductivity"),
+            "needs ",
+            ArgumentRef("conductivity"),
+            " and ",
+            ArgumentRef("counter_conductivity"),
             argument="thermal_film",
-        )  # fmt: skip
+        )
 
 
 TASK = Task(
@@ -120,18 +120,35 @@ roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
     --boundary periodic --material 42CrMo4 --output law.inp
 """,
     (
-        QUARTERS, *options.MAP, *joints.RANGE, *options.MATERIALS, joints.FRICTION, *_CONDUCTORS,
-        *options.SHAPES, *joints.FACES, options.CEILING, options.BOUNDARY, *options.SOLVER,
-        OUTPUT, FIGURE,
+        QUARTERS,
+        *options.MAP,
+        *joints.RANGE,
+        *options.MATERIALS,
+        joints.FRICTION,
+        *_CONDUCTORS,
+        *options.SHAPES,
+        *joints.FACES,
+        options.CEILING,
+        options.BOUNDARY,
+        *options.SOLVER,
+        OUTPUT,
+        FIGURE,
         *options.OUTPUT,
     ),
     (
-        *joints.RANGE, options.MATERIAL, joints.FRICTION, options.CEILING, options.BOUNDARY,
-        options.MISSING, OUTPUT, options.REPORT,
+        *joints.RANGE,
+        options.MATERIAL,
+        joints.FRICTION,
+        options.CEILING,
+        options.BOUNDARY,
+        options.MISSING,
+        OUTPUT,
+        options.REPORT,
     ),
     run=_run,
     rules=(
-        *joints.PRESSURE_RULES, *joints.FACE_RULES,
+        *joints.PRESSURE_RULES,
+        *joints.FACE_RULES,
         Rule(EXCLUDES, QUARTERS, options.COUNTER_MAPS),
     ),
     check=_check,
@@ -145,4 +162,4 @@ roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
     ),
     maps=("file", "files"),
     shares_contacts=True,
-)  # fmt: skip
+)

@@ -71,8 +71,9 @@ def flow_factors(result: Leakage) -> Figure:
     for axis in result.axes:
         line, colour = ("o-", "s--")[axis], style.SERIES[axis]
         label = f"along {'yx'[axis]}"
-        left.plot(result.gap_ratio, _positive(result.flow_factor(axis)), line, color=colour,
-                  label=label)  # fmt: skip
+        left.plot(
+            result.gap_ratio, _positive(result.flow_factor(axis)), line, color=colour, label=label
+        )
         narrow = _positive(result.critical_gap(axis)) * factor
         right.plot(load * load_factor, narrow, line, color=colour, label=f"narrowest, {label}")
     for axes, x, y, title in (

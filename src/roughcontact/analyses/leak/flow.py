@@ -414,9 +414,15 @@ def _flow_from_pressure(
     pressure = np.full(part.shape, np.nan, np.float32)
     pressure[part] = solved.pressure
     return Flow(
-        axis, (permeability[0], permeability[1]), pressure, density, sheared, unbalanced,
-        solved.steps, problem.network.nodes,
-    )  # fmt: skip
+        axis,
+        (permeability[0], permeability[1]),
+        pressure,
+        density,
+        sheared,
+        unbalanced,
+        solved.steps,
+        problem.network.nodes,
+    )
 
 
 def _sheared_gap(problem: _Problem, solved: _Solved, gap: Array, cube: Array) -> float:

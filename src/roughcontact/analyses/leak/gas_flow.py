@@ -71,9 +71,14 @@ class GasState:
 
 
 def gas_factor(
-    gap: Array, pixel: tuple[float, float], viscous: Flow, narrowest: float, state: GasState,
-    periodic_axes: tuple[int, ...] = (), points: int = _POINTS,
-) -> float:  # fmt: skip
+    gap: Array,
+    pixel: tuple[float, float],
+    viscous: Flow,
+    narrowest: float,
+    state: GasState,
+    periodic_axes: tuple[int, ...] = (),
+    points: int = _POINTS,
+) -> float:
     """Return the throughput of a gas over that of the same gas if it were viscous everywhere."""
     pressures = np.geomspace(state.outlet, state.inlet, _TABLE)
     # dΦ = p G dp = p² G d(ln p)

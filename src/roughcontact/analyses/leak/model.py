@@ -55,10 +55,15 @@ MIN_FLUID_SHARE = 0.05
 """Share of the load from which on the pressure of the fluid is taken off the load."""
 
 LEAK_CLASSES = (
-    (1e-11, "technically tight"), (1e-9, "tight against the smallest viruses"), (1e-8, "gas-tight"),
-    (1e-7, "virus-tight"), (1e-6, "oil-tight"), (1e-5, "bacteria-tight"), (1e-4, "vapor-tight"),
+    (1e-11, "technically tight"),
+    (1e-9, "tight against the smallest viruses"),
+    (1e-8, "gas-tight"),
+    (1e-7, "virus-tight"),
+    (1e-6, "oil-tight"),
+    (1e-5, "bacteria-tight"),
+    (1e-4, "vapor-tight"),
     (1e-3, "watertight"),
-)  # fmt: skip
+)
 """Throughputs [Pa m³/s] below which a seal has a class, from the tightest on.
 
 Rottländer, Umrath and Voss 2016, Fundamentals of leak detection, Leybold, cat. no. 199 79: common
@@ -129,7 +134,8 @@ def fluid_load_caution(fluid_load: float, load: float) -> Iterator[Caution]:
     if share > MIN_FLUID_SHARE:
         yield as_caution(
             CautionTag.FLUID_PRESSURE,
-            f"Fluid pressure carries {format_percent(min(share, 1.0))} of the load and opens the gap. "
+            f"Fluid pressure carries {format_percent(min(share, 1.0))} of the load and opens the "
+            "gap. "
             "Solve under the rest of the load.",
             share=share,
         )
@@ -330,10 +336,14 @@ class Leakage(Result):
     def _changes(self, step: LeakageStep) -> tuple[float, float]:
         """Return how what flows along y and x changes from the largest load to a step."""
         along_y, along_x = (
-            relative_change(*(one.permeability[axis][axis] * one.gas_factor[axis]
-                      for one in (step, self.steps[-1])))
+            relative_change(
+                *(
+                    one.permeability[axis][axis] * one.gas_factor[axis]
+                    for one in (step, self.steps[-1])
+                )
+            )
             for axis in (0, 1)
-        )  # fmt: skip
+        )
         return along_y, along_x
 
     @property
@@ -534,9 +544,16 @@ def leakage(
     """
     axes = _axes(flow_axis)
     seal = seal_of(
-        viscosity, pressure_difference, seal_width, seal_length, ring, gas, inlet, outlet,
+        viscosity,
+        pressure_difference,
+        seal_width,
+        seal_length,
+        ring,
+        gas,
+        inlet,
+        outlet,
         temperature,
-    )  # fmt: skip
+    )
     answer: list[tuple[LeakageStep, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None
     flows: tuple[Flow, ...] = ()

@@ -68,7 +68,10 @@ def _coarser(result: Leakage) -> str:
         for name, change in zip(AXES, result.coarser.permeability, strict=True)
         if not math.isnan(change)
     ]
-    return f"pixels of {format_engineering(result.coarser.pixel, 'm')}: {', '.join(parts) or 'no flow'}"
+    return (
+        f"pixels of {format_engineering(result.coarser.pixel, 'm')}: "
+        f"{', '.join(parts) or 'no flow'}"
+    )
 
 
 def _narrowest(axis: int) -> Callable[[Leakage], dict[str, float] | None]:
@@ -110,9 +113,11 @@ def _digits(unit: str, values: Callable[[Leakage], Any]) -> Callable[[Leakage], 
 
 
 _FLOWS = (
-    ("throughput", "Pa m³/s"), ("throughput_mbar", "mbar l/s"), ("mass_flow", "kg/s"),
+    ("throughput", "Pa m³/s"),
+    ("throughput_mbar", "mbar l/s"),
+    ("mass_flow", "kg/s"),
     ("standard_flow", "sccm"),
-)  # fmt: skip
+)
 """Names of the leak rate of a gas in its units."""
 
 _SHOWN_FLOW = "throughput_mbar"
@@ -121,11 +126,13 @@ _SHOWN_FLOW = "throughput_mbar"
 def _gas_column(axis: int, key: str, unit: str) -> Column:
     name, requested = AXES[axis], _has_axis(axis)
     return Column(
-        f"{key}_{name}", f"leak along {name}" if key == _SHOWN_FLOW else "", unit=unit,
+        f"{key}_{name}",
+        f"leak along {name}" if key == _SHOWN_FLOW else "",
+        unit=unit,
         of=lambda r: r.throughput(axis, unit).tolist(),
         shown=_digits(unit, lambda r: r.throughput(axis, unit)),
         when=lambda r: requested(r) and _is_gas(r),
-    )  # fmt: skip
+    )
 
 
 def _along(axis: int) -> Columns:
@@ -133,43 +140,64 @@ def _along(axis: int) -> Columns:
     name, requested = AXES[axis], _has_axis(axis)
     return (
         Column(
-            f"permeability_{name}", f"k along {name}", unit="m³", when=requested,
-            of=lambda r: r.permeability(axis).tolist(), brief=False,
+            f"permeability_{name}",
+            f"k along {name}",
+            unit="m³",
+            when=requested,
+            of=lambda r: r.permeability(axis).tolist(),
+            brief=False,
             shown=_digits("m³", lambda r: r.permeability(axis)),
         ),
         Column(
-            f"flow_factor_{name}", f"φ along {name}", unit="1", when=requested,
+            f"flow_factor_{name}",
+            f"φ along {name}",
+            unit="1",
+            when=requested,
             of=lambda r: r.flow_factor(axis).tolist(),
             shown=_digits("", lambda r: r.flow_factor(axis)),
         ),
         Column(
-            f"critical_gap_{name}", f"narrowest along {name}", unit="m", when=requested,
-            of=lambda r: r.critical_gap(axis).tolist(), brief=False,
+            f"critical_gap_{name}",
+            f"narrowest along {name}",
+            unit="m",
+            when=requested,
+            of=lambda r: r.critical_gap(axis).tolist(),
+            brief=False,
         ),
         Column(
-            f"leak_rate_{name}", f"leak along {name}", unit="m³/s",
-            of=lambda r: r.rate(axis).tolist(), shown=_digits("m³/s", lambda r: r.rate(axis)),
+            f"leak_rate_{name}",
+            f"leak along {name}",
+            unit="m³/s",
+            of=lambda r: r.rate(axis).tolist(),
+            shown=_digits("m³/s", lambda r: r.rate(axis)),
             when=lambda r: requested(r) and r.seal is not None and not _is_gas(r),
         ),
         Column(
-            f"shear_flow_factor_{name}", unit="1", brief=False,
+            f"shear_flow_factor_{name}",
+            unit="1",
+            brief=False,
             of=lambda r: r.shear_flow_factor(axis).tolist(),
             when=lambda r: requested(r) and r.largest.counter_surface is None,
         ),
         *(_gas_column(axis, key, unit) for key, unit in _FLOWS),
         Column(
-            f"gas_factor_{name}", unit="1", brief=False,
+            f"gas_factor_{name}",
+            unit="1",
+            brief=False,
             of=lambda r: [step.gas_factor[axis] for step in r.steps],
             when=lambda r: requested(r) and _is_gas(r),
         ),
         # Without a fluid the console tells the permeability.
         Column(
-            f"permeability_{name}", f"k along {name}", unit="m³", stored=False,
+            f"permeability_{name}",
+            f"k along {name}",
+            unit="m³",
+            stored=False,
             of=lambda r: r.permeability(axis).tolist(),
             shown=_digits("m³", lambda r: r.permeability(axis)),
             when=lambda r: requested(r) and r.seal is None,
         ),
-    )  # fmt: skip
+    )
 
 
 _TABLE: Table = (
@@ -177,23 +205,33 @@ _TABLE: Table = (
     Quantity("nominal_area", unit="m²"),
     Quantity("roughness", "roughness", "σ", unit="m"),
     Quantity(
-        "sealing", "fluid", of=lambda r: r.seal and asdict(r.seal), text=_seal,
+        "sealing",
+        "fluid",
+        of=lambda r: r.seal and asdict(r.seal),
+        text=_seal,
         when=lambda r: r.seal is not None,
     ),
     *(
         Quantity(
-            f"narrowest_{name}", f"narrowest place along {name}", of=_narrowest(axis),
-            text=_place(axis), when=_has_axis(axis),
+            f"narrowest_{name}",
+            f"narrowest place along {name}",
+            of=_narrowest(axis),
+            text=_place(axis),
+            when=_has_axis(axis),
         )
         for axis, name in enumerate(AXES)
     ),
     Quantity(
-        "permeability_tensor", unit="m³",
+        "permeability_tensor",
+        unit="m³",
         of=lambda r: [[list(row) for row in step.permeability] for step in r.steps],
     ),
     Quantity(
-        "coarser", "on a coarser grid", of=lambda r: r.coarser and asdict(r.coarser),
-        text=_coarser, when=lambda r: r.coarser is not None,
+        "coarser",
+        "on a coarser grid",
+        of=lambda r: r.coarser and asdict(r.coarser),
+        text=_coarser,
+        when=lambda r: r.coarser is not None,
     ),
     Quantity("leak_class", of=lambda r: r.leak_class and r.leak_class[0]),
     Quantity("fluid_load", unit="N"),
@@ -201,11 +239,14 @@ _TABLE: Table = (
     Quantity("draws", of=lambda r: [asdict(mean) for mean in r.draws]),
     Quantity("intervals", of=lambda r: [_interval(r, axis).summary() for axis in r.axes]),
     Quantity(
-        "unbalanced", "flow out of balance", form=order_of_magnitude, part=TRUST,
+        "unbalanced",
+        "flow out of balance",
+        form=order_of_magnitude,
+        part=TRUST,
         of=lambda r: float(np.max(r.column("unbalanced"))),
     ),
     *CAUTIONS,
-)  # fmt: skip
+)
 
 _COLUMNS: Columns = (
     Column("load", "load", unit="N"),
@@ -214,20 +255,26 @@ _COLUMNS: Columns = (
     Column("mean_gap", "mean gap", unit="m", brief=False),
     Column("gap_ratio", "ū/σ", unit="1", of=lambda r: r.gap_ratio.tolist()),
     Column(
-        "shear_stress_factor", unit="1", of=lambda r: r.shear_stress_factor.tolist(), brief=False,
+        "shear_stress_factor", unit="1", of=lambda r: r.shear_stress_factor.tolist(), brief=False
     ),
     *_along(0),
     *_along(1),
     Column(
-        "permeability_yx", unit="m³", of=lambda r: r.permeability(0, 1).tolist(),
-        when=lambda r: not np.isnan(r.permeability(0, 1)).all(), brief=False,
+        "permeability_yx",
+        unit="m³",
+        of=lambda r: r.permeability(0, 1).tolist(),
+        when=lambda r: not np.isnan(r.permeability(0, 1)).all(),
+        brief=False,
     ),
     Column(
-        "fluid_share", unit="1", of=lambda r: r.fluid_share.tolist(), brief=False,
+        "fluid_share",
+        unit="1",
+        of=lambda r: r.fluid_share.tolist(),
+        brief=False,
         when=lambda r: r.seal is not None,
     ),
     Column("unbalanced", unit="1", brief=False),
-)  # fmt: skip
+)
 
 
 def _sides(result: Leakage) -> str:
@@ -367,15 +414,20 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
         edges = f"{ArgumentRef('seal_width')}, {ArgumentRef('seal_length')}"
         lines.append(Sentence(f"Rate scales with width/length of the land: {edges}"))
     lines += _fluid_lines(result)
-    places = [f"{phrases.format_short(place.gap, 'm')} (along {AXES[axis]})"
-              for axis, place in enumerate(result.steps[-1].constriction)
-              if place is not None and axis in result.axes]  # fmt: skip
+    places = [
+        f"{phrases.format_short(place.gap, 'm')} (along {AXES[axis]})"
+        for axis, place in enumerate(result.steps[-1].constriction)
+        if place is not None and axis in result.axes
+    ]
     narrowest = f"Narrowest constriction at the largest load: {', '.join(places)}"
     if places:
         lines.append(narrowest)
     flowing = [axis for axis in result.axes if _flows(result, axis)]
-    lines += [f"Along {AXES[axis]}: {uncertainty.under_calibrated(result, axis)}"
-              for axis in flowing[:1] if result.calibrated is not None]  # fmt: skip
+    lines += [
+        f"Along {AXES[axis]}: {uncertainty.under_calibrated(result, axis)}"
+        for axis in flowing[:1]
+        if result.calibrated is not None
+    ]
     lines += [uncertainty.sources(_interval(result, axis), hint=False) for axis in flowing[:1]]
     lines += phrases.draws_text(result.draws)
     return (*lines, phrases.status(result.largest))
@@ -409,18 +461,23 @@ def _fluid_lines(result: Leakage) -> Iterator[str]:
 
 _FIGURES: Illustrations = (
     Illustration(
-        "leak", leak,
+        "leak",
+        leak,
         "Open gap with the contact, and flow density over its mean (logarithmic) in each "
         "direction. The cross marks the narrowest constriction: most of the pressure falls there.",
-        FRONT, WIDE,
+        FRONT,
+        WIDE,
     ),
     Illustration(
-        "flow-factors", flow_factors,
+        "flow-factors",
+        flow_factors,
         "Flow factors over mean gap / roughness (left); mean gap and critical gap of the narrowest "
         "constriction over load (right).",
-        RESULTS, WIDE, lambda result: len(result.steps) > 1,
+        RESULTS,
+        WIDE,
+        lambda result: len(result.steps) > 1,
     ),
-)  # fmt: skip
+)
 
 
 def _question(result: Leakage) -> str:
@@ -431,28 +488,45 @@ def _question(result: Leakage) -> str:
 
 
 _ASSUMPTIONS = (
-    Assumption("Thin film (Reynolds)",
-               lambda r: "gas from viscous to free molecular" if _is_gas(r) else "viscous fluid",
-               "the fluid pressure is near the nominal pressure"),
-    Assumption("One map is typical",
-               lambda r: f"{format_percent(r.largest.contact_fraction)} in contact under the largest load",
-               f"near {format_percent(THRESHOLD)} single constrictions decide"),
-)  # fmt: skip
+    Assumption(
+        "Thin film (Reynolds)",
+        lambda r: "gas from viscous to free molecular" if _is_gas(r) else "viscous fluid",
+        "the fluid pressure is near the nominal pressure",
+    ),
+    Assumption(
+        "One map is typical",
+        lambda r: f"{format_percent(r.largest.contact_fraction)} in contact under the largest load",
+        f"near {format_percent(THRESHOLD)} single constrictions decide",
+    ),
+)
 
 KIND = Presentation(
-    Leakage, _TABLE, _COLUMNS, listed=True, question=_question, assumptions=_ASSUMPTIONS,
-    sentences=_sentences, figures=_FIGURES, plots=(leak, flow_factors),
-    contact=attrgetter("largest"), answer=_answer, numbers=_numbers, remarks=_remarks,
+    Leakage,
+    _TABLE,
+    _COLUMNS,
+    listed=True,
+    question=_question,
+    assumptions=_ASSUMPTIONS,
+    sentences=_sentences,
+    figures=_FIGURES,
+    plots=(leak, flow_factors),
+    contact=attrgetter("largest"),
+    answer=_answer,
+    numbers=_numbers,
+    remarks=_remarks,
     problem=lambda result: phrases.problem_of_loads(result.largest, result.column("load").tolist()),
     works=lambda result: (
         make_use("flow through the gap", "Patir1978"),
         *(
-            (make_use("gas of any rarefaction", "Cercignani1963", "Fukui1990"),
-             make_use("classes of leak rates", "Rottlaender2016"))
-            if _is_gas(result) else (make_use("gas that slips", "Burgdorfer1959"),)
+            (
+                make_use("gas of any rarefaction", "Cercignani1963", "Fukui1990"),
+                make_use("classes of leak rates", "Rottlaender2016"),
+            )
+            if _is_gas(result)
+            else (make_use("gas that slips", "Burgdorfer1959"),)
         ),
         make_use("pressure of the fluid", "Kuznetsov1985"),
         make_use("equations of the flow", "Notay2010"),
         make_use("narrowest place of the gap", "Persson2008", "Dapp2012"),
     ),
-)  # fmt: skip
+)

@@ -18,46 +18,89 @@ if TYPE_CHECKING:
     from roughcontact.surface.surface import Surface
 
 FLOW_AXIS = Option(
-    "flow-axis", Panel.BODIES, "y|x", "Flow axis, y or x; default: both.",
-    parsing.choice("y", "x"), None,
-)  # fmt: skip
-VISCOSITY = Option(
-    "viscosity", Panel.BODIES, "VISCOSITY", 'Dynamic viscosity: "1 mPa s".',
-    parsing.quantity("viscosity"), None,
-)  # fmt: skip
-PRESSURE_DIFFERENCE = Option(
-    "pressure-difference", Panel.BODIES, "PRESSURE", 'Inlet minus outlet pressure: "1 bar".',
-    PRESSURE, None,
-)  # fmt: skip
-SEAL_WIDTH = Option(
-    "seal-width", Panel.BODIES, "LENGTH",
-    "Seal face width across the flow; default: map.", LENGTH, None,
-)  # fmt: skip
-SEAL_LENGTH = Option(
-    "seal-length", Panel.BODIES, "LENGTH",
-    "Seal face length along the flow (land); default: map.", LENGTH, None,
-)  # fmt: skip
-RING = Option(
-    "ring", Panel.BODIES, "LENGTH", 'Mean diameter of a ring-shaped seal face: "40 mm".', LENGTH,
+    "flow-axis",
+    Panel.BODIES,
+    "y|x",
+    "Flow axis, y or x; default: both.",
+    parsing.choice("y", "x"),
     None,
-)  # fmt: skip
+)
+VISCOSITY = Option(
+    "viscosity",
+    Panel.BODIES,
+    "VISCOSITY",
+    'Dynamic viscosity: "1 mPa s".',
+    parsing.quantity("viscosity"),
+    None,
+)
+PRESSURE_DIFFERENCE = Option(
+    "pressure-difference",
+    Panel.BODIES,
+    "PRESSURE",
+    'Inlet minus outlet pressure: "1 bar".',
+    PRESSURE,
+    None,
+)
+SEAL_WIDTH = Option(
+    "seal-width",
+    Panel.BODIES,
+    "LENGTH",
+    "Seal face width across the flow; default: map.",
+    LENGTH,
+    None,
+)
+SEAL_LENGTH = Option(
+    "seal-length",
+    Panel.BODIES,
+    "LENGTH",
+    "Seal face length along the flow (land); default: map.",
+    LENGTH,
+    None,
+)
+RING = Option(
+    "ring",
+    Panel.BODIES,
+    "LENGTH",
+    'Mean diameter of a ring-shaped seal face: "40 mm".',
+    LENGTH,
+    None,
+)
 GAS = Option(
-    "gas", Panel.BODIES, "GAS", "Gas that leaks: air, nitrogen, helium or argon.",
-    parsing.choice("air", "nitrogen", "helium", "argon"), None,
-)  # fmt: skip
+    "gas",
+    Panel.BODIES,
+    "GAS",
+    "Gas that leaks: air, nitrogen, helium or argon.",
+    parsing.choice("air", "nitrogen", "helium", "argon"),
+    None,
+)
 INLET = Option(
-    "inlet", Panel.BODIES, "PRESSURE", 'Absolute pressure of the gas at the inlet: "2 bar".',
-    PRESSURE, None,
-)  # fmt: skip
+    "inlet",
+    Panel.BODIES,
+    "PRESSURE",
+    'Absolute pressure of the gas at the inlet: "2 bar".',
+    PRESSURE,
+    None,
+)
 OUTLET = Option(
-    "outlet", Panel.BODIES, "PRESSURE", 'Absolute pressure of the gas at the outlet: "1 mbar".',
-    PRESSURE, None,
-)  # fmt: skip
+    "outlet",
+    Panel.BODIES,
+    "PRESSURE",
+    'Absolute pressure of the gas at the outlet: "1 mbar".',
+    PRESSURE,
+    None,
+)
 FIGURE = file_option("figure", "FILE", "Figure of gap and flow (PNG, SVG or PDF).", PICTURES)
 _SEAL: tuple[Option[Any], ...] = (
-    VISCOSITY, PRESSURE_DIFFERENCE, SEAL_WIDTH, SEAL_LENGTH, RING, GAS, INLET, OUTLET,
+    VISCOSITY,
+    PRESSURE_DIFFERENCE,
+    SEAL_WIDTH,
+    SEAL_LENGTH,
+    RING,
+    GAS,
+    INLET,
+    OUTLET,
     joints.TEMPERATURE,
-)  # fmt: skip
+)
 _FLUID = (FLOW_AXIS, *_SEAL)
 
 
@@ -122,14 +165,32 @@ roughcontact leak ground.x3p --load "30 MPa, 100 MPa" --boundary periodic \\
     --material 42CrMo4 --gas helium --inlet "2 bar" --outlet "1 mbar"
 """,
     (
-        *options.MAP, joints.LOAD, *joints.RANGE, *options.MATERIALS,
-        *options.COATINGS, *_FLUID, *options.SHAPES,
-        *joints.FACES, options.CEILING, options.BOUNDARY, *options.SOLVER, joints.OUTPUT, FIGURE,
+        *options.MAP,
+        joints.LOAD,
+        *joints.RANGE,
+        *options.MATERIALS,
+        *options.COATINGS,
+        *_FLUID,
+        *options.SHAPES,
+        *joints.FACES,
+        options.CEILING,
+        options.BOUNDARY,
+        *options.SOLVER,
+        joints.OUTPUT,
+        FIGURE,
         *options.OUTPUT,
     ),
     (
-        joints.LOAD, VISCOSITY, PRESSURE_DIFFERENCE, GAS, INLET, OUTLET, RING,
-        options.MATERIAL, options.BOUNDARY, options.REPORT,
+        joints.LOAD,
+        VISCOSITY,
+        PRESSURE_DIFFERENCE,
+        GAS,
+        INLET,
+        OUTLET,
+        RING,
+        options.MATERIAL,
+        options.BOUNDARY,
+        options.REPORT,
     ),
     run=_run,
     rules=(*joints.LOAD_RULES, *joints.FACE_RULES),
@@ -145,4 +206,4 @@ roughcontact leak ground.x3p --load "30 MPa, 100 MPa" --boundary periodic \\
         ),
     ),
     shares_contacts=True,
-)  # fmt: skip
+)

@@ -122,11 +122,16 @@ def heights(rolling: RollingResult) -> Figure:
     level = float(np.nanmean(before.heights))
     lines = {
         "x": (before.heights[row], after.heights[row], "y", (row + 0.5) * before.pixel[0]),
-        "y": (before.heights[:, column], after.heights[:, column], "x",
-              (column + 0.5) * before.pixel[1]),
-    }  # fmt: skip
-    top = max(float(np.nanmax(np.abs(v - level))) for old, new, *_ in lines.values()
-              for v in (old, new))  # fmt: skip
+        "y": (
+            before.heights[:, column],
+            after.heights[:, column],
+            "x",
+            (column + 0.5) * before.pixel[1],
+        ),
+    }
+    top = max(
+        float(np.nanmax(np.abs(v - level))) for old, new, *_ in lines.values() for v in (old, new)
+    )
     factor, unit = style.prefixed(top, "m")
     for axes, (along, (old, new, other, place)) in zip(grid, lines.items(), strict=True):
         edge = before.pixel[1 if along == "x" else 0]
@@ -134,9 +139,12 @@ def heights(rolling: RollingResult) -> Figure:
         length, length_unit = style.prefixed(float(where[-1]), "m")
         axes.plot(where * length, (old - level) * factor, color=style.NEUTRAL, label="before")
         axes.plot(
-            where * length, (new - level) * factor, color=style.SERIES[0], linewidth=1.8,
+            where * length,
+            (new - level) * factor,
+            color=style.SERIES[0],
+            linewidth=1.8,
             label=f"after {len(rolling.passes)}",
-        )  # fmt: skip
+        )
         style.name_axes(axes, f"{along} [{length_unit}]", f"height [{unit}]")
         axes.set_title(
             f"at {other} = {format_engineering(place, 'm', 3)}", fontsize=style.TICK, loc="left"
@@ -152,8 +160,10 @@ def heights(rolling: RollingResult) -> Figure:
 
 
 def _sq(rolling: RollingResult) -> str:
-    before, after = (format_engineering(value, "m", 3) for value in
-                     (rolling.result.solution.surface.Sq, rolling.passes[-1].Sq))  # fmt: skip
+    before, after = (
+        format_engineering(value, "m", 3)
+        for value in (rolling.result.solution.surface.Sq, rolling.passes[-1].Sq)
+    )
     return f"{before} before, {after} after"
 
 
@@ -191,9 +201,14 @@ def depths(rolling: RollingResult, body: int = 0) -> Figure:
         for number, colour in _chosen(len(profiles)):
             values = profiles[number]
             axes.stairs(
-                values * factor, faces[: values.size + 1] * length, orientation="horizontal",
-                baseline=None, color=colour, linewidth=1.8, label=f"pass {number + 1}",
-            )  # fmt: skip
+                values * factor,
+                faces[: values.size + 1] * length,
+                orientation="horizontal",
+                baseline=None,
+                color=colour,
+                linewidth=1.8,
+                label=f"pass {number + 1}",
+            )
         axes.axvline(0, color="#000000", linewidth=0.9)
         style.plain_axes(axes, f"{name}{shown}")
         axes.xaxis.set_major_locator(MaxNLocator(5))
@@ -224,7 +239,10 @@ def _chosen(count: int) -> Sequence[tuple[int, Any]]:
 
 def _over_depth(rolling: RollingResult) -> str:
     periodic = len(rolling.result.solution.boundary.periodic_axes) == 2
-    return f"{'Means' if periodic else 'Largest values'} of each layer{style.doubt_suffix(rolling.result)}"
+    return (
+        f"{'Means' if periodic else 'Largest values'} of each "
+        f"layer{style.doubt_suffix(rolling.result)}"
+    )
 
 
 def _counted(rolling: RollingResult) -> str:
@@ -269,9 +287,14 @@ def save(
     first, *more = _pictures(rolling, [frames[number] for number in chosen])
     with atomic_write(Path(path)) as stream:
         first.save(
-            stream, "gif", save_all=True, append_images=more, loop=0, optimize=False,
+            stream,
+            "gif",
+            save_all=True,
+            append_images=more,
+            loop=0,
+            optimize=False,
             duration=[_SHOWN] * len(more) + [_LAST],
-        )  # fmt: skip
+        )
 
 
 def _pictures(rolling: RollingResult, frames: Sequence[MovieFrame]) -> list[Any]:
@@ -335,10 +358,15 @@ def _draw_pressure(axes: Any, rolling: RollingResult, frames: Sequence[MovieFram
     top = max(float(frame.pressure.max()) for frame in frames)
     factor, shown = style.prefixed(top, "Pa")
     image = axes.imshow(
-        _touching(frames[0].pressure), origin="lower", vmin=0, vmax=top,
+        _touching(frames[0].pressure),
+        origin="lower",
+        vmin=0,
+        vmax=top,
         cmap=style.field_colours(bad=style.OPEN),
-        extent=(0, size[1] * length, 0, size[0] * length), aspect="auto", interpolation="nearest",
-    )  # fmt: skip
+        extent=(0, size[1] * length, 0, size[0] * length),
+        aspect="auto",
+        interpolation="nearest",
+    )
     style.name_axes(axes, y=f"y [{unit}]")
     axes.set_title("contact pressure", fontsize=style.TICK, loc="left")
     bar = axes.figure.colorbar(image, ax=axes, format=lambda value, _: f"{value * factor:.3g}")

@@ -428,17 +428,29 @@ def roll(
     stops, force = _step_positions(length, steps, start_at_center), to_si(load, "force", "load")
     ways = _pass_paths(_pass(force, stops, direction, friction), passes, direction, reciprocating)
     solved = partial(
-        solve_elastoplastic, surface, counter_surface=pair.counter_surface, boundary=boundary,
-        material=_perfectly_plastic(material), counter_material=_perfectly_plastic(counter_material),
-        tolerance=tolerance, max_iterations=max_iterations, precision=precision,
-    )  # fmt: skip
+        solve_elastoplastic,
+        surface,
+        counter_surface=pair.counter_surface,
+        boundary=boundary,
+        material=_perfectly_plastic(material),
+        counter_material=_perfectly_plastic(counter_material),
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+        precision=precision,
+    )
     result, done = _run_passes(
         solved, {"depth": depth, "layers": layers}, ways, folder, tell, on_step
     )
     return RollingResult(
-        result, done, float(direction), reciprocating, None if folder is None else Path(folder),
-        length / steps, plausibility.cylinder_axis(pair.origins[-1]), passes,
-    )  # fmt: skip
+        result,
+        done,
+        float(direction),
+        reciprocating,
+        None if folder is None else Path(folder),
+        length / steps,
+        plausibility.cylinder_axis(pair.origins[-1]),
+        passes,
+    )
 
 
 def _perfectly_plastic(body: Material) -> Material:

@@ -91,31 +91,50 @@ def _friction(rolling: RollingResult) -> float:
 ROLLING: Table = (
     Quantity("passes", "passes", of=lambda r: len(r.passes), text=_way, part=PROBLEM),
     Quantity(
-        "direction", "direction", unit="degree", form=lambda v: f"{v:g}°", part=PROBLEM,
+        "direction",
+        "direction",
+        unit="degree",
+        form=lambda v: f"{v:g}°",
+        part=PROBLEM,
         meaning="where the counter-body moves, from x, counter-clockwise",
     ),
     Quantity(
-        "friction", "friction", symbol="μ", of=_friction, part=PROBLEM,
-        meaning="of full sliding", when=lambda r: bool(_friction(r)),
+        "friction",
+        "friction",
+        symbol="μ",
+        of=_friction,
+        part=PROBLEM,
+        meaning="of full sliding",
+        when=lambda r: bool(_friction(r)),
     ),
     Quantity("requested", of=lambda r: r.requested or len(r.passes)),
     Quantity("reciprocating"),
     Quantity(
-        "shakedown", "passes come to", of=lambda r: str(r.shakedown), text=lambda r: r.outcome_text,
+        "shakedown", "passes come to", of=lambda r: str(r.shakedown), text=lambda r: r.outcome_text
     ),
     Quantity("settled_after"),
     Quantity(
-        "strain_added", "strain by the last pass", of=_last("strain_added"), form=strain,
+        "strain_added",
+        "strain by the last pass",
+        of=_last("strain_added"),
+        form=strain,
         meaning="plastic, largest, forward and backward added",
     ),
     Quantity("strain_net", "left of it", of=_last("strain_net"), form=strain, meaning="largest"),
     Quantity(
-        "shear", "shear by the last pass", symbol="γ", of=_last("largest_shear"), form=strain,
+        "shear",
+        "shear by the last pass",
+        symbol="γ",
+        of=_last("largest_shear"),
+        form=strain,
         meaning="largest of all layers, towards where the counter-body moved on the first pass",
     ),
     Quantity("strain_threshold", "counts as none", form=strain, meaning="1 % of the yield strain"),
     Quantity(
-        "in_plane_stress", "residual stress in the plane", unit="Pa", of=_last("in_plane_stress"),
+        "in_plane_stress",
+        "residual stress in the plane",
+        unit="Pa",
+        of=_last("in_plane_stress"),
         meaning="largest of all layers along and across the pass; tension is positive",
     ),
     Quantity("Sq", "Sq", unit="m", of=_last("Sq"), text=_ran_in("Sq")),
@@ -129,7 +148,7 @@ ROLLING: Table = (
     Quantity("warnings", of=lambda r: [caution.text for caution in r.cautions]),
     Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
     Quantity("version", of=lambda _: __version__),
-)  # fmt: skip
+)
 """Of a `RollingResult`."""
 
 
@@ -152,7 +171,7 @@ PASSES: Columns = (
     _column("Spk", "Spk", "m", digits=3),
     _column("max_residual_displacement", "deepest", "m", brief=False),
     _column("steps", "steps", brief=False),
-)  # fmt: skip
+)
 """Of the passes of a `RollingResult`."""
 
 
@@ -194,25 +213,31 @@ def _of_last_state(entry: Illustration) -> Illustration:
 
 FIGURES: Illustrations = (
     Illustration(
-        "passes", plots.passes,
+        "passes",
+        plots.passes,
         "Pass by pass: plastic strain added and net, mean shear, maximum pressure and contact "
         "area, Sq and Spk of the unloaded body. Look whether the strain added falls.",
-        FRONT, WIDE,
+        FRONT,
+        WIDE,
     ),
     Illustration(
-        "depths", plots.depths,
+        "depths",
+        plots.depths,
         "Over the depth: shear strain added by the passes; residual normal stress along and across "
         "the pass. Tension is positive.",
-        RESULTS, WIDE,
+        RESULTS,
+        WIDE,
     ),
     Illustration(
-        "heights", plots.heights,
+        "heights",
+        plots.heights,
         "Heights of the unloaded body before and after the passes, through the deepest residual "
         "displacement.",
-        RESULTS, WIDE,
+        RESULTS,
+        WIDE,
     ),
     *map(_of_last_state, figures.VOLUME),
-)  # fmt: skip
+)
 """Of a `RollingResult`, and of its last state."""
 
 
@@ -281,12 +306,15 @@ def _numbers(rolling: RollingResult) -> CellTable:
     """Return what each pass adds, of many the first and the last ones."""
     rows = [
         (
-            str(number), strain(item.strain_added),
-            strain(item.strain_net), phrases.format_short(item.max_pressure, "Pa"),
-            phrases.format_short(item.in_plane_stress, "Pa"), phrases.format_short(item.Sq, "m"),
+            str(number),
+            strain(item.strain_added),
+            strain(item.strain_net),
+            phrases.format_short(item.max_pressure, "Pa"),
+            phrases.format_short(item.in_plane_stress, "Pa"),
+            phrases.format_short(item.Sq, "m"),
         )
         for number, item in enumerate(rolling.passes, 1)
-    ]  # fmt: skip
+    ]
     heads = ("pass", "strain added", "net strain", "peak pressure", "residual stress", "Sq")
     return heads, first_and_last(rows)
 
@@ -298,7 +326,8 @@ def _remarks(rolling: RollingResult) -> tuple[str, ...]:
     least = strain(rolling.strain_threshold)
     return (
         f"No strain added: below {least} (1 % of the yield strain)",
-        f"Solved: residual {order_of_magnitude(state.residual)} (limit {state.tolerance:.0e}), {count}",
+        f"Solved: residual {order_of_magnitude(state.residual)} (limit {state.tolerance:.0e}), "
+        f"{count}",
     )
 
 
@@ -308,11 +337,23 @@ def _save(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
 
 
 KIND = Presentation(
-    RollingResult, ROLLING, PASSES, figures=FIGURES,
-    plots=(plots.passes, plots.depths, plots.heights), works=_works, save=_save,
+    RollingResult,
+    ROLLING,
+    PASSES,
+    figures=FIGURES,
+    plots=(plots.passes, plots.depths, plots.heights),
+    works=_works,
+    save=_save,
     dataset=lambda rolling: to_dataset(rolling)[0],
-    problem=_problem, answer=_answer, numbers=_numbers, remarks=_remarks,
-    question=question, meaning=criterion, inputs=_inputs,
-    case=lambda rolling: assumptions.of_volume(rolling.result), method=_method, checked=_checked,
+    problem=_problem,
+    answer=_answer,
+    numbers=_numbers,
+    remarks=_remarks,
+    question=question,
+    meaning=criterion,
+    inputs=_inputs,
+    case=lambda rolling: assumptions.of_volume(rolling.result),
+    method=_method,
+    checked=_checked,
     script=lambda rolling: python_script.repeating_volume(rolling.result),
-)  # fmt: skip
+)

@@ -33,57 +33,89 @@ if TYPE_CHECKING:
     from roughcontact.analyses.roll.model import MovieFrame
 
 LOAD = Option(
-    "load", Panel.BODIES, "LOAD",
-    'Load of every step: "1 N", "20 MPa" or "600 N/mm"; or --hertz.', parsing.load, None,
-)  # fmt: skip
+    "load",
+    Panel.BODIES,
+    "LOAD",
+    'Load of every step: "1 N", "20 MPa" or "600 N/mm"; or --hertz.',
+    parsing.load,
+    None,
+)
 PASSES = Option(
-    "passes", Panel.BODIES, "NUMBER",
+    "passes",
+    Panel.BODIES,
+    "NUMBER",
     "Maximum number of passes (forward and back count as two); default: 5.",
-    parsing.int_parser(1, limits.STEPS), 5,
-)  # fmt: skip
+    parsing.int_parser(1, limits.STEPS),
+    5,
+)
 STEPS = Option(
-    "steps", Panel.BODIES, "NUMBER",
+    "steps",
+    Panel.BODIES,
+    "NUMBER",
     "Positions per pass; default: 32.",
-    parsing.int_parser(1, limits.STEPS), 32,
-)  # fmt: skip
+    parsing.int_parser(1, limits.STEPS),
+    32,
+)
 TRAVEL = Option(
-    "travel", Panel.BODIES, "LENGTH",
-    'Travel per pass, centered: "80 um"; default: one period of the map.', LENGTH, None,
-)  # fmt: skip
+    "travel",
+    Panel.BODIES,
+    "LENGTH",
+    'Travel per pass, centered: "80 um"; default: one period of the map.',
+    LENGTH,
+    None,
+)
 DIRECTION = Option(
-    "direction", Panel.BODIES, "DEGREES",
-    "Travel direction, degrees counterclockwise from x; default: 0.", parsing.number, 0.0,
-)  # fmt: skip
+    "direction",
+    Panel.BODIES,
+    "DEGREES",
+    "Travel direction, degrees counterclockwise from x; default: 0.",
+    parsing.number,
+    0.0,
+)
 RECIPROCATING = flag_option(
     "reciprocating", Panel.BODIES, "Reciprocate: alternate the travel direction."
 )
 FRICTION = Option(
-    "friction", Panel.BODIES, "NUMBER",
-    "Friction coefficient in full sliding, in travel direction; default: 0.", parsing.number, 0.0,
-)  # fmt: skip
+    "friction",
+    Panel.BODIES,
+    "NUMBER",
+    "Friction coefficient in full sliding, in travel direction; default: 0.",
+    parsing.number,
+    0.0,
+)
 TOLERANCE = Option(
-    "tolerance", Panel.SOLVER, "NUMBER",
-    "Plastic strain residual limit; default: 1e-4.", parsing.number, None,
-)  # fmt: skip
+    "tolerance",
+    Panel.SOLVER,
+    "NUMBER",
+    "Plastic strain residual limit; default: 1e-4.",
+    parsing.number,
+    None,
+)
 MAX_ITERATIONS = Option(
-    "max-iterations", Panel.SOLVER, "NUMBER", "Maximum iterations per step; default: 150.",
-    options.ITERATIONS, None, "Maximum iterations",
-)  # fmt: skip
+    "max-iterations",
+    Panel.SOLVER,
+    "NUMBER",
+    "Maximum iterations per step; default: 150.",
+    options.ITERATIONS,
+    None,
+    "Maximum iterations",
+)
 PRECISION = Option(
-    "precision", Panel.SOLVER, "double|single",
+    "precision",
+    Panel.SOLVER,
+    "double|single",
     "Precision of the elastoplastic model, double or single; default: single.",
-    parsing.choice("double", "single"), None,
-)  # fmt: skip
+    parsing.choice("double", "single"),
+    None,
+)
 OUTPUT = files_option(
     "output",
-    f"Passes: {export.format_list_text(ContentType.ROLLING)}, .csv table, .json numbers; repeatable.",
+    f"Passes: {export.format_list_text(ContentType.ROLLING)}, .csv table, .json numbers; "
+    "repeatable.",
     (*export.suffixes(ContentType.ROLLING), *TABLES),
 )
 FOLDER = file_option("folder", "FOLDER", "Folder for finished steps; the same command resumes.")
-MOVIE = file_option(
-    "movie", "FILE.gif", "Animated GIF of pressure and plastic strain.",
-    (".gif",),
-)  # fmt: skip
+MOVIE = file_option("movie", "FILE.gif", "Animated GIF of pressure and plastic strain.", (".gif",))
 YES = flag_option("yes", Panel.OUTPUT, "Run for more than a day.", whole_map=False)
 _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 
@@ -141,9 +173,12 @@ def _limited(look: OnProgress) -> OnProgress:
         if seconds > _LONG:
             took = f"{state.count} steps take about {format_duration(seconds)}"
             raise InputError(
-                f"is needed: {took}. Crop, coarsen (", ArgumentRef("pixel"), ") or reduce ",
-                ArgumentRef("passes"), argument="yes",
-            )  # fmt: skip
+                f"is needed: {took}. Crop, coarsen (",
+                ArgumentRef("pixel"),
+                ") or reduce ",
+                ArgumentRef("passes"),
+                argument="yes",
+            )
         look(state)
 
     return watch
@@ -157,9 +192,11 @@ def _check(request: Request) -> None:
     if not any(map(request.is_given, (options.COUNTER_BODY, options.COUNTER_SURFACE))):
         raise InputError(
             "is needed: what passes over the body, such as ",
-            ArgumentRef("counter_body", "cylinder 5 mm 90 deg"), "; or a ",
-            ArgumentRef("counter_surface"), argument="counter_body",
-        )  # fmt: skip
+            ArgumentRef("counter_body", "cylinder 5 mm 90 deg"),
+            "; or a ",
+            ArgumentRef("counter_surface"),
+            argument="counter_body",
+        )
     request.require_yield(ArgumentRef("task", request.task.name))
     if not 0 <= request[FRICTION] < math.inf:
         raise InputError(
@@ -196,13 +233,38 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
     --report rolled.html
 """,
     (
-        *options.MAP, LOAD, options.HERTZ, PASSES, STEPS, TRAVEL, DIRECTION, RECIPROCATING,
-        FRICTION, *options.MATERIALS, *options.SHAPES, options.HARDENING, options.BOUNDARY,
-        *_SOLVER, YES, OUTPUT, FOLDER, MOVIE, options.FIGURES, *options.OUTPUT,
+        *options.MAP,
+        LOAD,
+        options.HERTZ,
+        PASSES,
+        STEPS,
+        TRAVEL,
+        DIRECTION,
+        RECIPROCATING,
+        FRICTION,
+        *options.MATERIALS,
+        *options.SHAPES,
+        options.HARDENING,
+        options.BOUNDARY,
+        *_SOLVER,
+        YES,
+        OUTPUT,
+        FOLDER,
+        MOVIE,
+        options.FIGURES,
+        *options.OUTPUT,
     ),
     (
-        options.HERTZ, options.COUNTER_BODY, PASSES, TRAVEL, options.MATERIAL, options.HARDENING,
-        FRICTION, options.MISSING, OUTPUT, options.REPORT,
+        options.HERTZ,
+        options.COUNTER_BODY,
+        PASSES,
+        TRAVEL,
+        options.MATERIAL,
+        options.HARDENING,
+        FRICTION,
+        options.MISSING,
+        OUTPUT,
+        options.REPORT,
     ),
     run=_run,
     rules=(Rule(ONE_OF, LOAD, options.HERTZ, text="1 N"),),
@@ -219,4 +281,4 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
             short_help=((PASSES, "2"), (STEPS, "8")),
         ),
     ),
-)  # fmt: skip
+)

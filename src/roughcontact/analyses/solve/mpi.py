@@ -78,9 +78,7 @@ def _check_map(request: Request) -> None:
                 "beforehand and save it as .nc or .npy, or start without mpiexec",
                 argument=option.argument,
             )
-    for option, known in (
-        (options.LEVEL, ("plane", "none")), (options.MISSING, ("error", "mask")),
-    ):  # fmt: skip
+    for option, known in ((options.LEVEL, ("plane", "none")), (options.MISSING, ("error", "mask"))):
         if request[option] not in known:
             raise InputError(
                 f"must be {' or '.join(known)} on several ranks, got {request[option]!r}; prepare "
@@ -128,7 +126,12 @@ def _read(request: Request, ranks: Ranks, say: Say) -> Slab:
     assert request.file is not None
     say(f"reading {request.file.name}")
     slab = read_slab(
-        request.file, ranks, request[options.CHANNEL], request[options.UNIT], request[options.SIZE],
-        request[options.OVERRIDE_SIZE], mask_missing=request[options.MISSING] == "mask",
-    )  # fmt: skip
+        request.file,
+        ranks,
+        request[options.CHANNEL],
+        request[options.UNIT],
+        request[options.SIZE],
+        request[options.OVERRIDE_SIZE],
+        mask_missing=request[options.MISSING] == "mask",
+    )
     return slab if request[options.LEVEL] == "none" else slab.leveled()

@@ -32,45 +32,60 @@ if TYPE_CHECKING:
 
 SURFACE_MODEL, VOLUME_MODEL = "ceiling", "elastoplastic"
 RESULTS = {
-    SURFACE_MODEL: export.suffixes(ContentType.CONTACT), VOLUME_MODEL: export.suffixes(ContentType.VOLUME),
-}  # fmt: skip
+    SURFACE_MODEL: export.suffixes(ContentType.CONTACT),
+    VOLUME_MODEL: export.suffixes(ContentType.VOLUME),
+}
 """How files of results may end, by model."""
 
 UNCALIBRATED = flag_option(
-    "uncalibrated", Panel.BODIES,
-    "Omit the second column (calibrated ceiling).",
-)  # fmt: skip
+    "uncalibrated", Panel.BODIES, "Omit the second column (calibrated ceiling)."
+)
 MODEL = Option(
-    "model", Panel.BODIES, f"{SURFACE_MODEL}|{VOLUME_MODEL}",
+    "model",
+    Panel.BODIES,
+    f"{SURFACE_MODEL}|{VOLUME_MODEL}",
     "ceiling (fast) or elastoplastic (minutes); default: ceiling.",
     parsing.choice(SURFACE_MODEL, VOLUME_MODEL),
-    SURFACE_MODEL, whole_map=False,
-)  # fmt: skip
-INCREMENTS: Option[int | str] = Option(
-    "increments", Panel.BODIES, "NUMBER|auto",
-    "Load steps of the elastoplastic model, e.g. 8; default: auto (error below 1 %).",
-    parsing.counted_or_auto(1, STEPS), "auto",
-)  # fmt: skip
-UNLOAD = flag_option(
-    "unload", Panel.BODIES,
-    "Unload at the end; report residual shape and stress.",
-)  # fmt: skip
-TOLERANCE = Option(
-    "tolerance", Panel.SOLVER, "NUMBER",
-    "Certificate limit; default: 1e-6 (single precision and elastoplastic: 1e-4).",
-    parsing.number, None,
+    SURFACE_MODEL,
     whole_map=False,
-)  # fmt: skip
+)
+INCREMENTS: Option[int | str] = Option(
+    "increments",
+    Panel.BODIES,
+    "NUMBER|auto",
+    "Load steps of the elastoplastic model, e.g. 8; default: auto (error below 1 %).",
+    parsing.counted_or_auto(1, STEPS),
+    "auto",
+)
+UNLOAD = flag_option("unload", Panel.BODIES, "Unload at the end; report residual shape and stress.")
+TOLERANCE = Option(
+    "tolerance",
+    Panel.SOLVER,
+    "NUMBER",
+    "Certificate limit; default: 1e-6 (single precision and elastoplastic: 1e-4).",
+    parsing.number,
+    None,
+    whole_map=False,
+)
 MAX_ITERATIONS = Option(
-    "max-iterations", Panel.SOLVER, "NUMBER",
+    "max-iterations",
+    Panel.SOLVER,
+    "NUMBER",
     "Maximum convolutions per grid; default: 2000 (elastoplastic: 150 iterations per load).",
-    options.ITERATIONS, None, "Maximum convolutions", whole_map=False,
-)  # fmt: skip
+    options.ITERATIONS,
+    None,
+    "Maximum convolutions",
+    whole_map=False,
+)
 PRECISION = Option(
-    "precision", Panel.SOLVER, "double|single",
+    "precision",
+    Panel.SOLVER,
+    "double|single",
     "double or single (two thirds of the memory); default: double (elastoplastic: single).",
-    parsing.choice("double", "single"), None, whole_map=False,
-)  # fmt: skip
+    parsing.choice("double", "single"),
+    None,
+    whole_map=False,
+)
 OUTPUT = files_option(
     "output",
     f"Result: {export.format_list_text(ContentType.CONTACT, ContentType.VOLUME)}; repeatable.",
@@ -80,10 +95,7 @@ OUTPUT = files_option(
 FOLDER = file_option(
     "folder", "FOLDER", "Folder for finished elastoplastic steps; the same command resumes."
 )
-STUDY = flag_option(
-    "study", Panel.SOLVER,
-    "Check dependence on grid, filter and ceiling.",
-)  # fmt: skip
+STUDY = flag_option("study", Panel.SOLVER, "Check dependence on grid, filter and ceiling.")
 _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 _STUDY_SOLVER = (options.TOLERANCE, options.PRECISION)
 
@@ -125,10 +137,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
     extra_cautions, extras = work.extra_cautions, {}
     if request[STUDY] and result.converged:
         study = resolution_study_of(request, work, result.load)
-        extra_cautions, extras = (
-            (*extra_cautions, *study.cautions),
-            {STUDY.name: study},
-        )
+        extra_cautions, extras = ((*extra_cautions, *study.cautions), {STUDY.name: study})
     if request[measurement.UNCERTAINTY] and result.converged:
         result = measurement.measured(request, result, work.look)
     result = replace(result, extra_cautions=extra_cautions)
@@ -262,15 +271,35 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
     --material 42CrMo4 --report ground.html
 """,
     (
-        *options.MAP, *options.LOADS, *options.MATERIALS, *options.COATINGS,
-        *options.SHAPES, options.CEILING,
-        UNCALIBRATED, MODEL, INCREMENTS, UNLOAD, options.HARDENING, options.BOUNDARY, *_SOLVER,
-        STUDY, *measurement.OPTIONS, OUTPUT, FOLDER, options.REPORT, options.FIGURES,
+        *options.MAP,
+        *options.LOADS,
+        *options.MATERIALS,
+        *options.COATINGS,
+        *options.SHAPES,
+        options.CEILING,
+        UNCALIBRATED,
+        MODEL,
+        INCREMENTS,
+        UNLOAD,
+        options.HARDENING,
+        options.BOUNDARY,
+        *_SOLVER,
+        STUDY,
+        *measurement.OPTIONS,
+        OUTPUT,
+        FOLDER,
+        options.REPORT,
+        options.FIGURES,
         *options.SHOWN,
     ),
     (
-        options.LOAD, options.BOUNDARY, *options.BODY_CONSTANTS, options.CEILING, options.MISSING,
-        OUTPUT, options.REPORT,
+        options.LOAD,
+        options.BOUNDARY,
+        *options.BODY_CONSTANTS,
+        options.CEILING,
+        options.MISSING,
+        OUTPUT,
+        options.REPORT,
     ),
     run=_run,
     rules=(
@@ -281,8 +310,12 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
         *(
             Rule(NEEDS, option, MODEL, value=SURFACE_MODEL)
             for option in (
-                options.APPROACH, options.LOAD_POINT, options.CEILING, UNCALIBRATED,
-                STUDY, measurement.UNCERTAINTY,
+                options.APPROACH,
+                options.LOAD_POINT,
+                options.CEILING,
+                UNCALIBRATED,
+                STUDY,
+                measurement.UNCERTAINTY,
             )
         ),
         *(
@@ -313,4 +346,4 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
         ),
     ),
     pieces=Subtasks(part_names, solve_study_part),
-)  # fmt: skip
+)

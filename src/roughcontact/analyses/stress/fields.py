@@ -67,68 +67,96 @@ def _at_faces(stress: StressResult) -> str:
 STRESS: Table = (
     Quantity("body", "looked into", text=lambda stress: f"the {BODIES[stress.body]}"),
     Quantity(
-        "friction", "friction", symbol="μ", meaning="traction over pressure",
+        "friction",
+        "friction",
+        symbol="μ",
+        meaning="traction over pressure",
         when=lambda stress: bool(stress.friction),
     ),
     Quantity(
-        "direction", "direction of friction", unit="°", form=lambda v: f"{v:g}°",
-        meaning="from x, counter-clockwise", when=lambda stress: bool(stress.friction),
+        "direction",
+        "direction of friction",
+        unit="°",
+        form=lambda v: f"{v:g}°",
+        meaning="from x, counter-clockwise",
+        when=lambda stress: bool(stress.friction),
     ),
     Quantity("load", unit="N", of="solution.load"),
     Quantity("max_pressure", unit="Pa", of="solution.max_pressure"),
     Quantity("max_von_mises", "largest von Mises stress", unit="Pa", text=_over_pressure),
     Quantity(
-        "max_von_mises_place", "its place", unit="m",
+        "max_von_mises_place",
+        "its place",
+        unit="m",
         of=lambda stress: list(stress.max_von_mises_at),
         text=_place,
     ),
     Quantity(
-        "parts", "by layer", of=lambda s: [part._asdict() for part in s.parts],
-        when=lambda s: bool(s.parts), text=_by_part,
+        "parts",
+        "by layer",
+        of=lambda s: [part._asdict() for part in s.parts],
+        when=lambda s: bool(s.parts),
+        text=_by_part,
     ),
     Quantity(
-        "faces", "at faces", of=lambda s: [asdict(face) for face in s.faces],
-        when=lambda s: bool(s.faces), text=_at_faces,
+        "faces",
+        "at faces",
+        of=lambda s: [asdict(face) for face in s.faces],
+        when=lambda s: bool(s.faces),
+        text=_at_faces,
     ),
     Quantity("max_tension", "largest tension", unit="Pa", when=_has_tension),
     Quantity(
-        "max_tension_place", "its place", unit="m", of=lambda stress: list(stress.max_tension_at),
-        text=_tension_place, when=_has_tension,
+        "max_tension_place",
+        "its place",
+        unit="m",
+        of=lambda stress: list(stress.max_tension_at),
+        text=_tension_place,
+        when=_has_tension,
     ),
     Quantity("max_tresca", "largest Tresca stress", unit="Pa", of="profile.max_tresca"),
     Quantity(
-        "max_orthogonal_shear_along_y", "orthogonal shear amplitude, pass along y", unit="Pa",
+        "max_orthogonal_shear_along_y",
+        "orthogonal shear amplitude, pass along y",
+        unit="Pa",
         of=_shear(0),
     ),
     Quantity(
-        "max_orthogonal_shear_along_x", "orthogonal shear amplitude, pass along x", unit="Pa",
+        "max_orthogonal_shear_along_x",
+        "orthogonal shear amplitude, pass along x",
+        unit="Pa",
         of=_shear(1),
     ),
     Quantity("yield_strength", unit="Pa", of="profile.yield_strength"),
     Quantity(
-        "yield_factor", "yield strength over largest stress", of="profile.yield_factor",
+        "yield_factor",
+        "yield strength over largest stress",
+        of="profile.yield_factor",
         when=_bears("yield_factor"),
     ),
     Quantity(
-        "yielded_volume", "volume above the yield strength", unit="m³", of="profile.yielded_volume",
+        "yielded_volume",
+        "volume above the yield strength",
+        unit="m³",
+        of="profile.yielded_volume",
         when=_bears("yielded_volume"),
     ),
     Quantity(
-        "depths", unit="m", of=lambda s: [float(s.profile.depths[0]), float(s.profile.depths[-1])],
+        "depths", unit="m", of=lambda s: [float(s.profile.depths[0]), float(s.profile.depths[-1])]
     ),
     *CAUTIONS,
     Quantity("precision"),
     Quantity("version"),
-)  # fmt: skip
+)
 """Of a `StressResult`."""
 
 
 FIRST_YIELD: Table = (
     Quantity("load", "load of first yield", unit="N", of="solution.load"),
     Quantity(
-        "max_pressure", "largest pressure at first yield", unit="Pa", of="solution.max_pressure",
+        "max_pressure", "largest pressure at first yield", unit="Pa", of="solution.max_pressure"
     ),
-)  # fmt: skip
+)
 """Of the `StressResult` at which the first point yields."""
 
 

@@ -74,10 +74,17 @@ def stress_depth(result: StressResult) -> Figure:
     for number, edge in enumerate(interfaces(result.material) if result.parts else ()):
         axes.axvline(float(edge) * length[0], color=style.NEUTRAL, linewidth=1)
         axes.annotate(
-            result.parts[number].name, (float(edge) * length[0], 1), xytext=(-3, -3),
-            xycoords=axes.get_xaxis_transform(), textcoords="offset points", ha="right", va="top",
-            rotation=90, fontsize=style.TICK, color=style.NEUTRAL,
-        )  # fmt: skip
+            result.parts[number].name,
+            (float(edge) * length[0], 1),
+            xytext=(-3, -3),
+            xycoords=axes.get_xaxis_transform(),
+            textcoords="offset points",
+            ha="right",
+            va="top",
+            rotation=90,
+            fontsize=style.TICK,
+            color=style.NEUTRAL,
+        )
     if strength:
         axes.axhline(strength * factor, color=style.NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
         axes.annotate(
@@ -153,9 +160,14 @@ def stress_section(
     mesh.set_clim(0, top * scale[0])
     place = result.max_von_mises_at[1 + axis] * length[0], result.max_von_mises_at[0] * length[0]
     axes.plot(
-        [place[0]], [place[1]], "+",
-        color=style.SERIES[0], markersize=11, markeredgewidth=2, clip_on=False,
-    )  # fmt: skip
+        [place[0]],
+        [place[1]],
+        "+",
+        color=style.SERIES[0],
+        markersize=11,
+        markeredgewidth=2,
+        clip_on=False,
+    )
     style.name_axes(axes, f"{along} [{length[1]}]", f"depth [{length[1]}]")
     style.few_ticks(axes, aspect)
     _stress_bar(axes, mesh, result, scale[1])
@@ -166,9 +178,12 @@ def stress_section(
 def _draw_section(axes: Axes, across: Any, depth: float, rows: Any) -> Any:
     """Draw rows of stress down to a depth, true to scale, and return what a colour bar needs."""
     mesh = axes.pcolormesh(
-        across, np.linspace(0, depth, SECTION_ROWS + 1), rows,
-        cmap=style.field_colours(over=style.OVER), rasterized=True,
-    )  # fmt: skip
+        across,
+        np.linspace(0, depth, SECTION_ROWS + 1),
+        rows,
+        cmap=style.field_colours(over=style.OVER),
+        rasterized=True,
+    )
     axes.set_aspect("equal")
     axes.set_xlim(across[0], across[-1])
     axes.set_ylim(depth, 0)
@@ -242,9 +257,13 @@ def stress_map(result: StressResult) -> Figure:
     length = style.prefixed(max(size), "m")
     _, y, x = result.max_von_mises_at
     axes.plot(
-        [x * length[0]], [y * length[0]], "+",
-        color=style.SERIES[0], markersize=11, markeredgewidth=2,
-    )  # fmt: skip
+        [x * length[0]],
+        [y * length[0]],
+        "+",
+        color=style.SERIES[0],
+        markersize=11,
+        markeredgewidth=2,
+    )
     _stress_bar(axes, image, result, unit)
     more = ""
     if over and strength is not None:

@@ -295,9 +295,11 @@ def to_dataset(result: StressResult) -> netcdf.Dataset:
     add_profile(dataset, result.profile)
     for axis, section in (("x", result.section_x), ("y", result.section_y)):
         dataset[f"section_{axis}"] = _variable(
-            ("component", "depth", axis), section, "Pa",
+            ("component", "depth", axis),
+            section,
+            "Pa",
             f"stress on the plane along {axis} through the largest von Mises stress",
-        )  # fmt: skip
+        )
     if result.traction is not None:
         for axis, values in zip("yx", result.traction, strict=True):
             dataset[f"traction_{axis}"] = _variable(
@@ -338,16 +340,20 @@ def add_profile(dataset: netcdf.Dataset, profile: stress_summary.Summary) -> Non
     for name, described in over_depth.items():
         dataset[name] = _variable(("depth",), *described)
     dataset["orthogonal_shear"] = _variable(
-        ("depth", "pass"), profile.orthogonal_shear, "Pa",
+        ("depth", "pass"),
+        profile.orthogonal_shear,
+        "Pa",
         "largest amplitude of the orthogonal shear stress in a pass along an axis",
-    )  # fmt: skip
+    )
     if profile.yielded_area is not None:
         # Of a profile the pixels are one metre wide.
         extent, unit = ("length", "m") if profile.peak.shape[0] == 1 else ("area", "m2")
         dataset["yielded_area"] = _variable(
-            ("depth",), profile.yielded_area, unit,
+            ("depth",),
+            profile.yielded_area,
+            unit,
             f"{extent} where the von Mises stress exceeds the yield strength",
-        )  # fmt: skip
+        )
     dataset["peak_von_mises"] = _variable(
         ("y", "x"), profile.peak, "Pa", "largest von Mises stress over depth"
     )
@@ -434,9 +440,12 @@ def subsurface_stress(
     wanted = to_si(depths, "length", "depths")
     _check_depths(wanted)
     require_memory(
-        result.surface.shape, boundary=result.boundary, precision=precision, friction=friction,
+        result.surface.shape,
+        boundary=result.boundary,
+        precision=precision,
+        friction=friction,
         partial_slip=traction is not None,
-    )  # fmt: skip
+    )
     options = {**surface_loads(result.pair, in_body, friction, direction), "precision": precision}
     if traction is not None:
         traction = checked_traction(traction, result.pressure.shape, friction).copy()
@@ -446,9 +455,18 @@ def subsurface_stress(
         result, material, wanted, options
     )
     return StressResult(
-        result, in_body, friction, direction, precision, found[0], found[1], found[2],
-        __version__, traction, faces,
-    )  # fmt: skip
+        result,
+        in_body,
+        friction,
+        direction,
+        precision,
+        found[0],
+        found[1],
+        found[2],
+        __version__,
+        traction,
+        faces,
+    )
 
 
 def _bulk_stress(
@@ -456,9 +474,13 @@ def _bulk_stress(
 ) -> tuple[Any, tuple[coating_stress.Face, ...]]:
     """Return the summary of a body with its sections; it has no faces."""
     return stress_summary.summarize_with_sections(
-        result.pressure, result.pair.pixel, material.poisson,
-        depths=depths, yield_strength=material.yield_strength, **options,
-    ), ()  # fmt: skip
+        result.pressure,
+        result.pair.pixel,
+        material.poisson,
+        depths=depths,
+        yield_strength=material.yield_strength,
+        **options,
+    ), ()
 
 
 def _layered_stress(
@@ -471,8 +493,10 @@ def _layered_stress(
     if result.pair.is_profile and boundary.free_axes:
         raise InputError(
             f"= {str(boundary)!r} is not available for layers below a profile; solve with "
-            f"{str(Boundary.PERIODIC)!r}", argument="boundary", value=boundary,
-        )  # fmt: skip
+            f"{str(Boundary.PERIODIC)!r}",
+            argument="boundary",
+            value=boundary,
+        )
     # What layers change is computed on a larger map.
     larger = (2 * pressure.shape[0], 2 * pressure.shape[1])
     require_memory(larger, boundary=boundary, precision=options["precision"])
@@ -646,9 +670,11 @@ def solve_first_yield(
     for _ in range(_MAX_SOLVES):
         last = solve_pair(pair, LoadCase(load=load, ceiling=None), start=last)
         profile = stress_summary.summarize(
-            last.pressure, pair.pixel, pair.material_of(body).poisson,
+            last.pressure,
+            pair.pixel,
+            pair.material_of(body).poisson,
             **surface_loads(pair, body, friction, direction),
-        )  # fmt: skip
+        )
         excess = math.log(profile.max_von_mises / strength)
         if abs(excess) <= tolerance:
             return subsurface_stress(last, in_body=body, friction=friction, direction=direction)

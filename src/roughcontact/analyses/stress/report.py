@@ -70,7 +70,10 @@ def _answer(stress: StressResult, onset: StressResult | None = None) -> str:
     if strength is None:
         return f"The von Mises stress reaches {reached}, {where}."
     if math.isclose(stress.max_von_mises, strength, rel_tol=_AT_YIELD):
-        return f"First yield at {_load(stress)}, {where}; σ_Y = {phrases.format_short(strength, 'Pa')}."
+        return (
+            f"First yield at {_load(stress)}, {where}; σ_Y = "
+            f"{phrases.format_short(strength, 'Pa')}."
+        )
     known = f"(σ_Y = {phrases.format_short(strength, 'Pa')})"
     if stress.max_von_mises > strength:
         return f"The material yields: the von Mises stress reaches {reached} {known}, {where}."
@@ -109,12 +112,14 @@ def _layer_rows(stress: StressResult) -> list[tuple[str, str]]:
     rows.append(("Tension at surface", phrases.format_short(surface.tension.value, "Pa")))
     for face in others[::2]:
         name = stress.parts[face.part].name
-        rows.append((
-            f"Bottom of {name}",
-            f"tension {phrases.format_short(face.tension.value, 'Pa')}, shear "
-            f"{phrases.format_short(face.shear.value, 'Pa')}, pull "
-            f"{phrases.format_short(max(face.pull.value, 0.0), 'Pa')}",
-        ))  # fmt: skip
+        rows.append(
+            (
+                f"Bottom of {name}",
+                f"tension {phrases.format_short(face.tension.value, 'Pa')}, shear "
+                f"{phrases.format_short(face.shear.value, 'Pa')}, pull "
+                f"{phrases.format_short(max(face.pull.value, 0.0), 'Pa')}",
+            )
+        )
     return rows
 
 
@@ -148,18 +153,29 @@ def _remarks(stress: StressResult, onset: StressResult | None = None) -> tuple[s
 
 
 KIND = Presentation(
-    StressResult, stress_fields.STRESS, figures=stress_illustrations.STRESS,
+    StressResult,
+    stress_fields.STRESS,
+    figures=stress_illustrations.STRESS,
     plots=(draw.stress_section, draw.stress_depth, draw.stress_map),
-    contact=attrgetter("solution"), works=stress_fields.of_stress,
+    contact=attrgetter("solution"),
+    works=stress_fields.of_stress,
     dataset=to_dataset,
-    problem=lambda stress: phrases.problem(stress.solution), answer=_answer, numbers=_numbers,
-    remarks=_remarks, question=question, details=_details, method=_method,
-)  # fmt: skip
+    problem=lambda stress: phrases.problem(stress.solution),
+    answer=_answer,
+    numbers=_numbers,
+    remarks=_remarks,
+    question=question,
+    details=_details,
+    method=_method,
+)
 PROFILE_KIND = replace(
-    KIND, table=stress_fields.PROFILE_STRESS, when=lambda stress: stress.solution.pair.is_profile,
+    KIND,
+    table=stress_fields.PROFILE_STRESS,
+    when=lambda stress: stress.solution.pair.is_profile,
     # A profile is not seen from above.
-    figures=stress_illustrations.STRESS[:2], plots=KIND.plots[:2],
-)  # fmt: skip
+    figures=stress_illustrations.STRESS[:2],
+    plots=KIND.plots[:2],
+)
 
 
 def _kind(stress: StressResult) -> Presentation:

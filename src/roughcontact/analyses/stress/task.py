@@ -17,9 +17,13 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
 
 IN_BODY = Option(
-    "in-body", Panel.BODIES, "body|counter-body", "Body whose stress is computed; default: body.",
-    parsing.choice("body", "counter-body"), "body",
-)  # fmt: skip
+    "in-body",
+    Panel.BODIES,
+    "body|counter-body",
+    "Body whose stress is computed; default: body.",
+    parsing.choice("body", "counter-body"),
+    "body",
+)
 FRICTION = Option(
     "friction",
     Panel.BODIES,
@@ -29,15 +33,21 @@ FRICTION = Option(
     0.0,
 )
 DIRECTION = Option(
-    "direction", Panel.BODIES, "DEGREES",
+    "direction",
+    Panel.BODIES,
+    "DEGREES",
     "Traction direction, degrees counterclockwise from x; default: 0.",
-    parsing.number, 0.0,
-)  # fmt: skip
+    parsing.number,
+    0.0,
+)
 DEPTHS = Option(
-    "depths", Panel.SOLVER, "LENGTHS",
+    "depths",
+    Panel.SOLVER,
+    "LENGTHS",
     'Depths: "1 um, 2 um"; default: automatic.',
-    parsing.lengths, None,
-)  # fmt: skip
+    parsing.lengths,
+    None,
+)
 FIRST_YIELD = flag_option("first-yield", Panel.SOLVER, "Also compute the load of first yield.")
 OUTPUT = file_option("output", "FILE.nc", "Contact and stress as NetCDF.", (".nc",))
 
@@ -109,12 +119,28 @@ roughcontact stress ground.x3p --load "100 MPa" --boundary periodic \\
     --material 42CrMo4 --output stress.nc --figures out
 """,
     (
-        *options.MAP, *options.LOADS, *options.BODIES, *options.COATINGS, IN_BODY, FRICTION,
-        DIRECTION, DEPTHS,
-        FIRST_YIELD, *options.SOLVER, OUTPUT, options.REPORT, options.FIGURES, *options.SHOWN,
+        *options.MAP,
+        *options.LOADS,
+        *options.BODIES,
+        *options.COATINGS,
+        IN_BODY,
+        FRICTION,
+        DIRECTION,
+        DEPTHS,
+        FIRST_YIELD,
+        *options.SOLVER,
+        OUTPUT,
+        options.REPORT,
+        options.FIGURES,
+        *options.SHOWN,
     ),
     (
-        options.LOAD, *options.BODY_CONSTANTS, FRICTION, FIRST_YIELD, options.MISSING, OUTPUT,
+        options.LOAD,
+        *options.BODY_CONSTANTS,
+        FRICTION,
+        FIRST_YIELD,
+        options.MISSING,
+        OUTPUT,
         options.REPORT,
     ),
     run=_run,
@@ -129,4 +155,4 @@ roughcontact stress ground.x3p --load "100 MPa" --boundary periodic \\
             (IN_BODY, FRICTION, DIRECTION, DEPTHS, FIRST_YIELD),
         ),
     ),
-)  # fmt: skip
+)

@@ -45,9 +45,14 @@ def _worst(result: Any) -> float:
 def certificates_of() -> Quantity:
     """Return the row of the worst certificate."""
     return Quantity(
-        "worst_certificate", "certificates", symbol="ε", of=_worst,
-        form=lambda v: f"{v:.1e} at most", part=TRUST, stored=False,
-    )  # fmt: skip
+        "worst_certificate",
+        "certificates",
+        symbol="ε",
+        of=_worst,
+        form=lambda v: f"{v:.1e} at most",
+        part=TRUST,
+        stored=False,
+    )
 
 
 def _slope(curve: LoadCurve) -> str:
@@ -60,11 +65,12 @@ def _slope(curve: LoadCurve) -> str:
 def given_loads_of(unit: Callable[[Any], str] = lambda _: "N") -> Quantity:
     """Return the row of the loads as they were given."""
     return Quantity(
-        "given_loads", "loads given as",
+        "given_loads",
+        "loads given as",
         of=lambda r: [item.summary() for item in r.specified_load],
         text=lambda r: phrases.given_loads(r.specified_load, unit(r)),
         when=lambda r: bool(r.specified_load),
-    )  # fmt: skip
+    )
 
 
 CURVE: Table = (
@@ -78,12 +84,16 @@ CURVE: Table = (
     Quantity("rms_gradient", "root-mean-square slope", symbol="h′"),
     Quantity("ceiling", unit="Pa", of=ceiling_stored),
     Quantity(
-        "low_load_slope", "low-load slope", symbol="κ", meaning="of A = κ W/(E* h′)", text=_slope,
+        "low_load_slope",
+        "low-load slope",
+        symbol="κ",
+        meaning="of A = κ W/(E* h′)",
+        text=_slope,
         when=lambda curve: math.isfinite(curve.low_load_slope),
     ),
     *CAUTIONS,
     certificates_of(),
-)  # fmt: skip
+)
 """Of a `LoadCurve`."""
 
 
@@ -100,31 +110,47 @@ def _contact_intervals(curve: LoadCurve) -> list[str]:
 
 _INTERVALS: Columns = (
     Column(
-        "contact", "95 of 100", shown=_contact_intervals, form=str, stored=False,
+        "contact",
+        "95 of 100",
+        shown=_contact_intervals,
+        form=str,
+        stored=False,
         when=lambda curve: bool(curve.intervals),
     ),
     *(
         Column(
-            f"{name}_{end}", unit=unit, of=partial(_ends, name=name, end=end),
+            f"{name}_{end}",
+            unit=unit,
+            of=partial(_ends, name=name, end=end),
             when=lambda curve: bool(curve.intervals),
         )
         for name, unit in (
-            ("contact_fraction", "1"), ("saturated_fraction", "1"), ("mean_gap", "m"),
-            ("approach", "m"), ("stiffness", "N/m"), ("max_pressure", "Pa"),
+            ("contact_fraction", "1"),
+            ("saturated_fraction", "1"),
+            ("mean_gap", "m"),
+            ("approach", "m"),
+            ("stiffness", "N/m"),
+            ("max_pressure", "Pa"),
         )
         for end in ("value", "low", "high")
     ),
-)  # fmt: skip
+)
 """Of the intervals of each step of a `LoadCurve`, where it has them."""
 
 
 CURVE_COLUMNS: Columns = (
     Column("load", "load", unit="N"),
     Column("approach", "approach", unit="m"),
-    Column("contact_area", "contact", unit="m²", shown=share_of("contact_area"), form=format_percent),
+    Column(
+        "contact_area", "contact", unit="m²", shown=share_of("contact_area"), form=format_percent
+    ),
     Column("perimeter_corrected_area", unit="m²"),
     Column(
-        "saturated_area", "saturated", unit="m²", shown=share_of("saturated_area"), form=format_percent,
+        "saturated_area",
+        "saturated",
+        unit="m²",
+        shown=share_of("saturated_area"),
+        form=format_percent,
     ),
     Column("max_pressure", "largest pressure", unit="Pa", brief=False),
     Column("mean_gap", "mean gap", unit="m"),
@@ -136,7 +162,10 @@ CURVE_COLUMNS: Columns = (
     Column("certificate", "certificate", form=order_of_magnitude, brief=False),
     Column("load_error"),
     Column(
-        "pressure_ceiling", "ceiling", unit="Pa", of=lambda c: c.column("ceiling"),
+        "pressure_ceiling",
+        "ceiling",
+        unit="Pa",
+        of=lambda c: c.column("ceiling"),
         when=lambda c: isinstance(c.ceiling, str),
     ),
     Column("convolutions"),
@@ -145,7 +174,7 @@ CURVE_COLUMNS: Columns = (
     Column("persson_contact_area", unit="m²", of=lambda c: c.persson[0].tolist()),
     Column("persson_saturated_area", unit="m²", of=lambda c: c.persson[1].tolist()),
     *_INTERVALS,
-)  # fmt: skip
+)
 """Of the steps of a `LoadCurve`."""
 
 

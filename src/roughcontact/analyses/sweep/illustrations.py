@@ -9,20 +9,24 @@ from roughcontact.report.page import WIDE
 
 CURVE: Illustrations = (
     Illustration(
-        "curve", load_curve,
+        "curve",
+        load_curve,
         "Contact and saturated area with Persson's theory; approach and mean gap; stiffness of the "
         "next small load; contact spots.",
-        FRONT, WIDE,
+        FRONT,
+        WIDE,
     ),
-)  # fmt: skip
+)
 """Of a `LoadCurve`."""
 
 
 PROFILE_CURVE: Illustrations = (
     Illustration(
-        "curve", profile_figures.load_curve,
+        "curve",
+        profile_figures.load_curve,
         "Contact and saturated length; approach and mean gap; stiffness; number of segments.",
-        FRONT, WIDE,
+        FRONT,
+        WIDE,
     ),
-)  # fmt: skip
+)
 """Of a `LoadCurve` of profiles."""

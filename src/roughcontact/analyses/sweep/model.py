@@ -28,13 +28,7 @@ from roughcontact.contact.result import CALIBRATED, CalibrationRecord, ContactRe
 from roughcontact.contact.solve import solve_pair
 from roughcontact.contact.stiffness import contact_growth, predict_pressure, unloading_stiffness
 from roughcontact.contact.validation import check_problem, check_profile
-from roughcontact.errors import (
-    ArgumentRef,
-    ConvergenceError,
-    InputError,
-    Sentence,
-    input_error,
-)
+from roughcontact.errors import ArgumentRef, ConvergenceError, InputError, Sentence, input_error
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material, softer_material
 from roughcontact.result import Result

@@ -31,8 +31,8 @@ def load_curve(curve: LoadCurve) -> Figure:
     factor, unit = style.prefixed(float(load.max()), "N/m")
     for key, name, colour in (
         ("contact_area", "contact", style.SERIES[0]),
-        ("saturated_area", "saturated", style.SATURATED)
-    ):  # fmt: skip
+        ("saturated_area", "saturated", style.SATURATED),
+    ):
         share = 100 * curve.column(key) / curve.nominal_area
         share[share == 0] = np.nan
         if np.isfinite(share).any():
@@ -42,8 +42,9 @@ def load_curve(curve: LoadCurve) -> Figure:
         float(max(curve.column("approach").max(), curve.column("mean_gap").max())), "m"
     )
     for key, name, colour in (
-        ("approach", "approach", style.SERIES[0]), ("mean_gap", "mean gap", style.SERIES[1])
-    ):  # fmt: skip
+        ("approach", "approach", style.SERIES[0]),
+        ("mean_gap", "mean gap", style.SERIES[1]),
+    ):
         grid[0, 1].plot(load * factor, curve.column(key) * scale, "o-", color=colour, label=name)
     stiffness = curve.column("stiffness")
     stiffness[~(np.isfinite(stiffness) & (stiffness > 0))] = np.nan
@@ -56,11 +57,13 @@ def load_curve(curve: LoadCurve) -> Figure:
         grid.ravel(),
         ("Contact length", "Approach and mean open gap", "Contact stiffness", "Contact segments"),
         (
-            "share of the profile [%]", f"approach, mean gap [{length_unit}]",
-            "stiffness dW′/dω [N/m/m]", "number of segments",
+            "share of the profile [%]",
+            f"approach, mean gap [{length_unit}]",
+            "stiffness dW′/dω [N/m/m]",
+            "number of segments",
         ),
         strict=True,
-    ):  # fmt: skip
+    ):
         style.log_scale(axes, "x")
         style.plain_axes(axes, f"load per length [{unit}]", label, title)
     for axes in grid[0]:

@@ -11,10 +11,7 @@ from roughcontact.analyses.sweep import (
 )
 from roughcontact.analyses.sweep.figures import load_curve
 from roughcontact.analyses.sweep.model import LOW_LOAD, LoadCurve
-from roughcontact.report import (
-    contact_fields,
-    phrases,
-)
+from roughcontact.report import contact_fields, phrases
 from roughcontact.report.kind import Presentation
 from roughcontact.report.page import Block
 from roughcontact.units import format_engineering, format_percent, order_of_magnitude
@@ -32,7 +29,8 @@ def _method(curve: LoadCurve) -> list[Block]:
     text = ["Each load is solved as a first loading; the model keeps no history."]
     if curve.low_loads.any() and not curve.is_profile:
         text.append(
-            f"At small loads (up to {format_percent(LOW_LOAD)} in contact) the area is A = κ W/(E* h′). "
+            f"At small loads (up to {format_percent(LOW_LOAD)} in contact) the area is A = κ W/(E* "
+            "h′). "
             "Theory gives κ = 2.5 (Bush, Gibson and Thomas 1975) and 1.6 (Persson 2001), "
             "computations 1.8 to 2.3 (Hyun et al. 2004)."
         )

@@ -22,10 +22,13 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
 
 FROM = Option(
-    "from", Panel.BODIES, "LOAD|APPROACH",
+    "from",
+    Panel.BODIES,
+    "LOAD|APPROACH",
     'First load or approach: "10 mN", "1 MPa", "hertz 0.5 GPa" or "0.1 um".',
-    parsing.load_or_approach, None,
-)  # fmt: skip
+    parsing.load_or_approach,
+    None,
+)
 TO = Option(
     "to",
     Panel.BODIES,
@@ -35,14 +38,21 @@ TO = Option(
     None,
 )
 STEPS = Option(
-    "steps", Panel.BODIES, "NUMBER", "Number of loads; default: 13.",
-    parsing.int_parser(2, limits.STEPS), 13,
-)  # fmt: skip
+    "steps",
+    Panel.BODIES,
+    "NUMBER",
+    "Number of loads; default: 13.",
+    parsing.int_parser(2, limits.STEPS),
+    13,
+)
 SPACING = Option(
-    "spacing", Panel.BODIES, "log|linear",
+    "spacing",
+    Panel.BODIES,
+    "log|linear",
     "log (equal ratios) or linear (equal differences); default: log.",
-    parsing.choice("log", "linear"), "log",
-)  # fmt: skip
+    parsing.choice("log", "linear"),
+    "log",
+)
 OUTPUT = file_option("output", "FILE.csv|json", "Table of loads.", TABLES)
 FIGURE = file_option("figure", "FILE", "Figure of the curve (PNG, SVG or PDF).", PICTURES)
 _RANGE = (FROM, TO, STEPS, SPACING)
@@ -88,10 +98,12 @@ def _check(request: Request) -> None:
     first, last = _ends(request)
     if (first[0], type(first[1])) != (last[0], type(last[1])):
         raise InputError(
-            ArgumentRef("from"), " and ", ArgumentRef("to"),
+            ArgumentRef("from"),
+            " and ",
+            ArgumentRef("to"),
             " must both be loads of one form or both approaches, got "
             f"{request.specified[FROM.name]!r} and {request.specified[TO.name]!r}",
-        )  # fmt: skip
+        )
     _steps(request)
 
 
@@ -126,9 +138,17 @@ roughcontact sweep ground.x3p --from "10 MPa" --to "300 MPa" \\
     --boundary periodic --material 42CrMo4 --output curve.csv
 """,
     (
-        *options.MAP, *_RANGE, *options.BODIES, *options.COATINGS,
-        *options.SOLVER, *measurement.OPTIONS, OUTPUT, options.FOLDER,
-        options.REPORT, FIGURE, *options.SHOWN,
+        *options.MAP,
+        *_RANGE,
+        *options.BODIES,
+        *options.COATINGS,
+        *options.SOLVER,
+        *measurement.OPTIONS,
+        OUTPUT,
+        options.FOLDER,
+        options.REPORT,
+        FIGURE,
+        *options.SHOWN,
     ),
     (FROM, TO, STEPS, *options.BODY_CONSTANTS, options.MISSING, OUTPUT, options.REPORT),
     run=_run,
@@ -150,7 +170,7 @@ roughcontact sweep ground.x3p --from "10 MPa" --to "300 MPa" \\
             short_help=((FROM, "1 MPa"), (TO, "100 MPa")),
         ),
     ),
-)  # fmt: skip
+)
 
 
 def measured_curve(request: Request, curve: LoadCurve, look: OnProgress) -> LoadCurve:

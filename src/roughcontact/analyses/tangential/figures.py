@@ -107,14 +107,23 @@ def _draw_curve(axes: Axes, result: Tangential) -> None:
         # Masing: the loop is the curve at twice its size, from either end.
         for end in (1, -1):
             label = "cycle" if end == 1 else None
-            axes.plot(end * (along[-1] - 2 * along), end * (up[-1] - 2 * up), "--",
-                      color=style.SERIES[2], label=label)  # fmt: skip
+            axes.plot(
+                end * (along[-1] - 2 * along),
+                end * (up[-1] - 2 * up),
+                "--",
+                color=style.SERIES[2],
+                label=label,
+            )
     axes.plot(shift * length, force * factor, "o", color=style.SERIES[1], label="solved")
     reach = 1.1 * float(abs(shift).max()) * length
     initial = np.array([0.0, abs(force).max()]) / (result.initial_stiffness or 1.0)
-    axes.plot(np.sign(result.last.force) * initial * length,
-              np.sign(result.last.force) * np.array([0.0, abs(force).max()]) * factor,
-              ":", color=style.SERIES[6], label="full stick")  # fmt: skip
+    axes.plot(
+        np.sign(result.last.force) * initial * length,
+        np.sign(result.last.force) * np.array([0.0, abs(force).max()]) * factor,
+        ":",
+        color=style.SERIES[6],
+        label="full stick",
+    )
     axes.set_xlim(-reach, reach)
     style.plain_axes(axes, f"shift [{name}]", f"tangential force [{unit}]", "Force over shift")
     style.legend_below(axes, 2)

@@ -60,10 +60,14 @@ def fretting(contact: ContactResult, traction: Array, slip: Array) -> Fretting:
     below = subsurface_stress(contact, traction=traction)
     surface = next(
         slices(
-            contact.pressure, contact.pair.pixel, [0.0], contact.material.poisson,
-            traction=traction, **surface_loads(contact.pair, "body", 0.0, 0.0),
+            contact.pressure,
+            contact.pair.pixel,
+            [0.0],
+            contact.material.poisson,
+            traction=traction,
+            **surface_loads(contact.pair, "body", 0.0, 0.0),
         )
-    ).stress  # fmt: skip
+    ).stress
     in_plane = surface[[XX, YY, XY]].astype(np.float64)
     size = np.hypot(*traction)
     y, x = np.divide(traction, size, out=np.zeros_like(traction), where=size > 0)

@@ -483,7 +483,9 @@ class _Path:
         solution = partial_slip.solve(
             self.operator,
             partial_slip.PartialSlipProblem(
-                index, bound, offset,
+                index,
+                bound,
+                offset,
                 total=goal,
                 shift=None if shift is None else shift * self.along,
                 # After a reversal the traction is that before it, reversed (Masing).
@@ -491,7 +493,7 @@ class _Path:
                 scale=_norm(earlier),
             ),
             self.tolerance,
-        )  # fmt: skip
+        )
         self._append_step(contact, index, bound, solution)
         if solution.status is not Status.CONVERGED:
             text = (
@@ -511,10 +513,12 @@ class _Path:
             return
         unit = contact.pair.load_unit
         raise CapacityError(
-            f"= {format_engineering(force, unit)}, but the contact slides at {format_engineering(capacity, unit)}"
+            f"= {format_engineering(force, unit)}, but the contact slides at "
+            f"{format_engineering(capacity, unit)}"
             f" (μ {self.friction:g}); give a smaller force, or a shift",
-            argument="force", value=force,
-        )  # fmt: skip
+            argument="force",
+            value=force,
+        )
 
     def _offset(self, contact: ContactResult, index: NDArray[np.int64], growth: float) -> Array:
         """Return K q before the step, less the shift at which new pixels come into contact."""
@@ -623,10 +627,12 @@ def _yield_force(path: _Path) -> float | None:
             trial.advance(contact, force=ahead * force)
             traction = trial.traction
         summary = stress_summary.summarize(
-            contact.pressure, contact.pair.pixel, contact.material.poisson,
+            contact.pressure,
+            contact.pair.pixel,
+            contact.material.poisson,
             traction=traction.reshape(2, *contact.pressure.shape),
             **subsurface_stress.surface_loads(contact.pair, "body", 0.0, 0.0),
-        )  # fmt: skip
+        )
         return summary.max_von_mises / strength - 1
 
     if excess(0.0) >= 0:
@@ -707,7 +713,8 @@ def _messages(path: _Path, contact: ContactResult) -> list[Caution]:
         result.append(
             as_caution(
                 CautionTag.SHEAR_YIELD,
-                f"Shear yields on {format_percent(yields)} of the contact at most: traction is limited to "
+                f"Shear yields on {format_percent(yields)} of the contact at most: traction is "
+                "limited to "
                 "σ_Y/√3 there.",
                 share=yields,
             )
@@ -717,7 +724,8 @@ def _messages(path: _Path, contact: ContactResult) -> list[Caution]:
         result.append(
             as_caution(
                 CautionTag.JUNCTION_GROWTH,
-                f"{format_percent(saturated)} of the contact is at the ceiling: shear enlarges such "
+                f"{format_percent(saturated)} of the contact is at the ceiling: shear enlarges "
+                "such "
                 "junctions. The model keeps their area.",
                 share=saturated,
             )

@@ -82,27 +82,48 @@ _TABLE: Table = (
     Quantity("direction", "direction", form=lambda value: f"{value:g}°"),
     Quantity("capacity", "force at which it slides", of="capacity", unit="N"),
     Quantity("initial_stiffness", "stiffness at full stick", "K_t", unit="N/m", text=_initial),
-    Quantity("tangent_stiffness", "stiffness at the last force", unit="N/m",
-             text=lambda r: _stiffness(r.tangent_stiffness, r.solution.pair.load_unit)),
+    Quantity(
+        "tangent_stiffness",
+        "stiffness at the last force",
+        unit="N/m",
+        text=lambda r: _stiffness(r.tangent_stiffness, r.solution.pair.load_unit),
+    ),
     Quantity("stiffness_per_area", unit="Pa/m"),
-    Quantity("compliance_ratio", "tangential over normal compliance", "c",
-             of=lambda r: tangential_compliance(r.solution.pair)),
-    Quantity("cycle_energy", "energy of a cycle", unit="J", of=lambda r: _finite(r.cycle_energy),
-             text=_energy, when=lambda r: math.isfinite(r.cycle_energy)),
+    Quantity(
+        "compliance_ratio",
+        "tangential over normal compliance",
+        "c",
+        of=lambda r: tangential_compliance(r.solution.pair),
+    ),
+    Quantity(
+        "cycle_energy",
+        "energy of a cycle",
+        unit="J",
+        of=lambda r: _finite(r.cycle_energy),
+        text=_energy,
+        when=lambda r: math.isfinite(r.cycle_energy),
+    ),
     Quantity("loss_factor", of=lambda r: _finite(r.loss_factor)),
     Quantity(
         "superposition",
-        of=lambda r: None if r.superposition is None else {
-            **asdict(r.superposition),
-            "traction_difference": _finite(r.superposition.traction_difference),
-        },
+        of=lambda r: (
+            None
+            if r.superposition is None
+            else {
+                **asdict(r.superposition),
+                "traction_difference": _finite(r.superposition.traction_difference),
+            }
+        ),
     ),
-    Quantity("superposition_shift", "shift by superposition", unit="m",
-             of=lambda r: None if r.superposition is None else r.superposition.shift[-1],
-             when=lambda r: r.superposition is not None),
+    Quantity(
+        "superposition_shift",
+        "shift by superposition",
+        unit="m",
+        of=lambda r: None if r.superposition is None else r.superposition.shift[-1],
+        when=lambda r: r.superposition is not None,
+    ),
     *(
-        Quantity(key, name, symbol, unit=unit, of=_of_stress(of), form=form,
-                 when=_has_stress)
+        Quantity(key, name, symbol, unit=unit, of=_of_stress(of), form=form, when=_has_stress)
         for key, name, symbol, unit, of, form in (
             ("max_von_mises", "largest von Mises stress", "", "Pa", "stress.max_von_mises", None),
             ("max_tension", "largest tension at the surface", "", "Pa", "stress.max_tension", None),
@@ -110,19 +131,37 @@ _TABLE: Table = (
             ("max_ruiz", "largest Ruiz parameter", "σ_t τδ", "Pa²·m", "max_ruiz", _ruiz),
         )
     ),
-    Quantity("yield_factor", "yield strength over largest stress",
-             of=_of_stress("stress.yield_factor"),
-             when=lambda r: _of_stress("stress.yield_factor")(r) is not None),
-    Quantity("yield_force", "tangential force at first yield", unit="N",
-             of=lambda r: _finite(_of_stress("yield_force")(r)),
-             when=lambda r: _finite(_of_stress("yield_force")(r)) is not None),
-    Quantity("tangential_certificate", "tangential certificate", "ε_t", form=order_of_magnitude, part=TRUST,
-             of=lambda r: max(step.certificate for step in r.steps)),
-    Quantity("force_error", "force error", form=order_of_magnitude, part=TRUST,
-             of=lambda r: max(step.force_error for step in r.steps)),
+    Quantity(
+        "yield_factor",
+        "yield strength over largest stress",
+        of=_of_stress("stress.yield_factor"),
+        when=lambda r: _of_stress("stress.yield_factor")(r) is not None,
+    ),
+    Quantity(
+        "yield_force",
+        "tangential force at first yield",
+        unit="N",
+        of=lambda r: _finite(_of_stress("yield_force")(r)),
+        when=lambda r: _finite(_of_stress("yield_force")(r)) is not None,
+    ),
+    Quantity(
+        "tangential_certificate",
+        "tangential certificate",
+        "ε_t",
+        form=order_of_magnitude,
+        part=TRUST,
+        of=lambda r: max(step.certificate for step in r.steps),
+    ),
+    Quantity(
+        "force_error",
+        "force error",
+        form=order_of_magnitude,
+        part=TRUST,
+        of=lambda r: max(step.force_error for step in r.steps),
+    ),
     Quantity("applications", "applications of the tangential operator", part=TRUST),
     *(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions")),
-)  # fmt: skip
+)
 
 _COLUMNS: Columns = (
     Column("load", "load", unit="N", brief=False),
@@ -153,12 +192,16 @@ def _numbers(result: Tangential) -> CellTable:
     if len(result.steps) > 1:
         changes = len({step.load for step in result.steps}) > 1
         rows = [
-            (*(phrases.format_short(load, unit) for load in [s.load] * changes),
-             phrases.format_short(s.force, unit), phrases.format_short(s.shift, "m"),
-             phrases.format_share(s.stick_fraction), phrases.format_short(s.max_slip, "m"),
-             phrases.format_short(s.energy, "J"))
+            (
+                *(phrases.format_short(load, unit) for load in [s.load] * changes),
+                phrases.format_short(s.force, unit),
+                phrases.format_short(s.shift, "m"),
+                phrases.format_share(s.stick_fraction),
+                phrases.format_short(s.max_slip, "m"),
+                phrases.format_short(s.energy, "J"),
+            )
             for s in result.steps
-        ]  # fmt: skip
+        ]
         heads = ("force", "shift", "stick", "largest slip", "energy")
         return (*["load"] * changes, *heads), rows
     share = phrases.format_share(abs(last.force) / result.capacity)
@@ -180,7 +223,8 @@ def _remarks(result: Tangential) -> tuple[str, ...]:
     if curve is not None and math.isfinite(curve.traction_difference):
         change = curve.shift[-1] / abs(last.shift) - 1
         lines.append(
-            f"Superposition: shift {phrases.format_short(curve.shift[-1], 'm')} ({format_change(change)}), "
+            f"Superposition: shift {phrases.format_short(curve.shift[-1], 'm')} "
+            f"({format_change(change)}), "
             f"stick {phrases.format_share(curve.stick_fraction[-1])}"
         )
     worst = max(step.certificate for step in result.steps)
@@ -206,7 +250,8 @@ def _below(result: Tangential) -> Iterator[str]:
         f"{_place(stress.max_tension_at, stress)}"
     )
     yield (
-        f"Fretting: τδ {phrases.format_short(works.max_work, 'J/m²')}, σ_t τδ {_ruiz(works.max_ruiz)}, "
+        f"Fretting: τδ {phrases.format_short(works.max_work, 'J/m²')}, σ_t τδ "
+        f"{_ruiz(works.max_ruiz)}, "
         f"{_place(works.max_ruiz_at, stress)}"
     )
 
@@ -253,31 +298,45 @@ def _save(result: Tangential, path: str | os.PathLike[str]) -> None:
 
 _FIGURES: Illustrations = (
     Illustration(
-        "tangential", tangential,
+        "tangential",
+        tangential,
         "Traction (left), stick and slip (middle), and force over shift (right): solved points, "
         "the curve by superposition, and the cycle between both forces.",
-        FRONT, WIDE,
+        FRONT,
+        WIDE,
     ),
     Illustration(
-        "", fretting,
+        "",
+        fretting,
         "Largest tension at the surface (left). Ruiz' parameter, the product of tension, traction "
         "and slip (right): cracks start where it is large.",
-        RESULTS, WIDE, _has_stress,
+        RESULTS,
+        WIDE,
+        _has_stress,
     ),
     *(
-        replace(figures.within_scene(attrgetter("fretting.stress"), item), name="",
-                when=_has_stress)
+        replace(
+            figures.within_scene(attrgetter("fretting.stress"), item), name="", when=_has_stress
+        )
         for item in stress_illustrations.STRESS[:2]
     ),
-)  # fmt: skip
+)
 
 _ASSUMPTIONS = (
-    Assumption("Coulomb friction", lambda r: f"one coefficient, μ = {r.friction:g}",
-               "friction varies over the face, with slip, or in time"),
-    Assumption("Small slip", lambda r: f"{format_engineering(r.last.max_slip, 'm', 3)} at most, against "
-               f"pixels of {format_engineering(max(r.solution.pair.pixel[-1:]), 'm', 3)}",
-               "slip reaches the size of a pixel"),
-)  # fmt: skip
+    Assumption(
+        "Coulomb friction",
+        lambda r: f"one coefficient, μ = {r.friction:g}",
+        "friction varies over the face, with slip, or in time",
+    ),
+    Assumption(
+        "Small slip",
+        lambda r: (
+            f"{format_engineering(r.last.max_slip, 'm', 3)} at most, against "
+            f"pixels of {format_engineering(max(r.solution.pair.pixel[-1:]), 'm', 3)}"
+        ),
+        "slip reaches the size of a pixel",
+    ),
+)
 
 
 def _works(result: Tangential) -> Iterator[tuple[str, tuple[Reference, ...]]]:
@@ -288,9 +347,20 @@ def _works(result: Tangential) -> Iterator[tuple[str, tuple[Reference, ...]]]:
 
 
 KIND = Presentation(
-    Tangential, _TABLE, _COLUMNS, listed=True, question=_question, assumptions=_ASSUMPTIONS,
-    sentences=_sentences, figures=_FIGURES, plots=(tangential, fretting), save=_save,
-    dataset=to_dataset, contact=attrgetter("solution"), answer=_answer, numbers=_numbers,
+    Tangential,
+    _TABLE,
+    _COLUMNS,
+    listed=True,
+    question=_question,
+    assumptions=_ASSUMPTIONS,
+    sentences=_sentences,
+    figures=_FIGURES,
+    plots=(tangential, fretting),
+    save=_save,
+    dataset=to_dataset,
+    contact=attrgetter("solution"),
+    answer=_answer,
+    numbers=_numbers,
     remarks=_remarks,
     problem=lambda result: f"{phrases.problem(result.solution)}, friction {result.friction:g}",
     works=lambda result: (
@@ -300,7 +370,7 @@ KIND = Presentation(
         make_use("tangential influence coefficients", "Johnson1985", "Pohrt2014"),
         make_use("stick and slip by Newton steps", "Hintermueller2002", "Birgin2000"),
     ),
-)  # fmt: skip
+)
 
 _PER_METER = {"N": "N/m", "N/m": "Pa", "J": "J/m", "Pa/m": "Pa/m"}
 PROFILE_KIND = replace(

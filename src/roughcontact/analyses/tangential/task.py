@@ -57,24 +57,37 @@ def _stages(text: str, argument: str) -> tuple[tuple[float | Load, str], ...]:
         if not colon:
             raise InputError(
                 f"needs a load and a force in each stage, such as '1 N: 50 mN', got {part!r}",
-                argument=argument, value=text,
-            )  # fmt: skip
+                argument=argument,
+                value=text,
+            )
         result.append((parsing.load(load.strip(), argument), _force(force.strip(), argument)))
     return tuple(result)
 
 
 FORCE = Option(
-    "force", Panel.BODIES, "FORCES",
-    'Tangential force, or several in turn: "0.05 N, -0.05 N".', _forces, None,
-)  # fmt: skip
+    "force",
+    Panel.BODIES,
+    "FORCES",
+    'Tangential force, or several in turn: "0.05 N, -0.05 N".',
+    _forces,
+    None,
+)
 SHIFT = Option(
-    "shift", Panel.BODIES, "LENGTH", 'Rigid tangential shift, instead of a force: "20 nm".',
-    LENGTH, None,
-)  # fmt: skip
+    "shift",
+    Panel.BODIES,
+    "LENGTH",
+    'Rigid tangential shift, instead of a force: "20 nm".',
+    LENGTH,
+    None,
+)
 STAGES = Option(
-    "stages", Panel.BODIES, "STAGES",
-    'Loads and forces together, from no contact on: "1 N: 0 N, 2 N: 0.1 N".', _stages, None,
-)  # fmt: skip
+    "stages",
+    Panel.BODIES,
+    "STAGES",
+    'Loads and forces together, from no contact on: "1 N: 0 N, 2 N: 0.1 N".',
+    _stages,
+    None,
+)
 OUTPUT = file_option(
     "output", "FILE.nc|csv|json", "Maps (NetCDF) or table of the steps.", (".nc", ".csv", ".json")
 )
@@ -122,12 +135,28 @@ roughcontact tangential ground.x3p --load "100 MPa" --boundary periodic \\
     --material 42CrMo4 --friction 0.15 --force "0.05 N" --report slip.html
 """,
     (
-        *options.MAP, *options.LOADS, *options.BODIES, *_ASKED, STAGES, *options.SOLVER, OUTPUT,
-        options.REPORT, FIGURE, *options.SHOWN,
+        *options.MAP,
+        *options.LOADS,
+        *options.BODIES,
+        *_ASKED,
+        STAGES,
+        *options.SOLVER,
+        OUTPUT,
+        options.REPORT,
+        FIGURE,
+        *options.SHOWN,
     ),
     (
-        options.LOAD, FRICTION, FORCE, SHIFT, options.MATERIAL, options.COUNTER_MATERIAL,
-        options.BOUNDARY, options.MISSING, OUTPUT, options.REPORT,
+        options.LOAD,
+        FRICTION,
+        FORCE,
+        SHIFT,
+        options.MATERIAL,
+        options.COUNTER_MATERIAL,
+        options.BOUNDARY,
+        options.MISSING,
+        OUTPUT,
+        options.REPORT,
     ),
     run=_run,
     rules=(
@@ -146,4 +175,4 @@ roughcontact tangential ground.x3p --load "100 MPa" --boundary periodic \\
             short_help=((FRICTION, "0.15"),),
         ),
     ),
-)  # fmt: skip
+)
