@@ -126,8 +126,14 @@ def _prepare(app: Sphinx) -> None:
         encoding="utf-8",
     )
     for name, kinds in (
-        ("maps", {"holds": export.Kind.SURFACE}),
-        ("results", {"of a contact": export.Kind.CONTACT, "with the volume": export.Kind.VOLUME}),
+        ("maps", {"holds": export.ContentType.SURFACE}),
+        (
+            "results",
+            {
+                "of a contact": export.ContentType.CONTACT,
+                "with the volume": export.ContentType.VOLUME,
+            },
+        ),
     ):
         rows = [
             (f"`{known.suffix}`", *(_words(known, kind) for kind in kinds.values()))
@@ -156,7 +162,7 @@ def _flat(tables: dict[str, dict[str, str]], form: str) -> list[tuple[str, str]]
     ]
 
 
-def _words(known: export.OutputFormat, kind: export.Kind) -> str:
+def _words(known: export.OutputFormat, kind: export.ContentType) -> str:
     return known.contents[kind].words if kind in known.contents else "–"
 
 

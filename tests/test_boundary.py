@@ -59,7 +59,7 @@ def test_each_axis_is_free_or_periodic():
 @pytest.mark.parametrize("boundary", Boundary)
 def test_the_operator_wraps_along_the_periodic_axes(boundary):
     operator = boundary.operator((6, 9), PIXEL, MODULUS)
-    assert operator.wrapped == tuple(axis in boundary.periodic_axes for axis in (0, 1))
+    assert operator.periodic_axes == tuple(axis in boundary.periodic_axes for axis in (0, 1))
     unit = np.zeros((6, 9))
     unit[0, 0] = 1
     moved = operator(unit)
@@ -91,7 +91,7 @@ from roughcontact.halfspace.boundary import Boundary
 def _soft(shape, pixel, modulus, *, datum, **options):
     return convolution.free(shape, pixel, modulus / 2, **options)
 
-entry = boundary._Beyond(
+entry = boundary._BoundaryModel(
     (), "the map lies on a soft bed",
     ("Barber2003",), _soft, kernel_memory=lambda shape: 10**9,
 )
@@ -158,7 +158,7 @@ def test_the_command_line_offers_a_boundary_added():
         ADDING,
         "Boundary._member_names_.append('SOFT_BED')",
         "Boundary._member_map_['SOFT_BED'] = Boundary._value2member_map_['soft-bed'] = member",
-        "boundary._BEYOND[member] = entry",
+        "boundary._MODELS[member] = entry",
         "from roughcontact.request.options import BOUNDARY as row",
         "print(row.help, row.parse('soft-bed', 'boundary'))",
     ]

@@ -32,7 +32,7 @@ def test_no_circles_inside_a_wing() -> None:
         done |= ready
 
 
-LONGEST_MODULE, LONGEST_FUNCTION, LONGEST_CODE = 1000, 70, 40
+LONGEST_MODULE, LONGEST_FUNCTION, LONGEST_CODE = 1000, 70, 55
 
 # Functions that are longer, by room and name, each with the reason why taking them apart would
 # hide what they do.
@@ -77,7 +77,7 @@ def test_modules_and_functions_fit_into_a_head() -> None:
 
 def test_a_long_function_needs_short_code_and_a_contract() -> None:
     contract = '    """One.\n' + "\n" * 80 + '    """\n'
-    short, long = "    pass\n" * 30, "    pass\n" * 40
+    short, long = "    pass\n" * 50, "    pass\n" * 55
     assert too_long(ast.parse(f"def solve():\n{contract}{short}")) == []
     assert too_long(ast.parse(f"def solve():\n{contract}{long}")) == ["solve"]
     assert too_long(ast.parse(f"def _solve():\n{contract}{short}")) == ["_solve"]
@@ -113,8 +113,8 @@ GROWING = {
     "analyses.find.model": {"_Finder"},
     "uncertainty.resolution": {"_Study"},
     "analyses.law.model": {"_Samples"},
-    "_tools.ranks": {"Exchange"},
-    "elastoplastic.solve": {"_Run"},
+    "_tools.ranks": {"PendingExchange"},
+    "elastoplastic.solve": {"_PathRun"},
 }
 
 

@@ -160,9 +160,9 @@ def limited(kind: str, script: str, size: int = 8 * GIB) -> str:
 def test_limits_of_the_process_count(kind: str) -> None:
     script = """
 from roughcontact._tools import memory
-before = memory.free()
+before = memory.free_bytes()
 block = bytearray(2**28)
-print(before, before - memory.free())
+print(before, before - memory.free_bytes())
 """
     before, less = map(int, limited(kind, script).split())
     assert 0 < before < 8 * GIB

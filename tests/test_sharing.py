@@ -86,7 +86,7 @@ def slow():
     time.sleep(60)
     return Figure()
 
-export.pngs([slow, slow, slow], 3)
+export.draw_pngs([slow, slow, slow], 3)
 """
     command = [sys.executable, "-c", script]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
@@ -151,7 +151,7 @@ def test_one_process_draws_where_there_are_no_others(monkeypatch: pytest.MonkeyP
 def test_no_process_is_begun_without_memory_for_a_copy(
     monkeypatch: pytest.MonkeyPatch, forks: list[int]
 ) -> None:
-    monkeypatch.setattr(export.memory, "free", lambda: 1)
+    monkeypatch.setattr(export.memory, "free_bytes", lambda: 1)
     assert len(export.draw_pngs(drawings(2), 2)) == 2
     assert not forks
 

@@ -33,15 +33,15 @@ assert listed == {command.name for command in COMMANDS.values() if CROP in comma
 assert listed >= {task.name for task in TASKS}
 for name in listed:
     assert app.main([name, "--help-all"]) == 0
-(entry,) = project.load("project.toml")
+(entry,) = project.read_project("project.toml")
 assert entry.request.values["stretch"] == 3.0
 """
 ON_PAGE = """
 from pathlib import Path
-from roughcontact.desk.inputs_panel import Preparation
+from roughcontact.desk.inputs_panel import PreparationPanel
 from roughcontact.desk.session import Session
 session = Session(Path("page.toml"), lambda what: None)
-card = Preparation(session, lambda: None).root[-1]
+card = PreparationPanel(session, lambda: None).root[-1]
 card.collapsed = False
 session.give("stretch", "3")
 assert session.state.specified["stretch"] == "3"
@@ -60,10 +60,10 @@ class Height(Result):
 """
 KIND = """
 from roughcontact.analyses.height.model import Height
-from roughcontact.report.kind import Kind
+from roughcontact.report.kind import Presentation
 from roughcontact.report.kind import (Column, Quantity)
 
-KIND = Kind(
+KIND = Presentation(
     Height, (Quantity("height", "height", "h", "m", "Multiple of Sq."),),
     (Column("heights", "height", "m", of=lambda found: [found.height]),),
 )
@@ -72,7 +72,7 @@ TASK = """
 from roughcontact.request import options, parsing
 from roughcontact.request.options import Option, Panel
 from roughcontact.request.outcome import Outcome
-from roughcontact.request.task import Question, Task
+from roughcontact.request.task import Analysis, Task
 
 FACTOR = Option("factor", Panel.BODIES, "NUMBER", "Of the height.", parsing.number, 2.0)
 
@@ -84,21 +84,21 @@ def _run(request, work):
 TASK = Task(
     "height", "Tell a multiple of the height.",
     (*options.MAP, FACTOR, *options.BODIES, *options.OUTPUT), run=_run,
-    questions=(Question("How high it is", "A multiple of Sq.", (FACTOR,)),),
+    questions=(Analysis("How high it is", "A multiple of Sq.", (FACTOR,)),),
 )
 """
 ANSWERED = """
 from pathlib import Path
-from roughcontact.desk.analysis_jobs import QUESTIONS, answer
-from roughcontact.desk.analysis_panel import Form
-from roughcontact.desk.session import State
-(task, question), = (one for one in QUESTIONS if one[0].name == "height")
-form = Form(task, question)
+from roughcontact.desk.analysis_jobs import ANALYSES, run_analysis
+from roughcontact.desk.analysis_panel import OptionsForm
+from roughcontact.desk.session import SessionState
+(task, question), = (one for one in ANALYSES if one[0].name == "height")
+form = OptionsForm(task, question)
 form._give("factor", "3")
-state = State(file=Path("map.npy"))
+state = SessionState(file=Path("map.npy"))
 for name, value in {"unit": "um", "size": "24 um", "material": "100Cr6", "load": "1 N"}.items():
-    state = state.having(name, value)
-found = answer(lambda _: None, state.request(task, **form.words))
+    state = state.with_option(name, value)
+found = run_analysis(lambda _: None, state.request(task, **form.words))
 print(found.facts)
 """
 

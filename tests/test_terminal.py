@@ -40,7 +40,7 @@ import os, signal, time
 from roughcontact.cli import terminal
 from roughcontact.solvers import bounded
 
-terminal.EVERY, solve, solved = 0.5, bounded.solve, []
+terminal.PROGRESS_INTERVAL, solve, solved = 0.5, bounded.solve, []
 
 def slowly(*given, **options):
     solved.append(time.sleep(0.3))

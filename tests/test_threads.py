@@ -51,19 +51,19 @@ FEW = {
         ("excess", "smoothed", "factors"), "sparse matrices, no BLAS"
     ),
     "solvers.anderson": {"add": "five components", "_least_squares": "a handful of steps"},
-    "analyses.tangential.model": {"_take": "two components"},
+    "analyses.tangential.model": {"_append_step": "two components"},
     "solvers.partial_slip": dict.fromkeys(
-        ("_dual", "iterates", "merit", "project", "stiffness"), "two components"
+        ("_dual", "iterates", "merit", "project_with_sum", "stiffness"), "two components"
     ),
     "solvers.active_set": {"_orthonormal": "three by three"},
-    "solvers.problem": {"_balanced": "three by three"},
+    "solvers.problem": {"_balance_multipliers": "three by three"},
     "solvers.rigid_tilt": {
         "rigid_tilt": "the few points on which rigid bodies rest",
         "excess": "two components",
     },
-    "surface.alignment": {"place": "two axes"},
+    "surface.alignment": {"grid_positions": "two axes"},
     "uncertainty.reconstruction": {"tensor": "two by two", "_power_law": "bins of a spectrum"},
-    "contact.nominal_hertz": {"_turned": "two by two", "principal": "two by two"},
+    "contact.nominal_hertz": {"_rotate_curvature": "two by two", "principal_radii": "two by two"},
     "surface.cleaning": {
         "_solve_iteratively": "a sparse matrix, no BLAS",
         "_multigrid": "sparse matrices, no BLAS",

@@ -15,10 +15,10 @@ elastic = plain & (groups.ratio < 0.2)
 
 pressure = np.geomspace(2e-3, 0.5, 120)
 breadth = 3.0
-line = estimate.Groups(
+line = estimate.DimensionlessGroups(
     pressure, *(np.full_like(pressure, value) for value in (0.0, breadth, 0.95, 0.0, 3.0, 0.0))
 )
-atlas_of = estimate.stored()
+atlas_of = estimate.load_atlas()
 figure, (left, middle, right) = plt.subplots(1, 3, figsize=(12, 4.2), layout="constrained")
 
 contact = cases.found["contact"]
@@ -61,7 +61,7 @@ for index, shade in ((3, 0.4), (12, 0.65), (60, 0.95)):
         ms=3,
     )
     share = np.geomspace(3e-3, 0.85, 80)
-    at = estimate.Groups(
+    at = estimate.DimensionlessGroups(
         share / ratio,
         *(np.full_like(share, value) for value in (ratio, breadth, 0.95, 0.0, 3.0, 0.0)),
     )

@@ -20,7 +20,7 @@ shown = (
     ("volume", "plastic volume: error [%]", "plastic volume h′/(Sq A₀)", 60),
 )
 for axes, (quantity, title, label, limit) in zip(panels.flat, shown, strict=True):
-    formula = estimate.stored().formula(quantity, True)
+    formula = estimate.load_atlas().formula(quantity, True)
     for cases, kind in sets:
         if quantity not in cases.found:
             continue

@@ -120,11 +120,11 @@ class Actions(RuleBasedStateMachine):
 
     @rule(place=st.integers(0, 3))
     def look_beside_the_map(self, place: int) -> None:
-        self.page.sight.detail._tabs.strip.active = place
+        self.page.view.detail._tabs.strip.active = place
 
     @rule(end=st.integers(0, 1), text=st.sampled_from(["", "1 GPa", "10 nm", "-3 um", "x"]))
     def limit_the_colors(self, end: int, text: str) -> None:
-        self.page.sight.maps.range.ends[end].value = text
+        self.page.view.maps.range.ends[end].value = text
 
     @rule(do=st.sampled_from(["pin", "unpin"]))
     def pin(self, do: str) -> None:
@@ -151,10 +151,10 @@ class Actions(RuleBasedStateMachine):
         contact = outcome.contact
         assert page._header.numbers.object == header.key_numbers(contact)
         assert page._header.numbers.styles == style.NEW
-        assert page.sight.maps._result is contact
-        assert page.sight.maps.large == list(NAMES)[page.sight.maps.strip.active]
+        assert page.view.maps._result is contact
+        assert page.view.maps.large == list(NAMES)[page.sight.maps.strip.active]
         if not contact.surface.is_profile:
-            assert len(page.sight.maps.strip.pictures) == len(NAMES)
+            assert len(page.view.maps.strip.pictures) == len(NAMES)
 
     @invariant()
     def the_project_file_holds_the_state_and_the_controls_show_it(self) -> None:

@@ -25,7 +25,7 @@ def maps():
 def test_dragging_an_end_tells_the_line(maps):
     told = []
     maps.on_section(told.append)
-    maps.section.put((10e-6, 10e-6, 20e-6, 50e-6))
+    maps.section.set_line((10e-6, 10e-6, 20e-6, 50e-6))
     assert told == []
     assert maps.section.source.data["x"] == pytest.approx([10, 50])
     end = maps.section.ends[1]
@@ -36,16 +36,16 @@ def test_dragging_an_end_tells_the_line(maps):
 
 
 def test_ends_stay_on_the_map(maps):
-    maps.section.put((-1.0, 10e-6, 20e-6, 1.0))
+    maps.section.set_line((-1.0, 10e-6, 20e-6, 1.0))
     assert maps.section.line == pytest.approx((0, 10e-6, 20e-6, 60e-6))
-    maps.section.put(None)
+    maps.section.set_line(None)
     assert not any(end.visible for end in maps.section.ends)
 
 
 def test_zooming_keeps_the_line_and_the_size_of_its_handles(maps):
     told = []
     maps.on_section(told.append)
-    maps.section.put((10e-6, 10e-6, 20e-6, 50e-6))
+    maps.section.set_line((10e-6, 10e-6, 20e-6, 50e-6))
     end = maps.section.ends[0]
     before = end.right - end.left
     maps.zoom(Box(5e-6, 5e-6, 20e-6, 35e-6))
@@ -64,6 +64,6 @@ def test_a_box_is_drawn_moved_and_taken_away(maps):
     assert maps.crop.frame.visible
     maps.crop.frame.update(left=12.0)
     assert told[-1] == pytest.approx((0, 12e-6, 20.2e-6, 40e-6))
-    maps.crop.put(None)
+    maps.crop.set_box(None)
     assert not maps.crop.frame.visible
     assert len(told) == 2

@@ -82,7 +82,7 @@ class Cluster:
         return self.start(
             "-c",
             "import sys; from roughcontact.batch import executors, runner; "
-            "executors._PATIENCE = 8; runner._UNNOTICED = 0.5; "
+            "executors._CONNECT_TIMEOUT = 8; runner._WORKER_LOSS_SECONDS = 0.5; "
             "from roughcontact.cli import app; sys.exit(app.main(sys.argv[1:]))",
             *given,
             cwd=project.parent,

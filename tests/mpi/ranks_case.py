@@ -74,7 +74,7 @@ def solve(folder, ranks):
         ]
         # Every rank tells the same.
         assert ranks.communicator.allgather(told) == [told] * ranks.count
-        if ranks.first:
+        if ranks.is_root:
             np.save(folder / f"{name}.npy", told)
 
 
@@ -107,7 +107,7 @@ def whole(folder, ranks):
         with pytest.raises(rc.InputError, match="whole map in one process"):
             ask()
     result.report(folder / "out.html")
-    if ranks.first:
+    if ranks.is_root:
         # Alone: no other rank would answer.
         told = [str(result), result._repr_html_(), str(result.summary()), str(result.references())]
         told += [str(result.warnings), str(result.regime), str(result.hertz)]
@@ -159,7 +159,7 @@ def reduces(ranks):
     values = np.random.default_rng(2).normal(size=shape)
     slab = rc.mpi.Slab(values[rc.mpi.slab_rows(shape, ranks)], shape, PIXEL, ranks)
     mean, largest = slab.reduce_blocks(slab.heights), slab.reduce_blocks(slab.heights, largest=True)
-    if not ranks.first:
+    if not ranks.is_root:
         assert mean is largest is None
         return
     edge = -(-shape[1] // mean.shape[1])
@@ -185,14 +185,14 @@ def die_solving(folder, ranks):
 def die_writing(folder, ranks):
     archive._ARCHIVE_PART = 4096
     result = rc.solve(slab_of("free, ceiling", ranks), **asked("free, ceiling"))
-    if not ranks.first:
+    if not ranks.is_root:
         ranks.sent_to_first = lambda part, sender: os.kill(os.getpid(), signal.SIGKILL)
     result.save(folder / "out.nc")
 
 
 def fail_writing(folder, ranks):
     result = rc.solve(slab_of("free, ceiling", ranks), **asked("free, ceiling"))
-    if ranks.first:
+    if ranks.is_root:
         add = archive.netcdf.checksums.Running.add
 
         def full(self, part):
@@ -214,7 +214,7 @@ def fail_alone(folder, ranks):
     run = mpi.run
 
     def failing(request, ranks, *more):
-        if not ranks.first:
+        if not ranks.is_root:
             raise MemoryError("no room")
         return run(request, ranks, *more)
 

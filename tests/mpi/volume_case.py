@@ -94,7 +94,7 @@ def solve(folder, ranks):
         words = told(result)
         # Every rank tells the same.
         assert comm.allgather(words) == [words] * ranks.count
-        if ranks.first:
+        if ranks.is_root:
             (folder / f"{name}.json").write_text(json.dumps(words))
     with pytest.raises(rc.InputError, match="lies on several ranks"):
         result.save(folder / "fields.vtr")
@@ -171,7 +171,7 @@ def die_solving(folder, ranks):
 def die_writing(folder, ranks):
     problem = asked("both bodies yield")
     result = rc.solve_elastoplastic(surface("both bodies yield"), **problem, ranks=ranks)
-    if not ranks.first:
+    if not ranks.is_root:
         ranks.sent_to_first = lambda part, sender: os.kill(os.getpid(), signal.SIGKILL)
     result.save(folder / "out.nc")
 

@@ -127,7 +127,7 @@ class Slab:
         }
         for name, value in values.items():
             object.__setattr__(self, name, value)
-        object.__setattr__(self, "heights", ranks.agreed(lambda: self._checked(heights)))
+        object.__setattr__(self, "heights", ranks.run_on_all(lambda: self._checked(heights)))
         finite = np.isfinite(self.heights)
         known = self.sums.count(finite)
         if not known:

@@ -82,11 +82,11 @@ class AnalysisPanel(TabPanel):
             self._working.refuse_error(error, task)
             return
         self._answer[:] = []
-        self._working.begin(analysis_jobs.run_analysis, self._show, request)
+        self._working.start_job(analysis_jobs.run_analysis, self._show, request)
 
     def _show(self, result: analysis_jobs.AnalysisOutcome) -> None:
         if not result.outcome.converged:
-            self._working.refuse(spell_sentence(result.outcome.shortfall))
+            self._working.show_refusal(spell_sentence(result.outcome.shortfall))
         self._curve = None
         self._answer[:] = self._shown(result)
 
@@ -247,7 +247,7 @@ class JointPanel(TabPanel):
     def _started(self) -> None:
         wanted = [item for item in analysis_jobs.JOINTS if self._boxes[item[1].name].value]
         if not wanted:
-            self._working.refuse("Nothing is asked: tick what the joint is asked.")
+            self._working.show_refusal("Nothing is asked: tick what the joint is asked.")
             return
         self._run_count += 1
         requests = []
@@ -261,7 +261,7 @@ class JointPanel(TabPanel):
                 self._working.refuse_error(error, task)
                 return
         self._answers[:] = []
-        self._working.begin(analysis_jobs.run_analyses, self._show, *requests)
+        self._working.start_job(analysis_jobs.run_analyses, self._show, *requests)
 
     def _with_files(self, request: Request) -> Request:
         """Return a request with the files that one may take away."""
@@ -367,7 +367,7 @@ class ComparePanel(TabPanel):
     def _started(self) -> None:
         state = self._session.state
         if state.pinned is None:
-            self._working.refuse("Pin a state first.")
+            self._working.show_refusal("Pin a state first.")
             return
         try:
             requests = state.request(), replace(state, specified=state.pinned).request()
@@ -375,7 +375,7 @@ class ComparePanel(TabPanel):
             self._working.refuse_error(error)
             return
         self._answer[:] = []
-        self._working.begin(analysis_jobs.compare_contacts, self._show, *requests, _NAMES)
+        self._working.start_job(analysis_jobs.compare_contacts, self._show, *requests, _NAMES)
 
     def _show(self, result: analysis_jobs.ContactComparison) -> None:
         cautions = "".join(

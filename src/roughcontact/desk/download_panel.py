@@ -85,17 +85,17 @@ class DownloadPanel(TabPanel):
             self._working.refuse_error(error)
             return
         if kind == _FIGURES:
-            self._working.begin(draw_figures, self._show, request, self._folder, path)
+            self._working.start_job(draw_figures, self._show, request, self._folder, path)
         elif kind == _PAGE:
-            self._working.begin(save_page, self._show, request, path)
+            self._working.start_job(save_page, self._show, request, path)
         else:
-            self._working.begin(workers.run_request, self._show, request)
+            self._working.start_job(workers.run_request, self._show, request)
 
     def _show(self, outcome: Outcome) -> None:
         if outcome.failure is not None:
             self._working.refuse_error(outcome.failure)
         elif not outcome.converged:
-            self._working.refuse(controls.spell_sentence(outcome.shortfall))
+            self._working.show_refusal(controls.spell_sentence(outcome.shortfall))
         for path in outcome.written:
             self._add(path, path.name)
         self._list()
@@ -104,7 +104,7 @@ class DownloadPanel(TabPanel):
         """Offer the file of the map as it was brought, or made."""
         state = self._session.state
         if state.file is None:
-            self._working.refuse("There is no map, but a smooth body.")
+            self._working.show_refusal("There is no map, but a smooth body.")
             return
         path = (
             self._folder

@@ -592,7 +592,7 @@ class MapPanel:
         if lacking:
             self.step.root.collapsed = self._of_file.collapsed = False
             text = self._session.state.with_user_names(controls.error_text(error))
-            self._group.controls[lacking[0]].complain(text)
+            self._group.controls[lacking[0]].show_error(text)
         return bool(lacking)
 
     def _want(self, name: str, value: Value) -> None:

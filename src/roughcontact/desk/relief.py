@@ -144,7 +144,9 @@ class ReliefView(TabPanel):
         surface = prepared.surfaces[0] if result is None and prepared is not None else None
         surface = surface if result is None else result.surface
         if surface is not None and surface.is_profile:
-            self._working.refuse("A profile has no third dimension: its section shows all of it.")
+            self._working.show_refusal(
+                "A profile has no third dimension: its section shows all of it."
+            )
             surface = result = None
         changes: dict[str, Any] = {}
         if self._filmed != _frames_key(session.state):
@@ -178,7 +180,7 @@ class ReliefView(TabPanel):
     def _started(self) -> None:
         result, state = self._result, self._session.state
         if result is None:
-            self._working.refuse("There is no contact to play.")
+            self._working.show_refusal("There is no contact to play.")
             return
         unit = "N/m" if result.pair.is_profile else "N"
         try:
@@ -190,7 +192,7 @@ class ReliefView(TabPanel):
             self._working.refuse_error(error)
             return
         self._filmed = _frames_key(state)
-        self._working.begin(solve_frames, self._play, requests[-1], requests)
+        self._working.start_job(solve_frames, self._play, requests[-1], requests)
 
     def _play(self, pictures: list[LoadFrame]) -> None:
         if self._result is None or self._filmed != _frames_key(self._session.state):

@@ -78,7 +78,9 @@ FORMATS = (
                 "heights and provenance, every bit", _lazy_writer("formats.netcdf:save")
             ),
             ContentType.CONTACT: Content("everything", _lazy_writer("contact.archive:save_result")),
-            ContentType.VOLUME: Content("everything", _lazy_writer("elastoplastic.archive:save")),
+            ContentType.VOLUME: Content(
+                "everything", _lazy_writer("elastoplastic.archive:write_result")
+            ),
             ContentType.ROLLING: Content(
                 "everything", _lazy_writer("analyses.roll.model:save_rolling")
             ),

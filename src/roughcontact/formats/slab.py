@@ -85,7 +85,7 @@ def read_slab(
     """
     ranks = ranks if isinstance(ranks, Ranks) else Ranks(ranks)
     requested = ReadOptions(channel, unit, size, override_size)
-    result = ranks.agreed(lambda: _rows(Path(path), ranks, requested))
+    result = ranks.run_on_all(lambda: _rows(Path(path), ranks, requested))
     heights = np.array(result.values, np.float64, order="C")
     heights *= result.metre
     slab = Slab(heights, result.shape, result.pixel, ranks, holes_masked=mask_missing)

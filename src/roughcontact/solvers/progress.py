@@ -217,7 +217,7 @@ class ProgressBar:
 
     Examples
     --------
-    >>> bar = Bar(sys.stdout)
+    >>> bar = ProgressBar(sys.stdout)
     >>> bar(Progress(3, 4, None, "", kept=True))  # doctest: +SKIP
     ██████████████████       3 of 4, kept from before
     """

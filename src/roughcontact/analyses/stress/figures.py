@@ -78,25 +78,13 @@ def stress_depth(result: StressResult) -> Figure:
             (float(edge) * length[0], 1),
             xytext=(-3, -3),
             xycoords=axes.get_xaxis_transform(),
-            textcoords="offset points",
             ha="right",
             va="top",
             rotation=90,
-            fontsize=style.TICK,
-            color=style.NEUTRAL,
+            **_LABEL,
         )
     if strength:
-        axes.axhline(strength * factor, color=style.NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
-        axes.annotate(
-            f"yield strength {style.in_unit(strength, (factor, unit), 'Pa')}",
-            (1, strength * factor),
-            xycoords=axes.get_yaxis_transform(),
-            xytext=(-3, 3),
-            textcoords="offset points",
-            ha="right",
-            fontsize=style.TICK,
-            color=style.NEUTRAL,
-        )
+        _draw_yield_strength(axes, strength, (factor, unit))
     if near:
         first = 10.0 ** math.ceil(math.log10(float(depths[depths > 0][0])))
         axes.set_xscale("symlog", linthresh=first, linscale=0.5)
@@ -107,6 +95,28 @@ def stress_depth(result: StressResult) -> Figure:
     style.legend_below(axes)
     style.name_axes(axes, title=_stress_title(result, (factor, unit), length))
     return figure
+
+
+# Small labels at lines of a figure, shifted by points.
+_LABEL: dict[str, Any] = {
+    "textcoords": "offset points",
+    "fontsize": style.TICK,
+    "color": style.NEUTRAL,
+}
+
+
+def _draw_yield_strength(axes: Axes, strength: float, scale: tuple[float, str]) -> None:
+    """Draw the yield strength as a labeled line."""
+    height = strength * scale[0]
+    axes.axhline(height, color=style.NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
+    axes.annotate(
+        f"yield strength {style.in_unit(strength, scale, 'Pa')}",
+        (1, height),
+        xycoords=axes.get_yaxis_transform(),
+        xytext=(-3, 3),
+        ha="right",
+        **_LABEL,
+    )
 
 
 def stress_section(
