@@ -125,22 +125,15 @@ def _prepare(app: Sphinx) -> None:
         "".join(f"## {tag}\n\n{_with_indices(paragraphs[tag])}\n\n" for tag in sorted(paragraphs)),
         encoding="utf-8",
     )
-    for name, kinds in (
-        ("maps", {"holds": export.ContentType.SURFACE}),
-        (
-            "results",
-            {
-                "of a contact": export.ContentType.CONTACT,
-                "with the volume": export.ContentType.VOLUME,
-            },
-        ),
+    for name, tables in (
+        ("maps", {"holds": export.SURFACE}),
+        ("results", {"with the volume": export.VOLUME, "of a contact": export.CONTACT}),
     ):
         rows = [
-            (f"`{known.suffix}`", *(_words(known, kind) for kind in kinds.values()))
-            for known in export.FORMATS
-            if known.contents.keys() & set(kinds.values())
+            (f"`{suffix}`", *(_words(table, suffix) for table in tables.values()))
+            for suffix in next(iter(tables.values())).suffixes
         ]
-        _table(generated / f"{name}.md", ("suffix", *kinds), rows)
+        _table(generated / f"{name}.md", ("suffix", *tables), rows)
 
 
 def renamed() -> dict[str, list[tuple[str, str]]]:
@@ -162,8 +155,8 @@ def _flat(tables: dict[str, dict[str, str]], form: str) -> list[tuple[str, str]]
     ]
 
 
-def _words(known: export.OutputFormat, kind: export.ContentType) -> str:
-    return known.contents[kind].words if kind in known.contents else "–"
+def _words(table: export.FormatTable, suffix: str) -> str:
+    return table.contents[suffix].words if suffix in table.contents else "–"
 
 
 def _table(path: Path, head: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from functools import cache
 from pathlib import Path
 
@@ -85,9 +86,13 @@ def all_nodes(tree: ast.Module) -> tuple[ast.AST, ...]:
     return tuple(ast.walk(tree))
 
 
+# A place that is imported when it is used.
+TEXT_REFERENCE = re.compile(r"(?:roughcontact\.)?([a-z_]+(?:\.[a-z_]+)*):\w+")
+
+
 @cache
 def imports(path: Path) -> tuple[str, ...]:
-    """Return the rooms that a module imports, deferred and type-only imports too."""
+    """Return the rooms that a module imports: also deferred, for types only, and as text."""
     known, found = rooms(), []
     for node in all_nodes(parsed(path)):
         names: list[str] = []
@@ -102,6 +107,9 @@ def imports(path: Path) -> tuple[str, ...]:
                 for alias in node.names
                 if alias.name.startswith("roughcontact.")
             ]
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            place = TEXT_REFERENCE.fullmatch(node.value)
+            names = [place[1]] if place and place[1] in known else []
         for name in names:
             room = name if name in known else f"{name}.__init__"
             if room in known:

@@ -186,21 +186,15 @@ def test_maps_pressure_and_numbers_of_a_volume(
 
 def test_one_table_knows_every_format() -> None:
     for kind, known in (
-        (export.ContentType.SURFACE, SURFACE_SUFFIXES),
-        (export.ContentType.CONTACT, RESULT_SUFFIXES),
-        (export.ContentType.VOLUME, VOLUME_SUFFIXES),
+        (export.SURFACE, SURFACE_SUFFIXES),
+        (export.CONTACT, RESULT_SUFFIXES),
+        (export.VOLUME, VOLUME_SUFFIXES),
     ):
-        assert sorted(export.suffixes(kind)) == sorted(known)
-        assert all(f"{suffix} " in export.format_list_text(kind) for suffix in known)
-    assert export.format_list_text(export.ContentType.SURFACE).startswith(
-        ".nc heights and provenance"
-    )
-    assert ".csv pressure, " in export.format_list_text(
-        export.ContentType.CONTACT, export.ContentType.VOLUME
-    )
-    assert ".vtr strain and stress" in export.format_list_text(
-        export.ContentType.CONTACT, export.ContentType.VOLUME
-    )
+        assert sorted(kind.suffixes) == sorted(known)
+        assert all(f"{suffix} " in export.list_formats(kind) for suffix in known)
+    assert export.list_formats(export.SURFACE).startswith(".nc heights and provenance")
+    assert ".csv pressure, " in export.list_formats(export.CONTACT, export.VOLUME)
+    assert ".vtr strain and stress" in export.list_formats(export.CONTACT, export.VOLUME)
 
 
 def test_the_suffixes_are_told_where_none_fits(

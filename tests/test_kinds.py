@@ -13,6 +13,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.analyses.solve import task as solve
+from roughcontact.analyses.tasks import PRESENTATIONS
 from roughcontact.cautions import Caution, CautionTag as CautionKind, as_caution
 from roughcontact.cli import console
 from roughcontact.cli.terminal import DisplayOptions
@@ -77,7 +78,7 @@ KIND = Presentation(
 @pytest.fixture
 def squeaking(monkeypatch: pytest.MonkeyPatch) -> Squeaking:
     monkeypatch.setattr(surface, "SQUEAKING_KIND", KIND, raising=False)
-    monkeypatch.setitem(kinds.KINDS, "Squeaking", ("report.surface:SQUEAKING_KIND",))
+    monkeypatch.setitem(PRESENTATIONS, "Squeaking", ("report.surface:SQUEAKING_KIND",))
     heights, pixel = rc.reference_map(32)
     steel = rc.Material(210e9, 0.3, 1e9)
     result = rc.solve(rc.Surface(heights, pixel), material=steel, load=0.1)
@@ -158,7 +159,7 @@ def test_a_kind_without_a_question_has_no_report(
 def test_every_kind_is_listed_once_and_the_narrower_first() -> None:
     listed = kinds.all_presentations()
     assert len(set(map(id, listed))) == len(listed)
-    for name, places in kinds.KINDS.items():
+    for name, places in PRESENTATIONS.items():
         assert {kinds._loaded(place).result.__name__ for place in places} == {name}
     usual = Presentation(object, ()).when
     for at, kind in enumerate(listed):

@@ -20,6 +20,12 @@ def test_a_wing_imports_only_wings_below() -> None:
             )
 
 
+def test_imports_include_references_in_text() -> None:
+    known = rooms()
+    assert "analyses.law.decks" in imports(known["analyses.law.formats"])
+    assert "analyses.leak.report" in imports(known["analyses.leak.task"])
+
+
 def test_no_circles_inside_a_wing() -> None:
     graph = {
         room: {other for other in imports(path) if wing_of(other) == wing_of(room)}

@@ -111,7 +111,7 @@ TABLES: dict[str, Any] = {
 
 def tell_more(monkeypatch: pytest.MonkeyPatch, kind: str, **more: Any) -> None:
     """Add to what a kind tells; its row is the only place that changes."""
-    module, name = TABLES[kind], "HISTORY_KIND" if kind == "history" else "KIND"
+    module, name = TABLES[kind], "KIND"
     old = getattr(module, name)
     new = replace(old, **{name: (*getattr(old, name), one) for name, one in more.items()})
     monkeypatch.setattr(module, name, new)

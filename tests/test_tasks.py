@@ -85,6 +85,7 @@ TASK = Task(
     "height", "Tell a multiple of the height.",
     (*options.MAP, FACTOR, *options.BODIES, *options.OUTPUT), run=_run,
     questions=(Analysis("How high it is", "A multiple of Sq.", (FACTOR,)),),
+    presentations={"Height": ("analyses.height.report:KIND",)},
 )
 """
 ANSWERED = """
@@ -165,12 +166,6 @@ def test_a_task_with_its_result_runs_from_command_project_and_page(house: Path) 
         "from roughcontact.analyses.height import task\n",
         FIRST_GROUP,
         "task.TASK, ",
-    )
-    add(
-        package / "report" / "kinds.py",
-        "",
-        "KINDS = {",
-        '"Height": ("analyses.height.report:KIND",), ',
     )
     words = ["height", "map.npy", "--unit", "um", "--size", "24 um", "--material", "100Cr6"]
     shown = python(house, "-m", "roughcontact", *words)

@@ -85,7 +85,7 @@ class RoughcontactError(Exception):
 
     Parameters
     ----------
-    *parts : str or Mention
+    *parts : str or ArgumentRef
         The sentence, in pieces; where ``argument`` is given, without its name in front.
     argument : str, optional
         The argument that cannot be used, as Python spells it.
@@ -111,7 +111,7 @@ class RoughcontactError(Exception):
         )
 
     def message_for(self, spell: Spell = str) -> str:
-        """Return the message for one interface; see `message_for`."""
+        """Return the message for one interface; see `render_message`."""
         return render_message(self.sentence, spell)
 
     def __str__(self) -> str:

@@ -63,6 +63,13 @@ def save(shown: Any, path: Path) -> None:
     kinds.save(shown, path)
 
 
+def presentations() -> Mapping[str, tuple[str, ...]]:
+    """Return where the presentations of each class of results are."""
+    from roughcontact.analyses.tasks import PRESENTATIONS
+
+    return PRESENTATIONS
+
+
 def to_pandas(shown: object) -> pandas.DataFrame:
     """Return the table of steps."""
     from roughcontact.report import kinds

@@ -179,6 +179,8 @@ GROUPS: dict[str, tuple[Command, ...]] = {
 COMMANDS = {command.name: command for group in GROUPS.values() for command in group}
 TASKS = tuple(command for command in COMMANDS.values() if isinstance(command, Task))
 _TASKS = {task.name: task for task in TASKS}
+PRESENTATIONS = {name: places for task in TASKS for name, places in task.presentations.items()}
+"""Where the presentations of each class of results are."""
 PROJECT_TASKS = {task.name: task for task in TASKS if task.in_projects}
 """What project files may ask for."""
 SHARED_TASKS = {task.name: task for task in TASKS if task.shares_contacts}

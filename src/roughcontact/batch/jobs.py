@@ -58,7 +58,7 @@ class BatchTask:
     threads: int  # Cores that it may use
     transfer: FileTransfer | None = None
     version: str = __version__  # Of the program that asks
-    piece: str = ""  # Which of the `request.pieces` of the only part this is
+    piece: str = ""  # Name of the subtask if the batch task is one subtask of a request
     known_results: Mapping[str, Any] = field(default_factory=dict)
 
     @property

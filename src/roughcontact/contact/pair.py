@@ -91,7 +91,7 @@ class Pair:
             ]
             raise InputError(
                 f"has {text[0]}, the surface {text[1]}: both bodies need the same grid; "
-                f"registration.matched brings them to one, {ArgumentRef('align', True)} does",
+                f"{ArgumentRef('align', True)} resamples one to the grid of the other",
                 argument="counter_surface",
             )
 
@@ -268,7 +268,7 @@ class Pair:
         return self.boundary.operators(*where, **how)
 
     def record(self) -> dict[str, Any]:
-        """Return what ``resume.claimed`` has to know of the bodies, and the program's version."""
+        """Return the record of bodies and program version for `checkpoints.lock_folder`."""
         surface, counter = self.surface, self.counter_surface
         return {
             "version": __version__,

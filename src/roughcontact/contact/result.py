@@ -57,12 +57,12 @@ class Calibrated:
     ceiling: float  # The other ceiling [Pa]
     factor: float  # Of the `CalibratedCeiling`; NaN of a coated body
     load_ratio: float  # Of the `CalibratedCeiling`; NaN of a coated body
-    load: float  # Load [N] and approach [m]
-    approach: float  # Load [N] and approach [m]
+    load: float  # Load [N]
+    approach: float  # Approach of the bodies [m]
     control: str  # Which of them was given
     contact_area: float  # Contact area [m²]
-    contact_fraction: float  # Contact area and saturated area over that of the map
-    saturated_fraction: float  # Contact area and saturated area over that of the map
+    contact_fraction: float  # Contact area over that of the map
+    saturated_fraction: float  # Saturated area over that of the map
     mean_gap: float  # Mean open gap [m]
     change: float  # Largest relative change of contact area, saturated area and mean gap
     certificate: float  # ε of its solution
@@ -94,8 +94,8 @@ class CalibrationRecord:
     solves: int  # How many there were, the first with three yield strengths
     usual_ceiling: float  # Three yield strengths [Pa]
     usual_contact_area: float  # [m²]
-    usual_approach: float  # [m²]
-    usual_indentation: float  # [m²]
+    usual_approach: float  # [m]
+    usual_indentation: float  # [m]
 
     def summary(self) -> dict[str, float]:
         """Return it by name, in SI units, ready for JSON."""
@@ -185,7 +185,7 @@ class ContactResult(Result):
         where the bodies do not tilt.
     without_checksums : bool
         Whether it was read from a file without checksums, in which damage goes unseen.
-    calibration : AgreedCeiling or None
+    calibration : CalibrationRecord or None
         How the ceiling was found, if it is one that was recommended.
     extra_cautions : tuple of Caution
         What else is known of the numbers, from the measurement of the maps or a study of the

@@ -17,7 +17,6 @@ from roughcontact.desk.session import Session
 from roughcontact.desk.widgets import TabPanel
 from roughcontact.errors import RoughcontactError
 from roughcontact.formats import export
-from roughcontact.formats.export import ContentType
 from roughcontact.report import python_script
 from roughcontact.request.outcome import Outcome
 
@@ -41,7 +40,7 @@ class DownloadPanel(TabPanel):
             _REPORT,
             _PAGE,
             _FIGURES,
-            *(f"result ({suffix})" for suffix in export.suffixes(ContentType.CONTACT)),
+            *(f"result ({suffix})" for suffix in export.CONTACT.suffixes),
         ]
         self._kind = pn.widgets.Select(label="File", options=names, **style.CONTROL)
         self._working = JobButton(bench, run, "Make the file", self._started, session)

@@ -307,7 +307,7 @@ class _BoundaryModel(NamedTuple):
     of_profile : str
         Name of the boundary that it is for a profile; empty if it is none.
     slab_symbol : callable, optional
-        The share of the kernel of one of several ranks, see `slab_symbols`.
+        Kernel of the rows of one rank, such as `distributed.free`.
     kernel_memory : callable, optional
         ``kernel_memory(shape)``, bytes of a quarter of the kernel's spectrum in double precision;
         by default that of a kernel on the map, twice as long along free axes.

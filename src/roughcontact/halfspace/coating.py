@@ -432,7 +432,7 @@ class Coatings:
         return added * (2 / math.pi)
 
     def _below_line(self, offsets: int, width: float, datum: float) -> Array:
-        """Return the sum over the bodies of `_Line` integrals of pixels from 0 on [m]."""
+        """Return the displacement below a line load, summed over the bodies [m]."""
         added = np.zeros(offsets)
         for body, share in zip(self.bodies, self.shares, strict=True):
             thickness = body.coating[0].thickness

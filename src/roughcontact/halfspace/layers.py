@@ -79,7 +79,7 @@ class Sweep:
 
     Parameters
     ----------
-    body : Body
+    body : LayerStack
         The layers.
     band : Band
         The wave vectors.
@@ -441,7 +441,7 @@ class PeriodicHalfSpace:
         Arithmetic of transforms and sweeps.
     smooth : bool
         Whether short waves are left out, fading from half the Nyquist frequency on.
-    share : Share, optional
+    share : VolumePartition, optional
         Which of the layers and of the waves along x are here; by default all. Callbacks count the
         layers that are here.
 

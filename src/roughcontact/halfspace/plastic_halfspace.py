@@ -224,7 +224,7 @@ class PlasticHalfSpace:
         Threads to use instead of new ones.
     precision : {"double", "single"}
         Arithmetic of transforms and sweeps.
-    share : Share, optional
+    share : VolumePartition, optional
         As for `PeriodicHalfSpace`.
 
     Raises
@@ -292,7 +292,7 @@ class PlasticHalfSpace:
         Parameters
         ----------
         fill, trace
-            As for `Layers.displacement`.
+            As for `PeriodicHalfSpace.displacement`.
 
         Returns
         -------
@@ -306,7 +306,7 @@ class PlasticHalfSpace:
         return displacement + self._images.displacement(trace=trace)
 
     def stress(self, pressure: Array, visit: Visit, pull: Pull = NO_PULL) -> None:
-        """Show the deviator of the stress, layer by layer; see `Layers.stress`."""
+        """Show the deviator of the stress, layer by layer; see `PeriodicHalfSpace.stress`."""
         images = self._images
         if images is None:
             self._fine.stress(pressure, visit, pull)

@@ -143,7 +143,7 @@ class SingleProcess:
     def spread(
         self, transform: Callable[[int, Array], bool], spectra: Array, width: int
     ) -> NDArray[np.bool_]:
-        """Transform all layers; see `Share.spread`."""
+        """Transform all layers; see `VolumePartition.spread`."""
         loud = np.zeros(len(spectra), bool)
 
         def forward(layer: int) -> None:
@@ -161,7 +161,7 @@ class SingleProcess:
         shape: tuple[int, int, int, int],
         dtype: type,
     ) -> None:
-        """Give the spectra of all layers; see `Share.collect`."""
+        """Give the spectra of all layers; see `VolumePartition.collect`."""
         layers, _, my, width = shape
 
         def backward(layer: int) -> None:
@@ -243,7 +243,7 @@ class DistributedPartition:
     def spread(
         self, transform: Callable[[int, Array], bool], spectra: Array, width: int
     ) -> NDArray[np.bool_]:
-        """Transform the layers that are here, and share out waves; see `Share.spread`."""
+        """Transform the layers that are here, and share out waves; see `VolumePartition.spread`."""
         batches = self._batches(len(spectra), 10 * spectra.shape[-2] * width * spectra.itemsize)
         loud = np.zeros(len(spectra), bool)
         spectra[...] = 0
@@ -346,7 +346,7 @@ class DistributedPartition:
         shape: tuple[int, int, int, int],
         dtype: type,
     ) -> None:
-        """Give everyone the spectra of its layers; see `Share.collect`."""
+        """Give everyone the spectra of its layers; see `VolumePartition.collect`."""
         layers, components, my, width = shape
         size = 2 * components * my * width * np.dtype(dtype).itemsize
         before: tuple[PendingExchange, Array] | None = None

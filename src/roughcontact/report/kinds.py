@@ -28,41 +28,18 @@ from roughcontact.report import (
 )
 from roughcontact.report.kind import ANSWER, TRUST, Headline, Presentation, Row, first_and_last
 from roughcontact.report.page import PLAIN, Block, Chapter, Edition, Front, PageTable
+from roughcontact.result import presentation as connected_module
 from roughcontact.units import format_engineering
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Where the kinds of a class of results are, the narrower first: loaded when there is such a result.
-KINDS = {
-    "Surface": ("report.surface:PROFILE_KIND", "report.surface:KIND"),
-    "ContactResult": (
-        "report.contact:PROFILE_KIND",
-        "report.contact:SHARED_KIND",
-        "report.contact:KIND",
-    ),
-    "ElastoplasticResult": ("report.elastoplastic:KIND",),
-    "RollingResult": ("analyses.roll.report:KIND",),
-    "StressResult": ("analyses.stress.report:PROFILE_KIND", "analyses.stress.report:KIND"),
-    "LoadCurve": ("analyses.sweep.report:PROFILE_KIND", "analyses.sweep.report:KIND"),
-    "LoadHistory": ("analyses.history.report:HISTORY_KIND",),
-    "LoadSearch": ("analyses.find.report:KIND",),
-    "Conductance": ("analyses.conductance.report:KIND",),
-    "InterfaceLaw": ("analyses.law.report:KIND",),
-    "Leakage": ("analyses.leak.report:KIND",),
-    "Tangential": ("analyses.tangential.report:PROFILE_KIND", "analyses.tangential.report:KIND"),
-    "Comparison": ("analyses.compare.report:KIND",),
-    "SamplingStudy": ("analyses.compare.report:SAMPLING_KIND",),
-    "ResolutionStudy": ("report.uncertainty:KIND",),
-    "Uncertainty": ("report.uncertainty:MEASURED_KIND",),
-    "Estimate": ("analyses.estimate.report:KIND",),
-}
-
 
 def presentation_of(result: Any) -> Presentation:
     """Return the kind of a result; `TypeError` for what is none."""
+    places = connected_module().presentations()
     for name in (base.__name__ for base in type(result).__mro__):
-        for kind in map(_loaded, KINDS.get(name, ())):
+        for kind in map(_loaded, places.get(name, ())):
             if isinstance(result, kind.result) and kind.when(result):
                 return kind
     raise TypeError(f"there is no kind of results for a {type(result).__name__}")
@@ -70,7 +47,9 @@ def presentation_of(result: Any) -> Presentation:
 
 def all_presentations() -> list[Presentation]:
     """Return all kinds."""
-    return [_loaded(place) for places in KINDS.values() for place in places]
+    return [
+        _loaded(place) for places in connected_module().presentations().values() for place in places
+    ]
 
 
 def _loaded(place: str) -> Presentation:

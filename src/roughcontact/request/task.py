@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
@@ -168,6 +168,8 @@ class Task(Command):
     in_projects: bool = True  # Whether project files may ask it
     pieces: Subtasks | None = None  # How it falls into what can be solved apart
     reads_map: bool = True
+    presentations: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    # Where the presentations of its result classes are, the narrower first
 
     @property
     def many_maps(self) -> bool:

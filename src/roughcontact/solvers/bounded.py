@@ -109,7 +109,7 @@ def solve(
 
     Parameters
     ----------
-    problem : Problem
+    problem : BoundedProblem
         What to solve; it must be feasible.
     family : callable
         ``family(shape, (ky, kx))`` returns the `Operator` ``pressure → displacement`` on a map of
@@ -128,7 +128,7 @@ def solve(
 
     Returns
     -------
-    Solution
+    BoundedSolution
         The solution, or the best approximation with a status that says why it is none.
     """
     history: list[Step] = []

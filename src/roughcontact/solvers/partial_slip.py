@@ -187,14 +187,14 @@ def solve(
     ----------
     operator : TangentialOperator
         Traction to displacement.
-    problem : Problem
+    problem : PartialSlipProblem
         Bounds, offset, and the sum or the shift. A sum must be below that of the bounds.
     tolerance : float
         Certificate to reach.
 
     Returns
     -------
-    Solution
+    PartialSlipSolution
         The traction, with a certificate that is computed from it alone.
     """
     return _Solver(operator, problem).solve(tolerance)

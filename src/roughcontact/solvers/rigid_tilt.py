@@ -134,7 +134,7 @@ def rigid_tilt(problem: BoundedProblem, levers: tuple[Array, Array], target: Arr
 
     Parameters
     ----------
-    problem : Problem
+    problem : BoundedProblem
         A problem under a given load; ``initial_gap`` is that without tilt.
     levers : (ndarray, ndarray), shapes (ny, 1) and (nx,)
         As `roughcontact.solvers.rigid_tilt.moment_arms` gives them.
@@ -304,7 +304,7 @@ def solve(
 
     Parameters
     ----------
-    problem : Problem
+    problem : BoundedProblem
         A problem under a given load on a map with free boundary; ``initial_gap`` is that
         without tilt.
     family, max_iterations, **options
@@ -316,7 +316,7 @@ def solve(
 
     Returns
     -------
-    Solution
+    BoundedSolution
         The solution at that tilt, from where rigid bodies rest if none is found otherwise.
     (float, float)
         Slopes of the gap along y and x that the tilt adds.

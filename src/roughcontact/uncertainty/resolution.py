@@ -124,7 +124,7 @@ class ResolutionStudy(Result):
         return tuple(_change(old, new) for old, new in pairwise(self.values(name)))
 
     def limits(self, name: str) -> tuple[float, float]:
-        """Return the bounds of a quantity on ever finer grids; see `limits`."""
+        """Return the bounds of a quantity on ever finer grids, as the function `limits` does."""
         if self.at_edge and name == "max_pressure":
             return max(self.values(name)), math.inf
         return limits(self.values(name))

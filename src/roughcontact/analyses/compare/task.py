@@ -312,4 +312,8 @@ roughcontact compare --group "ground=ground-?.x3p" \\
     memory=_memory,
     maps=("files", "groups"),
     pieces=Subtasks(part_names, find_one_map, file_of, (options.GROUP, PAIRED)),
+    presentations={
+        "Comparison": ("analyses.compare.report:KIND",),
+        "SamplingStudy": ("analyses.compare.report:SAMPLING_KIND",),
+    },
 )

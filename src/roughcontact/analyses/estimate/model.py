@@ -306,11 +306,11 @@ class Estimate(Result):
         Of the softer body [Pa].
     roughness : Roughness
         Parameters of the surface, or of the gap between two.
-    contact, saturated : Range
+    contact, saturated : EstimateRange
         Contact area, saturated area included, and saturated area, over nominal area.
-    gap : Range
+    gap : EstimateRange
         Mean open gap [m].
-    plastic_volume : Range or None
+    plastic_volume : EstimateRange or None
         Volume of material with any plastic strain over nominal area [m], not of what is displaced;
         None where nothing yields or the formula does not hold, see ``cautions``.
     theory_contact : float

@@ -102,7 +102,7 @@ class LoadSearch(Result):
 
     Parameters
     ----------
-    answers : tuple of FoundLoad
+    answers : tuple of LoadAnswer
         In the order of the questions.
     solves : int
         Contacts that were solved for all of them together.
@@ -330,7 +330,7 @@ max_iterations
 
     Returns
     -------
-    FoundLoads
+    LoadSearch
         An answer to each question, in the order of the arguments, with its bracket and contact.
 
     Raises

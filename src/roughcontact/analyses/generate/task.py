@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import InputError
 from roughcontact.formats import export
-from roughcontact.formats.export import ContentType
 from roughcontact.request import options, outputs, parsing
 from roughcontact.request.options import LENGTH, PICTURES, Option, Panel, file_option, files_option
 from roughcontact.request.outputs import Say, Writing
@@ -150,9 +149,7 @@ TURNING = Option(
     None,
 )
 OUTPUT = files_option(
-    "output",
-    f"Map: {export.format_list_text(ContentType.SURFACE)}; repeatable.",
-    export.suffixes(ContentType.SURFACE),
+    "output", f"Map: {export.list_formats(export.SURFACE)}; repeatable.", export.SURFACE.suffixes
 )
 FIGURE = file_option("figure", "FILE", "Figure of the map (PNG, SVG or PDF).", PICTURES)
 _PARAMETERS: tuple[Option[Any], ...] = (

@@ -309,7 +309,7 @@ class LoadHistory(Result):
         The stage with the largest load, the first of them if several have it.
     before : Pair
         The bodies at the position of that stage, as they were before the path.
-    calibration : AgreedCeiling or None
+    calibration : CalibrationRecord or None
         How the ceiling of the path was found, if it is one that was recommended: that of a first
         loading to the largest load.
     extra_cautions : tuple of Caution

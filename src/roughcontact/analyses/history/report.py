@@ -28,7 +28,7 @@ def _details(history: LoadHistory, scene: Any, **more: Any) -> list[Block]:
     body = "body" if history.indented_body == "surface" else "counter-body"
     left = figures.MapScene(history.residual, f" of the {body}", "after the path, without load")
     return [
-        Block("small", page.as_sentence(HISTORY_KIND.row(history, "volume_account").text)),
+        Block("small", page.as_sentence(KIND.row(history, "volume_account").text)),
         *chapters.figure_blocks((figures.MAP,), left, figures.FILES),
     ]
 
@@ -65,7 +65,7 @@ def _history_answer(history: LoadHistory) -> str:
 
 def _history_remarks(history: LoadHistory) -> tuple[str, ...]:
     """Return the energy that is lost, and how exactly the steps are solved."""
-    row = HISTORY_KIND.row(history, "dissipated_energy")
+    row = KIND.row(history, "dissipated_energy")
     most = max(step.certificate for step in history.steps)
     return (
         f"Dissipated energy: {row.text}",
@@ -73,7 +73,7 @@ def _history_remarks(history: LoadHistory) -> tuple[str, ...]:
     )
 
 
-HISTORY_KIND = Presentation(
+KIND = Presentation(
     LoadHistory,
     history_fields.HISTORY,
     history_fields.HISTORY_COLUMNS,

@@ -9,14 +9,13 @@ from typing import Any
 from roughcontact._tools.memory import STEPS
 from roughcontact.errors import require_count
 from roughcontact.formats import export
-from roughcontact.formats.export import ContentType
 from roughcontact.request import options, parsing
 from roughcontact.request.options import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file_option
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
 
-_SURFACES = export.suffixes(ContentType.SURFACE)
+_SURFACES = export.SURFACE.suffixes
 PATH = Option(
     "path",
     Panel.BODIES,
@@ -132,4 +131,5 @@ roughcontact history ground.x3p --path "1 N, 0 N, 1 N" --boundary periodic \\
             short_help=((PATH, "10 MPa, 0 N, 10 MPa"),),
         ),
     ),
+    presentations={"LoadHistory": ("analyses.history.report:KIND",)},
 )

@@ -2,13 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from roughcontact.formats.export import ContentType, Target, writer_of
-
-if TYPE_CHECKING:
-    from roughcontact.analyses.law.model import InterfaceLaw
-
 import math
 import os
 import textwrap
@@ -405,8 +398,3 @@ def _conductances(law: InterfaceLaw, branch: str) -> list[tuple[Array, Array]]:
 
 def _rows(first: Array, second: Array) -> list[str]:
     return [f"{a:.9e}, {b:.9e}" for a, b in zip(first.tolist(), second.tolist(), strict=True)]
-
-
-def save_law(law: InterfaceLaw, path: Target) -> None:
-    """Write a law in the format that the suffix of the file names."""
-    writer_of(ContentType.LAW, path)(law, path)

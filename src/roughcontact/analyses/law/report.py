@@ -9,9 +9,10 @@ from operator import attrgetter
 from typing import Any
 
 from roughcontact._tools.statistics import LEVEL, mean_with_interval
-from roughcontact.analyses.law import decks, illustrations as law_illustrations
+from roughcontact.analyses.law import illustrations as law_illustrations
 from roughcontact.analyses.law.curve import ERROR
 from roughcontact.analyses.law.figures import interface_law
+from roughcontact.analyses.law.formats import LAW_FORMATS
 from roughcontact.analyses.law.model import InterfaceLaw
 from roughcontact.references import make_use
 from roughcontact.report import chapters, phrases, uncertainty
@@ -370,7 +371,7 @@ KIND = Presentation(
     plots=(interface_law,),
     contact=attrgetter("largest"),
     works=_works,
-    save=decks.save_law,
+    save=LAW_FORMATS.write,
     problem=_problem,
     answer=_answer,
     numbers=_numbers,

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from roughcontact.analyses.law.formats import LAW_FORMATS
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import export
-from roughcontact.formats.export import ContentType
 from roughcontact.request import contacts as joints, options
 from roughcontact.request.contacts import JointContacts
 from roughcontact.request.options import (
@@ -30,9 +30,7 @@ if TYPE_CHECKING:
 
 QUARTERS = flag_option("quarters", Panel.MAP, "Repeat on map quarters to check the map size.")
 OUTPUT = files_option(
-    "output",
-    f"Law: {export.format_list_text(ContentType.LAW)}; repeatable.",
-    export.suffixes(ContentType.LAW),
+    "output", f"Law: {export.list_formats(LAW_FORMATS)}; repeatable.", LAW_FORMATS.suffixes
 )
 FIGURE = file_option("figure", "FILE", "Figure of the law (PNG, SVG or PDF).", PICTURES)
 _CONDUCTORS = (joints.CONDUCTIVITY, joints.COUNTER_CONDUCTIVITY, joints.THERMAL_FILM)
@@ -162,4 +160,5 @@ roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
     ),
     maps=("file", "files"),
     shares_contacts=True,
+    presentations={"InterfaceLaw": ("analyses.law.report:KIND",)},
 )

@@ -46,8 +46,8 @@ THRESHOLD = 0.42
 Dapp, Lücke, Persson and Müser 2012, doi:10.1103/PhysRevLett.108.244301.
 """
 
+# Distance from the threshold within which a few constrictions determine the leak rate.
 _NEAR = 0.1
-# Distance from it within which what leaks is that of a few constrictions.
 
 _GRID_TOLERANCE = 0.1
 

@@ -38,7 +38,7 @@ def passes(rolling: RollingResult) -> Figure:
 
     Parameters
     ----------
-    rolling : Rolling
+    rolling : RollingResult
         The passes.
 
     Returns
@@ -106,7 +106,7 @@ def heights(rolling: RollingResult) -> Figure:
 
     Parameters
     ----------
-    rolling : Rolling
+    rolling : RollingResult
         The passes.
 
     Returns
@@ -172,7 +172,7 @@ def depths(rolling: RollingResult, body: int = 0) -> Figure:
 
     Parameters
     ----------
-    rolling : Rolling
+    rolling : RollingResult
         The passes.
     body : int
         Which of the bodies that yield, the rough one first.
@@ -266,7 +266,7 @@ def save(
 
     Parameters
     ----------
-    rolling : Rolling
+    rolling : RollingResult
         The passes.
     frames : sequence of Frame
         One for each step; of more than 240 some are left out, at equal distances.

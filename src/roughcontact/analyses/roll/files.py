@@ -8,13 +8,7 @@ from xml.sax.saxutils import quoteattr
 
 from roughcontact._tools.files import require_suffix, write_atomically
 from roughcontact.analyses.roll.model import RollingResult
-from roughcontact.formats.export import ContentType, Target, writer_of
 from roughcontact.formats.vtk import save_vtk, save_vtr
-
-
-def save_rolling(rolling: RollingResult, path: Target) -> None:
-    """Write repeated passes in the format that the suffix of the file names."""
-    writer_of(ContentType.ROLLING, path)(rolling, path)
 
 
 def save_pvd(rolling: RollingResult, path: str | os.PathLike[str]) -> None:

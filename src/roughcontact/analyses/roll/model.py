@@ -394,7 +394,7 @@ def roll(
 
     Returns
     -------
-    Rolling
+    RollingResult
         The last state, and a summary of each pass.
 
     Raises

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from roughcontact._version import __version__
-from roughcontact.analyses.roll import figures as plots, files as roll_files
+from roughcontact.analyses.roll import figures as plots
+from roughcontact.analyses.roll.formats import ROLLING_FORMATS
 from roughcontact.analyses.roll.model import RollingResult, Shakedown, to_dataset
 from roughcontact.elastoplastic import plausibility
 from roughcontact.references import make_use
@@ -333,7 +334,7 @@ def _remarks(rolling: RollingResult) -> tuple[str, ...]:
 
 def _save(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
     of_passes = Path(path).suffix.lower() in (".csv", ".json")
-    (KIND.write if of_passes else roll_files.save_rolling)(rolling, path)
+    (KIND.write if of_passes else ROLLING_FORMATS.write)(rolling, path)
 
 
 KIND = Presentation(

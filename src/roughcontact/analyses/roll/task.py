@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact._tools import memory as limits
+from roughcontact.analyses.roll.formats import ROLLING_FORMATS
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import export
-from roughcontact.formats.export import ContentType
 from roughcontact.request import options, parsing
 from roughcontact.request.options import (
     LENGTH,
@@ -110,9 +110,8 @@ PRECISION = Option(
 )
 OUTPUT = files_option(
     "output",
-    f"Passes: {export.format_list_text(ContentType.ROLLING)}, .csv table, .json numbers; "
-    "repeatable.",
-    (*export.suffixes(ContentType.ROLLING), *TABLES),
+    f"Passes: {export.list_formats(ROLLING_FORMATS)}, .csv table, .json numbers; repeatable.",
+    (*ROLLING_FORMATS.suffixes, *TABLES),
 )
 FOLDER = file_option("folder", "FOLDER", "Folder for finished steps; the same command resumes.")
 MOVIE = file_option("movie", "FILE.gif", "Animated GIF of pressure and plastic strain.", (".gif",))
@@ -281,4 +280,5 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
             short_help=((PASSES, "2"), (STEPS, "8")),
         ),
     ),
+    presentations={"RollingResult": ("analyses.roll.report:KIND",)},
 )

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from roughcontact._tools.memory import STEPS
 from roughcontact.errors import ArgumentRef
 from roughcontact.formats import export
-from roughcontact.formats.export import ContentType
 from roughcontact.request import measurement, options, outputs, parsing
 from roughcontact.request.options import (
     EXCLUDES,
@@ -31,10 +30,7 @@ if TYPE_CHECKING:
 
 
 SURFACE_MODEL, VOLUME_MODEL = "ceiling", "elastoplastic"
-RESULTS = {
-    SURFACE_MODEL: export.suffixes(ContentType.CONTACT),
-    VOLUME_MODEL: export.suffixes(ContentType.VOLUME),
-}
+RESULTS = {SURFACE_MODEL: export.CONTACT.suffixes, VOLUME_MODEL: export.VOLUME.suffixes}
 """How files of results may end, by model."""
 
 UNCALIBRATED = flag_option(
@@ -88,8 +84,8 @@ PRECISION = Option(
 )
 OUTPUT = files_option(
     "output",
-    f"Result: {export.format_list_text(ContentType.CONTACT, ContentType.VOLUME)}; repeatable.",
-    export.suffixes(ContentType.CONTACT, ContentType.VOLUME),
+    f"Result: {export.list_formats(export.VOLUME, export.CONTACT)}; repeatable.",
+    export.VOLUME.suffixes,
     whole_map=False,
 )
 FOLDER = file_option(
@@ -346,4 +342,15 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
         ),
     ),
     pieces=Subtasks(part_names, solve_study_part),
+    presentations={
+        "Surface": ("report.surface:PROFILE_KIND", "report.surface:KIND"),
+        "ContactResult": (
+            "report.contact:PROFILE_KIND",
+            "report.contact:SHARED_KIND",
+            "report.contact:KIND",
+        ),
+        "ElastoplasticResult": ("report.elastoplastic:KIND",),
+        "ResolutionStudy": ("report.uncertainty:KIND",),
+        "Uncertainty": ("report.uncertainty:MEASURED_KIND",),
+    },
 )

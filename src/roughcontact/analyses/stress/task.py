@@ -155,4 +155,7 @@ roughcontact stress ground.x3p --load "100 MPa" --boundary periodic \\
             (IN_BODY, FRICTION, DIRECTION, DEPTHS, FIRST_YIELD),
         ),
     ),
+    presentations={
+        "StressResult": ("analyses.stress.report:PROFILE_KIND", "analyses.stress.report:KIND")
+    },
 )

@@ -175,4 +175,7 @@ roughcontact tangential ground.x3p --load "100 MPa" --boundary periodic \\
             short_help=((FRICTION, "0.15"),),
         ),
     ),
+    presentations={
+        "Tangential": ("analyses.tangential.report:PROFILE_KIND", "analyses.tangential.report:KIND")
+    },
 )
