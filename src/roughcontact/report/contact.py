@@ -25,7 +25,6 @@ from roughcontact.report import (
     figures,
     formulas,
     hertz_comparison,
-    inputs,
     phrases,
     python_script,
     uncertainty,
@@ -33,7 +32,6 @@ from roughcontact.report import (
 from roughcontact.report.figures import FRONT, RESULTS, Illustration
 from roughcontact.report.kind import (
     ABSENT,
-    PROBLEM,
     CellTable,
     Presentation,
     Row,
@@ -58,34 +56,9 @@ def question(result: ContactResult) -> str:
     return f"How much of {name} is in contact {under}?"
 
 
-def inputs_of(
-    kind: Presentation, result: Any, pressed: ContactResult | None, drawn: bool = True
-) -> list[Block]:
-    """Return the blocks on what went into a result: maps, bodies and load of its contact."""
-    if kind.inputs is not None:
-        return kind.inputs(result, drawn)
-    if pressed is None:
-        return chapters.quantities(kind.rows(result, PROBLEM))
-    own = kind_of(pressed)
-    rows = [
-        *kind.rows(result, PROBLEM),
-        own.row(pressed, pressed.control),
-        *own.rows(pressed, PROBLEM),
-    ]
-    specified = {row.key: row for row in reversed(rows)}.values()
-    return [
-        *chapters.map_blocks(pressed, drawn),
-        *chapters.body_blocks(
-            (pressed.material, pressed.counter_material),
-            reversed(specified),
-            inputs.bodies("ceiling", pressed.pair.is_profile),
-        ),
-    ]
-
-
-def uncertainty_of(result: ContactResult | None, study: ResolutionStudy | None) -> list[Block]:
+def uncertainty_of(result: ContactResult, study: ResolutionStudy | None) -> list[Block]:
     """Return the blocks on the intervals of a contact and what contributes to them."""
-    if result is None or not (result.converged and result.load):
+    if not (result.converged and result.load):
         return []
     measured, known = result.measurement, uncertainty.intervals_by_key(result, study)
     rows = [
@@ -452,6 +425,8 @@ KIND = Presentation(
     remarks=remarks,
     question=question,
     details=details,
+    uncertainty=uncertainty_of,
+    contact_blocks=short_blocks,
     meaning=phrases.regime,
     checked=plausibility.performed_checks,
     script=python_script.script_of_result,

@@ -342,6 +342,8 @@ class Presentation:
     plots: tuple[Callable[..., Figure], ...] = ()
     contact: Callable[[Any], Any] | None = None  # `contact(result)` is the contact that it is of
     largest: Callable[[Any], Any] | None = None  # `largest(result)` solves that of its report
+    uncertainty: Callable[[Any, Any], list[Block]] = _nothing  # Its intervals, given a study
+    contact_blocks: Callable[[Any], list[Block]] = _nothing  # Its part of the reports on others
     works: Callable[[Any], Iterable[Use]] = _none
     save: Callable[[Any, str | os.PathLike[str]], None] | None = None
     dataset: Callable[[Any], Dataset] | None = None  # What its NetCDF file holds

@@ -20,13 +20,21 @@ from roughcontact.report import (
     assumptions,
     chapters,
     citations,
-    contact,
     figures,
+    inputs,
     page,
     phrases,
     python_script,
 )
-from roughcontact.report.kind import ANSWER, TRUST, Headline, Presentation, Row, first_and_last
+from roughcontact.report.kind import (
+    ANSWER,
+    PROBLEM,
+    TRUST,
+    Headline,
+    Presentation,
+    Row,
+    first_and_last,
+)
 from roughcontact.report.page import PLAIN, Block, Chapter, Edition, Front, PageTable
 from roughcontact.result import presentation as connected_module
 from roughcontact.units import format_engineering
@@ -94,11 +102,10 @@ def tables(result: Any, **more: Any) -> list[Block]:
     kind = presentation_of(result)
     contact_of = None if kind.contact is None else kind.contact(result)
     stated = [
-        *contact.inputs_of(kind, result, contact_of, drawn=False),
+        *_inputs(kind, result, contact_of, drawn=False),
         *_results(kind, result, None, contact_of, more),
     ]
-    if contact_of is not None:
-        stated += contact.uncertainty_of(contact_of, more.get("study"))
+    stated += _uncertainty(contact_of, more.get("study"))
     solved = [block for block in kind.method(result) if block.kind == "table"]
     return [*stated, *solved, *_sentences(kind, result), *_trust(kind, result, contact_of)]
 
@@ -146,9 +153,9 @@ def render(result: Any, edition: Edition = PLAIN, *, scene: Any = None, **more: 
     pressed_by = kind.largest or kind.contact
     pressed = None if pressed_by is None else pressed_by(result)
     sections: dict[str, list[Block]] = {
-        "Input": contact.inputs_of(kind, result, pressed),
+        "Input": _inputs(kind, result, pressed),
         "Results": _results(kind, result, scene, pressed, more),
-        "Uncertainty": contact.uncertainty_of(pressed, more.get("study")),
+        "Uncertainty": _uncertainty(pressed, more.get("study")),
         "Assumptions": _assumptions(kind, result, pressed),
         "Method and certificate": _method(kind, result, pressed),
         "How to repeat": _repetition(kind, result, pressed, edition),
@@ -182,6 +189,39 @@ def _front_page(kind: Presentation, result: Any, scene: Any, pressed: Any, study
     )
 
 
+def _inputs(
+    kind: Presentation, result: Any, pressed: ContactResult | None, drawn: bool = True
+) -> list[Block]:
+    """Return the blocks on the input of a result: maps, bodies and load of its contact."""
+    if kind.inputs is not None:
+        return kind.inputs(result, drawn)
+    if pressed is None:
+        return chapters.quantities(kind.rows(result, PROBLEM))
+    of_contact = presentation_of(pressed)
+    rows = [
+        *kind.rows(result, PROBLEM),
+        of_contact.row(pressed, pressed.control),
+        *of_contact.rows(pressed, PROBLEM),
+    ]
+    specified = {row.key: row for row in reversed(rows)}.values()
+    return [
+        *chapters.map_blocks(pressed, drawn),
+        *chapters.body_blocks(
+            (pressed.material, pressed.counter_material),
+            reversed(specified),
+            inputs.bodies("ceiling", pressed.pair.is_profile),
+        ),
+    ]
+
+
+def _uncertainty(pressed: ContactResult | None, study: Any) -> list[Block]:
+    return [] if pressed is None else presentation_of(pressed).uncertainty(pressed, study)
+
+
+def _contact_blocks(pressed: ContactResult) -> list[Block]:
+    return presentation_of(pressed).contact_blocks(pressed)
+
+
 def _fits_on_front(kind: Presentation, result: Any) -> bool:
     """Return whether all that is shown of the steps is on the first page."""
     _, rows = kind.listing(result)
@@ -198,7 +238,7 @@ def _results(
         *([] if _fits_on_front(kind, result) else chapters.steps(kind, result)),
         *chapters.figure_blocks(kind.figures, scene),
         *kind.details(result, scene, **more),
-        *([] if pressed is None or not pressed.load else contact.short_blocks(pressed)),
+        *([] if pressed is None or not pressed.load else _contact_blocks(pressed)),
     ]
 
 
@@ -229,7 +269,7 @@ def _trust(kind: Presentation, result: Any, pressed: ContactResult | None) -> li
     if pressed is not None:
         checked = checked or plausibility.performed_checks(pressed)
     if not kind.rows(result, TRUST) and pressed is not None:
-        return chapters.trust_blocks(contact.kind_of(pressed), pressed, checked)
+        return chapters.trust_blocks(presentation_of(pressed), pressed, checked)
     return chapters.trust_blocks(kind, result, checked)
 
 
