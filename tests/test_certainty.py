@@ -10,10 +10,10 @@ import pytest
 import ceiling_error
 import intervals as benchmark
 import roughcontact as rc
+from roughcontact.analyses.solve.uncertainty_report import uncertainty_rows
 from roughcontact.contact import plausibility
 from roughcontact.contact.ceiling import area_change
 from roughcontact.contact.result import CalibratedCeiling, Regime
-from roughcontact.report.uncertainty import uncertainty_rows
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 from roughcontact.uncertainty.intervals import (

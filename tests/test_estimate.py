@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.analyses.estimate.fields import BESIDE
 from roughcontact.analyses.estimate.model import LEVEL, Estimate, load_atlas
 from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.errors import ArgumentRef
-from roughcontact.report.formulas import BESIDE
 from roughcontact.report.kind import rows_of
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.elastoplastic import archive, increments as stepping
 from roughcontact.elastoplastic.solve import solve_elastoplastic
 from roughcontact.material.hardening import Linear
-from roughcontact.report import contact_fields, phrases
+from roughcontact.report import phrases
 from roughcontact.report.kind import quantity_of
 from roughcontact.theory import hertz
 

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.analyses.solve import task as solve
+from roughcontact.analyses.solve import surface_report as surface, task as solve
 from roughcontact.analyses.tasks import PRESENTATIONS
 from roughcontact.cautions import Caution, CautionTag as CautionKind, as_caution
 from roughcontact.cli import console
 from roughcontact.cli.terminal import DisplayOptions
 from roughcontact.references import make_use
-from roughcontact.report import kinds, surface
+from roughcontact.report import kinds
 from roughcontact.report.figures import Illustration
 from roughcontact.report.kind import PROBLEM, Column, Presentation, Quantity
 from roughcontact.result import Result
@@ -78,7 +78,9 @@ KIND = Presentation(
 @pytest.fixture
 def squeaking(monkeypatch: pytest.MonkeyPatch) -> Squeaking:
     monkeypatch.setattr(surface, "SQUEAKING_KIND", KIND, raising=False)
-    monkeypatch.setitem(PRESENTATIONS, "Squeaking", ("report.surface:SQUEAKING_KIND",))
+    monkeypatch.setitem(
+        PRESENTATIONS, "Squeaking", ("analyses.solve.surface_report:SQUEAKING_KIND",)
+    )
     heights, pixel = rc.reference_map(32)
     steel = rc.Material(210e9, 0.3, 1e9)
     result = rc.solve(rc.Surface(heights, pixel), material=steel, load=0.1)

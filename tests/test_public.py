@@ -29,7 +29,7 @@ LATE = (
     "jinja2",
     "roughcontact.cli.app",
     "roughcontact.drawing.maps",
-    "roughcontact.report.contact",
+    "roughcontact.analyses.solve.report",
 )
 
 

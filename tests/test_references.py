@@ -14,11 +14,12 @@ import roughcontact as rc
 from roughcontact.analyses.compare.sampling import SamplingStudy
 from roughcontact.analyses.history.model import history as load_history
 from roughcontact.analyses.leak.model import leakage
+from roughcontact.analyses.solve import surface_report as surface_kind
 from roughcontact.formats.read import FORMATS
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic, Swift
 from roughcontact.references import NO_REFERENCES, Reference, References, all_references, make_use
-from roughcontact.report import citations, kinds, surface as surface_kind
+from roughcontact.report import citations, kinds
 from roughcontact.result import Displayable, Result
 from roughcontact.surface.provenance import Operation, Provenance
 

@@ -17,22 +17,20 @@ from matplotlib.figure import Figure
 
 import roughcontact as rc
 from roughcontact.analyses.history import fields as history_fields, report as history_report
-from roughcontact.analyses.solve import task as solve
+from roughcontact.analyses.solve import (
+    fields as contact_fields,
+    report as contact,
+    task as solve,
+    uncertainty_report as uncertainty,
+    volume_report as elastoplastic,
+)
 from roughcontact.analyses.stress import report as subsurface_stress, task as stress_task
 from roughcontact.analyses.sweep import fields as sweep_fields, report as curves
 from roughcontact.cli import console
 from roughcontact.cli.terminal import DisplayOptions
 from roughcontact.formats import tables as files
 from roughcontact.material.material import RIGID
-from roughcontact.report import (
-    contact,
-    contact_fields,
-    elastoplastic,
-    figures,
-    inputs,
-    kinds,
-    uncertainty,
-)
+from roughcontact.report import figures, inputs, kinds
 from roughcontact.report.kind import (
     ABSENT,
     ANSWER,

@@ -15,8 +15,8 @@ import pytest
 
 import roughcontact as rc
 from browsing import FOLDED, Seat, Served, browser, lacking
+from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.cli import app
-from roughcontact.report import contact_fields
 from roughcontact.report.kind import quantity_of
 
 _LACKING = lacking()

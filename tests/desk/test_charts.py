@@ -10,6 +10,7 @@ import roughcontact as rc
 pytest.importorskip("panel")
 
 from roughcontact import plots
+from roughcontact.analyses.solve.fields import CONTACT
 from roughcontact.desk import analysis_jobs
 from roughcontact.desk.detail_panel import (
     MaterialRatioPlot,
@@ -20,7 +21,6 @@ from roughcontact.desk.detail_panel import (
     list_spots,
 )
 from roughcontact.desk.result_plots import ComparisonView, LoadCurveView, ResolutionView, StressView
-from roughcontact.report.contact_fields import CONTACT
 from roughcontact.report.kind import quantity_of
 from roughcontact.surface.spectrum import radial_spectrum
 

@@ -16,13 +16,13 @@ pytest.importorskip("panel", reason="needs roughcontact[desk]")
 import panel as pn
 
 from roughcontact.analyses.find.task import TASK as FIND
+from roughcontact.analyses.solve import uncertainty_report as uncertainty
 from roughcontact.desk import analysis_jobs, style
 from roughcontact.desk.maps import HEIGHTS, NAMES, PRESSURE
 from roughcontact.desk.page import ContactView, Page
 from roughcontact.desk.projects import ProjectStore, SavedProject
 from roughcontact.desk.server import PageVisit
 from roughcontact.desk.workers import WorkerPool
-from roughcontact.report import uncertainty
 from visits import GIVEN, PATIENCE, Loop, Pressed, settle
 
 

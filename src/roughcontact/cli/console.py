@@ -167,7 +167,7 @@ def show_reports(reports: Sequence[ContactReport], folder: Path) -> None:
 
 def print_verified(checked: Sequence[CheckedFile]) -> None:
     """Print stored and recomputed values of results, one row per file."""
-    from roughcontact.report import contact_fields
+    from roughcontact.analyses.solve import fields as contact_fields
     from roughcontact.report.kind import quantity_of
 
     certificate = quantity_of(contact_fields.CONTACT, "certificate").format_value
@@ -297,7 +297,8 @@ def show_demo(
     """Print both solutions of the example, the files, and what to do next."""
     from dataclasses import replace
 
-    from roughcontact.report import contact_fields, kinds
+    from roughcontact.analyses.solve import fields as contact_fields
+    from roughcontact.report import kinds
     from roughcontact.report.kind import quantity_of
 
     limited = results[1]

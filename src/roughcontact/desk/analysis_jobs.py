@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from roughcontact._tools import files
+from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.analyses.solve.task import STUDY, TASK as SOLVE
 from roughcontact.analyses.stress.model import StressResult
 from roughcontact.analyses.sweep.model import LoadCurve
@@ -19,7 +20,7 @@ from roughcontact.cautions import Caution
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk.figures import Drawing, read_figure
 from roughcontact.errors import ConvergenceError
-from roughcontact.report import contact_fields, kinds
+from roughcontact.report import kinds
 from roughcontact.report.kind import (
     ANSWER,
     PROBLEM,

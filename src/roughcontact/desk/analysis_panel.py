@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import panel as pn
 
+from roughcontact.analyses.estimate import fields as formulas
 from roughcontact.analyses.find.model import LoadSearch
 from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.analyses.stress.model import StressResult
@@ -29,7 +30,6 @@ from roughcontact.desk.result_plots import ComparisonView, LoadCurveView, Resolu
 from roughcontact.desk.session import Session, Value
 from roughcontact.desk.widgets import Check, TabPanel
 from roughcontact.errors import RoughcontactError
-from roughcontact.report import formulas
 from roughcontact.report.kind import rows_of
 from roughcontact.request.contacts import RANGE
 from roughcontact.request.request import Request

@@ -8,6 +8,8 @@ from typing import Any
 
 import panel as pn
 
+from roughcontact.analyses.solve import report as contact, uncertainty_report as uncertainty
+from roughcontact.analyses.solve.fields import CONTACT, PROFILE_CONTACT
 from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.cautions import Caution, Severity
 from roughcontact.contact.result import ContactResult
@@ -20,8 +22,7 @@ from roughcontact.desk.controls import (
     spell_sentence,
 )
 from roughcontact.errors import ArgumentRef
-from roughcontact.report import contact, kinds, uncertainty
-from roughcontact.report.contact_fields import CONTACT, PROFILE_CONTACT
+from roughcontact.report import kinds
 from roughcontact.report.kind import TRUST, quantity_of
 from roughcontact.units import count_noun
 

@@ -12,6 +12,7 @@ from bokeh.core.properties import value
 from bokeh.events import DoubleTap, SelectionGeometry
 from bokeh.plotting import figure
 
+from roughcontact.analyses.solve.fields import CONTACT
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, rasters, style
 from roughcontact.desk.rasters import Box, Window
@@ -42,7 +43,6 @@ from roughcontact.drawing.style import (
     prefixed_window,
 )
 from roughcontact.errors import InputError
-from roughcontact.report.contact_fields import CONTACT
 from roughcontact.report.kind import quantity_of
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_engineering, format_percent, parse

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import panel as pn
 
 from roughcontact.analyses.generate import task as generation
+from roughcontact.analyses.solve import report as contact
 from roughcontact.cautions import Caution
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, header, inputs_panel, load_panel, style, workers
@@ -27,7 +28,7 @@ from roughcontact.desk.server import PageVisit
 from roughcontact.desk.session import Line, Session, SessionState, Value
 from roughcontact.desk.widgets import Frame, TabPanels, reload_when_broken, tell_when_lost
 from roughcontact.errors import RoughcontactError
-from roughcontact.report import contact, kinds, phrases
+from roughcontact.report import kinds, phrases
 from roughcontact.report.kind import TRUST
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request

@@ -12,6 +12,7 @@ from bokeh.plotting import figure
 from bokeh.transform import dodge
 from numpy.typing import NDArray
 
+from roughcontact.analyses.solve.uncertainty_report import STUDY_COLUMNS
 from roughcontact.analyses.stress import figures as stress_plots
 from roughcontact.analyses.stress.fields import STRESS
 from roughcontact.analyses.stress.model import StressResult
@@ -35,7 +36,6 @@ from roughcontact.drawing.style import (
     prefixed_window,
 )
 from roughcontact.report.kind import listing_of, rows_of
-from roughcontact.report.uncertainty import STUDY_COLUMNS
 from roughcontact.uncertainty.resolution import ResolutionStudy
 from roughcontact.units import format_engineering
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from roughcontact._tools import files
 from roughcontact._version import __version__
+from roughcontact.analyses.solve import uncertainty_report as uncertainty
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, rasters, style, tokens
 from roughcontact.desk.controls import escape_markup, markup_table
@@ -44,7 +45,7 @@ from roughcontact.drawing.style import (
     prefixed_window,
 )
 from roughcontact.errors import InputError
-from roughcontact.report import kinds, python_script, uncertainty
+from roughcontact.report import kinds, python_script
 from roughcontact.report.kind import TRUST
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request

@@ -4,167 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
 from importlib import metadata
-from typing import Any, NamedTuple
+from typing import Any
 
 from roughcontact._version import __version__
-from roughcontact.contact.hertz_comparison import comparison_limits
-from roughcontact.contact.plausibility import load_bearing_spot_pixels
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.spots import Spots
-from roughcontact.drawing.sections import versus_hertz
-from roughcontact.elastoplastic import result as depth
-from roughcontact.elastoplastic.plastic_body import LayerProfile
-from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.errors import InputError
 from roughcontact.material.material import Material
-from roughcontact.report import (
-    contact_fields as of_profile,
-    figures,
-    hertz_comparison as smooth,
-    inputs,
-    page,
-)
-from roughcontact.report.kind import (
-    TRUST,
-    Presentation,
-    Quantity,
-    Row,
-    Table,
-    capitalize_first,
-    rows_of,
-    side_by_side,
-)
+from roughcontact.report import figures, inputs
+from roughcontact.report.kind import TRUST, Presentation, Row, Table, side_by_side
 from roughcontact.report.page import Block, Cells, PageTable, Picture
 from roughcontact.surface.surface import Surface
-from roughcontact.units import format_engineering, format_percent
 
 # Spots whose share of the load is told.
 _LARGEST = 10
-
-
-class ContactWithSpots(NamedTuple):
-    """A contact with its spots."""
-
-    result: ContactResult
-    spots: Spots
-
-
-def _share_of_load(result: ContactWithSpots, count: int) -> str:
-    load = result.spots.load
-    return format_percent(min(float(load[:count].sum()) / float(load.sum()), 1.0))
-
-
-SPOTS: Table = (
-    Quantity("count", "contact spots", of="spots.count", meaning="connected pixels in contact"),
-    Quantity(
-        "largest_area",
-        "largest spot",
-        unit="m²",
-        of=lambda s: float(s.spots.area[0]),
-        text=lambda s: (
-            f"{format_engineering(float(s.spots.area[0]), 'm²')}, "
-            f"{_share_of_load(s, 1)} of the load"
-        ),
-        meaning="area, and the load that it carries",
-    ),
-    Quantity(
-        "carrying_pixels",
-        "pixels of a load-bearing spot",
-        meaning="spots of at least this size carry half of the load",
-        of=lambda s: load_bearing_spot_pixels(s.result, s.spots),
-    ),
-)
-"""Of the contact spots, `ContactWithSpots`."""
-
-
-class Yielding:
-    """One body that yields, and what its layers hold at most."""
-
-    def __init__(self, result: ElastoplasticResult, number: int) -> None:
-        self.result = result
-        self.number = number
-        self.body = result.bodies[number]
-
-    @cached_property
-    def layers(self) -> LayerProfile:
-        """Largest values of each layer."""
-        return depth.layers(self.result, self.number)
-
-    @property
-    def loaded(self) -> bool:
-        """Whether there is a load in the end."""
-        return bool(self.result.solution.load)
-
-
-def _place(result: Yielding) -> str:
-    layer, row, column = depth.most_strained(result.result, result.number)
-    dy, dx = result.result.solution.surface.pixel
-    deep = format_engineering(float(result.body.depth[layer]), "m")
-    y, x = (format_engineering(place, "m") for place in ((row + 0.5) * dy, (column + 0.5) * dx))
-    return f"{deep} deep, at y, x = {y}, {x}"
-
-
-def _deepest(result: Yielding, name: str) -> str:
-    values = getattr(result.layers, name)
-    deep = float(result.body.depth[int(values.argmax())])
-    return f"{format_engineering(float(values.max()), 'Pa')}, {format_engineering(deep, 'm')} deep"
-
-
-def _layers(result: Yielding) -> str:
-    thickness = result.body.thickness
-    return f"{thickness.size}, {format_engineering(float(thickness.sum()), 'm')} deep in all"
-
-
-YIELDING: Table = (
-    Quantity(
-        "max_plastic_strain",
-        "largest accumulated plastic strain",
-        of="body.max_plastic_strain",
-        text=lambda b: f"{format_percent(b.body.max_plastic_strain)}, {_place(b)}",
-        when=lambda b: bool(b.body.plastic_volume),
-    ),
-    Quantity(
-        "max_von_mises",
-        "largest stress",
-        unit="Pa",
-        of="body.max_von_mises",
-        text=lambda b: f"{format_engineering(b.body.max_von_mises, 'Pa')}, {_place(b)}",
-        when=lambda b: not b.body.plastic_volume,
-    ),
-    Quantity(
-        "plastic_depth",
-        "plastic depth",
-        unit="m",
-        of="body.plastic_depth",
-        meaning="lower face of the lowest layer with plastic strain",
-    ),
-    Quantity(
-        "plastic_volume",
-        "plastic volume",
-        unit="m³",
-        of="body.plastic_volume",
-        meaning="with any plastic strain",
-    ),
-    Quantity(
-        "max_residual_stress",
-        "largest residual von Mises stress",
-        unit="Pa",
-        of=lambda b: float(b.layers.max_residual_von_mises.max()),
-        text=lambda b: _deepest(b, "max_residual_von_mises"),
-    ),
-    Quantity(
-        "max_stress_under_load",
-        "largest von Mises stress under load",
-        unit="Pa",
-        of=lambda b: float(b.layers.max_von_mises.max()),
-        text=lambda b: _deepest(b, "max_von_mises"),
-        when=lambda b: b.loaded,
-    ),
-    Quantity("layers", "layers", of=lambda b: b.body.thickness.size, text=_layers),
-)
-"""Of one body that yields, `Yielding`."""
 
 
 # --- Blocks that reports are made of ---
@@ -318,36 +172,6 @@ def body_blocks(
 
 
 # --- Results ---
-
-
-def spot_rows(result: ContactResult) -> list[Cells]:
-    """Return number, size and load of the spots, in rows."""
-    found = result.spots()
-    if found.count == 0:
-        return [("Contact spots", "none", "the bodies do not touch")]
-    if result.pair.is_profile:
-        return list(of_profile.segments(result, found))
-    return cells(rows_of(SPOTS, ContactWithSpots(result, found)))
-
-
-def hertz_blocks(result: ContactResult) -> list[Block]:
-    """Return the blocks on Hertz's contact of the nominal bodies; none where none is given."""
-    contact = result.hertz
-    if contact is None or not smooth.applies(result):
-        return []
-    rows = [(capitalize_first(name), *texts) for name, *texts in smooth.rows(result)]
-    picture = Picture(
-        partial(versus_hertz, result),
-        "Mean and maximum pressure over the distance from the middle, and that of the smooth "
-        "bodies. Look how far roughness spreads the load.",
-        page.HALF,
-    )
-    return [
-        Block("head", "Compared with the smooth bodies (Hertz)"),
-        Block("small", f"{capitalize_first(smooth.bodies(contact))}. {smooth.SIZE}"),
-        Block("aside", (picture, [PageTable(rows, ("", *smooth.HEADS[1:]))])),
-        *(Block("small", page.as_sentence(limit.text)) for limit in comparison_limits(result)),
-    ]
 
 
 # --- Method, repetition ---

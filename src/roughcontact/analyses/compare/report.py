@@ -19,11 +19,12 @@ from roughcontact.analyses.compare.figures import (
 )
 from roughcontact.analyses.compare.model import Comparison
 from roughcontact.analyses.compare.sampling import WANTED, Sample, SamplingError, SamplingStudy
+from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.analyses.sweep import fields as sweep_fields
 from roughcontact.drawing.style import prefixed
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.references import make_use
-from roughcontact.report import assumptions, chapters, contact_fields, inputs, phrases
+from roughcontact.report import assumptions, chapters, inputs, phrases
 from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration
 from roughcontact.report.kind import (
     ABSENT,

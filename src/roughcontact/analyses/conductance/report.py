@@ -14,11 +14,12 @@ from roughcontact.analyses.conductance import (
     illustrations as conductance_illustrations,
     model as joint,
 )
+from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
+from roughcontact.analyses.solve.fields import PAIR
 from roughcontact.material.material import Conductor
 from roughcontact.references import make_use
-from roughcontact.report import contact_fields, phrases, uncertainty
+from roughcontact.report import phrases
 from roughcontact.report.assumptions import Assumption
-from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.kind import (
     CAUTIONS,
     CellTable,

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from roughcontact.analyses.estimate.fields import length_of, share
 from roughcontact.analyses.estimate.model import Estimate, EstimateRange
 from roughcontact.references import make_use
 from roughcontact.report import phrases
-from roughcontact.report.formulas import length_of, share
 from roughcontact.report.kind import CAUTIONS, PROBLEM, CellTable, Presentation, Quantity, Table
 from roughcontact.units import format_engineering, format_percent
 

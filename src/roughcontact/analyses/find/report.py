@@ -9,8 +9,9 @@ from operator import attrgetter
 from typing import Any
 
 from roughcontact.analyses.find import model as search
-from roughcontact.report import citations, contact_fields, phrases, uncertainty
-from roughcontact.report.contact_fields import PAIR, of_largest
+from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
+from roughcontact.analyses.solve.fields import PAIR, of_largest
+from roughcontact.report import citations, phrases
 from roughcontact.report.kind import (
     CAUTIONS,
     TRUST,

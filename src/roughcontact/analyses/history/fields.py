@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from roughcontact._version import __version__
 from roughcontact.analyses.history.model import VOLUME_ACCOUNT
+from roughcontact.analyses.solve.fields import ceiling_stored, up_to
 from roughcontact.analyses.sweep.fields import certificates_of, given_loads_of, share_of
 from roughcontact.report import phrases
-from roughcontact.report.contact_fields import ceiling_stored, up_to
 from roughcontact.report.kind import (
     CAUTIONS,
     Column,

@@ -14,9 +14,10 @@ from roughcontact.analyses.law.curve import ERROR
 from roughcontact.analyses.law.figures import interface_law
 from roughcontact.analyses.law.formats import LAW_FORMATS
 from roughcontact.analyses.law.model import InterfaceLaw
+from roughcontact.analyses.solve import uncertainty_report as uncertainty
+from roughcontact.analyses.solve.fields import PAIR
 from roughcontact.references import make_use
-from roughcontact.report import chapters, phrases, uncertainty
-from roughcontact.report.contact_fields import PAIR
+from roughcontact.report import chapters, phrases
 from roughcontact.report.kind import (
     CAUTIONS,
     PROBLEM,

@@ -12,11 +12,12 @@ import numpy as np
 
 from roughcontact.analyses.leak.figures import flow_factors, leak
 from roughcontact.analyses.leak.model import AXES, MIN_FLUID_SHARE, THRESHOLD, Leakage
+from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
+from roughcontact.analyses.solve.fields import PAIR
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.references import make_use
-from roughcontact.report import contact_fields, phrases, uncertainty
+from roughcontact.report import phrases
 from roughcontact.report.assumptions import Assumption
-from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.figures import FRONT, RESULTS, Illustration, Illustrations
 from roughcontact.report.kind import (
     CAUTIONS,

@@ -12,17 +12,10 @@ from roughcontact._version import __version__
 from roughcontact.analyses.roll import figures as plots
 from roughcontact.analyses.roll.formats import ROLLING_FORMATS
 from roughcontact.analyses.roll.model import RollingResult, Shakedown, to_dataset
+from roughcontact.analyses.solve import volume_report as elastoplastic
 from roughcontact.elastoplastic import plausibility
 from roughcontact.references import make_use
-from roughcontact.report import (
-    assumptions,
-    chapters,
-    citations,
-    elastoplastic,
-    figures,
-    phrases,
-    python_script,
-)
+from roughcontact.report import assumptions, chapters, citations, figures, phrases, python_script
 from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration, Illustrations
 from roughcontact.report.kind import (
     PROBLEM,

@@ -343,14 +343,17 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
     ),
     pieces=Subtasks(part_names, solve_study_part),
     presentations={
-        "Surface": ("report.surface:PROFILE_KIND", "report.surface:KIND"),
-        "ContactResult": (
-            "report.contact:PROFILE_KIND",
-            "report.contact:SHARED_KIND",
-            "report.contact:KIND",
+        "Surface": (
+            "analyses.solve.surface_report:PROFILE_KIND",
+            "analyses.solve.surface_report:KIND",
         ),
-        "ElastoplasticResult": ("report.elastoplastic:KIND",),
-        "ResolutionStudy": ("report.uncertainty:KIND",),
-        "Uncertainty": ("report.uncertainty:MEASURED_KIND",),
+        "ContactResult": (
+            "analyses.solve.report:PROFILE_KIND",
+            "analyses.solve.report:SHARED_KIND",
+            "analyses.solve.report:KIND",
+        ),
+        "ElastoplasticResult": ("analyses.solve.volume_report:KIND",),
+        "ResolutionStudy": ("analyses.solve.uncertainty_report:KIND",),
+        "Uncertainty": ("analyses.solve.uncertainty_report:MEASURED_KIND",),
     },
 )

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import asdict, replace
 
+from roughcontact.analyses.solve.fields import LOAD
 from roughcontact.analyses.stress.model import StressResult
 from roughcontact.contact.pair import BODIES
 from roughcontact.references import make_use
 from roughcontact.report.citations import Uses, stress_references
-from roughcontact.report.contact_fields import LOAD
 from roughcontact.report.kind import CAUTIONS, Quantity, Table, pick_quantities, quantity_of
 from roughcontact.units import format_engineering, format_percent
 

@@ -8,12 +8,12 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from roughcontact.analyses.solve.fields import BOUNDARY, LOAD, ceiling_stored
 from roughcontact.analyses.sweep.model import LoadCurve
 from roughcontact.contact.result import CALIBRATED
 from roughcontact.references import make_use
 from roughcontact.report import phrases
 from roughcontact.report.citations import CEILING, RECOMMENDED, Uses, of_maps, solved_of
-from roughcontact.report.contact_fields import BOUNDARY, LOAD, ceiling_stored
 from roughcontact.report.kind import (
     CAUTIONS,
     TRUST,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.analyses.sweep import (
     fields as sweep_fields,
     illustrations as sweep_illustrations,
@@ -11,7 +12,7 @@ from roughcontact.analyses.sweep import (
 )
 from roughcontact.analyses.sweep.figures import load_curve
 from roughcontact.analyses.sweep.model import LOW_LOAD, LoadCurve
-from roughcontact.report import contact_fields, phrases
+from roughcontact.report import phrases
 from roughcontact.report.kind import Presentation
 from roughcontact.report.page import Block
 from roughcontact.units import format_engineering, format_percent, order_of_magnitude

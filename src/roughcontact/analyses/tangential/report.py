@@ -12,6 +12,7 @@ from typing import Any
 
 from roughcontact._tools import netcdf
 from roughcontact._tools.files import require_suffix
+from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.analyses.stress import (
     fields as stress_fields,
     illustrations as stress_illustrations,
@@ -20,7 +21,7 @@ from roughcontact.analyses.stress.model import StressResult
 from roughcontact.analyses.tangential.figures import fretting, tangential
 from roughcontact.analyses.tangential.model import Tangential, tangential_compliance, to_dataset
 from roughcontact.references import Reference, make_use
-from roughcontact.report import contact_fields, figures, phrases
+from roughcontact.report import figures, phrases
 from roughcontact.report.assumptions import Assumption
 from roughcontact.report.figures import FRONT, RESULTS, Illustration, Illustrations
 from roughcontact.report.kind import (

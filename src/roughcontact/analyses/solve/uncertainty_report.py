@@ -9,10 +9,11 @@ from functools import partial
 from typing import Any
 
 from roughcontact._tools.statistics import Mean
+from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.contact.result import ContactResult
 from roughcontact.drawing.uncertainty import uncertainty_budget
 from roughcontact.errors import ArgumentRef, Sentence
-from roughcontact.report import chapters, contact_fields, figures, page, phrases
+from roughcontact.report import chapters, figures, page, phrases
 from roughcontact.report.kind import (
     Column,
     Columns,

@@ -1,14 +1,17 @@
-"""What is shown of an elastoplastic contact."""
+"""Report of an elastoplastic contact."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 from roughcontact._tools import netcdf
+from roughcontact.analyses.solve import fields as contact_fields
+from roughcontact.analyses.solve.blocks import hertz_blocks, spot_rows
 from roughcontact.drawing import elastoplastic as plots
-from roughcontact.elastoplastic import archive, plausibility
-from roughcontact.elastoplastic.plastic_body import SharedBody
+from roughcontact.elastoplastic import archive, plausibility, result as depth
+from roughcontact.elastoplastic.plastic_body import LayerProfile, SharedBody
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.errors import InputError
 from roughcontact.formats import export
@@ -16,13 +19,12 @@ from roughcontact.report import (
     assumptions,
     chapters,
     citations,
-    contact_fields,
     figures,
     inputs,
     phrases,
     python_script,
 )
-from roughcontact.report.kind import PROBLEM, CellTable, Presentation, Row, rows_of
+from roughcontact.report.kind import PROBLEM, CellTable, Presentation, Quantity, Row, Table, rows_of
 from roughcontact.report.page import Block
 from roughcontact.units import count_noun, format_engineering, format_percent, order_of_magnitude
 
@@ -60,7 +62,7 @@ def _details(result: ElastoplasticResult, scene: Any, **more: Any) -> list[Block
         body = figures.VolumeScene(result, number)
         if len(result.bodies) > 1:
             blocks.append(Block("head", f"Plastic strain and stress{body.where}"))
-        blocks += chapters.quantities(rows_of(chapters.YIELDING, chapters.Yielding(result, number)))
+        blocks += chapters.quantities(rows_of(YIELDING, Yielding(result, number)))
         # That of the first is on the first page.
         if scene is not None:
             blocks += chapters.figure_blocks(
@@ -69,7 +71,7 @@ def _details(result: ElastoplasticResult, scene: Any, **more: Any) -> list[Block
             blocks += chapters.figure_blocks(figures.VOLUME, body.close(), figures.BODY)
     contact = result.solution
     if contact.spots().count:
-        blocks += [*chapters.table(chapters.spot_rows(contact)), *chapters.hertz_blocks(contact)]
+        blocks += [*chapters.table(spot_rows(contact)), *hertz_blocks(contact)]
     return blocks
 
 
@@ -178,3 +180,91 @@ KIND = Presentation(
     checked=plausibility.performed_checks,
     script=python_script.repeating_volume,
 )
+
+
+class Yielding:
+    """One body that yields, and what its layers hold at most."""
+
+    def __init__(self, result: ElastoplasticResult, number: int) -> None:
+        self.result = result
+        self.number = number
+        self.body = result.bodies[number]
+
+    @cached_property
+    def layers(self) -> LayerProfile:
+        """Largest values of each layer."""
+        return depth.layers(self.result, self.number)
+
+    @property
+    def loaded(self) -> bool:
+        """Whether there is a load in the end."""
+        return bool(self.result.solution.load)
+
+
+def _place(result: Yielding) -> str:
+    layer, row, column = depth.most_strained(result.result, result.number)
+    dy, dx = result.result.solution.surface.pixel
+    deep = format_engineering(float(result.body.depth[layer]), "m")
+    y, x = (format_engineering(place, "m") for place in ((row + 0.5) * dy, (column + 0.5) * dx))
+    return f"{deep} deep, at y, x = {y}, {x}"
+
+
+def _deepest(result: Yielding, name: str) -> str:
+    values = getattr(result.layers, name)
+    deep = float(result.body.depth[int(values.argmax())])
+    return f"{format_engineering(float(values.max()), 'Pa')}, {format_engineering(deep, 'm')} deep"
+
+
+def _layers(result: Yielding) -> str:
+    thickness = result.body.thickness
+    return f"{thickness.size}, {format_engineering(float(thickness.sum()), 'm')} deep in all"
+
+
+YIELDING: Table = (
+    Quantity(
+        "max_plastic_strain",
+        "largest accumulated plastic strain",
+        of="body.max_plastic_strain",
+        text=lambda b: f"{format_percent(b.body.max_plastic_strain)}, {_place(b)}",
+        when=lambda b: bool(b.body.plastic_volume),
+    ),
+    Quantity(
+        "max_von_mises",
+        "largest stress",
+        unit="Pa",
+        of="body.max_von_mises",
+        text=lambda b: f"{format_engineering(b.body.max_von_mises, 'Pa')}, {_place(b)}",
+        when=lambda b: not b.body.plastic_volume,
+    ),
+    Quantity(
+        "plastic_depth",
+        "plastic depth",
+        unit="m",
+        of="body.plastic_depth",
+        meaning="lower face of the lowest layer with plastic strain",
+    ),
+    Quantity(
+        "plastic_volume",
+        "plastic volume",
+        unit="m³",
+        of="body.plastic_volume",
+        meaning="with any plastic strain",
+    ),
+    Quantity(
+        "max_residual_stress",
+        "largest residual von Mises stress",
+        unit="Pa",
+        of=lambda b: float(b.layers.max_residual_von_mises.max()),
+        text=lambda b: _deepest(b, "max_residual_von_mises"),
+    ),
+    Quantity(
+        "max_stress_under_load",
+        "largest von Mises stress under load",
+        unit="Pa",
+        of=lambda b: float(b.layers.max_von_mises.max()),
+        text=lambda b: _deepest(b, "max_von_mises"),
+        when=lambda b: b.loaded,
+    ),
+    Quantity("layers", "layers", of=lambda b: b.body.thickness.size, text=_layers),
+)
+"""Of one body that yields, `Yielding`."""

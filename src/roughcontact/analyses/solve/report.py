@@ -1,6 +1,6 @@
-"""The report on a contact; also the part of other reports on the contact under the largest load.
+"""Report of a contact, and its part of the reports on other results.
 
-Everything in it comes from the results that are handed over, but the elastic solution.
+Everything in it comes from the result, except the elastic solution.
 """
 
 from __future__ import annotations
@@ -12,6 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from roughcontact.analyses.estimate import fields as formulas
+from roughcontact.analyses.solve import (
+    fields as contact_fields,
+    hertz_fields as hertz_comparison,
+    uncertainty_report as uncertainty,
+)
+from roughcontact.analyses.solve.blocks import hertz_blocks, spot_rows
 from roughcontact.contact import archive, plausibility
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.share import Slab
@@ -19,16 +26,7 @@ from roughcontact.drawing import cells, maps, profiles as draw
 from roughcontact.drawing.sections import pressure_histogram, section
 from roughcontact.errors import ConvergenceError, InsufficientMemoryError, Sentence
 from roughcontact.formats import export
-from roughcontact.report import (
-    chapters,
-    contact_fields,
-    figures,
-    formulas,
-    hertz_comparison,
-    phrases,
-    python_script,
-    uncertainty,
-)
+from roughcontact.report import chapters, figures, phrases, python_script
 from roughcontact.report.figures import FRONT, RESULTS, Illustration
 from roughcontact.report.kind import (
     ABSENT,
@@ -104,14 +102,14 @@ def details(result: ContactResult, scene: Any, **more: Any) -> list[Block]:
         )
     answer += chapters.figure_blocks(kind.figures, scene, FRONT)[1:]
     answer += chapters.figure_blocks(kind.figures, scene)
-    return answer if result.pair.is_shared else [*answer, *chapters.hertz_blocks(result)]
+    return answer if result.pair.is_shared else [*answer, *hertz_blocks(result)]
 
 
 def short_blocks(result: ContactResult) -> list[Block]:
     """Return the blocks on the contact under the largest load of other results."""
     kind = kind_of(result)
     keys = [key for key in headlines(result) if quantity_of(kind.table, key).when(result)]
-    rows = [*chapters.headlines(kind, result, keys), *chapters.spot_rows(result)]
+    rows = [*chapters.headlines(kind, result, keys), *spot_rows(result)]
     head = (
         f"Contact under {format_engineering(result.load, result.pair.load_unit)}, the largest load"
     )
@@ -121,7 +119,7 @@ def short_blocks(result: ContactResult) -> list[Block]:
         # Its gap is that of the deformed bodies, if they have a history.
         front += chapters.figure_blocks(kind.figures, scene)
     count = 1 if result.pair.is_profile or scene.is_sparse else 2
-    shown = [*chapters.table(rows, style="key"), *front[:count], *chapters.hertz_blocks(result)]
+    shown = [*chapters.table(rows, style="key"), *front[:count], *hertz_blocks(result)]
     return [Block("head", head), *shown]
 
 
@@ -140,7 +138,7 @@ def _columns(
     ]
     if not result.pair.is_shared and result.load:
         empty = ("",) * (len(heads or ("value",)) - 1)
-        rows += [(name, text, *empty, note) for name, text, note in chapters.spot_rows(result)]
+        rows += [(name, text, *empty, note) for name, text, note in spot_rows(result)]
     return chapters.table(rows, ("quantity", *(heads or ("value",)), "meaning"), "wide")
 
 

@@ -1,7 +1,7 @@
-"""Quantities and texts of results, defined once.
+"""Quantities and columns of contacts, maps, profiles and volumes.
 
-Every kind of result has a table of quantities. Console, report, JSON and CSV are made from these
-tables: a quantity that is added to one is told by all of them, with the same digits.
+Console, report, JSON and CSV are made from these tables: a quantity that is added to one appears
+in all of them, with the same digits.
 """
 
 from __future__ import annotations
@@ -13,12 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from roughcontact.analyses.estimate import fields as formulas
+from roughcontact.analyses.solve import hertz_fields as hertz_comparison
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE
 from roughcontact.contact.spots import Spots
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.report import formulas, hertz_comparison, phrases
+from roughcontact.report import phrases
 from roughcontact.report.kind import (
     CAUTIONS,
     HEADLINE,
