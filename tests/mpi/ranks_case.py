@@ -193,13 +193,13 @@ def die_writing(folder, ranks):
 def fail_writing(folder, ranks):
     result = rc.solve(slab_of("free, ceiling", ranks), **asked("free, ceiling"))
     if ranks.is_root:
-        add = archive.netcdf.checksums.Running.add
+        add = archive.netcdf.checksums.RunningChecksum.update
 
         def full(self, part):
             add(self, part)
             raise OSError(28, "No space left on device")
 
-        archive.netcdf.checksums.Running.add = full
+        archive.netcdf.checksums.RunningChecksum.update = full
     try:
         result.save(folder / "out.nc")
     except OSError as error:
