@@ -28,7 +28,7 @@ import numpy as np
 
 import ceiling_error
 import roughcontact as rc
-from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.surface import random_surfaces, roughness
 from roughcontact.theory import hertz, indenters
 

@@ -35,7 +35,7 @@ from browsing import PATIENCE, Seat, Served, browser, lacking
 from roughcontact.analyses.tasks import from_text
 from roughcontact.desk.projects import ProjectStore
 from roughcontact.desk.session import SessionState
-from roughcontact.request import maps
+from roughcontact.request import preparation as maps
 from roughcontact.request.run import solve_request
 from visiting import Visitor
 

@@ -47,7 +47,7 @@ WINGS = (
     "analyses.leak",
     "analyses.tangential",
     "analyses.law",
-    "analyses.archive",
+    "analyses.reading",
     "analyses.tasks",
     "batch",
     "desk",

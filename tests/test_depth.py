@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.elastoplastic.result import most_strained
+from roughcontact.elastoplastic.volume_result import most_strained
 from roughcontact.errors import InputError
 from roughcontact.halfspace import tensors
 

@@ -18,8 +18,8 @@ import roughcontact as rc
 from roughcontact._tools import checkpoints
 from roughcontact.elastoplastic import archive
 from roughcontact.elastoplastic.archive import load_elastoplastic
-from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.elastoplastic.solve import solve_elastoplastic
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.material.hardening import Swift
 from roughcontact.solvers.progress import Progress
 

@@ -37,7 +37,7 @@ SOLVES = (
     "scipy",
     "roughcontact.solvers.bounded",
     "roughcontact.contact.solve",
-    "roughcontact.elastoplastic.result",
+    "roughcontact.elastoplastic.volume_result",
 )
 
 

@@ -21,7 +21,7 @@ from roughcontact.cli import app
 from roughcontact.drawing.export import save
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.material import hardening
-from roughcontact.request import maps, options, parsing, run
+from roughcontact.request import options, parsing, preparation as maps, run
 from roughcontact.request.options import PICTURES, Option, Panel
 from roughcontact.request.request import Request
 

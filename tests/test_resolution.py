@@ -10,7 +10,7 @@ from scipy.ndimage import grey_dilation
 from roughcontact import units
 from roughcontact.cautions import Caution, CautionTag, Severity
 from roughcontact.errors import ArgumentRef, InputError, message_parts
-from roughcontact.request.maps import resolution_cautions
+from roughcontact.request.preparation import resolution_cautions
 from roughcontact.surface import filters, grid, random_surfaces, resolution, spectrum
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface

@@ -1,7 +1,6 @@
 """What `roughcontact` offers: the one list, which is read at run time as well."""
 
 from . import measure as measure, mpi as mpi, plots as plots, results as results, theory as theory
-from .analyses.archive import read_result as read_result
 from .analyses.compare.model import compare as compare
 from .analyses.compare.sampling import sampling_study as sampling_study
 from .analyses.conductance.model import conductance as conductance
@@ -14,6 +13,7 @@ from .analyses.history.model import (
 )
 from .analyses.law.model import interface_law as interface_law
 from .analyses.leak.model import leakage as leakage
+from .analyses.reading import read_result as read_result
 from .analyses.roll.model import roll as roll, shakedown_load as shakedown_load
 from .analyses.stress.model import (
     first_yield_load as first_yield_load,
@@ -29,8 +29,11 @@ from .contact.load_case import (
 from .contact.result import ContactResult as ContactResult
 from .contact.solve import solve as solve
 from .elastoplastic.ceiling_comparison import compare_models as compare_models
-from .elastoplastic.result import ElastoplasticResult as ElastoplasticResult, PathPoint as PathPoint
 from .elastoplastic.solve import solve_elastoplastic as solve_elastoplastic
+from .elastoplastic.volume_result import (
+    ElastoplasticResult as ElastoplasticResult,
+    PathPoint as PathPoint,
+)
 from .errors import (
     CapacityError as CapacityError,
     ConvergenceError as ConvergenceError,

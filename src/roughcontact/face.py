@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from roughcontact.cautions import Caution
     from roughcontact.contact.result import ContactResult
     from roughcontact.elastoplastic.plastic_body import DepthProfile, DepthSection, LayerProfile
-    from roughcontact.elastoplastic.result import ElastoplasticResult
+    from roughcontact.elastoplastic.volume_result import ElastoplasticResult
     from roughcontact.material.material import Material
     from roughcontact.references import References
     from roughcontact.uncertainty.intervals import Uncertainty
@@ -157,21 +157,21 @@ def estimate(shown: ContactResult) -> Estimate | None:
 
 def profile(shown: ElastoplasticResult, point: tuple[int, int] | None, body: int) -> DepthProfile:
     """Return plastic strain and stress over the depth."""
-    from roughcontact.elastoplastic import result
+    from roughcontact.elastoplastic import volume_result as result
 
     return result.profile(shown, point, body)
 
 
 def section(shown: ElastoplasticResult, along: str, index: int | None, body: int) -> DepthSection:
     """Return plastic strain and stress on a vertical plane."""
-    from roughcontact.elastoplastic import result
+    from roughcontact.elastoplastic import volume_result as result
 
     return result.section_of(shown, along, index, body)
 
 
 def layers(shown: ElastoplasticResult, body: int) -> LayerProfile:
     """Return what each layer holds at most."""
-    from roughcontact.elastoplastic import result
+    from roughcontact.elastoplastic import volume_result as result
 
     return result.layers(shown, body)
 

@@ -24,7 +24,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.drawing.style import cell_mean
 from roughcontact.errors import FormatError, InputError, RoughcontactError
 from roughcontact.formats import read
-from roughcontact.request import maps
+from roughcontact.request import preparation as maps
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
 from roughcontact.request.run import solve_request

@@ -26,7 +26,7 @@ from roughcontact.desk.session import LOADS, Session, SessionState
 from roughcontact.desk.widgets import TabPanel
 from roughcontact.drawing.style import prefixed, prefixed_window
 from roughcontact.errors import ConvergenceError, RoughcontactError
-from roughcontact.request import maps
+from roughcontact.request import preparation as maps
 from roughcontact.request.request import Request
 from roughcontact.request.run import solve_request
 from roughcontact.solvers.progress import Progress

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.drawing import style
-from roughcontact.elastoplastic import result as depth
-from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.elastoplastic import volume_result as depth
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.errors import require_positive
 from roughcontact.units import count_noun, format_engineering, format_percent
 

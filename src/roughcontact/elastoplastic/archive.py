@@ -19,7 +19,7 @@ from roughcontact.contact import archive
 from roughcontact.contact.archive import Verification, verify_solution as verify_contact
 from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.plastic_body import PlasticBody, SharedBody
-from roughcontact.elastoplastic.result import Array, ElastoplasticResult, Increment
+from roughcontact.elastoplastic.volume_result import Array, ElastoplasticResult, Increment
 from roughcontact.errors import FormatError, InsufficientMemoryError
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ from roughcontact.contact.solve import solve_pair
 from roughcontact.contact.validation import check_problem
 from roughcontact.elastoplastic import solve as elastoplastic
 from roughcontact.elastoplastic.increments import AUTO
-from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.errors import InputError, input_error
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
 from roughcontact.solvers.progress import Progress, Tell, shows_progress_bar

@@ -24,7 +24,7 @@ from roughcontact.elastoplastic.archive import (
     increments_of,
 )
 from roughcontact.elastoplastic.problem import ElastoplasticProblem, Extent
-from roughcontact.elastoplastic.result import ElastoplasticResult, Increment, PathPoint
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult, Increment, PathPoint
 from roughcontact.errors import FormatError, InputError, OtherRunError
 
 Array = NDArray[Any]

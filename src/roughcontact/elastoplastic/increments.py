@@ -37,7 +37,7 @@ from roughcontact.elastoplastic.problem import (
     Extent,
     is_within_memory,
 )
-from roughcontact.elastoplastic.result import CONVERGED, Increment, PathPoint
+from roughcontact.elastoplastic.volume_result import CONVERGED, Increment, PathPoint
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.halfspace.layers import Pull
 from roughcontact.halfspace.volume_partition import VolumePartition

@@ -18,7 +18,7 @@ from roughcontact.cautions import (
 )
 from roughcontact.contact import plausibility
 from roughcontact.contact.plausibility import LARGE_STRAIN
-from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.errors import ArgumentRef, Part
 from roughcontact.halfspace import tensors
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulated

@@ -14,7 +14,7 @@ from roughcontact._tools import memory
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.validation import touchable_gap
 from roughcontact.elastoplastic.plastic_body import GUARD
-from roughcontact.elastoplastic.result import ElastoplasticResult, move_counter_surface
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult, move_counter_surface
 from roughcontact.errors import InputError
 from roughcontact.halfspace import plastic_halfspace
 from roughcontact.halfspace.fft import Workspace, default_workers

@@ -38,7 +38,12 @@ from roughcontact.elastoplastic.problem import (
     first_extent,
     solve_without_load,
 )
-from roughcontact.elastoplastic.result import CONVERGED, ElastoplasticResult, Increment, PathPoint
+from roughcontact.elastoplastic.volume_result import (
+    CONVERGED,
+    ElastoplasticResult,
+    Increment,
+    PathPoint,
+)
 from roughcontact.errors import (
     ArgumentRef,
     CapacityError,

@@ -17,7 +17,7 @@ from roughcontact.errors import InputError
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
-    from roughcontact.elastoplastic.result import ElastoplasticResult
+    from roughcontact.elastoplastic.volume_result import ElastoplasticResult
     from roughcontact.surface.surface import Surface
 
 Target = str | os.PathLike[str]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from roughcontact._tools.files import atomic_write, require_suffix, to_json, write_atomically
 from roughcontact.contact.result import ContactResult
-from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.errors import input_error
 from roughcontact.formats.matrices import TEXT_MARK
 from roughcontact.surface.surface import Surface

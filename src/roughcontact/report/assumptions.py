@@ -15,7 +15,7 @@ import numpy as np
 from roughcontact.contact.plausibility import LARGE_SLOPE, LARGE_STRAIN, load_bearing_spot_pixels
 from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.plausibility import largest_strain, slope_under
-from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic
 from roughcontact.material.material import Material, contact_modulus, softer_material

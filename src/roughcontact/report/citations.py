@@ -7,7 +7,7 @@ from typing import Any
 
 from roughcontact.contact.nominal_hertz import ELLIPSE
 from roughcontact.contact.result import ContactResult
-from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.formats import instruments
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Hardening, Kinematic, Swift

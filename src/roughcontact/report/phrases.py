@@ -31,7 +31,7 @@ from roughcontact.units import (
 if TYPE_CHECKING:
     from roughcontact.contact.result import CalibrationRecord
     from roughcontact.elastoplastic.increments import IterationInfo
-    from roughcontact.elastoplastic.result import ElastoplasticResult
+    from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 
 
 def progress_text(state: Progress) -> str:
@@ -372,7 +372,7 @@ def _other(result: ContactResult) -> str:
 
 def volume_regime(result: ElastoplasticResult) -> str:
     """Return the regime of a result of the volume model as a sentence with its numbers."""
-    from roughcontact.elastoplastic.result import PlasticRegime
+    from roughcontact.elastoplastic.volume_result import PlasticRegime
 
     if result.regime is PlasticRegime.ELASTIC:
         share = format_percent(min(1 + result.yield_excess, 1.0))

@@ -19,7 +19,7 @@ from roughcontact.surface.provenance import NOTE, Operation, Provenance
 from roughcontact.surface.surface import Surface
 
 if TYPE_CHECKING:
-    from roughcontact.elastoplastic.result import ElastoplasticResult
+    from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 
 # Longer lines get one call each.
 _WIDTH = 96

@@ -40,7 +40,7 @@ def solve_afresh(surface: Surface, **options: Any) -> ContactResult:
 
 def remarks_on(request: Request, maps: Sequence[Surface]) -> tuple[Caution, ...]:
     """Return what is known from the measurement of maps."""
-    from roughcontact.request.maps import resolution_cautions
+    from roughcontact.request.preparation import resolution_cautions
 
     return resolution_cautions(request, maps)
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from roughcontact.errors import RoughcontactError
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import contacts, outputs
-from roughcontact.request.maps import prepared_by, surfaces
 from roughcontact.request.options import REPORT
 from roughcontact.request.outcome import (
     OnPreview,
@@ -23,6 +22,7 @@ from roughcontact.request.outcome import (
     solve_afresh,
 )
 from roughcontact.request.outputs import Say
+from roughcontact.request.preparation import prepared_by, surfaces
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import each_part
 

@@ -129,7 +129,7 @@ def _listed(request: Request) -> list[tuple[str, Path | None]]:
 
 
 def _read(request: Request, path: Path | None, say: Say) -> Surface:
-    from roughcontact.request.maps import surfaces
+    from roughcontact.request.preparation import surfaces
 
     values = {name: value for name, value in request.values.items() if name != options.GROUP.name}
     (surface,) = surfaces(replace(request, file=path, files=(), values=values), say)

@@ -18,7 +18,7 @@ from roughcontact.analyses.solve import hertz_fields as hertz_comparison
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE
 from roughcontact.contact.spots import Spots
-from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.report import phrases
 from roughcontact.report.kind import (

@@ -142,8 +142,8 @@ def _run(request: Request, work: TaskContext) -> Outcome:
 
 def _volume(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.elastoplastic.increments import AUTO, points_between
-    from roughcontact.elastoplastic.result import PathPoint
     from roughcontact.elastoplastic.solve import solve_elastoplastic
+    from roughcontact.elastoplastic.volume_result import PathPoint
 
     load, specified = request.force(work.maps, *request.load)
     steps = request[INCREMENTS]
@@ -245,7 +245,7 @@ def part_names(request: Request) -> tuple[str, ...]:
 def solve_study_part(request: Request, word: str, say: Say, look: OnProgress) -> ResolutionStudy:
     """Return one part of the study, from maps that are read for it; see `resolution_study_of`."""
     from roughcontact.contact.load_case import LoadCase
-    from roughcontact.request.maps import surfaces
+    from roughcontact.request.preparation import surfaces
     from roughcontact.uncertainty.resolution import study_part
 
     maps = surfaces(request, say)

@@ -10,9 +10,9 @@ from roughcontact._tools import netcdf
 from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.analyses.solve.blocks import hertz_blocks, spot_rows
 from roughcontact.drawing import elastoplastic as plots
-from roughcontact.elastoplastic import archive, plausibility, result as depth
+from roughcontact.elastoplastic import archive, plausibility, volume_result as depth
 from roughcontact.elastoplastic.plastic_body import LayerProfile, SharedBody
-from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.errors import InputError
 from roughcontact.formats import export
 from roughcontact.report import (

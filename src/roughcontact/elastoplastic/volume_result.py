@@ -341,15 +341,15 @@ class ElastoplasticResult(Result):
         return presentation().volume_cautions(self)
 
     def profile(self, point: tuple[int, int] | None = None, body: int = 0) -> DepthProfile:
-        """Return plastic strain and stress over the depth; see `result.profile`."""
+        """Return plastic strain and stress over the depth; see `volume_result.profile`."""
         return presentation().profile(self, point, body)
 
     def section(self, along: str = "x", index: int | None = None, body: int = 0) -> DepthSection:
-        """Return them on a vertical plane; see `roughcontact.elastoplastic.result.section_of`."""
+        """Return plastic strain and stress on a vertical plane; see `volume_result.section_of`."""
         return presentation().section(self, along, index, body)
 
     def layers(self, body: int = 0) -> LayerProfile:
-        """Return what each layer holds at most; see `roughcontact.elastoplastic.result.layers`."""
+        """Return the largest values of each layer; see `volume_result.layers`."""
         return presentation().layers(self, body)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from roughcontact.analyses.roll.model import RollingResult
     from roughcontact.contact.result import ContactResult
-    from roughcontact.elastoplastic.result import ElastoplasticResult
+    from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 
 
 def read_result(
