@@ -228,6 +228,6 @@ if __name__ == "__main__":
     missing = lacking()
     if missing:
         words = ", no ".join(missing)
-        print(f"browser tests (tests/desk/test_browser.py): SKIPPED, there is no {words}")
+        print(f"browser tests (tests/desk/test_page_browser.py): SKIPPED, there is no {words}")
     else:
-        print("browser tests (tests/desk/test_browser.py): ran")
+        print("browser tests (tests/desk/test_page_browser.py): ran")

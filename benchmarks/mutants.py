@@ -44,34 +44,36 @@ WINGS = ("material", "theory", "halfspace", "solvers", "surface")
 COPIED = ("src", "tests", "benchmarks", "docs", "pyproject.toml", "README.md", "CHANGELOG.md")
 # Of the tests that import a wing, those of what is made of it: they take long, and would tell late.
 ELSEWHERE = (
-    "archive",
-    "assumptions_page",
-    "cli",
-    "comparison",
-    "elastoplastic",
-    "errors",
-    "examples",
-    "history",
-    "howto",
-    "increments",
-    "killed_runs",
-    "latency",
-    "limits",
-    "load_search",
-    "options",
-    "plots",
-    "references",
-    "report",
-    "robustness",
-    "rolling_checkpoints",
-    "rolling_face",
-    "run",
-    "script",
-    "sharing",
-    "signals",
-    "stress_plots",
-    "volume_report",
+    "contact/test_archive",
+    "project/test_assumptions_page",
+    "cli/test_app",
+    "analyses/compare/test_model",
+    "elastoplastic/test_solve",
+    "test_errors",
+    "project/test_examples",
+    "analyses/history/test_model",
+    "project/test_howto",
+    "elastoplastic/test_increments",
+    "fuzz/test_killed_runs",
+    "project/test_latency",
+    "contact/test_memory_limits",
+    "analyses/find/test_model",
+    "request/test_options",
+    "test_plots",
+    "test_references",
+    "report/test_page",
+    "fuzz/test_problems",
+    "analyses/roll/test_model_checkpoints",
+    "analyses/roll/test_task",
+    "request/test_run",
+    "report/test_python_script",
+    "drawing/test_export",
+    "cli/test_app_signals",
+    "analyses/stress/test_figures",
+    "analyses/solve/test_volume_report",
 )
+# Folders of tests that start processes.
+PROCESSES = ("batch", "desk", "mpi", "project", "fuzz")
 # What processes of its own run, which coverage does not see, and the tests that start them.
 APART = {
     "src/roughcontact/halfspace/distributed.py": (
@@ -162,12 +164,12 @@ def cover(folder: Path, extra: list[str]) -> None:
 
 def _files() -> Iterator[Path]:
     """Yield the files of tests that import a wing."""
-    if unknown := [name for name in ELSEWHERE if not (ROOT / f"tests/test_{name}.py").exists()]:
+    if unknown := [name for name in ELSEWHERE if not (ROOT / f"tests/{name}.py").exists()]:
         raise SystemExit(f"no such tests: {', '.join(unknown)}")
     named = re.compile(rf"roughcontact\.({'|'.join(WINGS)})\b")
     for path in sorted((ROOT / "tests").rglob("test_*.py")):
-        near = path.parent.name in ("tests", "physics")
-        own = near and path.stem.removeprefix("test_") not in ELSEWHERE
+        name = path.relative_to(ROOT / "tests").with_suffix("").as_posix()
+        own = name.partition("/")[0] not in PROCESSES and name not in ELSEWHERE
         if own and named.search(path.read_text(encoding="utf-8")):
             yield path
 

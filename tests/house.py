@@ -10,7 +10,8 @@ import re
 from functools import cache
 from pathlib import Path
 
-PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
+TESTS = Path(__file__).parent
+PACKAGE = TESTS.parent / "src" / "roughcontact"
 
 # From the ground up; what stands beside the wings is a module of its own.
 WINGS = (

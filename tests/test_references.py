@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from paths import ROOT
 from roughcontact.analyses.compare.sampling import SamplingStudy
 from roughcontact.analyses.history.model import history as load_history
 from roughcontact.analyses.leak.model import leakage
@@ -24,7 +25,7 @@ from roughcontact.result import Displayable, Result
 from roughcontact.surface.provenance import Operation, Provenance
 
 REFERENCES = all_references()
-PAGE = Path(__file__).parents[1] / "docs" / "theory.md"
+PAGE = ROOT / "docs" / "theory.md"
 STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
 
 

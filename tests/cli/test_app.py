@@ -1,0 +1,1709 @@
+import errno
+import html
+import importlib.util
+import json
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact
+from paths import MEASUREMENTS
+from roughcontact import read_result
+from roughcontact._tools import memory
+from roughcontact.cautions import CautionTag, explain_tag
+from roughcontact.cli import app
+from roughcontact.contact import archive, solve as contact
+from roughcontact.drawing import maps
+from roughcontact.elastoplastic import archive as volume_archive, increments, solve as elastoplastic
+from roughcontact.material import catalog, hardening
+from roughcontact.report import figures as figure_table
+from roughcontact.request import outputs, run
+from roughcontact.solvers.progress import Step
+from roughcontact.theory import hertz
+
+PACKAGE = Path(roughcontact.__file__).parents[1]
+
+needs_reader = pytest.mark.skipif(
+    importlib.util.find_spec("SurfaceTopography") is None, reason="SurfaceTopography is absent"
+)
+
+STEEL = ("--young", "210 GPa", "--poisson", "0.3")
+YIELDING = (*STEEL, "--yield-strength", "1 GPa")
+# ny ≠ nx and dy ≠ dx, so that a swap of axes shows.
+SCALE = ("--unit", "um", "--size", "0.1 mm x 0.2 mm")
+
+FIGURES = ("surface", "pressure", "contact", "gap", "histogram")
+
+Capture = pytest.CaptureFixture[str]
+
+
+def bumps() -> np.ndarray:
+    rng = np.random.default_rng(3)
+    y, x = np.mgrid[:40, :64] / 40
+    return np.cos(7 * y) * np.cos(5 * x) + 0.1 * rng.standard_normal(y.shape)
+
+
+@pytest.fixture
+def rough(tmp_path: Path) -> Path:
+    path = tmp_path / "rough.npy"
+    np.save(path, bumps())
+    return path
+
+
+@pytest.fixture
+def holed(tmp_path: Path) -> Path:
+    heights = bumps()
+    heights[5:8, 9] = np.nan
+    path = tmp_path / "holed.npy"
+    np.save(path, heights)
+    return path
+
+
+def measurement(name: str) -> str:
+    path = MEASUREMENTS / name
+    if not path.exists():
+        pytest.skip(f"shared/measurements/{name} is absent")
+    return str(path)
+
+
+def width(out: str) -> int:
+    """Return the longest line that is no path; these are never wrapped."""
+    return max(len(line) for line in out.splitlines() if not Path(line).is_absolute())
+
+
+def solve(path: Path, *options: str, load: str = "0.1 N") -> int:
+    return app.main(["solve", str(path), *SCALE, "--load", load, *options])
+
+
+def refused(capsys: Capture, status: int, *words: str) -> str:
+    """Check that the run before ended with status 2 and one sentence that has these words."""
+    out, err = capsys.readouterr()
+    assert status == app.BAD_INPUT
+    assert out == ""
+    assert err.startswith("roughcontact: error: ")
+    assert err.count("\n") == 1
+    assert err.endswith("\n")
+    for word in words:
+        assert word in err
+    return err
+
+
+def python(*arguments: str, stdout: int = subprocess.PIPE) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, *arguments],
+        stdout=stdout,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(PACKAGE)},
+    )
+
+
+def files(folder: Path) -> set[str]:
+    return {path.name for path in folder.rglob("*") if path.is_file()}
+
+
+# What is shown
+
+
+def test_no_arguments_show_the_help(capsys: Capture) -> None:
+    assert app.main([]) == app.SOLVED
+    out = capsys.readouterr().out
+    assert all(command in out for command in ("solve", "sweep", "info", "demo", "Example"))
+
+
+@pytest.mark.parametrize("command", ["solve", "sweep", "info", "demo"])
+def test_every_command_has_help_with_an_example(command: str, capsys: Capture) -> None:
+    assert app.main([command, "--help"]) == app.SOLVED
+    assert f"roughcontact {command} " in capsys.readouterr().out.split("Example")[1]
+
+
+def test_module_runs_as_a_program() -> None:
+    done = python("-m", "roughcontact", "--version")
+    assert (done.returncode, done.stdout, done.stderr) == (
+        0,
+        f"roughcontact {roughcontact.__version__}\n",
+        "",
+    )
+
+
+def test_importing_the_command_line_leaves_heavy_packages_alone() -> None:
+    code = (
+        "import sys, roughcontact.cli.app; "
+        "sys.exit(bool({'matplotlib', 'xarray', 'pint', 'SurfaceTopography'} & set(sys.modules)))"
+    )
+    assert python("-c", code).returncode == 0
+
+
+def test_solve_prints_a_table_that_fits_80_columns(
+    rough: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "33")
+    assert solve(rough, *YIELDING, "--verbose") == app.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    lines = out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert all(line == line.rstrip() for line in lines)
+    cells = (re.split(r"  +", line, maxsplit=1) for line in lines)
+    shown = {pair[0]: pair[1] for pair in cells if len(pair) == 2}
+    assert shown["Grid (y × x)"] == "40 × 64 points"
+    assert shown["Pixel (y × x)"] == "2.5 µm × 3.125 µm"
+    assert shown["Preparation"] == "leveled: least-squares plane subtracted"
+    assert shown["Contact modulus E*"] == "230.8 GPa"
+    assert shown["Pressure ceiling"] == "3 GPa, three times the yield strength"
+    assert shown["Load W"] == "100 mN (given)"
+    assert shown["Status"] == "converged"
+    assert "µm² (" in shown["Contact area"]
+    assert set(shown) >= {
+        "Source",
+        "Size (y × x)",
+        "Young's modulus E",
+        "Boundary",
+        "Approach ω",
+        "Largest pressure",
+        "Saturated area",
+        "Mean gap",
+        "Residual indentation",
+        "Regime",
+        "Certificate ε",
+        "Load error",
+        "Convolutions on the full grid",
+        "Time of the solve",
+    }
+
+
+def test_json_is_what_the_library_returns(rough: Path, capsys: Capture) -> None:
+    assert solve(rough, *YIELDING, "--json") == app.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    told = json.loads(out, parse_constant=pytest.fail)
+    surface = roughcontact.read_surface(rough, unit="um", size=(1e-4, 2e-4)).leveled()
+    steel = roughcontact.Material(210e9, 0.3, 1e9)
+    result = roughcontact.solve(surface, load=0.1, material=steel)
+    expected = result.summary()
+    for name in set(expected) - {"seconds"}:
+        assert told[name] == expected[name]
+    assert told["converged"] is True
+    assert told["material"] == {
+        "rigid": False,
+        "young": 210e9,
+        "poisson": 0.3,
+        "yield_strength": 1e9,
+        "hardness": None,
+    }
+    # Infinity is no JSON.
+    assert told["counter_material"]["rigid"] is True
+    assert told["counter_material"]["young"] is None
+
+
+def test_every_option_reaches_the_library(rough: Path, holed: Path, capsys: Capture) -> None:
+    status = app.main(
+        [
+            "solve",
+            str(rough),
+            *SCALE,
+            "--approach",
+            "300 nm",
+            *YIELDING,
+            "--counter-young",
+            "70 GPa",
+            "--counter-poisson",
+            "0.33",
+            "--counter-yield-strength",
+            "300 MPa",
+            "--counter-surface",
+            str(holed),
+            "--ceiling",
+            "2 GPa",
+            "--boundary",
+            "periodic",
+            "--level",
+            "quadric",
+            "--missing",
+            "fill",
+            "--crop",
+            "0:32,:48",
+            "--tolerance",
+            "1e-5",
+            "--max-iterations",
+            "300",
+            "--precision",
+            "double",
+            "--json",
+        ]
+    )
+    assert status == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert told["approach"] == pytest.approx(3e-7)
+    assert told["control"] == "approach"
+    assert told["boundary"] == "periodic"
+    assert told["ceiling"] == 2e9
+    assert told["tolerance"] == 1e-5
+    assert told["shape"] == [32, 48]
+    assert told["preparation"] == [
+        "cropped: rows 0:32, columns 0:48",
+        "leveled: least-squares quadric subtracted",
+    ]
+    assert told["counter_preparation"][2].startswith("filled: 3 missing points")
+    assert told["counter_material"] == {
+        "rigid": False,
+        "young": 70e9,
+        "poisson": 0.33,
+        "yield_strength": 300e6,
+        "hardness": None,
+    }
+    assert told["contact_modulus"] == pytest.approx(1 / (0.91 / 210e9 + (1 - 0.33**2) / 70e9))
+
+
+def test_ceiling_is_automatic_given_or_none(rough: Path, capsys: Capture) -> None:
+    for options, ceiling in (
+        (YIELDING, 3e9),
+        ((*YIELDING, "--ceiling", "none"), None),
+        ((*YIELDING, "--ceiling", "auto"), 3e9),
+        (STEEL, None),
+    ):
+        assert solve(rough, *options, "--json") == app.SOLVED
+        assert json.loads(capsys.readouterr().out)["ceiling"] == ceiling
+    assert solve(rough, *YIELDING, "--ceiling", "none", "--verbose") == app.SOLVED
+    assert "none: purely elastic\n" in capsys.readouterr().out
+    assert solve(rough, *STEEL, "--verbose") == app.SOLVED
+    told = " ".join(capsys.readouterr().out.split())
+    assert "none: purely elastic, no yield strength is given" in told
+
+
+def test_a_tag_is_explained(capsys: Capture) -> None:
+    assert app.main(["--explain", "edge"]) == app.SOLVED
+    lines = capsys.readouterr().out.splitlines()
+    assert " ".join(lines) == explain_tag(CautionTag.EDGE)
+    assert max(map(len, lines)) <= 80
+    assert app.main(["--explain", "edges"]) == app.BAD_INPUT
+    told = capsys.readouterr().err
+    assert all(f" {kind}" in told for kind in CautionTag)
+
+
+@pytest.mark.parametrize(
+    "task",
+    [
+        ("solve", "--load", "10 N", "--uncalibrated"),
+        ("stress", "--load", "10 N"),
+        ("sweep", "--from", "5 N", "--to", "10 N", "--steps", "2"),
+        ("history", "--path", "10 N, 0 N"),
+    ],
+)
+def test_cautions_name_options_in_console_and_report(
+    task: tuple[str, ...], tmp_path: Path, capsys: Capture, quick: None
+) -> None:
+    ball = ("--body", "sphere 1 mm", "--points", "32", "--size", "120 um", *YIELDING)
+    name = str(tmp_path / "told.html")
+    assert app.main([task[0], *ball, *task[1:], "--report", name]) == app.SOLVED
+    shown = " ".join(capsys.readouterr().out.split())
+    report = html.unescape(Path(name).read_text(encoding="utf-8"))
+    for told in (shown, report):
+        assert "--ceiling calibrated" in told
+        assert 'ceiling="' not in told
+        assert 'boundary="' not in told
+    # What is said of a contact is said once, whatever is computed below it.
+    assert shown.count("CAUTION ceiling:") == 1
+    if task[0] == "stress":
+        assert "this elastic stress is an upper bound" in report
+
+
+def test_a_ceiling_that_does_not_fit_has_the_calibrated_one_beside_it(capsys: Capture) -> None:
+    ball = ("--body", "sphere 1 mm", "--points", "64", "--size", "150 um", "--load", "10 N")
+    assert app.main(["solve", *ball, *YIELDING, "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    other = told["calibrated"]
+    assert 2 < other["factor"] < 2.2
+    assert other["contact_area"] > 1.1 * told["contact_area"]
+    assert app.main(["solve", *ball, *YIELDING]) == app.SOLVED
+    shown = capsys.readouterr().out
+    assert f"calibrated ceiling ({other['factor']:.3g} σ_Y)" in shown
+    assert "CAUTION" not in shown
+    assert app.main(["solve", *ball, *YIELDING, "--uncalibrated"]) == app.SOLVED
+    assert capsys.readouterr().out.count("CAUTION ") == 1
+    for better in (f"{other['factor']} GPa", "calibrated"):
+        assert app.main(["solve", *ball, *YIELDING, "--ceiling", better, "--json"]) == app.SOLVED
+        own = json.loads(capsys.readouterr().out)
+        assert own["calibrated"] is None
+        assert own["contact_area"] == pytest.approx(other["contact_area"], rel=0.01)
+
+
+def test_a_recommended_ceiling_is_told_beside_three(tmp_path: Path, capsys: Capture) -> None:
+    ball = ("--body", "sphere 1 mm", "--points", "64", "--size", "150 um")
+    more = (*ball, *YIELDING, "--ceiling", "calibrated")
+    assert app.main(["solve", *more, "--load", "10 N", "--verbose"]) == app.SOLVED
+    told = " ".join(capsys.readouterr().out.split())
+    assert re.search(r"2\.\d+ GPa, calibrated: 2\.\d+ yield strengths at \d+ times first", told)
+    assert re.search(r"With three yield strengths contact area [^(]+µm² \(−\d+ %\), appr", told)
+    sweep = ("--from", "5 N", "--to", "10 N", "--steps", "2", "--output", str(tmp_path / "c.csv"))
+    assert app.main(["sweep", *more, *sweep]) == app.SOLVED
+    assert "pressure_ceiling [Pa]" in (tmp_path / "c.csv").read_text(encoding="utf-8")
+    capsys.readouterr()
+    assert app.main(["history", *more, "--path", "10 N, 0 N", "--json"]) == app.SOLVED
+    found = json.loads(capsys.readouterr().out)
+    assert found["calibration"]["factor"] == pytest.approx(found["ceiling"] / 1e9)
+    assert CautionTag.INDENTATION in {caution["kind"] for caution in found["cautions"]}
+    assert app.main(["stress", *more, "--load", "10 N", "--json"]) == app.SOLVED
+    assert json.loads(capsys.readouterr().out)["calibration"]["load"] == 10
+    words = "--ceiling calibrated is read from the yield strength of the softer body"
+    assert app.main(["solve", *ball, *STEEL, "--ceiling", "calibrated", "--load", "10 N"]) == 2
+    assert words in " ".join(capsys.readouterr().err.split())
+
+
+def test_quiet_prints_nothing(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+    assert solve(rough, *STEEL, "--quiet", "--output", str(tmp_path / "out.nc")) == app.SOLVED
+    assert capsys.readouterr() == ("", "")
+    assert (tmp_path / "out.nc").exists()
+
+
+def test_names_with_markup_and_control_characters_stay_harmless(
+    tmp_path: Path, capsys: Capture
+) -> None:
+    path = tmp_path / "[red]a[nonsense]\x1b[2J.npy"
+    np.save(path, bumps())
+    assert solve(path, *STEEL) == app.SOLVED
+    out = capsys.readouterr().out
+    assert "[red]a[nonsense]" in out
+    assert "\x1b" not in out
+
+
+def test_progress_is_told_on_a_terminal_only(
+    rough: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # With this Rich would take a pipe for a terminal.
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    assert solve(rough, *STEEL, "--json") == app.SOLVED
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    assert solve(rough, *STEEL, "--json") == app.SOLVED
+    out, err = capsys.readouterr()
+    json.loads(out)
+    assert "solving" in err
+    assert "certificate" in err
+
+
+# What is written
+
+
+@pytest.mark.long
+def test_output_and_figures_are_written(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+    before = files(tmp_path)
+    output = tmp_path / "out.nc"
+    figures = ("--figures", str(tmp_path / "run1"))
+    assert solve(rough, *YIELDING, "--output", str(output), *figures) == app.SOLVED
+    names = {f"run1-{figure}.png" for figure in FIGURES}
+    assert files(tmp_path) - before == {"out.nc", *names}
+    out = capsys.readouterr().out
+    assert all(name in out for name in ("out.nc", *names))
+    result = read_result(output)
+    assert result.converged
+    assert result.load == 0.1
+    for name in names:
+        assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.long
+def test_figures_go_into_an_existing_folder(rough: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "pictures"
+    folder.mkdir()
+    assert solve(rough, *STEEL, "--figures", str(folder)) == app.SOLVED
+    assert files(folder) == {f"{figure}.png" for figure in FIGURES}
+
+
+@pytest.mark.long
+def test_demo_writes_both_solutions_and_tells_what_they_are(
+    tmp_path: Path, capsys: Capture
+) -> None:
+    folder = tmp_path / "demo"
+    assert app.main(["demo", "--folder", str(folder), "--points", "64"]) == app.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    names = {
+        "ground.x3p",
+        "elastic.nc",
+        "ceiling.nc",
+        "surface.png",
+        "comparison.png",
+        "histogram.png",
+        "overview.png",
+    }
+    assert files(folder) == names
+    assert all(name in out for name in names)
+    assert width(out) <= 80
+    elastic, limited = (read_result(folder / name) for name in ("elastic.nc", "ceiling.nc"))
+    assert elastic.ceiling is None
+    assert limited.ceiling == 3e9
+    assert elastic.load == limited.load == 1.0
+    assert elastic.surface.size == pytest.approx((1e-4, 1e-4))
+    assert (elastic.contact <= limited.contact).mean() > 0.99
+
+
+SMALL_BALL = ("--body", "sphere 10 mm", "--points", "16", "--size", "0.4 mm")
+WRITERS: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
+    "solve": (("solve", *SMALL_BALL, "--load", "1 N", *YIELDING), {"--output": "a.nc"}),
+    "sweep": (
+        ("sweep", *SMALL_BALL, "--from", "1 N", "--to", "2 N", "--steps", "2", *YIELDING),
+        {"--output": "a.csv", "--figure": "a.png"},
+    ),
+    "stress": (("stress", *SMALL_BALL, "--load", "1 N", *YIELDING), {"--output": "a.nc"}),
+    "history": (
+        ("history", *SMALL_BALL, "--path", "1 N", *YIELDING),
+        {"--output": "a.csv", "--indented-surface": "a.nc"},
+    ),
+    "volume": (
+        (
+            "solve",
+            "--model",
+            "elastoplastic",
+            "--increments",
+            "1",
+            *SMALL_BALL,
+            "--load",
+            "1 N",
+            *YIELDING,
+        ),
+        {"--output": "a.nc"},
+    ),
+    "demo": (("demo", "--points", "32"), {"--folder": "files"}),
+    "run": (("run",), {}),
+}
+
+
+@pytest.mark.parametrize(
+    ("command", "length"),
+    [
+        *((command, 200) for command in WRITERS if command not in ("demo", "run")),
+        ("solve", 0),
+        ("solve", 60),
+        pytest.param("demo", 200, marks=pytest.mark.long),
+        pytest.param("run", 200, marks=pytest.mark.process),
+    ],
+)
+def test_paths_stand_whole_on_lines_of_their_own(
+    command: str, length: int, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A short path is one that is told from where one stands.
+    monkeypatch.chdir(tmp_path)
+    folder = Path()
+    if length:
+        folder = tmp_path / "folder of a name"
+        folder /= "x" * max(length - len(str(folder)) - 1, 1)
+        folder.mkdir(parents=True)
+    arguments, options = WRITERS[command]
+    named = {option: folder / name for option, name in options.items()}
+    written = [str(path) for path in named.values()]
+    words = [*arguments, *(word for pair in named.items() for word in map(str, pair))]
+    if command == "run":
+        np.save("rough.npy", bumps())
+        (tmp_path / "p.toml").write_text(
+            f"folder = '{folder / 'files'}'\n[[contact]]\nname = 'one'\nfile = 'rough.npy'\n"
+            "unit = 'um'\nsize = '0.1 mm x 0.2 mm'\nload = '1 N'\nyoung = '210 GPa'\n"
+            "poisson = 0.3\n",
+            encoding="utf-8",
+        )
+        words.append("p.toml")
+        written = [str(folder / "files")]
+    assert app.main(words) == app.SOLVED
+    assert set(written) <= set(capsys.readouterr().out.splitlines())
+    assert all(Path(path).exists() for path in written)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--points", "31"), ("--points", "from 32 to 32768, got 31")),
+        (("--points", "many"), ("--points", "whole number", "'many'")),
+        (("--folder", "absent/demo"), ("--folder", "'absent' does not exist")),
+    ],
+)
+def test_demo_refuses(
+    options: tuple[str, ...],
+    words: tuple[str, ...],
+    tmp_path: Path,
+    capsys: Capture,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    refused(capsys, app.main(["demo", *options]), *words)
+    assert files(tmp_path) == set()
+
+
+# Usage and bad input
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["solve"], ["FILE", "roughcontact solve --help"]),
+        (["press"], ["press", "roughcontact --help"]),
+        (["solve", "a.npy", "--laod", "1 N"], ["--laod"]),
+        (["info"], ["FILE"]),
+    ],
+)
+def test_usage_errors_return_2(arguments: list[str], words: list[str], capsys: Capture) -> None:
+    refused(capsys, app.main(arguments), *words)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--load", "1 mm", *STEEL), ("--load needs a load such as", "'1 mm' (a length)")),
+        (("--load", "-1 MPa", *STEEL), ("--load must be positive", "'-1 MPa'")),
+        (("--load", "1", *STEEL), ("--load", "'1' which has no unit")),
+        (("--load", "-1 N", *STEEL), ("--load must be positive", "'-1 N'")),
+        (("--load", "0 N", *STEEL), ("--load must be positive", "'0 N'")),
+        (("--load", "nan N", *STEEL), ("--load", "'nan N'")),
+        (("--approach", "1 N", *STEEL), ("--approach needs a length", "'1 N'")),
+        (STEEL, ("--load", "--approach")),
+        (
+            ("--load", "1 N", "--approach", "1 um", *STEEL),
+            ("give one of --load, --hertz and --approach",),
+        ),
+        (("--load", "1 N", "--young", "210", "--poisson", "0.3"), ("--young", "'210'", "no unit")),
+        (("--load", "1 N", "--young", "-2 GPa", "--poisson", "0.3"), ("--young", "'-2 GPa'")),
+        (("--load", "1 N", "--young", "2 GPa", "--poisson", "0.7"), ("--poisson", "0.7", "0.5]")),
+        (("--load", "1 N", "--young", "2 GPa", "--poisson", "nan"), ("--poisson", "nan")),
+        (("--load", "1 N", "--young", "2 GPa", "--poisson", "0.3 m"), ("--poisson", "'0.3 m'")),
+        (("--load", "1 N", "--young", "2 GPa"), ("--poisson is needed",)),
+        (("--load", "1 N", "--poisson", "0.3"), ("--young is needed",)),
+        (("--load", "1 N", *STEEL, "--yield-strength", "1 N"), ("--yield-strength", "'1 N'")),
+        (("--load", "1 N", *STEEL, "--counter-young", "1 GPa"), ("--counter-poisson is needed",)),
+        (
+            ("--load", "1 N", *STEEL, "--counter-young", "1 GPa", "--counter-poisson", "-1"),
+            ("--counter-poisson", "-1.0"),
+        ),
+        (("--load", "1 N", *STEEL, "--ceiling", "3"), ("--ceiling", "'3'", "no unit")),
+        (("--load", "1 N", *STEEL, "--ceiling", "0 Pa"), ("--ceiling must be positive",)),
+        (("--load", "1 N", *STEEL, "--boundary", "open"), ("--boundary", "periodic", "'open'")),
+        (("--load", "1 N", *STEEL, "--level", "cubic"), ("--level", "quadric", "'cubic'")),
+        (("--load", "1 N", *STEEL, "--missing", "plug"), ("--missing", "fill", "'plug'")),
+        (("--load", "1 N", *STEEL, "--precision", "half"), ("--precision", "single", "'half'")),
+        (("--load", "1 N", *STEEL, "--tolerance", "0"), ("--tolerance", "positive", "0.0")),
+        (("--load", "1 N", *STEEL, "--tolerance", "x"), ("--tolerance", "'x'")),
+        (("--load", "1 N", *STEEL, "--max-iterations", "0"), ("--max-iterations", "0")),
+        (("--load", "1 N", *STEEL, "--crop", "1:9"), ("--crop", "0:256,100:356", "'1:9'")),
+        (("--load", "1 N", *STEEL, "--crop", "0:99,0:9"), ("rows", "(0, 99)")),
+        (("--load", "1 N", *STEEL, "--channel", "phase"), ("rough.npy", "'phase'")),
+        (("--load", "1 N", *STEEL, "--format", "docx"), ("--format must be one of", "'docx'")),
+        # 0.1 mm × 0.2 mm under 3 GPa carries 60 N.
+        (("--load", "61 N", *YIELDING), ("--load = 61 N", "60 N")),
+    ],
+)
+def test_bad_arguments_end_in_one_sentence(
+    options: tuple[str, ...], words: tuple[str, ...], rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    output = ("--output", str(tmp_path / "out.nc"))
+    status = app.main(["solve", str(rough), *SCALE, *options, *output])
+    refused(capsys, status, *words)
+    assert files(tmp_path) == {"rough.npy"}
+
+
+@pytest.mark.parametrize("command", ["solve", "info"])
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("absent.opd", None, ("absent.opd", "does not exist")),
+        ("empty.npy", b"", ("empty.npy", "empty")),
+        ("cut.npy", "the first half", ("cut.npy", "cannot be read")),
+        ("note.npy", b"no numbers here", ("note.npy", "cannot be read")),
+        ("map.doc", b"words", ("map.doc", "'words'")),
+        ("text.csv", b"high,low\n", ("text.csv", "'high'")),
+        ("row.csv", b"1,2,3\n", ("row.csv", "shape (1, 3)")),
+        ("infinite.npy", np.array([[1.0, np.inf], [1, 2]]), ("infinite.npy", "1 infinite")),
+        ("complex.npy", np.ones((3, 3)) * 1j, ("complex.npy", "complex128")),
+    ],
+)
+def test_bad_files_end_in_one_sentence(
+    command: str,
+    name: str,
+    content: bytes | str | np.ndarray | None,
+    words: tuple[str, ...],
+    tmp_path: Path,
+    capsys: Capture,
+) -> None:
+    path = tmp_path / name
+    if isinstance(content, bytes):
+        path.write_bytes(content)
+    elif isinstance(content, str):
+        np.save(path, bumps())
+        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    elif content is not None:
+        np.save(path, content)
+    options = ["--load", "1 N", *STEEL] if command == "solve" else []
+    refused(capsys, app.main([command, str(path), *SCALE, *options]), *words)
+
+
+def test_missing_unit_or_size_is_asked_for_as_an_option(rough: Path, capsys: Capture) -> None:
+    options = ["solve", str(rough), "--load", "1 N", *STEEL]
+    refused(capsys, app.main(options), "no unit", "--unit um")
+    refused(capsys, app.main([*options, "--unit", "um"]), "--size '0.1 mm x 0.2 mm'")
+    refused(capsys, app.main([*options, "--unit", "s"]), "--unit needs a length")
+
+
+def test_holes_are_refused_until_the_user_chooses(holed: Path, capsys: Capture) -> None:
+    choices = ("holed.npy has 3 missing points", "--missing fill", "--missing mask", "--crop")
+    refused(capsys, solve(holed, *STEEL), *choices)
+    for options, steps in (
+        (("--missing", "fill"), ["filled: 3 missing points by harmonic interpolation"]),
+        (("--missing", "mask"), ["masked: 3 missing points never touch"]),
+    ):
+        assert solve(holed, *STEEL, *options, "--json") == app.SOLVED
+        assert json.loads(capsys.readouterr().out)["preparation"][1:] == steps
+    assert solve(holed, *STEEL, "--crop", "8:,:") == app.SOLVED
+
+
+def test_bodies_on_unequal_grids_are_refused(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+    other = tmp_path / "other.npy"
+    np.save(other, bumps()[:20])
+    status = solve(rough, *STEEL, "--counter-surface", str(other))
+    refused(capsys, status, "--counter-surface has 20 × 64 points", "40 × 64", "--align does")
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "words"),
+    [
+        ("--output", "absent/out.nc", ("--output", "absent", "does not exist")),
+        ("--output", "out.txt", ("--output", ".nc", "out.txt")),
+        ("--output", "folder.nc", ("--output", "folder.nc", "is a folder")),
+        ("--figures", "absent/run1", ("--figures", "absent", "does not exist")),
+        ("--figures", "absent/", ("--figures", "absent", "does not exist")),
+    ],
+)
+def test_outputs_are_checked_before_the_solve(
+    option: str,
+    name: str,
+    words: tuple[str, ...],
+    rough: Path,
+    tmp_path: Path,
+    capsys: Capture,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    (tmp_path / "folder.nc").mkdir()
+    monkeypatch.setattr(contact, "solve", lambda *_, **__: pytest.fail("solved"))
+    refused(capsys, solve(rough, *STEEL, option, f"{tmp_path}/{name}"), *words)
+
+
+def test_output_never_replaces_the_input(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+    source = tmp_path / "out.nc"
+    assert solve(rough, *STEEL, "--output", str(source)) == app.SOLVED
+    capsys.readouterr()
+    before = source.read_bytes()
+    status = app.main(["solve", str(source), "--load", "1 N", *STEEL, "--output", str(source)])
+    refused(capsys, status, "--output", "is an input file")
+    assert source.read_bytes() == before
+
+
+# Runs that do not end well
+
+
+def test_not_converged_shows_the_best_and_writes_nothing(
+    rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    output = tmp_path / "out.nc"
+    output.write_text("an older result")
+    options = (*YIELDING, "--max-iterations", "2", "--tolerance", "1e-12", "--output", str(output))
+    assert solve(rough, *options, "--figures", str(tmp_path / "run1")) == app.NOT_CONVERGED
+    out, err = capsys.readouterr()
+    assert "Not converged: certificate" in out
+    assert "Contact pressure" in out
+    assert err.startswith("roughcontact: error: not converged: certificate")
+    assert "--max-iterations" in err
+    assert "no file was written" in err
+    assert err.count("\n") == 1
+    assert output.read_text() == "an older result"
+    assert files(tmp_path) == {"rough.npy", "out.nc"}
+    assert solve(rough, *options, "--json") == app.NOT_CONVERGED
+    told = json.loads(capsys.readouterr().out)
+    assert told["converged"] is False
+    assert told["certificate"] > 1e-12
+    assert told["written"] == []
+
+
+def test_an_old_output_survives_a_refused_run(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+    output = tmp_path / "out.nc"
+    output.write_text("an older result")
+    refused(capsys, solve(rough, *YIELDING, "--output", str(output), load="61 N"), "60 N")
+    assert output.read_text() == "an older result"
+    assert solve(rough, *YIELDING, "--output", str(output)) == app.SOLVED
+    assert read_result(output).converged
+
+
+def test_a_full_disk_is_one_sentence_after_the_numbers(
+    rough: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    output = tmp_path / "out.nc"
+    output.write_text("an older result")
+    monkeypatch.setattr("roughcontact._tools.files.os.fsync", full)
+    assert solve(rough, *STEEL, "--output", str(output)) == app.BAD_INPUT
+    out, err = capsys.readouterr()
+    assert "Contact pressure" in out
+    assert "written" not in out
+    assert err.count("\n") == 1
+    assert "out.nc cannot be written (No space left on device)" in err
+    assert output.read_text() == "an older result"
+    assert files(tmp_path) == {"rough.npy", "out.nc"}
+
+
+def interrupt(*_: object, **__: object) -> None:
+    raise KeyboardInterrupt
+
+
+def interrupted_solver() -> Callable[..., Any]:
+    original = contact.bounded.solve
+
+    def solver(*arguments: Any, progress: Callable[[Step], None], **options: Any) -> Any:
+        return original(*arguments, progress=interrupt, **options)
+
+    return solver
+
+
+def test_an_interrupted_solve_writes_nothing(
+    rough: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(contact.bounded, "solve", interrupted_solver())
+    output = tmp_path / "out.nc"
+    output.write_text("an older result")
+    assert solve(rough, *STEEL, "--output", str(output)) == app.INTERRUPTED
+    assert capsys.readouterr() == ("", "roughcontact: interrupted; nothing was written\n")
+    assert output.read_text() == "an older result"
+    assert files(tmp_path) == {"rough.npy", "out.nc"}
+    folder = tmp_path / "demo"
+    assert app.main(["demo", "--folder", str(folder), "--points", "64"]) == app.INTERRUPTED
+    assert not folder.exists()
+
+
+@pytest.mark.long
+def test_an_interrupted_write_names_what_is_complete(
+    rough: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(maps, "gap", interrupt)
+    output = tmp_path / "out.nc"
+    options = ("--output", str(output), "--figures", str(tmp_path / "run1"))
+    assert solve(rough, *STEEL, *options) == app.INTERRUPTED
+    err = capsys.readouterr().err
+    complete = {"out.nc", "run1-surface.png", "run1-pressure.png", "run1-contact.png"}
+    assert all(name in err for name in complete)
+    assert "run1-gap.png" not in err
+    assert files(tmp_path) == {"rough.npy", *complete}
+    monkeypatch.setattr(archive, "to_dataset", interrupt)
+    assert solve(rough, *STEEL, "--output", str(tmp_path / "new.nc")) == app.INTERRUPTED
+    assert capsys.readouterr().err == "roughcontact: interrupted; nothing was written\n"
+    assert files(tmp_path) == {"rough.npy", *complete}
+
+
+def test_an_interruption_names_few_of_many_files(
+    rough: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(*arguments: Any, **named: Any) -> Any:
+        raise outputs.UnfinishedError([Path(f"{number}.json") for number in range(1000)])
+
+    monkeypatch.setattr(run, "run_request", stop)
+    assert solve(rough, *STEEL) == app.INTERRUPTED
+    err = capsys.readouterr().err
+    assert err.endswith("6.json, 7.json and 992 more were written\n")
+    assert err.count(".json") == 8
+
+
+def test_too_little_memory_is_one_sentence(
+    rough: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as scarce:
+        scarce.setattr(memory, "free_bytes", lambda: 10**6)
+        refused(capsys, solve(rough, *STEEL), "40 × 64 points", "GiB are free", "fits")
+
+    def exhausted(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(contact, "solve", exhausted)
+    refused(capsys, solve(rough, *STEEL), "memory", "--crop", "--precision single")
+
+
+@pytest.mark.long
+def test_a_closed_pipe_is_quiet(rough: Path) -> None:
+    # The reader is gone before the first line comes.
+    reading, writing = os.pipe()
+    os.close(reading)
+    arguments = ("solve", str(rough), *SCALE, "--load", "1 N", *STEEL)
+    done = python("-m", "roughcontact", *arguments, stdout=writing)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (app.PIPE_CLOSED, "")
+
+
+# Measured files
+
+
+def test_a_wrong_size_in_a_file_is_replaced(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+    path = tmp_path / "wrong.nc"
+    roughcontact.read_surface(rough, unit="um", size=(1e-2, 2e-2)).save(path)
+    size = ("--size", "0.1 mm x 0.2 mm")
+    words = ("--load", "1 N", *STEEL)
+    refused(capsys, app.main(["solve", str(path), *words, *size]), "--override-size as well")
+    refused(capsys, app.main(["solve", str(path), *words, "--override-size"]), "needs a FILE")
+    command = ["solve", str(path), *words, *size, "--override-size", "--verbose"]
+    assert app.main(command) == app.SOLVED
+    told = " ".join(capsys.readouterr().out.split())
+    assert "Size (y × x) 100 µm × 200 µm" in told
+    assert "10 mm × 20 mm, as the file gives them" in told
+    assert app.main(["info", str(path), *size, "--override-size", "--json"]) == app.SOLVED
+    assert json.loads(capsys.readouterr().out)["size"] == pytest.approx([1e-4, 2e-4])
+
+
+def test_info_tells_of_heights_that_cannot_be(tmp_path: Path, capsys: Capture) -> None:
+    heights = np.random.default_rng(1).standard_normal((40, 40))
+    np.save(tmp_path / "map.npy", heights)
+    given = ["info", str(tmp_path / "map.npy"), "--size", "0.1 mm", "--unit"]
+    for unit, warned in (("nm", False), ("um", False), ("mm", True)):
+        assert app.main([*given, unit]) == app.SOLVED
+        out = " ".join(capsys.readouterr().out.split())
+        assert ("WARNING units: " in out) == warned
+    # Of one row of points likewise.
+    np.savetxt(tmp_path / "line.txt", np.c_[np.arange(40) * 1e-6, 1e-4 * heights[0]])
+    assert app.main(["info", str(tmp_path / "line.txt"), "--unit", "m, m"]) == app.SOLVED
+    assert "WARNING units: " in " ".join(capsys.readouterr().out.split())
+
+
+def test_info_tells_size_and_roughness(holed: Path, capsys: Capture) -> None:
+    assert app.main(["info", str(holed), *SCALE, "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    heights = np.load(holed) * 1e-6
+    assert told["shape"] == [40, 64]
+    assert told["pixel"] == pytest.approx([2.5e-6, 3.125e-6])
+    assert told["size"] == pytest.approx([1e-4, 2e-4])
+    assert told["height_min"] == pytest.approx(np.nanmin(heights))
+    assert told["height_max"] == pytest.approx(np.nanmax(heights))
+    assert told["Sq"] == pytest.approx(np.nanstd(heights))
+    assert told["Sq_leveled"] < told["Sq"]
+    surface = roughcontact.read_surface(holed, unit="um", size=(1e-4, 2e-4)).leveled()
+    assert told["roughness_leveled"] == pytest.approx(surface.roughness())
+    assert app.main(["info", str(holed), *SCALE, "--verbose"]) == app.SOLVED
+    assert "reduced height of the peaks above the core" in capsys.readouterr().out
+    assert told["missing"] == 3
+    assert len(told["channels"]) == 1
+
+
+def test_info_advises_options_of_solve(tmp_path: Path, capsys: Capture) -> None:
+    waves, (pixel, _) = roughcontact.reference_map(64)
+    noise = 0.02 * waves.std() * np.random.default_rng(3).normal(size=waves.shape)
+    np.save(tmp_path / "noisy.npy", waves + noise)
+    size = f"{64 * pixel} m"
+    assert app.main(["info", str(tmp_path / "noisy.npy"), "--unit", "m", "--size", size]) == 0
+    assert "Use --s-filter '" in capsys.readouterr().out
+
+
+@needs_reader
+def test_info_prints_the_table_of_a_measured_file(capsys: Capture) -> None:
+    assert app.main(["info", measurement("uncd_afm.001"), "--verbose"]) == app.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert width(out) <= 80
+    for words in (
+        "512 × 512 points",
+        "195.3 pm × 195.3 pm",
+        "−1.761 µm to −1.648 µm",
+        "27.79 nm, after plane 4.688 nm",
+        "0: Height [nm]",
+        "2: Phase, no heights",
+    ):
+        assert words in out
+
+
+@pytest.mark.long
+@needs_reader
+@pytest.mark.parametrize("ceiling", ["auto", "none"])
+@pytest.mark.parametrize(
+    ("name", "load"),
+    [
+        ("wyko_nt1100_test_1.opd", "1 N"),
+        ("x3p-2.x3p", "1 N"),
+        ("sur-2.sur", "1 N"),
+        ("metropro-1.dat", "1 N"),
+        # 100 nm × 100 nm under 3 GPa carries 30 µN.
+        ("uncd_afm.001", "1 uN"),
+    ],
+)
+def test_measured_files_are_solved(name: str, load: str, ceiling: str, capsys: Capture) -> None:
+    arguments = ["--load", load, *YIELDING, "--missing", "fill", "--ceiling", ceiling, "--json"]
+    assert app.main(["solve", measurement(name), *arguments]) == app.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    told = json.loads(out, parse_constant=pytest.fail)
+    assert told["source"] == name
+    assert told["certificate"] <= 1e-6
+    assert told["load_error"] <= 1e-10
+    if ceiling == "auto":
+        assert told["max_pressure"] <= 3e9
+        assert told["saturated_fraction"] > 0
+    else:
+        assert told["saturated_fraction"] == 0
+        assert told["max_pressure"] > 3e9
+
+
+@needs_reader
+@pytest.mark.parametrize("command", ["solve", "info"])
+@pytest.mark.parametrize("name", ["bullet_land_original.x3p", "di_corrupted.di"])
+def test_damaged_measurements_end_in_one_sentence(
+    name: str, command: str, tmp_path: Path, capsys: Capture
+) -> None:
+    options = ["--load", "1 N", *STEEL, "--output", str(tmp_path / "out.nc")]
+    arguments = [command, measurement(name), *(options if command == "solve" else [])]
+    refused(capsys, app.main(arguments), name)
+    assert files(tmp_path) == set()
+
+
+# Preparation, study, sweep
+
+
+def test_every_preparation_reaches_the_library_in_its_order(holed: Path, capsys: Capture) -> None:
+    options = (
+        "--crop",
+        "0:36,0:60",
+        "--outliers",
+        "5",
+        "--level",
+        "robust",
+        "--form",
+        "polynomial 3",
+        "--missing",
+        "fill",
+        "--s-filter",
+        "12 um",
+        "--l-filter",
+        "80 um",
+        "--pixel",
+        "2 um",
+        "--rotate",
+        "90",
+    )
+    assert solve(holed, *STEEL, *options, "--json") == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    starts = [step.split(":")[0] for step in told["preparation"]]
+    assert starts == [
+        "cropped",
+        "outliers removed",
+        "leveled",
+        "form removed",
+        "filled",
+        "filtered",
+        "resampled",
+        "rotated",
+    ]
+    surface = roughcontact.read_surface(holed, unit="um", size=(1e-4, 2e-4))
+    prepared = (
+        surface.cropped((0, 36), (0, 60))
+        .without_outliers(5)
+        .leveled("robust")
+        .without_form("polynomial", 3)
+        .filled()
+        .filtered(12e-6, 80e-6)
+        .resampled(pixel=(2e-6, 2e-6), method="spline")
+        .rotated()
+    )
+    assert told["shape"] == list(prepared.shape)
+    result = roughcontact.solve(prepared, load=0.1, material=roughcontact.Material(210e9, 0.3))
+    assert told["max_pressure"] == result.max_pressure
+
+
+def test_holes_can_be_cut_away(holed: Path, capsys: Capture) -> None:
+    assert solve(holed, *STEEL, "--missing", "crop", "--json") == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert told["preparation"][0].startswith("cropped to the largest rectangle without holes")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--form", "cone"), ("--form must be sphere", "'cone'")),
+        (("--form", "polynomial"), ("--form must be",)),
+        (("--form", "polynomial ²"), ("--form must be", "got 'polynomial ²'")),
+        (("--outliers", "many"), ("--outliers must be a number",)),
+        (("--rotate", "45"), ("--rotate must be a multiple of 90",)),
+        (("--s-filter", "3"), ("--s-filter needs a length", "no unit")),
+        (("--pixel", "1 N"), ("--pixel needs a length", "(a force)")),
+        (("--pixel", "1 m"), ("--pixel must be at most half the map",)),
+        (
+            ("--pixel", "1 m", "--model", "elastoplastic", "--yield-strength", "1 GPa"),
+            ("--pixel must be at most half the map",),
+        ),
+        (("--s-filter", "1 nm"), ("cutoff",)),
+    ],
+)
+def test_bad_preparation_is_one_sentence(
+    options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
+) -> None:
+    refused(capsys, solve(rough, *STEEL, *options), *words)
+
+
+@pytest.mark.long
+def test_study_is_told_in_plain_words(tmp_path: Path, capsys: Capture) -> None:
+    heights = np.kron(bumps(), np.ones((2, 2)))
+    path = tmp_path / "rough.npy"
+    np.save(path, heights)
+    assert solve(path, *YIELDING, "--study", "--verbose") == app.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert width(out) <= 80
+    assert "Ceiling: as the factor goes from 2.8 to 3.2" in " ".join(out.split())
+    assert solve(path, *YIELDING, "--study", "--json") == app.SOLVED
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    surface = roughcontact.read_surface(path, unit="um", size=(1e-4, 2e-4)).leveled()
+    steel = roughcontact.Material(210e9, 0.3, 1e9)
+    expected = roughcontact.resolution_study(surface, load=0.1, material=steel)
+    assert told["study"]["sentences"] == list(expected.sentences)
+
+
+def sweep(path: Path, *options: str) -> int:
+    ends = {"--from": "10 mN", "--to": "1 N"}
+    missing = [word for end in ends.items() if end[0] not in options for word in end]
+    return app.main(["sweep", str(path), *SCALE, *STEEL, *missing, *options])
+
+
+def test_sweep_writes_what_the_library_returns(
+    rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    output, folder = tmp_path / "curve.csv", tmp_path / "steps"
+    assert sweep(rough, "--steps", "4", "--output", str(output), "--folder", str(folder)) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert width(out) <= 80
+    assert "The contact grows from" in out
+    assert files(folder) == {"sweep.json", *(f"step-{n:04d}.npz" for n in range(1, 5))}
+    table = np.genfromtxt(output, delimiter=",", names=True, deletechars="")
+    surface = roughcontact.read_surface(rough, unit="um", size=(1e-4, 2e-4)).leveled()
+    curve = roughcontact.sweep(
+        surface, material=roughcontact.Material(210e9, 0.3), loads=np.geomspace(0.01, 1, 4)
+    )
+    assert table["load_[N]"] == pytest.approx(curve.column("load"))
+    assert table["contact_area_[m²]"] == pytest.approx(curve.column("contact_area"))
+    assert sweep(rough, "--steps", "4", "--folder", str(folder), "--json") == 0
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert told["contact_area"] == table["contact_area_[m²]"].tolist()
+
+
+@pytest.mark.long
+def test_sweep_over_approaches_draws(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+    figure = tmp_path / "curve.svg"
+    options = ["--from", "50 nm", "--to", "300 nm", "--steps", "3", "--spacing", "linear"]
+    status = app.main(["sweep", str(rough), *SCALE, *STEEL, *options, "--figure", str(figure)])
+    assert status == app.SOLVED
+    assert "<svg" in figure.read_text(encoding="utf-8")
+    assert "approach" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--from", "1 J"), ("--from needs a load", "'1 J' (a moment or an energy)")),
+        (("--from", "1 MPa"), ("both be loads of one form or both approaches",)),
+        (("--from", "1 um"), ("both be loads of one form or both approaches",)),
+        (("--to", "1"), ("--to needs a load", "no unit")),
+        (("--to", "1 mN"), ("below the last",)),
+        (("--steps", "1"), ("from 2 to 10000",)),
+        (("--steps", "few"), ("--steps must be a whole number",)),
+        (("--spacing", "cubic"), ("spacing", "'cubic'")),
+        (("--output", "curve.nc"), ("--output needs a name that ends in .csv or .json",)),
+        (("--output", "absent/curve.csv"), ("'absent' does not exist",)),
+    ],
+)
+def test_bad_sweeps_end_in_one_sentence(
+    options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
+) -> None:
+    refused(capsys, sweep(rough, *options), *words)
+
+
+def test_an_option_of_one_value_is_given_once(rough: Path, capsys: Capture) -> None:
+    refused(capsys, solve(rough, *STEEL, "--load", "1 N"), "--load is given 2 times", "0.1 N, 1 N")
+
+
+def test_sweep_needs_both_ends(rough: Path, capsys: Capture) -> None:
+    refused(capsys, app.main(["sweep", str(rough), *SCALE, *STEEL]), "--from is needed")
+
+
+def test_a_sweep_in_the_folder_of_another_is_refused(
+    rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    folder = ("--folder", str(tmp_path / "steps"))
+    assert sweep(rough, "--steps", "2", *folder) == app.SOLVED
+    capsys.readouterr()
+    refused(capsys, sweep(rough, "--steps", "3", *folder), "another sweep", "values differ")
+
+
+# Bodies and materials
+
+
+def test_nominal_bodies_need_no_file(capsys: Capture) -> None:
+    options = ("--body", "sphere 10 mm", "--points", "64x96", "--size", "0.2 mm x 0.3 mm")
+    assert app.main(["solve", *options, "--load", "1 N", *YIELDING, "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert told["shape"] == [64, 96]
+    radius = 10e-3
+    peak = (6 * 1.0 * (210e9 / 0.91) ** 2 / (np.pi**3 * radius**2)) ** (1 / 3)
+    assert told["max_pressure"] == pytest.approx(peak, rel=0.01)
+    assert told["source"] == "nominal sphere of radius 10 mm"
+
+
+def test_roughness_on_nominal_bodies(rough: Path, capsys: Capture) -> None:
+    options = ("--body", "sphere 10 mm", "--counter-body", "cylinder 5 mm 90 deg", "--json")
+    assert solve(rough, *STEEL, *options) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert told["preparation"][-1] == "form added: nominal sphere of radius 10 mm"
+    assert told["counter_source"].startswith("nominal cylinder of radius 5 mm")
+
+
+def test_maps_of_different_grids_are_aligned(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+    other = tmp_path / "other.npy"
+    np.save(other, bumps()[:30, :50])
+    counter = ("--counter-surface", str(other))
+    for options in (("--align",), ("--offset", "5 um, -10 um", "--angle", "20"), ("--mirror",)):
+        assert solve(rough, *STEEL, *counter, *options, "--json") == app.SOLVED
+        told = json.loads(capsys.readouterr().out)
+        assert any(step.startswith("aligned") for step in told["counter_preparation"])
+    refused(capsys, solve(rough, *STEEL, "--align"), "--counter-surface")
+    refused(capsys, solve(rough, *STEEL, *counter, "--offset", "5 um"), "--offset needs two")
+
+
+def test_materials_come_from_the_catalogue(rough: Path, capsys: Capture) -> None:
+    options = ("--material", "AISI 52100", "--counter-material", "alumina", "--young", "205 GPa")
+    assert solve(rough, *options, "--json") == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    steel = catalog.material("100Cr6")
+    assert told["material"]["young"] == 205e9
+    assert told["material"]["yield_strength"] == steel.yield_strength
+    assert told["counter_material"]["hardness"] > 1e10
+    assert told["ceiling"] == 3 * steel.yield_strength
+    refused(capsys, solve(rough, "--material", "100Cr7"), "--material", "did you mean 100Cr6")
+
+
+def test_ceiling_from_a_hardness(rough: Path, capsys: Capture) -> None:
+    assert solve(rough, *STEEL, "--ceiling", "700 HV", "--json") == app.SOLVED
+    ceiling = json.loads(capsys.readouterr().out)["ceiling"]
+    assert ceiling == pytest.approx(700 * 9.80665e6 / np.sin(np.radians(68)))
+    refused(capsys, solve(rough, *STEEL, "--ceiling", "99 HRC"), "--ceiling", "HRC")
+
+
+def test_materials_lists_the_catalogue_with_sources(capsys: Capture) -> None:
+    assert app.main(["materials"]) == app.SOLVED
+    out = capsys.readouterr().out
+    assert width(out) <= 80
+    assert all(entry.key in out for entry in catalog.entries())
+    assert app.main(["materials", "bearing steel"]) == app.SOLVED
+    assert "source" in capsys.readouterr().out
+    assert app.main(["materials", "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert len(told["materials"]) == len(catalog.entries())
+    refused(capsys, app.main(["materials", "unobtainium"]), "'unobtainium' is not in")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--body", "sphere 10"), ("--body", "no unit")),
+        (("--body", "torus 1 mm"), ("--body must read like one of", "'torus 1 mm'")),
+        (("--points", "64"), ("--points goes with a nominal --body",)),
+        (("--counter-body", "cone 1 mm"), ("--counter-body",)),
+    ],
+)
+def test_bad_bodies_end_in_one_sentence(
+    options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
+) -> None:
+    refused(capsys, solve(rough, *STEEL, *options), *words)
+
+
+# Load histories
+
+
+@pytest.mark.long
+def test_history_writes_steps_and_the_indented_surface(
+    rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    output, residual, figure = (tmp_path / name for name in ("h.csv", "h.x3p", "h.png"))
+    written = (
+        "--output",
+        str(output),
+        "--indented-surface",
+        str(residual),
+        "--figure",
+        str(figure),
+    )
+    path = ("--path", "0.5 N, 0 N, 0.5 N", "--passes", "2", "--shift", "0 um, 6.25 um")
+    arguments = ["history", str(rough), *SCALE, *YIELDING, *path]
+    assert app.main([*arguments, *written]) == app.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert width(out) <= 80
+    assert "keeps an indentation of" in out
+    table = np.genfromtxt(output, delimiter=",", names=True, deletechars="")
+    assert table["load_[N]"].tolist() == [0.5, 0, 0.5] * 2
+    assert table["shift_x_[m]"] == pytest.approx([0] * 3 + [6.25e-6] * 3)
+    assert figure.read_bytes().startswith(b"\x89PNG")
+    surface = roughcontact.read_surface(rough, unit="um", size=(1e-4, 2e-4)).leveled()
+    stages = [
+        roughcontact.Stage(load=load, shift=(0.0, shift))
+        for shift in (0.0, 6.25e-6)
+        for load in (0.5, 0.0, 0.5)
+    ]
+    expected = roughcontact.history(
+        surface, stages, material=roughcontact.Material(210e9, 0.3, 1e9)
+    )
+    left = roughcontact.read_surface(residual)
+    assert left.heights == pytest.approx(expected.residual.heights, abs=1e-12)
+    assert app.main([*arguments, "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert told["indentation_volume"] == pytest.approx(expected.indentation_volume)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ((), ("--path is needed",)),
+        (("--path", "1 N, 2 J"), ("--path needs a load", "(a moment or an energy)")),
+        (("--path", "1 N, -1 N"), ("--path", "positive", "'-1 N'")),
+        (("--path", "1 N, 99 N"), ("stage 2", "99 N", "60 N")),
+        (("--path", "1 N", "--passes", "0"), ("--passes must be a whole number from 1",)),
+        (("--path", "1 N", "--passes", "2", "--shift", "1 um"), ("--shift needs two",)),
+        (("--path", "1 N", "--passes", "2", "--shift", "0 um, 1 um"), ("whole number of pixels",)),
+        (("--path", "1 N", "--passes", "2", "--shift", "1 mm, 0 um"), ("beyond the map",)),
+        (
+            ("--path", "1 N", "--indented-surface", "out.opd"),
+            ("--indented-surface needs a name that ends in .nc",),
+        ),
+        (("--path", "1 N", "--output", "out.nc"), ("--output needs a name that ends in .csv",)),
+    ],
+)
+def test_bad_histories_end_in_one_sentence(
+    options: tuple[str, ...], words: tuple[str, ...], rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    written = (
+        []
+        if "--indented-surface" in options
+        else ["--indented-surface", str(tmp_path / "left.x3p")]
+    )
+    status = app.main(["history", str(rough), *SCALE, *YIELDING, *options, *written])
+    refused(capsys, status, *words)
+    assert files(tmp_path) == {"rough.npy"}
+
+
+# Reports and resolution
+
+
+@pytest.mark.long
+def test_report_holds_study_notes_and_command(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+    heights = np.kron(bumps(), np.ones((2, 2)))
+    path, report = tmp_path / "fine.npy", tmp_path / "out.html"
+    np.save(path, heights)
+    options = (*YIELDING, "--study", "--report", str(report), "--tip-radius", "5 um")
+    assert solve(path, *options, "--verbose") == app.SOLVED
+    assert "tip (radius 5 µm)" in " ".join(capsys.readouterr().out.split())
+    text = report.read_text(encoding="utf-8")
+    for words in (
+        "tip (radius 5 µm)",
+        "Uncertainty",
+        "Ceiling: as the factor goes",
+        "roughcontact solve",
+        "--tip-radius",
+    ):
+        assert words in text
+    refused(capsys, solve(path, *STEEL, "--report", "out.pdf"), "--report needs a name", ".html")
+
+
+@needs_reader
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "load"),
+    [
+        ("wyko_nt1100_test_1.opd", "1 N"),
+        ("sur-2.sur", "1 N"),
+        ("x3p-2.x3p", "1 N"),
+        ("bullet_land_fixed.x3p", "1 N"),
+        ("dvd_afm.sur", "10 uN"),
+        ("metropro-1.dat", "1 N"),
+        ("opd-1.opd", "1 N"),
+        ("mnt-1.mnt", "1 N"),
+        ("uncd_afm.001", "1 uN"),
+    ],
+)
+def test_every_measurement_gets_a_report_in_one_line(
+    name: str, load: str, tmp_path: Path, capsys: Capture
+) -> None:
+    report = tmp_path / "out.html"
+    options = ("--material", "100Cr6", "--missing", "fill", "--report", str(report))
+    assert app.main(["solve", measurement(name), "--load", load, *options]) == app.SOLVED
+    assert report.read_text(encoding="utf-8").count("<img") >= 4
+
+
+def test_bodies_tilt_under_a_load_off_the_middle(rough: Path, capsys: Capture) -> None:
+    assert solve(rough, *STEEL, "--load-point", "3 um, -8 um", "--json") == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert told["moments"] == pytest.approx([0.1 * 3e-6, -0.1 * 8e-6])
+    assert told["moment_error"] <= 1e-8
+    assert any(told["tilt"])
+    assert solve(rough, *STEEL, "--load-point", "0 um, 0 um") == app.SOLVED
+    assert "Tilt (y, x)" in capsys.readouterr().out
+    refused(capsys, solve(rough, *STEEL, "--load-point", "0 um, 1 mm"), "moments")
+    refused(capsys, solve(rough, *STEEL, "--load-point", "1 um"), "--load-point needs two")
+
+
+# Stress below the surface
+
+
+@pytest.mark.long
+def test_stress_of_a_ball_is_hertz(tmp_path: Path, capsys: Capture) -> None:
+    ball = ("--body", "sphere 10 mm", "--points", "96", "--size", "0.2 mm", "--load", "1 N")
+    output, report = tmp_path / "s.nc", tmp_path / "s.html"
+    files_wanted = ("--output", str(output), "--report", str(report), "--figures", str(tmp_path))
+    assert app.main(["stress", *ball, *YIELDING, *files_wanted]) == app.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert width(out) <= 80
+    assert "von Mises" in out
+    assert files(tmp_path) == {
+        "s.nc",
+        "s.html",
+        "stress-depth.png",
+        "stress-section.png",
+        "stress-map.png",
+    }
+    assert "How large is the stress below" in report.read_text(encoding="utf-8")
+    assert app.main(["stress", *ball, *YIELDING, "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    # 0.620 of the largest pressure; radius and depth are known to some of 20 pixels.
+    assert told["stress"]["max_von_mises"] == pytest.approx(0.62 * told["max_pressure"], rel=0.01)
+    rubbed = ("--friction", "0.3", "--direction", "90", "--depths", "1 um, 10 um, 14 um", "--json")
+    assert app.main(["stress", *ball, *YIELDING, *rubbed]) == app.SOLVED
+    other = json.loads(capsys.readouterr().out)["stress"]
+    assert other["max_von_mises"] > told["stress"]["max_von_mises"]
+    assert other["depths"] == pytest.approx([1e-6, 14e-6])
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--depths", "1 um, 0 um"), ("--depths must be positive", "'0 um'")),
+        (("--depths", "1 um, -1 um"), ("--depths must be positive",)),
+        (("--depths", "1"), ("--depths needs a length",)),
+        (("--in-body", "first"), ("--in-body must be one of body, counter-body",)),
+        (("--in-body", "counter-body"), ("counter-body is rigid",)),
+        (("--friction", "much"), ("--friction must be a number",)),
+        (("--output", "out.csv"), ("--output needs a name that ends in .nc",)),
+        (("--load", "99 N"), ("60 N",)),
+    ],
+)
+def test_bad_stress_ends_in_one_sentence(
+    options: tuple[str, ...], words: tuple[str, ...], rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    load = () if "--load" in options else ("--load", "0.5 N")
+    refused(capsys, app.main(["stress", str(rough), *SCALE, *YIELDING, *load, *options]), *words)
+    assert files(tmp_path) == {"rough.npy"}
+
+
+@pytest.mark.long
+def test_load_of_first_yield_of_a_ball(capsys: Capture) -> None:
+    ball = ("--body", "sphere 10 mm", "--points", "96", "--size", "0.5 mm", "--load", "20 N")
+    assert app.main(["stress", *ball, *YIELDING, "--first-yield", "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    expected = hertz.first_yield_load(10e-3, 210e9 / 0.91, 1.615e9)
+    # One per cent in the pressure is three in the load.
+    assert told["first_yield"]["load"] == pytest.approx(expected, rel=0.03)
+    assert app.main(["stress", *ball, *YIELDING, "--first-yield"]) == app.SOLVED
+    assert "Yields from" in capsys.readouterr().out
+
+
+@pytest.mark.long
+def test_reports_of_sweep_and_history(rough: Path, tmp_path: Path) -> None:
+    report = tmp_path / "out.html"
+    assert sweep(rough, "--steps", "3", "--report", str(report)) == app.SOLVED
+    page = report.read_text(encoding="utf-8")
+    assert "How does the contact of rough.npy grow from" in page
+    assert "Contact under 1 N, the largest load" in page
+    arguments = ["history", str(rough), *SCALE, *YIELDING, "--path", "0.5 N, 0 N, 0.5 N, 0 N"]
+    assert app.main([*arguments, "--report", str(report)]) == app.SOLVED
+    page = report.read_text(encoding="utf-8")
+    assert "What does a load history up to 500 mN leave on rough.npy?" in page
+    # The map under the largest load, and the heights when it is gone, each named so.
+    assert "Contact under 500 mN, the largest load" in page
+    assert "Contact pressure under 500 mN, maximum 3 GPa" in page
+    assert "Heights of the body after the path, without load." in page
+    # What the third step adds is rounding.
+    table = re.search(r"newly indented.*?</table>", page, re.DOTALL)
+    assert table is not None
+    assert re.findall(r"<td>([^<]*) µm³", table.group())[1:] == ["0"] * 3
+
+
+# Plasticity of the volume
+
+
+@pytest.mark.slow
+def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
+    ball = ("--body", "sphere 10 mm", "--points", "32", "--size", "0.4 mm", "--load", "100 N")
+    output = tmp_path / "v.nc"
+    law = ("--model", "elastoplastic", "--increments", "3", "--hardening", "linear 2 GPa")
+    command = ["solve", *ball, *YIELDING, *law, "--verbose", "--output", str(output)]
+    assert app.main(command) == app.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert width(out) <= 80
+    assert "linear hardening, modulus 2 GPa" in out
+    stored = volume_archive.load_elastoplastic(output)
+    steel = roughcontact.Material(210e9, 0.3, hardening=hardening.Linear(1e9, 2e9))
+    expected = roughcontact.solve_elastoplastic(
+        stored.contact.surface, material=steel, load=100.0, increments=3
+    )
+    assert stored.max_plastic_strain == pytest.approx(expected.max_plastic_strain, rel=1e-6)
+    assert stored.contact.max_pressure == pytest.approx(expected.contact.max_pressure, rel=1e-6)
+    assert app.main(["solve", *ball, *YIELDING, "--model", "elastoplastic", "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert told["volume"]["max_plastic_strain"] > stored.max_plastic_strain
+    assert told["volume"]["increments"] == 12
+    assert 0 < told["volume"]["step_error"] < 0.01
+    few = ("--model", "elastoplastic", "--increments", "2")
+    assert app.main(["solve", *ball, *YIELDING, *few, "--verbose"]) == app.SOLVED
+    assert "pixel-scatter" in capsys.readouterr().out
+    single = (
+        *ball,
+        *YIELDING,
+        "--model",
+        "elastoplastic",
+        "--increments",
+        "1",
+        "--tolerance",
+        "1e-2",
+    )
+    assert app.main(["solve", *single]) == app.SOLVED
+    assert "1 increment\n" in capsys.readouterr().out
+
+
+@pytest.mark.long
+def test_the_volume_model_ends_without_load(tmp_path: Path, capsys: Capture) -> None:
+    output = tmp_path / "out.nc"
+    assert app.main(["solve", *BALL, "--unload", "--output", str(output)]) == app.SOLVED
+    assert "Unloaded: an indentation of" in capsys.readouterr().out
+    stored = volume_archive.load_elastoplastic(output)
+    loads = [step.load for step in stored.increments]
+    assert loads == pytest.approx([100 / 3, 200 / 3, 100, 0])
+    assert not stored.contact.pressure.any()
+    assert stored.residual_displacement.max() > 0
+
+
+def test_a_law_of_hardening_counts_for_the_recommended_ceiling(capsys: Capture) -> None:
+    ball = ("--body", "sphere 10 mm", "--points", "64", "--size", "3 mm", "--load", "8 kN")
+    elastic = ("--young", "210 GPa", "--poisson", "0.3")
+    for given, factor in (
+        (("--yield-strength", "1.656 GPa"), 2.25),
+        (("--hardening", "swift 1240 MPa 30 0.085"), 3.15),
+    ):
+        assert app.main(["solve", *ball, *elastic, *given, "--json"]) == app.SOLVED
+        told = json.loads(capsys.readouterr().out)
+        assert told["calibrated"]["factor"] == pytest.approx(factor, abs=0.1)
+
+
+BALL = (
+    "--body",
+    "sphere 10 mm",
+    "--points",
+    "24",
+    "--size",
+    "0.4 mm",
+    "--load",
+    "100 N",
+    *YIELDING,
+    "--model",
+    "elastoplastic",
+    "--increments",
+    "3",
+    "--hardening",
+    "linear 20 GPa",
+    "--tolerance",
+    "1e-3",
+)
+
+
+def test_a_sweep_says_what_it_took_from_before(
+    rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    folder = tmp_path / "kept"
+    sweep = ["sweep", str(rough), *SCALE, *STEEL, "--from", "10 mN", "--to", "1 N", "--steps", "3"]
+    sweep += ["--folder", str(folder)]
+    assert app.main(sweep) == app.SOLVED
+    assert "earlier run" not in capsys.readouterr().out
+    (folder / "step-0002.npz").unlink()
+    assert app.main(sweep) == app.SOLVED
+    out = capsys.readouterr().out
+    assert f"taken from {folder}, solved by an earlier run: 2 loads\n" in out
+    assert app.main([*sweep, "--json"]) == app.SOLVED
+    assert json.loads(capsys.readouterr().out)["reused"] == 3
+
+
+@pytest.mark.slow
+def test_a_volume_run_is_kept_and_goes_on(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    outputs = [tmp_path / f"whole.{suffix}" for suffix in ("nc", "vtr", "vti", "csv", "json")]
+    words = [word for path in outputs for word in ("--output", str(path))]
+    assert app.main(["solve", *BALL, *words, "--quiet"]) == app.SOLVED
+    assert all(path.exists() for path in outputs)
+    folder = tmp_path / "steps"
+    again = ["solve", *BALL, "--folder", str(folder)]
+    written, calls = volume_archive.save_elastoplastic, []
+
+    def save(result: Any, path: Path, *carried: Any) -> None:
+        # What --output writes carries nothing on.
+        calls.extend([path.name] if carried else [])
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        written(result, path, *carried)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(volume_archive, "save_elastoplastic", save)
+        assert app.main(again) == app.INTERRUPTED
+    kept = ["step-0001.nc", "step-0002.nc"]
+    assert files(folder) == {*kept, "volume.json"}
+    told = f"interrupted; 2 of 3 loads saved in {folder}; the same command resumes"
+    assert capsys.readouterr() == ("", f"roughcontact: {told}\n")
+    calls.clear()
+    output = tmp_path / "resumed.nc"
+    with monkeypatch.context() as patch:
+        patch.setattr(volume_archive, "save_elastoplastic", save)
+        calls += ["", "", ""]
+        assert app.main([*again, "--output", str(output), "--json"]) == app.SOLVED
+    assert calls[3:] == ["step-0003.nc"]
+    shown = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert shown["reused"] == 2
+    whole, resumed = (volume_archive.load_elastoplastic(path) for path in (outputs[0], output))
+    assert resumed.contact.pressure.tobytes() == whole.contact.pressure.tobytes()
+    assert resumed.increments == whole.increments
+    assert shown["regime"] == shown["volume"]["regime"] == whole.regime
+    refused(
+        capsys,
+        app.main([word.replace("1 GPa", "1.1 GPa") for word in again]),
+        f"--folder {folder} holds another run: material differ",
+    )
+
+
+@pytest.mark.long
+def test_a_volume_run_that_fails_says_what_is_kept(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(increments, "_MAX_CUTS", 0)
+    original = elastoplastic.solve_elastoplastic
+    monkeypatch.setattr(
+        elastoplastic, "solve_elastoplastic", lambda *a, **k: original(*a, max_iterations=1, **k)
+    )
+    folder = tmp_path / "steps"
+    assert app.main(["solve", *BALL, "--folder", str(folder)]) == app.NOT_CONVERGED
+    err = capsys.readouterr().err
+    assert f"the loads before it are kept in {folder}\n" in err
+    # The loads before settled: their residual is no reason.
+    assert err.startswith("roughcontact: error: not converged: stopped on the way to ")
+
+
+@pytest.mark.slow
+def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture) -> None:
+    ball = ("--body", "sphere 10 mm", "--points", "24", "--size", "0.4 mm", "--load", "100 N")
+    report, figures = tmp_path / "v.html", tmp_path / "figures"
+    figures.mkdir()
+    given = ("--model", "elastoplastic", "--increments", "2", "--report", str(report))
+    command = ["solve", *ball, *YIELDING, *given, "--figures", str(figures)]
+    assert app.main(command) == app.SOLVED
+    text = html.unescape(report.read_text(encoding="utf-8"))
+    assert "How deep does the nominal" in text
+    assert "--model elastoplastic --increments 2" in text
+    assert files(figures) == {f"{name}.png" for name in figure_table.names(figure_table.VOLUME)}
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "section-x.png" in out
+    assert "v.html" in out
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--increments", "3"), ("--model elastoplastic",)),
+        (("--unload",), ("--unload needs --model elastoplastic",)),
+        (("--model", "both"), ("--model must be one of",)),
+        (
+            ("--model", "elastoplastic", "--increments", "0"),
+            ("--increments must be a whole number from 1",),
+        ),
+        (
+            ("--model", "elastoplastic", "--increments", "some"),
+            ("a whole number, or auto", "'some'"),
+        ),
+        (("--model", "elastoplastic", "--ceiling", "3 GPa"), ("--ceiling needs --model ceiling",)),
+        (
+            ("--model", "elastoplastic", "--output", "out.npz"),
+            ("ends in .nc, .vtr, .vti, .csv or .json",),
+        ),
+        (
+            ("--output", "out.vtr"),
+            ("ends in .nc, .vti, .csv or .json, got 'out.vtr'", ".vtr needs --model elastoplastic"),
+        ),
+        (("--folder", "steps"), ("--folder needs --model elastoplastic",)),
+        (("--model", "elastoplastic", "--folder", __file__), (f"--folder {__file__} is a file",)),
+        (
+            ("--model", "elastoplastic", "--folder", f"{__file__}/steps"),
+            (f"--folder {__file__}/steps cannot be written to", "give another folder"),
+        ),
+        (
+            ("--model", "elastoplastic", "--report", "out.txt"),
+            ("--report needs a name that ends in .html",),
+        ),
+        (("--model", "elastoplastic", "--study"), ("--study needs --model ceiling",)),
+        (("--model", "elastoplastic", "--hardening", "linear 2"), ("--hardening",)),
+        (("--model", "elastoplastic", "--hardening", "linear -2 GPa"), ("--hardening", "positive")),
+        (
+            ("--model", "elastoplastic", "--hardening", "swift 1 GPa 20 3"),
+            ("--hardening: exponent",),
+        ),
+        (
+            ("--model", "elastoplastic", "--hardening", "swift 945 MPa 20 0.121"),
+            ("--hardening starts at a yield strength of 1.358 GPa", "leave --yield-strength out"),
+        ),
+        (("--model", "elastoplastic", "--max-iterations", "0"), ("--max-iterations must be",)),
+        (("--model", "elastoplastic", "--tolerance", "1e-9"), ("--precision double",)),
+        (("--model", "elastoplastic", "--hardening", "steel"), ("--hardening must read like",)),
+        (
+            ("--model", "elastoplastic", "--hardening", "kinematic 1 GPa, kinematic 2 GPa"),
+            ("--hardening must read like", "'kinematic 10 GPa'"),
+        ),
+        (
+            ("--model", "elastoplastic", "--hardening", "kinematic -1 GPa"),
+            ("--hardening", "positive"),
+        ),
+    ],
+)
+def test_bad_volume_models_end_in_one_sentence(
+    options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
+) -> None:
+    refused(capsys, solve(rough, *YIELDING, *options), *words)
+
+
+def test_the_volume_model_needs_a_body_that_yields(rough: Path, capsys: Capture) -> None:
+    elastic = ("--young", "210 GPa", "--poisson", "0.3")
+    code = solve(rough, *elastic, "--model", "elastoplastic")
+    refused(capsys, code, "--model elastoplastic needs a --yield-strength", "--material")
+
+
+@pytest.mark.long
+def test_the_volume_model_takes_the_options_of_the_solver(
+    rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    out = tmp_path / "out.json"
+    given = ("--model", "elastoplastic", "--increments", "1", "--precision", "double")
+    assert solve(rough, *YIELDING, *given, "--tolerance", "1e-3", "--output", str(out)) == 0
+    told = json.loads(out.read_text("utf-8"))["volume"]
+    assert (told["precision"], told["tolerance"]) == ("double", 1e-3)
+    # One iteration never settles: the change from nothing is all of the strain.
+    capsys.readouterr()
+    assert solve(rough, *YIELDING, *given, "--max-iterations", "1") == app.NOT_CONVERGED
+    assert "raise --max-iterations" in capsys.readouterr().err

@@ -1,0 +1,537 @@
+"""The page in a browser: the main job, its refusals, its ends, and the keyboard."""
+
+from __future__ import annotations
+
+import io
+import re
+import shlex
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from browsing import FOLDED, Seat, Served, browser, lacking
+from paths import MEASUREMENTS
+from roughcontact.analyses.solve import fields as contact_fields
+from roughcontact.cli import app
+from roughcontact.report.kind import quantity_of
+
+_LACKING = lacking()
+
+pytestmark = [
+    pytest.mark.process,
+    pytest.mark.skipif(
+        bool(_LACKING), reason=f"pages were not looked at: there is no {', no '.join(_LACKING)}"
+    ),
+]
+
+MEASURED = MEASUREMENTS / "metropro-1.dat"
+EVIL = "<img src=x onerror=alert(1)>.npy"
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    program = Served(tmp_path_factory.mktemp("desk") / "works")
+    yield program
+    program.kill()
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    with browser() as started:
+        yield started
+
+
+@pytest.fixture
+def seat(served: Served, chromium: Any) -> Iterator[Seat]:
+    """Open a page on a new piece of work; what must never happen on one is looked at after it."""
+    sitting = Seat(chromium, served.home)
+    yield sitting
+    sitting.page.close()
+    assert sitting.foreign == []
+    assert sitting.dialogs == []
+    assert sitting.errors == []
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a map as an instrument gives it."""
+    if MEASURED.exists():
+        return MEASURED
+    heights = rc.self_affine(
+        (96, 128),
+        (1e-6, 1e-6),
+        rms_height=0.2e-6,
+        rolloff_wavelength=32e-6,
+        cutoff_wavelength=8e-6,
+        rng=np.random.default_rng(1),
+    )
+    path = tmp_path_factory.mktemp("maps") / "made.x3p"
+    rc.Surface(heights, (1e-6, 1e-6)).save(path)
+    return path
+
+
+def array(heights: np.ndarray) -> bytes:
+    """Return the bytes of an array file."""
+    stream = io.BytesIO()
+    np.save(stream, heights)
+    return stream.getvalue()
+
+
+def wavy() -> bytes:
+    """Return a small rough map as an array file [µm]."""
+    return array(
+        rc.self_affine(
+            (64, 64),
+            (1.0, 1.0),
+            rms_height=0.2,
+            rolloff_wavelength=32.0,
+            cutoff_wavelength=8.0,
+            rng=np.random.default_rng(2),
+        )
+    )
+
+
+def press(seat: Seat, load: str = "10 MPa") -> None:
+    """Tell all that a solution needs, and wait for it."""
+    seat.choose("Material", "100Cr6")
+    seat.choose("Boundary", "the whole contact")
+    seat.type("Value with unit", load)
+    seat.page.get_by_text("converged, certificate").wait_for()
+
+
+def demonstrate(seat: Seat) -> None:
+    """Take a demonstration map and press it."""
+    seat.choose("Or a demonstration map", "Polished")
+    seat.page.locator("p > b").get_by_text("Polished, isotropic.npz", exact=True).wait_for()
+    press(seat)
+
+
+def text_of(place: Any) -> str:
+    return str(place.text_content())
+
+
+def wait_for_change(seat: Seat, name: str, before: str) -> str:
+    """Wait until a headline number is another one, and return it."""
+    seat.number(name).filter(has_not_text=re.compile(f"^{re.escape(before)}$")).wait_for()
+    return text_of(seat.number(name))
+
+
+def test_a_measured_file_from_drop_to_download(
+    seat: Seat, served: Served, measured: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seat.bring(measured, measured.name)
+    page = seat.page
+    # Prepare: the step is listed, and undone by its own button.
+    seat.unfold("Prepare")
+    seat.choose("Level", "paraboloid")
+    page.get_by_text(re.compile("^leveled: (?!least-squares plane)")).first.wait_for()
+    seat.choose("Missing points", "fill")
+    press(seat)
+    # Drag the load.
+    before = text_of(seat.number("Load"))
+    slider = page.get_by_role("slider")
+    at = slider.bounding_box()
+    assert at is not None
+    page.mouse.move(at["x"] + at["width"] / 2, at["y"] + at["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(at["x"] + 0.55 * at["width"], at["y"] + at["height"] / 2, steps=8)
+    page.mouse.up()
+    wait_for_change(seat, "Load", before)
+    # Draw a section.
+    (x, y) = seat.ends()[1]
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 40, y - 30 if y > 360 else y + 30, steps=5)
+    page.mouse.up()
+    seat.wait_for_title("at the points nearest to it")
+    assert "\nline = [" in (served.folder / seat.key / "project.toml").read_text()
+    # What is taken away is, to the last digit, what the command line gives.
+    result = seat.take("result (.nc)", tmp_path)
+    report = seat.take("report", tmp_path)
+    command = text_of(page.locator("pre").first)
+    words = shlex.split(command)
+    assert words[:3] == ["roughcontact", "solve", measured.name]
+    shutil.copy(measured, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    assert app.main([*words[1:], "--output", "own.nc", "--quiet"]) == app.SOLVED
+    ours, theirs = rc.read_result(result), rc.read_result("own.nc")
+    for name in ("pressure", "gap", "residual_indentation"):
+        assert np.array_equal(getattr(ours, name), getattr(theirs, name), equal_nan=True)
+    assert (ours.load, ours.approach, ours.certificate) == (
+        theirs.load,
+        theirs.approach,
+        theirs.certificate,
+    )
+    assert ours.max_pressure == theirs.max_pressure
+    # The page may still show a load that the slider passed; it ends with what was taken.
+    mean = quantity_of(contact_fields.CONTACT, "mean_pressure").format_value(
+        ours.load / ours.contact_area
+    )
+    seat.number("Mean pressure").filter(has_text=mean).wait_for()
+    assert mean in report.read_text(encoding="utf-8")
+
+
+_MAPS = """(frames) => {
+  const models = [...Bokeh.documents[0]._all_models.values()];
+  const maps = models.filter((m) => m.type == "Figure" && m.frame_width);
+  const views = maps.map((m) => Bokeh.index.find_one_by_id(m.id));
+  const found = views.map((view) => [view?.frame.bbox.height, view?.frame.bbox.width]);
+  // A first layout may differ from the next by a pixel: it rounds before the text is measured.
+  return frames == null ? found : found.every((sides, map) => sides.every((side, way) =>
+    side != null && Math.abs(side - frames[map][way]) <= 2));
+}"""
+
+_DRAWN = "(images) => images.map((one) => one.naturalWidth > 20 && one.width > 20)"
+
+
+@pytest.mark.slow
+def test_the_maps_are_there_again_after_a_look_at_another_tab(seat: Seat) -> None:
+    demonstrate(seat)
+    frames = seat.page.evaluate(_MAPS)
+    assert len(frames) == 1
+    assert min(frames[0]) > 200
+    assert seat.page.locator(".pictured img").evaluate_all(_DRAWN) == [True] * 5
+    for load in ("20 MPa", "30 MPa"):
+        seat.turn("Compare")
+        seat.page.get_by_role("button", name="Pin this state").wait_for()
+        before = text_of(seat.number("Load"))
+        seat.type("Value with unit", load)
+        wait_for_change(seat, "Load", before)
+        seat.turn("Contact")
+        seat.page.wait_for_function(_MAPS, arg=frames, timeout=20000)
+        assert seat.page.locator(".pictured img").evaluate_all(_DRAWN) == [True] * 5
+
+
+@pytest.mark.slow
+def test_a_form_is_chosen_with_its_order_and_undone_on_its_line(seat: Seat, served: Served) -> None:
+    demonstrate(seat)
+    project = served.folder / seat.key / "project.toml"
+    seat.unfold("Prepare")
+    seat.choose("Form to remove", "polynomial")
+    order = seat.page.get_by_label("Order", exact=True)
+    order.wait_for()
+    order.fill("3")
+    order.press("Enter")
+    wait_for_file(seat, project, lambda text: 'form = "polynomial 3"' in text)
+    seat.page.locator("button.card-header").filter(has_text="Prepare").first.click()
+    seat.page.get_by_text("Up to date").wait_for()
+    # The first is that of the header.
+    seat.page.get_by_role("button", name="Undo").nth(1).click()
+    wait_for_file(seat, project, lambda text: "form =" not in text)
+
+
+def wait_for_file(seat: Seat, path: Path, is_so: Callable[[str], bool]) -> None:
+    """Wait until a file holds what it shall."""
+    for _ in range(100):
+        if is_so(path.read_text()):
+            return
+        seat.page.wait_for_timeout(200)
+    raise AssertionError(path.read_text())
+
+
+@pytest.mark.slow
+def test_a_long_solve_is_cancelled_and_the_page_goes_on(seat: Seat) -> None:
+    demonstrate(seat)
+    page = seat.page
+    seat.turn("Analyze")
+    page.get_by_label("Elastoplastic model").check()
+    page.get_by_role("button", name="Start").click()
+    page.get_by_text("s so far").wait_for()
+    # The page answers while that goes on.
+    before = text_of(seat.number("Load"))
+    seat.type("Value with unit", "20 MPa")
+    wait_for_change(seat, "Load", before)
+    page.get_by_text("s so far").wait_for()
+    page.get_by_role("button", name="Cancel").locator("visible=true").click()
+    page.get_by_text("Canceled; nothing is saved.").wait_for()
+    assert page.get_by_role("button", name="Start").is_enabled()
+
+
+@pytest.mark.slow
+def test_a_wrong_file_is_refused_in_a_sentence(seat: Seat, measured: Path) -> None:
+    wrong = {"name": "broken.opd", "mimeType": "", "buffer": b"no map at all" * 100}
+    seat.bring(wrong, "broken.opd")
+    told = text_of(seat.alert("broken.opd"))
+    assert "Traceback" not in told
+    assert told.startswith("broken.opd")
+    assert "map-" not in told
+    seat.bring(measured, measured.name)
+    press(seat)
+    seat.alert("broken.opd").wait_for(state="hidden")
+
+
+@pytest.mark.slow
+def test_units_and_sizes_are_asked_for_and_no_name_of_a_file_is_markup(seat: Seat) -> None:
+    page = seat.page
+    seat.bring({"name": EVIL, "mimeType": "", "buffer": wavy()}, EVIL)
+    # What is lacking is asked for where it is told.
+    page.get_by_label("Unit of the heights").locator("visible=true").wait_for()
+    seat.type("Unit of the heights", "bananas")
+    seat.alert("bananas").first.wait_for()
+    seat.type("Unit of the heights", "um")
+    sides = page.get_by_label("Side lengths (y × x)", exact=True).locator("visible=true").first
+    sides.fill("64 um")
+    sides.press("Enter")
+    press(seat)
+    seat.type("Value with unit", "5 bananas")
+    seat.alert("bananas").first.wait_for()
+    seat.type("Value with unit", "20 MPa")
+    seat.alert("bananas").first.wait_for(state="hidden")
+    seat.turn("Export")
+    page.locator("pre").filter(has_text=EVIL).first.wait_for()
+    assert page.locator("img[src=x]").count() == 0
+
+
+@pytest.mark.slow
+def test_the_work_is_there_after_a_crash_of_the_program_and_a_reload(
+    seat: Seat, served: Served
+) -> None:
+    demonstrate(seat)
+    load = text_of(seat.number("Load"))
+    seat.page.reload()
+    seat.loaded()
+    seat.number("Load").filter(has_text=load).wait_for()
+    served.kill()
+    try:
+        seat.alert("start it again").wait_for()
+    finally:
+        served.start()
+    seat.page.reload()
+    seat.loaded()
+    seat.page.get_by_text("converged, certificate").wait_for()
+    assert text_of(seat.number("Load")) == load
+    assert seat.page.get_by_label("Value with unit").input_value() == "10 MPa"
+    assert seat.alert("start it again").count() == 0
+
+
+def test_every_control_has_a_name_and_a_tablet_shows_them(seat: Seat) -> None:
+    page = seat.page
+    for width, height in ((1280, 800), (1024, 768)):
+        page.set_viewport_size({"width": width, "height": height})
+        page.wait_for_function("width => document.documentElement.scrollWidth <= width", arg=width)
+    unfold(page)
+    for tab in ("Contact", "Analyze", "Joint", "Compare", "Export"):
+        seat.turn(tab)
+        # What is shown comes in pieces.
+        for _ in range(100):
+            found = controls_of(page)
+            if len(found) > 30 and not nameless(found):
+                break
+            page.wait_for_timeout(100)
+        assert len(found) > 30
+        assert nameless(found) == []
+        # Else the server is told again what it knows, and warns.
+        assert page.evaluate("Bokeh.documents[0]._new_models.size") == 0
+
+
+def unfold(page: Any) -> None:
+    """Open all that is folded, and what is folded in it."""
+    for _ in range(60):
+        folded = page.locator(f"button.card-header:has({FOLDED})").locator("visible=true")
+        if folded.count() == 0:
+            return
+        folded.first.click()
+    raise AssertionError("something stays folded")
+
+
+def controls_of(page: Any) -> list[str]:
+    """Return the controls of a page as those are told who do not see it."""
+    kinds = r"- (?:textbox|combobox|button|slider|checkbox|radio|spinbutton|tab|link)\b"
+    return re.findall(rf"^\s*{kinds}.*$", page.locator("body").aria_snapshot(), re.MULTILINE)
+
+
+def nameless(controls: list[str]) -> list[str]:
+    return [line for line in controls if not re.search(r"- \w+ [\"'/]", line)]
+
+
+@pytest.mark.slow
+def test_the_keyboard_alone_does_the_main_job(seat: Seat, tmp_path: Path) -> None:
+    """What is reached by Tab is pressed, typed and chosen with keys only."""
+    page = seat.page
+
+    def reach(element: Any) -> None:
+        """Go to an element by Tab."""
+        element.wait_for()
+        for _ in range(150):
+            if element.evaluate("(e) => e === e.getRootNode().activeElement"):
+                return
+            page.keyboard.press("Tab")
+        raise AssertionError("Tab does not lead there")
+
+    reach(page.get_by_label("Or a demonstration map"))
+    page.keyboard.type("Polished")
+    page.locator("p > b").get_by_text("Polished, isotropic.npz", exact=True).wait_for()
+    reach(page.get_by_label("Material", exact=True))
+    page.keyboard.type("100Cr6")
+    reach(page.get_by_role("radio", name="the whole contact: it ends"))
+    page.keyboard.press("Space")
+    reach(page.get_by_label("Value with unit"))
+    page.keyboard.type("10 MPa")
+    page.keyboard.press("Enter")
+    page.get_by_text("converged, certificate").wait_for()
+    before = text_of(seat.number("Load"))
+    reach(page.get_by_role("slider"))
+    page.keyboard.press("ArrowRight")
+    wait_for_change(seat, "Load", before)
+    reach(page.get_by_role("tab", name="Contact", exact=True))
+    page.keyboard.press("ArrowLeft")
+    page.get_by_role("tab", name="Export", selected=True).wait_for()
+    reach(page.get_by_label("File", exact=True))
+    page.keyboard.type("result (.nc")
+    reach(page.get_by_role("button", name="Make the file"))
+    page.keyboard.press("Enter")
+    link = page.locator("a[download]")
+    reach(link)
+    with page.expect_download() as coming:
+        page.keyboard.press("Enter")
+    path = tmp_path / coming.value.suggested_filename
+    coming.value.save_as(path)
+    assert rc.read_result(path).converged
+
+
+@pytest.mark.slow
+def test_a_page_that_cannot_take_up_a_change_is_loaded_again_and_never_without_end(
+    seat: Seat,
+) -> None:
+    demonstrate(seat)
+    page = seat.page
+    broken = """() => { try { Bokeh.documents[0].apply_json_patch({events: [
+        {kind: "ModelChanged", model: {id: "unknown"}, attr: "text", new: ""}]}) } catch { } }"""
+    with page.expect_navigation():
+        page.evaluate(broken)
+    seat.loaded()
+    page.get_by_text("converged, certificate").wait_for()
+    page.evaluate(broken)
+    seat.alert("old state").wait_for()
+
+
+@pytest.mark.slow
+def test_two_tabs_of_one_work_are_both_live(seat: Seat, served: Served, chromium: Any) -> None:
+    demonstrate(seat)
+    other = Seat(chromium, f"{served.home}&work={seat.key}")
+    other.page.get_by_text("converged, certificate").wait_for()
+    for one, load in ((other, "30 MPa"), (seat, "50 MPa")):
+        one.type("Value with unit", load)
+        for tab in (seat, other):
+            tab.number("Load").filter(has_text=f"{10 * int(load[:2])} mN").wait_for()
+            assert tab.page.get_by_label("Value with unit").input_value() == load
+    assert other.errors == []
+    other.page.close()
+
+
+# Parts that scroll sideways, and parts that scroll inside another that scrolls.
+_SCROLLING = """() => {
+  const found = [];
+  const walk = (root, inside) => {
+    for (const one of root.children) {
+      const look = getComputedStyle(one);
+      const down = /auto|scroll/.test(look.overflowY) && one.scrollHeight > one.clientHeight + 1;
+      const across = /auto|scroll/.test(look.overflowX) && one.scrollWidth > one.clientWidth + 1;
+      if (across || (down && inside)) found.push(`${one.tagName} ${one.className}`);
+      walk(one.shadowRoot ?? one, inside || down);
+    }
+  };
+  walk(document.body, false);
+  if (document.documentElement.scrollHeight > window.innerHeight + 1) found.push("page");
+  return found;
+}"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(1024, 768), (1280, 800), (1440, 900), (1920, 1080)])
+def test_no_sheet_scrolls_inside_a_scroll_or_sideways(seat: Seat, size: tuple[int, int]) -> None:
+    page = seat.page
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    assert page.evaluate(_SCROLLING) == []
+    demonstrate(seat)
+    for tab in ("Analyze", "Compare", "Export", "Contact"):
+        seat.turn(tab)
+        page.wait_for_timeout(500)
+        assert page.evaluate(_SCROLLING) == [], tab
+    # The large map and its thumbnails are all within the window.
+    page.wait_for_function(
+        """(size) => [...Bokeh.documents[0]._all_models.values()]
+          .filter((m) => m.type == "Figure" && m.frame_width)
+          .map((m) => Bokeh.index.find_one_by_id(m.id)?.el.getBoundingClientRect())
+          .every((place) => place && place.right <= size[0] && place.bottom <= size[1])""",
+        arg=list(size),
+    )
+    place = page.locator("div.pictured").bounding_box()
+    assert place is not None
+    assert place["x"] + place["width"] <= size[0]
+    assert place["y"] + place["height"] <= size[1]
+
+
+@pytest.mark.slow
+def test_keys_and_clicks_enlarge_a_map_and_open_the_drawers(seat: Seat) -> None:
+    demonstrate(seat)
+    page = seat.page
+    page.get_by_role("heading", name="roughcontact").click()
+    page.keyboard.press("4")
+    page.get_by_role("tab", name="4 Gap", selected=True).wait_for()
+    large = """(text) => [...Bokeh.documents[0]._all_models.values()].some((m) =>
+      m.type == "Figure" && m.frame_width > 200 && m.title.text.startsWith(text))"""
+    page.wait_for_function(large, arg="Gap")
+    page.get_by_role("tab", name="3 Contact").locator("img").click()
+    page.get_by_role("tab", name="3 Contact", selected=True).wait_for()
+    page.wait_for_function(large, arg="Contact")
+    page.keyboard.press("?")
+    page.get_by_text("enlarge heights, pressure").wait_for()
+    page.keyboard.press("Escape")
+    page.get_by_text("enlarge heights, pressure").wait_for(state="hidden")
+    seat.type("Value with unit", "20 MPa")
+    seat.number("Load").filter(has_text="200 mN").wait_for()
+    page.get_by_role("heading", name="roughcontact").click()
+    page.keyboard.press("Control+z")
+    seat.number("Load").filter(has_text="100 mN").wait_for()
+    page.keyboard.press("Control+Shift+Z")
+    seat.number("Load").filter(has_text="200 mN").wait_for()
+
+
+@pytest.mark.slow
+def test_a_drag_is_live_and_ends_with_the_contact_itself(seat: Seat) -> None:
+    demonstrate(seat)
+    page = seat.page
+    at = page.get_by_role("slider").bounding_box()
+    assert at is not None
+    page.mouse.move(at["x"] + at["width"] / 2, at["y"] + at["height"] / 2)
+    page.mouse.down()
+    seen = set()
+    for step in range(1, 16):
+        page.mouse.move(at["x"] + (0.5 + 0.01 * step) * at["width"], at["y"] + at["height"] / 2)
+        page.wait_for_timeout(200)
+        seen.add(text_of(seat.number("Load")))
+    page.get_by_text("Preview on 256 × 256 pixels").wait_for()
+    assert len(seen) > 3
+    # The state is that of before until the thumb is let go.
+    assert page.get_by_label("Value with unit").input_value() == "10 MPa"
+    page.mouse.up()
+    page.get_by_text("Up to date").wait_for()
+    given = page.get_by_label("Value with unit").input_value()
+    assert given != "10 MPa"
+    assert page.get_by_role("slider").get_attribute("aria-valuetext") == given
+    page.get_by_text("converged, certificate").wait_for()
+
+
+@pytest.mark.slow
+def test_the_checklist_leads_to_what_is_lacking(seat: Seat) -> None:
+    page = seat.page
+    page.get_by_role("button", name="Polished, isotropic", exact=True).click()
+    page.get_by_role("button", name="✓ Map", exact=True).wait_for()
+    for check, control in (("Material", "Material"), ("Extent", None), ("Load", "Load given as")):
+        page.get_by_role("button", name=check, exact=True).click()
+        field = (
+            page.get_by_role("radio").first
+            if control is None
+            else page.get_by_label(control, exact=True)
+        )
+        field.wait_for()
+    seat.choose("Material", "100Cr6")
+    page.get_by_role("button", name="✓ Material", exact=True).wait_for()
+    seat.choose("Boundary", "the whole contact")
+    page.get_by_role("button", name="✓ Extent", exact=True).wait_for()

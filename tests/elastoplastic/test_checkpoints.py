@@ -1,0 +1,363 @@
+"""Runs that were stopped go on to the same bits; folders of other runs are refused."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from paths import ROOT
+from roughcontact._tools import checkpoints
+from roughcontact.elastoplastic import archive
+from roughcontact.elastoplastic.archive import load_elastoplastic
+from roughcontact.elastoplastic.solve import solve_elastoplastic
+from roughcontact.material.hardening import Swift
+from roughcontact.solvers.progress import Progress
+from volume_runs import StopError, bits
+
+SWIFT = rc.Material(young=210e9, poisson=0.3, hardening=Swift(1240e6, 30, 0.085))
+PERFECT = rc.Material(young=210e9, poisson=0.3, yield_strength=1656e6)
+
+
+def ball(shape: tuple[int, int] = (18, 16)) -> rc.Surface:
+    y, x = (1e-6 * (np.arange(n) - (n - 1) / 2) for n in shape)
+    return rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 105e-6), pixel=(1e-6, 1e-6))
+
+
+def stopping_at(load: float, iteration: int = 2):
+    def stop(at: Progress) -> None:
+        if not at.kept and at.step.load == load and at.step.iteration == iteration:
+            raise StopError
+
+    return stop
+
+
+# The volume grows on the way, steps are cut, loads come back: whatever the loop remembers matters.
+PATHS = {
+    "grows": (dict(material=SWIFT, increments=1, loads=[0.1, 0.3, 0.35], depth=2.5e-6), 0.35),
+    "is cut": (
+        dict(
+            material=PERFECT,
+            increments=1,
+            loads=[0.1, 0.4, 0.45],
+            boundary="periodic",
+            max_iterations=8,
+            depth=1e-5,
+        ),
+        0.45,
+    ),
+    "two bodies": (
+        dict(
+            material=SWIFT,
+            counter_material=PERFECT,
+            increments=1,
+            loads=[0.1, 0.2],
+            precision="double",
+            depth=1e-5,
+        ),
+        0.2,
+    ),
+    "unloads": (dict(material=SWIFT, increments=1, loads=[0.3, 0.0, 0.35], depth=1e-5), 0.35),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("arguments", "stop"), PATHS.values(), ids=PATHS)
+def test_a_stopped_run_ends_with_the_same_bits(arguments, stop, tmp_path: Path) -> None:
+    arguments = arguments | dict(tolerance=1e-3)
+    whole = solve_elastoplastic(ball(), **arguments)
+    asked = arguments["loads"]
+    assert (len(whole.increments) > len(asked)) == (arguments["material"] is PERFECT)
+    deeper = whole.bodies[0].thickness.sum() / arguments["depth"]
+    assert (deeper > 1.3) == (arguments["depth"] < 3e-6)
+    folder = tmp_path / "run"
+    with pytest.raises(StopError):
+        solve_elastoplastic(ball(), folder=folder, progress=stopping_at(stop, 1), **arguments)
+    names = [f"step-{number:04d}.nc" for number in range(1, len(asked) + 1)]
+    kept = asked.index(stop)
+    assert sorted(path.name for path in folder.iterdir()) == [*names[:kept], "volume.json"]
+    before = {path: path.stat().st_mtime_ns for path in folder.iterdir()}
+    told: list[Progress] = []
+    resumed = solve_elastoplastic(ball(), folder=folder, progress=told.append, **arguments)
+    assert bits(resumed) == bits(whole)
+    assert all(path.stat().st_mtime_ns == stamp for path, stamp in before.items())
+    # Once for all that stood there, then what is new.
+    assert (told[0].number, told[0].kept) == (kept, True)
+    assert {at.count for at in told} == {len(asked)}
+    assert [at.number for at in told] == sorted(at.number for at in told)
+    assert (told[0].number, told[-1].number) == (kept, len(asked))
+    assert all(not at.kept and at.step.load != asked[0] for at in told[1:])
+    assert bits(load_elastoplastic(folder / names[-1])) == bits(whole)
+    # Arrays of the caller's own result stay read-only.
+    with pytest.raises(ValueError, match="read-only"):
+        resumed.bodies[0].plastic_strain[...] = 0
+
+
+@pytest.mark.slow
+def test_every_step_is_the_end_of_its_own_run(tmp_path: Path) -> None:
+    # And nothing is solved again where all is there.
+    arguments = dict(material=SWIFT, depth=8e-6, boundary="periodic", tolerance=1e-3)
+    loads = [0.1, 0.2, 0.3]
+    whole = solve_elastoplastic(ball(), increments=1, loads=loads, folder=tmp_path, **arguments)
+    short = solve_elastoplastic(ball(), increments=1, loads=loads[:2], **arguments)
+    assert bits(load_elastoplastic(tmp_path / "step-0002.nc")) == bits(short)
+    told: list[Progress] = []
+    again = solve_elastoplastic(
+        ball(), increments=1, loads=loads, folder=tmp_path, progress=told.append, **arguments
+    )
+    assert bits(again) == bits(whole)
+    assert again.seconds == whole.seconds
+    assert [(at.number, at.kept) for at in told] == [(3, True)]
+
+
+@pytest.mark.slow
+def test_loads_may_be_added(tmp_path: Path) -> None:
+    arguments = dict(material=SWIFT, depth=1e-5, boundary="periodic", tolerance=1e-3)
+    solve_elastoplastic(ball(), increments=1, loads=[0.2, 0.3], folder=tmp_path, **arguments)
+    more = solve_elastoplastic(
+        ball(), increments=1, loads=[0.2, 0.3, 0.4], folder=tmp_path, **arguments
+    )
+    assert bits(more) == bits(
+        solve_elastoplastic(ball(), increments=1, loads=[0.2, 0.3, 0.4], **arguments)
+    )
+    # Those that are there already may be asked for alone.
+    first = solve_elastoplastic(ball(), increments=1, loads=[0.2], folder=tmp_path, **arguments)
+    assert first.contact.load == 0.2
+    with pytest.raises(rc.InputError, match="another run: loads differ"):
+        solve_elastoplastic(
+            ball(), increments=1, loads=[0.2, 0.35, 0.4], folder=tmp_path, **arguments
+        )
+
+
+@pytest.mark.long
+def test_a_run_goes_on_from_a_result_in_a_folder_of_its_own(tmp_path: Path) -> None:
+    arguments = dict(
+        material=SWIFT, increments=1, loads=[0.25, 0.0], boundary="periodic", tolerance=1e-3
+    )
+    starts = [
+        solve_elastoplastic(
+            ball(),
+            material=SWIFT,
+            increments=1,
+            loads=[load],
+            depth=1e-5,
+            boundary="periodic",
+            tolerance=1e-3,
+        )
+        for load in (0.2, 0.21)
+    ]
+    whole = solve_elastoplastic(ball(), start=starts[0], **arguments)
+    with pytest.raises(StopError):
+        solve_elastoplastic(
+            ball(), start=starts[0], folder=tmp_path, progress=stopping_at(0.0, 1), **arguments
+        )
+    with pytest.raises(rc.InputError, match="another run: layers, start differ"):
+        solve_elastoplastic(ball(), folder=tmp_path, **arguments)
+    with pytest.raises(rc.InputError, match="another run: start differ"):
+        solve_elastoplastic(ball(), start=starts[1], folder=tmp_path, **arguments)
+    resumed = solve_elastoplastic(ball(), start=starts[0], folder=tmp_path, **arguments)
+    assert bits(resumed) == bits(whole)
+    assert resumed.increments[0] == starts[0].increments[0]
+
+
+CHILD = """
+import sys
+import numpy as np
+import roughcontact as rc
+from roughcontact.material.hardening import Swift
+y, x = (1e-6 * (np.arange(n) - (n - 1) / 2) for n in (18, 16))
+ball = rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 105e-6), pixel=(1e-6, 1e-6))
+swift = rc.Material(young=210e9, poisson=0.3, hardening=Swift(1240e6, 30, 0.085))
+rc.solve_elastoplastic(ball, material=swift, load=0.4, increments=8, depth=9e-6, folder=sys.argv[1])
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.process
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
+def test_a_killed_run_goes_on(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    paths = os.pathsep.join([str(ROOT / "src"), os.environ.get("PYTHONPATH", "")])
+    environment = {**os.environ, "PYTHONPATH": paths}
+    child = subprocess.Popen([sys.executable, "-c", CHILD, str(folder)], env=environment)
+    try:
+        for _ in range(12000):
+            if len(list(folder.glob("step-*.nc"))) >= 3 or child.poll() is not None:
+                break
+            time.sleep(0.005)
+    finally:
+        child.send_signal(signal.SIGKILL)
+        child.wait()
+    done = len(list(folder.glob("step-*.nc")))
+    assert 3 <= done < 8
+    arguments = dict(material=SWIFT, load=0.4, increments=8, depth=9e-6)
+    resumed = solve_elastoplastic(ball(), folder=folder, **arguments)
+    assert bits(resumed) == bits(solve_elastoplastic(ball(), **arguments))
+
+
+@pytest.mark.long
+def test_a_folder_of_another_run_is_refused(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    arguments = dict(surface=ball(), material=SWIFT, increments=1, loads=[0.02, 0.04], depth=8e-6)
+    solve_elastoplastic(folder=folder, **arguments)
+    before = sorted((path.name, path.read_bytes()) for path in folder.iterdir())
+    heights = ball().heights.copy()
+    heights[0, 0] = np.nextafter(heights[0, 0], 0)
+    elastic = rc.Material(young=70e9, poisson=0.3)
+    for change, words in (
+        (dict(surface=rc.Surface(heights, pixel=(1e-6, 1e-6))), "surface differ"),
+        (dict(counter_surface=ball()), "counter_surface differ"),
+        (dict(material=PERFECT), "material differ"),
+        (dict(counter_material=elastic), "counter_material differ"),
+        (dict(boundary="periodic"), "boundary differ"),
+        (dict(depth=9e-6), "layers differ"),
+        (dict(depth=None, layers=[1e-6] * 8), "layers differ"),
+        (dict(tolerance=1e-3), "tolerance differ"),
+        (dict(max_iterations=100), "max_iterations differ"),
+        (dict(precision="double"), "precision differ"),
+        (dict(loads=[0.01, 0.04]), "loads differ"),
+    ):
+        with pytest.raises(rc.InputError, match=rf"holds another run: {words}s?; give another"):
+            solve_elastoplastic(folder=folder, **(arguments | change))
+    assert before == sorted((path.name, path.read_bytes()) for path in folder.iterdir())
+
+
+@pytest.mark.slow
+def test_damage_in_the_folder_is_named(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    arguments = dict(material=SWIFT, increments=1, loads=[0.02, 0.04], depth=8e-6)
+    whole = solve_elastoplastic(ball(), folder=folder, **arguments)
+    last = folder / "step-0002.nc"
+    sound = last.read_bytes()
+    last.write_bytes(sound[: len(sound) // 2])
+    with pytest.raises(rc.FormatError, match=r"step-0002\.nc cannot be read .* solve it again"):
+        solve_elastoplastic(ball(), folder=folder, **arguments)
+    # A result, but none that a run left behind; one that is of another body.
+    whole.save(last)
+    with pytest.raises(rc.FormatError, match=r"step-0002\.nc is no step of a run; remove it"):
+        solve_elastoplastic(ball(), folder=folder, **arguments)
+    other = tmp_path / "other"
+    solve_elastoplastic(ball(), folder=other, **(arguments | dict(material=PERFECT)))
+    last.write_bytes((other / last.name).read_bytes())
+    with pytest.raises(rc.InputError, match=r"step-0002\.nc was solved with another material"):
+        solve_elastoplastic(ball(), folder=folder, **arguments)
+    last.unlink()
+    assert bits(solve_elastoplastic(ball(), folder=folder, **arguments)) == bits(whole)
+
+
+@pytest.mark.slow
+def test_a_state_that_is_not_as_it_was_written_is_refused(tmp_path: Path) -> None:
+    arguments = dict(material=SWIFT, increments=1, loads=[0.02], depth=8e-6)
+    solve_elastoplastic(ball(), folder=tmp_path / "run", **arguments)
+    step = tmp_path / "run" / "step-0001.nc"
+    sound = step.read_bytes()
+    # A bit of what only the loop reads, not the result.
+    with h5py.File(step, "a") as file:
+        file["carried_pressure"][0] *= 1 + 1e-15
+    with pytest.raises(rc.FormatError, match=r"carried_pressure does not match .* solve it again"):
+        solve_elastoplastic(ball(), folder=tmp_path / "run", **arguments)
+    # Sound, of the same bodies and loads, but with another tolerance.
+    solve_elastoplastic(ball(), folder=tmp_path / "other", tolerance=1e-3, **arguments)
+    step.write_bytes((tmp_path / "other" / step.name).read_bytes())
+    with pytest.raises(rc.FormatError, match=r"is a step of another run; remove it"):
+        solve_elastoplastic(ball(), folder=tmp_path / "run", **arguments)
+    step.write_bytes(sound)
+    assert solve_elastoplastic(ball(), folder=tmp_path / "run", **arguments).converged
+
+
+@pytest.mark.long
+def test_two_runs_do_not_share_a_folder(tmp_path: Path) -> None:
+    arguments = dict(material=SWIFT, increments=1, loads=[0.02], depth=8e-6, folder=tmp_path)
+
+    def meanwhile(at: Progress) -> None:
+        with pytest.raises(rc.InputError, match="is in use: another run is writing to it"):
+            solve_elastoplastic(ball(), **arguments)
+
+    solve_elastoplastic(ball(), progress=meanwhile, **arguments)
+    assert {path.name for path in tmp_path.iterdir()} == {"step-0001.nc", "volume.json"}
+
+
+@pytest.mark.long
+def test_a_run_that_fails_keeps_its_loads(tmp_path: Path) -> None:
+    # At 0.02 N the ball is elastic: one iteration.
+    arguments = dict(
+        material=PERFECT, increments=1, loads=[0.02, 0.65], max_iterations=2, boundary="periodic"
+    )
+    for _ in range(2):
+        with pytest.raises(rc.ConvergenceError, match=r"did not settle .* are kept in") as caught:
+            solve_elastoplastic(ball(), folder=tmp_path, depth=1e-5, **arguments)
+        assert caught.value.result.contact.load < 0.65
+        assert {path.name for path in tmp_path.iterdir()} == {"step-0001.nc", "volume.json"}
+
+
+def test_a_first_load_that_fails_is_told(tmp_path: Path) -> None:
+    with pytest.raises(rc.ConvergenceError, match="the state at 0 N is kept"):
+        solve_elastoplastic(
+            ball(), material=PERFECT, increments=1, loads=[1.0], max_iterations=1, depth=1e-5
+        )
+
+
+@pytest.mark.long
+def test_a_full_disk_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(result: object, path: Path, carried: object) -> None:
+        if path.name == "step-0002.nc":
+            raise OSError(28, "No space left on device")
+        written(result, path, carried)
+
+    written = archive.save_elastoplastic
+    monkeypatch.setattr(archive, "save_elastoplastic", full)
+    arguments = dict(material=SWIFT, increments=1, loads=[0.02, 0.04], depth=8e-6)
+    with pytest.raises(rc.InputError, match=r"step-0002\.nc cannot be written \(No space left"):
+        solve_elastoplastic(ball(), folder=tmp_path, **arguments)
+    assert (tmp_path / "step-0001.nc").exists()
+
+
+# The folder itself
+
+
+def claim(folder: Path, **problem: object) -> Path:
+    with checkpoints.lock_folder(
+        folder, problem, kind="trial", record="trial.json", pattern="part-*.npy"
+    ) as place:
+        return place.folder
+
+
+def test_a_folder_is_made_and_known_again(tmp_path: Path) -> None:
+    folder = claim(tmp_path / "deep" / "down", load=0.1, name="ä", bodies={"a": [1, 2]})
+    assert claim(folder, load=0.1, name="ä", bodies={"a": [1, 2]}) == folder
+    with pytest.raises(rc.InputError, match="another trial: load, bodies differ"):
+        claim(folder, load=0.1 + 1e-17 + 2e-17, name="ä", bodies={"a": [1, 3]})
+
+
+def test_folders_that_cannot_be_used(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(rc.InputError, match="file is a file; give the name of a folder"):
+        claim(tmp_path / "file")
+    with pytest.raises(rc.InputError, match=r"cannot be written to .*; give another folder"):
+        claim(tmp_path / "file" / "below")
+    used = tmp_path / "used"
+    used.mkdir()
+    (used / "part-1.npy").write_text("")
+    with pytest.raises(rc.InputError, match=r"holds steps without trial\.json"):
+        claim(used)
+    for text in ("{", "[]", '"word"'):
+        (used / "trial.json").write_text(text)
+        with pytest.raises(rc.FormatError, match=r"trial\.json is damaged"):
+            claim(used, load=1.0)
+
+
+def test_a_folder_without_permission_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    claim(tmp_path, load=1.0)
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    with pytest.raises(rc.InputError, match="cannot be written to; give another folder"):
+        claim(tmp_path, load=1.0)

@@ -1,0 +1,111 @@
+"""Every sentence of the README stands in docs/claims.md with its tests and its page."""
+
+from __future__ import annotations
+
+import ast
+import re
+import tomllib
+from functools import cache
+from typing import NamedTuple
+
+from paths import ROOT
+
+DOCS = ROOT / "docs"
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+
+class Claim(NamedTuple):
+    """A sentence, the tests that check it, and the page that shows it."""
+
+    sentence: str
+    tests: list[str]
+    page: str
+
+
+def claims() -> list[Claim]:
+    """Return the rows of the table."""
+    found = []
+    for line in (DOCS / "claims.md").read_text(encoding="utf-8").splitlines():
+        if not line.startswith("| ") or line.startswith("| the README"):
+            continue
+        sentence, tests, page = (cell.strip() for cell in line.strip("|").rsplit("|", 2))
+        link = re.fullmatch(r"\[\]\((.+)\)", page)
+        found.append(Claim(sentence, re.findall(r"`([^`]+)`", tests), link[1] if link else ""))
+    return found
+
+
+def sentences() -> list[str]:
+    """Return the sentences of the README, without its headings, pictures and code."""
+    text = re.sub(r"```.*?```|<!--.*?-->", "\n\n", README, flags=re.DOTALL)
+    # Items of a list, and links, which lead elsewhere from another folder.
+    text = re.sub(r"^- ", "\n", text, flags=re.MULTILINE)
+    text = re.sub(r"(?<!!)\[([^\]]+)\]\([^)]+\)", r"\1", text)
+    paragraphs = (" ".join(part.split()) for part in re.split(r"\n\s*\n", text))
+    return [
+        sentence
+        for paragraph in paragraphs
+        if paragraph and not paragraph.startswith(("#", "!["))
+        for sentence in re.split(r"(?<=[.:!?])\s+(?=[A-Z`\[*])", paragraph)
+    ]
+
+
+def test_every_sentence_of_the_readme_is_a_claim() -> None:
+    told = {claim.sentence for claim in claims()}
+    said = sentences()
+    assert len(said) > 10
+    assert [sentence for sentence in said if sentence not in told] == []
+    assert sorted(told - set(said)) == []
+
+
+@cache
+def functions(name: str) -> set[str]:
+    tree = ast.parse((ROOT / name).read_text(encoding="utf-8"))
+    return {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+
+
+def test_its_tests_and_its_page_exist() -> None:
+    for claim in claims():
+        assert claim.tests, claim.sentence
+        for identifier in claim.tests:
+            name, _, function = identifier.partition("::")
+            assert function in functions(name), claim.sentence
+        if claim.page:
+            page = DOCS / claim.page
+            if page.parent.name == "examples":
+                page = DOCS / "gallery" / f"{page.stem}.py"
+            assert page.exists(), claim.sentence
+
+
+def test_what_is_left_out_is_explained() -> None:
+    page = (DOCS / "assumptions.md").read_text(encoding="utf-8").lower()
+    for word in ("friction", "adhesion", "layers", "residual", "hardening"):
+        assert word in page
+
+
+def test_the_extras_hold_what_is_said() -> None:
+    extras = PROJECT["optional-dependencies"]
+    assert any(entry.startswith("SurfaceTopography") for entry in extras["io"])
+    assert any(entry.startswith("ducc0") for entry in extras["fast"])
+    assert any(entry.startswith("panel") for entry in extras["desk"])
+    assert any(entry.startswith("mpi4py") for entry in extras["mpi"])
+    assert any(entry.startswith("dask") for entry in extras["cluster"])
+    assert set(extras["all"]) == {"roughcontact[desk,fast,io]"}
+    # What is under the GPL is never needed.
+    assert not any(entry.startswith("ducc0") for entry in PROJECT["dependencies"])
+
+
+def test_the_test_command_installs_what_the_tests_need() -> None:
+    command = README.split("<!-- test-command -->")[1].split("<!-- end -->")[0]
+    wanted = re.search(r"\.\[([a-z,]+)\]", command)
+    assert wanted is not None
+    assert "pytest" in command
+    extras = PROJECT["optional-dependencies"]
+    needed = [entry for name in wanted[1].split(",") for entry in extras[name]]
+    for package in ("pytest", "hypothesis"):
+        assert any(entry.startswith(package) for entry in needed)
+
+
+def test_the_licence() -> None:
+    assert PROJECT["license"] == "BSD-3-Clause"
+    assert "BSD 3-Clause License" in (ROOT / "LICENSE").read_text(encoding="utf-8")

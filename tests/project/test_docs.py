@@ -1,0 +1,155 @@
+"""The documentation holds every module, every measurement, and no figure made by hand."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import roughcontact as rc
+from paths import ROOT
+
+DOCS = ROOT / "docs"
+GENERATED = ("_build", "generated", "examples")
+
+
+def pages() -> list[Path]:
+    """Return the written pages."""
+    return [
+        path
+        for suffix in ("md", "rst", "py")
+        for path in DOCS.rglob(f"*.{suffix}")
+        if not any(part in GENERATED for part in path.relative_to(DOCS).parts)
+    ]
+
+
+@pytest.fixture
+def wings(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.syspath_prepend(str(DOCS / "_ext"))
+    return importlib.import_module("wings")
+
+
+def test_every_module_has_its_page(wings: ModuleType) -> None:
+    listed = set(re.findall(r"^   ([a-z0-9_.]+)$", wings.modules(), re.MULTILINE))
+    package = Path(rc.__file__).parent
+    assert listed == {
+        ".".join(path.relative_to(package).with_suffix("").parts)
+        for path in package.rglob("[a-z]*.py")
+    }
+
+
+def test_every_public_name_is_in_the_first_table(wings: ModuleType) -> None:
+    face = wings.face()
+    # Packages have no page of their own, and are named below the table.
+    shown = set(re.findall(r"``?rc\.(\w+)", face))
+    assert shown >= set(rc.__all__) - {"RIGID", "__version__"}
+
+
+@pytest.mark.long
+def test_the_house_is_drawn_with_all_its_rooms(wings: ModuleType) -> None:
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    wings.draw(figure)
+    words = " ".join(text.get_text() for text in figure.axes[0].texts)
+    for wing, rooms in wings.floors().items():
+        assert wing in words
+        assert all(room in words for room in rooms)
+    assert wings.between()
+
+
+def test_no_figure_is_placed_by_hand() -> None:
+    # The README's pictures are what `roughcontact demo` writes and `docs/pages.py` takes.
+    pictures = {path.name for path in (DOCS / "images").iterdir()}
+    assert pictures == {"demo.png", "desk.png"}
+    assert '"desk": (' in (DOCS / "pages.py").read_text(encoding="utf-8")
+    for path in pages():
+        text = path.read_text(encoding="utf-8")
+        assert not re.search(r"!\[.*\]\(|\.\. image::|```{image}|<img", text), path
+
+
+def test_no_line_of_a_page_is_taken_for_a_comment() -> None:
+    for path in pages():
+        text = re.sub(r"^```.*?^```$", "", path.read_text("utf-8"), flags=re.DOTALL | re.MULTILINE)
+        # MyST leaves out a line that starts with a per cent sign.
+        assert path.suffix != ".md" or not re.search(r"^\s*%.*", text, re.MULTILINE), path
+
+
+def test_every_link_to_a_page_leads_to_one() -> None:
+    for path in pages():
+        for target in re.findall(r"\]\(([\w./-]+\.(?:md|rst))[#)]", path.read_text("utf-8")):
+            found = (path.parent / target).resolve()
+            if found.parent == DOCS / "examples":
+                # Made from the scripts of the gallery.
+                found = DOCS / "gallery" / f"{found.stem}.py"
+                assert found.exists() or target.endswith("index.rst"), (path, target)
+            else:
+                assert found.exists(), (path, target)
+
+
+def test_every_example_is_numbered_and_has_a_title() -> None:
+    scripts = sorted((DOCS / "gallery").glob("*.py"))
+    assert len(scripts) >= 8
+    for script in scripts:
+        number = re.fullmatch(r"plot_(\d\d)_\w+\.py", script.name)
+        assert number is not None, script
+        title = script.read_text(encoding="utf-8").splitlines()[1]
+        assert title.startswith(f"{number[1]} "), script
+
+
+@pytest.fixture
+def report(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    folder = ROOT / "benchmarks"
+    monkeypatch.syspath_prepend(str(folder))
+    spec = importlib.util.spec_from_file_location("benchmarks_report", folder / "report.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    finally:
+        sys.modules.pop("peers", None)
+    return module
+
+
+def test_the_table_of_times_is_that_of_the_stored_measurements(report: ModuleType) -> None:
+    text = report.PAGE.read_text(encoding="utf-8")
+    shown = text[text.index(report.START) + len(report.START) : text.index(report.END)]
+    assert shown.strip() == report.table(report.stored())
+
+
+def test_the_plot_of_times_shows_every_program(report: ModuleType) -> None:
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    rows = report.stored()
+    report.plot(rows, figure)
+    drawn = {line.get_label() for axes in figure.axes for line in axes.get_lines()}
+    timed = {row["program"] for row in rows if "seconds" in row and "rough" in row["case"]}
+    assert drawn >= timed
+
+
+def test_every_check_of_a_joint_names_a_test_that_exists() -> None:
+    named = re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", (DOCS / "joint.md").read_text("utf-8"))
+    assert len(named) >= 9
+    for path, name in named:
+        assert f"def {name}(" in (DOCS.parent / path).read_text("utf-8"), (path, name)
+
+
+def test_links_that_lead_nowhere_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(DOCS))
+    built = importlib.import_module("built")
+    (tmp_path / "other.html").write_text('<h1 id="here">Here</h1>', encoding="utf-8")
+    page = tmp_path / "page.html"
+    good = '<a href="other.html#here"><a href="#own"><p id="own"><a href="https://elsewhere.org">'
+    page.write_text(good, encoding="utf-8")
+    assert built.dead(tmp_path) == []
+    page.write_text(f'{good}<img src="a.png"><a href="other.html#there">', encoding="utf-8")
+    assert built.dead(tmp_path) == [
+        "page.html: a.png does not exist",
+        "page.html: no place other.html#there",
+    ]

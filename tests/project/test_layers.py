@@ -1,0 +1,313 @@
+"""The order of the folders is the architecture: a folder imports only those below it."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+
+import pytest
+
+from house import PACKAGE, TESTS, all_nodes, floor_of, imports, rooms, tree, wing_of
+
+pytestmark = pytest.mark.usefixtures("parsed_sources")
+
+
+def test_a_wing_imports_only_wings_below() -> None:
+    for room, path in rooms().items():
+        for other in imports(path):
+            assert other == "_version" or floor_of(other) <= floor_of(room), (
+                f"{room} imports {other} from a wing above"
+            )
+
+
+def test_imports_include_references_in_text() -> None:
+    known = rooms()
+    assert "analyses.law.decks" in imports(known["analyses.law.formats"])
+    assert "analyses.leak.report" in imports(known["analyses.leak.task"])
+
+
+def test_no_circles_inside_a_wing() -> None:
+    graph = {
+        room: {other for other in imports(path) if wing_of(other) == wing_of(room)}
+        for room, path in rooms().items()
+    }
+    done: set[str] = set()
+    while len(done) < len(graph):
+        ready = {name for name in graph if name not in done and graph[name] <= done}
+        assert ready, f"circle among {sorted(graph.keys() - done)}"
+        done |= ready
+
+
+LONGEST_MODULE, LONGEST_FUNCTION, LONGEST_CODE = 1000, 70, 55
+
+# Functions that are longer, by room and name, each with the reason why taking them apart would
+# hide what they do.
+LONG: dict[str, str] = {}
+
+
+def lengths(function: ast.FunctionDef) -> tuple[int, int]:
+    """Return the lines of a function, with its docstring and without."""
+    assert function.end_lineno is not None
+    whole = function.end_lineno - function.lineno + 1
+    if ast.get_docstring(function) is None:
+        return whole, whole
+    first = function.body[0]
+    assert first.end_lineno is not None
+    return whole, whole - (first.end_lineno - first.lineno + 1)
+
+
+def too_long(tree: ast.Module) -> list[str]:
+    """Return the functions that nobody can hold in their head.
+
+    The docstring of a public function is a contract: it may be as long as it needs to be, where
+    the code is short.
+    """
+    public = {id(node) for node in tree.body if not getattr(node, "name", "_").startswith("_")}
+    found = []
+    for node in all_nodes(tree):
+        if isinstance(node, ast.FunctionDef):
+            whole, code = lengths(node)
+            contract = id(node) in public and code < LONGEST_CODE
+            if whole > LONGEST_FUNCTION and not contract:
+                found.append(node.name)
+    return found
+
+
+def test_modules_and_functions_fit_into_a_head() -> None:
+    lines = {room: path.read_text(encoding="utf-8").count("\n") for room, path in rooms().items()}
+    assert [room for room, count in lines.items() if count > LONGEST_MODULE] == []
+    found = {f"{room}.{name}" for room in rooms() for name in too_long(tree(room))}
+    assert sorted(found - set(LONG)) == [], "take them apart"
+    assert sorted(set(LONG) - found) == [], "no longer long"
+
+
+def test_a_long_function_needs_short_code_and_a_contract() -> None:
+    contract = '    """One.\n' + "\n" * 80 + '    """\n'
+    short, long = "    pass\n" * 50, "    pass\n" * 55
+    assert too_long(ast.parse(f"def solve():\n{contract}{short}")) == []
+    assert too_long(ast.parse(f"def solve():\n{contract}{long}")) == ["solve"]
+    assert too_long(ast.parse(f"def _solve():\n{contract}{short}")) == ["_solve"]
+    assert too_long(ast.parse("def solve():\n" + "    pass\n" * 70)) == ["solve"]
+    assert too_long(ast.parse("def solve():\n" + "    pass\n" * 69)) == []
+
+
+def test_only_units_knows_pint() -> None:
+    users = {
+        room
+        for room in rooms()
+        for node in all_nodes(tree(room))
+        for name in (
+            [alias.name for alias in node.names]
+            if isinstance(node, ast.Import)
+            else [node.module or ""]
+            if isinstance(node, ast.ImportFrom)
+            else []
+        )
+        if name.split(".")[0] == "pint"
+    }
+    assert users == {"units"}
+
+
+def test_only_one_room_asks_for_free_memory() -> None:
+    asking = [name for name, path in rooms().items() if "psutil" in path.read_text("utf-8")]
+    assert asking == ["_tools.memory"]
+
+
+# What is filled in as the work goes on.
+GROWING = {
+    "contact.validation": {"ContactProblem"},
+    "analyses.find.model": {"_Finder"},
+    "uncertainty.resolution": {"_Study"},
+    "analyses.law.model": {"_Samples"},
+    "_tools.ranks": {"PendingExchange"},
+    "elastoplastic.solve": {"_PathRun"},
+}
+
+
+def test_data_cannot_be_changed_behind_someone_s_back() -> None:
+    loose = {
+        (room, node.name)
+        for room in rooms()
+        for node in all_nodes(tree(room))
+        if isinstance(node, ast.ClassDef)
+        for told in [" ".join(map(ast.unparse, node.decorator_list))]
+        if "dataclass" in told and "frozen=True" not in told
+    }
+    assert loose == {(room, name) for room, names in GROWING.items() for name in names}
+
+
+UNLESS_TOLD = {"angle": "0.0", "mirrored": "False"}
+
+
+def test_nothing_is_turned_or_mirrored_unless_told() -> None:
+    for room in rooms():
+        for node in all_nodes(tree(room)):
+            # To rotate is to be told.
+            if not isinstance(node, ast.FunctionDef) or node.name.startswith("rotate"):
+                continue
+            given = node.args
+            names = [argument.arg for argument in (*given.posonlyargs, *given.args)]
+            defaults = {
+                **dict(zip(names[::-1], given.defaults[::-1], strict=False)),
+                **{a.arg: d for a, d in zip(given.kwonlyargs, given.kw_defaults, strict=True)},
+            }
+            for name, usual in UNLESS_TOLD.items():
+                if defaults.get(name) is not None:
+                    assert ast.unparse(defaults[name]) in (usual, "None"), f"{room}.{node.name}"
+
+
+# What acts on all threads of a process, also where it is undone at the end of a block.
+SHARED = {
+    "redirect_stdout",
+    "redirect_stderr",
+    "catch_warnings",
+    "simplefilter",
+    "filterwarnings",
+    "showwarning",
+    "chdir",
+    "seterr",
+    "seterrcall",
+    "set_printoptions",
+    "setlocale",
+    "umask",
+    "basicConfig",
+    "setrlimit",
+}
+
+# The program owns its process, a library does not.
+# What works apart has a process of its own as well.
+OWNS = {"cli.app": {"basicConfig"}, "desk.workers": {"setrlimit"}}
+
+
+def test_nothing_is_changed_that_other_threads_share() -> None:
+    for room in rooms():
+        nodes = all_nodes(tree(room))
+        named = {node.attr for node in nodes if isinstance(node, ast.Attribute)}
+        named |= {
+            alias.name for node in nodes if isinstance(node, ast.ImportFrom) for alias in node.names
+        }
+        assert named & SHARED <= OWNS.get(room, set()), room
+
+
+# Where a user or a formula is: there docstrings are contracts, elsewhere one line.
+CONTRACTS = {"theory", "drawing", "halfspace", "solvers"}
+
+
+def offered() -> set[str]:
+    """Return what the package offers, by room and name."""
+    stub = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
+    nodes = [*stub.body, *tree("measure").body, *tree("mpi").body]
+    nodes += [*tree("results").body, *tree("plots").body]
+    names = {
+        f"{(node.module or '').removeprefix('roughcontact.')}.{alias.name}".strip(".")
+        for node in nodes
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    return names | {room for room in names if room in rooms()}
+
+
+def contracts(node: ast.Module | ast.ClassDef, owner: str, public: set[str]) -> Iterator[str]:
+    """Yield what has a contract and is neither offered nor part of what is."""
+    for child in node.body:
+        if not isinstance(child, ast.FunctionDef | ast.ClassDef):
+            continue
+        name = f"{owner}.{child.name}"
+        if name in public or (owner in public and not child.name.startswith("_")):
+            public.add(name)
+        elif "\nParameters\n---" in (ast.get_docstring(child) or ""):
+            yield name
+        if isinstance(child, ast.ClassDef):
+            yield from contracts(child, name, public)
+
+
+def test_contracts_stand_where_a_user_or_a_formula_is() -> None:
+    public = offered()
+    # Figures of an analysis are called by users, too.
+    inner = [
+        room for room in rooms() if wing_of(room) not in CONTRACTS and not room.endswith("figures")
+    ]
+    assert [name for room in inner for name in contracts(tree(room), room, public)] == []
+
+
+def test_a_contract_elsewhere_is_named() -> None:
+    text = 'def solve():\n    """One.\n\n    Parameters\n    ----------\n    a : int\n    """\n'
+    assert list(contracts(ast.parse(text), "desk.page", set())) == ["desk.page.solve"]
+    assert list(contracts(ast.parse(text), "desk.page", {"desk.page.solve"})) == []
+
+
+# Participles and the like that name nothing, with what to write instead.
+BANNED_NAMES = {
+    "found": "result",
+    "told": "text",
+    "asked": "requested",
+    "given": "specified",
+    "made": "created",
+    "kept": "cached",
+    "left": "remaining",
+    "beside": "reference",
+    "apart": "separately",
+    "one": "item",
+    "at": "index",
+    "most": "maximum",
+    "least": "minimum",
+    "going": "checkpoint",
+    "lawful": "interface_law",
+    "making": "generation",
+    "facing": "sliding_pair",
+    "said": "text",
+}
+
+# Names of the public face, and a side of a rectangle.
+ALLOWED = {
+    "solvers.progress.kept",
+    "surface.provenance.found",
+    "surface.surface.most",
+    "desk.rasters.left",
+}
+
+
+def names(tree: ast.Module) -> Iterator[str]:
+    """Yield what a module defines: functions, classes, arguments, attributes, constants."""
+    owners = [tree, *(node for node in all_nodes(tree) if isinstance(node, ast.ClassDef))]
+    for node in (child for owner in owners for child in owner.body):
+        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+        for target in targets:
+            yield from (
+                (part.id for part in ast.walk(target) if isinstance(part, ast.Name))
+                if (target)
+                else ()
+            )
+    for node in all_nodes(tree):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            yield node.name
+        elif isinstance(node, ast.arg):
+            yield node.arg
+        elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
+            yield node.attr
+
+
+def test_no_name_is_a_participle() -> None:
+    banned = {
+        f"{room}.{name}"
+        for room in rooms()
+        for name in (room.rpartition(".")[2], *names(tree(room)))
+        if name.strip("_") in BANNED_NAMES
+    }
+    assert banned == ALLOWED
+
+
+# Tests of the project, of damaged input and of whole processes belong to no module.
+APART = {"project", "fuzz", "mpi"}
+
+
+def test_tests_mirror_the_package() -> None:
+    known = set(rooms())
+    for path in sorted(TESTS.rglob("test_*.py")):
+        folder = ".".join(path.parent.relative_to(TESTS).parts)
+        if folder.partition(".")[0] in APART:
+            continue
+        words = path.stem.removeprefix("test_").split("_")
+        names = ["_".join(words[:count]) for count in range(1, len(words) + 1)]
+        prefix = f"{folder}." if folder else ""
+        assert any(f"{prefix}{name}" in known for name in names), f"{path} tests no module"

@@ -1,0 +1,105 @@
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+from scipy import ndimage
+
+from paths import MEASUREMENTS
+from roughcontact.errors import InputError
+from roughcontact.surface import cleaning
+
+
+def rough(seed: int, shape: tuple[int, int], holes: float = 0.0) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    heights = rng.normal(size=shape)
+    heights[rng.random(shape) < holes] = np.nan
+    return heights
+
+
+@given(st.integers(0, 10_000), st.floats(0.05, 0.9), st.floats(0.2, 5.0), st.floats(-1e6, 1e6))
+def test_fill_keeps_bits_and_stays_within_the_rim(
+    seed: int, holes: float, ratio: float, offset: float
+) -> None:
+    heights = rough(seed, (12, 15), holes) + offset
+    there = ~np.isnan(heights)
+    if not there.any():
+        return
+    filled = cleaning.fill_missing(heights, (ratio, 1.0))
+    assert filled[there].tobytes() == heights[there].tobytes()
+    label, count = ndimage.label(~there)
+    for hole in range(1, count + 1):
+        inside = label == hole
+        rim = heights[ndimage.binary_dilation(inside) & there]
+        assert rim.min() <= filled[inside].min()
+        assert filled[inside].max() <= rim.max()
+
+
+@pytest.mark.parametrize("limit", [10**9, 0])
+@pytest.mark.parametrize("pixel", [(1.0, 1.0), (2.0, 0.7)])
+def test_fill_is_exact_for_discretely_harmonic_heights(
+    monkeypatch: pytest.MonkeyPatch, limit: int, pixel: tuple[float, float]
+) -> None:
+    monkeypatch.setattr(cleaning, "_DIRECT_LIMIT", limit)
+    monkeypatch.setattr(cleaning, "_COARSEST", 50)
+    dy, dx = pixel
+    y, x = np.mgrid[:90, :80] * np.array([dy, dx])[:, None, None]
+    # Second differences of x², y² are exact, so this solves the five-point equation exactly;
+    # swapped weights would miss it where dy differs from dx.
+    expected = x * x - y * y + 3 * x * y - x + 5
+    heights = expected.copy()
+    heights[10:70, 20:75] = np.nan
+    heights[80:85, 5:9] = np.nan
+    filled = cleaning.fill_missing(heights, pixel)
+    # The iteration stops at a residual of 1e-10 of the right-hand side.
+    np.testing.assert_allclose(filled, expected, atol=1e-7 * np.ptp(expected))
+
+
+def test_fill_has_no_slope_across_the_edge() -> None:
+    heights = np.full((6, 9), np.nan)
+    heights[:, 0], heights[:, 4] = 1.0, 3.0
+    filled = cleaning.fill_missing(heights, (1.0, 2.0))
+    # Between the columns a straight line; beyond the last one nothing pulls.
+    expected = np.array([1, 1.5, 2, 2.5, 3, 3, 3, 3, 3]) + np.zeros((6, 1))
+    np.testing.assert_allclose(filled, expected, atol=1e-12)
+
+
+def test_fill_within_a_level_rim_is_level_to_the_bit() -> None:
+    heights = np.full((20, 50), 1 / 3)
+    heights[:, 25:] = 7.1
+    expected = heights.copy()
+    heights[3:17, 3:22] = heights[5:9, 30:45] = np.nan
+    np.testing.assert_array_equal(cleaning.fill_missing(heights, (1.0, 0.3)), expected)
+
+
+def test_fill_of_a_whole_map_and_of_nothing() -> None:
+    heights = rough(7, (4, 4))
+    assert cleaning.fill_missing(heights, (1.0, 1.0)).tobytes() == heights.tobytes()
+    with pytest.raises(InputError, match="nothing to fill"):
+        cleaning.fill_missing(np.full((4, 4), np.nan), (1.0, 1.0))
+
+
+def test_fill_by_multigrid_agrees_with_the_direct_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+    heights = rough(8, (300, 260), holes=0.3)
+    heights[40:250, 30:200] = np.nan
+    direct = cleaning.fill_missing(heights, (1.0, 2.5))
+    monkeypatch.setattr(cleaning, "_DIRECT_LIMIT", 0)
+    monkeypatch.setattr(cleaning, "_COARSEST", 500)
+    np.testing.assert_allclose(cleaning.fill_missing(heights, (1.0, 2.5)), direct, atol=1e-7)
+
+
+def test_fill_of_a_measured_map_with_large_holes() -> None:
+    path = MEASUREMENTS / "bullet_land_fixed.x3p"
+    if not path.exists():
+        pytest.skip("shared/measurements is absent")
+    pytest.importorskip("SurfaceTopography.IO", exc_type=ImportError)
+    from roughcontact.formats.read import read_surface
+
+    surface = read_surface(path)
+    start = time.process_time()
+    filled = surface.filled()
+    assert time.process_time() - start < 2
+    assert surface.missing == 25292
+    assert filled.missing == 0
+    there = ~np.isnan(surface.heights)
+    assert filled.heights[there].tobytes() == surface.heights[there].tobytes()
