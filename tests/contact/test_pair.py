@@ -94,7 +94,7 @@ def test_bodies_on_other_grids_are_told_in_few_digits_and_how_to_align_them() ->
         Pair(body, STEEL, rc.Surface(np.zeros((3, 4)), (2e-6, 1e-6)))
     words = str(caught.value)
     assert "has 3 × 4 points of 2 µm × 1 µm, the surface 4 × 4 points of 1.098 µm × 1.098" in words
-    assert "registration.matched" in words
+    assert "align=True resamples one" in words
     assert ArgumentRef("align", True) in caught.value.parts
 
 
