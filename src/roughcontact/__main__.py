@@ -37,7 +37,7 @@ def main() -> int:
         _leave()
         raise
     finally:
-        # What is left is the interpreter's to clear up, in a moment.
+        # The interpreter cleans up the rest.
         for name in ("SIGINT", "SIGTERM", "SIGHUP"):
             if hasattr(signal, name):
                 signal.signal(getattr(signal, name), signal.SIG_IGN)

@@ -91,7 +91,7 @@ _SMALLER_IS_WORSE = (
 
 
 class Severity(StrEnum):
-    """What a caution does to the numbers."""
+    """Effect of a caution on the results."""
 
     WARNING = "warning"
     """They may be far off, or mean something else than they seem to."""
@@ -113,7 +113,7 @@ class Caution:
 
     kind: str  # Its tag, one of a `CautionTag`; files of other versions have others
     parts: tuple[Part, ...]  # One or two sentences, at most 20 words together
-    severity: Severity = Severity.WARNING  # What it does to the numbers
+    severity: Severity = Severity.WARNING  # Effect on the results
     numbers: Mapping[str, float] = field(default_factory=dict, hash=False)  # Its size comes first
     where: str = ""  # The number of contacts or maps that have it, and the worst of them
     place: str = ""  # The worst of them
@@ -129,7 +129,7 @@ class Caution:
 
     @property
     def rank(self) -> tuple[int, int, float]:
-        """What it is sorted by: severity, tag, size."""
+        """Sort key: severity, tag, size."""
         size = abs(next(iter(self.numbers.values()), 0.0))
         return (
             list(Severity).index(self.severity),

@@ -78,7 +78,7 @@ def to_pandas(shown: object) -> pandas.DataFrame:
 
 
 def to_xarray(shown: object) -> xarray.Dataset:
-    """Return what a NetCDF file holds."""
+    """Return the content of a NetCDF file."""
     from roughcontact.report import kinds
 
     return kinds.presentation_of(shown).to_xarray(shown)
@@ -107,14 +107,14 @@ def report(shown: Any, path: Path, command: str, **more: Any) -> None:
 
 
 def contact_cautions(shown: ContactResult) -> tuple[Caution, ...]:
-    """Return what a reader of a contact has to know."""
+    """Return the cautions on a contact."""
     from roughcontact.contact.plausibility import cautions
 
     return cautions(shown)
 
 
 def volume_cautions(shown: ElastoplasticResult) -> tuple[Caution, ...]:
-    """Return what a reader of a contact with its volume has to know."""
+    """Return the cautions on a contact with its volume."""
     from roughcontact.elastoplastic import plausibility as judgment
 
     return judgment.cautions(shown)
@@ -149,7 +149,7 @@ def stored_uncertainty(record: Mapping[str, Any]) -> Uncertainty:
 
 
 def estimate(shown: ContactResult) -> Estimate | None:
-    """Return what formulas say of a contact."""
+    """Return the estimate of a contact."""
     from roughcontact.analyses.estimate import model as estimate
 
     return estimate.of_result(shown)
@@ -170,7 +170,7 @@ def section(shown: ElastoplasticResult, along: str, index: int | None, body: int
 
 
 def layers(shown: ElastoplasticResult, body: int) -> LayerProfile:
-    """Return what each layer holds at most."""
+    """Return the largest values of each layer."""
     from roughcontact.elastoplastic import volume_result as result
 
     return result.layers(shown, body)

@@ -30,7 +30,7 @@ class Reference:
     volume: str = ""  # In the journal
     pages: str = ""  # In the journal
     doi: str = ""  # Without the address before it
-    note: str = ""  # What a reader has to know of the entry itself
+    note: str = ""  # Remark on the entry
 
     @property
     def short(self) -> str:
@@ -89,7 +89,7 @@ class Reference:
 
 @dataclass(frozen=True)
 class References:
-    """What is cited, and for what."""
+    """Cited works, and their uses."""
 
     uses: tuple[tuple[str, tuple[Reference, ...]], ...]
 

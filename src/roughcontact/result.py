@@ -65,7 +65,7 @@ class Result(Displayable):
 
         @property
         def cautions(self) -> tuple[Any, ...]:
-            """What a reader of the numbers has to know, the severest first."""
+            """Cautions on the result, the most severe first."""
 
     @property
     def warnings(self) -> tuple[str, ...]:

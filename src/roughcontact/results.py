@@ -1,4 +1,4 @@
-"""What functions return: the classes of results, for type hints and ``isinstance``."""
+"""Classes of results, for type hints and ``isinstance``."""
 
 from roughcontact.analyses.compare.model import Comparison as Comparison
 from roughcontact.analyses.compare.sampling import SamplingStudy as SamplingStudy

@@ -665,7 +665,9 @@ def test_bodies_on_unequal_grids_are_refused(rough: Path, tmp_path: Path, capsys
     other = tmp_path / "other.npy"
     np.save(other, bumps()[:20])
     status = solve(rough, *STEEL, "--counter-surface", str(other))
-    refused(capsys, status, "--counter-surface has 20 × 64 points", "40 × 64", "--align resamples one")
+    refused(
+        capsys, status, "--counter-surface has 20 × 64 points", "40 × 64", "--align resamples one"
+    )
 
 
 @pytest.mark.parametrize(

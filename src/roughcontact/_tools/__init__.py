@@ -1,1 +1,1 @@
-"""What the package needs and no reader has to know: files, memory, processes, checks."""
+"""Tools of the package: files, memory, processes, arguments."""

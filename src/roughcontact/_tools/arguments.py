@@ -76,7 +76,7 @@ def as_pair(value: Any, name: str) -> tuple[Any, Any]:
 
 @functools.cache
 def _argument_types(function: Callable[..., Any]) -> dict[str, list[_ArgumentType]]:
-    """Return what each argument may be; nothing where that is unknown."""
+    """Return the accepted types of each argument; empty where they are unknown."""
     scope, usual = getattr(function, "__globals__", {}), inspect.signature(function).parameters
     result = {}
     for name, annotation in function.__annotations__.items():
@@ -110,7 +110,7 @@ def _converted_argument(kinds: list[_ArgumentType], name: str, value: Any) -> An
 
 
 def _rejected_text(kinds: list[_ArgumentType], value: Any) -> str:
-    """Return what was given, or the first item of a list that cannot be used."""
+    """Return the argument as text, or the first item of a list that cannot be used."""
     lists = [kind for kind in kinds if kind.is_sequence]
     for number, item in enumerate(value if lists and isinstance(value, list | tuple) else (), 1):
         if all(kind.convert([item]) is _UNCONVERTIBLE for kind in lists):
@@ -119,7 +119,7 @@ def _rejected_text(kinds: list[_ArgumentType], value: Any) -> str:
 
 
 def _annotation_types(node: ast.expr, scope: dict[str, Any]) -> list[_ArgumentType]:
-    """Return what an annotation names; nothing where a part of it is unknown."""
+    """Return the types of an annotation; empty if a part of it is unknown."""
     if isinstance(node, ast.BinOp):
         parts = _annotation_types(node.left, scope), _annotation_types(node.right, scope)
         return [*parts[0], *parts[1]] if all(parts) else []

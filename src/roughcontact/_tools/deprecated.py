@@ -139,7 +139,7 @@ VALUES = {"ceiling": {"recommended": "calibrated"}, "model": {"volume": "elastop
 
 
 def current_argument(function: str, name: str) -> str:
-    """Return what an argument is called now."""
+    """Return the present name of an argument."""
     new = ARGUMENTS.get(function, {}).get(name, name)
     if new != name:
         _warn_renamed(f"{function}({name}=) is {function}({new}=) now")
@@ -147,7 +147,7 @@ def current_argument(function: str, name: str) -> str:
 
 
 def current_option(command: str, name: str, warn: Warn | None = None) -> str:
-    """Return what an option or a key of a project file is called now."""
+    """Return the present name of an option or of a key of a project file."""
     new = (OPTIONS[""] | OPTIONS.get(command, {})).get(name, name)
     if new != name:
         (warn or _warn_renamed)(f"'{name}' is '{new}' now")
@@ -155,7 +155,7 @@ def current_option(command: str, name: str, warn: Warn | None = None) -> str:
 
 
 def current_value(name: str, value: Any, warn: Warn | None = None) -> Any:
-    """Return what a value of an argument or option is called now."""
+    """Return the present value of an argument or option."""
     new = VALUES.get(name, {}).get(value) if isinstance(value, str) else None
     if new is not None:
         (warn or _warn_renamed)(f"'{name} {value}' is '{name} {new}' now")
@@ -187,7 +187,7 @@ def _warn_renamed(text: str) -> None:
 
 
 def resolve_renamed(name: str) -> Any:
-    """Return what a name of the package means now; `AttributeError` where it never had one."""
+    """Return the object of a renamed name; `AttributeError` if the package never had that name."""
     if name not in NAMES:
         raise AttributeError(f"module 'roughcontact' has no attribute {name!r}")
     new = NAMES[name]

@@ -38,7 +38,7 @@ _DEFLATED = 1032
 
 
 class StoredArray(NamedTuple):
-    """What a file says of one array."""
+    """Description of one stored array."""
 
     shape: tuple[int, ...]  # Its points along each axis
     size: int  # Bytes of all of them
@@ -205,11 +205,11 @@ class Variable(NamedTuple):
 
     dims: tuple[str, ...]  # Names of its axes
     values: NDArray[Any]  # Its numbers or texts
-    attrs: dict[str, Any]  # What describes it
+    attrs: dict[str, Any]  # Attributes
 
 
 class Dataset:
-    """What a NetCDF file is to hold, as xarray has it.
+    """Content of a NetCDF file, in the form of xarray.
 
     xarray itself loads pandas, and dask and pint where they are installed: a second of processor.
     """
@@ -285,7 +285,7 @@ class Streamed:
     name: str  # Of the variable
     kind: str  # Of its numbers, as NumPy writes it, such as `"<f8"`
     shape: tuple[int, ...]  # Of the whole, such as `(ny, nx)`
-    attributes: Mapping[str, Any]  # What describes it
+    attributes: Mapping[str, Any]  # Attributes
     parts: Iterable[NDArray[Any]] = ()  # (rows, ...)
     packed: bool = False  # Whether it is compressed
     dims: tuple[str, ...] = ("y", "x")  # Names of the axes

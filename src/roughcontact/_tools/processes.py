@@ -104,7 +104,7 @@ def open_pipe(duplex: bool = False) -> tuple[Connection, Connection]:
 
 
 def died_message(process: SpawnProcess) -> str:
-    """Return what to say of a process that is gone without a word."""
+    """Return the message on a process that ended without a report."""
     process.join()
     return f"its process ended with status {process.exitcode}; is there enough memory?"
 

@@ -58,7 +58,7 @@ class PendingExchange:
     """Parts of arrays on their way between ranks."""
 
     ranks: Ranks  # Those that exchange
-    request: Any  # What MPI waits for
+    request: Any  # Pending MPI request
     coming: NDArray[Any]  # (n,) Memory of what arrives
     sizes: Sequence[int]  # Entries that come from each rank
 
@@ -162,7 +162,7 @@ class Ranks:
         return bool(flag[0])
 
     def run_on_all(self, task: Callable[[], Result]) -> Result:
-        """Return what a task gives that each rank does for itself."""
+        """Return the result of a task that each rank executes for itself."""
         error: BaseException | None = None
         try:
             result = task()

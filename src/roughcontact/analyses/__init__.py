@@ -1,1 +1,1 @@
-"""What is computed of contacts: one folder for each command."""
+"""Analyses of contacts: one folder for each command."""

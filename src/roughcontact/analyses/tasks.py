@@ -89,7 +89,7 @@ The app is served to this machine only. Projects are saved. Ctrl-C ends it.
 )
 
 LOCAL, DASK = "local", "dask"
-"""What the contacts of a project run on."""
+"""Engines of a project."""
 
 ENGINE = Option(
     "engine",
@@ -182,7 +182,7 @@ _TASKS = {task.name: task for task in TASKS}
 PRESENTATIONS = {name: places for task in TASKS for name, places in task.presentations.items()}
 """Where the presentations of each class of results are."""
 PROJECT_TASKS = {task.name: task for task in TASKS if task.in_projects}
-"""What project files may ask for."""
+"""Tasks of project files."""
 SHARED_TASKS = {task.name: task for task in TASKS if task.shares_contacts}
 """Tasks that can be requested together for one contact."""
 

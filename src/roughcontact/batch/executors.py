@@ -154,14 +154,14 @@ def _shut_down(executor: Executor, own: LocalCluster | None) -> None:
         nanny.close_gracefully()
         with suppress(OSError, TypeError):
             os.kill(nanny.pid, signal.SIGTERM)
-    # What they were writing can be removed when they are gone.
+    # Their unfinished files can be removed after they have ended.
     last = time.monotonic() + _DYING
     while any(nanny.is_alive() for nanny in nannies) and time.monotonic() < last:
         time.sleep(_LOOK)
 
 
 def _count_threads(client: Client) -> Callable[[], int]:
-    """Return what tells how many threads the workers have, which come and go."""
+    """Return a function that counts the threads of the workers, which may come and go."""
     known = [0, -_WORKER_INFO_AGE]
 
     def slots() -> int:

@@ -35,14 +35,14 @@ class SubtaskRequest:
     """One thing that is asked of a contact."""
 
     number: int  # Among the entries of the project
-    entry: Entry  # What to do
-    digest: str  # What it depends on, from `plan.request_digest`
+    entry: Entry  # Request
+    digest: str  # Digest of its inputs, from `plan.request_digest`
     places: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class FileTransfer:
-    """What a worker needs to know that may be on another machine."""
+    """Files that a worker on another machine needs."""
 
     mark: Path  # A file in the folder of the results: who sees it writes there
     sums: Mapping[Path, str]  # Checksum of each file that is read, by path
@@ -76,7 +76,7 @@ class TaskResult:
     reports: Mapping[int, ContactReport] = field(default_factory=dict)  # By number
     lacking: tuple[Path, ...] = ()  # Files that the worker does not see
     content: Mapping[Path, bytes] = field(default_factory=dict)
-    result: Any = None  # What was found of a piece, if that did not fail
+    result: Any = None  # Result of a subtask, if it did not fail
 
 
 def run_task(task: BatchTask) -> TaskResult:
@@ -128,7 +128,7 @@ def _run_parts(task: BatchTask) -> TaskResult:
 
 
 def _out_of_memory_text(error: MemoryError) -> str:
-    """Return what to say of a worker whose memory did not suffice."""
+    """Return the message on a worker that ran out of memory."""
     text = f" ({error})" if str(error) else ""
     return (
         f"its worker ran out of memory{text}; give each worker more, with fewer of them on a "
@@ -269,7 +269,7 @@ def _path_below(folder: Path, path: Path) -> Path:
 
 
 def _pack_outputs(leftovers: Path) -> dict[Path, bytes]:
-    """Return what was left below a folder, by where it is wanted."""
+    """Return the files that were written below a folder, by their destination."""
     root = Path(Path.cwd().anchor)
     return {
         root / path.relative_to(leftovers): path.read_bytes()

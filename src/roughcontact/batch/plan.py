@@ -25,7 +25,7 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Command
 
 RUN_KEYS = frozenset({"run", "sha256", "seal"})
-"""What the file of a contact keeps for itself among the numbers by name."""
+"""Keys of the file of a contact besides its quantities."""
 
 DAMAGED_FILE_ERRORS = (
     OSError,
@@ -36,7 +36,7 @@ DAMAGED_FILE_ERRORS = (
     ImportError,
     RecursionError,
 )
-"""What may come of reading a file that was written before, and damaged since."""
+"""Errors of reading an earlier file that may be damaged."""
 
 SOLVED, KEPT, FAILED = "solved", "solved before", "failed"
 
@@ -46,7 +46,7 @@ class Entry:
     """One contact of a project."""
 
     name: str  # Its name, and that of its files
-    request: Request  # What to do
+    request: Request  # Request
     summary: Path  # The JSON file that is written last
     contact: int
 
@@ -57,7 +57,7 @@ class ContactReport:
 
     name: str  # Of the contact
     state: str  # How it ended
-    summary: Mapping[str, Any]  # What its JSON file says
+    summary: Mapping[str, Any]  # Content of its JSON file
     reason: str = ""  # Why it failed, in a sentence
 
     @property
@@ -100,7 +100,7 @@ def find_complete(entry: Entry, digest: str) -> dict[str, Any] | None:
 
 
 def seal_summary(text: Mapping[str, Any], digest: str, written: Iterable[Path]) -> dict[str, Any]:
-    """Return what the JSON file of a contact holds, so that `find_complete` knows it again."""
+    """Return the content of the JSON file of a contact, sealed for `find_complete`."""
     if taken := RUN_KEYS & text.keys():
         raise ValueError(f"the file itself keeps {', '.join(sorted(taken))}")
     whole = json.loads(to_json({**text, "run": digest, "sha256": _file_checksums(written)}))
@@ -110,7 +110,7 @@ def seal_summary(text: Mapping[str, Any], digest: str, written: Iterable[Path]) 
 def checksum_if_readable(path: Path) -> str | None:
     """Return the checksum of a file that is read; nothing where reading will say what is wrong."""
     try:
-        # What a device or a pipe gives has no end, or is gone then.
+        # A device or a pipe has no end, or can be read only once.
         return checksums.checksum_file(path) if path.is_file() else None
     except OSError:
         return None
@@ -137,8 +137,8 @@ def request_digest(
             "version": __version__,
             "task": request.task.name,
             "options": specified,
-            # The suffix tells the format.
-            # What has no checksum may be another each time.
+            # The suffix gives the format.
+            # A file without a checksum may change.
             "inputs": [[path.suffix.lower(), content(path) or uuid4().hex] for path in inputs],
             **about,
         }
@@ -181,7 +181,7 @@ def save_piece(entry: Entry, digest: str, result: Any) -> None:
 
 
 def load_subtasks(entry: Entry, digests: Mapping[str, str]) -> dict[str, Any]:
-    """Return what earlier runs found of pieces of a contact, by their words."""
+    """Return the results of finished subtasks of a contact, by their names."""
     known = {}
     for word, digest in digests.items():
         with contextlib.suppress(*DAMAGED_FILE_ERRORS):

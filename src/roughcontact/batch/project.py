@@ -45,7 +45,7 @@ WRITABLE_SUFFIXES = tuple(
         if suffix != ".json"
     )
 )
-"""What contacts may write besides their ``.json``, by suffix."""
+"""Output files of a contact besides its ``.json``, by suffix."""
 
 
 def read_project(path: str | os.PathLike[str]) -> list[Entry]:
@@ -147,7 +147,7 @@ class _Source:
 
 @dataclass(frozen=True)
 class _Project:
-    """What a file holds, its own keys checked."""
+    """Content of a project file whose own keys are checked."""
 
     source: _Source
     target: Path
@@ -401,7 +401,7 @@ def _is_applicable(key: str, task: Task, values: Mapping[str, Any]) -> bool:
 
 
 def _allowed_keys(task: Task) -> list[str]:
-    """Return what a contact may hold; its files are named by the project."""
+    """Return the keys that a contact may have; its files are named by the project."""
     own = ("name", "task", *task.maps) if task.many_maps else ("name", *task.maps, "task")
     named = (option for option in task.options if not option.suffixes)
     return [*own, *(option.name for option in named if option not in (*SHOWN, GROUP))]

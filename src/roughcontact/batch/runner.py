@@ -131,12 +131,12 @@ class _ProjectRun:
         self._waiting = deque(_group_entries(entries))
         # With how often they were handed out before.
         self._ready: deque[tuple[jobs.BatchTask, int]] = deque()
-        # What is found of contacts in pieces, and why others could not be, by number and word.
+        # Results of subtasks and reasons of failures, by number and key of the contact.
         self._pieces: dict[int, dict[str, Any]] = {}
         self._failed: dict[int, dict[str, str]] = {}
         # Checksums of the files that each contact reads.
         self._read: dict[int, dict[Path, str | None]] = {}
-        # What each of them depends on.
+        # Inputs of each contact.
         self._digests: dict[int, dict[str, str]] = {}
         # Time since which no worker is connected, whether it was reported, and the reason.
         self._lonely, self._warned, self._closed = math.inf, False, ""

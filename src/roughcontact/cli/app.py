@@ -58,7 +58,7 @@ _NO_MEMORY = Sentence(
 )
 
 Given = dict[str, Any]
-# What a command takes besides options: a file, a name, several files or nothing.
+# Positional argument of a command: a file, a name, several files or nothing.
 Subject = Any
 Act = Callable[[Subject, Given], None]
 
@@ -116,7 +116,7 @@ _MAX_NAMED_FILES = 8
 
 
 def _written_text(unfinished: UnfinishedError) -> str:
-    """Return what to say of what was complete when the work was interrupted."""
+    """Return the message on the files that were complete at the interruption."""
     written, saved = unfinished.written, unfinished.saved
     if saved is not None and saved.number:
         parts = units.count_noun(saved.count, saved.part)
@@ -128,7 +128,7 @@ def _written_text(unfinished: UnfinishedError) -> str:
     return f"only {names} {f'and {more} more were' if more > 0 else 'was'} written"
 
 
-# What carries out a command, with the argument that it takes, by its name.
+# Function of each command, with its argument.
 _COMMAND_FUNCTIONS: dict[str, tuple[Command, inspect.Parameter | None, Act]] = {}
 
 
@@ -336,7 +336,7 @@ def _argument(
     )
 
 
-# What is done
+# Action
 
 _FILE = "Height map: instrument file, or matrix (.npy, .npz, .csv, .txt, .asc)."
 _MAP = _argument(Path | None, "FILE", _FILE, None)
@@ -428,7 +428,7 @@ def _show_outcome(outcome: Outcome, display: DisplayOptions) -> None:
         about = {} if folder is None else {"reused": outcome.reused}
         print(to_json({**outcome.record(), **about}))
     elif display is not DisplayOptions.QUIET:
-        # What draws tables takes time to import.
+        # The import of the table library takes time.
         from roughcontact.cli import console
 
         console.print_outcome(outcome, display)
@@ -552,7 +552,7 @@ def _desk(file: Subject, specified: Given) -> None:
 
 
 def _load_page() -> Page:
-    """Return what makes a page, which takes a second to import."""
+    """Return the function that makes a page; its import takes a second."""
     from roughcontact.desk.page import make_page
 
     return make_page

@@ -44,7 +44,7 @@ _WIDTH = 80
 _MAX_WIDTH = 100
 
 
-# What is shown
+# Content
 
 
 def print_outcome(outcome: Outcome, display: DisplayOptions) -> None:

@@ -126,11 +126,11 @@ def _first_sentence(text: str) -> str:
     return " ".join(text.partition("\n\n")[0].split())
 
 
-# What completes a word
+# Completion of a word
 
 
 def completer_of(option: Option[Any]) -> Callable[[str], list[str]] | None:
-    """Return what gives the values of an option that begin with a text; None where any will do."""
+    """Return a function that lists the values with a prefix; None if any text is valid."""
     if option.parse is parsing.material:
         return complete_materials
     if isinstance(option.parse, parsing.Choice):

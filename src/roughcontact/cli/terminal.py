@@ -61,7 +61,7 @@ class DisplayOptions(Enum):
 
 
 class ProgressLine:
-    """What is done at the moment, and how long it will still take."""
+    """Line that shows the running step and the remaining time."""
 
     def __init__(self) -> None:
         self._text, self._end, self._forecast = "", 0.0, Forecast()

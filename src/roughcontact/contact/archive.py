@@ -49,13 +49,13 @@ _MAX_MAPS = 8
 
 @dataclass(frozen=True)
 class Verification:
-    """What a result states, and what its pressures and heights say."""
+    """Stated values of a result, and values recomputed from its pressures and heights."""
 
     load: float  # Load that the result states [N]
     certificate: float  # ε that the result states
     found_load: float
     found_certificate: float
-    doubt: float  # What the last digit of displacement and initial gap may change in a certificate
+    doubt: float  # Change of a certificate by the last digit of displacement and initial gap
     gap_error: float
     load_error: float  # As the result states it, under a given load
     precision: str  # Arithmetic of the transforms

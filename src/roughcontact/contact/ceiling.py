@@ -200,7 +200,7 @@ def area_change(advice: CalibratedCeiling, ceiling: float | None, modulus: float
 
 
 def _recommend(pair: Pair, softer: Material, slope: float, mean: float) -> CalibratedCeiling:
-    """Return what is recommended for a sphere with this a/R and mean pressure [Pa]."""
+    """Return the recommended ceiling of a sphere with this a/R and mean pressure [Pa]."""
     bodies = [item for item in (pair.material, pair.counter_material) if item.compliance > 0]
     load = slope**2 * mean
     # With the calibrated ceiling it bears the same load at another slope.
@@ -331,7 +331,7 @@ def _contact_slope(result: ContactResult) -> float:
     places = np.nonzero(label)
     bodies = [body for body in (result.surface, result.counter_surface) if body is not None]
     pixel = result.surface.pixel
-    # What a flat has that is tilted, by the rounding of its heights.
+    # Height differences of a tilted flat caused by rounding.
     rounding = _ROUNDING * sum(float(np.nanmax(np.abs(b.heights))) for b in bodies) / min(pixel)
     gap, spot = result.initial_gap, label[places]
     if not spot.size:

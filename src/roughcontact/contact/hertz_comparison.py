@@ -79,7 +79,7 @@ def distances_from(result: ContactResult, middle: tuple[float, float]) -> tuple[
 
 
 def comparison_limits(result: ContactResult) -> tuple[Caution, ...]:
-    """Return what sets a contact and Hertz's of its nominal bodies apart besides roughness."""
+    """Return the differences, besides roughness, between a contact and that of Hertz."""
     smooth = _smooth_limits(result)
     return sort_cautions(
         [

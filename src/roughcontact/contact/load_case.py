@@ -24,7 +24,7 @@ LOAD_EXAMPLES = (
     "a load such as '1 N', a nominal pressure such as '20 MPa', a line load such as '600 N/mm', "
     "or Hertz's peak pressure such as 'hertz 1.5 GPa'"
 )
-"""What a text has to be."""
+"""Type of a text value."""
 
 _HERTZ = re.compile(r"\s*hertz\s+(.*)", re.IGNORECASE | re.DOTALL)
 
@@ -119,7 +119,7 @@ NAMES = {
     LineLoad: "line load",
     HertzPressure: "Hertz's peak pressure",
 }
-"""What the forms are called."""
+"""Names of the forms of a load."""
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ def _origin_curvature(origin: Operation | None) -> Array | None:
 
 
 def _apply_step(curvature: Array, step: Operation) -> Array | None:
-    """Return what a step makes of a curvature."""
+    """Return a curvature after a preparation step."""
     specified = step.arguments
     if step.method in _CURVATURE_KEEPING_STEPS or not curvature.any():
         return curvature
@@ -118,7 +118,7 @@ _ROUND_TOLERANCE = 1e-9
 class ContactShape:
     """Where two smooth bodies touch, and how they curve there against each other."""
 
-    kind: str  # What the contact looks like
+    kind: str  # Shape of the contact
     radii: tuple[float, ...]  # Radii of relative curvature [m], the larger first
     angle: float  # Direction of the longer side, or of the line, counter-clockwise from x [degrees]
 

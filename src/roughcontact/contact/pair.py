@@ -1,4 +1,4 @@
-"""What is pressed on what: two surfaces, two materials, and what lies beyond the edges."""
+"""Pair of bodies: two surfaces, two materials, and the boundary condition."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ BODIES = {"body": "body", "counter_body": "counter-body"}
 """Labels of the two bodies: the rough body and its counter-body."""
 
 CounterSurface = Surface | NominalBody
-"""What a counter-body is given by: a nominal body takes the grid of the rough map."""
+"""Types of a counter-body; a nominal body takes the grid of the rough map."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Pair:
     material: Material  # Of the rough body
     counter_surface: Surface | None = None  # Heights of the counter-body on the same grid
     counter_material: Material = RIGID  # Of the counter-body
-    boundary: Boundary = Boundary.FREE  # What lies beyond the edges of the map
+    boundary: Boundary = Boundary.FREE  # Boundary condition
 
     @classmethod
     def of(
@@ -152,7 +152,7 @@ class Pair:
 
     @property
     def whole(self) -> str:
-        """What is pressed, in a word: ``"map"`` or ``"profile"``."""
+        """Kind of the surface: ``"map"`` or ``"profile"``."""
         return "profile" if self.is_profile else "map"
 
     @property
@@ -258,7 +258,7 @@ class Pair:
         return self.material if body == "body" else self.counter_material
 
     def operators(self, precision: str, workspace: Workspace, softness: float = 1.0) -> Family:
-        """Return what makes the displacement operator on the grid."""
+        """Return a factory of the displacement operator on the grid."""
         where = self.shape, self.pixel, self.contact_modulus / softness
         coatings = Coatings.from_bodies(self.material, self.counter_material)
         how: Any = {"coatings": coatings, "precision": precision, "workspace": workspace}

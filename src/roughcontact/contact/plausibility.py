@@ -49,7 +49,7 @@ _FAR = 0.5
 
 
 def ratio_to_elastoplastic(advice: CalibratedCeiling, ceiling: float) -> tuple[float, float]:
-    """Return what a ceiling leaves of a sphere over what plasticity of the volume leaves."""
+    """Return the residual indentation of a sphere under a ceiling over that of the volume model."""
     depth, energy = _residual_sphere(advice, ceiling)
     usual_depth, usual_energy = _residual_sphere(advice, advice.ceiling)
     return _DEPTH * depth / usual_depth, _ENERGY * energy / usual_energy
@@ -168,7 +168,7 @@ def atom_caution(result: ContactResult) -> Caution | None:
 
 
 def adhesion_caution(result: ContactResult) -> Caution | None:
-    """Return what adhesion, which is left out, does to the spots that carry half of the load."""
+    """Return the caution on the effect of neglected adhesion on spots that carry half the load."""
     spots, modulus, work = result.spots(), result.contact_modulus, WORK_OF_ADHESION
     carrying = spots.load > 0
     if not carrying.any() or result.contact.all() or result.pair.is_coated:
@@ -276,7 +276,7 @@ class Check:
 
 
 def cautions(result: ContactResult) -> tuple[Caution, ...]:
-    """Return what a reader of a contact has to know, the severest first."""
+    """Return the cautions on a contact, the most severe first."""
     requested = (check.cautions_of(result) for check in CHECKS if check.applies(result))
     return sort_cautions(
         [*(caution for caution in requested if caution is not None), *result.extra_cautions]

@@ -66,7 +66,7 @@ class Calibrated:
     mean_gap: float  # Mean open gap [m]
     change: float  # Largest relative change of contact area, saturated area and mean gap
     certificate: float  # ε of its solution
-    convolutions: int  # What it cost
+    convolutions: int  # Cost
 
     @property
     def is_of_base(self) -> bool:
@@ -284,7 +284,7 @@ class ContactResult(Result):
 
     @property
     def boundary(self) -> Boundary:
-        """What lies beyond the edges of the map; it equals the text that names it."""
+        """Boundary condition; it equals the text that names it."""
         return self.pair.boundary
 
     @property
@@ -377,7 +377,7 @@ class ContactResult(Result):
 
     @cached_property
     def estimate(self) -> Any:
-        """What formulas of nominally flat contact say; see `roughcontact.analyses.estimate.model`.
+        """Estimate by formulas of nominally flat contact; see `analyses.estimate.model`.
 
         None where they do not hold, as where the map is not periodic along both axes, and where
         several processes hold it.
@@ -417,7 +417,7 @@ class ContactResult(Result):
 
     @cached_property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers has to know, the severest first."""
+        """Cautions on the result, the most severe first."""
         return presentation().contact_cautions(self)
 
     def spots(self) -> Spots:

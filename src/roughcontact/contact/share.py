@@ -254,4 +254,4 @@ class Slab:
 
 
 MapOrSlab = Surface | Slab
-"""What a process holds of a map: all of it, or a band of its rows."""
+"""Part of a map in a process: all of it, or a band of its rows."""

@@ -17,7 +17,7 @@ from tornado.httputil import HTTPHeaders, HTTPServerRequest
 from tornado.routing import AnyMatches, Matcher, Rule, RuleRouter
 
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
-"""What this machine is called by itself."""
+"""Names of this machine."""
 
 TOKEN, WORK = "token", "work"
 """Query parameters: the token, and the key of a project."""
@@ -42,7 +42,7 @@ class AccessPolicy:
     """Who may come in."""
 
     origins: tuple[str, ...]
-    token: str  # What has to be shown once
+    token: str  # Secret to be shown once
     secret: bytes  # Signs the cookie
     port: int  # Where the server listens: a browser has the cookies of all ports of a machine
 
@@ -98,7 +98,7 @@ def _name(host: str) -> str:
 def guard_application(
     door: AccessPolicy, find: Callable[[str], bool], create: Callable[[], str], app: Any
 ) -> Any:
-    """Return what stands before an application of Tornado, and lets in who may come in."""
+    """Return a wrapper of a Tornado application that admits authorized requests only."""
     refusing = web.Application(
         [(r".*", _RefusedHandler, {"door": door})],
         transforms=[GuardedApplication],

@@ -61,15 +61,15 @@ INTERACTIVE_RESULTS = (LoadCurve, ResolutionStudy, StressResult)
 
 @dataclass(frozen=True)
 class AnalysisOutcome:
-    """What came out."""
+    """Outcome of an analysis."""
 
     outcome: Outcome  # The result itself
     facts: tuple[Cells, ...]  # Names, values and meanings
     heads: Cells  # A table of many steps, if it has one
     steps: tuple[Cells, ...]  # A table of many steps, if it has one
-    cautions: tuple[Caution, ...]  # What has to be known
+    cautions: tuple[Caution, ...]  # Cautions
     drawings: tuple[Drawing, ...]  # Figures
-    sentences: tuple[str, ...] = ()  # What the numbers mean
+    sentences: tuple[str, ...] = ()  # Meaning of the quantities
     lead: str = ""  # The answer in a sentence
 
     @property
@@ -121,7 +121,7 @@ class ContactComparison:
     """Two contacts side by side."""
 
     rows: tuple[Cells, ...]  # Names of numbers, those of both, their difference, and its share
-    cautions: tuple[tuple[Caution, ...], tuple[Caution, ...]]  # What has to be known of each
+    cautions: tuple[tuple[Caution, ...], tuple[Caution, ...]]  # Cautions of each
     contacts: tuple[ContactResult, ContactResult]
 
 

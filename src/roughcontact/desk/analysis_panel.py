@@ -97,7 +97,7 @@ class AnalysisPanel(TabPanel):
             self._curve.mark(outcome.contact.load)
 
     def _shown(self, result: analysis_jobs.AnalysisOutcome) -> list[Any]:
-        """Return what shows an answer."""
+        """Return the views of a result."""
         lead = pn.pane.HTML(f"<h2>{escape_markup(result.lead)}</h2>", **style.WIDE)
         cautions = pn.pane.HTML(controls.caution_list(result.cautions), **style.WIDE)
         facts = pn.pane.HTML(controls.markup_table(result.facts), **style.WIDE)
@@ -119,13 +119,13 @@ class AnalysisPanel(TabPanel):
         return parts
 
     def _use(self, load: float) -> Any:
-        """Return what makes a load that was found that of the contact."""
+        """Return a button that takes a found load as the load of the contact."""
         text = format_engineering(load, "N", _DIGITS)
         return make_button(f"Use {text} as the load", lambda: self._give("load", text))
 
 
 class OptionsForm:
-    """What can be told of a question."""
+    """Form with the options of an analysis."""
 
     def __init__(self, task: Task, question: Analysis) -> None:
         self.task, self._question = task, question
@@ -171,7 +171,7 @@ def _result_view(result: Any) -> LoadCurveView | ResolutionView | StressView | N
 
 
 def figure_view(drawing: Drawing) -> Any:
-    """Return what shows a figure."""
+    """Return the view of a figure."""
     return pn.pane.Bokeh(show_drawing(drawing), **style.BLOCK)
 
 
@@ -279,7 +279,7 @@ class JointPanel(TabPanel):
         self._answers[:] = [part for item in result for part in self._shown(item)]
 
     def _shown(self, result: analysis_jobs.AnalysisOutcome) -> list[Any]:
-        """Return what shows an answer: title, cautions, figures, numbers, files, the command."""
+        """Return the views of a result: title, cautions, figures, quantities, files, command."""
         request = result.outcome.request
         name = next(
             question.name for task, question in analysis_jobs.JOINTS if task is request.task

@@ -50,7 +50,7 @@ def escape_markup(text: str) -> str:
 
 
 def error_markup(text: str, role: str = ' role="alert"') -> str:
-    """Return what is wrong as markup, which is read aloud."""
+    """Return an error as markup that screen readers announce."""
     return f'<span{role} class="wrong">{escape_markup(text)}</span>'
 
 
@@ -72,7 +72,7 @@ Give = Callable[[str, Value], None]
 
 
 _SUGGESTED: dict[str, tuple[str, ...]] = {"ceiling": ("auto", "calibrated", "none"), "channel": ()}
-"""What is proposed where any text can be given."""
+"""Suggestions where any text is valid."""
 
 _PICTURED = {"boundary": {"free": "ends", "periodic": "continues"}}
 """Pictures of choices."""
@@ -185,7 +185,7 @@ def make_button(text: str, done: Callable[[], None], primary: bool = False, **mo
 
 
 def caution_list(text: Iterable[Caution]) -> str:
-    """Return what has to be known, the gravest first, as a list."""
+    """Return the cautions as a list, the most severe first."""
     items = "".join(
         f'<li><b class="{item.severity}">{item.severity}</b> '
         f"{escape_markup(spell_sentence(item.text))}</li>"

@@ -260,7 +260,7 @@ class SectionPoints(NamedTuple):
 
 
 class SectionBodies(NamedTuple):
-    """What a section shows [SI], at its places; NaN where points are missing."""
+    """Bodies on a section [SI]; NaN where points are missing."""
 
     lower: Array
     upper: Array

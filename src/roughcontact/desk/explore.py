@@ -74,7 +74,7 @@ def explore(shown: Surface | ContactResult) -> DeskServer:
 
 
 def _page() -> Page:
-    """Return what makes a page, which takes a second to import."""
+    """Return the function that makes a page; its import takes a second."""
     from roughcontact.desk.page import make_page
 
     return make_page

@@ -21,7 +21,7 @@ _MARKERS = {"s": "square", "^": "triangle", "x": "x", "+": "cross"}
 
 
 class Mark(NamedTuple):
-    """What is drawn in a frame: a glyph of Bokeh, its columns, its look, its name."""
+    """Mark in a frame: a glyph of Bokeh, its columns, style and name."""
 
     glyph: str
     columns: dict[str, Any]
@@ -63,7 +63,7 @@ class Drawing(NamedTuple):
 
 
 def read_figure(figure: Figure) -> Drawing:
-    """Return what a figure of Matplotlib shows."""
+    """Return the content of a figure of Matplotlib."""
     bars = {
         item.colorbar.ax
         for axes in figure.axes

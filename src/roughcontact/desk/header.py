@@ -35,7 +35,7 @@ _CHECKS = {
     "missing": ("Missing points", "step-prepare"),
     "load": ("Load", "step-load"),
 }
-"""What a contact needs, by the name of its option: how it is called, and where it is given."""
+"""Required inputs of a contact by option: label, and where to enter it."""
 
 _SHORTCUTS = (
     ("1 to 5", "enlarge heights, pressure, contact, gap, indentation"),

@@ -221,7 +221,7 @@ def _by_label(choices: Mapping[str, str] | None) -> dict[str, str] | None:
 
 
 class PreparationPanel:
-    """What is done to a map before it is pressed, and the steps that were done."""
+    """Preparation of a map, and the recorded steps."""
 
     def __init__(self, session: Session, give: Give, changed: Callable[[], None]) -> None:
         self._session, self._changed = session, changed
@@ -339,7 +339,7 @@ class BodiesPanel:
 
 
 class ModelPanel:
-    """What lies beyond the map, and what holds the pressure."""
+    """Boundary condition and model."""
 
     def __init__(self, session: Session, give: Give) -> None:
         self._session, self._give = session, give
@@ -659,7 +659,7 @@ def _make_file_drop(text: str, arrived: Callable[[dict[str, Any]], None], **more
 
 
 def _work_title(work: SavedProject) -> str:
-    """Return what a work is called: its map, and when it was last used."""
+    """Return the title of a project: its map, and the time of its last use."""
     used = datetime.fromtimestamp(work.folder.stat().st_mtime).strftime("%Y-%m-%d %H:%M")
     try:
         state = from_script(work.project.read_text(encoding="utf-8"), work.folder)

@@ -52,10 +52,10 @@ class FailedRequest:
 
 @dataclass(frozen=True)
 class Preview:
-    """What is seen of a request first: on larger pixels, or without the calibrated ceiling."""
+    """Preview of a request: on larger pixels, or without the calibrated ceiling."""
 
     request: Request  # Request
-    contact: ContactResult  # What came out
+    contact: ContactResult  # Result
 
 
 Event = PreparedMaps | Preview | Outcome | Progress | FailedRequest | str
@@ -74,7 +74,7 @@ class _Outdated(Exception):  # noqa: N818 - no error: something newer was asked 
 
 
 class LiveAnswer(Enum):
-    """What a request is answered with."""
+    """Answer to a request."""
 
     MAPS = "maps"
     PREVIEW = "preview"
@@ -249,13 +249,13 @@ def coarsen_surface(surface: Surface) -> Surface:
 
 
 def _maps_key(request: Request) -> tuple[Any, ...]:
-    """Return what the prepared maps of a request depend on."""
+    """Return the key of the prepared maps of a request."""
     prepares = (option.name for option in request.task.options if option.prepares)
     return request.file, tuple(map(request.specified.get, prepares))
 
 
 def _modification_times(path: Path) -> tuple[int, int] | None:
-    """Return what changes with a file's content, None where there is no file."""
+    """Return times and sizes that change with the content of a file; None if there is no file."""
     try:
         result = path.stat()
     except OSError:

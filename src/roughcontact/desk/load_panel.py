@@ -37,7 +37,7 @@ _PEAKS = 5.0
 class LoadForm:
     """A form in which a load is given."""
 
-    name: str  # What it is called
+    name: str  # Label
     option: str  # The option that takes it
     unit: str  # SI unit
     example: str  # A text of it

@@ -344,7 +344,7 @@ def result_scales(result: ContactResult) -> dict[str, ColorLimits]:
 
 
 def map_titles(result: ContactResult) -> dict[str, str]:
-    """Return what stands in the titles of the maps of a result."""
+    """Return the titles of the maps of a result."""
 
     def value_text(key: str) -> str:
         return quantity_of(CONTACT, key).row(result).text
@@ -763,7 +763,7 @@ def _unit(key: str) -> str:
 
 
 def _columns(key: str, part: rasters.ResultWindow) -> dict[str, Any]:
-    """Return what a map shows of the cells of a contact [SI]."""
+    """Return the columns of a map of the cells of a contact [SI]."""
     if key == TOUCH:
         shares = dict(zip(_BESIDES[TOUCH], rasters.contact_shares(part), strict=True))
         return {TOUCH: rasters.contact_colors(part), **shares}

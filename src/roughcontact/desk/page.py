@@ -144,7 +144,7 @@ class Page:
         if outcome is not None and outcome.contact is not None:
             self.view.cut(outcome.contact, self.session.state.line)
 
-    # What one does.
+    # Actions.
 
     def _set_option(self, name: str, value: Value) -> None:
         number, outcome = self.session.number, self.session.outcome
@@ -155,7 +155,7 @@ class Page:
                 self._on_event(outcome)
             elif not self.session.state.missing:
                 self.session.solve()
-        # What prepares, and the bodies, a load leaves as they are.
+        # Panels of preparation and bodies do not depend on the load.
         self._show_load()
 
     def _drag(self, name: str, value: Value) -> None:
@@ -241,7 +241,7 @@ class Page:
 
         threading.Thread(target=work, daemon=True).start()
 
-    # What is heard from the thread that solves.
+    # Results from the solver thread.
 
     def _on_event(self, what: Event | ShownResult | ShownPreview) -> None:
         if isinstance(what, (Progress, str)) and not self._is_slow:
@@ -361,7 +361,7 @@ class Page:
 
     def _show_running(self, text: str) -> None:
         """Show the running job."""
-        # What failed is said before the map alone is made.
+        # Errors are shown before the map alone is drawn.
         if self.session.failure is None and self._is_slow:
             self._header.show_state(f"{text} …", "caution")
 
@@ -496,7 +496,7 @@ def _shown_result(request: Request, result: ContactResult) -> ShownResult:
 
 
 def make_page(visit: PageVisit) -> Any:
-    """Return what a new page shows."""
+    """Return the content of a new page."""
     return Page(visit).root
 
 
@@ -531,7 +531,7 @@ class ContactView:
 
     @cached_property
     def detail(self) -> DetailPanel:
-        """What is below the maps, and on their right."""
+        """Panels below and to the right of the maps."""
         return DetailPanel(self.maps.zoom, self._call_draw, self._call_run)
 
     @cached_property

@@ -29,7 +29,7 @@ KEPT = "map-"
 _KEY = re.compile(r"[A-Za-z0-9_-]{32}")
 _SUFFIX = re.compile(r"(?:\.[A-Za-z0-9]{1,12}){1,2}$")
 _MAX_NAME_LENGTH = 200
-# What a server that was killed left lies longer than another needs to take its lock.
+# Files of a killed server are kept longer than another server needs to take its lock.
 _MIN_AGE_SECONDS = 60.0
 _SECRET = "secret"
 _PAGE, _LOCK = "page-", "lock"
@@ -119,7 +119,7 @@ class ProjectStore:
 
     @property
     def secret(self) -> bytes:
-        """What signs the cookies of this user's browsers: made once, for nobody else to read."""
+        """Secret that signs the cookies of this user's browsers, readable by this user alone."""
         path = self.folder / _SECRET
         if not path.exists():
             files.write_atomically(path, secrets.token_hex(_KEY_BYTES))
@@ -130,7 +130,7 @@ class ProjectStore:
     def reserve_upload(self, name: str, size: int, limit: int) -> Iterator[None]:
         """Hold room for a file while it comes; refuse it if all have more than a limit with it."""
         total = self._coming
-        # What is being written has a hidden name; its announced size is held already.
+        # Unfinished uploads have hidden names; their announced sizes are already reserved.
         for path in self.folder.glob("*/[!.]*"):
             with contextlib.suppress(OSError):
                 total += path.stat().st_size if path.is_file() else 0

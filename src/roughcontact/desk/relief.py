@@ -46,7 +46,7 @@ _LEVELS = 254
 """Steps of color; two more levels are no value and a value above the scale."""
 
 _MISSING_HEIGHT = np.float32(-1e30)
-"""What the script takes for a missing height."""
+"""Value of a missing height in the script."""
 
 _MILLISECONDS = 250
 """Time of a picture in the file of a film."""
@@ -253,7 +253,7 @@ def _whole(surface: Surface) -> rasters.Window:
 def _heights(surface: Surface) -> list[Any]:
     """Return the heights as the script takes them."""
     view = _whole(surface)
-    # What is far off a mean would lose digits.
+    # Values far from the mean would lose digits.
     values = rasters.mean_heights(surface, view, float(np.nanmean(surface.heights)))
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     box = rasters.window_extent(view, surface.pixel)
@@ -296,7 +296,7 @@ def _load_text(state: ContactResult | LoadFrame | None) -> str:
 
 
 def _head(key: str, bar: Any, shape: tuple[int, ...], words: str) -> dict[str, Any]:
-    """Return what the script is given with the colors of a map: its scale and its state."""
+    """Return scale and state of the colors of a map for the script."""
     low, high = bar.color_mapper.low, bar.color_mapper.high
     ticks = [
         ((tick - low) / (high - low), bar.major_label_overrides[tick]) for tick in bar.ticker.ticks

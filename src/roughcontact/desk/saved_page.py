@@ -89,7 +89,7 @@ def render_page(result: ContactResult, request: Request) -> str:
     if result.surface.is_profile:
         raise InputError("a profile has no maps: take its report instead")
     maps, legend = _maps(result)
-    # What a browser would take for the end of the script.
+    # Text that a browser would take for the end of the script.
     item = json.dumps(json_item(maps, "maps")).replace("</", "<\\/")
     scripts = "".join(
         f"<script>{text}</script>\n"
@@ -233,7 +233,7 @@ def _layer(values: NDArray[np.float32]) -> EncodedMap:
 def _legend(
     view: rasters.Window, layers: dict[str, EncodedMap], scales: dict[str, ColorLimits]
 ) -> str:
-    """Return what the colors mean, and how exact the values are."""
+    """Return the meaning of the colors, and the precision of the values."""
     rows, columns = view.shape
     block = view.blocks[0]
     cells = f"{rows} × {columns} points."

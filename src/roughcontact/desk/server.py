@@ -115,7 +115,7 @@ class Settings:
 class PageVisit:
     """One page in one browser, from its opening to its end."""
 
-    work: SavedProject  # What it is about
+    work: SavedProject  # Subject
     file: Path | None  # The map that the command named, where nothing was done in this work yet
     folder: Path  # Where it may write what nobody needs after it
     workers: WorkerPool  # Where it may have work done in other processes
@@ -217,7 +217,7 @@ class Server:
             http.stop()
         else:
             self._server.stop(wait=False)
-        # What waits for something that does not come any more.
+        # Requests that wait for something that no longer comes.
         waiting = asyncio.all_tasks(loop)
         for task in waiting:
             task.cancel()
@@ -230,7 +230,7 @@ class Server:
         from roughcontact.desk import access
 
         doors = StartupRouter()
-        # What others were let in by ends with the program.
+        # Access tokens of others expire with the program.
         own = not self._settings.is_open
         secret = self._works.secret if own else secrets.token_bytes(32)
         door = access.AccessPolicy(self._settings.origins, self._token, secret, self.port)
@@ -258,7 +258,7 @@ class Server:
             self._ready.set()
 
     def _import(self) -> None:
-        # What is imported stays; to look for garbage in it takes a tenth of the time.
+        # Imported objects stay: without them, garbage collection takes a tenth of the time.
         gc.disable()
         try:
             import panel.io.server  # noqa: F401
@@ -321,7 +321,7 @@ class Server:
         return self._works.find(key) is not None
 
     def _opened(self) -> Any:
-        """Return what a new page shows."""
+        """Return the content of a new page."""
         import panel as pn
 
         from roughcontact.desk import access, widgets
@@ -548,7 +548,7 @@ class UploadHandler(web.RequestHandler):
         except InputError as error:
             self._refuse(413, str(error))
             return
-        # What the server takes of all other requests is far less.
+        # All other requests are far smaller.
         connection = cast(HTTP1Connection, self.request.connection)
         connection.set_max_body_size(self._limit)
         self._upload = self._ends.enter_context(work.open_upload(name, self._limit))
@@ -585,7 +585,7 @@ class _Abandoned(Exception):  # noqa: N818 - nobody made a mistake
     """The rest of a file does not come."""
 
 
-# What is seen while the program is still imported: its name; the page's scripts are read ahead.
+# Page shown during the import of the program: title, and preloaded scripts.
 
 
 _PAGE = """<!doctype html>
@@ -630,7 +630,7 @@ class StartupRouter(Router):
         self.opened.set()
 
     def find_handler(self, request: Any, **more: Any) -> Any:
-        """Return what answers a request."""
+        """Return the handler of a request."""
         return self._app.find_handler(request, **more)
 
 

@@ -56,7 +56,7 @@ OPTIONS_OF_STEP = {
 }
 """The options that a step of the preparation comes from, by the method of `Surface`."""
 
-# What undoes an option that has a default which does something.
+# Text that disables an option with an effective default.
 _UNDONE: dict[str, Value] = {"level": "none"}
 
 _NOTHING: Given = MappingProxyType({})
@@ -90,7 +90,7 @@ class SessionState:
         return tuple(wanted)
 
     def name_of(self, path: Path) -> str:
-        """Return what the user calls a file."""
+        """Return the name of a file as the user knows it."""
         return self.names.get(path.name, path.name)
 
     def with_user_names(self, text: str) -> str:
@@ -124,7 +124,7 @@ class SessionState:
     def with_option(self, name: str, value: Value) -> SessionState:
         """Return the state with an option set."""
         option = SOLVE.by_name.get(name)
-        # What is written, the page offers itself, and a project file has no word for it.
+        # Output files are offered by the page itself and have no key in project files.
         if option is None or option.panel is Panel.OUTPUT:
             raise InputError(f"is no option of {SOLVE.name}", argument=name, value=value)
         if isinstance(value, str):
@@ -250,7 +250,7 @@ _MAX_UNDO = 200
 # The tolerance of a preview.
 _ROUGH = "1e-4"
 
-# What a surface is prepared with where only that can be done: any material serves.
+# Preparation of a surface alone: any material serves.
 _PREVIEW_OPTIONS = {"material": "100Cr6", "load": "1 N", "boundary": "free"}
 
 
@@ -304,7 +304,7 @@ class Session:
         """Whether a state was undone."""
         return bool(self._future)
 
-    # What one does.
+    # Actions.
 
     def open_map(self, path: Path | None, name: str = "") -> None:
         """Take another map; None for a nominal body alone."""
@@ -431,7 +431,7 @@ class Session:
         """The request of the state."""
         return self._state.request()
 
-    # What follows.
+    # Consequences.
 
     def _change_state(self, state: SessionState, solve: bool = True) -> None:
         if state == self._state:

@@ -184,7 +184,7 @@ CONTROL: dict[str, Any] = {
     "sizing_mode": "stretch_width",
     "margin": (0, 0, 4, 0),
 }
-# What is higher than the column that it is in makes that scroll, and lies over nothing.
+# Content higher than its column makes the column scroll and overlaps nothing.
 _TALL = ":host { max-height: none !important; }"
 WIDE: dict[str, Any] = {
     "stylesheets": [TEXT, _TALL],
@@ -386,7 +386,7 @@ def set_markup(model: Any, text: str) -> None:
 @contextmanager
 def batch_changes(document: Any) -> Iterator[None]:
     """Send the changes of a block to the browser at its end, as one message."""
-    # What changes before the page has told that it stands would be held for ever.
+    # Changes before the page reports that it is ready would be held forever.
     if document is None or not state.loaded:
         yield
         return

@@ -539,7 +539,7 @@ class TabPanel:
     """A part of the page."""
 
     root: Any
-    """What stands there."""
+    """Present content."""
 
     _working: Any = None
     """The work under way, a `controls.JobButton`; None where nothing takes long."""

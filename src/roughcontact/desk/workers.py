@@ -36,7 +36,7 @@ READING_SECONDS = 60.0
 
 @dataclass(frozen=True)
 class Limits:
-    """What a job may take."""
+    """Limits of a job."""
 
     memory: int | None = None  # Bytes beyond those of a process that does nothing yet
     seconds: float | None = None  # Time
@@ -47,7 +47,7 @@ class JobStage:
     """How far a job is."""
 
     progress: Progress | str  # Solver progress, or a stage as text
-    share: float | None  # What part of the whole is done, where that is known
+    share: float | None  # Completed share, where known
     seconds: float  # Time since the job began
 
     @property
@@ -60,7 +60,7 @@ class JobStage:
 class JobResult:
     """How a job ended."""
 
-    value: Any = None  # What it gave
+    value: Any = None  # Result
     error: RoughcontactError | None = None  # Why it gave nothing
     canceled: bool = False  # Whether that was so
     seconds: float = 0.0  # Time that it took
@@ -258,7 +258,7 @@ class _Process:
 
 def _run_worker(connection: Connection) -> None:
     """Do one task, in a process of its own."""
-    # What any task needs comes while nobody waits for it.
+    # Modules that every task needs are imported while the process is idle.
     for name in _NEEDED:
         importlib.import_module(name)
     with processes.exit_with_parent():
@@ -298,7 +298,7 @@ def _limit_memory(maximum: int | None) -> Iterator[None]:
     try:
         yield
     finally:
-        # What was made is sent.
+        # The result is sent.
         resource.setrlimit(resource.RLIMIT_AS, before)
 
 
@@ -348,7 +348,7 @@ READING = Limits(READING_MEMORY, READING_SECONDS)
 
 
 def make_reader(bench: WorkerPool, limits: Limits = READING) -> Callable[..., Surface]:
-    """Return what reads maps apart and waits for them, as `formats.read.read_announced`."""
+    """Return a reader in another process, with the interface of `formats.read.read_announced`."""
 
     def read_apart(path: Path, announced: Callable[..., None], *reading: Any) -> Surface:
         names = ("format", "channel", "unit", "size", "override_size")

@@ -1,4 +1,4 @@
-"""What a map shows in cells of several points: classes in their shares, limits of the colours.
+"""Cells of several points of a map: classes by their shares, limits of the colors.
 
 `roughcontact.drawing.maps` says what maps in cells are; nothing here knows what draws them.
 """
@@ -125,7 +125,7 @@ def open_gap(contact: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
 
 
 def closed_cover(result: Shares, colour: str) -> Array:
-    """Return what covers an open gap: the colour of closed points and that of missing ones.
+    """Return the overlay of an open gap: the color of closed points and that of missing ones.
 
     Red, green, blue and opacity along the end; the opacity is their share of a cell.
     """
@@ -142,7 +142,7 @@ def closed_cover(result: Shares, colour: str) -> Array:
 def map_painters(
     size: tuple[float, float], heights: Array, pressure: Array, gap: Array
 ) -> dict[str, Callable[[], Figure]]:
-    """Return what draws the reduced maps of a contact, by what they show.
+    """Return the painters of the reduced maps of a contact, by quantity.
 
     Parameters
     ----------

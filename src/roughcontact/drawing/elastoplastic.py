@@ -463,7 +463,7 @@ def convergence(result: ElastoplasticResult) -> Figure:
 
 
 class _Cut(NamedTuple):
-    """What is drawn of a section: its layers and pixels, how deep [m], where strain is largest."""
+    """Section to draw: layers and pixels, depth [m], place of the largest strain."""
 
     plane: DepthSection
     rows: slice

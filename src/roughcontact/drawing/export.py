@@ -141,7 +141,7 @@ def draw_pngs(
     many = min(processes, len(drawings), _process_limit() if processes > 1 else 1)
     if many > 1 and len(drawings) <= _MOST:
         result = _draw_in_processes(drawings, many, tell)
-    # What a process has failed in is drawn here, to the same error.
+    # A figure that failed in another process is drawn here and raises the same error.
     for number, draw in enumerate(drawings):
         if number not in result:
             if tell is not None:
@@ -161,7 +161,7 @@ def _process_limit() -> int:
 def _draw_in_processes(
     drawings: Sequence[Drawing], processes: int, tell: Callable[[int, int], None] | None
 ) -> dict[int, bytes]:
-    """Return what this process and its forks have drawn, by number."""
+    """Return the figures drawn by this process and its forks, by number."""
     # Before it forks: loaded once.
     import matplotlib.backends.backend_agg  # noqa: F401 - for what it loads
 

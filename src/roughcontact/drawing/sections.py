@@ -214,7 +214,7 @@ class Line(NamedTuple):
 
 
 def _tilted(result: ContactResult, where: tuple[int | slice, ...]) -> Array:
-    """Return what the tilt adds to the gap on a section [m]."""
+    """Return the contribution of the tilt to the gap on a section [m]."""
     y, x = rigid_tilt.moment_arms(result.gap.shape, result.surface.pixel)
     slope_y, slope_x = (slope * max(result.surface.size) for slope in result.tilt)
     return (slope_y * y + slope_x * x)[where]
@@ -421,7 +421,7 @@ def histogram_label(
     limits: tuple[float, float],
     scale: tuple[float, str],
 ) -> str:
-    """Return what a distribution of pressures says of the contact, in lines."""
+    """Return the label of a pressure distribution, in lines."""
     text = f"{name}: " if name else ""
     text += (
         f"{format_percent(result.contact_fraction)} of the map in "

@@ -60,7 +60,7 @@ _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"
 
 
 def prefixed(largest: float, unit: str) -> tuple[float, str]:
-    """Return what a quantity is multiplied with for an axis, and the unit with its prefix."""
+    """Return factor and prefixed unit of a quantity for an axis."""
     # The rounding keeps 999.9999999 µm, which is a sum of pixels, from missing its prefix.
     exponent = 3 * math.floor(math.log10(largest * (1 + 1e-9)) / 3) if largest > 0 else 0
     exponent = min(max(exponent, min(_PREFIXES)), max(_PREFIXES))
@@ -88,7 +88,7 @@ def in_unit(value: float, scale: tuple[float, str], symbol: str) -> str:
 
 
 def prefixed_area(largest: float) -> tuple[float, str]:
-    """Return what an area is multiplied with for an axis, and the unit with its prefix."""
+    """Return factor and prefixed unit of an area for an axis."""
     # From a tenth of the next one on: its steps are of a million.
     exponent = min(max(3 * math.floor(math.log10(10 * largest * (1 + 1e-9)) / 6), -12), 0)
     return float(10.0 ** (-2 * exponent)), _PREFIXES[exponent] + "m²"
@@ -192,7 +192,7 @@ def reduce_cells(
     blocks: tuple[int, int],
     dtype: type[np.generic] | None = None,
 ) -> NDArray[Any]:
-    """Return what a ufunc makes of the points of each cell."""
+    """Return the reduction of the points of each cell by a ufunc."""
     result = values if dtype is None else values.astype(dtype, copy=False)
     for axis, block in enumerate(blocks):
         if block > 1:
@@ -446,5 +446,5 @@ def load_text(result: ContactResult) -> str:
 
 
 def doubt_suffix(result: ContactResult | ElastoplasticResult) -> str:
-    """Return what a title adds where a result is not to be trusted."""
+    """Return the suffix of a title if a result is not to be trusted."""
     return "" if result.converged else " (NOT CONVERGED)"

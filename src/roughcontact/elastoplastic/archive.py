@@ -248,7 +248,7 @@ def increments_of(dataset: xarray.Dataset) -> tuple[Increment, ...]:
 
 
 def carried_arrays(dataset: xarray.Dataset) -> dict[str, NDArray[Any]]:
-    """Return what a run carried on to the next load."""
+    """Return the arrays that a run carried on to the next load."""
     return {
         str(name).removeprefix(CARRIED): np.array(values)
         for name, values in dataset.data_vars.items()

@@ -42,7 +42,7 @@ QUANTITIES = {
     "plateau_pressure": "Pa",
     "max_pressure": "Pa",
 }
-"""What is compared, with units."""
+"""Compared quantities, with units."""
 
 # Change of a relative error that is no more than the tolerance of the solver.
 _NEGLIGIBLE = 1e-5

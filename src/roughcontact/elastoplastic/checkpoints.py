@@ -34,7 +34,7 @@ _BODY = ("places", "strain", "accumulated")
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """What the next point of a path starts from."""
+    """State from which the next point of a path starts."""
 
     extent: Extent  # The volume
     bodies: list[tuple[Array, Array]]
@@ -159,7 +159,7 @@ class CheckpointSeries:
             names = (f"step-{number + 1:04d}.nc" for number in range(len(path)))
             self._files = [place.folder / name for name in names]
             self._note = place.folder / "latest.nc"
-            # What makes a state one of this run; a file holds numbers only.
+            # A state belongs to this run if its inputs agree; the file holds values only.
             self._mark = {"problem": np.frombuffer(bytes.fromhex(place.problem), np.uint8)}
 
     def __bool__(self) -> bool:
@@ -203,7 +203,7 @@ class CheckpointSeries:
         return number, self._of_this_run(checkpoint, file, number)
 
     def _read(self, file: Path, read: Callable[[], Checkpoint]) -> Checkpoint:
-        """Return what a file holds, if it is one of a run."""
+        """Return the state in a file, if it belongs to a run."""
         try:
             checkpoint = read()
         except FormatError as error:
@@ -269,7 +269,7 @@ class CheckpointSeries:
 def _run_record(
     problem: ElastoplasticProblem, start: ElastoplasticResult | None, volume: list[float]
 ) -> dict[str, Any]:
-    """Return what the states depend on, for the record in the folder."""
+    """Return the record of the inputs of the states for the folder."""
     described = problem.pair.record()
     described |= {
         "boundary": str(problem.pair.boundary),

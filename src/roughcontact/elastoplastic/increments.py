@@ -62,7 +62,7 @@ class IterationInfo:
 
 
 class IncrementInfo(NamedTuple):
-    """What an increment of the path was: change of the load [N], way in whole pixels."""
+    """Increment of the path: change of the load [N], shift in whole pixels."""
 
     load: float = 0.0
     y: int = 0
@@ -147,7 +147,7 @@ class IncrementLoop:
     def checkpoint(
         self, done: Sequence[Increment], largest: tuple[float, Array | None], seconds: float
     ) -> Checkpoint:
-        """Return what the next point starts from, as long as none is visited."""
+        """Return the starting state of the next point, as long as none is visited."""
         bodies = [body.strain_on_map() for body in self.bodies]
         pressure = self.solver.pressure[self.solver.inside]
         return Checkpoint(
@@ -303,7 +303,7 @@ class IncrementLoop:
             body.accept(places, added)
 
     def _make_increment(self, residuals: tuple[float, ...], convolutions: int) -> Increment:
-        """Return what a point of the path gave whose strain is accepted."""
+        """Return the increment of a point of the path whose strain is accepted."""
         pressure, (dy, dx) = self.solver.pressure, self.problem.pair.pixel
         return Increment(
             **asdict(self._point),
@@ -416,7 +416,7 @@ class IncrementLoop:
         self._added[number][layer] = self._added[number][layer][:, inside][:, order]
 
     def _weights(self) -> list[float]:
-        """Return what a square of strain counts in each layer here, body after body."""
+        """Return the weight of a squared strain in each local layer, body after body."""
         first = self.bodies[0]
         return [
             body.shear_modulus / first.shear_modulus * float(h / first.thickness[0])
@@ -487,7 +487,7 @@ _NEAR = 0.05
 
 
 class _StateSample(NamedTuple):
-    """What is compared of a state."""
+    """Values by which states are compared."""
 
     approach: float
     near: float

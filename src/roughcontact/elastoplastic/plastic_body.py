@@ -81,7 +81,7 @@ class DepthSection(_Stresses):
 
 @dataclass(frozen=True, eq=False)
 class LayerProfile(_Layers):
-    """What each layer below the map holds at most."""
+    """Largest values of each layer below the map."""
 
     faces: NDArray[np.float64]  # (nz + 1,) Depths of the faces of the layers [m], from 0 on
     plastic_fraction: NDArray[np.float64]  # (nz,) Share of the layer that has plastic strain
@@ -207,7 +207,7 @@ class PlasticBody:
         return int(layer), int(row), int(column)
 
     def of_layers(self, inside: Window) -> LayerProfile:
-        """Return what each layer holds at most in a window of rows and columns."""
+        """Return the largest values of each layer in a window of rows and columns."""
         accumulated, loaded, residual = (
             values[:, *inside]
             for values in (self.accumulated, self.von_mises, self.residual_von_mises)
@@ -243,7 +243,7 @@ class SharedBody:
     share: DistributedPartition  # The ranks
     thickness: NDArray[np.float64]  # (nz,) Thickness of all layers [m]
     cells: NDArray[np.int64]  # (nz,) Pixels of each layer that have flowed
-    layers: LayerProfile  # What each holds at most below the map
+    layers: LayerProfile  # Largest values of each layer below the map
     maximum_place: tuple[
         int, int, int
     ]  # Layer, row and column of the largest plastic strain below the map
@@ -293,7 +293,7 @@ class SharedBody:
         return self.maximum_place
 
     def of_layers(self, inside: Window) -> LayerProfile:
-        """Return what each layer holds at most below the map."""
+        """Return the largest values of each layer below the map."""
         return self.layers
 
     def depth_values(self, where: Place) -> tuple[Array, Array, Array, Array, Array]:

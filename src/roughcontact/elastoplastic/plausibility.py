@@ -35,7 +35,7 @@ doi:10.1098/rspa.1999.0423).
 # Stress beyond the yield strength, over it, that is worth a word.
 _EXCESS = 0.05
 
-# What the contact alone says without knowing of the volume.
+# Cautions that depend on the contact alone.
 _OF_THE_CEILING = (
     CautionTag.NOT_CONVERGED,
     CautionTag.EDGE,
@@ -47,7 +47,7 @@ _OF_THE_CEILING = (
 
 
 def cautions(result: ElastoplasticResult) -> tuple[Caution, ...]:
-    """Return what a reader of a state of the volume has to know, the severest first."""
+    """Return the cautions on a state of the volume, the most severe first."""
     answer = [check(result) for check in _CHECKS]
     shown = (c for c in result.solution.cautions if c.kind not in _OF_THE_CEILING)
     return sort_cautions([*(caution for caution in answer if caution is not None), *shown])
@@ -218,7 +218,7 @@ _CHECKS = (
 )
 
 
-# What repeated passes are judged by besides their last state: their steps, pixel and direction.
+# Steps, pixel and direction of repeated passes, besides the last state.
 
 
 LONG_STEP, LONGEST_STEP = 0.5, 1.0

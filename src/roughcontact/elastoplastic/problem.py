@@ -1,4 +1,4 @@
-"""What all loads of a path have in common."""
+"""Problem of a load path: the inputs that all its loads share."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from roughcontact.solvers.progress import Status
 
 @dataclass(frozen=True, eq=False)
 class ElastoplasticProblem:
-    """What all loads of a path have in common; see `solve_elastoplastic`."""
+    """Inputs that all loads of a path share; see `solve_elastoplastic`."""
 
     pair: Pair
     tolerance: float
@@ -346,7 +346,7 @@ def is_within_memory(
 
 
 def memory_terms(problem: ElastoplasticProblem) -> dict[str, Any]:
-    """Return what `require_memory` has to know of a problem besides its grid."""
+    """Return the arguments of `require_memory` for a problem, except its grid."""
     return {
         "bodies": max(len(problem.yielding), 1),
         "boundary": problem.pair.boundary,

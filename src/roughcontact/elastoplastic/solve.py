@@ -450,10 +450,10 @@ def _prepare_solver(
 class _PathRun:
     """A path of loads that is followed."""
 
-    problem: ElastoplasticProblem  # What all loads have in common
+    problem: ElastoplasticProblem  # Inputs of all loads
     path: list[PathPoint]  # Its points
     automatic: bool  # Whether the steps to each are chosen by their error
-    steps: CheckpointSeries  # What is kept of them
+    steps: CheckpointSeries  # Stored steps
     progress: Tell  # Called after every iteration
     began: float  # When, by `time.perf_counter`
     each: Callable[[int, ElastoplasticResult], object] | None = None
@@ -515,7 +515,7 @@ class _PathRun:
             self.each(number, state)
 
     def _iteration_callback(self, number: int) -> Callable[[float, int, float], None]:
-        """Return what tells of iterations at one load of the path."""
+        """Return the callback that reports the iterations at one load of the path."""
 
         def watch(load: float, iteration: int, residual: float) -> None:
             if callable(self.progress):

@@ -1,4 +1,4 @@
-"""What a contact is after a path of loads with plastic flow: data, and what follows from them."""
+"""State of a contact after a path of loads with plastic flow, and derived quantities."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ class PlasticRegime(StrEnum):
 
 @dataclass(frozen=True)
 class Increment:
-    """What one load of the path gave."""
+    """Outcome of one load of the path."""
 
     load: float  # Normal load [N]
     approach: float  # Approach of the bodies from the first touch [m]
@@ -279,7 +279,7 @@ class ElastoplasticResult(Result):
 
     @property
     def step_error(self) -> float | None:
-        """What the finite load steps change, as a share of approach and area; None if unknown."""
+        """Effect of the finite load steps, as a share of approach and area; None if unknown."""
         return self.increments[-1].step_error if self.increments else 0.0
 
     @property
@@ -337,7 +337,7 @@ class ElastoplasticResult(Result):
 
     @cached_property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers has to know, the severest first."""
+        """Cautions on the result, the most severe first."""
         return presentation().volume_cautions(self)
 
     def profile(self, point: tuple[int, int] | None = None, body: int = 0) -> DepthProfile:

@@ -138,7 +138,7 @@ def _read(
 
 
 def _list_entries(path: Path) -> dict[str, ContainerEntry]:
-    """Return what a container lists, by names that differ."""
+    """Return the entries of a container, by unique names."""
     with zipfile.ZipFile(path) as archive:
         name = next((name for name in (_INDEX, _YAML) if name in archive.namelist()), None)
         if name is None:

@@ -26,7 +26,7 @@ Writer = Callable[[Any, Target], None]
 
 @dataclass(frozen=True)
 class Content:
-    """What a file of one format holds."""
+    """Content of a file of one format."""
 
     words: str  # As help and web page state it
     write: Writer  # `write(source, path)`
@@ -36,7 +36,7 @@ class Content:
 class FormatTable:
     """Formats that objects of one class are written in."""
 
-    noun: str  # What messages call such an object
+    noun: str  # Name of such an object in messages
     contents: Mapping[str, Content]  # By suffix
 
     @property
@@ -103,7 +103,7 @@ VOLUME = FormatTable(
 )
 
 
-# What is written there has two sides.
+# Formats without profiles.
 _OF_MAPS = (".x3p", ".sur", ".vti", ".vtr")
 
 

@@ -248,7 +248,7 @@ def _check_grid(path: Path, described: Channel) -> None:
 
 
 def _opener(path: Path, kind: str) -> Callable[[Any], Any]:
-    """Return what opens a stream of a format: its reader alone, or else the whole library."""
+    """Return the function that opens a format: its reader alone, or the whole library."""
     try:
         return cast("Callable[[Any], Any]", readers.reader(kind))
     except ImportError:
@@ -312,7 +312,7 @@ def _open_reader(path: Path, kind: str) -> Iterator[Any]:
 
 
 def _reader_stream(path: Path, kind: str) -> io.BufferedIOBase:
-    """Return what a reader reads of a file; a bare profile of Mahr in the archive it expects."""
+    """Return the stream of a reader; a bare profile of Mahr in the archive that it expects."""
     if kind != "qep" or zipfile.is_zipfile(path):
         return BoundedStream(io.FileIO(path))
     packed = io.BytesIO()
@@ -323,7 +323,7 @@ def _reader_stream(path: Path, kind: str) -> io.BufferedIOBase:
 
 
 def _channel_name(result: list[Channel], index: int) -> str:
-    """Return what tells a channel from the others; empty if there are none."""
+    """Return the name that distinguishes a channel; empty if there is only one."""
     name = result[index].name
     namesakes = [entry for entry in result if entry.name == name]
     if len(namesakes) > 1:
@@ -351,7 +351,7 @@ def _instrument_name(reader: Any, entry: Any) -> str:
 
 
 def _header_contradiction(path: Path, kind: str, entry: Any, values: Array) -> str:
-    """Return what in a header does not fit the rest of the file; empty if everything does."""
+    """Return the contradiction between a header and its file; empty if there is none."""
     check = _CONTRADICTIONS.get(kind)
     header = entry.info.get("raw_metadata")
     if check is None or not header or np.isnan(values).all():

@@ -46,7 +46,7 @@ _SUFFIX = ".npy"
 
 
 class NumpyHead(NamedTuple):
-    """What an array says of itself."""
+    """Header of an array."""
 
     shape: tuple[int, ...]  # Points along each axis
     dtype: np.dtype[Any]  # Kind of its numbers
@@ -65,7 +65,7 @@ class Arrays:
     """The arrays in a file of NumPy."""
 
     path: Path  # The file
-    heads: Mapping[str, NumpyHead]  # What they say of themselves, by name in their order
+    heads: Mapping[str, NumpyHead]  # Headers, by name in the order of the file
 
     def read(self, name: str) -> NDArray[Any]:
         """Return an array; a ``.npy`` file is memory-mapped."""
@@ -81,7 +81,7 @@ class Arrays:
 
 
 def open_arrays(path: Path, kind: str) -> Arrays:
-    """Return what is in a file."""
+    """Return the arrays of a file."""
     with _errors(path):
         if kind == "npz":
             return Arrays(path, dict(_members(path)))
@@ -103,7 +103,7 @@ def _members(path: Path) -> Iterator[tuple[str, NumpyHead]]:
 
 
 def _head(stream: IO[bytes], size: int) -> NumpyHead:
-    """Return what an array in a file, or in a member of an archive, of that size says of itself."""
+    """Return the header of an array in a file, or in a member of an archive, of that size."""
     start = io.BytesIO(stream.read(_LONGEST_HEAD))
     version = npy.read_magic(start)
     if version == (3, 0):
@@ -215,7 +215,7 @@ def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
 
 
 def _foreign_head(path: Path) -> Head:
-    """Return what another program has written above its numbers; an empty head if nothing."""
+    """Return the header that another program has written above its values, if any."""
     try:
         with source.open_text(path, errors="replace") as stream:
             return text_files.parse_head(path, _lines(path, stream)) or Head(0)
@@ -364,7 +364,7 @@ def _name_file_in_errors(path: Path) -> Iterator[None]:
 
 
 def _head_of_text(path: Path) -> dict[str, str]:
-    """Return what the head of a text matrix states; nothing if it has no head of this program."""
+    """Return the header of a text matrix; empty if it has no header of this program."""
     try:
         with source.open_text(path, errors="replace") as stream:
             lines = _lines(path, stream)
@@ -554,7 +554,7 @@ def _row(
 def _parse_cell(
     path: Path, word: str, number: int, position: int, delimiter: str | None, marks: set[str]
 ) -> float:
-    """Return what a cell means that is no number with a decimal point."""
+    """Return the value of a cell that is no number with a decimal point."""
     if _MISSING.fullmatch(word):
         return math.nan
     if delimiter != "," and _DECIMAL_COMMA.fullmatch(word):

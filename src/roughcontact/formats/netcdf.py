@@ -107,7 +107,7 @@ _NETCDF_EACH = 20
 
 def save(surface: Surface, path: str | os.PathLike[str]) -> None:
     """Write a height map to a NetCDF file: heights, pixel and provenance."""
-    # What keeps contacts is loaded by who writes one of their surfaces.
+    # The archive of contacts is imported only if a result is written.
     from roughcontact.contact.archive import surface_to_dataset
 
     netcdf.write(surface_to_dataset(surface), path)

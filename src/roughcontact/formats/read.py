@@ -136,7 +136,7 @@ def read_announced(
     size: Quantities | str | None = None,
     override_size: bool = False,
 ) -> Surface:
-    """Return what `read_surface` does, of a file whose size may be refused before it is read."""
+    """Read a surface as `read_surface`; its size may be rejected before it is read."""
     with _opened(path, format) as (file, known):
         return _read(
             file, known, format, ReadOptions(channel, unit, size, override_size, announced)
@@ -151,7 +151,7 @@ def read_with_channels(
     size: Quantities | str | None = None,
     override_size: bool = False,
 ) -> tuple[Surface, tuple[Channel, ...]]:
-    """Return what `read_surface` and `channels` do, of a pipe as well, which can be read once."""
+    """Read a surface and list its channels, also from a pipe, which can be read once."""
     with _opened(path, format) as (file, known):
         surface = _read(file, known, format, ReadOptions(channel, unit, size, override_size))
         return surface, known.channels(file, known.name)
@@ -200,7 +200,7 @@ def _format_of(path: Path, wanted: str | None = None, piped: bool = False) -> In
                 return known
         names = ", ".join(sorted(known.name for known in FORMATS))
         raise input_error("format", wanted, f"must be one of {names}")
-    # What a shell makes of <(zcat map.csv.gz) has a number for its name.
+    # A process substitution such as <(zcat map.csv.gz) has a number as its name.
     suffix = _suffix(path) or (_PIPED if piped else "")
     numbered = _THREE_DIGITS.fullmatch(suffix) is not None
     hinted = next(

@@ -262,7 +262,7 @@ def damage_as_error(path: Path, kind: str, advice: str) -> Iterator[None]:
 
 
 def one_line(error: BaseException) -> str:
-    """Return what another library complains of, in one line."""
+    """Return the error message of another library in one line."""
     # Readers quote the bytes they stumble over; keep what can be printed.
     printable = "".join(c if c.isprintable() else " " for c in str(error))
     text = " ".join(printable.split()) or "no reason given"

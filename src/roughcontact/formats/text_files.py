@@ -89,12 +89,12 @@ _TELLING = {"side_x", "points", "points_x", "pixel", "pixel_x", "wyko", "unit_x"
 
 @dataclass(frozen=True)
 class Head:
-    """What a text file says of its numbers."""
+    """Properties of the values that a text file states."""
 
     lines: int  # Lines that it takes
     channel: str = ""  # Name of what is in the file
     unit: str = ""  # Unit of the heights as the file spells it
-    factor: float = 1.0  # What the numbers are multiplied with to be in that unit
+    factor: float = 1.0  # Factor to that unit
     lateral: float | None = None  # Unit [m] of coordinates of points
     pixel: tuple[float, float] | None = None  # Pixel edges `(dy, dx)` [m]
     sides: tuple[float, float] | None = None  # Sides `(y, x)` [m]
@@ -115,7 +115,7 @@ class Head:
 
 
 def parse_head(path: Path, lines: Iterable[str]) -> Head | None:
-    """Return what the first lines of a text say of its numbers."""
+    """Return the properties that the first lines of a text state."""
     result: dict[str, tuple[str, ...]] = {}
     count = 0
     for line in itertools.islice(lines, MAX_HEAD_LINES):
@@ -428,7 +428,7 @@ def find_profile(path: Path) -> Trace | None:
 
 
 def _third_column_name(head: Sequence[str]) -> str:
-    """Return what the third column of a trace is by its name; empty if nothing names one."""
+    """Return the quantity of the third column of a profile by its name; empty if it has none."""
     named = [cells for line in head if len(cells := _cells(line.lstrip("# "))) == 3]
     if any(_VALID.fullmatch(cells[2]) for cells in named):
         return "valid"

@@ -149,7 +149,7 @@ def _in_cells(
 
 
 def _tensor(name: str, mean: str | None = None) -> Callable[[_Layer], NDArray[Any]]:
-    """Return what gives the six components of a tensor in the axes of the file."""
+    """Return a function for the six components of a tensor in the axes of the file."""
 
     def show(cell: _Layer) -> NDArray[Any]:
         full = tensor(cell.of(name), 0 if mean is None else cell.of(mean))

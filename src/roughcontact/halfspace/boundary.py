@@ -163,7 +163,7 @@ class Boundary(StrEnum):
         precision: str = "double",
         workspace: Workspace | None = None,
     ) -> Callable[[tuple[int, int], tuple[int, int]], Convolution]:
-        """Return what makes the operator of a map on coarser grids, and of parts of it.
+        """Return a factory of the operator of a map, of coarser grids, and of parts of it.
 
         Parameters
         ----------
@@ -211,7 +211,7 @@ class Boundary(StrEnum):
         precision: str = "double",
         workspace: Workspace,
     ) -> Callable[[tuple[int, int], tuple[int, int]], SlabConvolution]:
-        """Return what makes the operator of a map on several ranks, and that of coarser grids.
+        """Return a factory of the operator of a map on several ranks, and of coarser grids.
 
         Parameters
         ----------

@@ -53,7 +53,7 @@ _DEAD, _TERMS = 40.0, 12
 
 
 def layer_excess(material: Material, waves: NDArray[Any]) -> NDArray[Any]:
-    """Return what the layers below the outermost one add to its response.
+    """Return the contribution of the layers below the outermost one to its response.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ class _Layer:
     rising: NDArray[Any]  # Amplitudes of rising waves over those of falling ones, (2, 2, n)
 
     def state(self, depth: NDArray[Any]) -> NDArray[Any]:
-        """Return what falling waves of unit amplitude go with at a depth q ζ, shape (5, 2, n)."""
+        """Return the state of decaying waves of unit amplitude at a depth q ζ, shape (5, 2, n)."""
         result = _state(-1, depth, depth, self.poisson, self.shear)
         if self.thickness is not None:
             above = self.thickness - depth
@@ -159,7 +159,7 @@ def _layers(material: Material, waves: NDArray[Any]) -> list[_Layer]:
     if math.isfinite(material.young):
         layers.append(_Layer(material.poisson, shear(material.young, material.poisson), None, none))
         below = layers[0].compliance()
-    # What holds at the lower face of a layer: displacements are the compliance times the tractions.
+    # At the lower face of a layer, displacements are the compliance times the tractions.
     unit = np.zeros_like(none)
     unit[0, 0] = unit[1, 1] = 1
     held = np.concatenate([unit, -below], axis=1)
@@ -288,7 +288,7 @@ def pixel_response(
     first_row: int,
     table: Table,
 ) -> Array:
-    """Return what the layers below the outermost one add to the displacement of pixels.
+    """Return the contribution of the inner layers to the displacement of pixels.
 
     Parameters
     ----------
@@ -349,7 +349,7 @@ def _corner(table: Table, y: Array, x: Array) -> Array:
 
 @dataclass(frozen=True)
 class Coatings:
-    """What the layers of two bodies add to the response of the materials at their surfaces."""
+    """Contribution of the layers of two bodies to the response of their surfaces."""
 
     bodies: tuple[Material, ...]  # Those that are coated
     shares: tuple[float, ...]  # Their parts of 1/E*, E* of both surfaces

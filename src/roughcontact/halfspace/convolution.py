@@ -56,7 +56,7 @@ class ArrayCache:
         return sum(array.nbytes for array in self._arrays.values())
 
     def get(self, key: Hashable, make: Callable[[], Array]) -> Array:
-        """Return what ``make()`` returned for this key, read-only."""
+        """Return the result of ``make()`` for this key, read-only."""
         with self._lock:
             if key in self._arrays:
                 self._arrays.move_to_end(key)
@@ -83,7 +83,7 @@ Found = TypeVar("Found")
 
 
 class LocalSums:
-    """What is summed over all pixels of a map that this process holds alone.
+    """Sums over all pixels of a map that this process holds alone.
 
     A map on several processes takes the same from an object of its own, which adds up what each
     of them finds; see `roughcontact.solvers.operator.Sums`.
@@ -119,7 +119,7 @@ class LocalSums:
         """Return the entrywise sums over all processes."""
         return parts
 
-    # What else a contact needs where several processes hold its map.
+    # Further operations for maps that several processes hold.
 
     def run_on_all(self, task: Callable[[], Found]) -> Found:
         """Return the result of a task, or raise its error on all processes."""

@@ -500,12 +500,12 @@ def _cut(flat: NDArray[Any], index: int, rows: slice, width: int) -> tuple[NDArr
 
 
 def _pieces(target: NDArray[Any], source: NDArray[Any]) -> list[tuple[NDArray[Any], NDArray[Any]]]:
-    """Return what is to be copied, in parts for several threads."""
+    """Return the pieces to copy, in parts for several threads."""
     return [(target[rows], source[rows]) for rows in cut_up(len(source), _ROWS)]
 
 
 def _part_at_origin(spectrum: Array, padded: tuple[int, int], columns: slice) -> float:
-    """Return what some waves along x add to the kernel at the origin."""
+    """Return the contribution of some waves along x to the kernel at the origin."""
     # Waves of the other quadrants count again; those at 0 and at Nyquist have no other.
     weights = []
     for points, waves in zip(padded, (slice(0, padded[0] // 2 + 1), columns), strict=True):
@@ -532,7 +532,7 @@ def operators(
     precision: str = "double",
     workspace: Workspace,
 ) -> Callable[[tuple[int, int], tuple[int, int]], SlabConvolution]:
-    """Return what makes the operator of a map on several ranks, and that of coarser grids.
+    """Return a factory of the operator of a map on several ranks, and of coarser grids.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ Pair = tuple[Array, Array]
 
 @dataclass(frozen=True, eq=False)
 class LayerStack:
-    """What a half-space of layers is made of.
+    """Properties of a half-space of layers.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ class Sweep:
         # The waves that come up to each layer from below, and down to some from above.
         self._risen = array("up", (nz, 3, *shape))
         self._fallen = array("down", (step, 3, *shape))
-        # What layers add to the waves and to their stress; scratch.
+        # Contribution of the layers to the waves and to their stress; scratch.
         self._memory = array("sweep", (9, step, *shape))
         self._weights = array("weights", (4, step, *shape[1:]))
 
@@ -764,7 +764,7 @@ class PeriodicHalfSpace:
             if loaded:
                 self._add(parts, self._elastic[layer, 3], load)
             if along is not None:
-                # What a pressure gives, with the opposite sign.
+                # Effect of a pressure, with the opposite sign.
                 self._add(parts, -self._elastic[layer, 3], along)
 
         def read(layer: int, parts: Parts) -> None:

@@ -290,7 +290,7 @@ class Responses:
     def _symbol(
         self, block: NDArray[Any], response: int, mixed: bool
     ) -> tuple[NDArray[Any], NDArray[Any]] | None:
-        """Return what a response does to waves of q_y ≥ 0 and < 0, each from q_y = 0 on.
+        """Return the effect of a response on waves of q_y ≥ 0 and < 0, each from q_y = 0 on.
 
         By its kernels that are odd in one direction, or by the others; None without any.
         """
@@ -354,7 +354,7 @@ _DAMPED = {"single": 18.0, "double": 40.0}
 
 
 class Streams(Protocol):
-    """What shows responses row block by row block: `Responses`, or what changes them."""
+    """Source of responses row block by row block: `Responses`, or a modification of them."""
 
     def stream(
         self, symbols: Symbols, visit: Callable[[slice, NDArray[Any]], None], first_row: int = 0
@@ -590,7 +590,7 @@ class _Image(NamedTuple):
 
 
 def _images(offsets: Offsets, points: int, period: int) -> list[_Image]:
-    """Return what a periodic kernel is made of that goes over smoothly into its image.
+    """Return the parts of a periodic kernel with a smooth transition to its periodic image.
 
     Half-way between the last offset on the map and its image, the kernel is half itself, half
     its image. The weight is an error function, the smoothest step for its width.

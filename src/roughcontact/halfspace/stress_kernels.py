@@ -167,7 +167,7 @@ def uniform_parts(x_edges: Array, y_edges: Array, z: float, poisson: float) -> I
     deeper, v_xy = radius + z, z / radius
     yield _over_pixels(np.log(deeper))
     yield _over_pixels(-v_xy)
-    # What Ω and χ have in common: 2ν/(R+z) + z/(R (R+z)).
+    # Common part of Ω and χ: 2ν/(R+z) + z/(R (R+z)).
     common = (2 * poisson + v_xy) / deeper
     yield _over_pixels(np.arcsinh(y / np.sqrt(a)))
     yield _over_pixels(-y * common)
@@ -192,7 +192,7 @@ PARTS_ODD = (
 def shares_of_parts(
     poisson: float, pressure: float, pulls: Sequence[tuple[str, float]]
 ) -> list[tuple[tuple[int, float], ...]]:
-    """Return what each part adds to the stress under a pressure and tractions.
+    """Return the contribution of each part to the stress under a pressure and tractions.
 
     Parameters
     ----------

@@ -122,7 +122,7 @@ class Sliding:
         return found / np.maximum(np.hypot(*found), np.finfo(float).tiny)
 
     def loads(self) -> list[tuple[NDArray[Any], float, Sequence[tuple[str, float]]]]:
-        """Return what loads the surface: maps, each with the pressure and traction per unit."""
+        """Return the loads of the surface: maps, each with the pressure and traction per unit."""
         if self.traction is None:
             return [(self.pressure, 1.0, self.pulls)]
         along_y, along_x = self.traction
@@ -231,7 +231,7 @@ def _points(contact: Sliding) -> _Points:
 
 
 def _next_pixels(values: NDArray[Any], step: tuple[int, int], distance: int, periodic: bool) -> Any:
-    """Return what lies some steps ahead of each pixel; nothing lies beyond a free edge."""
+    """Return the pixels some steps ahead of each pixel; zero beyond a free edge."""
     shift = [-distance * part for part in step]
     rolled = np.roll(values, shift, axis=(0, 1))
     if not periodic:
@@ -343,7 +343,7 @@ def _at_rim(
 
 
 def _of_waves(contact: Sliding, points: _Points) -> Array:
-    """Return what the stress at the rims changes by where pressure is a sum of waves."""
+    """Return the change of the stress at the rims where pressure is a sum of waves."""
     reach = np.arange(-_REACH - 1, _REACH + 2)
     change = np.zeros((3, points.rows.size))
     for load, pressure, pulls in contact.loads():
@@ -585,7 +585,7 @@ def summarize_field(
     cell: float,
     tell: Callable[[int, int], None] | None = None,
 ) -> tuple[Summary, NDArray[Any], NDArray[Any]]:
-    """Return what `summarize_with_sections` does of any field, with pixels of this area [m²]."""
+    """Summarize any field as `summarize_with_sections` does, with pixels of this area [m²]."""
     passage = _DepthScan(field, None, pressure, None, tell)
     passage.scan_depths(depths)
     summary = passage.summary(cell)

@@ -186,7 +186,7 @@ class SingleProcess:
         """Ask for nothing."""
 
     def any(self, result: bool) -> bool:
-        """Return what was found."""
+        """Return the flag."""
         return bool(result)
 
     def largest(self, value: float) -> float:
@@ -194,11 +194,11 @@ class SingleProcess:
         return value
 
     def run_on_all(self, task: Callable[[], Found]) -> Found:
-        """Return what a task gives."""
+        """Return the result of a task."""
         return task()
 
     def broadcast_from_first(self, task: Callable[[], Found]) -> Found:
-        """Return what a task gives."""
+        """Return the result of a task."""
         return task()
 
 

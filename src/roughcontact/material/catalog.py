@@ -48,13 +48,13 @@ class Entry:
     poisson: Value  # Poisson's ratio ν
     yield_strength: Value | None = None  # [Pa]
     hardness: Number | None = None  # Hardness with its scale
-    note: str = ""  # What a user should know
+    note: str = ""  # Remark for the user
     resistivity: Value | None = None  # Electrical resistivity at room temperature [Ω m]
     conductivity: Value | None = None  # Thermal conductivity at room temperature [W/(m K)]
     softening_voltage: Value | None = None  # Contact voltage at which spots soften [V]
     melting_voltage: Value | None = None  # Contact voltage at which spots melt [V]
     exponent: Value | None = None
-    caveat: str = ""  # What the material is that no contact here includes, for `Material`
+    caveat: str = ""  # Property of the material that no contact includes, for `Material`
 
     @property
     def material(self) -> Material:
@@ -92,7 +92,7 @@ class Entry:
 
     @property
     def conductor(self) -> Conductor:
-        """What it conducts, as far as it is known."""
+        """Conductivities, as far as they are known."""
         names = ("resistivity", "conductivity", "softening_voltage", "melting_voltage")
         known = {name: value for name in names if (value := getattr(self, name)) is not None}
         return Conductor(name=self.key, **{name: value.value for name, value in known.items()})

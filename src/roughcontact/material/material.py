@@ -230,7 +230,7 @@ class Material(RenamedAttributes):
 
     @property
     def outermost(self) -> Material:
-        """What the surface is made of: the outermost layer, or the body itself."""
+        """Material at the surface: the outermost layer, or the body itself."""
         return self.coating[0].bulk if self.coating else self
 
     @property

@@ -31,10 +31,10 @@ Cells = tuple[str, ...]
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """What assumptions depend on: bodies, slope, pressure and grid."""
+    """Inputs of assumptions: bodies, slope, pressure and grid."""
 
     bodies: tuple[Material, Material]  # That with the map, and the counter-body
-    boundary: Boundary  # What lies beyond the map edge
+    boundary: Boundary  # Boundary condition
     origins: Sequence[Provenance]  # Of the maps
     size: tuple[float, float]  # Sides (y, x) of a map [m]
     pixel: tuple[float, float]  # Of a map [m]
@@ -118,14 +118,14 @@ def of_samples(samples: Sequence[Any]) -> Case:
 class Assumption:
     """A row of the table."""
 
-    name: str  # What the model assumes
-    case: str | Callable[[Any], str]  # What that is in this case, with its numbers
+    name: str  # Assumption of the model
+    case: str | Callable[[Any], str]  # The assumption in this case, with its values
     matters: str  # Where it does not hold
     when: Callable[[Any], bool] = lambda _: True  # Whether the model makes it
 
 
 def assumption_rows(table: Sequence[Assumption], case: Any) -> list[Cells]:
-    """Return what a model assumes of a case."""
+    """Return the assumptions of a model in a case."""
     return [
         (item.name, item.case if isinstance(item.case, str) else item.case(case), item.matters)
         for item in table

@@ -34,7 +34,7 @@ def cells(rows: Iterable[Row]) -> list[Cells]:
 
 
 def headlines(kind: Presentation, result: Any, keys: Iterable[str]) -> list[Cells]:
-    """Return what a report says first: names, values and remarks."""
+    """Return the headline rows of a report: names, values and remarks."""
     return cells(replace(kind.row(result, key), symbol="") for key in keys)
 
 
@@ -178,7 +178,7 @@ def body_blocks(
 
 
 RIGHT_PROBLEM = "It verifies the solution of this model; sections 3 and 4 cover the model itself."
-"""What a certificate does not say."""
+"""Scope of a certificate."""
 
 _LIBRARIES = ("numpy", "scipy", "ducc0", "matplotlib")
 

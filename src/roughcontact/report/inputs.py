@@ -1,4 +1,4 @@
-"""What went in, worded once: maps, their roughness, and materials."""
+"""Inputs as text: maps, their roughness, and materials."""
 
 from __future__ import annotations
 
@@ -167,7 +167,7 @@ BODY: Table = (
 
 
 def bodies(model: str, profile: bool = False) -> Table:
-    """Return what of a material counts: with the volume model the law, not the hardness."""
+    """Return the relevant properties of a material; the volume model has no hardness."""
     if profile:
         sphere = quantity_of(BODY, "first_yield_pressure")
         line = "line_yield_pressure"
@@ -242,7 +242,7 @@ def _character(values: Mapping[str, float]) -> str:
 
 
 def headline(result: Measured, name: str) -> Headline:
-    """Return what is said first of a file: its grid, what kind of map it is, its roughness."""
+    """Return the headline of a file: its grid, kind of map, and roughness."""
     surface, leveled = result.surface, result.leveled
     about = surface.provenance.instrument or "height map"
     missing = surface.missing

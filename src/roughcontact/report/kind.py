@@ -33,7 +33,7 @@ PROBLEM, ANSWER, TRUST, HEADLINE = "problem", "answer", "trust", "headline"
 Cells = tuple[str, ...]
 
 ABSENT = "–"
-"""What stands where one of several results has no such quantity."""
+"""Text of a missing quantity in a table of several results."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Headline:
-    """What is said first: problem, answer, a few numbers, and how certain they are."""
+    """Headline of a result: problem, answer, key quantities, and their uncertainty."""
 
     problem: str
     answer: str
@@ -78,7 +78,7 @@ class Quantity:
     digits: int = 4  # Significant digits
     form: Callable[[Any], str] | None = None
     text: Callable[[Any], str] | None = None
-    part: str = ANSWER  # What it belongs to
+    part: str = ANSWER  # Part of the table
     when: Callable[[Any], bool] = lambda _: True  # `when(result)` says whether it is told at all
     brief: bool = True  # Whether the console tells it, too
     stored: bool = True  # Whether it stands in the summary, and so in JSON
@@ -233,7 +233,7 @@ def delegated(attribute: str, quantity: Quantity, **changes: Any) -> Quantity:
 
 
 def stored_values(table: Table, result: Any) -> dict[str, Any]:
-    """Return what files keep of a result: values by key, in SI units, ready for JSON."""
+    """Return the stored quantities of a result by key, in SI units, ready for JSON."""
     return {quantity.key: quantity.value(result) for quantity in table if quantity.stored}
 
 
@@ -242,7 +242,7 @@ def _stored_only(columns: Columns, result: Any) -> list[Column]:
 
 
 def stored_columns(columns: Columns, result: Any) -> dict[str, list[float]]:
-    """Return what files keep of the steps of a result."""
+    """Return the stored columns of the steps of a result."""
     return {
         column.key: [float(value) for value in column.values(result)]
         for column in _stored_only(columns, result)
@@ -288,7 +288,7 @@ CAUTIONS: Table = (
     Quantity("warnings", of=lambda r: list(r.warnings)),
     Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
 )
-"""What files keep of the cautions of any result."""
+"""Stored cautions of any result."""
 
 
 # --- The kind ---
@@ -324,18 +324,18 @@ class Presentation:
     listed: bool = False  # Whether the summary has the columns, too
     brief: bool = True  # Whether a session shows the main rows alone
     problem: Callable[[Any], str] = _empty  # Bodies and load in one line
-    question: Callable[[Any], str] = _empty  # What was asked, the title of its report
+    question: Callable[[Any], str] = _empty  # Question, the title of its report
     answer: Callable[..., str] = _empty  # The answer in one sentence, with its interval
     numbers: Callable[..., CellTable] | None = None  # A few of them, in place of the steps
     remarks: Callable[..., tuple[str, ...]] = _none  # Interval, other ceiling, status: a line each
     sentences: Callable[[Any], tuple[str, ...]] = _none
-    meaning: Callable[[Any], str] = _empty  # What they mean, in a sentence or two
-    inputs: Callable[[Any, bool], list[Block]] | None = None  # What went in; whether drawn
-    details: Callable[..., list[Block]] = _nothing  # What its report shows besides
+    meaning: Callable[[Any], str] = _empty  # Meaning, in a sentence or two
+    inputs: Callable[[Any, bool], list[Block]] | None = None  # Inputs; whether drawn
+    details: Callable[..., list[Block]] = _nothing  # Further blocks of its report
     case: Callable[[Any], Case | None] | None = None  # Of assumptions, if not a contact's
     assumptions: Sequence[Assumption] = ()  # Besides those of a contact
     method: Callable[[Any], list[Block]] = _nothing  # How it is solved, besides a contact
-    checked: Callable[[Any], tuple[str, ...]] = _none  # What it was checked for
+    checked: Callable[[Any], tuple[str, ...]] = _none  # Performed checks
     script: Callable[[Any], str] = _empty  # Python that repeats it
     figures: Illustrations = ()  # Of reports, and for `--figures`
     scene: Callable[[Any], Any] = _itself  # `scene(result)` is what they are drawn of
@@ -346,7 +346,7 @@ class Presentation:
     contact_blocks: Callable[[Any], list[Block]] = _nothing  # Its part of the reports on others
     works: Callable[[Any], Iterable[Use]] = _none
     save: Callable[[Any, str | os.PathLike[str]], None] | None = None
-    dataset: Callable[[Any], Dataset] | None = None  # What its NetCDF file holds
+    dataset: Callable[[Any], Dataset] | None = None  # Content of its NetCDF file
     ranks: Callable[[Any], Ranks | None] = lambda _: None
 
     @property
@@ -359,7 +359,7 @@ class Presentation:
         return rows_of(self.table, result, part, brief)
 
     def headline(self, result: Any, **more: Any) -> Headline:
-        """Return what is said first of a result."""
+        """Return the headline of a result."""
         listed: CellTable = (
             self.listing(result, True) if self.numbers is None else self.numbers(result, **more)
         )
@@ -378,7 +378,7 @@ class Presentation:
         return listing_of(self.columns, result, brief)
 
     def drawings(self, result: Any) -> dict[str, Callable[[], Figure]]:
-        """Return what draws the figures that are written to files, by name."""
+        """Return the functions that draw the figures for files, by name."""
         scene = self.scene(result)
         return {item.name: partial(item.draw, scene) for item in self.figures if item.name}
 

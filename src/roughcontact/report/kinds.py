@@ -78,7 +78,7 @@ def listing(result: Any, brief: bool = False) -> tuple[tuple[str, ...], list[tup
 
 
 def sentences(result: Any) -> tuple[str, ...]:
-    """Return what a reader of a result has to know before its numbers."""
+    """Return the sentences that precede the quantities of a result."""
     return presentation_of(result).sentences(result)
 
 
@@ -93,7 +93,7 @@ def references(result: Any) -> References:
 
 
 def headline(result: Any, **more: Any) -> Headline:
-    """Return what is said first of a result."""
+    """Return the headline of a result."""
     return presentation_of(result).headline(result, **more)
 
 
@@ -111,7 +111,7 @@ def tables(result: Any, **more: Any) -> list[Block]:
 
 
 def drawings(result: Any) -> dict[str, Callable[[], Figure]]:
-    """Return what draws the figures of a result that are written to files, by name."""
+    """Return the functions that draw the figures of a result for files, by name."""
     return presentation_of(result).drawings(result)
 
 
@@ -326,7 +326,7 @@ def headline_html(shown: Any) -> str:
 
 
 def _headline_of(shown: Any) -> Headline:
-    """Return what is said first; of a map its parameters."""
+    """Return the headline; of a map its parameters."""
     kind = presentation_of(shown)
     if kind.has_answer:
         return headline(shown)
@@ -393,7 +393,7 @@ class Plots:
         return usual(self._shown, **options)
 
     def __getattr__(self, name: str) -> Draw:
-        """Return what draws a figure, with its own documentation."""
+        """Return the function that draws a figure, with its documentation."""
         if name.startswith("_") or name not in self._figures:
             raise AttributeError(f"there is no figure {name!r}, only {', '.join(self._figures)}")
         draw = self._figures[name]

@@ -65,7 +65,7 @@ class PageTable:
 class Picture:
     """A figure as a page takes it."""
 
-    draw: Callable[[], Figure]  # What draws it
+    draw: Callable[[], Figure]  # Function that draws it
     caption: str  # Text below the figure, and in place of it
     width: int = MIDDLE  # `HALF`, `MIDDLE` or `WIDE`
 
@@ -111,17 +111,17 @@ class Front:
     problem: str  # Bodies and load in one line
     answer: str  # One sentence
     numbers: PageTable  # The key numbers
-    remarks: Sequence[str]  # What is said below them, one paragraph each
+    remarks: Sequence[str]  # Sentences below them, one paragraph each
     figure: Picture | None  # The most telling one
-    cautions: Sequence[Caution]  # What a reader has to know
+    cautions: Sequence[Caution]  # Cautions
     status: str = "converged"  # Or why the solver stopped
 
 
 @dataclass(frozen=True)
 class Edition:
-    """What a report has besides its result."""
+    """Data of a report besides its result."""
 
-    command: str = ""  # What was typed to get the result
+    command: str = ""  # Command that gave the result
     date: datetime.date | None = None  # Date of the report
     spell: Spell = str  # `spell(mention)` returns the words for an argument
     processes: int = 1  # How many may draw its figures

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 def progress_text(state: Progress) -> str:
-    """Return what a solver is doing, in one line."""
+    """Return the state of a solver in one line."""
     part = f"{state.number} of {state.count}: " if state.count > 1 else ""
     label = f"{state.label}: " if state.label else ""
     if state.kept:
@@ -112,7 +112,7 @@ def largest_pressure(result: ContactResult) -> str:
 
 
 def source(provenance: Provenance) -> str:
-    """Return what a map is called."""
+    """Return the name of a map."""
     source = provenance.source or "surface"
     return f"the {source}" if source.startswith(("nominal", "surface")) else source
 
@@ -213,7 +213,7 @@ def recommended(result: CalibrationRecord) -> str:
 
 
 def with_usual_ceiling(result: ContactResult) -> str:
-    """Return what came out with three yield strengths before a ceiling was recommended."""
+    """Return the quantities with three yield strengths, before a ceiling was recommended."""
     answer = result.calibration
     assert answer is not None
     text = (
@@ -272,7 +272,7 @@ def is_rigid(body: Material) -> bool:
 
 
 def step_error(result: ElastoplasticResult) -> str:
-    """Return what the finite load steps of the volume model change."""
+    """Return the error of the finite load steps of the volume model."""
     error = result.step_error
     if error is None:
         return "not estimated: the increments were given"
@@ -362,7 +362,7 @@ def _extent(result: ContactResult) -> str:
 
 
 def _other(result: ContactResult) -> str:
-    """Return what is said where only one of two bodies that deform has a known strength."""
+    """Return the sentence for two deformable bodies of which only one has a known strength."""
     pair = result.pair
     for body, who in ((pair.material, "body"), (pair.counter_material, "counter-body")):
         if not is_rigid(body) and body.ceiling is None:

@@ -165,7 +165,7 @@ def check_loads(request: Request) -> None:
 
 
 def conductors(request: Request) -> tuple[Conductor, Conductor]:
-    """Return what both bodies conduct."""
+    """Return the conductivities of both bodies."""
     return (
         _conductor(request, options.MATERIAL, RESISTIVITY, CONDUCTIVITY),
         _conductor(request, options.COUNTER_MATERIAL, COUNTER_RESISTIVITY, COUNTER_CONDUCTIVITY),
@@ -244,7 +244,7 @@ class JointContacts:
             yield replace(result, specified_load=specified)
 
     def over_draws(self, compute: Callable[[JointContacts], Any]) -> Any:
-        """Return what is computed of a joint with its variants, as a mean over the faces drawn."""
+        """Return the mean of a result of a joint over its pairs of faces."""
         first, *others = self.iter_maps()
         result = first.with_variants(compute(first))
         return result.with_draws([compute(pair) for pair in others]) if others else result
@@ -342,7 +342,7 @@ def _are_equal(first: Surface | None, second: Surface | None) -> bool:
 
 
 def _spill_maps(result: ContactResult, file: IO[bytes]) -> dict[str, Any]:
-    """Return what makes a contact but for its maps, which go to a file."""
+    """Return the arguments of a contact except its maps, which go to a file."""
     import numpy as np
 
     np.save(file, result.pressure)

@@ -47,11 +47,11 @@ class Option(Generic[T_co]):
 
     name: str  # As users write it, without dashes in front
     panel: str  # Heading under which the help lists it
-    metavar: str  # What is to be given
-    help: str  # What it does
+    metavar: str  # Placeholder of the value
+    help: str  # Effect
     parse: Callable[[str, str], T_co]  # `parse(text, argument)` returns the value
     default: T_co  # Value where nothing is given
-    label: str = ""  # What the page calls it
+    label: str = ""  # Label on the page
     prepares: bool = False  # Whether the prepared maps depend on it
     whole_map: bool = True
     many: bool = False  # Whether it may be given several times
@@ -64,7 +64,7 @@ class Option(Generic[T_co]):
 
     @property
     def argument(self) -> str:
-        """What errors and `ArgumentRef` call it."""
+        """Name in errors and in `ArgumentRef`."""
         return self.name.replace("-", "_")
 
     @property
@@ -132,7 +132,7 @@ class Rule:
     demand: RuleKind  # `NEEDED`: the first is given
     options: tuple[Option[Any], ...]  # Of which it speaks
     value: str = ""  # Of a `NEEDS`: what the other has to be
-    text: str = ""  # What to give, or an example of it
+    text: str = ""  # Value, or an example of it
 
     def __init__(self, demand: RuleKind, *options: Option[Any], **more: str) -> None:
         for name, held in {"demand": demand, "options": options, **more}.items():
@@ -664,7 +664,7 @@ PRECISION: Option[str | None] = Option(
 SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 SOLVER_DOUBLE = (TOLERANCE_DOUBLE, MAX_ITERATIONS)
 
-# What is written and shown
+# Options of files and console output
 
 FIGURES = Option(
     "figures",
@@ -685,8 +685,8 @@ VERBOSE = flag_option(
     "verbose", Panel.OUTPUT, "Print all quantities, checks and notes.", whole_map=False
 )
 SHOWN = (VERBOSE, JSON, QUIET)
-"""What the terminal shows, which does not describe a run."""
+"""Options of the console, which do not describe a run."""
 OUTPUT = (REPORT, *SHOWN)
 
 RULES = tuple(Rule(NEEDS, move, COUNTER_SURFACE) for move in MOVES)
-"""What holds wherever these options stand."""
+"""Rules that hold wherever these options are used."""

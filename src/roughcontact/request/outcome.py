@@ -39,7 +39,7 @@ def solve_afresh(surface: Surface, **options: Any) -> ContactResult:
 
 
 def remarks_on(request: Request, maps: Sequence[Surface]) -> tuple[Caution, ...]:
-    """Return what is known from the measurement of maps."""
+    """Return the remarks on the measurement of maps."""
     from roughcontact.request.preparation import resolution_cautions
 
     return resolution_cautions(request, maps)
@@ -47,13 +47,13 @@ def remarks_on(request: Request, maps: Sequence[Surface]) -> tuple[Caution, ...]
 
 @dataclass(frozen=True, eq=False)
 class TaskContext:
-    """What a task works with."""
+    """Context of a running task."""
 
     request: Request  # Request
     read: Callable[[], Sequence[Surface]]  # Returns its maps, prepared
     say: Say  # Called with a few words before every stage
     look: OnProgress  # Called with the `Progress` of the solver
-    solve: Solve = solve_afresh  # What solves contacts that several tasks look at
+    solve: Solve = solve_afresh  # Solver of contacts that several tasks share
     known: Mapping[str, Any] = field(default_factory=dict)
     ranks: Ranks | None = None  # Those that share a volume
     show: OnPreview = ignore  # Called with a contact that lacks only the calibrated ceiling
@@ -65,7 +65,7 @@ class TaskContext:
 
     @property
     def extra_cautions(self) -> tuple[Caution, ...]:
-        """What is known from the measurement."""
+        """Cautions from the measurement."""
         return remarks_on(self.request, self.maps)
 
     @contextmanager
@@ -97,7 +97,7 @@ class TaskContext:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a request gave."""
+    """Outcome of a request."""
 
     request: Request  # The request
     result: Any  # Its result
@@ -108,7 +108,7 @@ class Outcome:
 
     @property
     def extra_results(self) -> dict[str, Any]:
-        """What console and report tell besides, by the names that its kind gives it."""
+        """Further results in console and report, by their names in the presentation."""
         names = {"study": "study", "first_yield": "onset"}
         return {new: self.extras[name] for name, new in names.items() if name in self.extras}
 

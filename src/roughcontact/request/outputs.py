@@ -22,11 +22,11 @@ _SHOWN = 40
 
 @dataclass(frozen=True)
 class SavedSteps:
-    """What stands in a folder of a calculation that was interrupted."""
+    """Content of the folder of an interrupted calculation."""
 
     number: int  # Parts that are complete
     count: int  # Parts that there are
-    part: str  # What a part is called
+    part: str  # Name of a part
     folder: Path
 
 
@@ -57,7 +57,7 @@ def write_files(tasks: Iterable[Writing], say: Say) -> list[Path]:
 
 
 def figure_saver(draw: Callable[[], Any]) -> Callable[[Path], object]:
-    """Return what draws a figure and saves it."""
+    """Return a function that draws and saves a figure."""
 
     def save(path: Path) -> None:
         from roughcontact.drawing import export
@@ -123,7 +123,7 @@ def refuse_inputs(path: Path, argument: str, inputs: Set[Identity]) -> None:
 
 
 def file_identity(path: Path) -> Identity:
-    """Return what all names of a file have in common, through links, and where it is to be."""
+    """Return the identity of a file that all its names share, and its destination."""
     try:
         result = path.stat()
     except OSError:

@@ -53,7 +53,7 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
             requested.get(options.ANGLE) or 0.0,
         )
         matched = placement.match_grids(maps[0], maps[1], offset, angle, requested[options.MIRROR])
-        # What one of them does not cover the other cannot touch.
+        # Points that only one map covers cannot touch.
         maps = [surface.masked() for surface in matched]
     counter_form = requested.get(options.COUNTER_BODY)
     if counter_form is not None:

@@ -113,7 +113,7 @@ def files(outcome: Outcome, work: TaskContext) -> Iterator[outputs.Writing]:
 
 
 def make_edition(request: Request, tell: Callable[[int, int], None] | None) -> Edition:
-    """Return what every report takes of a request, and of the cores there are."""
+    """Return the edition of the reports of a request."""
     from roughcontact.report.page import Edition
 
     return Edition(

@@ -15,7 +15,7 @@ from roughcontact.request.options import Option, Rule
 
 T = TypeVar("T")
 
-# What the command line has in place of a function of Python.
+# Command-line forms of Python functions.
 _FUNCTIONS = {
     "rc.resolution_study": "--study",
     "result.uncertainty": "--uncertainty",
@@ -67,7 +67,7 @@ class Command:
         return values
 
     def read(self, specified: Given) -> ParsedOptions:
-        """Return what options that were given as text say."""
+        """Return the values of options that were given as text."""
         return ParsedOptions(self, self.parse_options(specified))
 
     def spell_argument(self, mention: ArgumentRef) -> str:
@@ -83,7 +83,7 @@ class Command:
 
 
 class OptionValues:
-    """What reads the values of options: ``self[VISCOSITY]``."""
+    """Reader of the values of options: ``self[VISCOSITY]``."""
 
     task: Command
     values: Mapping[str, Any]
@@ -113,7 +113,7 @@ class OptionValues:
 
 @dataclass(frozen=True)
 class ParsedOptions(OptionValues):
-    """What options of a command say."""
+    """Values of the options of a command."""
 
     task: Command
     values: Mapping[str, Any]
@@ -125,7 +125,7 @@ class Analysis:
 
     name: str  # Title
     about: str  # Result in one sentence
-    options: tuple[Option[Any], ...] = ()  # What is given besides the contact
+    options: tuple[Option[Any], ...] = ()  # Arguments besides the contact
     short_help: tuple[tuple[Option[Any], str | bool], ...] = ()  # Values to begin with
     fixed: tuple[tuple[Option[Any], str | bool], ...] = ()
 
@@ -153,7 +153,7 @@ class Task(Command):
     """One thing to ask of maps."""
 
     run: Callable[[Any, Any], Any]  # `run(request, work)` returns the `Outcome`
-    rules: tuple[Rule, ...] = ()  # What its options ask of each other
+    rules: tuple[Rule, ...] = ()  # Rules between its options
     check: Callable[[Any], object] = _nothing
     record: Callable[[Any], dict[str, Any]] = _numbers
     last: Callable[[Any], dict[str, Any]] | None = None
@@ -182,5 +182,5 @@ class Task(Command):
 
 
 def _task_of(run: Any) -> Any:
-    # What a `lambda` holds no other process can load.
+    # A `lambda` cannot be loaded in another process.
     return sys.modules[run.__module__].TASK

@@ -285,7 +285,7 @@ def project_admissible(problem: BoundedProblem, start: Loaded, sums: Sums) -> Lo
         kept = problem.project(index, pressure, bound, sums, doubtful=True)
         if kept is not None:
             return index, kept
-    # What is loaded cannot carry the load: start from everything that can touch.
+    # The loaded pixels cannot carry the load: start from all pixels that can touch.
     index = np.flatnonzero(touchable)
     pressure = np.zeros(index.size)
     pressure += problem.total / sums.size(index)
@@ -415,7 +415,7 @@ def _solve_free(
     *,
     bounded: bool = True,
 ) -> _Free | None:
-    """Return what conjugate gradients find on the free pixels; None where there are none.
+    """Return the solution of conjugate gradients on the free pixels; None if there are none.
 
     Where ``bounded``, they end as soon as the bounds matter more than the residual.
     """
@@ -487,7 +487,7 @@ def _remove_mean(values: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]
 def _centering(
     viewer: Evaluator, index: NDArray[np.int64]
 ) -> Callable[[NDArray[np.float64], Sums], NDArray[np.float64]]:
-    """Return what takes off values on some pixels what approach and tilt do."""
+    """Return a function that subtracts the contribution of approach and tilt on some pixels."""
     if viewer.problem.total is None:
         return _identity
     if viewer.problem.moments is None:

@@ -70,7 +70,7 @@ class Network:
         return self.ground.size
 
     def outflow(self, flow: Array) -> Array:
-        """Return what leaves each node [in units of the flow], shape (n,).
+        """Return the outflow of each node [in units of the flow], shape (n,).
 
         Parameters
         ----------
@@ -111,12 +111,12 @@ class Level:
         self._average.data /= np.repeat(self.diagonal, np.diff(self._average.indptr))
 
     def excess(self, potential: Array) -> Array:
-        """Return what leaves each node at this potential, over D."""
+        """Return the outflow of each node at this potential, over D."""
         average: Array = self._average @ potential
         return np.subtract(potential, average, out=average)
 
     def apply(self, potential: Array) -> Array:
-        """Return what leaves each node at this potential."""
+        """Return the outflow of each node at this potential."""
         leaving = self.excess(potential)
         leaving *= self.diagonal
         return leaving

@@ -59,7 +59,7 @@ _NONMONOTONE = 5
 
 @dataclass(frozen=True, eq=False)
 class BoundedSolution:
-    """What the solver found.
+    """Solution of a bounded problem.
 
     Parameters
     ----------
@@ -299,7 +299,7 @@ def _solve_level(
 def _next_iterate(
     now: Iterate, viewer: Evaluator, patches: Patches, tolerance: float, max_iterations: int
 ) -> Iterate:
-    """Return what an active-set step leads to, or what follows where it overshoots."""
+    """Return the iterate after an active-set step, or after its fallback if it overshoots."""
     moved = active_set_step(now, viewer, patches, tolerance, max_iterations)
     after = viewer.evaluate(now.index, moved)
     if after.certificate > now.certificate and viewer.convolutions < max_iterations:

@@ -228,7 +228,7 @@ class _State:
 
 
 class _Space:
-    """What the traction may do in a step: stick moves freely, slip along the rim of its disc."""
+    """Admissible tractions of a step: stick moves freely, slip along the rim of its disc."""
 
     def __init__(self, target: Array, bound: Array) -> None:
         size = np.hypot(*target)
@@ -246,7 +246,7 @@ class _Space:
 
 
 class _Blocks:
-    """What spots do to each other, which the wrapped inverse does not see.
+    """Interaction of spots, which the wrapped inverse neglects.
 
     See `roughcontact.solvers.preconditioner.FreePixelInverse`; D is that of each component.
     """
@@ -264,7 +264,7 @@ class _Blocks:
         self.softness = 1 / (operator.self_displacement * area)
 
     def within(self, weight: Array) -> Callable[[Array], Array]:
-        """Return what to take off the answer of the wrapped inverse.
+        """Return the correction of the wrapped inverse.
 
         Parameters
         ----------
@@ -406,7 +406,7 @@ class _Solver:
         return solution
 
     def norm(self, state: _State) -> float:
-        """Return what a residual is compared with."""
+        """Return the norm that a residual is compared with."""
         return max(norm(state.traction.ravel(), self.sums), self.problem.scale / self.pressure)
 
     def start(self) -> _State:

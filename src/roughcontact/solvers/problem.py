@@ -286,7 +286,7 @@ def project(
         shift = shift_to_sum(values, limit, total, sums)
         projected = values + shift
         np.clip(projected, 0, limit, out=projected)
-        # What the resolution of the shift leaves, if the values dwarf the limit.
+        # Resolution limit of the shift, if the values dwarf the limit.
         missing = total - sums.total(projected)
         free = (projected > 0) & (projected < limit)
         count = sums.count(free)

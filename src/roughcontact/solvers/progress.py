@@ -164,7 +164,7 @@ def progress_callback(
 
 
 def each_part(progress: Tell, label: str) -> Callable[[int, int], None] | None:
-    """Return what is called with the number and the count of parts that no solver solves.
+    """Return a callback with the number and the count of parts that need no solver.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ _MOST_STEPS = 2000
 
 @dataclass(frozen=True, eq=False)
 class Punch:
-    """What displaces some pixels alike, by a unit length.
+    """Punch that displaces some pixels alike, by a unit length.
 
     Parameters
     ----------

@@ -144,7 +144,7 @@ def _projected(values: Array, along_y: Array, along_x: Array) -> Array:
 # --- Sphere, cylinder or polynomial of a map, fitted by least squares and removed ---
 
 
-# What a shape says at the points y, x: heights, and their derivatives by each parameter.
+# Heights of a shape at the points y, x, and their derivatives by each parameter.
 _Model = Callable[[Array, Array, Array], tuple[Array, list[Array]]]
 
 # Above this degree a map cannot tell form from roughness, and the sums grow with its fourth power.

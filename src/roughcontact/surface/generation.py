@@ -547,7 +547,7 @@ class Parameter:
 
     name: str  # Symbol of the standard, or `"hurst"`
     requested: float  # Requested value, SI units
-    measured: float  # What the map has
+    measured: float  # Measured parameters of the map
 
     @property
     def missed(self) -> float:

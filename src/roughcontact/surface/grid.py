@@ -1,4 +1,4 @@
-"""What a map is made of, checked: heights and the edges of their pixels."""
+"""Checked data of a map: heights and pixel edges."""
 
 from __future__ import annotations
 

@@ -227,7 +227,7 @@ def _shift_fraction(surface: Surface, rest: list[float], periodic_axes: tuple[in
         mode: Literal["grid-wrap", "reflect"] = "grid-wrap" if periodic else "reflect"
         heights = ndimage.shift(heights, way, order=3, mode=mode)
         if not periodic:
-            # What the edge mirrors is not known.
+            # Mirrored values beyond an edge are not measured.
             edge = [slice(None)] * 2
             edge[axis] = slice(0, 1) if part > 0 else slice(-1, None)
             heights[tuple(edge)] = math.nan

@@ -34,7 +34,7 @@ class Operation:
 
     @classmethod
     def note(cls, text: str) -> Operation:
-        """Return what is known by a sentence only."""
+        """Return a record that consists of a sentence only."""
         return cls(NOTE, {"text": text})
 
     @property
@@ -133,7 +133,7 @@ def from_text(text: str) -> Provenance:
         if record.pop("version") != _VERSION:
             raise ValueError("the provenance was written by another version of this program")
         provenance = _provenance(record)
-        # What cannot be worded is damaged: better found here than in the middle of a report.
+        # A step that cannot be formatted is damaged: raise here rather than within a report.
         _ = provenance.steps
     except (AttributeError, IndexError, KeyError, TypeError) as error:
         raise ValueError(f"no provenance: {type(error).__name__} {error}") from None

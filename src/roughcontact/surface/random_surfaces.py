@@ -29,7 +29,7 @@ from roughcontact.units import Quantities, Quantity, to_si
 
 Array = NDArray[np.float64]
 
-# What rounding of a side over a number of waves is forgiven.
+# Tolerance for rounding of a side over a number of waves.
 _SLACK = 1e-9
 # Of the seeds, as many as a signed integer of 64 bits holds.
 _SEEDS = 2**63
@@ -272,7 +272,7 @@ def _half_shell(
 # --- Power spectra of random maps: roll-off, exponent, cut-off and direction ---
 
 
-# What rounding of a side over a number of waves is forgiven.
+# Tolerance for rounding of a side over a number of waves.
 
 
 @dataclass(frozen=True)

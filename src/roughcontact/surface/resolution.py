@@ -60,7 +60,7 @@ Array = NDArray[np.float64]
 
 
 class LimitCause(StrEnum):
-    """What limits the lateral resolution of a map."""
+    """Cause that limits the lateral resolution of a map."""
 
     TIP = "tip"
     UNKNOWN_TIP = "tip of unknown radius"
@@ -72,7 +72,7 @@ class LimitCause(StrEnum):
 class Limit:
     """A lateral scale below which a map does not show the surface."""
 
-    cause: LimitCause  # What limits it
+    cause: LimitCause  # Cause of the limit
     wave: float  # The scale [m]
     text: str  # It in one sentence or two
 
@@ -275,7 +275,7 @@ def _crossing(q: Array, C: Array, value: float) -> float:
 def tip_limits(
     heights: Array, pixel: tuple[float, float], tip_radius: float | None, instrument: str
 ) -> list[Limit]:
-    """Return what the tip hides of a map."""
+    """Return the limits that the tip sets to the resolution of a map."""
     if tip_radius is None:
         if max(pixel) > _PROBED or not _SCANNING_PROBE.search(instrument):
             return []

@@ -175,7 +175,7 @@ class Surface(Displayable):
         return tuple(limit.text for limit in self.resolution_limits(tip_radius))
 
     def resolution_limits(self, tip_radius: Quantity | None = None) -> tuple[resolution.Limit, ...]:
-        """Return what limits the lateral resolution of the map.
+        """Return the limits of the lateral resolution of the map.
 
         Parameters
         ----------
@@ -595,7 +595,7 @@ class Surface(Displayable):
         holes_masked: bool | None = None,
         filled: NDArray[np.bool_] | None = None,
     ) -> Surface:
-        """Return what an operation has made of the map."""
+        """Return the map after an operation."""
         accepted = self.holes_masked if holes_masked is None else holes_masked
         after = Surface(heights, pixel or self.pixel, self.traced().then(step), accepted)
         same = filled is None and pixel is None and after.shape == self.shape

@@ -20,7 +20,7 @@ from roughcontact.errors import InputError, input_error
 Array = NDArray[np.float64]
 
 STEP = 0.3
-"""What the kurtosis is more than its least value at least.
+"""Smallest excess of the kurtosis over its lower bound.
 
 Two heights alone have Ssk² + 1, and a cliff between them, which no spectrum of a rough surface has.
 """

@@ -398,7 +398,7 @@ def mean_under_ceiling(index: float) -> float:
 
 
 def left_under_ceiling(load_ratio: float) -> tuple[float, float]:
-    """Return what a sphere under a pressure ceiling leaves behind.
+    """Return the residual indentation of a sphere under a pressure ceiling.
 
     Parameters
     ----------

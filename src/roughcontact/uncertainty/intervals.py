@@ -53,7 +53,7 @@ QUANTITIES = ("max_pressure", "contact_fraction", "saturated_fraction", "mean_ga
 
 
 class Cause(StrEnum):
-    """What moves a number away from that of the real contact."""
+    """Error source of a quantity, compared with the real contact."""
 
     RIM = "rim of the spots"
     GRID = "grid"
@@ -101,7 +101,7 @@ class Interval:
 
     name: str  # One of `QUANTITIES`, or of `measurement.NUMBERS`
     value: float  # The number, corrected where that as measured is given [SI]
-    doubts: tuple[ErrorSource, ...]  # What moves it
+    doubts: tuple[ErrorSource, ...]  # Error source
     measured: float | None = None  # On the map as measured, of a number that is corrected [SI]
 
     @property

@@ -509,7 +509,7 @@ def _intervals(
         name: column for name, column in columns.items() if all(map(math.isfinite, column.values()))
     }
     corrected = {name: _corrected(study, column) for name, column in columns.items()}
-    # What corrects nothing has no error of its own.
+    # A zero correction has no error.
     shifts = [abs(corrected[name][0] - column["map"]) for name, column in columns.items()]
     part = min(max(shifts, default=0.0) / _LARGE, 1.0)
     as_measured = dict(zip(NUMBERS, map(float, measured), strict=True))
@@ -689,7 +689,7 @@ _STEPPED = 0.2
 def _modeling_remarks(
     study: _ContactDraws, numbers: Mapping[Any, Array], intervals: Sequence[Interval]
 ) -> Iterator[str]:
-    """Return what the intervals leave out: the form that was leveled, and the ceiling."""
+    """Return the remarks on effects that the intervals exclude: removed form, and ceiling."""
     if "form" in numbers:
         change = dict(zip(NUMBERS, np.expm1(numbers["form"] - numbers["measured"]), strict=True))
         changes = [

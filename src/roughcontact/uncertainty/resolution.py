@@ -152,7 +152,7 @@ class ResolutionStudy(Result):
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers of the map has to know, from this study."""
+        """Cautions on the results of the map, from this study."""
         changes = {
             name: max(self.changes(name)[-2:], key=abs)
             for name in self.judged
@@ -417,7 +417,7 @@ class _Study:
 
     @property
     def _wanted(self) -> tuple[Sequence[float], ...]:
-        """What the solves of each part are for."""
+        """Purpose of the solves of each part."""
         return self.factors, self.lengths, self.ceiling_factors
 
     @property

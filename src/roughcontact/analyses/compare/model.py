@@ -52,7 +52,7 @@ _NAMED = 3
 class Group:
     """Maps that stand for one surface."""
 
-    name: str  # What they are called together
+    name: str  # Common name of the maps
     samples: tuple[Sample, ...]  # The maps
 
     def values(self, name: str) -> list[float]:
@@ -155,7 +155,7 @@ class Comparison(Result):
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers has to know, the severest first."""
+        """Cautions on the result, the most severe first."""
         own = [*self._alike(), *self._sampled()]
         shared = sample_cautions(self.samples)
         studied = sample_cautions(self.sampling)
@@ -336,11 +336,11 @@ Pressed = tuple[Sample, ...]
 
 @dataclass(frozen=True, eq=False)
 class MapLoadCase:
-    """What each map of a comparison is put under, by itself."""
+    """Load case of each map of a comparison."""
 
     pressures: tuple[float, ...]  # Nominal pressures [Pa], ascending
     before: float | None  # Nominal pressure [Pa] of a first loading, if there is one
-    problem: Mapping[str, Any]  # What else `sweep` takes
+    problem: Mapping[str, Any]  # Further arguments of `sweep`
 
     def check(self, counts: Mapping[str, int], paired: bool) -> None:
         """Raise `InputError` for so many maps in each group, if they cannot be compared."""
@@ -389,7 +389,7 @@ class MapLoadCase:
 def build_load_case(
     pressure: Quantity, steps: int, preload_pressure: Quantity | None, problem: Mapping[str, Any]
 ) -> MapLoadCase:
-    """Return what each map is put under; arguments and errors as of `compare`."""
+    """Return the load case of each map; arguments and errors as of `compare`."""
     before = None
     if preload_pressure is not None:
         before = float(to_si(preload_pressure, "pressure", "preload_pressure"))
@@ -413,7 +413,7 @@ def _named(samples: Sequence[Sample]) -> tuple[Sample, ...]:
 
 
 def _names(sources: Sequence[str]) -> list[str]:
-    """Return what the maps of a group are called."""
+    """Return the names of the maps of a group."""
     result = []
     for number, source in enumerate(sources, start=1):
         alone = source and sources.count(source) == 1
@@ -422,7 +422,7 @@ def _names(sources: Sequence[str]) -> list[str]:
 
 
 def _after_preload(surface: Surface, pressure: float, problem: Mapping[str, Any]) -> Surface:
-    """Return what a first loading leaves of a map."""
+    """Return the surface that a first loading leaves of a map."""
     terms = {key: value for key, value in problem.items() if key != "tolerance"}
     load = pressure * surface.size[0] * surface.size[1]
     history = load_history(surface, [load, 0.0], **terms)

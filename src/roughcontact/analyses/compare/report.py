@@ -61,7 +61,7 @@ LEVEL = f"{100 * statistics.LEVEL:.0f} %"
 """Confidence of all intervals, as it is told."""
 
 MEANS = f"mean ± half of its {LEVEL} interval (s: standard deviation)"
-"""What a cell of the means holds."""
+"""Content of a cell of the means."""
 
 _ROUNDING = 1e-6
 _SHARES = ("contact_fraction", "saturated_fraction")
@@ -81,7 +81,7 @@ def unit_of(name: str) -> str:
 
 
 def name_of(name: str) -> str:
-    """Return what a number that is compared is called."""
+    """Return the name of a compared quantity."""
     return name if name in inputs.ROUGHNESS else quantity_of(contact_fields.CONTACT, name).name
 
 
@@ -280,7 +280,7 @@ COMPARISON: Table = (
 
 
 def _lines(comparison: Comparison) -> list[tuple[str, str, int, float, float, float, float, str]]:
-    """Return what a table in text holds: means of groups, then differences."""
+    """Return the lines of a text table: means of groups, then differences."""
     result = []
     for name in comparison.names:
         for index, group in enumerate(comparison.groups):

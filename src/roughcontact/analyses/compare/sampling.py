@@ -29,7 +29,7 @@ ROUGHNESS = ("Sq", "Sa", "Ssk", "Sku", "Sdq", "Sal", "Sk", "Spk", "Svk")
 """Parameters of the prepared map, after ISO 25178-2."""
 
 NUMBERS = (*CONTACT, *ROUGHNESS)
-"""What maps are compared by."""
+"""Quantities that maps are compared by."""
 
 NAMES = {
     "contact_fraction": "contact area",
@@ -48,7 +48,7 @@ _LENGTHS = ("mean_gap", "approach", "max_pressure")
 class Sample:
     """One map under a row of nominal pressures."""
 
-    name: str  # What it is called
+    name: str  # Name
     source: str  # Where its map came from
     part: bool  # Whether it was cut out of a map
     size: tuple[float, float]  # Sides (y, x) of the map [m]
@@ -74,7 +74,7 @@ class Sample:
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of its numbers has to know."""
+        """Cautions on the study."""
         return self.curve.cautions
 
 
@@ -159,7 +159,7 @@ class SamplingError:
 
     @property
     def bound(self) -> str:
-        """What error and area are where the scatter is not known to fall with the area."""
+        """Error and area that serve as bounds if the scatter is not known to fall with the area."""
         if self.falls:
             return ""
         return "at most" if self.scaling < 1 else "at least"
@@ -182,7 +182,7 @@ class SamplingStudy(Result):
 
     @property
     def name(self) -> str:
-        """What the map is called."""
+        """Name of the map."""
         return self.whole.name
 
     @property
@@ -226,7 +226,7 @@ class SamplingStudy(Result):
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers has to know, the severest first."""
+        """Cautions on the study, the most severe first."""
         return sort_cautions([*self.whole.cautions, *self._judged()])
 
     def _judged(self) -> Iterator[Caution]:

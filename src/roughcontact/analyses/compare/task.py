@@ -79,7 +79,7 @@ _QUARTERS = 4
 
 @dataclass(frozen=True, eq=False)
 class MapFindings:
-    """What is found of one map of a comparison, by itself."""
+    """Findings of one map of a comparison."""
 
     pressed: tuple[Pressed, ...]
     study: SamplingStudy | None = None  # The sampling error, if it was asked for
@@ -110,7 +110,7 @@ def file_of(request: Request, word: str) -> Path | None:
 
 
 def find_one_map(request: Request, word: str, say: Say, look: OnProgress) -> MapFindings:
-    """Return what is found of one map, read alone; as of all together."""
+    """Return the quantities of one map, read alone; the same as in the whole comparison."""
     return _compress_map(request, _read(request, file_of(request, word), say), look)
 
 
@@ -139,7 +139,7 @@ def _read(request: Request, path: Path | None, say: Say) -> Surface:
 def _compress_map(request: Request, surface: Surface, look: OnProgress) -> MapFindings:
     extra_cautions = remarks_on(request, [surface])
     alone = _is_study_alone(request)
-    # What cannot be compared is told of before anything is solved.
+    # Maps that cannot be compared are reported before anything is solved.
     requested = None if alone else _load_case(request)
     study = _studied(request, surface, look) if request[SAMPLING] else None
     if study is not None:
@@ -201,7 +201,7 @@ def _with_remarks(sample: Sample, extra_cautions: tuple[Caution, ...]) -> Sample
 
 
 def labels(request: Request) -> tuple[str, ...]:
-    """Return what each group of a comparison is called."""
+    """Return the label of each group of a comparison."""
     names = list(groups(request))
     if names == list(request.groups):
         return tuple(names)

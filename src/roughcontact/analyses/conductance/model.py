@@ -97,7 +97,7 @@ _SQUARE = 2 / math.pi * (math.asinh(1) - (math.sqrt(2) - 1) / 3)
 
 @dataclass(frozen=True)
 class Filling:
-    """What may fill a gap."""
+    """Filling of a gap."""
 
     name: str
     conductivity: float  # Thermal conductivity k [W/(m K)]
@@ -107,7 +107,7 @@ class Filling:
 def filling_of(
     gap: Quantity, pressure: Quantity | None = None, temperature: Quantity | None = None
 ) -> Filling:
-    """Return what fills a gap: a fluid by its name, vacuum, or a conductivity [W/(m K)]."""
+    """Return the filling of a gap: a fluid by its name, vacuum, or a conductivity [W/(m K)]."""
     if gap == VACUUM:
         return Filling(VACUUM, 0.0)
     fluid = fluids.entries().get(gap) if isinstance(gap, str) else None
@@ -134,7 +134,7 @@ def temperature_or_room(temperature: Quantity | None) -> float:
 
 
 def gap_conductance(gap: Array, filling: Filling, spreading: float = 0.0) -> float:
-    """Return what a filled gap conducts per area [W/(m² K)], its faces at one temperature each."""
+    """Return the conductance of a filled gap per area [W/(m² K)], each face at one temperature."""
     there = gap[~np.isnan(gap)]
     with np.errstate(divide="ignore"):
         local = 1 / (np.divide(there + filling.jump, filling.conductivity) + spreading)
@@ -142,7 +142,7 @@ def gap_conductance(gap: Array, filling: Filling, spreading: float = 0.0) -> flo
 
 
 def spreading(pixel_area: float, resistivity: float) -> float:
-    """Return what two bodies resist to a uniform flux through one pixel."""
+    """Return the spreading resistance of two bodies to a uniform flux through one pixel."""
     return _SQUARE * math.sqrt(pixel_area) * resistivity
 
 
@@ -280,7 +280,7 @@ def _middles(spots: Spots, periodic_axes: tuple[int, ...]) -> NDArray[np.int64]:
 
 
 def _self_displacement(pixel: tuple[float, float], contact_modulus: float) -> float:
-    """Return what unit pressure on a pixel displaces its middle by, alone on a half-space."""
+    """Return the displacement of the middle of a lone pixel under unit pressure."""
     dy, dx = pixel
     return 2 / (math.pi * contact_modulus) * (dx * math.asinh(dy / dx) + dy * math.asinh(dx / dy))
 
@@ -289,7 +289,7 @@ def _self_displacement(pixel: tuple[float, float], contact_modulus: float) -> fl
 
 
 SUBJECT = "the resistance of a contact"
-"""What needs a map, in words."""
+"""Name of the analysis in messages on missing maps."""
 
 EVEN_FLOW = 32 / (3 * math.pi**2) - 1
 """Constriction of a disc by uniform flow over that of constant potential, less one: 8.1 %.
@@ -300,7 +300,7 @@ Carslaw and Jaeger, Conduction of Heat in Solids (1959), section 8.2.
 
 @dataclass(frozen=True)
 class ConductanceStep:
-    """What conducts under one load, for bodies of any material."""
+    """Conductances under one load, for bodies of any material."""
 
     load: float  # W [N]
     contact_area: float  # Real contact area [m²]
@@ -414,7 +414,7 @@ class Conductance(Result):
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers has to know, the severest first."""
+        """Cautions on the result, the most severe first."""
         return sort_cautions([*self.messages, *self.extra_cautions])
 
     @property
@@ -660,7 +660,7 @@ Judged = list[tuple[float, tuple[Caution, ...]]]
 def _evaluate_contacts(
     contacts: ContactResult | Iterable[ContactResult], resistivity: float, filling: Filling | None
 ) -> tuple[tuple[ConductanceStep, ...], Judged, ContactResult]:
-    """Return what each contact has and is judged by, by ascending load, and the last of them."""
+    """Return properties and criteria of each contact, by ascending load, and the last contact."""
     answer: list[tuple[ConductanceStep, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None
     texture: Texture | None = None

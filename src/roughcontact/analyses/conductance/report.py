@@ -46,7 +46,7 @@ def _body(number: int) -> Callable[[joint.Conductance], dict[str, Any]]:
 
 
 def _words(body: Conductor) -> str:
-    """Return what a body conducts."""
+    """Return the conductivities of a body as text."""
     parts = [body.name] if body.name else []
     if body.resistivity is not None:
         parts.append(f"ρ {format_engineering(body.resistivity, 'Ω m')}")
@@ -89,7 +89,7 @@ def _in_gap(filling: str) -> Callable[[joint.Conductance], str]:
 
 
 def _share_of_gap(result: joint.Conductance) -> str:
-    """Return what the filled gap conducts, and its share, under the smallest and largest load."""
+    """Return conductance and share of the filled gap under the smallest and largest load."""
     gap = result.column("filled_gap")
     return " to ".join(
         f"{format_engineering(gap[end], 'W/(m² K)', 3)} ({format_percent(gap[end] / whole[end])})"
@@ -301,7 +301,7 @@ def _gap_sentence(result: joint.Conductance) -> str:
 
 
 def sentences(result: joint.Conductance) -> tuple[str, ...]:
-    """Return what a reader of the resistances has to know."""
+    """Return the sentences that precede the resistances."""
     meaning = _MEANING.get(result.largest.boundary.periodic_axes, _STRIP)
     film = result.film or result.thermal_film
     return (

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 STORED = Path(__file__).with_name("atlas.json")
 
 CONTACT, SATURATED, GAP, VOLUME = "contact", "saturated", "gap", "volume"
-"""What there is a formula for."""
+"""Quantities with a formula."""
 
 LEVEL = 0.90
 """Share of maps that fall into the interval of a formula."""
@@ -63,7 +63,7 @@ class DimensionlessGroups:
         return self.kurtosis / (3 + 1.5 * self.skewness**2)
 
     def values(self) -> dict[str, Array]:
-        """Return what a domain bounds: all groups, and what follows from them."""
+        """Return the values that a domain bounds: all groups, and derived quantities."""
         return vars(self) | {
             "contact": theory_contact(self),
             "tails": self.tails,
@@ -279,7 +279,7 @@ class EstimateRange:
 
 @dataclass(frozen=True)
 class Roughness:
-    """What the formulas know of a surface."""
+    """Surface parameters of the formulas."""
 
     Sq: float  # Root-mean-square height [m]
     Sdq: float  # Root-mean-square gradient h′
@@ -436,7 +436,7 @@ def estimate(
 
 
 def of_result(result: ContactResult) -> Estimate | None:
-    """Return what the formulas say of a contact that was solved."""
+    """Return the estimate of a solved contact."""
     pair = result.pair
     flat = not (pair.is_profile or pair.is_shared) and len(result.boundary.periodic_axes) == 2
     flat = flat and not pair.is_coated
@@ -459,7 +459,7 @@ def of_result(result: ContactResult) -> Estimate | None:
 
 
 def of_surface(surface: Surface) -> Roughness:
-    """Return what the formulas know of a map."""
+    """Return the arguments of the formulas for a map."""
     values = surface.roughness()
     texture = values["Str"] if math.isfinite(values["Str"]) else values["Str_max"]
     known = {name: values[name] for name in ("Sq", "Sdq", "Sal", "Ssk", "Sku")}

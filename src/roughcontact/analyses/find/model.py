@@ -50,7 +50,7 @@ CONTACT, SATURATED, APPROACH, GAP, YIELD = (
     "mean_gap",
     "first_yield",
 )
-"""What can be asked for."""
+"""Quantities that a load can be found for."""
 
 COUNTED = (CONTACT, SATURATED)
 """Those of whole pixels: staircases that pass a value rather than have it."""
@@ -127,7 +127,7 @@ class LoadSearch(Result):
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers has to know, the severest first."""
+        """Cautions on the result, the most severe first."""
         ascending = sorted(self.answers, key=lambda answer: answer.load)
         judged = over_loads([(item.load, item.result.cautions) for item in ascending], "N")
         return sort_cautions([*judged, *self.extra_cautions])
@@ -388,7 +388,7 @@ class _Finder:
     pair: Pair
     terms: LoadCase
     seen: dict[float, dict[str, float]] = field(default_factory=dict)
-    """What there was at each load, by its logarithm."""
+    """Values at each load, by its logarithm."""
     held: dict[float, ContactResult] = field(default_factory=dict)
     last: ContactResult | None = None
     solves: int = 0
@@ -625,7 +625,7 @@ def _excess(name: str, there: dict[str, float], value: float) -> float:
 def _targets(
     contact: Any, saturated: Any, approach: Any, mean_gap: Any, first_yield: bool
 ) -> list[Target]:
-    """Return what is asked, in the order of the arguments."""
+    """Return the targets, in the order of the arguments."""
     targets = [
         *_shares(CONTACT, contact),
         *_shares(SATURATED, saturated),

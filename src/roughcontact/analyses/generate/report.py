@@ -33,7 +33,7 @@ def parameter_rows(surface: Surface) -> list[tuple[str, str, str, str]]:
 
 
 def generation_headline(surface: Surface) -> Headline:
-    """Return what is said first of a generated map."""
+    """Return the headline of a generated map."""
     created = surface.provenance.origin
     assert created is not None
     ny, nx = surface.shape

@@ -353,7 +353,7 @@ class LoadHistory(Result):
 
     @cached_property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers has to know: of the contact under the largest load."""
+        """Cautions on the contact under the largest load."""
         largest = self.under_largest
         advice, ceiling = plausibility.recommended_ceiling_of(largest), largest.ceiling
         if advice is None or not isinstance(ceiling, float):
@@ -710,7 +710,7 @@ def _check_way(way: _Path) -> None:
 
 
 def _run_path(way: _Path, place: RunFolder | None, progress: Tell) -> LoadHistory:
-    """Return what a path that has passed all checks leaves behind."""
+    """Return the history of a path that has passed all checks."""
     bodies, largest = way.bodies, 0
     indentation = np.zeros(bodies.indented.shape)
     steps: list[HistoryStep] = []

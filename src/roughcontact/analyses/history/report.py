@@ -52,7 +52,7 @@ def _history_problem(history: LoadHistory) -> str:
 
 
 def _history_answer(history: LoadHistory) -> str:
-    """Return what the path leaves behind, and whether more of it would change it."""
+    """Return the residual state after the path, and whether further passes would change it."""
     body = "body" if history.indented_body == "surface" else "counter-body"
     depth = float(history.indentation.max())
     if not depth:

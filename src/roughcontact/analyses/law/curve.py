@@ -156,7 +156,7 @@ def _monotone(x: Array, y: Array, slope: Array) -> Array:
 
 @dataclass(frozen=True)
 class Asperities:
-    """What programs of mixed lubrication ask of a rough surface."""
+    """Parameters of a rough surface for programs of mixed lubrication."""
 
     m0: float  # Mean square of height [m²]
     m2: float  # Mean square of slope along profiles
@@ -221,8 +221,8 @@ class Resolved:
 
     low: float  # Lowest [Pa]
     high: float  # Highest [Pa]
-    low_by: str = ""  # What limits it at the low end
-    high_by: str = ""  # What limits it at the high end
+    low_by: str = ""  # Limit at the low end
+    high_by: str = ""  # Limit at the high end
 
 
 def resolved(pressures: Array, means: Mapping[str, Array], scatter: float) -> Resolved:
@@ -296,7 +296,7 @@ class PartSize:
     """How far the law of the parts of the maps is from that of the whole maps."""
 
     off: float  # Largest part of the pressure by which they differ at one separation
-    chance: float  # What chance explains of it
+    chance: float  # Part that chance explains
     sufficient: bool  # Whether no difference exceeds what chance explains
 
     @property

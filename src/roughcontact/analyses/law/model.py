@@ -71,7 +71,7 @@ class LawPoint:
 class MapLaw:
     """The law that one map shows."""
 
-    name: str  # What the map is called
+    name: str  # Name of the map
     pair: Pair  # The bodies
     window: Window | None  # The part inside the rim
     first_touch: float  # Separation ū at first contact [m]
@@ -522,7 +522,7 @@ class InterfaceLaw(Result):
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers has to know, the severest first."""
+        """Cautions on the law, the most severe first."""
         own = [*law_curve.cautions(len(self.maps), self.resolved, self.rim)]
         if self.part_size is not None and self.part_size.caution is not None:
             own.append(self.part_size.caution)
@@ -563,7 +563,7 @@ def _mean(values: Array) -> Mean:
 
 
 OF = "an interface law"
-"""What needs maps, in messages."""
+"""Name of the analysis in messages on missing maps."""
 
 # Heights that were lowered by this part of the largest gap are no rounding.
 _ROUNDING = 1e-9
@@ -680,7 +680,7 @@ def _friction(result: ContactResult, coefficient: float) -> Friction:
 
 @dataclass(eq=False)
 class _Samples:
-    """What was seen of one map so far."""
+    """Points collected from one map."""
 
     pair: Pair
     window: Window | None
@@ -705,7 +705,7 @@ class _Samples:
 
 
 def _collect_points(contacts: Iterable[ContactResult]) -> list[_Samples]:
-    """Return what the contacts show, map by map."""
+    """Return the points of the law from the contacts, map by map."""
     answer: list[_Samples] = []
     for result in [contacts] if isinstance(contacts, ContactResult) else contacts:
         # Under a load that a map has had, it is another that is the same.
@@ -775,7 +775,7 @@ def _unlike_error(number: int) -> InputError:
 
 
 def _point(result: ContactResult, window: Window | None, lowered: float) -> LawPoint:
-    """Return what one contact shows inside its rim."""
+    """Return the point of the law from one contact inside its rim."""
     pressure, gap = _inside(result.pressure, window), _inside(result.gap, window)
     contact = pressure > 0
     loading, whole = local_stiffness(result, window)

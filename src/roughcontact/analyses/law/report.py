@@ -214,7 +214,7 @@ def _known(law: InterfaceLaw) -> str:
 
 
 def sentences(law: InterfaceLaw) -> tuple[str, ...]:
-    """Return what a reader of the law has to know."""
+    """Return the sentences that precede the law."""
     several = len(law.maps) > 1
     return (
         "The separation ū is that of the mean planes of the two surfaces, with what is indented "

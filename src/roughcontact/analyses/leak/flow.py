@@ -149,7 +149,7 @@ TOLERANCE = 1e-8
 """Flow that appears or vanishes anywhere, over the flow through the gap."""
 
 _TARGET_IMBALANCE = 1e-9
-"""What the solver aims at by its own count."""
+"""Target of the solver for its recursive residual."""
 
 _REDUCTION = 1e-6
 """Reduction of the imbalance per round; rounding limits smaller values."""
@@ -164,7 +164,7 @@ Mobility = Callable[[Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class Flow:
-    """What flows through a gap per unit of viscosity and of pressure gradient."""
+    """Flow through a gap per unit of viscosity and of pressure gradient."""
 
     axis: int  # Along which the mean pressure gradient points: 0 y, 1 x
     permeability: tuple[float, float]  # Mean of g³ ∂p along y and x per unit mean gradient [m³]
@@ -334,7 +334,7 @@ class _Solved:
         return cls(pressure, small, through, inflow, outflow, power, steps)
 
     def unbalanced(self, problem: _Problem) -> Array:
-        """Return what flows into each node and not out again."""
+        """Return the net flow into each node."""
         residual = problem.network.outflow(self.through)
         np.subtract(self.inflow, residual, out=residual)
         residual -= self.outflow
@@ -365,7 +365,7 @@ def _solve_pressure(problem: _Problem, start: _Solved | None = None) -> _Solved:
 
 
 def _imbalance(problem: _Problem, pressure: Array, small: Array) -> tuple[Array, float]:
-    """Return what flows into each node and not out again, and the power of the flow."""
+    """Return the net flow into each node, and the power of the flow."""
     result = _Solved.of_pressure(problem, pressure, small, 0)
     return result.unbalanced(problem), result.power
 

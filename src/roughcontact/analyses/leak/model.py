@@ -161,7 +161,7 @@ def grid_caution(changes: tuple[float, float]) -> Iterator[Caution]:
 Array = NDArray[np.float64]
 
 OF = "the leakage of a contact"
-"""What needs a map, in words."""
+"""Name of the analysis in messages on missing maps."""
 
 AXES = ("y", "x")
 """Directions of the flow by the number of their axis."""
@@ -198,7 +198,7 @@ class Seal:
 
 @dataclass(frozen=True)
 class LeakageStep:
-    """What the gap lets through under one load; pairs are along (y, x)."""
+    """Permeability of the gap under one load; pairs are along (y, x)."""
 
     load: float  # W [N]
     contact_area: float  # Real contact area [m²]
@@ -280,7 +280,7 @@ class Leakage(Result):
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers has to know, the severest first."""
+        """Cautions on the result, the most severe first."""
         return sort_cautions([*self.messages, *self.extra_cautions])
 
     @property
@@ -673,7 +673,7 @@ def seal_of(
     outlet: Quantity | None,
     temperature: Quantity | None,
 ) -> Seal | None:
-    """Return what leaks, or refuse what is only half of it."""
+    """Return the seal; raise `InputError` if its description is incomplete."""
     specified = {
         "viscosity": (viscosity, "viscosity"),
         "pressure_difference": (pressure_difference, "pressure"),

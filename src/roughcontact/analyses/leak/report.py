@@ -339,7 +339,7 @@ def _interval(result: Leakage, axis: int) -> Interval:
 
 
 def _rate_of(result: Leakage, axis: int) -> Callable[[float], str]:
-    """Return what tells the leak rate of a permeability [m³]."""
+    """Return a function that formats the leak rate of a permeability [m³]."""
     flow = result.throughput(axis, "mbar l/s") if _is_gas(result) else result.rate(axis)
     factor = float(flow[-1] / result.permeability(axis)[-1])
     form = _gas_rate if _is_gas(result) else _rate
@@ -351,7 +351,7 @@ def _gas_rate(throughput: float) -> str:
 
 
 def _answer(result: Leakage) -> str:
-    """Return what leaks under the largest load, or that nothing does."""
+    """Return the leak rate under the largest load as a sentence, or that nothing leaks."""
     at = phrases.load(result.largest)
     closed = [AXES[axis] for axis in result.axes if not _flows(result, axis)]
     if len(closed) == len(result.axes):
@@ -408,7 +408,7 @@ def _numbers(result: Leakage) -> CellTable:
 
 
 def _remarks(result: Leakage) -> tuple[str, ...]:
-    """Return what scales the rate, the narrowest place, and how exactly it is solved."""
+    """Return the remarks on the scaling of the rate, the narrowest place, and the accuracy."""
     lines: list[str] = []
     seal = result.seal
     if seal is not None and (seal.length is None or (seal.width is None and seal.ring is None)):

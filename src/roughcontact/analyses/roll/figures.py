@@ -89,7 +89,7 @@ def _draw_strains(axes: Axes, rolling: RollingResult, number: Array) -> None:
         ([item.strain_net for item in rolling.passes], "s--", style.SERIES[1], "left of it"),
         (shear, "^:", style.SERIES[2], "mean shear left of it"),
     ):
-        # What is zero has no place on a logarithmic scale.
+        # Zero has no place on a logarithmic scale.
         held = np.array(values)
         axes.plot(number, np.where(held > 0, held, np.nan), line, color=colour, label=name)
     axes.axhline(

@@ -47,7 +47,7 @@ def _nothing() -> Array:
 
 @dataclass(frozen=True)
 class Pass(RenamedAttributes):
-    """What one pass did."""
+    """Summary of one pass."""
 
     strain_added: (
         float  # Largest equivalent plastic strain that it added anywhere, there and back counted
@@ -80,7 +80,7 @@ class Pass(RenamedAttributes):
 def pass_result(
     result: ElastoplasticResult, before: ElastoplasticResult | None, direction: float
 ) -> Pass:
-    """Return what the pass between two states did."""
+    """Return the summary of the pass between two states."""
     flow = gain = 0.0
     shear: list[Array] = []
     along: list[Array] = []
@@ -193,7 +193,7 @@ _STEADY_TOLERANCE = 0.1
 
 
 class Shakedown(StrEnum):
-    """What repeated passes come to."""
+    """Outcome of repeated passes: shakedown or ratcheting."""
 
     ELASTIC = "elastic"
     ELASTIC_SHAKEDOWN = "elastic shakedown"
@@ -302,7 +302,7 @@ class RollingResult(Result):
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers has to know, the severest first."""
+        """Cautions on the passes, the most severe first."""
         own = plausibility.rolling_cautions(
             self.result, self.step, self.passes[-1].steps, self.direction, self.axis
         )
@@ -638,7 +638,7 @@ _NUMBERS = {
     "Sq": ("m", "root-mean-square height of the rough body after the pass"),
     "Spk": ("m", "reduced peak height of the rough body after the pass"),
 }
-# What files of 0.2 call it, and so all.
+# Name in files since 0.2.
 _STORED = {"strain_added": "flow", "strain_net": "gain"}
 _PROFILES = {
     "shear": ("1", "shear strain along the first pass that the pass added"),

@@ -1,4 +1,4 @@
-"""What is shown of repeated passes."""
+"""Report of repeated passes."""
 
 from __future__ import annotations
 
@@ -297,7 +297,7 @@ def _answer(rolling: RollingResult) -> str:
 
 
 def _numbers(rolling: RollingResult) -> CellTable:
-    """Return what each pass adds, of many the first and the last ones."""
+    """Return the increments of the passes; of many passes the first and the last ones."""
     rows = [
         (
             str(number),
@@ -314,7 +314,7 @@ def _numbers(rolling: RollingResult) -> CellTable:
 
 
 def _remarks(rolling: RollingResult) -> tuple[str, ...]:
-    """Return what counts as no strain, and how exactly the passes are solved."""
+    """Return the threshold of strain, and the accuracy of the passes."""
     state = rolling.result
     count = count_noun(len(state.increments), "increment")
     least = strain(rolling.strain_threshold)

@@ -164,7 +164,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
 
 
 def _limited(look: OnProgress) -> OnProgress:
-    """Return what stops a run after its first step where the whole would take long."""
+    """Return a callback that stops a run after its first step if the whole would take long."""
     forecast = Forecast()
 
     def watch(state: Progress) -> None:

@@ -316,7 +316,7 @@ SHARED: Table = (
 """Of a `ContactResult` whose map several ranks hold."""
 
 HEADLINES = ("contact_fraction", "mean_pressure", "saturated_fraction", "mean_gap")
-"""What a report on a contact says first."""
+"""Headline quantities of the report of a contact."""
 
 
 # The volume model
@@ -527,7 +527,7 @@ def of_largest(key: str) -> Quantity:
 PAIR: Table = tuple(
     of_largest(key) for key in ("source", "preparation", "boundary", "contact_modulus")
 )
-"""What is pressed on what."""
+"""Bodies of the contact."""
 
 
 # --- Contacts of profiles: the quantities of maps, per meter of width ---
@@ -542,17 +542,17 @@ BOUNDARY = {
         "the profile is one period of an endless one, alike along y without end",
     ),
 }
-"""What lies beyond the ends of a profile: its name, and in a few words."""
+"""Boundary condition at the ends of a profile: name and meaning."""
 
 REFERENCE = (
     "from the first touch; of a free profile a line load displaces nothing at a distance of the "
     "length of the profile"
 )
-"""What the approach counts from."""
+"""Reference of the approach."""
 
 
 def edge_condition(result: ContactResult) -> str:
-    """Return what lies beyond the ends of a profile, by name."""
+    """Return the name of the boundary condition at the ends of a profile."""
     return BOUNDARY[result.boundary][0]
 
 
@@ -647,7 +647,7 @@ def segments(result: ContactResult, spots: Spots) -> list[tuple[str, str, str]]:
 
 
 def shares(name: str) -> Callable[[Any], list[str]]:
-    """Return what tells an area of each step of a joint as a share of the nominal one."""
+    """Return a formatter of the area of each step of a joint as a share of the nominal area."""
     return lambda joint: [
         format_percent(v) for v in (joint.column(name) / joint.nominal_area).tolist()
     ]

@@ -1,4 +1,4 @@
-"""What Hertz says of the nominal bodies, beside the contact of the rough ones."""
+"""Contact of the smooth nominal bodies (Hertz), compared with that of the rough ones."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def applies(result: ContactResult) -> bool:
 
 
 def bodies(smooth: SmoothContact) -> str:
-    """Return what touches in which shape, in a few words."""
+    """Return the shapes of the contacting bodies as text."""
     radii = " and ".join(format_engineering(radius, "m") for radius in smooth.shape.radii)
     many = len(smooth.shape.radii) > 1
     words = f"{smooth.shape.kind}, {'radii' if many else 'radius'} of relative curvature {radii}"

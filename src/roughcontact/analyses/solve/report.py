@@ -266,7 +266,7 @@ def answer(result: ContactResult, study: ResolutionStudy | None = None) -> str:
 
 
 def _ends(interval: Interval | None, form: Callable[[float], str]) -> str:
-    # What plasticity may move by an unknown amount has no interval.
+    # A quantity that plasticity changes by an unknown amount has no interval.
     if interval is None or Cause.YIELDING in interval.unknown or interval.low == interval.high:
         return ""
     if math.isinf(interval.high):
@@ -369,7 +369,7 @@ def _in_strengths(result: ContactResult) -> str:
 
 
 def remarks(result: ContactResult, study: ResolutionStudy | None = None) -> tuple[str, ...]:
-    """Return what the interval comes from, the numbers of the other ceiling, and the status."""
+    """Return the source of the interval, the quantities at the other ceiling, and the status."""
     if not result.converged:
         return (phrases.status(result),)
     interval = uncertainty.of_area(result, study) if result.load else None

@@ -138,10 +138,10 @@ _SHORT = {
 
 
 STUDY_REF = ArgumentRef("rc.resolution_study")
-"""What studies the pixel."""
+"""Option that studies the pixel."""
 
 INSTRUMENT_REF = ArgumentRef("result.uncertainty")
-"""What includes the instrument."""
+"""Options that include the instrument."""
 
 
 def is_correctable(result: ContactResult) -> bool:
@@ -287,7 +287,7 @@ MEASURED_COLUMNS: Columns = (
 
 
 def measurement_text(known: Uncertainty) -> str:
-    """Return what measured a map, and how the intervals were found."""
+    """Return the instrument of a map and the method of the intervals as text."""
     tool = known.instrument
     if tool is None:
         return "Intervals of grid and material, without the instrument."

@@ -185,7 +185,7 @@ class StressResult(Result):
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers has to know, the severest first."""
+        """Cautions on the stress, the most severe first."""
         return sort_cautions([*self.solution.cautions, *self.own_cautions])
 
     @property
@@ -497,7 +497,7 @@ def _layered_stress(
             argument="boundary",
             value=boundary,
         )
-    # What layers change is computed on a larger map.
+    # The contribution of the layers is computed on a larger map.
     larger = (2 * pressure.shape[0], 2 * pressure.shape[1])
     require_memory(larger, boundary=boundary, precision=options["precision"])
     stress = coating_stress.field_of(

@@ -82,7 +82,7 @@ def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
     ]
     computed = 100 * np.concatenate([contact, saturated]) / nominal
     computed = computed[computed > 0]
-    # What was computed sets the axis: theory has shares of the area down to 1e-300.
+    # The computed points set the limits of the axis: theory has area shares down to 1e-300.
     lowest = 0.5 * float(computed.min(initial=100.0))
     for values, marker, colour, name in lines:
         share = 100 * values / nominal

@@ -143,12 +143,12 @@ class LoadCurve(Result):
 
     @property
     def preparation(self) -> tuple[str, ...]:
-        """What was done to it, one sentence each."""
+        """Preparation of the map, one sentence per step."""
         return self.origins[0].steps
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers has to know, the severest first."""
+        """Cautions on the curve, the most severe first."""
         return sort_cautions([*self.messages, *self.extra_cautions])
 
     def column(self, name: str) -> Array:
@@ -366,7 +366,7 @@ class _Sweep:
         check_problem(self.pair, largest, held=MAX_HELD_RESULTS, series=len(self.values) > 1)
 
     def record(self) -> dict[str, Any]:
-        """Return what the steps depend on."""
+        """Return the record of the inputs of the steps."""
         ceiling = self.terms.ceiling
         plain = isinstance(ceiling, str) or ceiling is None
         return {
@@ -443,7 +443,7 @@ def _steps(
     # Steps are named by their number, and each is complete once it is there.
     for number, value in enumerate(sweep.values, start=1):
         path = None if place is None else place.folder / f"step-{number:04d}.npz"
-        # What makes a step one of this sweep, at this load.
+        # A step belongs to this sweep if it has this load and these inputs.
         mark = {} if place is None else {"problem": place.problem, "asked": value}
         if path is not None and path.exists():
             step, pressure, start = _read_step(path, sweep.pair.shape, mark)

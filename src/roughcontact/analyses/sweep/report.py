@@ -1,4 +1,4 @@
-"""What is shown of a load curve and of a load history."""
+"""Report of a load curve."""
 
 from __future__ import annotations
 

@@ -130,7 +130,7 @@ class Tangential(Result):
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers has to know, the severest first."""
+        """Cautions on the result, the most severe first."""
         below = () if self.fretting is None else self.fretting.stress.own_cautions
         return sort_cautions([*self.solution.cautions, *self.messages, *below])
 
@@ -574,7 +574,7 @@ class _Path:
         )
 
     def outcome(self) -> Tangential:
-        """Return what has been found."""
+        """Return the outcome so far."""
         contact = self.contact
         assert contact is not None
         shape = contact.pressure.shape
@@ -695,7 +695,7 @@ def _is_cycle(points: Sequence[tuple[float, float]]) -> bool:
 
 
 def _messages(path: _Path, contact: ContactResult) -> list[Caution]:
-    """Return what the tangential loading gives cause for."""
+    """Return the cautions of the tangential loading."""
     result = []
     beta = dundurs(contact.pair)
     if abs(beta) > MAX_DUNDURS:

@@ -1,4 +1,4 @@
-"""What is shown of a tangentially loaded contact."""
+"""Report of a tangentially loaded contact."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _has_stress(result: Tangential) -> bool:
 
 
 def _of_stress(attribute: str) -> Callable[[Tangential], Any]:
-    """Return what gets an attribute of the fretting, None without."""
+    """Return a getter of an attribute of the fretting; None without it."""
     get = attrgetter(attribute)
     return lambda result: None if result.fretting is None else get(result.fretting)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 
 class UniformTopographyInterface:
-    """What SurfaceTopography's maps offer, in name."""
+    """Interface of the maps of SurfaceTopography, by name only."""
 
     @classmethod
     def register_function(cls, name: str, function: Callable[..., Any]) -> None:

@@ -1,4 +1,4 @@
-"""What files tell of a measurement besides heights, without the pydantic that checks it."""
+"""Metadata of measurements, without the validation of pydantic."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _NAMES = ("name", "vendor", "serial", "scanner_serial", "software")
 
 
 class InfoModel:
-    """What SurfaceTopography keeps of a file, in plain types."""
+    """Metadata of a file in SurfaceTopography, as plain types."""
 
     def __init__(self, **fields: Any) -> None:
         self._fields = _checked(fields)
 
     def model_dump(self, *, exclude_none: bool = True) -> dict[str, Any]:
-        """Return what is known, by name."""
+        """Return the metadata by name."""
         return dict(self._fields)
 
 
