@@ -9,7 +9,7 @@ then shows what it changes.
 
 # %%
 # Nominal forms are surfaces like any others; ``with_form`` puts roughness on them, and
-# ``align=True`` of `roughcontact.solve` brings two maps to one grid.
+# ``align=True`` of ``roughcontact.solve`` brings two maps to one grid.
 
 import math
 
