@@ -1,4 +1,4 @@
-"""The command line as a process of its own: ``roughcontact``, or ``python -m roughcontact``."""
+"""Entry point of the command line: ``roughcontact``, or ``python -m roughcontact``."""
 
 # As little as may be: what is loaded here cannot be interrupted without a word from Python.
 import gc
@@ -52,7 +52,7 @@ def _leave() -> None:
 
 
 def _settle_figures() -> None:
-    """Have figures drawn into files alone, with Matplotlib's own settings."""
+    """Configure Matplotlib to draw figures into files only, with its own settings."""
     os.environ["MPLBACKEND"] = "agg"
     result = importlib.util.find_spec("matplotlib")
     if result is not None and result.origin is not None:

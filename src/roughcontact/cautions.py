@@ -98,7 +98,7 @@ class Severity(StrEnum):
     CAUTION = "caution"
     """They are estimates."""
     NOTE = "note"
-    """They are right for what was given, which holds less than it may seem."""
+    """Results hold for the given input, which may be incomplete."""
 
 
 _EXPLANATIONS = Path(__file__).with_name("explanations.toml")
@@ -120,7 +120,7 @@ class Caution:
 
     @property
     def text(self) -> str:
-        """The message in the words of Python."""
+        """The message with names of Python arguments."""
         for index, part in enumerate(self.parts if self.where else ()):
             if isinstance(part, str) and (end := _SENTENCE_END.search(part)):
                 placed = f"{part[: end.start()]} ({self.where}){part[end.start() :]}"
@@ -138,7 +138,7 @@ class Caution:
         )
 
     def summary(self) -> dict[str, Any]:
-        """Return it ready for JSON: tag, severity, text and numbers."""
+        """Return the caution ready for JSON: tag, severity, text and values."""
         return {
             "kind": str(self.kind),
             "severity": str(self.severity),

@@ -21,10 +21,10 @@ class ArgumentRef:
     """An argument of the public face within a sentence."""
 
     name: str  # As Python spells it: `"max_iterations"`
-    value: object = None  # A setting of it that the sentence advises or speaks of
+    value: object = None  # A setting that the sentence recommends or mentions
 
     def __str__(self) -> str:
-        """Return it as Python writes it: ``precision="single"``."""
+        """Return the argument as Python writes it: ``precision="single"``."""
         if self.value is None:
             return self.name
         value = f'"{self.value}"' if isinstance(self.value, str) else repr(self.value)
@@ -58,12 +58,12 @@ def split_message(*parts: Part) -> tuple[Part, ...]:
 
 
 def render_message(parts: tuple[Part, ...], spell: Spell = str) -> str:
-    """Return a sentence in the words of one edge."""
+    """Return a sentence in the terms of one interface."""
     return "".join(part if isinstance(part, str) else spell(part) for part in parts)
 
 
 class Sentence(str):
-    """A text in the words of Python that still knows the arguments it mentions."""
+    """A text for Python that retains its `ArgumentRef` parts."""
 
     parts: tuple[Part, ...]  # The same, for the words of another edge
 
@@ -100,7 +100,7 @@ class RoughcontactError(Exception):
         self.value = value
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Let it travel between processes."""
+        """Pickle the error with its attributes."""
         return (_restore_error, (type(self), self.args, self.__dict__))
 
     @property
@@ -115,7 +115,7 @@ class RoughcontactError(Exception):
         return render_message(self.sentence, spell)
 
     def __str__(self) -> str:
-        """Return the message in the words of Python."""
+        """Return the message in terms of Python."""
         return self.message_for()
 
 

@@ -41,7 +41,7 @@ class Displayable(RenamedAttributes):
         return presentation().text(self)
 
     def _repr_html_(self) -> str:
-        """Return the headline numbers beside a picture, as a notebook shows them."""
+        """Return the headline with a figure, as a notebook shows it."""
         return presentation().html(self)
 
     @property

@@ -92,7 +92,7 @@ _FIRST = re.compile(r"[A-Za-zÅΩ°]+([²³]?)(?=$|[ /])")
 # Lengths to pint (a pixel of style sheets is 1/96 inch), and no length to who writes "5 px".
 _PRINTERS_UNIT = re.compile(r"pixel|point|pica|didot|cicero")
 
-# What most people write, which needs no registry: that takes a third of a second to build.
+# The common spellings need no registry, whose creation takes a third of a second.
 _PLAIN = {
     "length": {
         "m": 1.0,
@@ -363,7 +363,7 @@ def _unit_factor(
 
 
 def _describe_dimension(dimensionality: Any) -> str:
-    # In one order, whatever the order of the units: pint keeps that.
+    # In one order, independent of the order of the units: pint preserves that order.
     above: list[str] = []
     below: list[str] = []
     for name, power in sorted(dimensionality.items()):

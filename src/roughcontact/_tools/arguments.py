@@ -32,7 +32,7 @@ class _ArgumentType(NamedTuple):
 
 
 def validate_arguments(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a function refuse arguments that its annotations do not name."""
+    """Reject arguments of a function that its annotations do not name."""
     code = function.__code__
     names = code.co_varnames[: code.co_argcount]
 
@@ -58,7 +58,7 @@ def validate_arguments(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def validate_public_methods(kind: type[T]) -> type[T]:
-    """Let the public methods of a class, and what makes one, be `validate_arguments`."""
+    """Apply `validate_arguments` to the public methods and the constructor of a class."""
     for name, method in list(vars(kind).items()):
         if isinstance(method, types.FunctionType) and (name == "__init__" or name[0] != "_"):
             setattr(kind, name, validate_arguments(method))
@@ -138,7 +138,7 @@ def _annotation_types(node: ast.expr, scope: dict[str, Any]) -> list[_ArgumentTy
 def _convert_sequence(
     items: list[_ArgumentType], length: int | None = None, lazy: bool = False
 ) -> list[_ArgumentType]:
-    """Return a list of items, or a tuple of so many; one that is lazy may hold one at a time."""
+    """Return a list of items, or a tuple of fixed length; a lazy list may hold one item."""
 
     def taken(value: Any) -> Any:
         if not isinstance(value, Iterable) or isinstance(value, str | bytes | Mapping):

@@ -40,7 +40,7 @@ def lock_folder(
     record: str,
     pattern: str,
 ) -> Iterator[RunFolder]:
-    """Hold the folder of a run alone, after a look at what stands there."""
+    """Lock the folder of a run after a check of its content."""
     folder = Path(folder)
     # As it reads back from the file.
     described: dict[str, Any] = json.loads(to_json(problem))

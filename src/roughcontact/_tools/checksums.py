@@ -32,7 +32,7 @@ class RunningChecksum:
         self._hash = hashlib.sha256(f"{self._kind.str} {shape} ".encode())
 
     def update(self, part: ArrayLike) -> None:
-        """Go on with the next rows."""
+        """Add the next rows."""
         little = np.ascontiguousarray(part, self._kind)
         self._hash.update(little.reshape(-1).view(np.uint8).data)
 
@@ -42,7 +42,7 @@ class RunningChecksum:
 
 
 def checksum_arrays(arrays: Mapping[str, ArrayLike]) -> str:
-    """Return the checksum of arrays with their names, whatever their order."""
+    """Return the checksum of arrays with their names, independent of their order."""
     return checksum_json({name: checksum_array(values) for name, values in arrays.items()})
 
 

@@ -62,7 +62,7 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
         finally:
             temporary.unlink(missing_ok=True)
     except OSError as error:
-        # A failed write knows no name, and the hidden name is nobody's business.
+        # The error of a failed write must not show the hidden name.
         hidden = error.filename is None or _UNFINISHED.fullmatch(Path(error.filename).name)
         if error.errno is not None and hidden:
             raise OSError(error.errno, error.strerror, str(target)) from error
@@ -101,7 +101,7 @@ def hold_marker_file(folder: str | os.PathLike[str]) -> Iterator[Path]:
 def _create_locked(folder: Path) -> tuple[IO[bytes], Path]:
     """Return an empty hidden file that is locked, and its name."""
     while True:
-        # A name of its own for every call: threads may write the same file, and the last one stays.
+        # A separate name for every call: threads may write the same file, and the last one remains.
         path = folder / f".roughcontact-{os.urandom(8).hex()}.part"
         stream = path.open("x+b")
         if _try_lock(stream) and path.exists():
@@ -111,7 +111,7 @@ def _create_locked(folder: Path) -> tuple[IO[bytes], Path]:
 
 
 def _try_lock(stream: IO[bytes]) -> bool:
-    """Lock a file where that can be done, and return whether nobody is removing it."""
+    """Lock a file if possible, and return whether no other process is removing it."""
     if fcntl is not None:
         try:
             # Shared: a reader that locks files, as HDF5 does, may look at once.
@@ -119,7 +119,7 @@ def _try_lock(stream: IO[bytes]) -> bool:
         except BlockingIOError:
             return False
         except OSError:
-            # Some file systems have no locks; there nobody removes anything.
+            # Some file systems have no locks; there no process removes anything.
             pass
     return True
 
@@ -201,14 +201,14 @@ def _locks_locked(file: Path) -> IO[bytes]:
         stream.close()
 
 
-# --- What is given as a file, as a regular file: one that a reader may open again and search ---
+# --- Input streams as regular files that a reader may open again and search ---
 
 
 MAX_PIPE_BYTES = 2**30
-"""Most bytes that a pipe may give; they lie in a temporary file while they are read."""
+"""Largest number of bytes from a pipe; they are stored in a temporary file."""
 
 _BLOCK = 2**20
-# Seconds for whoever waits to write to a named pipe, and now can.
+# Seconds for a process that waits to write to a named pipe.
 _PIPE_TIMEOUT = 1.0
 
 

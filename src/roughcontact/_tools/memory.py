@@ -22,7 +22,7 @@ _NO_LIMIT = 2**62
 
 
 class _Group(NamedTuple):
-    """Where a version of Linux's control groups keeps what it knows of a container's memory."""
+    """Files in which a version of Linux's control groups states the memory of a container."""
 
     controller: str
     mount: str
@@ -149,7 +149,7 @@ def address_space_bytes() -> int:
     return int(psutil.Process().memory_info().vms)
 
 
-# --- How much a file or an argument may ask for: one rule, applied before anything is made ---
+# --- Limits of the size of files and arguments: one rule, applied before any allocation ---
 
 
 POINTS = 2**30
@@ -162,7 +162,7 @@ TEXT = 16 * 2**20
 """Most bytes of a text that is taken apart as a whole, such as a header or a project file."""
 
 STEPS = 10_000
-"""Most loads, increments or stages of one run that a count may ask for."""
+"""Largest number of loads, increments or stages of one run."""
 
 ITERATIONS = 1_000_000
 """Most iterations that a solver may be allowed."""
@@ -173,7 +173,7 @@ _PACKED, _SMALL = 100, 2**30
 
 
 def require_points(name: str, shape: Sequence[int], each: int) -> None:
-    """Refuse a map that a file announces where it is too large for any map, or for the memory."""
+    """Raise `InputError` for an announced map that is too large for any map or for the memory."""
     grid = " × ".join(map(str, shape))
     if math.prod(shape) > POINTS:
         raise FormatError(
@@ -188,7 +188,7 @@ def require_points(name: str, shape: Sequence[int], each: int) -> None:
 
 
 def require_size(name: str, size: int, packed: int | None = None) -> None:
-    """Refuse a file that takes, or unpacks to, more bytes than any map or than the memory."""
+    """Raise `InputError` for a file larger, unpacked, than any map or than the memory."""
     text = f"{name} holds {size / GIB:.1f} GiB"
     if size > BYTES:
         raise FormatError(
@@ -209,7 +209,7 @@ def require_packing(name: str, size: int, packed: int) -> None:
 
 
 def max_unpacked_bytes(packed: int) -> int:
-    """Return the most bytes that a file of so many may unpack to."""
+    """Return the largest unpacked size of a file of this size [bytes]."""
     return min(BYTES, max(_SMALL, _PACKED * packed))
 
 

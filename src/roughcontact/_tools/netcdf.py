@@ -46,7 +46,7 @@ class StoredArray(NamedTuple):
 
 
 def check_hdf5(path: Path) -> dict[str, StoredArray]:
-    """Refuse an HDF5 file that would be read for ever, or in which another file is read."""
+    """Raise `FormatError` for an HDF5 file that never ends or that refers to another file."""
     _check_heaps(path)
     import h5py
 
@@ -98,14 +98,14 @@ def _stored(path: Path, name: str, array: Any) -> StoredArray:
     with contextlib.suppress(TypeError):
         kind = array.dtype.kind
     size = math.prod(array.shape) * each
-    # What is never written takes no place; fields over the depth may be nearly all zero.
+    # Blocks that are never written occupy no space; fields over the depth may be nearly all zero.
     if len(array.shape) <= 2:
         memory.require_packing(f"{name!r} in {path.name}", size, path.stat().st_size)
     return StoredArray(array.shape, size, kind)
 
 
 def _check_blocks(path: Path, name: str, array: Any, block: int) -> None:
-    """Refuse a packed array of which a block unpacks to more than a block."""
+    """Raise `FormatError` for a packed array whose blocks unpack to more than a block."""
     if array.get_storage_size() <= memory.free_bytes() // _DEFLATED:
         return
     parts: list[Any] = []
@@ -119,7 +119,7 @@ def _check_blocks(path: Path, name: str, array: Any, block: int) -> None:
             )
         if part.size > block // _DEFLATED:
             unpacked = b""
-            # What is not deflated ends here at once.
+            # Blocks without compression need no further check.
             with contextlib.suppress(zlib.error):
                 packed = array.read_direct_chunk(part.chunk_offset)[1]
                 unpacked = zlib.decompressobj().decompress(packed, block + 1)
@@ -138,7 +138,7 @@ def _external_storage(path: Path, name: str, how: str) -> FormatError:
 
 
 def _check_heaps(path: Path) -> None:
-    """Refuse a file with a global heap that HDF5 would read for ever."""
+    """Raise `FormatError` for a file with a global heap that HDF5 would read forever."""
     size = path.stat().st_size
     if size == 0:
         return
@@ -197,7 +197,7 @@ CHECKSUM = "checksum_sha256"
 _CHUNK = 1 << 18
 
 ATTRIBUTES = "attributes"
-"""What `changed_names` calls everything but the numbers: attributes, names and dimensions."""
+"""Name of everything but the values in `changed_names`: attributes, names and dimensions."""
 
 
 class Variable(NamedTuple):
@@ -239,7 +239,7 @@ class Dataset:
         return sum(values.nbytes for _, values, _ in self.variables.values())
 
     def to_xarray(self) -> xarray.Dataset:
-        """Return it as a dataset of xarray."""
+        """Return the dataset as one of xarray."""
         import xarray
 
         return xarray.Dataset(dict(self.variables), attrs=self.attrs)
@@ -250,7 +250,7 @@ def write(
     path: str | os.PathLike[str],
     packed: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> None:
-    """Write a dataset to a NetCDF file with checksums: the one door for all that is written."""
+    """Write a dataset to a NetCDF file with checksums; all files are written here."""
     files.require_suffix(path, ".nc")
     import h5netcdf
 
@@ -270,7 +270,7 @@ def _write_variables(file: Any, dataset: Dataset, packed: Mapping[str, Mapping[s
     import h5py
 
     for name, (dims, values, attrs) in dataset.variables.items():
-        # HDF5 knows no texts of a fixed number of letters.
+        # HDF5 has no texts of fixed length.
         kind = h5py.string_dtype() if values.dtype.kind == "U" else values.dtype
         missing = kind.type(np.nan) if kind.kind == "f" else None
         variable = file.create_variable(name, dims, kind, fillvalue=missing, **packed.get(name, {}))
@@ -344,7 +344,7 @@ def write_shared(
             streamed = [replace(item, parts=received(item, parts)) for item, parts in maps.items()]
             write_streamed(frame(), streamed, path)
         except BaseException:
-            # The others wait to be asked for their parts.
+            # The other ranks wait for the requests of their parts.
             ranks.broadcast_flag(False)
             raise
 

@@ -52,7 +52,7 @@ def redeliver_interrupts() -> Iterator[None]:
 
 
 def silence_unraisable() -> None:
-    """Tell of nothing else that Python drops, until the end of `redeliver_interrupts`."""
+    """Suppress other messages on dropped exceptions, until the end of `redeliver_interrupts`."""
     before = sys.unraisablehook
     sys.unraisablehook = lambda dropped: before(dropped) if _is_exit_exception(dropped) else None
 
@@ -88,7 +88,7 @@ _MAPPED, _KEPT = (-3, 2**25), (-1, 2**27)
 
 
 def create_process(target: Callable[..., None], *args: Any) -> SpawnProcess:
-    """Return a process of its own, which `start_process` starts."""
+    """Return a new process, which `start_process` starts."""
     return multiprocessing.get_context("spawn").Process(target=target, args=args, daemon=True)
 
 
@@ -153,7 +153,7 @@ def _delayed_interrupt() -> Iterator[None]:
             signal.raise_signal(signal.SIGINT)
 
 
-# In a process of its own
+# In a separate process
 
 
 @contextmanager
@@ -167,11 +167,11 @@ def exit_with_parent() -> Iterator[None]:
         with redeliver_interrupts():
             yield
     except SystemExit:
-        # What is half made goes now.
+        # Remove unfinished files now.
         sys.unraisablehook = lambda dropped: None
         raise
     finally:
-        # Nothing is half written any more, and what Python does at its end tells of exceptions.
+        # No unfinished file remains, and Python reports exceptions at its end.
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
@@ -192,7 +192,7 @@ def _follow() -> None:
 def keep_freed() -> None:
     """Keep the memory of freed arrays for later ones; without effect except on Linux with glibc."""
     if sys.platform == "linux" and "MALLOC_MMAP_THRESHOLD_" not in os.environ:
-        # Other C libraries do not know it.
+        # Other C libraries lack it.
         with suppress(OSError, AttributeError):
             adjust = ctypes.CDLL(None).mallopt
             for parameter, size in (_MAPPED, _KEPT):

@@ -21,7 +21,7 @@ from roughcontact.errors import InputError, RoughcontactError
 
 Result = TypeVar("Result")
 
-# What starters of MPI programs tell a process: of how many it is one (MPICH, Open MPI, PMIx).
+# Environment variables with the number of processes of an MPI run (MPICH, Open MPI, PMIx).
 _SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS")
 # Seconds after which a rank that waits no longer holds its core, and for which it leaves it.
 _PATIENCE, _NAP = 2e-4, 5e-5
@@ -32,7 +32,7 @@ _REPORTED_ERRORS = (RoughcontactError, OSError, MemoryError)
 
 
 def is_parallel_run() -> bool:
-    """Return whether this process was started by ``mpiexec`` with others beside it."""
+    """Return whether ``mpiexec`` started this process together with others."""
     return any(os.environ.get(name, "1") not in ("", "1") for name in _SIZES)
 
 
@@ -80,7 +80,7 @@ class Ranks:
 
     @property
     def is_root(self) -> bool:
-        """Whether this is the one that speaks and writes."""
+        """Whether this rank prints and writes."""
         return self.number == 0
 
     def node_size(self) -> int:
@@ -168,7 +168,7 @@ class Ranks:
             result = task()
         except _REPORTED_ERRORS as raised:
             error = raised
-        # Whoever is done first leaves its core to the others.
+        # A rank that has finished leaves its core to the others.
         self.wait(self.communicator.Ibarrier())
         errors = [other for other in self.communicator.allgather(error) if other is not None]
         if errors:
@@ -183,7 +183,7 @@ class Ranks:
                 text = task(), None
             except _REPORTED_ERRORS as raised:
                 text = None, raised
-        # Whoever waits leaves its core to the first.
+        # A waiting rank leaves its core to the first.
         self.wait(self.communicator.Ibarrier())
         answer, error = self.communicator.bcast(text)
         if error is not None:

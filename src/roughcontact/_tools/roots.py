@@ -33,7 +33,7 @@ def brentq(
         return here
     if (f_before < 0) == (f_here < 0):
         raise ValueError(f"the function has one sign at {low} and {high}")
-    # The zero lies between `here`, the best so far, and `across`.
+    # The zero is between `here`, the best so far, and `across`.
     across, f_across, step_before, step = 0.0, 0.0, 0.0, 0.0
     for _ in range(_MOST_STEPS):
         if f_before != 0 and f_here != 0 and (f_before < 0) != (f_here < 0):

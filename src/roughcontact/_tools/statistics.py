@@ -37,7 +37,7 @@ LEVEL = 0.95
 """Confidence of every interval."""
 
 MIN_COUNT = 4
-"""Parts along a side from whose scatter the error of a whole is told."""
+"""Parts along a side whose scatter gives the error of the whole."""
 
 # How often chance alone may send us from sixteen parts to four.
 _ODD = 0.1
@@ -165,7 +165,7 @@ def holm(p: ArrayLike) -> Array:
 
 @lru_cache(maxsize=1024)
 def _studentized_range(groups: int, freedom: float, ratio: float) -> tuple[float, float]:
-    """Return how many errors wide intervals of all pairs are, and how often chance has as many."""
+    """Return the width of the intervals of all pairs in standard errors, and their probability."""
     from scipy.stats import studentized_range
 
     width = float(studentized_range.ppf(LEVEL, groups, freedom)) / math.sqrt(2)
@@ -221,7 +221,7 @@ def parts_interval(levels: Mapping[int, ArrayLike]) -> WholeError:
 
 
 def deviation_range(count: int) -> tuple[float, float]:
-    """Return between which multiples of the deviation of so many values the true one lies."""
+    """Return the multiples of the standard deviation of n values that enclose the true one."""
     from scipy.special import chdtri
 
     freedom = count - 1
@@ -248,7 +248,7 @@ def variance_scaling(
 
 
 def _deviation(x: Array) -> float:
-    # Of equal numbers exactly zero, whatever their mean rounds to.
+    # Exactly zero for equal values, independent of the rounding of their mean.
     return float((x - x[0]).std(ddof=1)) if x.size > 1 else math.nan
 
 

@@ -190,5 +190,5 @@ SHARED_TASKS = {task.name: task for task in TASKS if task.shares_contacts}
 def from_text(
     name: str, file: Path | None, specified: Given, files: tuple[Path, ...] = ()
 ) -> Request:
-    """Return the request that options in words describe; see `Request.from_text`."""
+    """Return the request of options given as text; see `Request.from_text`."""
     return Request.from_text(_TASKS[name], file, specified, files)

@@ -41,7 +41,7 @@ class Engine:
     """An executor, and what is to be known of it."""
 
     executor: Executor  # The calls
-    slots: Callable[[], int]  # Returns how many go on at a time, now
+    slots: Callable[[], int]  # Returns the number of parallel tasks, now
     threads: int  # Cores for each
     shut_down: Callable[[], None]  # Cancels running tasks where the executor supports it
     is_remote: bool = False  # Whether workers may have another working folder, or other files
@@ -50,7 +50,7 @@ class Engine:
         str  # Says why a call has no answer, for what it raised
     )
     shared: Callable[[BaseException], bool] = lambda error: False
-    dashboard: str = ""  # Where a browser shows what goes on
+    dashboard: str = ""  # Address of the dashboard
     workers: str = ""  # Whose workers are waited for where there are none, and how they are started
     no_worker_timeout: float = math.inf  # For how long [s]
 
@@ -65,7 +65,7 @@ _NO_WORKER_TIMEOUT = 600
 _LARGE_GRAPH_OPTION = "distributed.admin.large-graph-warning-threshold"
 # Seconds for which the number of workers is taken as known.
 _WORKER_INFO_AGE = 1.0
-# Seconds that a process may take to end when it is told to, and from look to look.
+# Seconds until a process that was asked to end is killed, and between polls.
 _DYING, _LOOK = 2.0, 0.005
 
 
@@ -77,7 +77,7 @@ def connect_cluster(scheduler: str | None, workers: int) -> Iterator[Engine]:
         from distributed import Client, Security
         from distributed.utils import silence_logging_cmgr
 
-        # Whoever reaches a scheduler has it run what he likes: one of our own knows this run alone.
+        # A client of a scheduler can execute any code: a local scheduler serves this run alone.
         security = None if scheduler else Security.temporary()
     except ImportError:
         raise InputError(
@@ -85,7 +85,7 @@ def connect_cluster(scheduler: str | None, workers: int) -> Iterator[Engine]:
             argument="engine",
         ) from None
     with ExitStack() as stack:
-        # One sentence tells what matters of what Dask logs; files that travel are meant to.
+        # One sentence summarizes the log of Dask; warnings about file transfers are expected.
         stack.enter_context(silence_logging_cmgr(logging.CRITICAL))
         stack.enter_context(dask.config.set({_LARGE_GRAPH_OPTION: "1GiB"}))
         own = None if scheduler else stack.enter_context(_start_local_cluster(workers, security))
@@ -127,13 +127,13 @@ def _start_local_cluster(workers: int, security: Security) -> Iterator[LocalClus
     from distributed import LocalCluster
 
     with ExitStack() as stack:
-        # Its processes do not hear Ctrl-C, which this one answers, when it can end them.
+        # Worker processes ignore Ctrl-C; this process handles it and ends them.
         with processes.sigint_blocked():
             cluster = LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,
                 processes=True,
-                # The program asks for the memory itself, before it begins with a contact.
+                # The program checks the memory itself, before it starts a contact.
                 memory_limit=0,
                 host="127.0.0.1",
                 security=security,
@@ -147,7 +147,7 @@ def _start_local_cluster(workers: int, security: Security) -> Iterator[LocalClus
 def _shut_down(executor: Executor, own: LocalCluster | None) -> None:
     """Accept no more tasks, and stop local processes."""
     executor.shutdown(wait=False)
-    # A list: the cluster forgets those that have ended.
+    # A list, because the cluster drops workers that have ended.
     nannies = [] if own is None else list(own.workers.values())
     for nanny in nannies:
         # Else it begins another one.
@@ -166,7 +166,7 @@ def _count_threads(client: Client) -> Callable[[], int]:
 
     def slots() -> int:
         if time.monotonic() - known[1] > _WORKER_INFO_AGE and _worker_state(client) == THERE:
-            # Where the scheduler is just being lost, that is told otherwise.
+            # The loss of the scheduler is reported elsewhere.
             with suppress(OSError, AttributeError):
                 known[:] = sum(client.nthreads().values()), time.monotonic()
         return int(known[0])
@@ -217,7 +217,7 @@ class LocalExecutor(Executor):
     """Processes of this machine."""
 
     def __init__(self, workers: int) -> None:
-        # Each thread waits for a process of its own.
+        # Each thread waits for its process.
         self._threads = ThreadPoolExecutor(workers)
         self._own = threading.local()
         self._lock = threading.Lock()
@@ -226,7 +226,7 @@ class LocalExecutor(Executor):
         self._closed = False
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """Have a function of a module called in one of the processes."""
+        """Submit a call of a module's function to one of the processes."""
         with self._lock:
             future = self._threads.submit(self._call_in_process, (fn, args, kwargs))
             self._futures.add(future)
@@ -251,7 +251,7 @@ class LocalExecutor(Executor):
         own.end_processes(self._begun)
 
     def _call_in_process(self, task: Any) -> Any:
-        """Have the process of this thread work, and return what it found."""
+        """Execute a call in the process of this thread, and return the result."""
         process, pipe = self._start_process()
         try:
             pipe.send(task)
@@ -290,7 +290,7 @@ def local_processes(workers: int) -> Iterator[Engine]:
         stop()
 
 
-# In a process of its own
+# In a separate process
 
 
 def _run_tasks(pipe: Connection) -> None:

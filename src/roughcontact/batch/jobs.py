@@ -32,7 +32,7 @@ MAX_TRANSFER_BYTES = 2**28
 
 @dataclass(frozen=True)
 class SubtaskRequest:
-    """One thing that is asked of a contact."""
+    """One request for a contact."""
 
     number: int  # Among the entries of the project
     entry: Entry  # Request
@@ -46,13 +46,13 @@ class FileTransfer:
 
     mark: Path  # A file in the folder of the results: who sees it writes there
     sums: Mapping[Path, str]  # Checksum of each file that is read, by path
-    checkpoints: tuple[Path, ...] = ()  # Files of an earlier run that the contact may go on from
+    checkpoints: tuple[Path, ...] = ()  # Files of an earlier run from which the contact may resume
     content: Mapping[Path, bytes] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class BatchTask:
-    """All that is asked of one contact, or a piece of it."""
+    """All requests for one contact, or one subtask of it."""
 
     parts: tuple[SubtaskRequest, ...]  # One or several, which share what they have in common
     threads: int  # Cores that it may use
@@ -80,7 +80,7 @@ class TaskResult:
 
 
 def run_task(task: BatchTask) -> TaskResult:
-    """Do all that is asked of one contact."""
+    """Execute all requests for one contact."""
     if task.version != __version__:
         return failed_answer(
             task,
@@ -249,7 +249,7 @@ def _unpack_files(
 def _relocate_part(
     part: SubtaskRequest, lie: Mapping[Path, Path], leftovers: Path | None
 ) -> SubtaskRequest:
-    """Return a part of which files that are not seen lie in folders of this machine."""
+    """Return a part whose files are in folders of this machine."""
 
     def written(path: Path) -> Path:
         if leftovers is None:

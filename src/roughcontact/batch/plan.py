@@ -71,7 +71,7 @@ class ContactReport:
 
 
 def spell_key(mention: ArgumentRef, task: Command) -> str:
-    """Return an argument in the words of project files."""
+    """Return an argument as a key of project files."""
     option = task.option_of_argument(mention.name)
     if option is None:
         return str(mention)
@@ -211,8 +211,8 @@ def _piece_path(entry: Entry, digest: str) -> Path:
     return pieces_folder(entry) / f"{digest}.json"
 
 
-# Frozen dataclasses of plain values as JSON. Nothing is called in reading but what makes them:
-# `pickle` would carry out whatever a file says.
+# Frozen dataclasses of plain values as JSON. Reading calls their constructors alone:
+# `pickle` would execute code from a file.
 
 
 def _encode_value(value: Any) -> Any:

@@ -172,7 +172,7 @@ class _Contact:
         return self.source.make_error(self.origins.get(key, self.table), text)
 
     def locate_error(self, error: InputError) -> InputError:
-        """Return an error in the words of the file, with the line of the key it is about."""
+        """Return an error with the key of the file, and the line of that key."""
         begins = error.parts[0] if error.parts else ""
         about = error.argument or (begins.name if isinstance(begins, ArgumentRef) else "")
         option = self.task.option_of_argument(about)
@@ -219,7 +219,7 @@ def _parse_project(source: _Source, read: dict[str, Any]) -> _Project:
 
 
 def _check_places(path: Path, result: list[tuple[_Contact, Entry]]) -> None:
-    """Refuse a project that would replace what one of its contacts reads or writes, or itself."""
+    """Raise `InputError` for a project that would overwrite inputs, other outputs or itself."""
     read = [other for _, entry in result for other in entry.request.inputs]
     inputs = {outputs.file_identity(other) for other in (*read, path)}
     writers: dict[outputs.Identity, Entry] = {}
@@ -328,7 +328,7 @@ def _parse_contact(project: _Project, number: int, read: Any) -> _Contact:
         for keys in (read, project.defaults)
     )
     read = {key: deprecated.current_value(key, read[old]) for key, old in own.items()}
-    # A material of its own comes before constants that all others share.
+    # A material of the contact precedes constants shared by all.
     aside = {
         f"{prefix}{constant}"
         for prefix in ("", "counter-")
@@ -371,7 +371,7 @@ def _parse_contact(project: _Project, number: int, read: Any) -> _Contact:
 
 
 def _check_maps(contact: _Contact) -> None:
-    """Refuse what names no maps of a task on several."""
+    """Raise `InputError` if no map names are given for a task on several maps."""
     specified = {key: contact.values[key] for key in contact.task.maps if key in contact.values}
     if not specified:
         listed = ", or ".join(_MAPS[key] for key in contact.task.maps)
@@ -391,7 +391,7 @@ def _check_maps(contact: _Contact) -> None:
 
 
 def _is_applicable(key: str, task: Task, values: Mapping[str, Any]) -> bool:
-    """Return whether a default goes with the model of a contact."""
+    """Return whether a default is valid for the model of a contact."""
     return all(
         values.get(model.name, model.default) == rule.value
         for rule in task.rules

@@ -70,7 +70,7 @@ def _process_count(count: int, workers: int | None = None) -> int:
 
 
 def task_limit(entries: list[Entry]) -> int:
-    """Return how many tasks of a project may go on at a time."""
+    """Return the number of tasks of a project that run in parallel."""
     return sum(max(1, len(_subtask_ids(contact))) for contact in _group_entries(entries))
 
 
@@ -97,7 +97,7 @@ def run_project(
         marks = {}
         for folder in folders:
             folder.mkdir(parents=True, exist_ok=True)
-            # Whatever comes in between leaves nothing half done.
+            # An interruption leaves no partial file.
             stack.callback(files.remove_unfinished, folder)
             if engine.is_remote:
                 marks[folder] = _resolve_path(stack.enter_context(files.hold_marker_file(folder)))
@@ -113,7 +113,7 @@ _WORKER_LOSS_SECONDS = 5.0
 
 
 class _Callbacks(NamedTuple):
-    """Whom to tell how it goes, see `run_project`."""
+    """Receivers of progress and messages, see `run_project`."""
 
     report: Callable[[ContactReport], None]
     say: Callable[[str], None]
@@ -121,7 +121,7 @@ class _Callbacks(NamedTuple):
 
 
 class _ProjectRun:
-    """The contacts of a project that are under way, and how those ended that are not."""
+    """Running contacts of a project, and the outcome of those that have ended."""
 
     def __init__(
         self, entries: list[Entry], tell: _Callbacks, engine: Engine, marks: Mapping[Path, Path]
@@ -277,7 +277,7 @@ class _ProjectRun:
         except OSError as error:
             self._report_parts(task, jobs.failed_answer(task, f"{type(error).__name__}: {error}"))
         except Exception as error:
-            # Whatever an engine says that takes no more.
+            # Any error of an engine that accepts no more tasks.
             self._report_parts(task, jobs.failed_answer(task, self._engine.lost_task_text(error)))
 
     def _with_file_content(self, task: jobs.BatchTask) -> jobs.BatchTask:
@@ -342,7 +342,7 @@ class _ProjectRun:
         )
 
     def _report_parts(self, task: jobs.BatchTask, answer: jobs.TaskResult) -> None:
-        """Report the end of each part of a contact; complete output counts as solved."""
+        """Report the end of each part of a contact; complete output is treated as solved."""
         changed = self._changed_file(task)
         if changed is not None:
             answer = jobs.failed_answer(

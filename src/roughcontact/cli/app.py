@@ -111,7 +111,7 @@ def _exit_status(arguments: list[str], stopped: list[int]) -> int:
     return status if isinstance(status, int) else SOLVED
 
 
-# Files that are told of by name after an interruption.
+# Files that are listed by name after an interruption.
 _MAX_NAMED_FILES = 8
 
 
@@ -218,7 +218,7 @@ def _report_errors(command: Command, work: Act, subject: Subject, specified: Giv
 
 
 def _require_single_values(command: Command, specified: Given) -> Given:
-    """Return the value of each option; refuse one that is repeated and holds one value."""
+    """Return the value of each option; raise for a repeated option that holds one value."""
     values = dict(specified)
     for option in command.options:
         given = values.get(option.name)
@@ -344,7 +344,7 @@ _MAPS = _argument(list[Path] | None, "FILE...", "Height maps of one surface.", N
 
 
 def _display(specified: Given) -> DisplayOptions:
-    """Take out of options how the result is shown."""
+    """Remove the options of the console output."""
     kinds = {
         JSON: DisplayOptions.JSON,
         QUIET: DisplayOptions.QUIET,
@@ -408,7 +408,7 @@ def _carry_out_on_ranks(ask: Callable[[], Request], display: DisplayOptions) -> 
             raise
         raise typer.Exit(BAD_INPUT) from None
     except KeyboardInterrupt:
-        # All hear it, one says so.
+        # All ranks receive the signal, one reports it.
         if not ranks.is_root:
             terminal.discard_errors()
         raise

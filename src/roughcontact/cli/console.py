@@ -231,7 +231,7 @@ def _with_unit(unit: str) -> Callable[[Any], str]:
 
 
 def _print_written(written: Iterable[Path], words: str = "written:") -> None:
-    # Each on a line of its own and never wrapped, so that it can be found and copied.
+    # Each path on a separate unwrapped line, so that it can be copied.
     paths = list(written)
     if paths:
         print(words)

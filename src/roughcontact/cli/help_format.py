@@ -16,7 +16,7 @@ from roughcontact.request.options import FORMAT, Option
 HELP_ALL = "help-all"
 _HELP_ALL_KEY = "roughcontact.help-all"
 
-# Longer words of an option have a line of their own.
+# Longer options are on a separate line.
 _COMPLETION_WIDTH = 27
 
 Rows = list[tuple[str, str]]
@@ -72,7 +72,7 @@ class HelpCommand(typer.core.TyperCommand):
 
 
 def _take_words(parameters: Iterable[Any]) -> None:
-    """Have parameters take words as they are."""
+    """Pass the values of parameters unchanged."""
     for parameter in parameters:
         parameter.process_value = partial(_argument_value, parameter, parameter.process_value)
 

@@ -82,12 +82,12 @@ class ProgressLine:
         return max(self._end - time.monotonic(), 0.0)
 
     def __str__(self) -> str:
-        """Return it as text."""
+        """Return the line as text."""
         left = f", about {format_duration(self.seconds)} left" if self.seconds else ""
         return strip_control_characters(self._text) + left
 
     def __rich__(self) -> Text:
-        """Return it as Rich draws it, anew a few times a second."""
+        """Return the line for Rich, which draws it a few times a second."""
         from rich.text import Text
 
         return Text(str(self))
@@ -106,7 +106,7 @@ def show_progress(quiet: bool = False) -> Iterator[ProgressLine]:
             yield line
     else:
         ended = threading.Event()
-        # A thread of its own: what takes long need not say anything.
+        # A separate thread: long calculations need not report.
         printing = threading.Thread(target=_print_lines, args=(line, ended), daemon=True)
         printing.start()
         try:
@@ -130,7 +130,7 @@ def _print_lines(line: ProgressLine, ended: threading.Event) -> None:
 
 @contextlib.contextmanager
 def handle_stop_signals() -> Iterator[list[int]]:
-    """Let the signals that ask a program to end do what Ctrl-C does."""
+    """Handle the signals that end a program like Ctrl-C."""
     came: list[int] = []
 
     def stop(number: int, frame: object) -> None:

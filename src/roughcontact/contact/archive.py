@@ -1,4 +1,4 @@
-"""Results on disk: one NetCDF file holds what went in, what came out and how good it is."""
+"""Archive of results: one NetCDF file holds input, output and certificate."""
 
 from __future__ import annotations
 
@@ -148,7 +148,7 @@ def _displacement_plus_gap(result: ContactResult, initial: Array) -> tuple[Array
     return opened, operator.self_displacement
 
 
-# --- Results on disk: one NetCDF file holds what went in, what came out and how good it is ---
+# --- Archive of results: one NetCDF file holds input, output and certificate ---
 
 
 _ARCHIVE_MAPS = {
@@ -422,7 +422,7 @@ def open_archive(path: str | os.PathLike[str]) -> xarray.Dataset:
 
 @contextmanager
 def as_format_error(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
-    """Turn whatever goes wrong with the content of a file into one error."""
+    """Convert any error in the content of a file into a `FormatError`."""
     try:
         yield
     except (FormatError, InsufficientMemoryError):
@@ -514,7 +514,7 @@ def _read_scalars(attributes: dict[str, Any]) -> dict[str, Any]:
         scalars["measurement"] = presentation().stored_uncertainty(record)
     if _GIVEN in attributes:
         scalars["specified_load"] = load_case.from_summary(json.loads(str(attributes[_GIVEN])))
-    # Files of earlier versions know no tilt.
+    # Files of earlier versions have no tilt.
     return scalars | {
         name: (float(attributes[f"{name}_y"]), float(attributes[f"{name}_x"]))
         for name in _PAIRS

@@ -164,7 +164,7 @@ def recommended_ceiling(result: ContactResult) -> CalibratedCeiling | None:
 
 
 def _coated_ceiling(ceiling: str, pair: Pair) -> float:
-    """Return the ceiling of the coating or of its base [Pa], as its name asks for it."""
+    """Return the ceiling of the coating or of its base [Pa], by its name."""
     bodies = (pair.material, pair.counter_material)
     known = {
         COATING: softer_material(*(body.outermost for body in bodies)),
@@ -203,7 +203,7 @@ def _recommend(pair: Pair, softer: Material, slope: float, mean: float) -> Calib
     """Return the recommended ceiling of a sphere with this a/R and mean pressure [Pa]."""
     bodies = [item for item in (pair.material, pair.counter_material) if item.compliance > 0]
     load = slope**2 * mean
-    # With the calibrated ceiling it bears the same load at another slope.
+    # With the calibrated ceiling it carries the same load at another slope.
     slope = _slope_of_load_ratio(load, lambda s: _share_pressure(bodies, s)[0])
     borne, *taken = _share_pressure(bodies, slope)
     parts = dict(zip(map(id, bodies), taken, strict=True))
@@ -226,7 +226,7 @@ def _recommend(pair: Pair, softer: Material, slope: float, mean: float) -> Calib
 
 
 def _share_pressure(bodies: Sequence[Material], slope: float) -> tuple[float, ...]:
-    """Return the mean pressure [Pa] that all bodies bear, and the part of a slope of each."""
+    """Return the mean pressure [Pa] of all bodies, and the share of the slope of each."""
     if len(bodies) == 1:
         return _sphere_mean_pressure(bodies[0], slope), slope
     item, other = bodies
@@ -235,7 +235,7 @@ def _share_pressure(bodies: Sequence[Material], slope: float) -> tuple[float, ..
         return _sphere_mean_pressure(item, part) - _sphere_mean_pressure(other, slope - part)
 
     minimum, maximum = 1e-9 * slope, (1 - 1e-9) * slope
-    # A body that bears more at so small a part is as good as rigid.
+    # A body that carries more at such a small share is practically rigid.
     if excess(minimum) > 0:
         return _sphere_mean_pressure(other, slope), 0.0, slope
     if excess(maximum) < 0:
@@ -245,7 +245,7 @@ def _share_pressure(bodies: Sequence[Material], slope: float) -> tuple[float, ..
 
 
 def _sphere_mean_pressure(body: Material, slope: float) -> float:
-    """Return the mean pressure [Pa] that a body bears under a rigid sphere of this a/R."""
+    """Return the mean pressure [Pa] of a body under a rigid sphere of this a/R."""
     if body.yield_strength is None:
         return 4 * slope / (3 * math.pi * body.compliance)
     flow = _flow_stress(body, slope)
@@ -344,7 +344,7 @@ def _contact_slope(result: ContactResult) -> float:
         after[axis] = np.minimum(places[axis] + 1, gap.shape[axis] - 1)
         separately = np.maximum(after[axis] - before[axis], 1) * edge
         slope = (gap[tuple(after)] - gap[tuple(before)]) / separately
-        # Missing points never touch; at their rim the slope counts as that of the spot.
+        # Missing points never touch; at their rim the slope is that of the spot.
         known = ~np.isnan(slope)
         total = np.bincount(spot[known], slope[known], count.size)
         mean = total / np.maximum(np.bincount(spot[known], minlength=count.size), 1)

@@ -150,7 +150,7 @@ def _line_end_note(result: ContactResult) -> Iterator[Caution]:
 
 
 def _size_note(smooth: SmoothContact) -> Iterator[Caution]:
-    """Yield where the contact is no longer small beside the bodies."""
+    """Yield the reasons why the contact is not small compared with the bodies."""
     # Each side bends with the radius in its own direction.
     ratio = max(a / r for a, r in zip(smooth.semi_axes, smooth.shape.radii, strict=True))
     if ratio > SMALL_FRACTION:
@@ -178,7 +178,7 @@ def _yield_note(result: ContactResult, smooth: SmoothContact) -> Iterator[Cautio
 
 
 def _first_yield(result: ContactResult, smooth: SmoothContact) -> float | None:
-    """Return the peak pressure at which the nominal bodies first yield; ellipses lie between."""
+    """Return the peak pressure at first yield of the nominal bodies; ellipses are between."""
     body = result.pair.first_to_yield
     assert body is not None
     if smooth.shape.kind == LINE:

@@ -130,7 +130,7 @@ class GivenLoad:
     force: float  # W [N]
 
     def summary(self) -> dict[str, Any]:
-        """Return it ready for JSON: form, value with its unit, force [N]."""
+        """Return the load ready for JSON: form, value with its unit, force [N]."""
         kind = type(self.form)
         return {
             "form": NAMES[kind],
@@ -141,7 +141,7 @@ class GivenLoad:
 
 
 def from_summary(text: dict[str, Any]) -> GivenLoad:
-    """Return the load that `GivenLoad.summary` told of."""
+    """Return the load of a `GivenLoad.summary`."""
     (kind,) = (
         kind for kind in (NominalPressure, LineLoad, HertzPressure) if NAMES[kind] == text["form"]
     )

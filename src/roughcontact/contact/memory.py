@@ -38,7 +38,7 @@ _TILTED, _CEILINGS = 5, 2
 # Libraries' own buffers and the collective modes of the spots; blocks of each thread.
 _FIXED_BYTES = 2**24
 _BYTES_PER_THREAD = 2**21
-# Points of the grid on which a contact is looked at beforehand.
+# Points of the grid on which a contact is estimated beforehand.
 _PREVIEW_PIXELS = 512**2
 
 

@@ -60,7 +60,7 @@ class Pair:
         return replace(pair, counter_surface=counter_surface.on(pair.surface))
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be pressed together."""
+        """Raise `InputError` for bodies that cannot be combined."""
         for name, value, kind in (
             ("surface", self.share, MapOrSlab),
             ("counter_surface", self.counter_surface, Surface | None),

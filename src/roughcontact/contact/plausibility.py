@@ -271,7 +271,7 @@ class Check:
     works_on_slabs: bool = False  # Whether it can be asked where several processes hold the map
 
     def applies(self, result: ContactResult) -> bool:
-        """Return whether the question can be asked of a solution."""
+        """Return whether the check applies to a solution."""
         return (self.works_on_slabs or not result.pair.is_shared) and self.when(result)
 
 
@@ -524,7 +524,7 @@ def shown_error(result: ContactResult) -> float:
 
 
 def _check_hardness(result: ContactResult) -> Caution | None:
-    """Return that the yield strength of the softer body is too high for its hardness."""
+    """Return the caution on a yield strength too high for the hardness of the softer body."""
     ceiling, body = result.ceiling, softer_material(result.material, result.counter_material)
     if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
         return None

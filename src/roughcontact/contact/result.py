@@ -29,7 +29,7 @@ from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantity
 
 CALIBRATED = "calibrated"
-"""What `roughcontact.solve` is given as its ceiling to find it itself."""
+"""Values of ``ceiling`` for which `roughcontact.solve` determines the ceiling."""
 
 BRACKET, COATING, BASE = "bracket", "coating", "base"
 """Keyword for the two ceilings of a coated body: that of its base and that of its coating."""
@@ -79,13 +79,13 @@ class Calibrated:
         return self.change > MIN_SHOWN_CHANGE
 
     def summary(self) -> dict[str, Any]:
-        """Return it by name, in SI units, ready for JSON."""
+        """Return the record by name, in SI units, ready for JSON."""
         return asdict(self)
 
 
 @dataclass(frozen=True)
 class CalibrationRecord:
-    """How a ceiling was found that agrees with itself, and what came out with the usual one."""
+    """Record of a calibrated ceiling, and the results with the default ceiling."""
 
     load: float  # Load at which the spots were judged [N]
     load_ratio: float  # Of the `CalibratedCeiling` that was solved with
@@ -98,7 +98,7 @@ class CalibrationRecord:
     usual_indentation: float  # [m]
 
     def summary(self) -> dict[str, float]:
-        """Return it by name, in SI units, ready for JSON."""
+        """Return the record by name, in SI units, ready for JSON."""
         return asdict(self)
 
 
@@ -364,7 +364,7 @@ class ContactResult(Result):
 
     @property
     def mean_gap(self) -> float:
-        """Mean open gap [m] over the points that are there; indented pixels count as closed."""
+        """Mean open gap [m] over the valid points; indented pixels are treated as closed."""
         return self.totals.mean_gap
 
     @cached_property

@@ -141,7 +141,7 @@ def same_heights(first: Pair, second: Pair) -> bool:
 
 
 def _constants(material: Material) -> str:
-    """Return all constants of a material in words; its name is none of them."""
+    """Return all constants of a material as text, without its name."""
     if math.isinf(material.young):
         return "rigid"
     parts = [f"E {format_engineering(material.young, 'Pa', 12)}", f"ν {material.poisson!r}"]

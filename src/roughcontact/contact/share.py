@@ -208,7 +208,7 @@ class Slab:
         return Slab(heights, self.shape, self.pixel, self.ranks, about, self.holes_masked)
 
     def iter_blocks(self, points: int) -> Iterator[tuple[int, int, int]]:
-        """Yield rank, first row on it and rows of parts of the map with at most so many points."""
+        """Yield rank, first local row and rows of parts of the map of limited size."""
         step = max(1, points // self.shape[1])
         for rank, (first, last) in enumerate(pairwise(self.edges)):
             for top in range(0, last - first, step):

@@ -128,7 +128,7 @@ def check_share(pair: Pair, terms: LoadCase, start: Any = None) -> None:
 
 
 def check_profile(pair: Pair, terms: LoadCase) -> None:
-    """Raise `InputError` for what is known of maps alone."""
+    """Raise `InputError` for arguments that require a map."""
     if terms.moments is not None:
         pair.require_map("a tilt")
     if isinstance(terms.ceiling, str) and terms.ceiling == CALIBRATED:

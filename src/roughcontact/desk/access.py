@@ -119,7 +119,7 @@ def guard_application(
 
 
 class GuardedApplication(web.OutputTransform):
-    """Has every answer say where its parts may come from, and that it is nobody's frame."""
+    """Adds security headers to every response: allowed sources, and no framing."""
 
     def transform_first_chunk(
         self, status_code: int, headers: HTTPHeaders, chunk: bytes, finishing: bool
@@ -148,7 +148,7 @@ def _needs_redirect(request: HTTPServerRequest, find: Callable[[str], bool]) -> 
 
 
 def work_key(request: Any) -> str:
-    """Return the key of the work that a request is about; empty if it tells none."""
+    """Return the project key of a request; empty if it has none."""
     return query_or_cookie(request, WORK)
 
 
@@ -168,7 +168,7 @@ class _RefusedHandler(web.RequestHandler):
 
 
 class _EntryHandler(web.RequestHandler):
-    """Leads to a work: the one that is asked for, or a new one."""
+    """Redirects to a project: the requested one, or a new one."""
 
     def initialize(
         self, door: AccessPolicy, find: Callable[[str], bool], create: Callable[[], str]

@@ -56,7 +56,7 @@ ANALYSES = (
 """Analyses of a contact, and the task of each."""
 
 INTERACTIVE_RESULTS = (LoadCurve, ResolutionStudy, StressResult)
-"""Results that the page has a view of its own for."""
+"""Results with a separate view on the page."""
 
 
 @dataclass(frozen=True)

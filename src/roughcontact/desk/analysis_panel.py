@@ -107,7 +107,7 @@ class AnalysisPanel(TabPanel):
                 self._curve = view
                 self.show()
             seen = [lead, cautions, pn.pane.Bokeh(view.root, **style.BLOCK)]
-            # The others tell these numbers themselves.
+            # The other views show these quantities themselves.
             return [*seen, facts] if isinstance(view, LoadCurveView) else seen
         loads = result.result.answers if isinstance(result.result, LoadSearch) else ()
         uses = [self._use(item.load) for item in loads]
@@ -231,7 +231,7 @@ class JointPanel(TabPanel):
         )
 
     def show(self) -> None:
-        """Show what formulas say of the contact as it is; what was asked stays as it was."""
+        """Show the estimate of the current contact; the requested analyses stay unchanged."""
         outcome = self._session.outcome
         result = None if outcome is None else outcome.contact
         text = [] if result is None else rows_of(formulas.BESIDE, result)
@@ -264,7 +264,7 @@ class JointPanel(TabPanel):
         self._working.start_job(analysis_jobs.run_analyses, self._show, *requests)
 
     def _with_files(self, request: Request) -> Request:
-        """Return a request with the files that one may take away."""
+        """Return a request with the downloadable files."""
         output = next(item for item in request.task.options if item.suffixes)
         paths = [
             str(self._folder / f"{request.task.name}-{self._run_count}{suffix}")
@@ -309,7 +309,7 @@ class JointPanel(TabPanel):
         ]
 
 
-# --- Two states side by side: one is pinned, the other goes on ---
+# --- Comparison of two states: one is pinned, the other is current ---
 
 
 _NAMES = ("this state", "pinned state")

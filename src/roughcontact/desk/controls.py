@@ -23,7 +23,7 @@ from roughcontact.request.task import Command, Task
 
 
 def spell_for_page(mention: ArgumentRef, task: Command = SOLVE) -> str:
-    """Return an argument in the words of the page: its label, and the text to give."""
+    """Return an argument in the terms of the page: its label, and the text to enter."""
     if mention.name == "file":
         return "the map"
     option = task.option_of_argument(mention.name)
@@ -40,7 +40,7 @@ def error_text(error: RoughcontactError, task: Command = SOLVE) -> str:
 
 
 def spell_sentence(text: str, task: Command = SOLVE) -> str:
-    """Return a sentence of the library in the words of the page."""
+    """Return a sentence of the library in the terms of the page."""
     return render_message(message_parts(text), partial(spell_for_page, task=task))
 
 
@@ -86,7 +86,7 @@ class Control:
     ) -> None:
         self.name, self._give, self._task = name, give, task
         option = task.by_name[name]
-        # Where nothing is a choice of its own, the default is no answer.
+        # If no option is selected, the default is not submitted.
         requested = option.default is None or "" in (choices or {}).values()
         plain = isinstance(option.default, (str, int, float))
         self._default = option.text(option.default) if plain and not requested else ""
@@ -98,7 +98,7 @@ class Control:
         self.root = pn.Column(self.widget, **style.BLOCK)
 
     def show(self, specified: Mapping[str, Value]) -> None:
-        """Show what is given; the default where nothing is."""
+        """Show the given value, or else the default."""
         if isinstance(self.widget, Check):
             value: Value = bool(specified.get(self.name, False))
         else:
@@ -112,7 +112,7 @@ class Control:
         self.show_error("")
 
     def suggest(self, texts: Sequence[str]) -> None:
-        """Propose texts while one types; others are taken as well."""
+        """Suggest texts during typing; other texts are accepted as well."""
         if list(self.widget.options) != list(texts):
             self.widget.options = list(texts)
 
@@ -210,7 +210,7 @@ def markup_table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> st
     return f"<table>{f'<tr>{head}</tr>' if head else ''}{body}</table>"
 
 
-# --- Work under way: begun apart, shown with its progress, cancelled, ended ---
+# --- Running job: started in another process, shown with its progress, canceled, ended ---
 
 
 Run = Callable[[Callable[[], None]], None]
@@ -269,7 +269,7 @@ class JobButton:
         self._status.object = error_markup(text)
 
     def refuse_error(self, error: RoughcontactError, task: Task = SOLVE) -> None:
-        """Say why there is nothing, in the words of the page."""
+        """Show why there is no result, in the terms of the page."""
         self.show_refusal(self._session.state.with_user_names(error_text(error, task)))
 
     # Called from the thread of the job.

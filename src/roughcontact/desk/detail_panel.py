@@ -472,7 +472,7 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
 
 # Rows of the table, at most: the largest spots.
 _SPOTS_MOST = 1000
-# A spot is shown with so many times its own size around it, and no fewer points than that.
+# A spot is shown with this multiple of its size around it, and at least this number of points.
 _AROUND, _FEWEST = 1.5, 24
 
 
@@ -566,7 +566,7 @@ class SpotTable:
         self.source.selected.on_change("indices", self._chosen)
 
     def on_spot(self, call: Callable[[Box], None]) -> None:
-        """Have ``call(box)`` called with the box [m] around a spot that is chosen."""
+        """Call ``call(box)`` with the box [m] around a selected spot."""
         self._call = call
 
     def clear(self) -> None:
@@ -675,7 +675,7 @@ class DetailPanel:
 
     @cached_property
     def spots(self) -> SpotTable:
-        """The table of spots, made when it is looked at."""
+        """Table of spots, created when it is first shown."""
         created = SpotTable()
         created.on_spot(self._zoom)
         self._parts[_SPOTS].append(pn.pane.Bokeh(created.root, **style.BLOCK))
@@ -683,14 +683,14 @@ class DetailPanel:
 
     @cached_property
     def pressures(self) -> PressureHistogram:
-        """The distribution of the pressure, made when it is looked at."""
+        """Distribution of the pressure, created when it is first shown."""
         created = PressureHistogram()
         self._parts[_PRESSURES].append(pn.pane.Bokeh(created.root, **style.BLOCK))
         return created
 
     @cached_property
     def texture(self) -> TexturePanel:
-        """The heights in numbers and curves, made when they are looked at."""
+        """Height parameters and curves, created when they are first shown."""
         created = TexturePanel(self._run)
         self._parts[_SURFACE].append(created.root)
         return created

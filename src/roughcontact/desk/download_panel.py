@@ -74,7 +74,7 @@ class DownloadPanel(TabPanel):
             self._give_map()
             return
         suffix = kind[kind.index("(") + 1 : -1]
-        # A file that is offered stays as it is, whatever is made after it.
+        # An offered file is not changed by later downloads.
         path = self._folder / f"{_STEM}-{len(self._downloads) + 1}{suffix}"
         name = "report" if kind == _REPORT else "output"
         wanted = {} if kind in (_FIGURES, _PAGE) else {name: str(path)}

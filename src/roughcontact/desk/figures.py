@@ -258,7 +258,7 @@ def _image(item: Any) -> Iterator[Mark]:
 
 
 def _colors(item: Any) -> Colors | None:
-    """Return the scale of an image, None where it has colors of its own."""
+    """Return the scale of an image, None if it contains colors."""
     from matplotlib.colors import LogNorm, to_hex
 
     values = item.get_array()

@@ -119,7 +119,7 @@ class Header:
         )
 
     def show_state(self, text: str, kind: str = "quiet") -> None:
-        """Show the state in a few words: solving, up to date, out of date."""
+        """Show the state as text: solving, up to date, out of date."""
         self.state.object = f'<span role="status" class="chip {kind}">{escape_markup(text)}</span>'
 
     def show_numbers(self, text: str, cautions: Iterable[Caution]) -> None:

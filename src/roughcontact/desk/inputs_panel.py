@@ -106,7 +106,7 @@ class StepCard:
         self._back.visible = bool(self._last) and self.root.collapsed
 
     def show_last(self, sentence: str) -> None:
-        """Tell the last step that can be undone, nothing for none."""
+        """Show the last step that can be undone, or nothing."""
         self._last = sentence
         self._back.description = f"Undo: {sentence}"
         self._offer()
@@ -168,7 +168,7 @@ class FormControl:
         self.root = pn.Row(self._kind, self._order, **style.BLOCK)
 
     def show(self, specified: Mapping[str, Value]) -> None:
-        """Show what is given."""
+        """Show the given values."""
         kind, _, order = str(specified.get(options.FORM.name, "")).partition(" ")
         self._silent = True
         try:
@@ -402,7 +402,7 @@ def _strength_multiple(text: str, session: Session) -> str:
 
 
 def _materials(nothing: str, search: str = "") -> dict[str, str]:
-    """Return the materials that a search finds, as they are told, by their keys."""
+    """Return the materials that match a search: labels by key."""
     wanted = search.lower().split()
     labels = {"": nothing}
     for entry in catalog.entries():
@@ -456,7 +456,7 @@ DEMONSTRATIONS: dict[str, dict[str, Value]] = {
         "seed": "3",
     },
 }
-"""Demonstration maps, by name, as ``roughcontact generate`` is asked for them."""
+"""Demonstration maps: arguments of ``roughcontact generate`` by name."""
 
 UPLOADS = "upload"
 """Where the server takes files, as seen from the page."""
@@ -586,7 +586,7 @@ class MapPanel:
             self._group.controls["channel"].suggest(names)
 
     def tell_lacking(self, error: RoughcontactError) -> bool:
-        """Ask for missing file properties; return whether an error is about one of them."""
+        """Request missing file properties; return whether an error is about one of them."""
         about = {part.name for part in error.sentence if isinstance(part, ArgumentRef)}
         lacking = [name for name in _FILE if name in about]
         if lacking:

@@ -119,7 +119,7 @@ class LiveSolver:
             self._changed.notify_all()
 
     def close(self) -> None:
-        """End the thread; nothing more is told."""
+        """End the thread without further messages."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
@@ -196,7 +196,7 @@ class LiveSolver:
                 self._turns.release()
 
     def _show(self, request: Request, contact: ContactResult) -> None:
-        """Tell a contact before its solve under the calibrated ceiling, which a request ends."""
+        """Report a contact before its solve with the calibrated ceiling, which requests cancel."""
         self._notify(Preview(request, contact))
         self._is_seen = True
 
@@ -228,7 +228,7 @@ class LiveSolver:
     ) -> Surface:
         key = path, _modification_times(path), reading
         if key not in self._read:
-            # Maps that are not asked for any more go first.
+            # Maps that are no longer requested are removed first.
             self._read = {old: item for old, item in self._read.items() if old[0] in inputs}
             self._read = {old: item for old, item in self._read.items() if old[0] != path}
             self._read[key] = self._reader(path, announced, *reading)

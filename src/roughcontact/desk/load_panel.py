@@ -29,7 +29,7 @@ _DECADES = 5.0
 # Part of the contact modulus beyond which nothing stays elastic, and part of the largest load that
 # a ceiling carries.
 _HIGHEST, _NEAR_CAPACITY = 0.05, 0.95
-# Pressures of smooth bodies beside those that a whole map carries.
+# Pressures of smooth bodies, and those of a whole map.
 _PEAKS = 5.0
 
 

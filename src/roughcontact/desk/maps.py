@@ -62,7 +62,7 @@ class MapScale(NamedTuple):
 
 
 class SectionLine:
-    """A line on the map, whose ends one drags."""
+    """Line on the map with draggable ends."""
 
     def __init__(self, plot: Any) -> None:
         self._view = MapScale(1.0, 1.0, Box(0.0, 0.0, 1.0, 1.0))
@@ -123,11 +123,11 @@ class SectionLine:
         return self._line
 
     def on_change(self, call: Callable[[Line], None]) -> None:
-        """Have ``call(line)`` called whenever it is dragged."""
+        """Call ``call(line)`` whenever the line is dragged."""
         self._call = call
 
     def set_line(self, line: Line | None) -> None:
-        """Set or take away the line; its ends go to the nearest places on the map."""
+        """Set or remove the line; its ends move to the nearest points of the map."""
         self._line = None if line is None else _clip_box(line, self._view.home)
         self._draw()
 
@@ -177,7 +177,7 @@ class SectionLine:
 
 
 class CropBox:
-    """A box on the map, drawn with a tool of its own, then moved and resized."""
+    """Box on the map, drawn with a separate tool, then moved and resized."""
 
     def __init__(self, plot: Any) -> None:
         self._view = MapScale(1.0, 1.0, Box(0.0, 0.0, 1.0, 1.0))
@@ -213,11 +213,11 @@ class CropBox:
         return self._box
 
     def on_change(self, call: Callable[[Box | None], None]) -> None:
-        """Have ``call(box)`` called whenever it is drawn, moved or taken away."""
+        """Call ``call(box)`` whenever the box is drawn, moved or removed."""
         self._call = call
 
     def set_box(self, box: Box | None) -> None:
-        """Set or take away the box; what reaches beyond the map is cut off."""
+        """Set or remove the box; it is clipped to the map."""
         self._box = None if box is None else _cut(box, self._view.home)
         self.frame.visible = self._box is not None
         if self._box is not None:
@@ -270,7 +270,7 @@ def _cut(box: Box, home: Box) -> Box | None:
     return Box(y0, x0, y1, x1) if y0 < y1 and x0 < x1 else None
 
 
-# The line follows the handles at once; the page hears of it later.
+# The line follows the handles at once; the page receives the change later.
 _FOLLOW = """
 const data = source.data
 const x = ends.map((end) => (end.left + end.right) / 2)
@@ -310,7 +310,7 @@ _BESIDES = {TOUCH: ("touching", "saturated", "missing"), GAP: ("cover",)}
 
 
 class ColorLimits(NamedTuple):
-    """Limits of the colours of a map [SI], and factor and unit in which they are told."""
+    """Limits of the colors of a map [SI], and factor and unit of their labels."""
 
     limits: Limits
     factor: float
@@ -431,11 +431,11 @@ class MapsView:
         self.show(None, None)
 
     def on_section(self, call: Callable[[Line], None]) -> None:
-        """Have ``call(line)`` called with the ends (y0, x0, y1, x1) [m] of a line one drags."""
+        """Call ``call(line)`` with the ends (y0, x0, y1, x1) [m] of a dragged line."""
         self.section.on_change(call)
 
     def on_box(self, call: Callable[[Box | None], None]) -> None:
-        """Have ``call(box)`` called with the box [m] that one draws, ``None`` for none."""
+        """Call ``call(box)`` with the box [m] drawn, ``None`` for none."""
         self.crop.on_change(call)
 
     @property
@@ -533,7 +533,7 @@ class MapsView:
         own = self._scales[key].limits
         low, high = self.own_limits.get(key, (None, None))
         ends = own.low if low is None else low, own.high if high is None else high
-        # What was given for another load may lie beyond the values of this one.
+        # A range that was set for another load may be outside the values of this one.
         return ends if ends[0] < ends[1] else (own.low, own.high)
 
     def limit(self, low: float | None, high: float | None) -> None:
@@ -607,7 +607,7 @@ class MapsView:
         }
 
     def _thumbnail(self, key: str) -> str:
-        """Return a small picture of a map, as an address of its own."""
+        """Return a thumbnail of a map as a data address."""
         data = self.sources[key].data
         values = data[key][0]
         if key in self.mappers:
@@ -714,7 +714,7 @@ class MapsView:
 
 
 class ColorRange:
-    """The lowest and the highest value of the colors of the large map, as one types them."""
+    """Lowest and highest value of the colors of the large map, as typed."""
 
     def __init__(self, maps: MapsView) -> None:
         self._maps, self._silent = maps, False
@@ -729,7 +729,7 @@ class ColorRange:
         self.root = pn.Column(*reversed(self.ends), self._wrong, margin=(8, 0))
 
     def show(self) -> None:
-        """Show what is given for the large map."""
+        """Show the range of the large map."""
         maps, key = self._maps, self._maps.large
         self.root.visible = key in maps.mappers
         unit = _unit(key)

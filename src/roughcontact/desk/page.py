@@ -59,7 +59,7 @@ class ShownPreview(NamedTuple):
 
 
 class Page:
-    """One page on one piece of work."""
+    """Page of one project."""
 
     def __init__(self, visit: PageVisit) -> None:
         work, bench = visit.work, visit.workers

@@ -17,11 +17,11 @@ from roughcontact._tools import files, memory
 from roughcontact.errors import ArgumentRef, InputError
 
 DAYS = 30
-"""How long a piece of work lasts that nobody looks at."""
+"""Lifetime of a project without visits."""
 
 _KEY_BYTES = 24
 PROJECT = "project.toml"
-"""The project file of a work."""
+"""Project file of a project."""
 
 KEPT = "map-"
 """How the names begin that files get which are brought."""
@@ -37,9 +37,9 @@ _PAGE, _LOCK = "page-", "lock"
 
 @dataclass(frozen=True)
 class SavedProject:
-    """A piece of work."""
+    """Project of the page."""
 
-    key: str  # Who knows it may see the work
+    key: str  # Secret key: it gives access to the project
     folder: Path  # Where its files are
 
     @property
@@ -60,7 +60,7 @@ class SavedProject:
 
     @contextmanager
     def open_upload(self, name: str, limit: int) -> Iterator[Upload]:
-        """Give what takes a file that comes in pieces, under a name of our own."""
+        """Return a receiver of a file in parts, stored under a generated name."""
         path = self.folder / f"{KEPT}{secrets.token_hex(4)}{format_suffix(name)}"
         with files.atomic_write(path) as stream:
             yield Upload(path, safe_file_name(name), limit, stream.write)
@@ -100,7 +100,7 @@ class ProjectStore:
             )
 
     def create(self) -> SavedProject:
-        """Begin a piece of work."""
+        """Create a project."""
         key = secrets.token_urlsafe(_KEY_BYTES)
         folder = self.folder / key
         folder.mkdir(mode=0o700)
@@ -159,7 +159,7 @@ class ProjectStore:
         return sorted(result, key=lambda work: work.folder.stat().st_mtime, reverse=True)
 
     def remove(self, key: str) -> None:
-        """Remove a piece of work with all its files."""
+        """Remove a project with all its files."""
         if _KEY.fullmatch(key) is not None:
             shutil.rmtree(self.folder / key, ignore_errors=True)
 
@@ -206,7 +206,7 @@ def state_folder() -> Path:
 
 
 def format_suffix(name: str) -> str:
-    """Return the end of a file's name that tells its format, such as ``.csv.gz``; else nothing."""
+    """Return the suffix of a file name that gives its format, such as ``.csv.gz``; else nothing."""
     suffix = "".join(Path(safe_file_name(name)).suffixes[-2:])
     if not suffix.lower().endswith(".gz"):
         suffix = Path(safe_file_name(name)).suffix
@@ -214,7 +214,7 @@ def format_suffix(name: str) -> str:
 
 
 def safe_file_name(name: str) -> str:
-    """Return the name of a file as one line without folders, whatever it was."""
+    """Return the name of a file as one line without folders."""
     last = re.split(r"[/\\]", name)[-1]
     text = " ".join("".join(c if c.isprintable() else " " for c in last).split())
     return text[-_MAX_NAME_LENGTH:] or "map"

@@ -292,7 +292,7 @@ def _put_map(source: Any, name: str, values: NDArray[Any], place: Box) -> None:
 
 
 _DOTS = 400
-# The profile begins with so many times the depth of the largest stress.
+# The profile starts at this multiple of the depth of the largest stress.
 _NEAR = 12
 
 

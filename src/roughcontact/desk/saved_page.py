@@ -60,7 +60,7 @@ _FRAME = 280
 """Dots of the longer side of a frame."""
 
 _COLORS = 4096
-"""Colors of a map, each for as many codes."""
+"""Colors of a map, one for each code."""
 
 _FIRST, _LAST = 2**16 // _COLORS, 2**16 - 1
 """Codes of the smallest and the largest value; those below are for no value."""

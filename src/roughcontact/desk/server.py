@@ -55,7 +55,7 @@ MAX_PAGES = 32
 """Pages that are open at a time: each holds the maps that it shows."""
 
 MAX_PARALLEL_SOLVES = 8
-"""The files of all works may have so many times the limit of one."""
+"""Total size of the files of all projects, as a multiple of the limit of one."""
 
 UPLOADS = "/upload"
 """Where a page sends a file: ``POST /upload?work=KEY&name=NAME``, the bytes as its body."""
@@ -95,7 +95,7 @@ class Settings:
     browser: bool = True  # Whether to open the page
 
     def __post_init__(self) -> None:
-        """Refuse to listen to others without being told who they are."""
+        """Refuse to listen to other machines without allowed origins."""
         if self.address not in _LOOPBACK and not self.origins:
             raise InputError(
                 f"{self.address} admits other machines: give ",
@@ -117,7 +117,7 @@ class PageVisit:
 
     work: SavedProject  # Subject
     file: Path | None  # The map that the command named, where nothing was done in this work yet
-    folder: Path  # Where it may write what nobody needs after it
+    folder: Path  # Folder for files that nobody needs afterwards
     workers: WorkerPool  # Where it may have work done in other processes
     upload_limit: int  # Most bytes of a file that is brought
     forget: Callable[[], None]  # Removes the work with all its files
@@ -146,7 +146,7 @@ class PageVisit:
 
 
 Page = Callable[[PageVisit], Any]
-"""``page(visit)`` returns what is shown: anything that Panel can show."""
+"""``page(visit)`` returns the content: anything that Panel can show."""
 
 Load = Callable[[], Page]
 """Imports and returns what makes a page; it is called when the server listens already."""
@@ -298,7 +298,7 @@ class Server:
                     },
                 ),
             ],
-            # The guard has looked at it.
+            # The guard has checked it.
             extra_websocket_origins=["*"],
             secret_key=secrets.token_bytes(32),
             sign_sessions=True,
@@ -368,7 +368,7 @@ class Server:
         try:
             sheet.append(self._page(visit))
         except RoughcontactError as error:
-            # Such as a project file that somebody wrote into.
+            # Such as a project file that was edited by hand.
             self._close_visit(session)
             sheet.append(pn.pane.Str(str(error)))
         except Exception as error:
@@ -453,7 +453,7 @@ def _open_socket(settings: Settings) -> tuple[socket.socket, int]:
 
 @contextlib.contextmanager
 def _stop_on_signals(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
-    """Let what asks a program to end stop a loop between two of its turns."""
+    """End a loop between two iterations on the signals that end a program."""
     asking = []
     if threading.current_thread() is threading.main_thread() and sys.platform != "win32":
         wanted = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -469,14 +469,14 @@ def _stop_on_signals(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
 
 
 async def _run_callbacks() -> None:
-    """Let the event loop run pending callbacks."""
+    """Run the pending callbacks of the event loop."""
 
 
 def _log_nothing(handler: Any) -> None:
     """Log nothing."""
 
 
-# --- A file that was made for a page: taken away by the browser ---
+# --- Downloads of files made for a page ---
 
 
 # A page's folder, and a file in it that we named: no path can be made of them.
@@ -559,7 +559,7 @@ class UploadHandler(web.RequestHandler):
             self._upload.write(chunk)
 
     def post(self) -> None:
-        """Tell how it is kept, once it is there."""
+        """Send its cache policy, if it exists."""
         if self._upload is not None:
             self._ends.close()
             self.finish({"file": self._upload.path.name, "name": self._upload.name})
@@ -596,7 +596,7 @@ h1 {{ font-size: 16px; font-weight: 600; }} p {{ color: {quiet}; }}</style></hea
 """
 _RELOAD_SCRIPT = "<script>location.replace(location.href)</script></body></html>\n"
 
-# The packages whose files the page asks for: where they are in the package, and on the server.
+# Packages of the scripts that the page requests: place in the package, and on the server.
 _BOKEH = "bokeh", "server/static", "static"
 _PANEL = "panel", "dist", "static/extensions/panel"
 _OF_BOKEH = ("bokeh", "bokeh-gl", "bokeh-widgets", "bokeh-tables")
@@ -635,7 +635,7 @@ class StartupRouter(Router):
 
 
 def addresses() -> list[str]:
-    """Return where the scripts of the page are, with their versions, as Bokeh asks for them."""
+    """Return addresses and versions of the scripts of the page, as Bokeh expects them."""
     result = []
     for name in _OF_BOKEH:
         content = (_folder(*_BOKEH[:2]) / "js" / f"{name}.min.js").read_bytes()
@@ -664,7 +664,7 @@ class _WaitingPage(web.RequestHandler):
         try:
             result = addresses()
         except (OSError, LookupError, ValueError):
-            # Another version keeps them elsewhere: the page asks for them by itself.
+            # Other versions store them elsewhere: the page then requests them itself.
             result = []
         scripts = "".join(f'\n<link rel="preload" as="script" href="{item}">' for item in result)
         self.write(_PAGE.format(scripts=scripts, font=FONT, ink=INK, quiet=QUIET))

@@ -71,7 +71,7 @@ class SessionState:
     file: Path | None = None  # The measured map
     names: Mapping[str, str] = field(default_factory=lambda: _NO_NAMES)
     pinned: Given | None = None  # The options of another state, to compare with
-    line: Line | None = None  # Ends (y, x, y, x) of the section that is looked at [m]
+    line: Line | None = None  # Ends (y, x, y, x) of the shown section [m]
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -103,7 +103,7 @@ class SessionState:
         return text
 
     def with_map(self, path: Path | None, name: str = "") -> SessionState:
-        """Return the state with another map; what was said of the old one's file is forgotten."""
+        """Return the state with another map; file properties of the old one are dropped."""
         of_file = ("format", "channel", "unit", "size", "override-size", "points", "crop")
         others = {key: value for key, value in self.specified.items() if key not in of_file}
         state = replace(self, file=path, specified=MappingProxyType(others), line=None, pinned=None)
@@ -137,12 +137,12 @@ class SessionState:
         return replace(self, specified=MappingProxyType({**specified, name: value}))
 
     def without_options(self, *names: str) -> SessionState:
-        """Return the state with options taken away."""
+        """Return the state without some options."""
         specified = {key: value for key, value in self.specified.items() if key not in names}
         return replace(self, specified=MappingProxyType(specified))
 
     def without_step(self, method: str) -> SessionState:
-        """Return the state without a step of the preparation, told by the method of `Surface`."""
+        """Return the state without a step of the preparation, given by the method of `Surface`."""
         state = self.without_options(*OPTIONS_OF_STEP.get(method, ()))
         for name in OPTIONS_OF_STEP.get(method, ()):
             if name in _UNDONE:
@@ -174,7 +174,7 @@ class SessionState:
 
     @property
     def portable_script(self) -> str:
-        """The state as a project file to stand beside the user's own files."""
+        """Text of the project file, with file names relative to the user's own files."""
         return self._script(lambda path: self.name_of(Path(path)))
 
     def _script(self, place: Callable[[str], str]) -> str:
@@ -241,7 +241,7 @@ def _toml(value: Value) -> str:
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-# --- One piece of work at the desk: its state, what was before, and what follows from it ---
+# --- Project of the page: its state, earlier states, and dependent values ---
 
 
 _MAX_UNDO = 200
@@ -326,7 +326,7 @@ class Session:
         self._change_state(state)
 
     def undo_step(self, method: str) -> None:
-        """Take away a step of the preparation."""
+        """Remove a step of the preparation."""
         self._change_state(self._state.without_step(method))
 
     def crop_map(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
@@ -352,7 +352,7 @@ class Session:
         self._change_state(replace(self._state, pinned=self._state.specified))
 
     def unpin(self) -> None:
-        """Forget it."""
+        """Drop the cached preview."""
         self._change_state(replace(self._state, pinned=None))
 
     def swap_pinned(self) -> None:
@@ -468,7 +468,7 @@ class Session:
         self._on_event(what)
 
     def _show_at_least(self, failed: FailedRequest) -> None:
-        """Have the map seen where only its holes keep it from being pressed."""
+        """Show a map that cannot be solved only because of its holes."""
         request = failed.request
         if (
             request is None

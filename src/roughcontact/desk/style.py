@@ -344,7 +344,7 @@ def color_bar(mapper: Any) -> Any:
 
 
 def set_bar(bar: Any, low: float, high: float, unit: str) -> None:
-    """Set the limits of a colour bar, in its unit, which stands at its uppermost tick."""
+    """Set the limits of a color bar, in its unit, which is at its uppermost tick."""
     from matplotlib.ticker import MaxNLocator
 
     bar.color_mapper.update(low=low, high=high)
@@ -402,7 +402,7 @@ class Debounced:
         self._waits = False
 
     def __call__(self) -> None:
-        """Ask for the action."""
+        """Request the action."""
         document = self.model.document
         if document is None or document.session_context is None:
             self.action()
@@ -416,7 +416,7 @@ class Debounced:
 
 
 def on_changes(model: Any, names: Sequence[str], call: Callable[[], None]) -> None:
-    """Have changes of some properties call a function."""
+    """Call a function on changes of some properties."""
 
     def changed(attr: str, old: Any, new: Any) -> None:
         call()

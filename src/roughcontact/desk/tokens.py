@@ -1,4 +1,4 @@
-"""Colors and letters of the page, for what is shown before Panel is imported, too."""
+"""Colors and fonts of the page, also for content shown before the import of Panel."""
 
 INK, QUIET, LINE, ACCENT, WARNING = "#14181f", "#525b67", "#dfe3e7", "#0b5cad", "#a6320c"
 """Colors of figures, and of what comes before or after the page."""

@@ -477,7 +477,7 @@ class Field(JSComponent):  # type: ignore[misc]
 
 
 def send_all_after_pull(document: Any) -> None:
-    """Have no change dropped between the browser's copy of a document and its first drawing."""
+    """Keep changes between the browser's copy of a document and its first drawing."""
     copied = document.to_json
 
     def copy(*more: Any, **named: Any) -> Any:
@@ -489,12 +489,12 @@ def send_all_after_pull(document: Any) -> None:
 
 
 def reload_when_broken(document: Any) -> None:
-    """Have a page loaded again when it cannot take up a change; a second time, have it say so."""
+    """Reload a page that cannot apply a change; if that happens again, show a message."""
     document.js_on_event(DocumentReady, CustomJS(args={"words": BROKEN}, code=_BROKEN))
 
 
 def tell_when_lost(document: Any) -> None:
-    """Have a page say so when the program that serves it has ended."""
+    """Show a message on the page when its server has ended."""
     document.js_on_event(ConnectionLost, CustomJS(args={"words": LOST}, code=_LOST))
 
 
@@ -542,7 +542,7 @@ class TabPanel:
     """Present content."""
 
     _working: Any = None
-    """The work under way, a `controls.JobButton`; None where nothing takes long."""
+    """Running job, a `controls.JobButton`; None if nothing takes long."""
 
     def show(self) -> None:
         """Update the panel; called after each change while it is visible."""

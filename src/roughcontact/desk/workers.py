@@ -106,7 +106,7 @@ class WorkerPool:
         return job
 
     def prestart(self) -> None:
-        """Have a process wait, unless there is one already."""
+        """Keep one idle process, if there is none."""
         with self._lock:
             if self._keeps and (self._spare is None or not self._spare.is_alive()):
                 self._spare = _Process()
@@ -135,7 +135,7 @@ class WorkerPool:
 
 
 class Job:
-    """A piece of work in another process; `WorkerPool.submit` makes it."""
+    """Job in another process; `WorkerPool.submit` creates it."""
 
     def __init__(
         self,
@@ -241,7 +241,7 @@ class _Process:
         return self.connection in wait([self.connection, self._waking], seconds)
 
     def wake(self) -> None:
-        """Have `ready` return."""
+        """Wake up `ready`."""
         with self._ending:
             if not self._wake.closed:
                 self._wake.send(None)
@@ -257,7 +257,7 @@ class _Process:
 
 
 def _run_worker(connection: Connection) -> None:
-    """Do one task, in a process of its own."""
+    """Execute one task in a separate process."""
     # Modules that every task needs are imported while the process is idle.
     for name in _NEEDED:
         importlib.import_module(name)
@@ -361,7 +361,7 @@ def make_reader(bench: WorkerPool, limits: Limits = READING) -> Callable[..., Su
             raise end.error
         surface: Surface = end.value[0]
         announced(surface.shape)
-        # Arrays forget on their way that they are read-only.
+        # Arrays lose their read-only flag in transit.
         return replace(surface)
 
     return read_apart

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# Share of the contact that lies within the scale of a pressure map.
+# Share of the contact within the scale of a pressure map.
 _SHOWN = 0.995
 
 

@@ -152,7 +152,7 @@ def draw_pngs(
 
 def _process_limit() -> int:
     """Return how many processes may draw, even if each comes to need a copy of all that is here."""
-    # Libraries of macOS do not bear it.
+    # Libraries of macOS do not support forks.
     if not hasattr(os, "fork") or sys.platform == "darwin":
         return 1
     return 1 + memory.free_bytes() // memory.resident_bytes()
@@ -259,7 +259,7 @@ def _block_stop_signals() -> Iterator[set[signal.Signals]]:
 
 
 def _end(helpers: Mapping[int, int]) -> None:
-    """End processes whose figures nobody waits for; they write no files."""
+    """End processes whose figures are no longer needed; they write no files."""
     for helper, answer in helpers.items():
         os.close(answer)
         with contextlib.suppress(ProcessLookupError):

@@ -454,7 +454,7 @@ def _uniform_ceiling(result: ContactResult) -> float:
     return ceiling if isinstance(ceiling, (int, float)) else math.inf
 
 
-# --- The pressure of a rough contact beside Hertz's of its nominal bodies ---
+# --- Pressure of a rough contact compared with Hertz's of its nominal bodies ---
 
 # How far the axis goes beyond Hertz's contact, at least.
 _AROUND = 1.5

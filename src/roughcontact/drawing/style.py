@@ -39,7 +39,7 @@ The axes have more dots than that, so that drawing to the nearest cell leaves no
 """
 
 MIN_LABEL_RATIO = 0.45
-"""Height over width of a map up to which the colour bar lies on top of it."""
+"""Height over width of a map up to which the color bar is on top of it."""
 
 TITLE, LABEL, TICK, NOTE = 13.0, 12.0, 11.0, 10.5
 """Sizes of text [points]."""
@@ -304,7 +304,7 @@ def outline(axes: Axes, mask: Mask, rows: Array, columns: Array, colour: str) ->
 
 
 def few_ticks(axes: Axes, aspect: float) -> None:
-    """Set as many ticks on a map of this aspect ratio as fit its sides."""
+    """Set the number of ticks that fits the sides of a map of this aspect ratio."""
     from matplotlib.ticker import MaxNLocator
 
     axes.xaxis.set_major_locator(MaxNLocator(max(round(5 / max(aspect, 1)), 2)))

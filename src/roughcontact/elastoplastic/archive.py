@@ -1,4 +1,4 @@
-"""Results with plasticity of the volume on disk, and whatever result a file holds."""
+"""Archive of results with plasticity of the volume, and reader of any result file."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def save_elastoplastic(
 def add_arrays(
     dataset: netcdf.Dataset, arrays: Mapping[str, NDArray[Any]], prefix: str = ""
 ) -> list[str]:
-    """Add arrays with axes of their own to a dataset, and return their names in it."""
+    """Add arrays with separate axes to a dataset, and return their names in it."""
     # HDF5 packs no array without numbers.
     held = {f"{prefix}{name}": array for name, array in arrays.items() if array.size}
     for name, array in held.items():
@@ -100,7 +100,7 @@ def to_dataset(result: ElastoplasticResult) -> tuple[netcdf.Dataset, dict[str, A
         "elastoplastic_seconds": result.seconds,
         "elastoplastic_version": result.version,
         "yield_excess": result.yield_excess,
-        # The contact alone knows no plastic strain: its words on yield would be wrong.
+        # The contact alone contains no plastic strain: its text on yield would be wrong.
         "regime": str(result.regime),
         "warnings": "\n".join(result.warnings),
     }

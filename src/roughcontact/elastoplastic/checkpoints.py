@@ -1,4 +1,4 @@
-"""States of a run in a folder, so that the same call goes on where it was stopped."""
+"""Checkpoints of a run in a folder, from which the same call resumes."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def read_checkpoint(path: Path) -> Checkpoint:
         )
 
 
-# --- States of a run in a folder, so that the same call goes on where it was stopped ---
+# --- Checkpoints of a run in a folder, from which the same call resumes ---
 
 
 @contextmanager
@@ -213,7 +213,7 @@ class CheckpointSeries:
         return checkpoint
 
     def _of_this_run(self, checkpoint: Checkpoint, file: Path, number: int) -> Checkpoint:
-        """Return it without its marks, or raise if those are of another run."""
+        """Return the state without its record, or raise if the record is of another run."""
         carried = dict(checkpoint.carried)
         requested, problem = carried.pop("path"), carried.pop("problem")
         if not np.array_equal(requested, self._rows(number)):

@@ -216,7 +216,7 @@ class IncrementLoop:
         return self.share.any(any(part.any() for added in self._added for part in added))
 
     def unfreeze_strain(self) -> None:
-        """Let the strain change that a result has frozen, when that is on disk."""
+        """Release the strain that a result has frozen, after it is stored."""
         for body in self.bodies:
             body.strain.flags.writeable = True
 
@@ -355,7 +355,7 @@ class IncrementLoop:
     def _relax(
         self, before: PathPoint, watch: Callable[[float, int, float], None]
     ) -> tuple[tuple[float, ...], int] | None:
-        """Find the plastic strain of one increment; keep it beside that accepted."""
+        """Compute the plastic strain of one increment, in addition to the accepted one."""
         solver, tolerance, load = self.solver, self.problem.tolerance, self._point.load
         self._guess(IncrementInfo(load - before.load, *self._pixel_path(before, self._point)))
         mixer = Mixer(self._weights(), self._workspace, self._whole)
@@ -469,7 +469,7 @@ class IncrementLoop:
         return float(change / max(minimum, size))
 
 
-# --- Load steps that are as small as an estimate of their error asks for ---
+# --- Load steps as small as an estimate of their error requires ---
 
 
 AUTO = "auto"
@@ -482,7 +482,7 @@ STEP_ERROR = 0.01
 _STEPS, _MOST = 6, 8
 # The difference of two solutions exceeds rounding if their step counts differ by this factor.
 _REFINEMENT = 1.5
-# Gap, over the approach, from which on a pixel does not count as touching.
+# Gap, over the approach, from which on a pixel is treated as open.
 _NEAR = 0.05
 
 
@@ -547,7 +547,7 @@ def _visit_in_parts(
     done: list[Increment],
     watch: Callable[[float, int, float], None],
 ) -> tuple[str, list[Increment], bool]:
-    """Visit a load in so many parts."""
+    """Visit a load in a number of equal steps."""
     result, status, flowed = list(done), CONVERGED, False
     before = done[-1].point if done else PathPoint(0.0, point.offset)
     for step in points_between(before, point, parts):

@@ -63,7 +63,7 @@ class DepthSection(_Stresses):
 
     along: str  # The horizontal axis of the plane
     index: int  # The row that it follows, or the column with `along="y"`
-    across: float  # Where the plane lies on the other axis [m]
+    across: float  # Coordinate of the plane on the other axis [m]
     edges: NDArray[np.float64]  # (n + 1,) Edges of the pixels along the plane [m]
     faces: NDArray[np.float64]  # (nz + 1,) Depths of the faces of the layers [m], from 0 on
     pressure: NDArray[np.float64]  # (n,) Contact pressure [Pa]
@@ -237,7 +237,7 @@ class PlasticBody:
 
 @dataclass(frozen=True, eq=False)
 class SharedBody:
-    """A body whose layers lie on several ranks; all numbers are those of the whole of it."""
+    """Body whose layers are distributed over several ranks; all values are global."""
 
     own: PlasticBody  # The layers of this rank
     share: DistributedPartition  # The ranks

@@ -21,7 +21,7 @@ from roughcontact.solvers.anderson import Parts
 Array = NDArray[Any]
 Way = tuple[float, float]
 
-# Share of a pixel within which a way counts as a whole number of them.
+# Share of a pixel within which a shift is treated as a whole number of pixels.
 _WHOLE_PIXEL_TOLERANCE = 1e-6
 
 

@@ -275,7 +275,7 @@ def too_long(result: ElastoplasticResult, step: float, direction: float) -> bool
 def rolling_cautions(
     result: ElastoplasticResult, step: float, count: int, direction: float, axis: float | None
 ) -> Iterator[Caution]:
-    """Yield what a reader of passes has to know of their steps, grid and direction."""
+    """Yield the cautions on steps, grid and direction of passes."""
     if axis is not None and abs((axis - direction + 90) % 180 - 90) <= _ALONG:
         yield _axial_motion_caution(axis, direction)
         return

@@ -99,7 +99,7 @@ class ContactSolver:
         self.solution: bounded.BoundedSolution | None = None
 
     def resize(self, margin: int) -> None:
-        """Add points that never touch around the map, and forget the pressure."""
+        """Add points that never touch around the map, and reset the pressure."""
         self.initial_gap = np.pad(self._map, margin, constant_values=np.inf)
         self.inside = tuple(slice(margin, margin + n) for n in self._map.shape)
         self.loaded: Loaded | None = None

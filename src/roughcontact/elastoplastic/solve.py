@@ -119,7 +119,7 @@ def check_arguments(
 
 
 def check_shared(**specified: Any) -> None:
-    """Refuse what is not known of a volume on several ranks, by the name of its argument."""
+    """Raise `InputError` for arguments that are unavailable on several ranks."""
     for name, value in specified.items():
         if value is not None:
             raise InputError(
@@ -129,7 +129,7 @@ def check_shared(**specified: Any) -> None:
 
 
 def _check_layers(depth: float | None, layers: ArrayLike | None, pixel: float) -> None:
-    """Refuse a depth or layers that cannot be used, or both at once."""
+    """Raise `InputError` for an invalid depth or layers, or for both at once."""
     if depth is not None:
         require_positive(depth=depth)
         if depth < pixel:
@@ -147,7 +147,7 @@ def _check_layers(depth: float | None, layers: ArrayLike | None, pixel: float) -
 
 
 def check_capacity(problem: ElastoplasticProblem, solver: ContactSolver, load: float) -> None:
-    """Refuse a load under which a map that ends yields without limit."""
+    """Raise `InputError` for a load under which a free map yields without limit."""
     if not problem.pair.boundary.free_axes:
         return
     strain = np.array(1e9)
@@ -194,7 +194,7 @@ def points_of_path(
 
 
 def _check_path(problem: ElastoplasticProblem, points: Sequence[PathPoint]) -> None:
-    """Refuse a path on which a counter-surface moves that cannot, or slides off and yields."""
+    """Raise `InputError` for an invalid path of a counter-surface."""
     pair = problem.pair
     if pair.counter_surface is None and any(any(point.offset) for point in points):
         raise InputError(
@@ -220,7 +220,7 @@ def _points(path: Sequence[PathPoint]) -> list[PathPoint]:
 
 
 def _load_list(load: float | None, loads: Sequence[float] | None) -> list[float]:
-    """Return the loads that are asked for."""
+    """Return the requested loads."""
     if load is not None:
         require_positive(load=load)
         return [float(load)]
@@ -400,7 +400,7 @@ def solve_elastoplastic(
 def _with_load_form(
     result: ElastoplasticResult, specified: GivenLoad | None
 ) -> ElastoplasticResult:
-    """Return a result that knows in which form its load was given."""
+    """Return a result that records the form of its load."""
     return replace(result, solution=replace(result.solution, specified_load=specified))
 
 
@@ -550,7 +550,7 @@ def _result(
     began: float,
     largest: tuple[float, Array | None],
 ) -> ElastoplasticResult:
-    """Solve the contact once more on the strain accepted, and collect all."""
+    """Solve the contact again with the accepted strain, and collect the results."""
     load = done[-1].load if done else 0.0
     pair = loop.problem.pair_at(done[-1].offset) if done else loop.problem.pair
     problem, solver = loop.problem, loop.solver

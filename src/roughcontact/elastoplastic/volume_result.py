@@ -421,7 +421,7 @@ def _body(result: ElastoplasticResult, body: int) -> PlasticBody | SharedBody:
 
 
 def _map_window(result: ElastoplasticResult, body: PlasticBody | SharedBody) -> Window:
-    """Return the rows and columns of the volume that lie below the map."""
+    """Return the rows and columns of the volume below the map."""
     ny, nx = result.solution.pressure.shape
     first = body.margin
     return slice(first, first + ny), slice(first, first + nx)

@@ -151,7 +151,7 @@ def _sized_map(entry: Any, metre: float) -> tuple[Any, tuple[float, float] | Non
     if entry.dim == 1:
         return entry.topography(), None
     if entry.physical_sizes is None:
-        # Any size will do for the reader; ours is in metres whatever its unit.
+        # The reader accepts any size; ours is in meters in all cases.
         return entry.topography(physical_sizes=(1.0, 1.0)), None
     topography = entry.topography()
     along_x, along_y = (float(edge) for edge in topography.pixel_size)
@@ -264,7 +264,7 @@ def _opener(path: Path, kind: str) -> Callable[[Any], Any]:
 
 
 def _check_packed(path: Path, kind: str) -> None:
-    """Refuse a file that is damaged where its reader does not look, or would fill the memory."""
+    """Raise for a file with unchecked damage, or that would fill the memory."""
     memory.require_size(path.name, path.stat().st_size)
     with path.open("rb") as stream:
         start = stream.read(4)
@@ -283,7 +283,7 @@ def _check_packed(path: Path, kind: str) -> None:
     elif kind in _STREAMS:
         source.check_streams(path)
     elif kind == "ibw" and start[:2] not in (b"\5\0", b"\0\5"):
-        # Its reader knows no other, and its library logs all bytes of what it takes for one.
+        # Its reader accepts no other; its library logs all bytes of other files.
         raise ValueError("it is no binary wave of version 5")
 
 
@@ -334,7 +334,7 @@ def _channel_name(result: list[Channel], index: int) -> str:
 def _acquisition_time(entry: Any) -> str:
     """Return when a map was measured; empty if its file does not tell, or had no clock."""
     when = entry.info.get("acquisition_time")
-    # Instruments whose clock was never set, and programs that know no date, write 1970.
+    # Instruments with an unset clock, and programs without dates, write 1970.
     if not isinstance(when, datetime) or when.year <= _EPOCH:
         return ""
     return when.isoformat(timespec="seconds")

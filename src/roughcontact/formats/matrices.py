@@ -150,7 +150,7 @@ _EACH = 20
 
 _MISSING = re.compile(r"|nan|n/?a|bad|\*+|-{2,}", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
-# The same, or a whole number or a missing point beside it.
+# The same, or an integer or a missing point next to it.
 _WITH_COMMA = re.compile(rf"{_DECIMAL_COMMA.pattern}|[+-]?\d+|nan|bad", re.IGNORECASE)
 # Suffix of files that list points x, y, z.
 _POINTS = ".xyz"
@@ -234,7 +234,7 @@ def _lists_points(path: Path, values: Array, head: Head) -> bool:
 def _map_of_points(
     path: Path, name: str, values: Array, head: Head, steps: tuple[str, ...], requested: ReadOptions
 ) -> Surface:
-    """Return the map of points x, y, z on a grid, all in one unit where the head tells no other."""
+    """Return the map of points x, y, z on a grid, in one unit unless the header gives others."""
     heights, steps_apart, absent = text_files.grid_points(path, values)
     requested.check_shape(heights.shape)
     metre, text = _unit_told(path, head, requested)
@@ -263,7 +263,7 @@ def _apply_head(path: Path, values: Array, head: Head) -> Array:
 
 
 def _unit_told(path: Path, head: Head, requested: ReadOptions) -> tuple[float, tuple[str, ...]]:
-    """Return the unit [m] of the heights, and what was decided: who reads a file knows better."""
+    """Return the unit [m] of the heights, and decisions; the caller overrides the file."""
     if requested.unit is None or not head.unit:
         return unit_in_meters(path, head.unit or requested.unit), ()
     metre = unit_in_meters(path, requested.unit)
@@ -343,7 +343,7 @@ def _scaled(
     scale: Scale | None,
     requested: ReadOptions,
 ) -> Surface:
-    """Return the map of numbers whose scale the file states, or whoever reads it."""
+    """Return the map of a matrix whose scale is given by the file or by the caller."""
     _require_map(path, values.shape, values.dtype, scale)
     if scale is None:
         metre, stated = unit_in_meters(path, requested.unit), None
@@ -356,7 +356,7 @@ def _scaled(
 
 @contextmanager
 def _name_file_in_errors(path: Path) -> Iterator[None]:
-    """Turn the complaint about a quantity into one about the file that states it."""
+    """Convert the error about a quantity into one about the file that states it."""
     try:
         yield
     except InputError as error:
@@ -410,7 +410,7 @@ def _scale_in_text(path: Path) -> Scale | None:
 
 
 def _scale_in_arrays(path: Path, arrays: Arrays) -> Scale | None:
-    """Return the unit [m] and the pixel [m] that a NumPy archive holds beside its heights."""
+    """Return the unit [m] and the pixel [m] stored in a NumPy archive with its heights."""
     heads = arrays.heads
     if not {"heights", "pixel", "unit"} <= heads.keys():
         return None
@@ -573,7 +573,7 @@ def _mixed(path: Path, number: int) -> FormatError:
 
 
 def _refuse_points(path: Path, matrix: NDArray[Any]) -> None:
-    """Refuse coordinates beside the heights, which would pass for heights of a narrow map."""
+    """Raise `InputError` for coordinates next to the heights, which resemble a narrow map."""
     for pairs in (matrix, matrix.T):
         if text_files.read_columns(pairs) or text_files.read_columns(pairs[:, ::-1]):
             raise FormatError(
@@ -583,7 +583,7 @@ def _refuse_points(path: Path, matrix: NDArray[Any]) -> None:
 
 
 def _refuse_list(path: Path, matrix: NDArray[Any]) -> None:
-    """Refuse an array of points x, y, z, which would pass for a narrow map."""
+    """Raise `InputError` for an array of points x, y, z, which resembles a narrow map."""
     if text_files.look_like_points(matrix.astype(np.float64)):
         raise FormatError(
             f"{path.name} looks like a list of points x, y, z; write the heights as a matrix with "

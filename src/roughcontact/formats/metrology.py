@@ -61,7 +61,7 @@ def save_x3p(surface: Surface, path: str | os.PathLike[str]) -> None:
 
 
 def check_x3p(path: Path) -> None:
-    """Refuse an X3P file whose members are not those that its MD5 checksums are of."""
+    """Raise `FormatError` for an X3P file whose members do not match their MD5 checksums."""
     with zipfile.ZipFile(path) as archive:
         names = set(archive.namelist())
         stated = archive.read(_SUMS).splitlines() if _SUMS in names else []
@@ -281,7 +281,7 @@ def _printable(text: str) -> str:
 
 
 def _md5(content: bytes | memoryview) -> str:
-    # A checksum that the standard asks for, no protection.
+    # A checksum that the standard requires, no protection.
     return hashlib.md5(content, usedforsecurity=False).hexdigest()
 
 

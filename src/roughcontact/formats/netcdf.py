@@ -72,7 +72,7 @@ def _read(path: Path, requested: ReadOptions) -> tuple[xarray.Dataset, str]:
         content = io.BytesIO(path.read_bytes())
         with (
             np.errstate(all="ignore"),
-            # Bytes are all that a damaged header can have; of a file it may ask for terabytes.
+            # A damaged header may announce terabytes, but the file has a limited number of bytes.
             xarray.open_dataset(content, engine="scipy", decode_cf=False) as whole,
         ):
             heights = whole["heights"]

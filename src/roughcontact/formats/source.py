@@ -45,7 +45,7 @@ _ZLIB = re.compile(rb"\x78[\x01\x5e\x9c\xda]")
 
 
 def check_archive(path: Path) -> None:
-    """Refuse an archive that is damaged, or unpacks to more than a map may take."""
+    """Raise for an archive that is damaged, or unpacks to more than a map may take."""
     check_sizes(path)
     with zipfile.ZipFile(path) as archive:
         for member in archive.infolist():
@@ -53,7 +53,7 @@ def check_archive(path: Path) -> None:
 
 
 def check_sizes(path: Path) -> int:
-    """Refuse an archive that states more than a map may take, or is packed in an unusual way."""
+    """Raise for an archive that states more than a map may take, or has an unusual compression."""
     with zipfile.ZipFile(path) as archive:
         members = archive.infolist()
     size = sum(member.file_size for member in members)
@@ -93,7 +93,7 @@ def _decompress(path: Path, target: Path) -> None:
 
 
 def check_method(path: Path, member: zipfile.ZipInfo) -> None:
-    """Refuse a member that is packed in a way in which a block may unpack to any size."""
+    """Raise for a member with a compression whose blocks may unpack to any size."""
     if member.compress_type not in _METHODS:
         raise FormatError(
             f"{path.name} holds {member.filename!r} packed by another method than deflate; pack "
@@ -118,7 +118,7 @@ def _check_member(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo)
 
 
 def check_streams(path: Path) -> None:
-    """Refuse a file in which streams of zlib unpack to more than a map may take."""
+    """Raise for a file with streams of zlib that unpack to more than a map may take."""
     packed, unpacked, place = path.stat().st_size, 0, 0
     maximum = memory.max_unpacked_bytes(packed)
     with (
@@ -183,7 +183,7 @@ class ReadOptions:
             object.__setattr__(self, "size", to_si(self.size, "length", "size"))
 
     def check_shape(self, shape: tuple[int, ...]) -> None:
-        """Tell how large the map will be."""
+        """Report the size of the map."""
         if self.announced is not None:
             ny, nx = shape
             self.announced((ny, nx))
@@ -233,7 +233,7 @@ def make_surface(
     stated: tuple[float, float] | None = None,
     acquired: str = "",
 ) -> Surface:
-    """Return a map, or complain of the file that it is from."""
+    """Return a map, or raise an error about its file."""
     result: dict[str, object] = {"unit": metre}
     if stated is not None and stated != pixel:
         sides = [n * edge for n, edge in zip(heights.shape, stated, strict=True)]
@@ -249,7 +249,7 @@ def make_surface(
 
 @contextmanager
 def damage_as_error(path: Path, kind: str, advice: str) -> Iterator[None]:
-    """Turn whatever goes wrong with the content of a file into one error."""
+    """Convert any error in the content of a file into a `FormatError`."""
     try:
         yield
     except RoughcontactError:
@@ -280,7 +280,7 @@ class BoundedStream(io.BufferedReader):
     """A stream that reserves no more memory for a read than the file can fill."""
 
     def read(self, size: int | None = -1, /) -> bytes:
-        """Return so many bytes, or those that are left."""
+        """Return the next bytes, or those that remain."""
         if size is not None and size > 0:
             remaining = os.fstat(self.fileno()).st_size - self.tell()
             size = min(size, max(remaining, 0))
@@ -406,7 +406,7 @@ def refuse_unit(path: Path, requested: ReadOptions) -> None:
 def resolve_pixel(
     path: Path, stated: tuple[float, float] | None, shape: tuple[int, ...], requested: ReadOptions
 ) -> tuple[float, float]:
-    """Return the pixel of a map, from its file or from whoever reads it."""
+    """Return the pixel of a map, from its file or from the caller."""
     if stated is not None and requested.size is None:
         return stated
     if stated is not None and not requested.override_size:
@@ -422,7 +422,7 @@ def resolve_pixel(
 
 
 def unit_in_meters(path: Path, unit: str | None) -> float:
-    """Return a unit of length as files spell it [m]; without one, complain."""
+    """Return a unit of length in the spelling of files [m]; raise without one."""
     if unit is None:
         raise InputError(
             f"{path.name} gives no unit of the heights; give it, e.g. {ArgumentRef('unit', 'um')}"

@@ -15,7 +15,7 @@ from roughcontact.formats import instruments, matrices, source
 from roughcontact.formats.source import Channel, ReadOptions, one_line
 from roughcontact.surface.surface import Surface
 
-# The reader of SurfaceTopography that knows the workbooks of this instrument.
+# Reader of SurfaceTopography for the workbooks of this instrument.
 _MITUTOYO = "mitutoyo"
 
 

@@ -141,7 +141,7 @@ def result_record(result: Result) -> dict[str, Any]:
     """Return the summary of a result with the bodies that went in."""
     if isinstance(result, ElastoplasticResult):
         text = result.summary()
-        # The contact alone knows no plastic strain.
+        # The contact alone contains no plastic strain.
         own = {name: text[name] for name in ("status", "regime", "warnings", "cautions")}
         return {
             **result_record(result.solution),

@@ -83,7 +83,7 @@ _CELL = re.compile(
 # Names of three columns, each perhaps with its unit: X [mm], y (um), z/nm.
 _COLUMN = re.compile(r"\s*([xyz])\w*\s*(?:[\[(/]\s*([^\])\s]+)\s*[\])]?)?\s*", re.IGNORECASE)
 
-# What tells that a head describes a map: without one of these it is a remark.
+# Keys of a header of a map: without one of these the text is a remark.
 _TELLING = {"side_x", "points", "points_x", "pixel", "pixel_x", "wyko", "unit_x", "columns"}
 
 
@@ -166,7 +166,7 @@ def _columns(text: str) -> tuple[str, ...]:
 
 
 def _parse_head_text(path: Path, result: dict[str, tuple[str, ...]], lines: int) -> Head:
-    """Return the head that was found in words."""
+    """Return the header as text."""
     head = Head(lines, channel=_first(result, "channel").strip())
     if "wyko" in result:
         return _wyko(head, result)
@@ -267,7 +267,7 @@ def _float(text: str) -> float:
     return float(text.replace(",", "."))
 
 
-# --- Lists of points x, y, z that lie on a grid ---
+# --- Lists of points x, y, z on a grid ---
 
 
 Array = NDArray[np.float64]
@@ -517,7 +517,7 @@ def _cells(text: str) -> list[str]:
             cells = text.split(mark)
             break
     else:
-        # A comma beside white space is a decimal one.
+        # A comma next to white space is a decimal comma.
         words = text.split()
         cells = (
             words if len(words) > 1 and all(map(_TRACES_CELL.fullmatch, words)) else text.split(",")

@@ -182,7 +182,7 @@ class _VtkArray:
             )
         return (
             f'        <DataArray type="{_VTK_TYPES[self.dtype.str[1:]]}" Name="{self.name}"{shape} '
-            # Of one length whatever the number is: the head is written again at the end.
+            # Constant length, because the header is written again at the end.
             f'format="appended" offset="{offset:020d}"/>\n'
         )
 

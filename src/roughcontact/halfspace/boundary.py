@@ -47,7 +47,7 @@ class Boundary(StrEnum):
 
     @property
     def periodic_axes(self) -> tuple[int, ...]:
-        """Axes along which the map goes on beyond an edge on the opposite side: 0 y, 1 x."""
+        """Axes along which the map is periodic: 0 y, 1 x."""
         return _MODELS[self].periodic_axes
 
     @property
@@ -57,7 +57,7 @@ class Boundary(StrEnum):
 
     @property
     def meaning(self) -> str:
-        """In a few words."""
+        """Short description."""
         return _MODELS[self].meaning
 
     @property
@@ -284,7 +284,7 @@ class Boundary(StrEnum):
 
 
 def longer_side(shape: tuple[int, int], pixel: tuple[float, float]) -> float:
-    """Return the longer side of a map [m]; of a single row its length, whatever its width."""
+    """Return the longer side of a map [m]; of a single row its length."""
     ny, nx = shape
     return nx * pixel[1] if ny == 1 else max(ny * pixel[0], nx * pixel[1])
 

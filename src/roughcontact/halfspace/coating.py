@@ -353,11 +353,11 @@ class Coatings:
 
     bodies: tuple[Material, ...]  # Those that are coated
     shares: tuple[float, ...]  # Their parts of 1/E*, E* of both surfaces
-    grounded: bool  # Whether every body that deforms lies on a rigid base
+    grounded: bool  # Whether every deformable body is on a rigid base
 
     @classmethod
     def from_bodies(cls, *bodies: Material) -> Coatings | None:
-        """Return those of two bodies, None where neither has any."""
+        """Return the coatings of two bodies, None if neither has any."""
         total = sum(body.compliance for body in bodies)
         coated = tuple(body for body in bodies if body.coating)
         if not coated:

@@ -130,7 +130,7 @@ class _Grid(NamedTuple):
 
     @classmethod
     def of(cls, period: tuple[int, int], pixel: tuple[float, float]) -> _Grid:
-        """Return those of a grid."""
+        """Return the depths of a grid."""
         numbers = [np.arange(points // 2 + 1, dtype=np.float64) for points in period]
         qy, qx = (
             2 * math.pi / (points * edge) * number
@@ -180,7 +180,7 @@ def _free_period(
 
 
 class _Body(NamedTuple):
-    """A homogeneous body whose stress at a depth is taken out of the waves, times factors."""
+    """Homogeneous body whose stress at a depth is subtracted from the waves, times factors."""
 
     depth: float
     poisson: float
@@ -251,7 +251,7 @@ class _Waves:
     def of_depth(
         cls, material: Material, depth: float, grid: _Grid, bodies: tuple[_Body, ...]
     ) -> _Waves:
-        """Return them, without those of homogeneous bodies."""
+        """Return the waves without those of homogeneous bodies."""
         qy, qx = grid.qy, grid.qx
         least = min(qy[1] if qy.size > 1 else math.inf, qx[1] if qx.size > 1 else math.inf)
         most = math.hypot(qy[-1], qx[-1])

@@ -237,11 +237,11 @@ class Convolution:
 
     @property
     def periodic_axes(self) -> tuple[bool, bool]:
-        """Whether the map goes on beyond an edge on the opposite side, along y and along x."""
+        """Whether the map is periodic along y and along x."""
         return self.padded[0] == self.shape[0], self.padded[1] == self.shape[1]
 
     def support(self, index: NDArray[np.int64]) -> Support:
-        """Return where the pixels with these ascending flat indices lie in the row blocks."""
+        """Return the places in the row blocks of pixels with these ascending flat indices."""
         nx = self.shape[1]
         tops = [rows.start * nx for rows in self._blocks] + [self.shape[0] * nx]
         # Rows that are not padded are as long as those of the map.
@@ -582,7 +582,7 @@ def strip(
         datum = max(shape[0] * pixel[0], shape[1] * pixel[1])
     require_positive(contact_modulus=contact_modulus, datum=datum)
     work = workspace or Workspace(workers)
-    # The kernel knows x as the periodic axis.
+    # The kernel has x as the periodic axis.
     period, across = shape[axis], (pixel[1 - axis], pixel[axis])
     # Of homogeneous bodies strips of one size or another differ by a factor.
     known = (across[1] / across[0], datum / across[0]) if coatings is None else (across, datum)

@@ -405,7 +405,7 @@ class SlabConvolution:
         wanted: tuple[list[slice], ...],
         number: int,
     ) -> PendingExchange:
-        """Transform the columns of a block, multiply, transform back, and return what is wanted."""
+        """Transform the columns of a block, multiply, transform back, and return some rows."""
         block, me = self._travels[number], self.ranks.number
         columns, width = self.layout.waves(me, block), self._width(me, block)
         parts = [_height(rows) * width * (rank != me) for rank, rows in enumerate(wanted)]
@@ -451,7 +451,7 @@ class SlabConvolution:
         columns: slice,
         parts: list[NDArray[Any]],
     ) -> list[Part]:
-        """Return the rows of some columns, as they lie in what travels, or here."""
+        """Return the rows of some columns from the exchanged buffer, or from local memory."""
         result: list[Part] = []
         width = columns.stop - columns.start
         for rank, (own, part) in enumerate(zip(runs, parts, strict=True)):
@@ -480,7 +480,7 @@ class SlabConvolution:
 
 
 def cut_up(points: int, step: int) -> list[slice]:
-    """Return slices of as many points, the last of them shorter."""
+    """Return slices of equal size, the last of them shorter."""
     return [slice(first, min(first + step, points)) for first in range(0, points, step)]
 
 
@@ -515,7 +515,7 @@ def _part_at_origin(spectrum: Array, padded: tuple[int, int], columns: slice) ->
     return float(np.einsum("j,j->", lines, weights[1])) / (padded[0] * padded[1])
 
 
-# Who makes the displacement operators of a map on several ranks: each the waves of its own.
+# Factory of displacement operators of a map on several ranks: each computes its own waves.
 
 
 def operators(
@@ -659,7 +659,7 @@ def strip_x(grid: Grid) -> tuple[Array, float]:
 def strip_y(grid: Grid) -> tuple[Array, float]:
     """Return the share of a rank for a strip along y, and the factor before it."""
     layout, ranks = grid.layout, grid.ranks
-    # The kernel knows x as the periodic axis.
+    # The kernel has x as the periodic axis.
     shape = (layout.padded[1] // 2 + 1, layout.padded[0])
     waves = layout.padded[0] // 2 + 1
     tops = _distribute_lines(waves, ranks.count)

@@ -222,7 +222,7 @@ class Workspace:
     def each(self, task: Callable[[Any], None], items: Iterable[Any]) -> None:
         """Call a task for every item, on all threads and this one."""
         items = list(items)
-        # One iterator for all: whoever is free takes the next item, and nothing is queued.
+        # One iterator for all: an idle thread takes the next item, and nothing is queued.
         remaining = iter(items)
 
         def work() -> None:
@@ -240,7 +240,7 @@ class Workspace:
                     helper.result()
 
     def reserve(self, size: int) -> None:
-        """Make sure that `shared` arrays of so many bytes need no new memory."""
+        """Ensure that `shared` arrays of this total size need no new memory."""
         if self._memory.size < size:
             self._memory = np.empty(size, np.uint8)
 

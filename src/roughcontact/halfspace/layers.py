@@ -641,7 +641,7 @@ class PeriodicHalfSpace:
         surface: Array = np.empty((my, self._width), self._complex)
         step = max(my // (2 * self._workspace.workers), MIN_SWEEP_POINTS // self._width)
         step = max(1, min(SWEEP_POINTS // self._width, step))
-        # A band of rows lies on one side of the tables' fold.
+        # A band of rows is on one side of the tables' fold.
         bands = [slice(i, min(i + step, self._half)) for i in range(0, self._half, step)]
         bands += [slice(i, min(i + step, my)) for i in range(self._half, my, step)]
 

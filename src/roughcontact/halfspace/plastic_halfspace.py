@@ -137,7 +137,7 @@ class Images:
         self._cells = cells
 
     def clear(self) -> None:
-        """Forget the strain."""
+        """Reset the strain."""
         self._parts[...] = 0
 
     def _restricted(self, values: Array) -> Array:

@@ -514,7 +514,7 @@ class _UnitLoads:
         return [Term(*term) for term in zip(stress_kernels.PARTS_ODD, shares, strict=True)]
 
     def wave_terms(self) -> list[Term]:
-        """Return those of `stress_kernels.waves`: of a pressure, then of each traction."""
+        """Return `stress_kernels.waves` of a pressure, then of each traction."""
         flips = [(0, False, False), *((of, axis == "y", axis == "x") for axis, _, of in self.pulls)]
         return [
             Term((odd[0] != in_y, odd[1] != in_x), [(len(_ODD) * source + number, 1.0)])

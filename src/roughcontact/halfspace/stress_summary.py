@@ -43,7 +43,7 @@ Index = NDArray[np.int64]
 # Where the traction runs nearly along a rim, little happens, and the slope across the rim is not to
 # be had from that along the traction.
 _ACROSS = 0.5
-# Least cosine between the normal of a rim and the axis along which its place is looked for.
+# Least cosine between the normal of a rim and the axis along which its place is sought.
 _ALONG = 0.6
 # The slope is that of the parabola through the pixels in contact of 5 × 5. No conic goes through so
 # many of them, so there is one. Smaller spots are not resolved, and are left as they are.
@@ -133,7 +133,7 @@ class Sliding:
         ]
 
     def values_at(self, values: NDArray[Any], rows: Index, columns: Index) -> NDArray[Any]:
-        """Return values of a map at pixels, which may lie beyond its edges: nothing is there."""
+        """Return values of a map at pixels, zero beyond its edges."""
         ny, nx = self.pressure.shape
         result: NDArray[Any] = values[..., rows % ny, columns % nx]
         if self.periodic:
@@ -399,7 +399,7 @@ def larger_principal(stress: NDArray[Any]) -> NDArray[Any]:
 # --- The largest stresses of a volume and their places, from slices that are not kept ---
 
 
-# How often the neighbourhood of the largest stress is looked at again.
+# Number of refinements of the neighborhood of the largest stress.
 _REFINEMENTS = 4
 
 
@@ -618,7 +618,7 @@ def _stream_depths(
     rim = partial(
         _rim, field, pressure, traction, pixel, poisson, Boundary(boundary), pulls, workspace
     )
-    # Between the points of a profile nothing is looked for.
+    # No maximum is sought between the points of a profile.
     looked = (pulls or traction is not None) and field.shape[0] > 1
     passage = _DepthScan(field, yield_strength, np.asarray(pressure), rim if looked else None, tell)
     if depths is None:
@@ -652,7 +652,7 @@ class _DepthScan:
         self._pixel, self._largest = (self._row, 0), 0.0
 
     def scan_depths(self, depths: Array, more: int = 0) -> None:
-        """Look at some depths, one after the other; so many more may follow."""
+        """Process some depths, one after the other; a number of further ones may follow."""
         self._count = depths.size + more
         for depth in depths.tolist():
             self._layers[depth] = self._layer(depth)
@@ -679,7 +679,7 @@ class _DepthScan:
         return layer
 
     def _with_rim(self, layer: _Layer, rim: Rim) -> _Layer:
-        """Return the layer at the surface with what lies between its pixels."""
+        """Return the layer at the surface with values between its pixels."""
         squared = rim.von_mises**2
         self._peak[rim.pixel] = max(self._peak[rim.pixel], squared)
         if self._limit is not None and squared > self._limit:

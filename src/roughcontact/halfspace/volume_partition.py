@@ -48,10 +48,10 @@ class VolumePartition(Protocol):
     here: int
 
     def layers(self, count: int) -> range:
-        """Return which of so many layers are here."""
+        """Return the local layers out of all layers."""
 
     def waves(self, width: int) -> slice:
-        """Return which of so many waves along x are here."""
+        """Return the local waves along x out of all waves."""
 
     def spread(
         self, transform: Callable[[int, Array], bool], spectra: Array, width: int
@@ -100,7 +100,7 @@ class VolumePartition(Protocol):
         """Return a spectrum of all waves, shape (my, width), of the columns that are here."""
 
     def gather_layers(self, values: Array, count: int) -> Array:
-        """Return an array over all layers, so many, of one over those that are here."""
+        """Return an array over all layers from one over the local layers."""
 
     def any(self, value: bool) -> bool:
         """Return whether any process has found something."""
@@ -133,11 +133,11 @@ class SingleProcess:
         self.workspace = workspace
 
     def layers(self, count: int) -> range:
-        """Return which of so many layers are here: all."""
+        """Return the local layers: all."""
         return range(count)
 
     def waves(self, width: int) -> slice:
-        """Return which of so many waves along x are here: all."""
+        """Return the local waves along x: all."""
         return slice(0, width)
 
     def spread(
@@ -183,7 +183,7 @@ class SingleProcess:
         return values
 
     def require(self, layers: int, shape: tuple[int, int]) -> None:
-        """Ask for nothing."""
+        """Make no request."""
 
     def any(self, result: bool) -> bool:
         """Return the flag."""
@@ -225,7 +225,7 @@ class DistributedPartition:
         return range(rank, count, self.count)
 
     def waves(self, width: int) -> slice:
-        """Return which of so many waves along x are here."""
+        """Return the local waves along x out of all waves."""
         return self._waves(self.ranks.number, width)
 
     def _waves(self, rank: int, width: int) -> slice:

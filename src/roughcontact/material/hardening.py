@@ -195,7 +195,7 @@ class Tabulated:
         self._check()
 
     def _check(self) -> None:
-        """Refuse a table that is too short, out of order or not positive."""
+        """Raise `InputError` for a table that is too short, out of order or not positive."""
         try:
             strain, stress = (np.array(row, float) for row in (self.strain, self.stress))
         except ValueError:

@@ -17,7 +17,7 @@ from roughcontact.report.kind import TRUST, Presentation, Row, Table, side_by_si
 from roughcontact.report.page import Block, Cells, PageTable, Picture
 from roughcontact.surface.surface import Surface
 
-# Spots whose share of the load is told.
+# Largest spots whose share of the load is given.
 _LARGEST = 10
 
 

@@ -100,7 +100,7 @@ class ContactScene:
 
     @property
     def is_crowded(self) -> bool:
-        """Whether the most loaded spot is a small part of what is shown of the contact."""
+        """Whether the most loaded spot is a small part of the shown contact."""
         whole = self.touched.width if self.is_sparse else self._side
         return self.most_loaded.width < _SMALL_PART * whole
 
@@ -112,7 +112,7 @@ class ContactScene:
         return self.touched is not self.most_loaded or self.result.contact_fraction < _LITTLE
 
     def _around(self, points: NDArray[np.bool_], factor: float) -> Region:
-        """Return the square around points, so many times as wide."""
+        """Return the square around points, widened by a factor."""
         pixel = self.result.surface.pixel
         if self.result.surface.is_profile:
             pixel = (0.0, pixel[1])
@@ -165,7 +165,7 @@ _SMALL_ZONE = 0.1
 _AROUND_ZONE = 6.0
 _CLOSE_ZONE_PIXELS = 24
 
-# Spots whose share of the load is told.
+# Largest spots whose share of the load is given.
 _LARGEST = 10
 
 

@@ -45,7 +45,7 @@ class Row:
     name: str  # Of the quantity
     value: Any  # In SI units
     unit: str  # SI unit of the value
-    meaning: str  # In a few words
+    meaning: str  # Short description
     text: str  # The value as text, with its unit
 
     @property
@@ -67,10 +67,10 @@ class Headline:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity of a kind of result: where it comes from, and how it is told."""
+    """Quantity of a class of results: its source and its format."""
 
     key: str  # Name in files
-    name: str = ""  # As it is told
+    name: str = ""  # Label
     symbol: str = ""  # As in `Row`
     unit: str = "1"  # As in `Row`
     meaning: str = ""  # As in `Row`
@@ -79,9 +79,9 @@ class Quantity:
     form: Callable[[Any], str] | None = None
     text: Callable[[Any], str] | None = None
     part: str = ANSWER  # Part of the table
-    when: Callable[[Any], bool] = lambda _: True  # `when(result)` says whether it is told at all
-    brief: bool = True  # Whether the console tells it, too
-    stored: bool = True  # Whether it stands in the summary, and so in JSON
+    when: Callable[[Any], bool] = lambda _: True  # `when(result)` returns whether it is shown
+    brief: bool = True  # Whether the console shows it
+    stored: bool = True  # Whether it is in the summary, and so in JSON
 
     def value(self, result: Any) -> Any:
         """Return the value [SI]."""
@@ -90,7 +90,7 @@ class Quantity:
         return attrgetter(self.of or self.key)(result)
 
     def format_value(self, value: Any) -> str:
-        """Return a value in words."""
+        """Return a value as text."""
         return (
             format_value(value, self.unit, self.digits) if self.form is None else self.form(value)
         )
@@ -351,7 +351,7 @@ class Presentation:
 
     @property
     def has_answer(self) -> bool:
-        """Whether there is a sentence that answers what was asked."""
+        """Whether a sentence answers the question."""
         return self.answer is not _empty
 
     def rows(self, result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:

@@ -98,7 +98,7 @@ def headline(result: Any, **more: Any) -> Headline:
 
 
 def tables(result: Any, **more: Any) -> list[Block]:
-    """Return all that a report tells of a result but for its figures and how it is solved."""
+    """Return the content of a report except its figures and method."""
     kind = presentation_of(result)
     contact_of = None if kind.contact is None else kind.contact(result)
     stated = [
@@ -310,7 +310,7 @@ def _wrap_text(sentence: str) -> list[str]:
 
 
 def headline_html(shown: Any) -> str:
-    """Return the same as HTML, beside a picture where there is one of its kind."""
+    """Return the headline as HTML, next to a figure if there is one."""
     first = _headline_of(shown)
     rows = "".join("<tr>" + "".join(map(_cell, row)) + "</tr>" for row in _table(first))
     said = (first.problem, first.answer, *first.remarks, *_cautions(shown))

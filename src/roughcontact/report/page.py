@@ -112,7 +112,7 @@ class Front:
     answer: str  # One sentence
     numbers: PageTable  # The key numbers
     remarks: Sequence[str]  # Sentences below them, one paragraph each
-    figure: Picture | None  # The most telling one
+    figure: Picture | None  # The most informative one
     cautions: Sequence[Caution]  # Cautions
     status: str = "converged"  # Or why the solver stopped
 
@@ -125,7 +125,7 @@ class Edition:
     date: datetime.date | None = None  # Date of the report
     spell: Spell = str  # `spell(mention)` returns the words for an argument
     processes: int = 1  # How many may draw its figures
-    tell: Callable[[int, int], None] | None = None  # `tell(number, count)` hears of each figure
+    tell: Callable[[int, int], None] | None = None  # Called as `tell(number, count)`
 
 
 PLAIN = Edition()

@@ -60,7 +60,7 @@ def _look(look: IterationInfo) -> str:
     return f"at {load}: iteration {look.iteration}, residual {look.residual:.1e}"
 
 
-# --- Materials, laws and ceilings in a few words ---
+# --- Materials, laws and ceilings as text ---
 
 
 def ceiling(result: ContactResult) -> str:
@@ -199,12 +199,12 @@ def _line_load(value: float) -> str:
     return f"{format_engineering(value / 1e3, 'N')}/mm"
 
 
-# Loads of one form that are told one by one.
+# Loads of one form that are listed one by one.
 _FEW_LOADS = 4
 
 
 def recommended(result: CalibrationRecord) -> str:
-    """Return how a ceiling was found that agrees with itself, in a few words."""
+    """Return the method of a self-consistent ceiling as text."""
     times = float(f"{result.load_ratio:.2g}")
     text = f"calibrated: {result.factor:.3g} yield strengths at {times:g} times first yield"
     if abs(result.mismatch) > CEILING_TOLERANCE:
@@ -229,7 +229,7 @@ def with_usual_ceiling(result: ContactResult) -> str:
 
 
 def hardening(body: Material) -> str:
-    """Return how a material hardens, in a few words."""
+    """Return the hardening of a material as text."""
     if is_rigid(body):
         return "rigid"
     if body.yield_strength is None:
@@ -396,7 +396,7 @@ def volume_regime(result: ElastoplasticResult) -> str:
 # --- The problem of a contact in one line, and how it was solved in another ---
 
 DIGITS = 3
-"""Significant digits of what is said first."""
+"""Significant digits of the headline."""
 
 
 def format_share(value: float) -> str:
@@ -406,7 +406,7 @@ def format_share(value: float) -> str:
 
 
 def format_short(value: float, unit: str) -> str:
-    """Return a quantity as what is said first has it."""
+    """Return a quantity as in the headline."""
     return group_digits(format_engineering(value, unit, DIGITS))
 
 

@@ -107,7 +107,7 @@ class _Script:
         return "\n".join([*order, "", *self.lines])
 
     def comment(self, text: str) -> None:
-        """Write a remark, whatever characters a file has put into it."""
+        """Write a comment from a name in a file, on one line."""
         printable = "".join(c if c.isprintable() else " " for c in text)
         self.lines.append(f"# {printable}")
 
@@ -189,7 +189,7 @@ class _Script:
         return f"{method}({', '.join(_named(specified))})"
 
     def array(self, name: str, about: Provenance, created: Operation) -> str:
-        """Return the call that makes a map of an array that somebody has to supply."""
+        """Return the call that makes a map of an array that the user has to supply."""
         self.imports.add("import numpy as np")
         ny, nx = created.found["shape"]
         digest = created.found.get("sha256")
@@ -256,7 +256,7 @@ def _solve_arguments(
 
 
 def _unrepeatable_steps(about: Provenance) -> list[str]:
-    """Return in words the steps that cannot be repeated."""
+    """Return the steps that cannot be repeated as text."""
     steps = list(about.operations)
     if about.origin is not None and about.origin.method == "Surface":
         # Notes on the array are omitted with it.
@@ -275,7 +275,7 @@ def _unrepeatable_steps(about: Provenance) -> list[str]:
 
 
 def _points(result: ElastoplasticResult) -> list[str]:
-    """Return the points of a path, told from where the counter-surface is in the end."""
+    """Return the points of a path, relative to the final position of the counter-surface."""
     last = result.increments[-1].offset
     lines = []
     for step in result.increments:

@@ -126,7 +126,7 @@ FACE_RULES = (
 
 
 def loads(request: Request) -> list[Any]:
-    """Return the loads under which a joint is looked at, in the form in which they are given."""
+    """Return the loads of the contacts of a joint, in the given form."""
     from roughcontact.contact.load_case import NominalPressure, spaced
 
     single = request.get(LOAD)
@@ -137,7 +137,7 @@ def loads(request: Request) -> list[Any]:
 
 
 def check_pressures(request: Request) -> None:
-    """Refuse a range of nominal pressures that is none."""
+    """Raise `InputError` for an invalid range of nominal pressures."""
     first, last = request[FROM], request[TO]
     if first is not None and last is not None and not 0 < first < last:
         raise InputError(
@@ -149,7 +149,7 @@ def check_pressures(request: Request) -> None:
 
 
 def check_loads(request: Request) -> None:
-    """Refuse what is neither single loads nor a range of nominal pressures."""
+    """Raise `InputError` unless single loads or a range of nominal pressures are given."""
     if request[LOAD] is not None:
         return
     if request[FROM] is None and request[TO] is None:
@@ -192,7 +192,7 @@ def outcome(request: Request, work: TaskContext, result: Any) -> Outcome:
 
 @dataclass(frozen=True, eq=False)
 class JointContacts:
-    """The contacts of a request, solved as they are asked for."""
+    """Contacts of a request, solved on demand."""
 
     request: Request  # The request
     work: TaskContext  # With what
@@ -231,7 +231,7 @@ class JointContacts:
         self.request.pair(self.maps).require_map(what)
 
     def solve_loads(self, loads: Sequence[Any], relief: float = 0.0) -> Iterator[ContactResult]:
-        """Yield the contacts under some loads, in whatever form they were given, less a force."""
+        """Yield the contacts under some loads, given in any form, less a force."""
         forces = [self.request.force(self.maps, load) for load in loads]
         forces.sort(key=lambda load: -load[0])
         arguments = self.request.arguments(self.maps, *options.SOLVER)

@@ -109,7 +109,7 @@ def files_option(name: str, text: str, suffixes: tuple[str, ...], **more: Any) -
     )
 
 
-# --- What options ask of each other, as data ---
+# --- Rules between options, as data ---
 
 
 class RuleKind(Enum):
@@ -175,7 +175,7 @@ def join_mentions(options: Iterable[Option[Any]], last: str) -> list[Any]:
     return parts
 
 
-# --- The options that tasks share: all that list a group have what stands in it ---
+# --- Options that tasks share: a task that lists a group has all of its options ---
 
 LEVELS = ("plane", "quadric", "mean", "robust", "none")
 MISSING_KNOWN = ("error", "fill", "fill-all", "mask", "crop")

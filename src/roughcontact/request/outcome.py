@@ -90,7 +90,7 @@ class TaskContext:
             if folder is None:
                 raise UnfinishedError(()) from None
             files = sorted(folder.glob(pattern))
-            # Of some parts no file is kept, and nothing has been told of the last yet.
+            # Some parts have no file, and the last one is not reported yet.
             number = max(last.number - (not last.kept), len(files))
             raise UnfinishedError(files, SavedSteps(number, last.count, part, folder)) from None
 
@@ -125,14 +125,14 @@ class Outcome:
 
     @property
     def reused(self) -> int:
-        """Loads that stood in the folder from an earlier run."""
+        """Loads that the folder contained from an earlier run."""
         return int(self.extras.get("reused", 0))
 
     @property
     def shortfall(self) -> Sentence:
         """How far a solver came that did not converge, and why it stopped."""
         reached, result = "", self.contact
-        # The increments of the volume that are told of have settled; the status says which did not.
+        # Listed increments of the volume have converged; the status names the others.
         if result is not None and self.result is result:
             reached = (
                 f"certificate {result.certificate:.1e}, tolerance {result.tolerance:.0e}, "

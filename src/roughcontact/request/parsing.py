@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Hardening(NamedTuple):
-    """Laws of hardening that are asked for: of the strength, and the modulus of the back stress."""
+    """Laws of hardening by name: of the strength, and the modulus of the back stress."""
 
     law: str = ""
     constants: tuple[float, ...] = ()
@@ -335,7 +335,7 @@ def parse_bytes(text: str, argument: str) -> int:
 
 
 def origin(text: str, argument: str) -> str:
-    """Return the start of an address, as browsers tell it: scheme, name, and an unusual port."""
+    """Return the origin as browsers send it: scheme, name, and an unusual port."""
     try:
         parts = urlsplit(text.strip().lower())
         port = parts.port

@@ -42,7 +42,7 @@ class Request(OptionValues):
     names: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse what can be seen to be wrong without looking at any file."""
+        """Raise errors of a request that need no file to be read."""
         self._check_maps()
         self.bodies()
         check_rules((*shared.RULES, *self.task.rules), self)
@@ -54,7 +54,7 @@ class Request(OptionValues):
     def from_text(
         cls, task: Task, file: Path | None, specified: Given, files: tuple[Path, ...] = ()
     ) -> Request:
-        """Return the request that options in words describe."""
+        """Return the request of options given as text."""
         return cls(task, file, dict(specified), task.parse_options(specified), files)
 
     @property
@@ -95,7 +95,7 @@ class Request(OptionValues):
         return shlex.join(self.names.get(word, word) for word in words)
 
     def solver(self, *options: Option[Any]) -> dict[str, Any]:
-        """Return those options of the solver that were given; the models have own defaults."""
+        """Return the given options of the solver; the models have separate defaults."""
         return {item.argument: self.get(item) for item in options if item.name in self.values}
 
     def bodies(self) -> tuple[Material, Material]:
@@ -163,7 +163,7 @@ class Request(OptionValues):
 
     @property
     def places(self) -> tuple[tuple[str, Path], ...]:
-        """The files that are written, each with the argument that asks for it, in their order."""
+        """Output files with their arguments, in their order."""
         files = [(item.name, path) for item, path in self._written if item.suffixes != PICTURES]
         return (*files, *((option, path) for option, _, path in self.figures()))
 

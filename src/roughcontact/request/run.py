@@ -90,7 +90,7 @@ def solve_request(
 
 
 def files(outcome: Outcome, work: TaskContext) -> Iterator[outputs.Writing]:
-    """Yield the files that were asked for, with what writes them."""
+    """Yield the requested files, with their writers."""
     from roughcontact.report import kinds
 
     request, result = outcome.request, outcome.result

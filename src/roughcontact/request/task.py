@@ -71,7 +71,7 @@ class Command:
         return ParsedOptions(self, self.parse_options(specified))
 
     def spell_argument(self, mention: ArgumentRef) -> str:
-        """Return an argument in the words of the command line."""
+        """Return an argument in the terms of the command line."""
         if mention.name == "file" and self.reads_map:
             return "FILE"
         option = self.option_of_argument(mention.name)
@@ -150,14 +150,14 @@ def _nothing(_: Any) -> None:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Task(Command):
-    """One thing to ask of maps."""
+    """Analysis of maps."""
 
     run: Callable[[Any, Any], Any]  # `run(request, work)` returns the `Outcome`
     rules: tuple[Rule, ...] = ()  # Rules between its options
     check: Callable[[Any], object] = _nothing
     record: Callable[[Any], dict[str, Any]] = _numbers
     last: Callable[[Any], dict[str, Any]] | None = None
-    held: int = 0  # Maps that it takes beside the contact
+    held: int = 0  # Maps in memory besides the contact
     memory: Callable[[Any, tuple[int, int]], object] | None = None
     writes: tuple[tuple[Option[Any], Callable[[Any, Path], object]], ...] = ()
     figures: Callable[[Any], Sequence[str]] | None = None

@@ -24,7 +24,7 @@ from roughcontact.solvers.problem import (
 
 # A load that differs by no more is the same.
 _MIN_LOAD_SHARE = 1e-12
-# Gaps are counted in so many bins where pixels are sought that can carry a load.
+# Number of bins of gaps in which load-bearing pixels are sought.
 _BINS = 4096
 # Certificate above which single precision is good enough, in itself and over the tolerance; and
 # the part of it that rounding may make up.
@@ -99,7 +99,7 @@ class Evaluator:
         return self.seen
 
     def confirm(self, now: Iterate) -> Iterate:
-        """Return a pressure looked at before as the last thing seen, to all digits."""
+        """Return an earlier pressure as the last iterate, to all digits."""
         if self.seen is now and now.sharp:
             return now
         self._distance = 0.0
@@ -354,7 +354,7 @@ _MISSING, _SHIFTS = 1e-3, 20
 _SHORTER, _SHORTEST = 0.4, 0.1
 # Curvature over K₀₀ below which the uniform pressure of a periodic map is not resisted.
 _FLAT = 1e-12
-# Part of the mean square lever below which pixels lie on one line.
+# Part of the mean square lever below which pixels are collinear.
 _ALIKE = 1e-13
 
 
@@ -513,7 +513,7 @@ def _orthonormal(rows: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
 def _remove_projection(
     rows: NDArray[np.float64], values: NDArray[np.float64], sums: Sums
 ) -> NDArray[np.float64]:
-    """Return values, changed to be less what approach and tilt take off."""
+    """Return values after subtraction of approach and tilt."""
     for row in rows:
         values -= sums.dot(row, values) * row
     return values

@@ -21,7 +21,7 @@ _GROWTH = 3.0
 # Iterations without a smaller defect after which plain steps take over, and how many of these.
 _PATIENCE = 10
 _PLAIN_STEPS = 8
-# Relative size below which directions of the memory count as linearly dependent.
+# Relative size below which directions of the memory are treated as linearly dependent.
 _DEPENDENT = 1e-7
 
 

@@ -162,7 +162,7 @@ def solve(
             interruptible=interruptible,
         )
         if solution.status is Status.INTERRUPTED:
-            max_iterations = 0  # On finer grids it is only looked at
+            max_iterations = 0  # On finer grids it is only evaluated
         if not finest:
             loaded = solution.index, solution.pressure
             finer = levels[depth - 1].initial_gap.shape
@@ -195,7 +195,7 @@ def _share_done(
 
 def coarser_grids(shape: tuple[int, int]) -> int:
     """Return how often the pixels of a map are doubled in edge for the first pressure."""
-    # The row of a profile is as short as a map of so many points is small.
+    # A profile of this number of points is treated as a small map.
     minimum = 2 * (_COARSEST if shape[0] > 1 else _COARSEST**2)
     points, number = min(shape[shape[0] == 1 :]), 0
     while points >= minimum:

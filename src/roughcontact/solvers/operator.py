@@ -105,7 +105,7 @@ class Operator(Protocol):
         Rows count from the first of this process on.
         """
 
-    # What `support` returned; an operator may ask for its own kind.
+    # Result of `support`; an operator may require a specific type.
     def spread(self, support: Any, pressure: NDArray[Any], visit: Visit) -> None:
         """Show the displacement under pressure [Pa] on some pixels, row block by row block.
 

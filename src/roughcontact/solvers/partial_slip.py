@@ -240,7 +240,7 @@ class _Space:
         self.weight = 1 / np.sqrt(1 + self.stiffness)
 
     def along(self, values: Array) -> Array:
-        """Return the part of a field that lies in the space."""
+        """Return the component of a field in the space."""
         across: Array = (values * self.normal).sum(axis=0)
         return values - across * self.normal
 

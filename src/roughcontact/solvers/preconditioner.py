@@ -133,7 +133,7 @@ class FreePixelInverse:
         return apply
 
     def block_of(self, index: NDArray[np.int64]) -> NDArray[np.int64] | None:
-        """Return the flat index of the block that each pixel lies in; None without blocks."""
+        """Return the flat index of the block of each pixel; None without blocks."""
         if self._blocks is None:
             return None
         shape, first = self._wrapped.shape, self._wrapped.rows.start
@@ -179,7 +179,7 @@ def block_of(
 
 
 def own_part(touching: NDArray[Any], edges: tuple[int, int]) -> Array:
-    """Return (1 - θ)² of blocks of which so many pixels touch."""
+    """Return (1 - θ)² of blocks with a number of contacting pixels."""
     part: Array = np.maximum((1 - touching / (edges[0] * edges[1])) ** 2, _STIFFEST)
     return part
 
@@ -239,7 +239,7 @@ def _dot(first: Array, second: Array) -> float:
     return float(np.sum(first * second))
 
 
-# --- Parts of the map that hold the contact, each with an operator of its own ---
+# --- Parts of the map that contain the contact, each with a separate operator ---
 
 
 # Pixels along the edge of a block, and the points along each side of a map that has blocks: on
@@ -257,7 +257,7 @@ def block_edges(shape: tuple[int, int]) -> tuple[int, int] | None:
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """A part of the map with an operator and an approximate inverse of its own."""
+    """Part of the map with its operator and approximate inverse."""
 
     first: tuple[int, int]
     map_width: int
@@ -265,7 +265,7 @@ class Patch:
     inverse: FreePixelInverse
 
     def holds(self, low: tuple[int, int], high: tuple[int, int]) -> bool:
-        """Return whether the rows and columns from ``low`` to ``high`` lie on it."""
+        """Return whether the part contains the rows and columns from ``low`` to ``high``."""
         return all(
             first <= start and end < first + points
             for first, points, start, end in zip(

@@ -31,7 +31,7 @@ class Moments:
     target: tuple[float, float]
 
     def within(self, rows: slice) -> Moments:
-        """Return those of some rows."""
+        """Return the problem of some rows."""
         return replace(self, arms=(self.arms[0][rows], self.arms[1]))
 
     def rows(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -157,7 +157,7 @@ def prolong_pressure(start: Loaded, width: int, shape: tuple[int, ...]) -> Loade
 
 
 def _thin_pixels(moments: Moments, shape: tuple[int, ...]) -> Moments:
-    """Return the same on fewer pixels; from edge to edge, so that whatever balances still does."""
+    """Return the problem on fewer pixels; blocks end at the edges, so that balance is kept."""
     y, x = (
         np.linspace(arms[0], arms[-1], points)
         for arms, points in zip(moments.arms, shape, strict=True)
@@ -235,7 +235,7 @@ def shift_to_sum(
         tried.add(shift)
         moved = values + shift
         excess = sums.total(np.clip(moved, 0, limit)) - total
-        # As exact as a sum of so many numbers can be.
+        # Precision of a sum of this number of terms.
         if abs(excess) <= _ROUNDING * total:
             break
         width = high - low

@@ -143,7 +143,7 @@ def _grid(state: Progress) -> tuple[int, int] | None:
 
 
 Tell = Callable[[Progress], None] | bool | None
-"""What ``progress`` may be. Where the work is done, ``True`` has become a function already."""
+"""Type of ``progress``; ``True`` is replaced by a callback before the work starts."""
 
 
 def progress_callback(
@@ -226,7 +226,7 @@ class ProgressBar:
         self._stream, self._length = stream, 0
 
     def __call__(self, state: Progress) -> None:
-        """Draw the line anew."""
+        """Draw the line again."""
         done = (state.number - 1 + state.done) / max(state.count, 1)
         parts = [state.label] if state.label else []
         if state.count > 1:
@@ -249,7 +249,7 @@ class ProgressBar:
         self._length = len(line)
 
     def _write(self, text: str) -> None:
-        # Nobody may look; that is no reason to stop.
+        # A closed stream must not stop the calculation.
         try:
             self._stream.write(text)
             self._stream.flush()

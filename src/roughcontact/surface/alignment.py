@@ -76,7 +76,7 @@ def grid_positions(
     angle: float = 0.0,
     mirrored: bool = False,
 ) -> Placement:
-    """Return where the points of a grid lie on a map that is laid on it."""
+    """Return the places of the points of a grid on a map."""
     require_pixel(pixel)
     require_pixel(new_pixel)
     c, s = cosine_sine(angle)
@@ -98,7 +98,7 @@ def grid_positions(
 
 
 def is_coincident(placement: Placement) -> bool:
-    """Tell whether every point of the grid is a point of the map, or beyond its edge."""
+    """Return whether every point of the grid is a point of the map, or beyond its edge."""
     whole = all(bool((part == np.rint(part)).all()) for part in placement)
     return whole and bool((np.abs(placement[0]).sum(axis=1) == 1).all())
 
@@ -153,7 +153,7 @@ def sample(heights: Array, placement: Placement, shape: tuple[int, int]) -> Arra
 def spans(
     shape: tuple[int, ...], placement: Placement, new_shape: tuple[int, int], slack: float = _SLACK
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return which points of each row of a grid lie on a map."""
+    """Return the points of each row of a grid that are on a map."""
     matrix, start = placement
     rows = np.arange(new_shape[0])
     low = np.zeros(new_shape[0])
@@ -178,7 +178,7 @@ def spans(
 def common_rectangle(
     maps: Sequence[tuple[tuple[int, int], Placement]], new_shape: tuple[int, int]
 ) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return the largest rectangle of a grid that lies on all maps."""
+    """Return the largest rectangle of a grid that is on all maps."""
     first, last = np.zeros(new_shape[0], np.int64), np.full(new_shape[0], new_shape[1] - 1)
     for shape, placement in maps:
         one_first, one_last = spans(shape, placement, new_shape, _CLOSE)

@@ -147,7 +147,7 @@ def _projected(values: Array, along_y: Array, along_x: Array) -> Array:
 # Heights of a shape at the points y, x, and their derivatives by each parameter.
 _Model = Callable[[Array, Array, Array], tuple[Array, list[Array]]]
 
-# Above this degree a map cannot tell form from roughness, and the sums grow with its fourth power.
+# Above this degree form and roughness are indistinguishable, and cost grows with degree⁴.
 _MAX_DEGREE = 20
 
 
@@ -260,7 +260,7 @@ class _Fit:
         return cost, matrix, right
 
     def inverse(self, matrix: Array) -> Array:
-        """Return the inverse of a normal matrix, or refuse a singular one."""
+        """Return the inverse of a normal matrix, or raise if it is singular."""
         diagonal = np.diag(matrix)
         if not (np.isfinite(matrix).all() and diagonal.min() > 0):
             raise self.failure
@@ -323,7 +323,7 @@ class _Fit:
         )
 
     def feasible(self, model: _Model, values: Array, curvature: int) -> Array:
-        """Return start values flattened until every point lies on the shape."""
+        """Return start values flattened until every point is on the shape."""
         values = values.copy()
         for _ in range(100):
             if math.isfinite(self.sums(model, values)[0]):
@@ -335,7 +335,7 @@ class _Fit:
         residual = heights - self.offset
         for block in grid.row_blocks(heights.shape):
             y, x = np.broadcast_arrays(self.y[block][:, None], self.x)
-            # The corners of a map may lie beyond the equator, if nothing was measured there.
+            # The corners of a map may be beyond the equator, if they are not measured.
             with np.errstate(invalid="ignore", divide="ignore"):
                 residual[block] -= self.length * model(values, y, x)[0]
         return residual

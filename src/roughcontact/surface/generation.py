@@ -81,7 +81,7 @@ def combine_with_grooves(grooves: Array, roughness: Array, height: float) -> Arr
     return grooves + scale * roughness
 
 
-# --- Surfaces without a file: random maps with the parameters of ISO 25178 that are asked for ---
+# --- Generated surfaces: random maps with given parameters of ISO 25178 ---
 
 
 Waves = NDArray[np.complex128]
@@ -89,9 +89,9 @@ Waves = NDArray[np.complex128]
 PARAMETER_TOLERANCE = 0.02
 """Relative tolerance within which a parameter of the map equals the requested one."""
 
-# Pixels of the shortest wave where no cut-off is asked for.
+# Pixels of the shortest wave without a given cut-off.
 _CUTOFF = 8
-# Str of the two families of grooves of a honed surface where none is asked for.
+# Str of the two families of grooves of a honed surface by default.
 _HONED = 0.1
 # Sal over the wavelength of the roll-off, about, from which the search starts.
 _SAL = 0.33
@@ -345,7 +345,7 @@ def _feed(specified: dict[str, Any]) -> float | None:
 def _check(
     requested: _RequestedParameters, pixel: tuple[float, float], specified: dict[str, Any]
 ) -> None:
-    """Refuse what no surface has, and what is said twice or not at all."""
+    """Raise `InputError` for impossible, redundant or missing parameters."""
     require_positive(Sq=requested.Sq)
     for name in ("Sal", "Sdq", "rolloff_wavelength", "cutoff_wavelength"):
         if specified[name] is not None:
@@ -374,7 +374,7 @@ def _check(
 def _translated(
     shape: tuple[int, int], pixel: tuple[float, float], requested: _RequestedParameters, seed: int
 ) -> tuple[Array, Spectrum]:
-    """Return a map of zero mean that has the spectrum, the moments and the texture asked for."""
+    """Return a map of zero mean with the requested spectrum, moments and texture."""
     start = requested.rolloff or (requested.Sal / _SAL if requested.Sal else 2 * requested.cutoff)
     spectrum = Spectrum(
         shape,
@@ -407,7 +407,7 @@ def _families(spectrum: Spectrum, honing: float | None) -> list[Array]:
 
 
 def _with_gradient(spectrum: Spectrum, requested: _RequestedParameters) -> Spectrum:
-    """Return a spectrum with the gradient asked for, if one is."""
+    """Return a spectrum with the requested gradient, if there is one."""
     if requested.Sdq is None:
         return spectrum
     sought = "rolloff" if requested.Sal is None and requested.rolloff is None else "cutoff"
@@ -434,7 +434,7 @@ def _corrected(spectrum: Spectrum, requested: _RequestedParameters, heights: Arr
 
 
 def _longer_rolloff(spectrum: Spectrum, requested: _RequestedParameters, Sal: float) -> float:
-    """Return a roll-off closer to Sal, or complain that the map can hold none."""
+    """Return a roll-off closer to Sal, or raise if the map cannot contain one."""
     assert requested.Sal is not None
     side = min(n * edge for n, edge in zip(spectrum.shape, spectrum.pixel, strict=True))
     if requested.Sal > side / 4:
@@ -558,7 +558,7 @@ class Parameter:
 
     @property
     def met(self) -> bool:
-        """Whether it is the one asked for, within `PARAMETER_TOLERANCE`."""
+        """Whether the target is met, within `PARAMETER_TOLERANCE`."""
         return abs(self.missed) <= PARAMETER_TOLERANCE
 
 

@@ -13,7 +13,7 @@ from roughcontact.errors import InputError, input_error
 from roughcontact.units import to_si
 
 VALUES = 2**20
-"""Values per block: temporaries of 8 MiB, whatever the size of the map."""
+"""Values per block: temporaries of 8 MiB, independent of the size of the map."""
 
 
 def row_blocks(shape: tuple[int, ...], values: int = 1) -> Iterator[slice]:
@@ -84,7 +84,7 @@ def _require_grid(array: NDArray[Any], edges: tuple[float, float]) -> None:
 
 
 def _locked(array: NDArray[Any]) -> NDArray[np.float64]:
-    # Whoever locks an array that owns its data means it: a map of gigabytes is not copied then.
+    # A locked array that owns its data is not copied, as maps may have gigabytes.
     if (
         array.dtype == np.float64
         and array.flags.c_contiguous
@@ -149,7 +149,7 @@ _TRIFLE = 2**20
 
 
 def require_memory(shape: tuple[int, ...], maps: int, what: str = "a map") -> None:
-    """Raise an error with advice unless so many maps in double precision fit into the memory."""
+    """Raise an error unless a number of maps in double precision fits into the memory."""
     ny, nx = shape
     if ny * nx < _TRIFLE:
         return

@@ -275,7 +275,7 @@ class Instrument:
         return result * np.sinc(qy * edges[0]) * np.sinc(qx * edges[1])
 
     def changed(self, **factors: float) -> Instrument:
-        """Return it with some lengths multiplied by factors."""
+        """Return the instrument with some lengths multiplied by factors."""
         return replace(self, **{key: getattr(self, key) * by for key, by in factors.items()})
 
 

@@ -92,7 +92,7 @@ def _part(
     return part if level == "none" else part.leveled(level)
 
 
-# --- Two measured maps brought to one grid, as they lie on each other ---
+# --- Registration of two measured maps on one grid ---
 
 
 def match_grids(
@@ -168,7 +168,7 @@ def drawn_pairs(
 
 Array = NDArray[np.float64]
 
-# Share of a pixel within which a way counts as a whole number of them.
+# Share of a pixel within which a shift is treated as a whole number of pixels.
 _WHOLE = 1e-6
 
 
@@ -194,7 +194,7 @@ def shift_surface(
 
 
 def _is_nominal(surface: Surface) -> bool:
-    """Return whether a surface is a form that can be made anew at another place."""
+    """Return whether a surface is a form that can be created again at another place."""
     created = surface.provenance.origin
     nominally = created is not None and created.method.startswith("nominal.")
     return nominally and not surface.provenance.operations

@@ -39,7 +39,7 @@ class Operation:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """The operation in words; none for what ``Provenance.source`` says already."""
+        """Text of the operation; empty if ``Provenance.source`` contains it."""
         return _WORDS[self.method](self.arguments, self.found)
 
 
@@ -149,7 +149,7 @@ def _plain(value: Any) -> Any:
     return value
 
 
-# A mapping stands in the text for nothing but a provenance, a list for nothing but a tuple.
+# A mapping in the text is a provenance, a list a tuple.
 
 
 def _record(provenance: Provenance) -> dict[str, Any]:

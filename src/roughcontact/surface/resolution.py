@@ -217,7 +217,7 @@ def _bracket(
 
 
 def _smallest_curvature(heights: Array, dx: float, reach: int) -> float:
-    """Return the smallest curvature along x at a reach of so many pixels [1/m]."""
+    """Return the smallest curvature along x at a given reach [1/m]."""
     smallest = math.inf
     for block in grid.row_blocks(heights.shape):
         rows = heights[block]

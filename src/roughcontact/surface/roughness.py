@@ -115,7 +115,7 @@ def rms_height(heights: NDArray[np.float64]) -> float:
         deviation = heights[rows] - mean
         rest += float(np.nansum(deviation))
         squares += float(np.nansum(np.square(deviation, out=deviation)))
-    # The second term takes out the rounding of the mean of a map far from zero height.
+    # The second term removes the rounding of the mean of a map far from zero height.
     return float(np.sqrt(max(squares / count - (rest / count) ** 2, 0.0)))
 
 
@@ -172,7 +172,7 @@ def mean_and_count(heights: Array) -> tuple[float, int]:
     if count == 0:
         raise InputError("has no finite value: every point is missing", argument="heights")
     mean = total / count
-    # Once more, for what rounding took from the mean of a map far from zero height.
+    # Again, for the rounding of the mean of a map far from zero height.
     rest = sum(float(np.nansum(heights[rows] - mean)) for rows in grid.row_blocks(heights.shape))
     return mean + rest / count, count
 

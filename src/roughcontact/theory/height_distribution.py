@@ -38,7 +38,7 @@ _SHAPES = {"bounded": (0.02, 200.0), "unbounded": (0.35, 200.0)}
 # Largest γ/δ and γ that are tried: S_U and S_B are lognormal before the one, and S_B before the
 # other a peak of no width.
 _STEEPEST, _FARTHEST = 40.0, 8.0
-# Kurtosis counts as that of a family of one parameter within this.
+# Tolerance of the kurtosis for a family of one parameter.
 _CLOSE = 1e-3
 
 
@@ -287,7 +287,7 @@ def _gaps(skewness: float, kurtosis: float) -> Array:
     step = float(_SCORES[1] - _SCORES[0])
     mean = float(np.sum(heights * density)) * step
     spread = math.sqrt(float(np.sum((heights - mean) ** 2 * density)) * step)
-    # What lies below a plane, times how far the plane rises, is by how much the gap grows.
+    # The growth of the gap is the area below a plane times the rise of the plane.
     below = np.cumsum(density) * step - density * step / 2
     rises = np.diff(heights) / spread
     return np.concatenate([[0.0], np.cumsum((below[1:] + below[:-1]) / 2 * rises)])

@@ -154,7 +154,7 @@ def _ellipse(radii: tuple[float, float]) -> tuple[float, float]:
         k2 = math.exp(2 * log_k)
         return float(np.log(elliprd(0, 1, k2) / elliprd(0, k2, 1))) - wanted
 
-    # The ratio of the semi-axes lies between those of the radii and of their square roots.
+    # The ratio of the semi-axes is between those of the radii and of their square roots.
     log_k = brentq(excess, -wanted, 0.0, xtol=1e-15, rtol=1e-15) if ratio > 1 else 0.0
     k = math.exp(log_k)
     return k, float(ellipe((1 - k) * (1 + k)))

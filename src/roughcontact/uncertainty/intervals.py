@@ -42,7 +42,7 @@ _ONE_SPHERE = 0.02
 # Factor of safety of two grids of first order (Roache 1994).
 _TWO_GRIDS = 3.0
 
-# Numbers of an elastic contact that each shorter wave moves on, and what tells so.
+# Quantities of an elastic contact that each shorter wave changes, and their indicator.
 _WITHOUT_LIMIT = {"contact_fraction": "corrected_fraction", "max_pressure": "max_pressure"}
 
 # Length below which a gap is closed [m].
@@ -139,7 +139,7 @@ class Interval:
         return {cause: square / sum(squares.values()) for cause, square in ordered}
 
     def summary(self) -> dict[str, Any]:
-        """Return it ready for JSON: ends, what each cause is known to do, and its share."""
+        """Return the interval ready for JSON: ends, effect of each cause, and its share."""
         return {
             "value": self.value,
             "measured": self.value if self.measured is None else self.measured,

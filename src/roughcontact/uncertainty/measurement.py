@@ -593,7 +593,7 @@ def _corrected(
     )
     bracket = twin - image
     first, second = float(drawn.mean()), values["map"] + float(bracket.mean())
-    # What the draws have in common with their deviations, one by one; the rest is chance.
+    # Regression of the draws on their deviations; the rest is chance.
     moves = {
         name: (values[name, 1] - values[name, -1]) / 2
         for source in study.sources
@@ -670,7 +670,7 @@ def _remarks(
 
 
 def _seam_remark(result: ContactResult, measured: Reconstruction) -> Iterator[str]:
-    """Return that opposite edges of a periodic map differ, and the corrected map has no step."""
+    """Return the remark on different opposite edges of a periodic map."""
     surface = result.surface
     step = float(np.std(surface.heights - measured.heights))
     if result.boundary.periodic_axes and measured.form and step > _STEPPED * surface.Sq:

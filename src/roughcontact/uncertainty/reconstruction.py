@@ -76,7 +76,7 @@ _CLASSES, _UNEVEN, _CHANCE, _MEDIAN = 96, 0.25, 0.83, 0.6745
 # Rounds in which a scale of heights becomes even, and the smallest roughness of a class of heights
 # over that of rough ones.
 _SCALES, _SMOOTHEST = 6, 0.02
-# Twins whose maps tell how rough summits of unworn surfaces look.
+# Twins whose maps give the roughness of summits of unworn surfaces.
 _TWINS = 3
 # Largest difference of the logarithms of two spectra of one surface in the octave that both show,
 # beyond chance.
@@ -341,7 +341,7 @@ class Reconstruction:
         return bool(noise > local[-_CLASSES // 16 :].mean() ** 2 / 2)
 
     def on_even_scale(self) -> Reconstruction:
-        """Return it on a scale of heights on which short waves are as high as those of twins."""
+        """Return the map on a height scale that makes short waves as high as those of twins."""
         maps = self
         for seed in range(_SCALES):
             ends, rough = maps._unevenness([seed])
@@ -354,7 +354,7 @@ class Reconstruction:
         return maps
 
     def _drawn_scale(self, deviations: Deviations) -> Reconstruction:
-        """Return it with its summits smoother by some standard deviations of chance."""
+        """Return the map with its summits smoother by some standard deviations of chance."""
         if self.scale is None or not deviations.get("summits"):
             return self
         heights, even = self.scale

@@ -41,7 +41,7 @@ from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantity, format_change, format_engineering
 
 STEADY_TOLERANCE = 0.05
-"""Relative change from one grid to the next below which a quantity counts as independent of it."""
+"""Relative change between grids below which a quantity is treated as converged."""
 
 QUANTITIES = {
     "contact_fraction": "contact area",
@@ -222,7 +222,7 @@ class ResolutionStudy(Result):
 
 
 def limits(values: Sequence[float]) -> tuple[float, float]:
-    """Return between which values a number lies in the limit, from its values on a few grids."""
+    """Return bounds of a quantity in the limit, from its values on a few grids."""
     if len(values) < 3 or not all(map(math.isfinite, values)):
         return math.nan, math.nan
     changes = [new - old for old, new in pairwise(values[-4:])]

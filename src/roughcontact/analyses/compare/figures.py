@@ -41,7 +41,7 @@ def curves(comparison: Comparison, title: Name, unit: Name) -> Figure:
     comparison : Comparison
         Of several pressures.
     title, unit : callable
-        What a number is called, and its SI unit.
+        Name of the quantity, and its SI unit.
 
     Returns
     -------
@@ -141,7 +141,7 @@ def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: Name, un
     for index, own in enumerate(values):
         colour = style.SERIES[index % len(style.SERIES)]
         result = comparison.mean(index, name)
-        # Beside each other, so that equal ones are seen.
+        # Side by side, so that equal ones are visible.
         places = index + np.linspace(-0.14, 0.14, own.size) if own.size > 1 else np.array([index])
         if comparison.paired:
             places = np.full(own.size, index)
@@ -168,7 +168,7 @@ _ROUNDING = 1e-9
 
 
 def _limit(axes: Axes, comparison: Comparison, name: str, values: Sequence[Any], up: float) -> None:
-    """Show the maps whatever the interval of two of them: it may be many times as wide."""
+    """Show the maps even if the interval of two of them is many times as wide."""
     every = np.concatenate(values)
     ends = [comparison.mean(index, name) for index in range(len(values))]
     reach = [x for item in ends for x in (item.low, item.high) if not math.isnan(x)]
@@ -198,7 +198,7 @@ def sampling(study: SamplingStudy, title: Name) -> Figure:
     study : SamplingStudy
         The parts of a map.
     title : callable
-        What a number is called.
+        Name of the quantity.
 
     Returns
     -------

@@ -330,7 +330,7 @@ def compare(
     return wanted.together(pressed, paired)
 
 
-# What is found of one map: its sample, or those before and after a first loading.
+# Result of one map: its sample, or those before and after a first loading.
 Pressed = tuple[Sample, ...]
 
 
@@ -343,7 +343,7 @@ class MapLoadCase:
     problem: Mapping[str, Any]  # Further arguments of `sweep`
 
     def check(self, counts: Mapping[str, int], paired: bool) -> None:
-        """Raise `InputError` for so many maps in each group, if they cannot be compared."""
+        """Raise `InputError` if this number of maps in each group cannot be compared."""
         if self.before is not None and len(counts) != 1:
             raise InputError(
                 "sets each map beside itself after a first loading, and goes with one group of "
@@ -407,7 +407,7 @@ def _pressures(pressure: Quantity, steps: int) -> tuple[float, ...]:
 
 
 def _named(samples: Sequence[Sample]) -> tuple[Sample, ...]:
-    """Return the samples of a group, each with a name of its own."""
+    """Return the samples of a group, each with a unique name."""
     names = _names([item.source for item in samples])
     return tuple(replace(item, name=name) for item, name in zip(samples, names, strict=True))
 

@@ -58,7 +58,7 @@ if TYPE_CHECKING:
 
 
 LEVEL = f"{100 * statistics.LEVEL:.0f} %"
-"""Confidence of all intervals, as it is told."""
+"""Confidence level of all intervals, as text."""
 
 MEANS = f"mean ± half of its {LEVEL} interval (s: standard deviation)"
 """Content of a cell of the means."""
@@ -94,7 +94,7 @@ def scale_of(name: str, largest: float) -> tuple[float, str]:
 
 
 def quantity_text(name: str, *values: float, digits: int = 4) -> str:
-    """Return a number that is compared in words; of several, from the first to the last."""
+    """Return a compared value as text; of several values, the first and the last."""
     if any(map(math.isnan, values)):
         return ABSENT
     factor, unit = scale_of(name, max(values, key=abs))
@@ -325,7 +325,7 @@ COMPARISON_COLUMNS: Columns = (
 
 
 FIVE = f"{100 * WANTED:.0f} %"
-"""The error that an area is told for."""
+"""Sampling error for which an area is given."""
 
 
 def part(share: float) -> str:
@@ -423,7 +423,7 @@ def answer(study: SamplingStudy) -> str:
 # Groups that a title names.
 _NAMED = 3
 
-# What all maps have in common, of a `Sample`.
+# Common preparation of all maps, of a `Sample`.
 _TERMS = (
     *(
         delegated("curve", quantity_of(contact_fields.CONTACT, key))
@@ -572,7 +572,7 @@ def _works(study: SamplingStudy) -> Iterator[Use]:
     yield make_use("intervals of the means", "Student1908")
 
 
-# --- What is said first ---
+# --- Headline ---
 
 
 def _first_problem(result: Comparison | SamplingStudy) -> str:

@@ -128,12 +128,12 @@ AVERAGES = ("contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sa", "S
 """Numbers that average over a map; others, such as the largest pressure, grow with it."""
 
 WANTED = 0.05
-"""Part of a number to which an area is told."""
+"""Relative error for which an area is given."""
 
 DIVISIONS = (2, 4, 8)
 """Parts along a side of the map."""
 
-# A mean of the parts that is off from the whole by more than this part is told.
+# A mean of the parts that differs from the whole by more than this share is reported.
 _DRIFT = 0.05
 
 

@@ -82,7 +82,7 @@ class MapFindings:
     """Findings of one map of a comparison."""
 
     pressed: tuple[Pressed, ...]
-    study: SamplingStudy | None = None  # The sampling error, if it was asked for
+    study: SamplingStudy | None = None  # The sampling error, if requested
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
@@ -90,7 +90,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
         return Outcome(
             request, _compare_all(request, [work.known[word] for word in part_names(request)])
         )
-    # All are read first: one that cannot be is told of before any is solved.
+    # All maps are read first: an unreadable one is reported before any is solved.
     maps = [_read(request, path, work.say) for _, path in _listed(request)]
     result = [
         _compress_map(request, surface, one_of_several(work.look, number, len(maps)))
@@ -161,7 +161,7 @@ def _compress_map(request: Request, surface: Surface, look: OnProgress) -> MapFi
 
 
 def _is_study_alone(request: Request) -> bool:
-    """Return whether the sampling error of a single map is all that is asked for."""
+    """Return whether only the sampling error of a single map is requested."""
     more = request[QUARTERS] or request[PRELOAD]
     return bool(request[SAMPLING] and not more and len(_listed(request)) == 1)
 

@@ -89,7 +89,7 @@ STEFAN_BOLTZMANN = 5.670374419e-8
 """Radiation of a black body over the fourth power of its temperature [W/(m² K⁴)]."""
 
 MIN_RADIATION_SHARE = 0.01
-"""Share of the conductance from which on radiation is told."""
+"""Share of the conductance from which on radiation is reported."""
 
 # Mean temperature of a square of unit side and flux on a half-space of unit conductivity.
 _SQUARE = 2 / math.pi * (math.asinh(1) - (math.sqrt(2) - 1) / 3)
@@ -311,7 +311,7 @@ class ConductanceStep:
     correlation_length: float  # By the correlations [m]
     air_gap: float = math.nan  # Conductance of the gap with air [W/(m² K)]
     oil_gap: float = math.nan  # Conductance of the gap with oil [W/(m² K)]
-    filled_gap: float = 0.0  # Conductance of the gap with what was given for it [W/(m² K)]
+    filled_gap: float = 0.0  # Conductance of the gap with its filling [W/(m² K)]
 
 
 @dataclass(frozen=True)
@@ -338,14 +338,14 @@ class Conductance(Result):
     largest : ContactResult
         The contact under the largest load.
     messages : tuple of Caution
-        What the contacts give cause for.
+        Cautions on the contacts.
     extra_cautions : tuple of Caution
-        What else is known of the numbers, from the measurement of the maps.
+        Remarks on the measurement of the maps.
     coarser : Change or None
         How the numbers under the largest load change on a coarser grid, where that is known; see
         `with_coarser_grid`.
     filling : Filling or None
-        What was given to fill the gap.
+        Filling of the gap.
     temperature : float
         Mean temperature of the joint [K].
     current : float or None
@@ -484,7 +484,7 @@ class Conductance(Result):
         Parameters
         ----------
         filling : {"air", "oil"}
-            What is in the gap; see `ConductanceStep`.
+            Filling of the gap; see `ConductanceStep`.
         """
         return self.thermal_conductance + self.column(f"{filling}_gap")
 
@@ -704,7 +704,7 @@ def _step(
 
 
 def _joint_cautions(result: ContactResult, texture: Texture) -> Iterator[Caution]:
-    """Yield what is known of the joint."""
+    """Yield the cautions on the joint."""
     if result.counter_surface is None:
         yield ONE_ROUGH_FACE
     if result.hertz is None:

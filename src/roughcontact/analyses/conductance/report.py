@@ -359,7 +359,7 @@ _ASSUMPTIONS = (
     ),
 )
 
-# --- What is said first ---
+# --- Headline ---
 
 _ZERO_CELSIUS = 273.15
 

@@ -37,7 +37,7 @@ LEVEL = 0.90
 
 # Middle of the set, from which polynomials count.
 _BREADTH, _TEXTURE = 3.0, 0.9
-# Gradients from which coordinates are told, over h′; for the gap over Sq/Sal.
+# Gradients from which coordinates are derived, over h′; for the gap over Sq/Sal.
 _FIRST = {CONTACT: 0.7, SATURATED: 0.7, GAP: 1.2, VOLUME: 0.7}
 _LOGARITHMIC = (CONTACT, VOLUME)
 _STEEPEST = 20.0
@@ -107,11 +107,11 @@ class Formula:
         return saturated if self.quantity == SATURATED else contact
 
     def overestimate(self, value: Array, result: Array) -> Array:
-        """Return by how much values are too large, in the measure in which scatter is told."""
+        """Return the excess of values, in the measure of their scatter."""
         return self._measured(value) - self._measured(result)
 
     def _measured(self, value: Array) -> Array:
-        """Return values in the measure in which their scatter is told."""
+        """Return values in the measure of their scatter."""
         if self.quantity in _LOGARITHMIC:
             return np.log(value)
         return np.sqrt(value) if self.quantity == SATURATED else value
@@ -142,7 +142,7 @@ class Formula:
             low = np.maximum(low, 0)
         if self.quantity == SATURATED:
             low, high = low**2, high**2
-        # What carries the load at no more than the ceiling, and what can be at it.
+        # Area that carries the load at the ceiling at most, and its largest saturated part.
         minimum = groups.pressure * groups.ratio
         if self.quantity == CONTACT:
             return np.clip(low, minimum, 1), np.clip(high, minimum, 1)
@@ -153,7 +153,7 @@ class Formula:
         return np.log1p((groups.ratio / self.knee) ** 2) / 2
 
     def _start(self, groups: DimensionlessGroups) -> Array:
-        """Return the effective gradient over h′ from which coordinates are told."""
+        """Return the effective gradient over h′ from which coordinates are derived."""
         first: Array = _FIRST[self.quantity] * np.exp(-self._softening(groups))
         if self.quantity == GAP and not np.isnan(groups.breadth).any():
             first = first / groups.breadth
@@ -273,7 +273,7 @@ class EstimateRange:
     high: float
 
     def times(self, factor: float) -> EstimateRange:
-        """Return it in another unit."""
+        """Return the value in another unit."""
         return EstimateRange(self.value * factor, self.low * factor, self.high * factor)
 
 
@@ -316,7 +316,7 @@ class Estimate(Result):
     theory_contact : float
         Contact fraction of Persson's theory.
     cautions : tuple of Caution
-        What a reader of the numbers has to know.
+        Cautions on the result.
     """
 
     pressure: float

@@ -116,7 +116,7 @@ ESTIMATE: Table = (
 """Of an `Estimate`."""
 
 
-# --- What is said first ---
+# --- Headline ---
 
 
 def _problem(result: Estimate) -> str:

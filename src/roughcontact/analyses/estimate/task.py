@@ -102,7 +102,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
         )
     except InputError as error:
         if request.file is not None and specified.get(error.argument or "", 0) is None:
-            # Nobody gave it: it is the map's.
+            # The option was not given: the value is from the map.
             raise InputError(f"{request.file} ", *error.parts) from None
         raise
     return Outcome(request, result)

@@ -58,7 +58,7 @@ COUNTED = (CONTACT, SATURATED)
 
 @dataclass(frozen=True)
 class Side:
-    """A load that was solved, next to the one asked for."""
+    """A solved load next to the requested value."""
 
     load: float  # W [N]
     value: float  # The quantity at it [SI]
@@ -111,7 +111,7 @@ class LoadSearch(Result):
     seconds : float
         Wall time.
     extra_cautions : tuple of Caution
-        What else is known of the numbers, from the measurement of the maps.
+        Remarks on the measurement of the maps.
     """
 
     answers: tuple[LoadAnswer, ...]
@@ -239,7 +239,7 @@ def _interpolated(points: list[Point], beyond: float, slope: float) -> float:
 def _next_outside(
     points: list[Point], ends: tuple[float, float], beyond: float, slope: float
 ) -> float:
-    """Return where to look next while all points lie on one side."""
+    """Return the next load while all points are on one side."""
     above = points[-1][1] >= 0
     end, edge = (points[0], ends[0]) if above else (points[-1], ends[1])
     if (end[0] <= edge) if above else (end[0] >= edge):
@@ -273,7 +273,7 @@ _LEAST = 1e-9
 
 Target = tuple[str, float]
 
-# What arguments are called, and how values are told.
+# Names of the arguments, and formats of their values.
 _ARGUMENTS = {
     CONTACT: "contact_fraction",
     SATURATED: "saturated_fraction",
@@ -383,7 +383,7 @@ max_iterations
 
 @dataclass(eq=False)
 class _Finder:
-    """The contacts of two bodies at the loads that were looked at, for all questions."""
+    """Contacts of two bodies at the evaluated loads, for all targets."""
 
     pair: Pair
     terms: LoadCase
@@ -395,7 +395,7 @@ class _Finder:
     convolutions: int = 0
 
     def check(self, target: Target) -> None:
-        """Raise what can be told before the first solve."""
+        """Raise errors that are known before the first solve."""
         name, value = target
         check_holes(self.pair)
         check_problem(
@@ -426,7 +426,7 @@ class _Finder:
                 )
 
     def ends(self) -> tuple[float, float]:
-        """Return the logarithms of the smallest and largest load looked at."""
+        """Return the logarithms of the smallest and largest evaluated load."""
         pair = self.pair
         ceiling = resolve_ceiling(self.terms.ceiling, pair)
         touchable = np.isfinite(touchable_gap(pair))
@@ -480,7 +480,7 @@ class _Finder:
         if name == YIELD:
             body = min(strength for _, strength in _yielding(pair))
             return math.log(1.6 * body * pair.pixel_area)
-        # Spots of rough surfaces bear E* h'/2 under little load, or the ceiling.
+        # Spots of rough surfaces carry E* h'/2 under small loads, or the ceiling.
         slope = max(roughness.rms_gradient(pair.initial_gap, pair.pixel), 1e-9)
         bears = 0.5 * slope * pair.contact_modulus
         if ceiling is not None:
@@ -545,7 +545,7 @@ class _Finder:
         return self.last
 
     def adjacent(self, name: str, low: float, high: float) -> bool:
-        """Return whether no whole pixel lies between two loads."""
+        """Return whether two loads differ by less than one pixel."""
         pixels = self.pair.shape[0] * self.pair.shape[1]
         counts = [
             (round(there[CONTACT] * pixels), round(there["saturated_fraction"] * pixels))

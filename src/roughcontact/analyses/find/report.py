@@ -154,7 +154,7 @@ FOUND_COLUMNS: Columns = (
 """Of the answers of `LoadSearch`."""
 
 
-# --- What is said first ---
+# --- Headline ---
 
 
 def _wanted(item: Any) -> str:

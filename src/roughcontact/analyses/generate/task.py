@@ -191,7 +191,7 @@ def run_generate(specified: Given, say: Say) -> tuple[Surface, list[Path]]:
 
 
 def _output_places(requested: ParsedOptions) -> list[tuple[Option[Any], Path]]:
-    """Return the files to write, each with the option that asks for it; refuse those that fail."""
+    """Return the files to write with their options; raise for files that cannot be written."""
     places = [(OUTPUT, path) for path in requested[OUTPUT]]
     places += [] if requested[FIGURE] is None else [(FIGURE, requested[FIGURE])]
     for option, path in places:

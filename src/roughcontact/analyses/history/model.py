@@ -178,7 +178,7 @@ def indented_surface(result: ContactResult) -> Surface:
 
 
 NEGLIGIBLE_GROWTH = 1e-5
-"""Share of the whole indentation volume up to which a step counts as elastic."""
+"""Share of the whole indentation volume up to which a step is treated as elastic."""
 
 # A load or approach is reached again if it is missed by no more than this part.
 _REACHED = 1e-6
@@ -230,7 +230,7 @@ class Stage:
         self._check()
 
     def _check(self) -> None:
-        """Refuse what is no point of a path."""
+        """Raise `InputError` for an invalid point of a path."""
         if (self.load is None) == (self.approach is None):
             raise InputError("a stage needs either a load or an approach, and only one of them")
         plain = self.load is not None and not isinstance(self.load, Load)
@@ -292,7 +292,7 @@ class LoadHistory(Result):
     path : tuple of Stage
         The stages that were followed.
     steps : tuple of HistoryStep
-        What was found, one a stage.
+        Outcome of each stage.
     indented_body : {"surface", "counter_surface"}
         The body that keeps the indentation.
     indentation : ndarray
@@ -313,7 +313,7 @@ class LoadHistory(Result):
         How the ceiling of the path was found, if it is one that was recommended: that of a first
         loading to the largest load.
     extra_cautions : tuple of Caution
-        What else is known of the numbers, from the measurement of the maps.
+        Remarks on the measurement of the maps.
     specified_load : tuple of GivenLoad
         The loads in the form in which they were given, those that were no forces.
     passes : int
@@ -403,7 +403,7 @@ class LoadHistory(Result):
         )
 
     def _largest(self, first: int) -> dict[tuple[tuple[float, float], str], float]:
-        """Return the largest load and approach asked for at each position from a stage on."""
+        """Return the largest requested load and approach at each position from a stage on."""
         result: dict[tuple[tuple[float, float], str], float] = {}
         for stage in self.path[first:]:
             load = None if stage.load is None else stage.force
@@ -429,7 +429,7 @@ def repeat_stages(
 
 
 def most_passes(stages: int) -> int:
-    """Return how often a path of so many stages may be followed."""
+    """Return the largest number of repetitions of a path with this number of stages."""
     return max(1, memory.STEPS // max(1, stages))
 
 
@@ -608,7 +608,7 @@ def _lock_folder(
         "boundary": str(way.bodies.pair.boundary),
         "tolerance": terms.tolerance,
         "max_iterations": terms.max_iterations,
-        # Further passes at one position may be asked for later; a flat grows with their shifts.
+        # Further passes at one position may be requested later; a flat grows with their shifts.
         "path": [asdict(stage) for stage in way.stages[: way.each if way.stays else None]],
     }
     with checkpoints.lock_folder(

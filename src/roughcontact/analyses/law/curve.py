@@ -36,7 +36,7 @@ ERROR = 0.01
 _FINE = 64
 # Points from which every second can be left out.
 _FEWEST = 3
-# What half the distance makes of an error, with slopes that were computed and without.
+# Factor of the error for half the distance, with computed slopes and without.
 _COMPUTED, _FROM_NEIGHBORS = 8.0, 3.0
 # Two points whose separations differ by less than this part of the first touch are one.
 _LEAST_STEP = 1e-7

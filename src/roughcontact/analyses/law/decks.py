@@ -257,7 +257,7 @@ def lubrication(law: InterfaceLaw) -> str:
 
 
 def arrays(law: InterfaceLaw) -> dict[str, Any]:
-    """Return all that is told of each branch over the pressure."""
+    """Return the columns of each branch over the pressure."""
     return {
         f"{branch}_{name}": np.asarray(values)
         for branch, columns in law.summary()["branches"].items()

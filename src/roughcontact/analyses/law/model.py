@@ -197,19 +197,19 @@ class InterfaceLaw(Result):
     Parameters
     ----------
     maps : tuple of MapLaw
-        What each map shows.
+        Points of each map.
     rim : float
         Width of the rim that is left out along free edges [m]; the mean over the maps.
     largest : ContactResult
         The contact of the first map under its largest load.
     messages : tuple of Caution
-        What the contacts give cause for.
+        Cautions on the contacts.
     extra_cautions : tuple of Caution
-        What else is known of the numbers, from the measurement of the maps.
+        Remarks on the measurement of the maps.
     parts : InterfaceLaw or None
         Law of equal parts of the maps, if requested; it shows if the maps are large enough.
     bodies : (Conductor, Conductor) or None
-        What both bodies conduct, for decks that hold a conductance.
+        Conductivities of both bodies, for decks that hold a conductance.
     thermal_film : float
         Thermal resistance of a film on the contact times its area [m² K/W].
     friction : Friction or None
@@ -306,7 +306,7 @@ class InterfaceLaw(Result):
             return first
         low, high = max(p[0] for p in own), min(p[-1] for p in own)
         result: Array = np.geomspace(low, high, max(p.size for p in own))
-        # Exactly, so that no map has to tell more than it covers.
+        # Exactly, so that no map has to extend beyond its range.
         result[0], result[-1] = low, high
         return result
 
@@ -321,7 +321,7 @@ class InterfaceLaw(Result):
 
     @cached_property
     def steps(self) -> tuple[LawStep, ...]:
-        """All that is told of each branch and pressure."""
+        """Columns of each branch and pressure."""
         return tuple(step for branch in self.branches for step in self._steps(branch))
 
     def of_branch(self, branch: str) -> list[LawStep]:
@@ -786,7 +786,7 @@ def _point(result: ContactResult, window: Window | None, lowered: float) -> LawP
         mean_gap=float(np.nanmean(np.maximum(gap, 0))),
         contact_fraction=float(contact.mean()),
         saturated_fraction=float(_inside(result.saturated, window).mean()),
-        # What has flowed before resists like all else.
+        # Saturated points resist like all others.
         stiffness=whole if lowered else loading,
         unloading_stiffness=whole,
         spots=spots.find_spots(np.ascontiguousarray(pressure), result.pair.pixel, axes).count,
@@ -845,7 +845,7 @@ def _spectrum(pair: Pair, window: Window | None) -> dict[str, Array]:
 
 
 def _check(result: ContactResult, first: ContactResult) -> None:
-    """Refuse a map that has no law, or no part in that of the first."""
+    """Raise `InputError` for a map without a law, or without overlap with the first."""
     pair, other = result.pair, first.pair
     pair.require_map(OF, coated=False)
     if shape_of(pair) is not None:

@@ -259,7 +259,7 @@ def sentences(law: InterfaceLaw) -> tuple[str, ...]:
     )
 
 
-# --- What is said first ---
+# --- Headline ---
 
 # Pressures on the screen.
 _MOST = 5

@@ -70,7 +70,7 @@ def _law_of(request: Request, maps: Sequence[JointContacts]) -> InterfaceLaw:
                 yield result
 
     def unloading() -> Iterator[ContactResult]:
-        # What flowed does so no more up to the largest load: elastic, whatever the ceiling was.
+        # Saturated points stay elastic up to the largest load, at any ceiling.
         elastic = replace(request, values={**request.values, options.CEILING.name: None})
         for item in remaining if any(flowed) else ():
             yield from replace(item, request=elastic).solve_loads(loads)

@@ -30,7 +30,7 @@ def leak(result: Leakage) -> Figure:
     Parameters
     ----------
     result : Leakage
-        What leaks.
+        The leakage.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def flow_factors(result: Leakage) -> Figure:
     Parameters
     ----------
     result : Leakage
-        What leaks.
+        The leakage.
 
     Returns
     -------

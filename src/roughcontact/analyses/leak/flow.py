@@ -49,7 +49,7 @@ class Constriction:
 
 
 def percolating_points(opened: Mask, axis: int, periodic_axes: tuple[int, ...] = ()) -> Mask:
-    """Return the open points that hang together with a way through the map."""
+    """Return the open points that are connected with a path through the map."""
     label, parts = _labelled(opened, axis, periodic_axes)
     root = parts.roots()
     leads = np.zeros(root.size, bool)
@@ -64,7 +64,7 @@ def percolating_points(opened: Mask, axis: int, periodic_axes: tuple[int, ...] =
 
 
 def components(opened: Mask, periodic_axes: tuple[int, ...] = ()) -> NDArray[np.int32]:
-    """Return a number for each part of the open points that hangs together, 0 where not open."""
+    """Return a label for each connected part of the open points, 0 where not open."""
     label, parts = _labelled(opened, 0, periodic_axes)
     return parts.roots()[label]
 
@@ -110,7 +110,7 @@ def _seam_neighbors(label: NDArray[np.int32], axis: int) -> Iterator[tuple[int, 
 
 
 class _Parts:
-    """Parts of a map that are joined across its seams, each with the period it lies in."""
+    """Parts of a map that are joined across its seams, each with the index of its period."""
 
     def __init__(self, count: int) -> None:
         self._parent = list(range(count))
@@ -130,7 +130,7 @@ class _Parts:
         return np.array([self.find(part)[0] for part in range(len(self._parent))], np.int32)
 
     def join(self, item: int, two: int, periods: int) -> None:
-        """Join two parts, the second so many periods further on."""
+        """Join two parts, the second shifted by a number of periods."""
         (first, before), (second, after) = self.find(item), self.find(two)
         if first == second:
             if before + periods != after:
@@ -173,7 +173,7 @@ class Flow:
     sheared_gap: float  # Mean of g ∂p along the axis per unit mean gradient [m]
     unbalanced: float
     steps: int  # Steps of conjugate gradients
-    nodes: int  # Pixels that hang together with a way through
+    nodes: int  # Pixels connected with a path through
 
     @property
     def percolates(self) -> bool:
@@ -345,7 +345,7 @@ def _solve_pressure(problem: _Problem, start: _Solved | None = None) -> _Solved:
     """Return the pressure at which the flow balances, found in rounds."""
     nodes = problem.network.nodes
     inverse = Multigrid(problem.network)
-    # What flows at the nodes takes memory: only its sums are kept from round to round.
+    # Flow at the nodes takes memory: only its sums are stored between iterations.
     pressure, small, steps = np.zeros(nodes), np.zeros(nodes), 0
     if start is not None:
         pressure, steps = start.pressure + start.small, start.steps

@@ -52,7 +52,7 @@ _NEAR = 0.1
 _GRID_TOLERANCE = 0.1
 
 MIN_FLUID_SHARE = 0.05
-"""Share of the load from which on the pressure of the fluid is taken off the load."""
+"""Share of the load from which on the pressure of the fluid is subtracted from the load."""
 
 LEAK_CLASSES = (
     (1e-11, "technically tight"),
@@ -73,12 +73,12 @@ classes, ten times as many mbar l/s, of helium from one bar into vacuum.
 MIN_GAS_GAP = 5e-5
 """Viscosity [Pa s] below which a fluid is a gas: those have 9 to 35 µPa s, liquids 200 and more."""
 
-# Factor by which helium leaks more from which on slip is told; Knudsen number of a warning.
+# Slip factor of helium above which slip is reported; Knudsen number of a warning.
 _SLIPS, _RAREFIED = 1.05, 0.05
 
 
 def step_cautions(result: ContactResult, closed: bool) -> Iterator[Caution]:
-    """Yield what is known of the leakage of one contact, whose gap is closed or not."""
+    """Yield the cautions on the leakage of one contact, whose gap is closed or not."""
     if result.counter_surface is None:
         yield ONE_ROUGH_FACE
     if not result.contact.any():
@@ -98,7 +98,7 @@ def step_cautions(result: ContactResult, closed: bool) -> Iterator[Caution]:
 def slip_caution(
     gap: NDArray[np.float64], flows: Sequence[Flow], viscosity: float, pressure_difference: float
 ) -> Iterator[Caution]:
-    """Yield by how much a gas leaks more than is told, the lightest and air at its viscosity."""
+    """Yield the excess leakage of gases by slip, for the lightest gas and for air."""
     open_flows = [flow for flow in flows if flow.percolates]
     if viscosity >= MIN_GAS_GAP or not open_flows:
         return
@@ -234,15 +234,15 @@ class Leakage(Result):
     roughness : float
         Root-mean-square height σ of the gap before contact [m].
     seal : Seal or None
-        What the leak rate is of.
+        Seal of the leak rate.
     largest : ContactResult
         The contact under the largest load.
     flows : tuple of Flow
         Pressure and flow density of the gap under the largest load, one a direction.
     messages : tuple of Caution
-        What the contacts give cause for.
+        Cautions on the contacts.
     extra_cautions : tuple of Caution
-        What else is known of the numbers, from the measurement of the maps.
+        Remarks on the measurement of the maps.
     coarser : Change or None
         How the numbers under the largest load change on a coarser grid, where that is known; see
         `with_coarser_grid`.
@@ -578,7 +578,7 @@ def _step_messages(
     axes: tuple[int, ...],
     seal: Seal | None,
 ) -> Iterator[Caution]:
-    """Yield what is known of the leakage of one contact."""
+    """Yield the cautions on the leakage of one contact."""
     yield from step_cautions(result, None in [step.constriction[axis] for axis in axes])
     if seal is None:
         return

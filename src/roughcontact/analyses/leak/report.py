@@ -188,7 +188,7 @@ def _along(axis: int) -> Columns:
             of=lambda r: [step.gas_factor[axis] for step in r.steps],
             when=lambda r: requested(r) and _is_gas(r),
         ),
-        # Without a fluid the console tells the permeability.
+        # Without a fluid the console shows the permeability.
         Column(
             f"permeability_{name}",
             f"k along {name}",
@@ -313,9 +313,9 @@ def _sentences(result: Leakage) -> tuple[str, ...]:
     )
 
 
-# --- What is said first ---
+# --- Headline ---
 
-# From this many m³/s on a rate is told per second, in cubic millimeters.
+# From this rate [m³/s] on, rates are given in cubic millimeters per second.
 _PER_SECOND = 1e-9
 
 

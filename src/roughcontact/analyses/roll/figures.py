@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 
-# Passes that have a line of their own over the depth, and the lightest of their blues.
+# Passes with a separate line over the depth, and the lightest of their blues.
 _LINES = 6
 _LIGHTEST = 0.3
 

@@ -188,7 +188,7 @@ def _largest(values: Array) -> float:
 # Strain that a pass adds, over the yield strain σ_Y/3μ, up to which it counts as none; and what is
 # left of it after the pass, over it, up to which it has gone to and fro.
 _NONE, _LEFT = 0.01, 0.02
-# Change from one pass to the next up to which they count as alike.
+# Change between passes up to which they are treated as equal.
 _STEADY_TOLERANCE = 0.1
 
 
@@ -277,7 +277,7 @@ class RollingResult(Result):
 
     @property
     def strain_threshold(self) -> float:
-        """Plastic strain that a pass adds up to which it counts as none."""
+        """Plastic strain of a pass up to which it is treated as none."""
         return _NONE * min(map(_yield_strain, self.result.whole_bodies))
 
     @property
@@ -476,7 +476,7 @@ def _run_passes(
     tell: Callable[[int], Tell],
     each: Callable[[int, int, ElastoplasticResult], object] | None,
 ) -> tuple[ElastoplasticResult, tuple[Pass, ...]]:
-    """Go the passes one after the other; the first needs to know its volume."""
+    """Compute the passes one after the other; the first needs its volume."""
     result: ElastoplasticResult | None = None
     done: list[Pass] = []
     alike = len({path[0].direction for path in ways})
@@ -542,7 +542,7 @@ def _step_positions(length: float, steps: int, centered: bool) -> list[float]:
 def _pass(
     load: float, stops: Sequence[float], direction: float, friction: float
 ) -> list[PathPoint]:
-    # It refuses what is not finite.
+    # Values that are not finite are rejected.
     start = PathPoint(load, (0.0, 0.0), friction, direction)
     angle = math.radians(direction)
     y, x = round(math.sin(angle), 15), round(math.cos(angle), 15)
@@ -581,7 +581,7 @@ def shakedown_load(
     passes : int
         Of each trial.
     **options
-        What else `roll` takes.
+        Further arguments of `roll`.
 
     Returns
     -------
@@ -711,7 +711,7 @@ def load_rolling(
             passes=passes,
             direction=float(dataset.attrs["rolling_direction"]),
             reciprocating=bool(dataset.attrs["rolling_to_and_fro"]),
-            # Earlier files tell none of them.
+            # Earlier files contain none of them.
             requested=int(dataset.attrs.get("rolling_requested", 0)),
             step=float(dataset.attrs.get("rolling_step", 0.0)),
             axis=None if axis is None else float(axis),

@@ -34,7 +34,7 @@ from roughcontact.units import count_noun, format_engineering, order_of_magnitud
 
 
 def _passes(rolling: RollingResult) -> str:
-    """Return how many passes there were, in words."""
+    """Return the number of passes as text."""
     count = len(rolling.passes)
     return f"{count} {'pass' if count == 1 else 'passes'}"
 
@@ -235,7 +235,7 @@ FIGURES: Illustrations = (
 """Of a `RollingResult`, and of its last state."""
 
 
-# --- What is shown of repeated passes ---
+# --- Presentation of repeated passes ---
 
 
 def question(rolling: RollingResult) -> str:
@@ -269,7 +269,7 @@ def _works(rolling: RollingResult) -> Iterator[Use]:
     yield make_use("passes and shakedown", "Johnson1985", "Boucly2007")
 
 
-# --- What is said first ---
+# --- Headline ---
 
 
 def _problem(rolling: RollingResult) -> str:

@@ -123,7 +123,7 @@ _LONG = 86400.0
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
-    """Pass the counter-body as often as a request asks for."""
+    """Roll the counter-body for the requested number of passes."""
     from roughcontact.analyses.roll.figures import along_of
     from roughcontact.analyses.roll.model import make_frame, roll
 
@@ -137,7 +137,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
         if request[MOVIE] is not None:
             frames.append(make_frame(state, number, step, along))
 
-    # What is shown is kept whole, as a series for ParaView needs it.
+    # All steps are stored, as a series for ParaView needs them.
     shown = request[MOVIE] is not None or _leaves_series(request)
     with work.report_saved_steps_on_interrupt("pass-*/step-*.nc", "step") as (watch, reused):
         result = roll(

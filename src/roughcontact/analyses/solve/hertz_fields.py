@@ -26,7 +26,7 @@ SIZE = (
 
 
 def applies(result: ContactResult) -> bool:
-    """Return whether there is a contact of nominal bodies to tell of."""
+    """Return whether a contact of nominal bodies is reported."""
     known = result.hertz is not None and not result.pair.is_shared
     return result.converged and known and result.contact_area > 0
 
@@ -45,7 +45,7 @@ def bodies(smooth: SmoothContact) -> str:
 
 
 def rows(result: ContactResult) -> list[tuple[str, ...]]:
-    """Return the smooth contact beside the one found: name, both values, and their ratio."""
+    """Return smooth and rough contact: name, both values, and their ratio."""
     smooth = result.hertz
     assert smooth is not None
     names = _SIDES[smooth.shape.kind]

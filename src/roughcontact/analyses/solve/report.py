@@ -87,7 +87,7 @@ def uncertainty_of(result: ContactResult, study: ResolutionStudy | None) -> list
 
 
 def details(result: ContactResult, scene: Any, **more: Any) -> list[Block]:
-    """Return the blocks with all results of a contact; the elastic one beside it with figures."""
+    """Return the blocks with all results of a contact; the elastic column only with figures."""
     kind, elastic = kind_of(result), None
     if scene is not None and result.saturated_fraction > 0 and not result.pair.is_shared:
         elastic = _elastic_or_best(result.elastic)
@@ -243,7 +243,7 @@ def with_calibrated_column(
     return _ceilings(result), [(row, (row.text, calibrated.get(row.key, ""))) for row in answer]
 
 
-# --- What is said first ---
+# --- Headline ---
 
 # Contact areas of rough and smooth bodies that are the same within this.
 _ALIKE = 0.05

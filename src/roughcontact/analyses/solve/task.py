@@ -166,7 +166,7 @@ def _volume(request: Request, work: TaskContext) -> Outcome:
     solution = replace(
         result.solution, specified_load=specified, extra_cautions=work.extra_cautions
     )
-    # The last of the reused is told of.
+    # The last reused step is reported.
     extras = {"reused": max(reused, default=0)}
     return Outcome(request, replace(result, solution=solution), solution, extras)
 

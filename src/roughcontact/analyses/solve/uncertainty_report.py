@@ -77,7 +77,7 @@ _MORE: Table = (
     Quantity("constriction_length", "constriction length", unit="m"),
 )
 
-# Smaller changes, and smaller shares, say nothing beside the others.
+# Smaller changes and shares are negligible compared with the others.
 _LEAST = 5e-4
 _SHOWN_SHARE = 0.05
 
@@ -108,7 +108,7 @@ def corrected_rows(result: ContactResult) -> list[tuple[str, ...]]:
     """Return name, value and ends of each corrected number, and what the map as measured gives."""
     rows: list[tuple[str, ...]] = []
     for quantity, item in _named(result, None):
-        # The area tells both.
+        # The area includes both.
         if item.name in ("mean_pressure", "constriction_length"):
             continue
         is_share = item.name.endswith("fraction")

@@ -89,7 +89,7 @@ def method(result: ElastoplasticResult) -> list[Block]:
     return [Block("text", text) for text in texts]
 
 
-# --- What is said first ---
+# --- Headline ---
 
 
 def _answer(result: ElastoplasticResult) -> str:

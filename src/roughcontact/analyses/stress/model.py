@@ -70,7 +70,7 @@ class StressResult(Result):
     solution : ContactResult
         The contact.
     body : {"body", "counter_body"}
-        The body that was looked into.
+        Body of the stress.
     friction : float
         Coefficient μ of the traction μ p on the rough body in ``direction``; the
         counter-body has the opposite traction.
@@ -486,7 +486,7 @@ def _bulk_stress(
 def _layered_stress(
     result: ContactResult, material: Material, depths: Any, options: dict[str, Any]
 ) -> tuple[Any, tuple[coating_stress.Face, ...]]:
-    """Return the summary of a coated body with its sections, and what its faces bear."""
+    """Return the summary of a coated body, its sections, and the tractions of its faces."""
     if options["friction"] or "traction" in options:
         raise InputError("is not available for a coated body; leave it out", argument="friction")
     pressure, pixel, boundary = result.pressure, result.pair.pixel, result.boundary

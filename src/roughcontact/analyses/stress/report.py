@@ -46,7 +46,7 @@ def _method(_: StressResult) -> list[Block]:
     return [Block("text", "Elastic stress below the contact pressure. Tension is positive.")]
 
 
-# --- What is said first ---
+# --- Headline ---
 
 
 # As close to the yield strength as `first_yield_load` comes.
@@ -100,7 +100,7 @@ def _layered(stress: StressResult) -> str:
 
 
 def _layer_rows(stress: StressResult) -> list[tuple[str, str]]:
-    """Return the largest stress of each layer, and what its faces bear."""
+    """Return the largest stress of each layer, and the tractions of its interfaces."""
     rows = []
     for part in stress.parts:
         reached, depth = (

@@ -75,7 +75,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
 
 @contextmanager
 def _naming_body() -> Iterator[None]:
-    """Let errors speak of the option that says which body."""
+    """Name the option that selects the body in errors."""
     try:
         yield
     except InputError as error:

@@ -94,15 +94,15 @@ class LoadCurve(Result):
     ceiling : float, ndarray of shape (ny, nx), "calibrated" or None
         Largest pressure allowed [Pa]; where each load has its own, the steps hold it.
     boundary : Boundary
-        What lies beyond the edges of the map.
+        Boundary condition.
     origins : tuple of Provenance
         Where the maps came from and what was done to them, the counter-body's last.
     softer : Material or None
         The body with the smaller ceiling; None where no strength is known.
     messages : tuple of Caution
-        What the contacts under these loads give cause for.
+        Cautions on the contacts under these loads.
     extra_cautions : tuple of Caution
-        What else is known of the numbers, from the measurement of the maps.
+        Remarks on the measurement of the maps.
     is_profile : bool
         Whether the bodies are profiles: loads are per length [N/m], areas lengths [m].
     specified_load : tuple of GivenLoad
@@ -355,12 +355,12 @@ class _Sweep:
 
     @property
     def own(self) -> bool:
-        """Whether each load has a ceiling of its own."""
+        """Whether the ceiling differs between the loads."""
         ceiling = self.terms.ceiling
         return isinstance(ceiling, str) and ceiling == CALIBRATED
 
     def check(self) -> None:
-        """Raise what any step would raise; the largest asks for the most."""
+        """Raise the errors of all steps; the largest load needs the most."""
         check_profile(self.pair, self.terms)
         largest = self.terms_at(self.values[-1])
         check_problem(self.pair, largest, held=MAX_HELD_RESULTS, series=len(self.values) > 1)
@@ -425,7 +425,7 @@ class _Sweep:
         )
 
     def _agreed(self, step: LoadStep) -> CalibrationRecord | None:
-        """Return that the ceiling of a step was recommended; what else was found is not kept."""
+        """Return the recommendation of a stored ceiling; its details are not stored."""
         body = softer_material(self.pair.material, self.pair.counter_material)
         if body is None or not body.ceiling or not step.ceiling:
             return None

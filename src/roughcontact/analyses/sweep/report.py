@@ -38,7 +38,7 @@ def _method(curve: LoadCurve) -> list[Block]:
     return [Block("text", " ".join(text))]
 
 
-# --- What is said first ---
+# --- Headline ---
 
 
 def _problem(curve: LoadCurve) -> str:

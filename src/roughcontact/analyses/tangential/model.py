@@ -105,7 +105,7 @@ class Tangential(Result):
     superposition : Superposition or None
         The curve from pressures alone, under a constant load without shear yield.
     messages : tuple of Caution
-        What the tangential loading gives cause for.
+        Cautions on the tangential loading.
     fretting : Fretting or None
         Stress below the surface, tension and Ruiz' parameters under the last force, if wanted.
     """
@@ -388,7 +388,7 @@ def tangential(
 
 
 def _check(result: ContactResult, friction: float, direction: float) -> None:
-    """Refuse what has no tangential loading here."""
+    """Raise `InputError` for contacts without tangential loading."""
     result.require_whole("tangential loading")
     result.pair.require_uncoated("tangential loading")
     require_friction(friction)
@@ -404,7 +404,7 @@ def _check(result: ContactResult, friction: float, direction: float) -> None:
 
 
 def require_friction(friction: float) -> None:
-    """Refuse a coefficient of friction that is none."""
+    """Raise `InputError` for an invalid coefficient of friction."""
     if not 0 < friction < math.inf:
         raise InputError(
             f"must be positive, such as 0.15, got {friction!r}", argument="friction", value=friction

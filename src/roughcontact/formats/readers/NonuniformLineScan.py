@@ -1,4 +1,4 @@
-"""Profiles whose points stand at unequal distances, as readers make them."""
+"""Profiles with unequally spaced points, as readers create them."""
 
 from __future__ import annotations
 
