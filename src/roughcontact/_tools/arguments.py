@@ -18,7 +18,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 T = TypeVar("T")
 
-# Beyond it a whole number is no count of anything.
+# Larger integers are treated as floats and not as counts.
 _MAX_COUNT = 2**63
 _UNCONVERTIBLE = object()
 
@@ -32,14 +32,14 @@ class _ArgumentType(NamedTuple):
 
 
 def validate_arguments(function: Callable[P, R]) -> Callable[P, R]:
-    """Reject arguments of a function that its annotations do not name."""
+    """Check and convert the arguments of a function by its annotations."""
     code = function.__code__
     names = code.co_varnames[: code.co_argcount]
 
     @functools.wraps(function)
     def call(*positional: P.args, **named: P.kwargs) -> R:
         known = _argument_types(function)
-        # Python says itself what is too many.
+        # Python itself raises an error for too many arguments.
         each = zip(chain(names, repeat("")), positional, strict=False)
         specified: Any = [
             _converted_argument(known.get(name, []), name, value) for name, value in each
@@ -90,11 +90,11 @@ def _argument_types(function: Callable[..., Any]) -> dict[str, list[_ArgumentTyp
 
 
 def _converted_argument(kinds: list[_ArgumentType], name: str, value: Any) -> Any:
-    """Return an argument as its function takes it."""
+    """Return an argument in an accepted type, or raise `InputError`."""
     value = deprecated.current_value(name, value)
     if not kinds:
         return value
-    # An array of no dimension is a number.
+    # An array without dimensions is a scalar.
     if getattr(value, "shape", None) == () and hasattr(value, "item"):
         value = value.item()
     for kind in kinds:
@@ -110,7 +110,7 @@ def _converted_argument(kinds: list[_ArgumentType], name: str, value: Any) -> An
 
 
 def _rejected_text(kinds: list[_ArgumentType], value: Any) -> str:
-    """Return the argument as text, or the first item of a list that cannot be used."""
+    """Return the argument, or the first invalid item of a list, as text."""
     lists = [kind for kind in kinds if kind.is_sequence]
     for number, item in enumerate(value if lists and isinstance(value, list | tuple) else (), 1):
         if all(kind.convert([item]) is _UNCONVERTIBLE for kind in lists):
@@ -138,7 +138,7 @@ def _annotation_types(node: ast.expr, scope: dict[str, Any]) -> list[_ArgumentTy
 def _convert_sequence(
     items: list[_ArgumentType], length: int | None = None, lazy: bool = False
 ) -> list[_ArgumentType]:
-    """Return a list of items, or a tuple of fixed length; a lazy list may hold one item."""
+    """Return the type of a list, or of a tuple of some length; ``lazy`` passes iterators."""
 
     def taken(value: Any) -> Any:
         if not isinstance(value, Iterable) or isinstance(value, str | bytes | Mapping):
@@ -164,7 +164,7 @@ def _convert_sequence(
 
 
 def _resolve_classes(text: str, scope: dict[str, Any]) -> list[_ArgumentType]:
-    """Return the classes that a name means where the function stands."""
+    """Return the types of a class name, resolved in the scope of the function."""
     first, *rest = text.partition("[")[0].split(".")
     result: Any = functools.reduce(
         lambda index, name: getattr(index, name, None), rest, scope.get(first)
@@ -209,7 +209,7 @@ def _convert_quantity(value: Any) -> Any:
 
 
 def _convert_quantities(value: Any) -> Any:
-    """Return numbers of an array as they are, and those of a list one by one."""
+    """Return a one-dimensional array unchanged, or convert a list item by item."""
     if hasattr(value, "m_as") or getattr(getattr(value, "dtype", None), "kind", "") in tuple("fiu"):
         return value if len(getattr(value, "shape", (1,))) == 1 else _UNCONVERTIBLE
     result = _LISTED.convert(value)

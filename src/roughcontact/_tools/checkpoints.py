@@ -1,7 +1,7 @@
 """Saved steps of a run in a folder, from which the same call resumes.
 
-A record says which problem the steps belong to; each step is a file of its own, complete once it
-is there, and says so itself. One run at a time holds the folder.
+A record describes the problem of the steps. Each step is a separate file with a checksum, written
+atomically. The folder is locked by one run at a time.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from roughcontact.errors import FormatError, InputError, OtherRunError
 
 @dataclass(frozen=True)
 class RunFolder:
-    """Where the steps of a run are kept, as long as the run holds it."""
+    """Locked folder with the steps of a run."""
 
     folder: Path  # The folder, with the record in it
-    problem: str  # Checksum of what the steps depend on
+    problem: str  # Checksum of the inputs of the steps
 
 
 @contextmanager
@@ -42,7 +42,7 @@ def lock_folder(
 ) -> Iterator[RunFolder]:
     """Lock the folder of a run after a check of its content."""
     folder = Path(folder)
-    # As it reads back from the file.
+    # With the types that JSON returns, for the comparison with the file.
     described: dict[str, Any] = json.loads(to_json(problem))
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file; give the name of a folder", argument="folder")
@@ -64,7 +64,7 @@ def lock_folder(
 
 @contextmanager
 def _lock_exclusively(folder: Path, name: str, kind: str) -> Iterator[None]:
-    """Hold the lock of a folder, which is made, or raise `InputError`."""
+    """Create and lock a folder, or raise `InputError`."""
     with ExitStack() as stack:
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -83,7 +83,7 @@ def _lock_exclusively(folder: Path, name: str, kind: str) -> Iterator[None]:
 
 
 def _require_same(path: Path, described: dict[str, Any], kind: str) -> None:
-    """Raise unless a record holds this problem."""
+    """Raise an error unless a record describes this problem."""
     try:
         before = json.loads(path.read_text(encoding="utf-8"))
         other = [name for name, value in described.items() if before.get(name) != value]
@@ -105,7 +105,7 @@ def _closed_error(folder: Path, reason: str = "") -> InputError:
 
 
 def write_step(path: Path, arrays: Mapping[str, Any], mark: Mapping[str, Any]) -> None:
-    """Write a finished step, complete once it is there, with what makes it one of this run."""
+    """Write the arrays of a finished step, atomically, with the mark of its run."""
     held = {**arrays, **mark}
     try:
         with atomic_write(path) as stream:
@@ -119,12 +119,12 @@ def write_step(path: Path, arrays: Mapping[str, Any], mark: Mapping[str, Any]) -
 def read_step(
     path: Path, names: Sequence[str], mark: Mapping[str, Any], kind: str
 ) -> dict[str, NDArray[Any]]:
-    """Return the arrays of a step that `write_step` wrote for the same run; ``kind`` names it."""
+    """Return the arrays of a step of `write_step`; ``kind`` names the run in errors."""
     try:
         with path.open("rb") as stream, np.load(stream) as stored:
             arrays = {name: stored[name] for name in (*names, *mark)}
             sound = str(stored["checksum"]) == checksums.checksum_arrays(arrays)
-    # NumPy and zipfile fail on damaged files with errors of many kinds.
+    # NumPy and zipfile raise many types of errors on damaged files.
     except Exception as error:
         raise FormatError(
             f"{path} cannot be read as a step of a {kind} ({type(error).__name__}); remove it to "
@@ -142,7 +142,7 @@ def read_step(
 
 
 def digest_arrays(*parts: Any) -> str:
-    """Return a word for arrays of numbers; every bit of them counts."""
+    """Return the SHA-256 digest of the shapes and values of arrays, in double precision."""
     result = hashlib.sha256()
     for part in parts:
         values = np.ascontiguousarray(part, dtype=np.float64)

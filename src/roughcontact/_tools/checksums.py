@@ -1,4 +1,4 @@
-"""Checksums of arrays and words, however a file stores them, and of files."""
+"""Checksums of files, and of arrays and JSON values independent of their storage."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 
 def checksum_array(values: ArrayLike) -> str:
-    """Return the checksum of an array: kind of number, shape, and every bit of it."""
+    """Return the checksum of the dtype, the shape and the values of an array."""
     array = np.asarray(values)
     if array.dtype.kind not in "biufc":
         return checksum_json(["text", array.shape, array.tolist()])
@@ -25,7 +25,7 @@ def checksum_array(values: ArrayLike) -> str:
 
 
 class RunningChecksum:
-    """The checksum of an array that comes in parts, as `checksum_array` would find it."""
+    """Checksum of an array that is given in parts, equal to that of `checksum_array`."""
 
     def __init__(self, kind: str, shape: tuple[int, ...]) -> None:
         self._kind = np.dtype(kind)
@@ -37,7 +37,7 @@ class RunningChecksum:
         self._hash.update(little.reshape(-1).view(np.uint8).data)
 
     def digest(self) -> str:
-        """Return the checksum of all that has come."""
+        """Return the checksum of all rows so far."""
         return self._hash.hexdigest()
 
 
@@ -47,7 +47,7 @@ def checksum_arrays(arrays: Mapping[str, ArrayLike]) -> str:
 
 
 def checksum_file(path: str | os.PathLike[str]) -> str:
-    """Return the checksum of a file as it stands on the disk."""
+    """Return the checksum of the bytes of a file."""
     with Path(path).open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 

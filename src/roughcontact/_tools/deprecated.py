@@ -1,4 +1,4 @@
-"""Names of 0.2 that work until 0.4, each with the one that replaced it: the one place of them."""
+"""All names of 0.2 that work until 0.4, with their replacements."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ NAMES = {
     "Tabulated": "hardening.Tabulated",
     "yield_onset": "first_yield_load",
 }
-"""Of the package: old name to new name or place."""
+"""Names of the package: old name to new name or module."""
 
 ARGUMENTS = {
     "compare": {"first_pressure": "preload_pressure"},
@@ -76,7 +76,7 @@ ARGUMENTS = {
     "solve_elastoplastic": {"each": "on_step", "communicator": "ranks"},
     "subsurface_stress": {"body": "in_body"},
 }
-"""Of a function: old argument to new argument."""
+"""Arguments of a function: old name to new name."""
 
 ATTRIBUTES = {
     "above": "bracket_high",
@@ -104,19 +104,19 @@ ATTRIBUTES = {
     "travelled": "has_moved",
     "unsealed": "without_checksums",
 }
-"""Of any result, material or point of a path that has the new attribute: old to new one."""
+"""Attributes of results, materials and path points: old name to new name."""
 
 
 class RenamedAttributes:
-    """A class some of whose attributes had other names."""
+    """Base class of classes with renamed attributes."""
 
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            """Return the attribute that replaced an old one."""
+            """Return the attribute that replaced an old one, with a warning."""
             new = ATTRIBUTES.get(name)
             if new is None or not (hasattr(type(self), new) or new in vars(self)):
-                # Raises the error of a property, or that there is no such attribute.
+                # Raises the error of a property, or `AttributeError`.
                 return object.__getattribute__(self, name)
             _warn_renamed(f"{type(self).__name__}.{name} is {new} now")
             return getattr(self, new)
@@ -132,10 +132,10 @@ OPTIONS = {
     "stress": {"onset": "first-yield", "which": "in-body"},
     "": {"holes": "missing"},
 }
-"""Of a command, or of all: old option to new option, in project files, too."""
+"""Options of a command, or of all commands: old name to new name; for project files, too."""
 
 VALUES = {"ceiling": {"recommended": "calibrated"}, "model": {"volume": "elastoplastic"}}
-"""Of an argument or option: old value to new value."""
+"""Values of an argument or option: old value to new value."""
 
 
 def current_argument(function: str, name: str) -> str:
@@ -178,16 +178,16 @@ def current_command_line(arguments: Iterable[str], warn: Warn) -> list[str]:
 
 
 def _warn_renamed(text: str) -> None:
-    """Warn of an old name where the caller of the package uses it."""
+    """Warn of an old name, at the line outside of the package that uses it."""
     frame, level = sys._getframe(), 1
-    # Frames of the package itself differ in number between versions of Python, too.
+    # The number of frames of the package differs between versions of Python.
     while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] == "roughcontact":
         frame, level = frame.f_back, level + 1
     warnings.warn(f"{text}; the old name works until 0.4", DeprecationWarning, stacklevel=level)
 
 
 def resolve_renamed(name: str) -> Any:
-    """Return the object of a renamed name; `AttributeError` if the package never had that name."""
+    """Return the object of an old name, or raise `AttributeError` for an unknown name."""
     if name not in NAMES:
         raise AttributeError(f"module 'roughcontact' has no attribute {name!r}")
     new = NAMES[name]

@@ -1,11 +1,11 @@
 """Atomic file writes, checks of output paths, and JSON.
 
-`atomic_write`: The bytes go to a hidden file in the same folder, which is locked as long as it
-is written to. One without a lock was left by a process that was killed, and the next writer
-removes it if it comes upon it among the first files of the folder.
+`atomic_write`: The bytes are written to a hidden file in the same folder, which is locked
+meanwhile. A hidden file without a lock was left by a killed process; the next writer removes it if
+it is among the first files of the folder.
 
-`file_lock`: The lock is that of the system on an open file (``flock``, on Windows
-``msvcrt.locking``). Where a file system has none, everybody holds it.
+`file_lock`: A lock of the operating system on an open file (``flock``, on Windows
+``msvcrt.locking``). On a file system without locks every process obtains it.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ except ImportError:
 
 # Name of an unfinished file, random to avoid collisions.
 _UNFINISHED = re.compile(r"\.roughcontact-[0-9a-f]{16}\.part")
-# Files of a folder that each writer looks at: to look at all would make ten thousand contacts slow.
+# Files of a folder that each writer checks: a check of all is slow in a folder of 10 000 contacts.
 _MAX_LISTED = 1000
 
 
 @contextmanager
 def atomic_write(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
-    """Give a stream whose bytes become a file at the end, all of them or none."""
+    """Yield a stream whose bytes become the file at the end, completely or not at all."""
     target = Path(path)
     try:
         remove_unfinished(target.parent, _MAX_LISTED)
@@ -54,15 +54,15 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
                 stream.flush()
                 os.fsync(stream.fileno())
                 if fcntl is not None:
-                    # Renamed before the lock ends with the stream.
+                    # Rename while locked: closing the stream releases the lock.
                     os.replace(temporary, target)
             if fcntl is None:
-                # Windows renames no open file.
+                # Windows cannot rename an open file.
                 os.replace(temporary, target)
         finally:
             temporary.unlink(missing_ok=True)
     except OSError as error:
-        # The error of a failed write must not show the hidden name.
+        # The error of a failed write has no name, and the hidden name means nothing to the user.
         hidden = error.filename is None or _UNFINISHED.fullmatch(Path(error.filename).name)
         if error.errno is not None and hidden:
             raise OSError(error.errno, error.strerror, str(target)) from error
@@ -70,7 +70,7 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
 
 
 def write_atomically(path: str | os.PathLike[str], content: str | bytes | memoryview) -> None:
-    """Write a file, all of it or nothing; see `atomic_write`."""
+    """Write a file completely or not at all; see `atomic_write`."""
     with atomic_write(path) as stream:
         stream.write(content.encode("utf-8") if isinstance(content, str) else content)
 
@@ -89,7 +89,7 @@ def remove_unfinished(folder: str | os.PathLike[str], maximum: int | None = None
 
 @contextmanager
 def hold_marker_file(folder: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a hidden file that is there as long as the block lasts."""
+    """Yield the path of a hidden file that exists during the block."""
     stream, path = _create_locked(Path(folder))
     try:
         with stream:
@@ -99,14 +99,14 @@ def hold_marker_file(folder: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def _create_locked(folder: Path) -> tuple[IO[bytes], Path]:
-    """Return an empty hidden file that is locked, and its name."""
+    """Return an empty, locked hidden file and its path."""
     while True:
         # A separate name for every call: threads may write the same file, and the last one remains.
         path = folder / f".roughcontact-{os.urandom(8).hex()}.part"
         stream = path.open("x+b")
         if _try_lock(stream) and path.exists():
             return stream, path
-        # Another process took it for a left one before it was locked, and removes it.
+        # Before the lock another process took this file for an abandoned one, and removes it.
         stream.close()
 
 
@@ -114,24 +114,24 @@ def _try_lock(stream: IO[bytes]) -> bool:
     """Lock a file if possible, and return whether no other process is removing it."""
     if fcntl is not None:
         try:
-            # Shared: a reader that locks files, as HDF5 does, may look at once.
+            # Shared: a reader that locks files, as HDF5 does, can open it meanwhile.
             fcntl.flock(stream, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:
             return False
         except OSError:
-            # Some file systems have no locks; there no process removes anything.
+            # A file system without locks: no process removes unfinished files.
             pass
     return True
 
 
 def require_suffix(path: str | os.PathLike[str], *suffixes: str) -> None:
-    """Raise `InputError` unless a file is named for a format that it can have."""
+    """Raise `InputError` unless a file name ends in one of the suffixes."""
     if Path(path).suffix.lower() not in suffixes:
         raise input_error("path", str(path), f"must end in {' or '.join(suffixes)}")
 
 
 def to_json(values: Mapping[str, Any]) -> str:
-    """Return JSON text."""
+    """Return values as JSON text; values that are not finite become null."""
     return json.dumps(_replace_non_finite(values), indent=2, allow_nan=False)
 
 
@@ -143,7 +143,7 @@ def _replace_non_finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-# --- Locks that end with their process, however it ends ---
+# --- Locks that the system releases when their process ends ---
 
 
 if sys.platform == "win32":
@@ -170,13 +170,13 @@ else:
 
 @contextmanager
 def file_lock(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Hold a lock as long as the block lasts."""
+    """Hold a file lock during the block, or raise `BlockingIOError`."""
     file = Path(path)
     stream = _locks_locked(file)
     try:
         yield
     finally:
-        # Windows removes no open file; elsewhere, once it is unlocked, the file is another's.
+        # Windows cannot remove an open file; elsewhere an unlocked file may be locked by another.
         if sys.platform == "win32":
             stream.close()
         with contextlib.suppress(OSError):
@@ -185,12 +185,12 @@ def file_lock(path: str | os.PathLike[str]) -> Iterator[None]:
 
 
 def _locks_locked(file: Path) -> IO[bytes]:
-    """Return the file of a lock, open and locked."""
+    """Open and lock a lock file, and return its stream."""
     while True:
         stream = file.open("ab")
         try:
             _take(stream)
-            # Its last holder may have removed it before it was locked.
+            # The previous holder may have removed the file before this lock.
             if os.path.samestat(os.fstat(stream.fileno()), file.stat()):
                 return stream
         except FileNotFoundError:
@@ -201,20 +201,20 @@ def _locks_locked(file: Path) -> IO[bytes]:
         stream.close()
 
 
-# --- Input streams as regular files that a reader may open again and search ---
+# --- Input as regular files, which a reader can open again and seek in ---
 
 
 MAX_PIPE_BYTES = 2**30
-"""Largest number of bytes from a pipe; they are stored in a temporary file."""
+"""Largest number of bytes read from a pipe into a temporary file."""
 
 _BLOCK = 2**20
-# Seconds for a process that waits to write to a named pipe.
+# Seconds in which a process that waits to write to a named pipe must start to write.
 _PIPE_TIMEOUT = 1.0
 
 
 @contextmanager
 def as_regular_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a regular file for as long as the block takes."""
+    """Yield a regular file during the block: the file itself, or a copy of a pipe."""
     path = Path(path)
     mode = path.stat().st_mode
     if stat.S_ISFIFO(mode):
@@ -229,7 +229,7 @@ def as_regular_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def _copy_stream(pipe: Path, target: Path) -> None:
-    """Write all that a pipe gives into a file."""
+    """Copy the content of a pipe to a file."""
     size, written_to = 0, False
     end = time.monotonic() + _PIPE_TIMEOUT
     # With O_NONBLOCK a named pipe opens immediately; reading detects whether it has a writer.

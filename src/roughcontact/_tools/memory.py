@@ -1,8 +1,8 @@
 """Free memory, and the error for jobs that need more.
 
-`left_in_containers`: A group is bound by the limits of those around it. Inside a container its
-own group may be mounted as the outermost one, so that the path that the kernel names does not
-exist there: the groups that do are looked at. See the kernel's documentation,
+`left_in_containers`: The limits of all enclosing control groups apply. Inside a container its group
+may be mounted as the root, so that the path given by the kernel does not exist: only existing
+groups are evaluated. See the kernel's documentation,
 https://docs.kernel.org/admin-guide/cgroup-v2.html and …/cgroup-v1/memory.html.
 """
 
@@ -17,18 +17,18 @@ from roughcontact.errors import FormatError, InputError, InsufficientMemoryError
 
 GIB = 2**30
 
-# Version 1 has a number for no limit, the largest one in whole pages.
+# Version 1 writes the largest number of whole pages for no limit.
 _NO_LIMIT = 2**62
 
 
 class _Group(NamedTuple):
-    """Files in which a version of Linux's control groups states the memory of a container."""
+    """Files with the memory limits and usage in a version of Linux control groups."""
 
     controller: str
     mount: str
     limits: tuple[str, ...]
     used: str
-    # Of what is used, the files that the kernel drops before it refuses anything.
+    # Entry of memory.stat for cached files, which the kernel drops when memory is short.
     droppable: str
 
 
@@ -45,7 +45,7 @@ _GROUPS = (
 
 
 def free_bytes() -> int:
-    """Return the bytes that a new array may take now."""
+    """Return the number of bytes available for a new array."""
     import psutil
 
     remaining = [
@@ -57,14 +57,14 @@ def free_bytes() -> int:
 
 
 def resident_bytes() -> int:
-    """Return the bytes of the memory of the machine that this process holds."""
+    """Return the resident memory of this process [bytes]."""
     import psutil
 
     return int(psutil.Process().memory_info().rss)
 
 
 def left_in_containers(root: Path) -> Iterator[int]:
-    """Yield the bytes that each control group around this process leaves it."""
+    """Yield the free bytes of each control group that contains this process."""
     try:
         lines = (root / "proc/self/cgroup").read_text("utf-8").splitlines()
     except OSError:
@@ -81,7 +81,7 @@ def left_in_containers(root: Path) -> Iterator[int]:
 
 
 def _cgroup_free_bytes(folder: Path, group: _Group) -> Iterator[int]:
-    """Yield what one control group leaves, if it has a limit."""
+    """Yield the free bytes of one control group, if it has a limit."""
     known = (_number(folder / name) for name in group.limits)
     limit = min((limit for limit in known if limit is not None), default=_NO_LIMIT)
     if limit < _NO_LIMIT and (used := _number(folder / group.used)) is not None:
@@ -89,7 +89,7 @@ def _cgroup_free_bytes(folder: Path, group: _Group) -> Iterator[int]:
 
 
 def _number(file: Path) -> int | None:
-    """Return the number in a file; None without a file, and where it says that there is none."""
+    """Return the number in a file; None without a file or a number."""
     try:
         return int(file.read_text("ascii"))
     # ValueError: the limit is "max".
@@ -106,13 +106,13 @@ def _droppable(file: Path, name: str) -> int:
 
 
 def _left_to_us() -> Iterator[int]:
-    """Yield what the limits of this process leave of its address space and its data."""
+    """Yield the free bytes of address space and data under the limits of this process."""
     import psutil
 
     try:
         import resource
     except ImportError:
-        # Windows has none.
+        # Windows has no such limits.
         return
     for limit, kind in ((resource.RLIMIT_AS, "vms"), (resource.RLIMIT_DATA, "data")):
         maximum, _ = resource.getrlimit(limit)
@@ -124,7 +124,7 @@ def _left_to_us() -> Iterator[int]:
 def require_memory(
     needed: int, *what: Part, advice: tuple[Part, ...], worst_case: tuple[str, int] = ("", 0)
 ) -> None:
-    """Raise an error with advice unless a job fits into the memory that is free."""
+    """Raise `InsufficientMemoryError` with advice unless a job fits into free memory."""
     there = free_bytes()
     if needed > there:
         worst = (
@@ -138,12 +138,12 @@ def require_memory(
 
 
 def square_side(needed: int, shape: tuple[int, int]) -> int:
-    """Return the points along the largest square grid that fits, by an estimate for another."""
+    """Return the side of the largest square grid that fits, from the need of another grid."""
     return int(math.sqrt(free_bytes() / needed * shape[0] * shape[1]))
 
 
 def address_space_bytes() -> int:
-    """Return the bytes of address space that this process takes."""
+    """Return the size of the address space of this process [bytes]."""
     import psutil
 
     return int(psutil.Process().memory_info().vms)
@@ -153,27 +153,27 @@ def address_space_bytes() -> int:
 
 
 POINTS = 2**30
-"""Most points of one map: 32768 × 32768, or 8 GiB of heights."""
+"""Largest number of points of a map: 32768 × 32768, or 8 GiB of heights."""
 
 BYTES = 8 * POINTS
-"""Most bytes that a file with a map, or all that is packed in it, may take."""
+"""Largest size of a file with a map, packed or unpacked [bytes]."""
 
 TEXT = 16 * 2**20
-"""Most bytes of a text that is taken apart as a whole, such as a header or a project file."""
+"""Largest size of a text that is parsed as a whole, such as a header [bytes]."""
 
 STEPS = 10_000
 """Largest number of loads, increments or stages of one run."""
 
 ITERATIONS = 1_000_000
-"""Most iterations that a solver may be allowed."""
+"""Largest value of an iteration limit."""
 
-# Heights that were measured pack a few times smaller. What packs a hundred times smaller is made
-# to fill memory, unless it is small anyway.
+# Measured heights are compressed by a small factor. Content that is compressed a hundredfold is
+# made to exhaust the memory, unless it is small.
 _PACKED, _SMALL = 100, 2**30
 
 
 def require_points(name: str, shape: Sequence[int], each: int) -> None:
-    """Raise `InputError` for an announced map that is too large for any map or for the memory."""
+    """Raise an error for a map of a file with too many points, or too large for memory."""
     grid = " × ".join(map(str, shape))
     if math.prod(shape) > POINTS:
         raise FormatError(
@@ -188,7 +188,7 @@ def require_points(name: str, shape: Sequence[int], each: int) -> None:
 
 
 def require_size(name: str, size: int, packed: int | None = None) -> None:
-    """Raise `InputError` for a file larger, unpacked, than any map or than the memory."""
+    """Raise an error for a file larger, unpacked, than any map or than free memory."""
     text = f"{name} holds {size / GIB:.1f} GiB"
     if size > BYTES:
         raise FormatError(
@@ -200,7 +200,7 @@ def require_size(name: str, size: int, packed: int | None = None) -> None:
 
 
 def require_packing(name: str, size: int, packed: int) -> None:
-    """Raise `FormatError` for bytes that are packed into so few as nothing that was measured is."""
+    """Raise `FormatError` for a compression that no measured data reach."""
     if size > max_unpacked_bytes(packed):
         raise FormatError(
             f"{name} holds {size / GIB:.1f} GiB or more, packed into "
@@ -215,7 +215,7 @@ def max_unpacked_bytes(packed: int) -> int:
 
 def require_grid(argument: str, shape: Sequence[float], value: object = None) -> None:
     """Raise `InputError`, naming argument and value, for more points than a map may have."""
-    # NumPy's integers would overflow, and floats may be infinite.
+    # NumPy integers would overflow, and floats may be infinite.
     points = [n if isinstance(n, float) else int(n) for n in shape]
     if math.prod(points) > POINTS:
         grid = " × ".join(f"{n:.6g}" if isinstance(n, float) else str(n) for n in points)

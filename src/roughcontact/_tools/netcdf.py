@@ -1,8 +1,8 @@
 """NetCDF files with checksums, written atomically; damaged files raise an error.
 
-`write`: HDF5 does not get over a full disk: it fails again when something is closed, and ends
-the process with a segmentation fault. So it writes to memory first, as many bytes as the file
-will have; straight to the disk only where they would take more than half of what is free.
+`write`: HDF5 does not recover from a full disk: it fails again on closing, and ends the process
+with a segmentation fault. So the file is first written to memory, and directly to the disk only if
+the arrays take more than half of the free memory.
 """
 
 from __future__ import annotations
@@ -33,26 +33,30 @@ if TYPE_CHECKING:
     import xarray
 
 
-# Deflate packs 1032 to 1 at most.
+# Largest compression ratio of deflate.
 _DEFLATED = 1032
 
 
 class StoredArray(NamedTuple):
     """Description of one stored array."""
 
-    shape: tuple[int, ...]  # Its points along each axis
-    size: int  # Bytes of all of them
-    kind: str  # NumPy's letter for its numbers
+    shape: tuple[int, ...]  # Points along each axis
+    size: int  # Bytes of all points
+    kind: str  # NumPy letter of the dtype
 
 
 def check_hdf5(path: Path) -> dict[str, StoredArray]:
-    """Raise `FormatError` for an HDF5 file that never ends or that refers to another file."""
+    """Return the arrays of an HDF5 file, or raise an error if it is unsafe to read.
+
+    Unsafe are files that HDF5 would read forever, that exhaust the memory, or that refer to other
+    files.
+    """
     _check_heaps(path)
     import h5py
 
     with h5py.File(path, "r") as file:
-        # Errors do not come out of what HDF5 calls: the links are listed first. It follows the
-        # hard ones, each object once.
+        # HDF5 drops errors of its callback: first list the links. It follows hard links only,
+        # and visits each object once.
         links: list[tuple[bytes, int]] = []
         file.id.links.visit(lambda name, link: links.append((name, link.type)), info=True)
         return dict(_arrays(path, file, links))
@@ -61,7 +65,7 @@ def check_hdf5(path: Path) -> dict[str, StoredArray]:
 def _arrays(
     path: Path, file: Any, links: list[tuple[bytes, int]]
 ) -> Iterator[tuple[str, StoredArray]]:
-    """Yield shape, size and dtype of the arrays of a file, if all of them are within it."""
+    """Yield the arrays of a file, or raise `FormatError` if data are in another file."""
     from h5py import h5d, h5l, h5o
 
     for name, kind in links:
@@ -70,13 +74,13 @@ def _arrays(
             result = h5o.open(file.id, name)
             if isinstance(result, h5d.DatasetID):
                 yield text, _stored(path, text, result)
-        # A soft link leads to where the hard ones do.
+        # A soft link refers to an object in the same file.
         elif kind != h5l.TYPE_SOFT:
             raise _external_storage(path, text, "an external link")
 
 
 def _stored(path: Path, name: str, array: Any) -> StoredArray:
-    """Return shape, size and dtype of an array, if it is within the file."""
+    """Return an array, or raise `FormatError` if its data are in another file."""
     from h5py import h5d
 
     layout = array.get_create_plist()
@@ -119,7 +123,7 @@ def _check_blocks(path: Path, name: str, array: Any, block: int) -> None:
             )
         if part.size > block // _DEFLATED:
             unpacked = b""
-            # Blocks without compression need no further check.
+            # Blocks that are not deflated raise an error at once.
             with contextlib.suppress(zlib.error):
                 packed = array.read_direct_chunk(part.chunk_offset)[1]
                 unpacked = zlib.decompressobj().decompress(packed, block + 1)
@@ -138,7 +142,7 @@ def _external_storage(path: Path, name: str, how: str) -> FormatError:
 
 
 def _check_heaps(path: Path) -> None:
-    """Raise `FormatError` for a file with a global heap that HDF5 would read forever."""
+    """Raise `ValueError` for a file with a global heap that HDF5 would read forever."""
     size = path.stat().st_size
     if size == 0:
         return
@@ -154,12 +158,12 @@ def _check_heaps(path: Path) -> None:
 
 
 def _data_extents(descriptor: int, size: int) -> Iterator[tuple[int, int]]:
-    """Yield where a file holds anything: it may have holes of terabytes."""
+    """Yield the extents of the data in a file, which may have holes of terabytes."""
     if not hasattr(os, "SEEK_DATA"):
         yield 0, size
         return
     last = 0
-    # An error says that nothing more follows.
+    # An error means that no more data follow.
     with contextlib.suppress(OSError):
         while last < size:
             first = os.lseek(descriptor, last, os.SEEK_DATA)
@@ -181,37 +185,37 @@ def _check_heap(content: mmap.mmap, start: int) -> None:
         place += 16 + (size + 7) // 8 * 8
 
 
-# --- NetCDF files: sealed by checksums and whole; what is damaged opens with an error ---
+# --- NetCDF files: complete, with checksums; damaged files raise an error ---
 
 
 PACKED: Mapping[str, Any] = {"compression": "gzip", "compression_opts": 1}
-"""How h5netcdf compresses a map that is mostly zero."""
+"""Options of h5netcdf to compress a map that is mostly zero."""
 
 SHUFFLED: Mapping[str, Any] = {**PACKED, "shuffle": True}
-"""The same for a volume: bytes of like weight stand together, half the time, a tenth less space."""
+"""Options for a volume: bytes of equal weight are grouped; half the time, 10 % less space."""
 
 CHECKSUM = "checksum_sha256"
-"""Attribute of every variable, and of the file, that holds a checksum."""
+"""Name of the attribute of the file and of each variable with a checksum."""
 
-# Numbers of a map that are packed together.
+# Values of a map in one chunk.
 _CHUNK = 1 << 18
 
 ATTRIBUTES = "attributes"
-"""Name of everything but the values in `changed_names`: attributes, names and dimensions."""
+"""Name in `changed_names` of all except values: attributes, names and dimensions."""
 
 
 class Variable(NamedTuple):
-    """An array of a file."""
+    """Array of a NetCDF file."""
 
-    dims: tuple[str, ...]  # Names of its axes
-    values: NDArray[Any]  # Its numbers or texts
+    dims: tuple[str, ...]  # Names of the axes
+    values: NDArray[Any]  # Numbers or texts
     attrs: dict[str, Any]  # Attributes
 
 
 class Dataset:
     """Content of a NetCDF file, in the form of xarray.
 
-    xarray itself loads pandas, and dask and pint where they are installed: a second of processor.
+    xarray itself imports pandas, and dask and pint if installed, which takes a second.
     """
 
     def __init__(self, attrs: Mapping[str, Any] | None = None) -> None:
@@ -219,7 +223,7 @@ class Dataset:
         self.attrs = dict(attrs or {})
 
     def __setitem__(self, name: str, described: tuple[Any, ...]) -> None:
-        """Take axes, values and, if there are any, attributes of a variable."""
+        """Set the axes, the values and, optionally, the attributes of a variable."""
         dims, values, *about = described
         axes = (dims,) if isinstance(dims, str) else tuple(dims)
         self.variables[name] = Variable(axes, np.asarray(values), dict(*about))
@@ -239,7 +243,7 @@ class Dataset:
         return sum(values.nbytes for _, values, _ in self.variables.values())
 
     def to_xarray(self) -> xarray.Dataset:
-        """Return the dataset as one of xarray."""
+        """Return the dataset as an `xarray.Dataset`."""
         import xarray
 
         return xarray.Dataset(dict(self.variables), attrs=self.attrs)
@@ -250,7 +254,7 @@ def write(
     path: str | os.PathLike[str],
     packed: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> None:
-    """Write a dataset to a NetCDF file with checksums; all files are written here."""
+    """Write a dataset to a NetCDF file with checksums, atomically."""
     files.require_suffix(path, ".nc")
     import h5netcdf
 
@@ -266,11 +270,11 @@ def write(
 
 
 def _write_variables(file: Any, dataset: Dataset, packed: Mapping[str, Mapping[str, Any]]) -> None:
-    """Write the variables of a dataset into a file that has their axes."""
+    """Write the variables of a dataset to a file that has their dimensions."""
     import h5py
 
     for name, (dims, values, attrs) in dataset.variables.items():
-        # HDF5 has no texts of fixed length.
+        # h5py does not write the fixed-length texts of NumPy.
         kind = h5py.string_dtype() if values.dtype.kind == "U" else values.dtype
         missing = kind.type(np.nan) if kind.kind == "f" else None
         variable = file.create_variable(name, dims, kind, fillvalue=missing, **packed.get(name, {}))
@@ -280,25 +284,25 @@ def _write_variables(file: Any, dataset: Dataset, packed: Mapping[str, Mapping[s
 
 @dataclass(frozen=True, eq=False)
 class Streamed:
-    """A map, or a stack of them, that is written in parts, as they come."""
+    """Map, or stack of maps, that is written part by part."""
 
-    name: str  # Of the variable
-    kind: str  # Of its numbers, as NumPy writes it, such as `"<f8"`
-    shape: tuple[int, ...]  # Of the whole, such as `(ny, nx)`
+    name: str  # Name of the variable
+    kind: str  # dtype, such as `"<f8"`
+    shape: tuple[int, ...]  # Shape of the whole, such as `(ny, nx)`
     attributes: Mapping[str, Any]  # Attributes
-    parts: Iterable[NDArray[Any]] = ()  # (rows, ...)
+    parts: Iterable[NDArray[Any]] = ()  # (rows, ...) Parts in order
     packed: bool = False  # Whether it is compressed
     dims: tuple[str, ...] = ("y", "x")  # Names of the axes
 
 
 def write_streamed(frame: Dataset, maps: Iterable[Streamed], path: str | os.PathLike[str]) -> None:
-    """Write maps that no process holds as a whole to a NetCDF file with checksums."""
+    """Write maps part by part to a NetCDF file with checksums."""
     files.require_suffix(path, ".nc")
     import h5netcdf
 
     maps = list(maps)
     needed = sum(math.prod(item.shape) * np.dtype(item.kind).itemsize for item in maps)
-    # A disk that fills up while HDF5 writes would end the process.
+    # A full disk while HDF5 writes would end the process.
     if needed > shutil.disk_usage(Path(path).absolute().parent).free:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
     whole = add_checksums(frame)
@@ -318,11 +322,11 @@ def write_streamed(frame: Dataset, maps: Iterable[Streamed], path: str | os.Path
 
 
 class RankPart(NamedTuple):
-    """A part of a map that one of several ranks has."""
+    """Part of a map on one of several ranks."""
 
-    rank: int  # Which has it
+    rank: int  # Rank that has the part
     length: int  # Entries along the first axis
-    take: Callable[[], NDArray[Any]]  # Returns it, on that rank
+    take: Callable[[], NDArray[Any]]  # Returns the part, on that rank
 
 
 def write_shared(
@@ -331,7 +335,7 @@ def write_shared(
     path: str | os.PathLike[str],
     ranks: Ranks,
 ) -> None:
-    """Write maps that several ranks hold to one NetCDF file with checksums; all of them call it."""
+    """Write maps of several ranks to one NetCDF file; all ranks call this."""
 
     def received(item: Streamed, parts: Sequence[RankPart]) -> Iterator[NDArray[Any]]:
         for rank, length, take in parts:
@@ -344,7 +348,7 @@ def write_shared(
             streamed = [replace(item, parts=received(item, parts)) for item, parts in maps.items()]
             write_streamed(frame(), streamed, path)
         except BaseException:
-            # The other ranks wait for the requests of their parts.
+            # The other ranks wait for this flag before they send a part.
             ranks.broadcast_flag(False)
             raise
 
@@ -360,9 +364,9 @@ def write_shared(
 
 
 def _streamed(file: Any, item: Streamed) -> str:
-    """Write a map part by part; return its checksum."""
+    """Write a map part by part, and return its checksum."""
     count, *rest = item.shape
-    # Rows as they come: chunks of many rows would be packed again and again.
+    # Small chunks: one that spans several parts would be compressed again for each part.
     rows = max(1, min(count, _CHUNK // math.prod(rest)))
     chunks = (rows, *rest) if item.packed else None
     options = SHUFFLED if item.packed else {}
@@ -376,7 +380,7 @@ def _streamed(file: Any, item: Streamed) -> str:
 
 
 def add_checksums(dataset: Dataset) -> Dataset:
-    """Return a dataset with a checksum on every variable, and one on all that describes them."""
+    """Return a dataset with checksums of each variable and of all attributes."""
     marked = Dataset(dataset.attrs)
     for name, (dims, values, attrs) in dataset.variables.items():
         marked[name] = (dims, values, {**attrs, CHECKSUM: checksums.checksum_array(values)})
@@ -387,7 +391,7 @@ def add_checksums(dataset: Dataset) -> Dataset:
 def changed_names(
     dataset: xarray.Dataset, names: Iterable[str] | None = None
 ) -> tuple[str, ...] | None:
-    """Return the names in a dataset that differ from their checksums."""
+    """Return the names that differ from their checksums; None without any checksum."""
     variables = {str(name): variable for name, variable in dataset.variables.items()}
     parts = (dataset.attrs, *(variable.attrs for variable in variables.values()))
     if not any(CHECKSUM in attributes for attributes in parts):
@@ -403,7 +407,7 @@ def changed_names(
 
 
 def changed_file_error(name: str, changed: Sequence[str]) -> FormatError:
-    """Return the error about a file that is not as it was written."""
+    """Return the error on a file that was damaged or changed."""
     listed = " and ".join([", ".join(changed[:-1]), changed[-1]] if changed[1:] else changed)
     verb = "do" if changed[1:] or changed[0] == ATTRIBUTES else "does"
     return FormatError(
@@ -413,7 +417,7 @@ def changed_file_error(name: str, changed: Sequence[str]) -> FormatError:
 
 
 def _described(dataset: Dataset | xarray.Dataset) -> dict[str, Any]:
-    """Return all of a dataset but the values of its variables and its own checksum."""
+    """Return the attributes, names and dimensions of a dataset, without its checksum."""
     return {
         "attributes": {name: value for name, value in dataset.attrs.items() if name != CHECKSUM},
         "variables": {
@@ -425,10 +429,10 @@ def _described(dataset: Dataset | xarray.Dataset) -> dict[str, Any]:
 
 @contextmanager
 def open_dataset(path: Path) -> Iterator[xarray.Dataset]:
-    """Give the dataset in a NetCDF file."""
+    """Open the dataset of a NetCDF file, after a check of the file."""
     arrays = check_hdf5(path)
     for name, stored in arrays.items():
-        # xarray reads the axes as it opens a file.
+        # xarray reads one-dimensional coordinates on opening a file.
         if len(stored.shape) == 1:
             memory.require_size(f"{name!r} in {path.name}", stored.size)
     import h5netcdf
@@ -437,23 +441,23 @@ def open_dataset(path: Path) -> Iterator[xarray.Dataset]:
     from xarray.backends import H5NetCDFStore
     from xarray.conventions import decode_cf_variable
 
-    # h5netcdf looks this up first. Where that fails it leaves an unfinished object, which writes a
-    # traceback to standard error when it is collected.
+    # h5netcdf reads this attribute first. If that fails it leaves an incomplete object, which writes
+    # a traceback to standard error when it is garbage collected.
     with h5py.File(path, "r") as file:
         file.attrs.get("_nc3_strict")
-    # Arrays without axes, of any other HDF5 file, get some.
+    # Arrays of other HDF5 files have no dimensions: h5netcdf adds phony ones.
     with h5netcdf.File(path, "r", decode_vlen_strings=True, phony_dims="access") as file:
         for key, variable in file.variables.items():
             _check_marks(key, variable)
         variables, attributes = H5NetCDFStore(file).load()  # type: ignore[no-untyped-call]
         for key, variable in variables.items():
-            # xarray takes the shape from the axes; what is read, and how much, is the array.
+            # xarray takes the shape from the dimensions, but reads the array.
             result = arrays.get(str(key))
             if result is None:
                 raise ValueError(f"{key} is no array of its own")
             if result.shape[: variable.ndim] != variable.shape:
                 raise ValueError(f"{key} has {result.shape} points, its axes {variable.shape}")
-        # One by one: xarray's own function for all of them changes the process's warnings.
+        # One by one: the function of xarray for all variables changes the warning filters.
         decoded = {
             key: decode_cf_variable(key, variable, decode_times=False, decode_timedelta=False)
             for key, variable in variables.items()
@@ -462,7 +466,7 @@ def open_dataset(path: Path) -> Iterator[xarray.Dataset]:
 
 
 def _check_marks(name: str, variable: Any) -> None:
-    """Raise `ValueError` for attributes that xarray would leave out with a warning."""
+    """Raise `ValueError` for attributes that xarray would ignore with a warning."""
     attributes, whole = variable.attrs, variable.dtype.kind in "iu"
     fills = [attributes[key] for key in ("missing_value", "_FillValue") if key in attributes]
     marks = {mark for fill in fills for mark in np.ravel(fill) if mark == mark}

@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
-# Seconds after which an interrupt that was dropped comes again.
+# Seconds after which a dropped interrupt is raised again.
 _RETRY_SECONDS = 0.01
 
 
@@ -52,7 +52,7 @@ def redeliver_interrupts() -> Iterator[None]:
 
 
 def silence_unraisable() -> None:
-    """Suppress other messages on dropped exceptions, until the end of `redeliver_interrupts`."""
+    """Suppress messages on other dropped exceptions, until `redeliver_interrupts` ends."""
     before = sys.unraisablehook
     sys.unraisablehook = lambda dropped: before(dropped) if _is_exit_exception(dropped) else None
 
@@ -62,7 +62,7 @@ def _is_exit_exception(dropped: Any) -> bool:
 
 
 def _send_signal(number: signal.Signals) -> None:
-    """Send a signal to the first thread, which it wakes where that can be done."""
+    """Send a signal to the main thread; wake the thread if the system supports it."""
     first = threading.main_thread().ident
     if first is not None and hasattr(signal, "pthread_kill"):
         signal.pthread_kill(first, number)
@@ -71,19 +71,19 @@ def _send_signal(number: signal.Signals) -> None:
 
 
 def _raise_interrupt(number: int, frame: object) -> None:
-    """Do what Python does at Ctrl-C."""
+    """Raise `KeyboardInterrupt`, as Python does at Ctrl-C."""
     silence_unraisable()
     raise KeyboardInterrupt
 
 
-# --- Processes that work for this one: begun, and ended however it ends; none is left behind ---
+# --- Child processes: started, and ended even if this process is killed ---
 
 
-# Time [s] that a process has to remove unfinished files when it is terminated.
+# Time [s] for a terminated process to remove unfinished files.
 _EXIT_SECONDS = 0.5
 
-# Parameters of the GNU C library's mallopt(3), and bytes: what is larger is mapped by itself, and
-# more than that is not kept at the end of the heap.
+# Parameters of mallopt(3) of the GNU C library, and bytes: larger blocks are mapped separately, and
+# free memory at the end of the heap beyond the second size is returned to the system.
 _MAPPED, _KEPT = (-3, 2**25), (-1, 2**27)
 
 
@@ -99,7 +99,7 @@ def start_process(process: SpawnProcess) -> None:
 
 
 def open_pipe(duplex: bool = False) -> tuple[Connection, Connection]:
-    """Return the ends of a pipe: for this process and for another, of which the second sends."""
+    """Return the ends of a pipe; the second sends, and with ``duplex`` both do."""
     return multiprocessing.get_context("spawn").Pipe(duplex)
 
 
@@ -110,7 +110,7 @@ def died_message(process: SpawnProcess) -> str:
 
 
 def end_processes(begun: Iterable[SpawnProcess]) -> None:
-    """End processes: asked to, then made to; all of them within a second."""
+    """Terminate processes, and kill those that still run after half a second."""
     begun = [process for process in begun if process.pid is not None]
     for process in begun:
         process.terminate()
@@ -123,11 +123,11 @@ def end_processes(begun: Iterable[SpawnProcess]) -> None:
 
 @contextmanager
 def sigint_blocked() -> Iterator[None]:
-    """Keep Ctrl-C from what is begun, which it reaches too; the first process ends the others."""
+    """Block Ctrl-C for processes started in the block; the parent process ends them."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    # The first process begins one more, after which the signal is let through (Python 3.11).
+    # The first start also starts the resource tracker, which unblocks the signal (Python 3.11).
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -139,7 +139,7 @@ def sigint_blocked() -> Iterator[None]:
 
 @contextmanager
 def _delayed_interrupt() -> Iterator[None]:
-    """Answer a Ctrl-C that another thread has let through when all has begun."""
+    """Delay a Ctrl-C that another thread receives until the block ends."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -158,8 +158,8 @@ def _delayed_interrupt() -> Iterator[None]:
 
 @contextmanager
 def exit_with_parent() -> Iterator[None]:
-    """Do the work of a process: it ends with the one that began it, and in good order if asked."""
-    # Where it could not be blocked.
+    """Run a child process, which ends with its parent and cleans up on SIGTERM."""
+    # For systems where the parent cannot block the signal.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _leave)
     threading.Thread(target=_follow, daemon=True).start()
@@ -167,16 +167,16 @@ def exit_with_parent() -> Iterator[None]:
         with redeliver_interrupts():
             yield
     except SystemExit:
-        # Remove unfinished files now.
+        # From here on objects are cleaned up: suppress messages on dropped exceptions.
         sys.unraisablehook = lambda dropped: None
         raise
     finally:
-        # No unfinished file remains, and Python reports exceptions at its end.
+        # Unfinished files are removed; an exception while Python shuts down would be reported.
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 def _leave(number: int, frame: object) -> None:
-    """End in good order: what is half written is removed."""
+    """Exit by `SystemExit`, so that unfinished files are removed."""
     silence_unraisable()
     sys.exit(128 + number)
 
@@ -190,9 +190,9 @@ def _follow() -> None:
 
 
 def keep_freed() -> None:
-    """Keep the memory of freed arrays for later ones; without effect except on Linux with glibc."""
+    """Keep the memory of freed arrays for later ones; only on Linux with glibc."""
     if sys.platform == "linux" and "MALLOC_MMAP_THRESHOLD_" not in os.environ:
-        # Other C libraries lack it.
+        # Other C libraries have no mallopt.
         with suppress(OSError, AttributeError):
             adjust = ctypes.CDLL(None).mallopt
             for parameter, size in (_MAPPED, _KEPT):
@@ -200,7 +200,7 @@ def keep_freed() -> None:
 
 
 def release_memory() -> None:
-    """Return freed memory to the system; without effect except on Linux with glibc."""
+    """Return freed memory to the system; only on Linux with glibc."""
     if sys.platform == "linux":
         with suppress(OSError, AttributeError):
             ctypes.CDLL(None).malloc_trim(0)

@@ -1,8 +1,7 @@
 """MPI ranks that share one map: the only module that calls MPI.
 
-They are called ranks. All of them run the same program, and call what stands here in the same
-order; what has to be alike on all of them is told by one, or computed by each from the same
-numbers in the same order.
+All ranks run the same program and call these functions in the same order. Values that must agree
+on all ranks are broadcast by one, or computed by each from the same numbers in the same order.
 """
 
 from __future__ import annotations
@@ -23,9 +22,9 @@ Result = TypeVar("Result")
 
 # Environment variables with the number of processes of an MPI run (MPICH, Open MPI, PMIx).
 _SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS")
-# Seconds after which a rank that waits no longer holds its core, and for which it leaves it.
+# Seconds of waiting after which a rank releases its core, and for which it then sleeps.
 _PATIENCE, _NAP = 2e-4, 5e-5
-# Seconds in which others come to the same error.
+# Seconds within which other ranks must reach the same error.
 _GRACE = 5.0
 # Errors with a message for the user, and no traceback.
 _REPORTED_ERRORS = (RoughcontactError, OSError, MemoryError)
@@ -37,7 +36,7 @@ def is_parallel_run() -> bool:
 
 
 def world() -> Ranks:
-    """Return all processes that ``mpiexec`` started."""
+    """Return the ranks of all processes that ``mpiexec`` started."""
     try:
         from mpi4py import MPI
     except (ImportError, RuntimeError) as error:
@@ -55,15 +54,15 @@ def world() -> Ranks:
 
 @dataclass
 class PendingExchange:
-    """Parts of arrays on their way between ranks."""
+    """Pending exchange of parts of arrays between ranks."""
 
-    ranks: Ranks  # Those that exchange
+    ranks: Ranks  # Exchanging ranks
     request: Any  # Pending MPI request
-    coming: NDArray[Any]  # (n,) Memory of what arrives
-    sizes: Sequence[int]  # Entries that come from each rank
+    coming: NDArray[Any]  # (n,) Receive buffer
+    sizes: Sequence[int]  # Entries received from each rank
 
     def wait(self) -> list[NDArray[Any]]:
-        """Wait for all, and return what came from each rank."""
+        """Wait for the exchange, and return the parts received from each rank."""
         self.ranks.wait(self.request)
         return np.split(self.coming, np.cumsum(self.sizes)[:-1])
 
@@ -84,7 +83,7 @@ class Ranks:
         return self.number == 0
 
     def node_size(self) -> int:
-        """Return how many ranks share the memory and the cores of this machine."""
+        """Return the number of ranks on this machine."""
         from mpi4py import MPI
 
         here = self.communicator.Split_type(MPI.COMM_TYPE_SHARED)
@@ -93,25 +92,25 @@ class Ranks:
         return number
 
     def allgather(self, value: float) -> NDArray[np.float64]:
-        """Return the number that each rank gives, in their order."""
+        """Return the values of all ranks, in the order of the ranks."""
         values = np.empty(self.count)
         self.wait(self.communicator.Iallgather(np.array([value], np.float64), values))
         return values
 
     def allreduce_scalar(self, value: float) -> float:
-        """Return the sum of the numbers that ranks give."""
+        """Return the sum of a value over all ranks."""
         return math.fsum(self.allgather(value))
 
     def allreduce(self, parts: NDArray[Any]) -> NDArray[Any]:
-        """Return the sums, entry by entry, of arrays of one shape."""
-        # By way of one rank: what each would add up for itself may differ in the last bit.
+        """Return the elementwise sum over all ranks of arrays of one shape."""
+        # Reduce on one rank: sums computed by each rank may differ in the last bit.
         sums = np.empty_like(parts)
         self.wait(self.communicator.Ireduce(np.ascontiguousarray(parts), sums))
         self.wait(self.communicator.Ibcast(sums))
         return sums
 
     def allgatherv(self, part: NDArray[Any], counts: Sequence[int]) -> NDArray[Any]:
-        """Return the rows of all ranks one below the other; ``counts`` says how many each has."""
+        """Return the concatenated rows of all ranks; ``counts`` is the number of each rank."""
         whole = np.empty((sum(counts), *part.shape[1:]), part.dtype)
         entries = np.array(counts) * math.prod(part.shape[1:])
         here = np.ascontiguousarray(part)
@@ -133,7 +132,7 @@ class Ranks:
         coming: NDArray[Any],
         sizes: Sequence[int],
     ) -> PendingExchange:
-        """Send parts of an array to the ranks, and begin to receive theirs."""
+        """Start to send parts of an array to all ranks, and to receive theirs."""
         began = time.perf_counter()
         request = self.communicator.Ialltoallv([outgoing, parts], [coming, sizes])
         self.seconds += time.perf_counter() - began
@@ -141,14 +140,14 @@ class Ranks:
         return PendingExchange(self, request, coming, sizes)
 
     def shift(self, part: NDArray[Any]) -> NDArray[Any]:
-        """Return the array, of the same shape, of the next rank; of the last that of the first."""
+        """Return the array of the next rank, cyclically; all have the same shape."""
         result = np.empty_like(part)
         before, after = (self.number - 1) % self.count, (self.number + 1) % self.count
         self.communicator.Sendrecv(np.ascontiguousarray(part), before, recvbuf=result, source=after)
         return result
 
     def sent_to_first(self, part: NDArray[Any], sender: int) -> NDArray[Any]:
-        """Return on the first rank what another has; only these two call it."""
+        """Send an array to the root rank; only the sender and the root call this."""
         if self.is_root and sender:
             self.communicator.Recv(part, sender)
         elif sender == self.number and sender:
@@ -156,13 +155,13 @@ class Ranks:
         return part
 
     def broadcast_flag(self, value: bool | None) -> bool:
-        """Return whether the first rank gives True; what the others give does not matter."""
+        """Return the flag of the root rank; the values of other ranks are ignored."""
         flag = np.array([bool(value)], np.int8)
         self.wait(self.communicator.Ibcast(flag))
         return bool(flag[0])
 
     def run_on_all(self, task: Callable[[], Result]) -> Result:
-        """Return the result of a task that each rank executes for itself."""
+        """Run a task on each rank; an error on one rank is raised on all."""
         error: BaseException | None = None
         try:
             result = task()
@@ -176,14 +175,14 @@ class Ranks:
         return result
 
     def broadcast_from_first(self, task: Callable[[], Result]) -> Result:
-        """Return on all ranks what a task gives that the first does."""
+        """Run a task on the root rank, and return its result on all ranks."""
         text: tuple[Any, BaseException | None] = None, None
         if self.is_root:
             try:
                 text = task(), None
             except _REPORTED_ERRORS as raised:
                 text = None, raised
-        # A waiting rank leaves its core to the first.
+        # A waiting rank leaves its core to the root rank.
         self.wait(self.communicator.Ibarrier())
         answer, error = self.communicator.bcast(text)
         if error is not None:
@@ -191,7 +190,7 @@ class Ranks:
         return answer
 
     def all_end(self) -> bool:
-        """Return whether all ranks come here, within a few seconds."""
+        """Return whether all ranks call this within a few seconds."""
         if self._end is None:
             return False
         request, began = self._end.Ibarrier(), time.perf_counter()
@@ -202,6 +201,6 @@ class Ranks:
         return True
 
     def abort(self, status: int) -> NoReturn:
-        """End all ranks at once."""
+        """Terminate all ranks immediately."""
         self.communicator.Abort(status)
         raise SystemExit(status)

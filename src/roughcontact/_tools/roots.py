@@ -1,7 +1,7 @@
 """Root finding for functions of one variable.
 
-The steps are those of SciPy's ``brentq``, to the same bits; to import that with the rest of
-``scipy.optimize`` takes longer than most contacts.
+The steps equal those of ``brentq`` of SciPy to the bit; the import of ``scipy.optimize`` takes
+longer than most contacts.
 
 `brentq`: Brent, Algorithms for Minimization Without Derivatives (1973), ch. 4
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-# SciPy's own.
+# Defaults of SciPy.
 _XTOL, _RTOL = 2e-12, 4 * 2.0**-52
 _MOST_STEPS = 100
 
@@ -24,7 +24,7 @@ def brentq(
     xtol: float = _XTOL,
     rtol: float = _RTOL,
 ) -> float:
-    """Return a zero between two places, by Brent's method with inverse quadratic interpolation."""
+    """Return a zero in an interval, by Brent's method with inverse quadratic steps."""
     before, here = float(low), float(high)
     f_before, f_here = _value(function, before), _value(function, here)
     if f_before == 0:
@@ -69,7 +69,7 @@ def _value(function: Callable[[float], float], place: float) -> float:
 def _interpolated_step(
     places: tuple[float, float, float], values: tuple[float, float, float]
 ) -> float:
-    """Return the step to where a line, or an inverse parabola, is zero; infinity if nowhere."""
+    """Return the step to the zero of a line or an inverse parabola; infinite without one."""
     (before, here, across), (f_before, f_here, f_across) = places, values
     try:
         if before == across:

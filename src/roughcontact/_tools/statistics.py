@@ -1,25 +1,24 @@
 """Means, differences between groups, and their confidence intervals.
 
-Everything here is about numbers alone. Intervals are those of Student, Welch, Games and Howell:
-they take the scatter of a group as normal, and no two groups as equally scattered.
+Intervals follow Student, Welch, and Games and Howell: the values of a group are assumed to be
+normally distributed, and the variances of two groups may differ.
 
-`differences`: Two groups: Welch's t, with its own degrees of freedom. More: the intervals are
-so wide that all of them hold together with confidence `LEVEL` (Games and Howell 1976,
-doi:10.3102/10769986001002113), from the distribution of the studentized range; for two groups
-both are the same.
+`differences`: Two groups: Welch's t, with its degrees of freedom. More: simultaneous intervals
+of confidence `LEVEL` for all pairs (Games and Howell 1976, doi:10.3102/10769986001002113), from the
+distribution of the studentized range; for two groups both agree.
 
-`components`: The interval of the share is that of F, exact for groups of one size; for others
-it takes the mean size of Searle, Casella and McCulloch (1992), section 3.6.
+`components`: The interval of the share follows from F, exact for groups of equal size; for others
+it uses the mean size of Searle, Casella and McCulloch (1992), section 3.6.
 
 `parts_interval`: Long waves correlate neighboring parts. The variance of means over squares of
 side L is S/L² (1 - a/L) if the waves are short compared with L: two sizes of parts give S, which
 is used if it is larger. If the variance of the sixteen parts exceeds that of the 64 by more than
-chance explains (at 10 %), the waves are not short, and the quarters are used if their variance is
-larger.
+chance explains (at 10 %), the waves are not short, and the quarters are used if their interval is
+wider.
 
 Over Gaussian fields whose correlation has fallen to 1/e within three quarters of the width of a
-sixteenth, the intervals hold in 93 to 97 of a hundred maps. Without 64 parts nothing tells
-whether neighbors are independent: the half is the least that it may be.
+sixteenth, the intervals cover 93 to 97 % of maps. Without 64 parts the independence of neighbors
+is unknown: the half-width is a lower bound.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ LEVEL = 0.95
 MIN_COUNT = 4
 """Parts along a side whose scatter gives the error of the whole."""
 
-# How often chance alone may send us from sixteen parts to four.
+# Probability that chance alone leads from sixteen parts to four.
 _ODD = 0.1
 
 Array = NDArray[np.float64]
@@ -47,23 +46,23 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Mean:
-    """A mean and where that of all that could be measured lies."""
+    """Mean of measurements, and the confidence interval of the true mean."""
 
     count: int  # Measurements
     value: float  # Their mean
-    deviation: float  # Their standard deviation, n - 1 in the denominator
+    deviation: float  # Standard deviation, n - 1 in the denominator
     low: float  # Lower end of the interval of confidence `LEVEL`
     high: float  # Upper end
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A difference of two means."""
+    """Difference of two means."""
 
     value: float  # Second mean less first
     low: float  # Lower end of the interval of confidence `LEVEL`, shared by all pairs of groups
     high: float  # Upper end
-    p: float  # How often chance alone would make some pair of groups differ as much, if none did
+    p: float  # Probability that some pair of equal groups would differ as much by chance
 
     @property
     def known(self) -> bool:
@@ -78,12 +77,12 @@ class Difference:
 
 @dataclass(frozen=True)
 class Components:
-    """The two parts of a scatter: between groups, and within them."""
+    """Components of variance: between groups and within groups."""
 
     between: float  # Standard deviation between groups
     within: float  # Standard deviation within groups
-    share: float  # Of the variance, what is between groups
-    low: float  # Lower end of its interval of confidence `LEVEL`, cut at 0
+    share: float  # Share of the variance that is between groups
+    low: float  # Lower end of the interval of the share, of confidence `LEVEL`, cut at 0
     high: float  # Upper end, cut at 1
     groups: int  # Number of groups
     count: int  # Measurements in all groups
@@ -93,11 +92,11 @@ class Components:
 class WholeError:
     """Uncertainty of the value of a whole map, from the scatter of its parts."""
 
-    half: float  # Half of its interval of confidence `LEVEL`
+    half: float  # Half-width of the interval of confidence `LEVEL`
     divisions: int  # Parts along a side
-    parts: int  # Parts in all, whose scatter it comes from
+    parts: int  # Number of all parts whose scatter is used
     scaling: float
-    falls: bool  # Whether chance alone explains that it is not 1
+    falls: bool  # Whether chance alone explains a scaling other than 1
 
 
 def mean_with_interval(values: ArrayLike) -> Mean:
@@ -112,7 +111,7 @@ def mean_with_interval(values: ArrayLike) -> Mean:
 
 
 def paired(first: ArrayLike, second: ArrayLike) -> Difference:
-    """Return the mean difference of measurements that belong together in pairs (Student)."""
+    """Return the mean difference of paired measurements (Student)."""
     from scipy.special import stdtr
 
     result = mean_with_interval(np.subtract(np.asarray(second, float), np.asarray(first, float)))
@@ -124,7 +123,7 @@ def paired(first: ArrayLike, second: ArrayLike) -> Difference:
 
 
 def differences(groups: Sequence[ArrayLike]) -> dict[tuple[int, int], Difference]:
-    """Return the differences of all pairs of groups (Welch; of more than two Games and Howell)."""
+    """Return the differences of all pairs of groups (Welch, or Games and Howell)."""
     taken = [np.asarray(group, dtype=np.float64) for group in groups]
     return {
         (i, j): _difference(taken[i], taken[j], len(taken))
@@ -154,7 +153,7 @@ def _difference(first: Array, second: Array, groups: int) -> Difference:
 
 
 def holm(p: ArrayLike) -> Array:
-    """Return p of several tests, corrected so that all hold together (Holm 1979); NaN stays."""
+    """Return p-values corrected for multiple tests (Holm 1979); NaN stays NaN."""
     values = np.asarray(p, dtype=np.float64)
     order, count = np.argsort(values), np.count_nonzero(~np.isnan(values))
     raised = values[order] * np.maximum(count - np.arange(values.size), 1)
@@ -165,7 +164,7 @@ def holm(p: ArrayLike) -> Array:
 
 @lru_cache(maxsize=1024)
 def _studentized_range(groups: int, freedom: float, ratio: float) -> tuple[float, float]:
-    """Return the width of the intervals of all pairs in standard errors, and their probability."""
+    """Return the half-width of simultaneous intervals in standard errors, and a p-value."""
     from scipy.stats import studentized_range
 
     width = float(studentized_range.ppf(LEVEL, groups, freedom)) / math.sqrt(2)
@@ -173,7 +172,7 @@ def _studentized_range(groups: int, freedom: float, ratio: float) -> tuple[float
 
 
 def components(groups: Sequence[ArrayLike]) -> Components:
-    """Return how a scatter splits into that between groups and that within (one-way, random)."""
+    """Return the components of variance of groups (one-way random effects)."""
     from scipy.special import fdtri
 
     taken = [np.asarray(group, dtype=np.float64) for group in groups]
@@ -196,13 +195,13 @@ def components(groups: Sequence[ArrayLike]) -> Components:
 
 
 def prediction_half_width(values: ArrayLike) -> float:
-    """Return half of the interval about the true mean in which one measurement lies."""
+    """Return the half-width of the interval about the true mean for one measurement."""
     x = np.asarray(values, dtype=np.float64)
     return _student(x.size - 1) * _deviation(x)
 
 
 def parts_interval(levels: Mapping[int, ArrayLike]) -> WholeError:
-    """Return how sure the number of a whole is, from the scatter of its equal parts."""
+    """Return the uncertainty of the value of a map, from the scatter of its equal parts."""
     many, few = (np.asarray(levels[n], dtype=np.float64) for n in (MIN_COUNT, MIN_COUNT // 2))
     variance = _deviation(many) ** 2 / many.size
     if 2 * MIN_COUNT not in levels:
@@ -221,11 +220,11 @@ def parts_interval(levels: Mapping[int, ArrayLike]) -> WholeError:
 
 
 def deviation_range(count: int) -> tuple[float, float]:
-    """Return the multiples of the standard deviation of n values that enclose the true one."""
+    """Return the factors to the deviation of n values that enclose the true deviation."""
     from scipy.special import chdtri
 
     freedom = count - 1
-    # `chdtri` takes the upper tail.
+    # `chdtri` uses the upper tail.
     tails = (1 - LEVEL) / 2, (1 + LEVEL) / 2
     low, high = (math.sqrt(freedom / float(chdtri(freedom, tail))) for tail in tails)
     return low, high
@@ -234,7 +233,7 @@ def deviation_range(count: int) -> tuple[float, float]:
 def variance_scaling(
     coarse: ArrayLike, fine: ArrayLike, level: float = LEVEL
 ) -> tuple[float, float, float]:
-    """Return how the variance falls from small parts to large ones."""
+    """Return the variance of large parts over that expected from small ones, and its range."""
     from scipy.special import fdtri
 
     large, small = (np.asarray(x, dtype=np.float64) for x in (coarse, fine))
@@ -253,7 +252,7 @@ def _deviation(x: Array) -> float:
 
 
 def _ratio(value: float, error: float) -> float:
-    """Return a size over its error; infinite over none."""
+    """Return an absolute value over its error; infinite for a zero error."""
     if error:
         return abs(value) / error
     return math.inf if value else 0.0

@@ -1,1 +1,1 @@
-"""The page in the browser: a map, two bodies and a load, and the contact that follows them."""
+"""Browser app: map, bodies and load of a contact, and its live results."""

@@ -1,7 +1,7 @@
 """Access control: origin, token and cookie of requests.
 
-A page of another site in the same browser can send requests here, and make its own name lead to
-this machine (DNS rebinding): both name a host or an origin that is not ours.
+A page of another site in the same browser can send requests to this server, or resolve its own host
+name to this machine (DNS rebinding). Both kinds of requests name a foreign host or origin.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from tornado.httputil import HTTPHeaders, HTTPServerRequest
 from tornado.routing import AnyMatches, Matcher, Rule, RuleRouter
 
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
-"""Names of this machine."""
+"""Host names of this machine."""
 
 TOKEN, WORK = "token", "work"
 """Query parameters: the token, and the key of a project."""
 
-# Parts of Bokeh and Panel, which anybody may have: a page in a frame shows no cookie for them.
+# Public files of Bokeh and Panel: a page in a frame requests them without the cookie.
 _PUBLIC_PREFIX = "/static/"
 _COOKIE_VALUE = b"let in"
 _COOKIE_DAYS = 31
-# Nothing that a page shows comes from elsewhere, whatever it holds; Bokeh makes functions of text.
-# A notebook on this machine may show it.
+# A page loads nothing from other origins, even if its content requests so; Bokeh compiles functions from text.
+# A notebook on this machine may show the page in a frame.
 _POLICY = (
     "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:; "
     "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self' data:; "
@@ -39,21 +39,21 @@ _POLICY = (
 
 @dataclass(frozen=True)
 class AccessPolicy:
-    """Who may come in."""
+    """Rules of access to the server: origins, token and cookie."""
 
     origins: tuple[str, ...]
-    token: str  # Secret to be shown once
+    token: str  # Secret that a browser presents once
     secret: bytes  # Signs the cookie
-    port: int  # Where the server listens: a browser has the cookies of all ports of a machine
+    port: int  # In the cookie name: all ports of a machine share cookies
 
     @property
     def cookie(self) -> tuple[str, str]:
-        """Name and value of the cookie of a browser that has shown the token."""
+        """Name and value of the cookie of a browser that has presented the token."""
         name = f"roughcontact-desk-{self.port}"
         return name, web.create_signed_value(self.secret, name, _COOKIE_VALUE).decode("ascii")
 
     def refusal(self, request: HTTPServerRequest) -> str:
-        """Return why a request is refused; empty if it is not."""
+        """Return the reason for rejecting a request; empty if it is accepted."""
         host = request.host.lower()
         if _name(host) not in LOOPBACK and host not in map(_host_of, self.origins):
             return f"{host!r} is no name of this server; allow it with --allow-origin"
@@ -62,7 +62,7 @@ class AccessPolicy:
         own = (f"http://{host}", f"https://{host}") if _name(host) in LOOPBACK else ()
         if origin is not None and origin.lower() not in (*own, *self.origins):
             return f"a page of {origin!r} may not use this server"
-        # A page of another site that only wants to disturb.
+        # Requests of other sites may have no origin, for example those of images.
         site = headers.get("Sec-Fetch-Site", "none")
         if site not in ("none", "same-origin") and headers.get("Sec-Fetch-Mode") != "navigate":
             return "a page of another site may not use this server"
@@ -90,7 +90,7 @@ def _host_of(origin: str) -> str:
 
 
 def _name(host: str) -> str:
-    """Return a host without its port."""
+    """Return the name of a host without its port."""
     end = host.rpartition("]")
     return f"{end[0]}]" if end[1] else host.partition(":")[0]
 
@@ -119,12 +119,12 @@ def guard_application(
 
 
 class GuardedApplication(web.OutputTransform):
-    """Adds security headers to every response: allowed sources, and no framing."""
+    """Output transform that adds security headers to every response."""
 
     def transform_first_chunk(
         self, status_code: int, headers: HTTPHeaders, chunk: bytes, finishing: bool
     ) -> tuple[int, HTTPHeaders, bytes]:
-        """Add the headers."""
+        """Add the security headers to the first chunk."""
         headers["Content-Security-Policy"] = _POLICY
         headers["X-Content-Type-Options"] = "nosniff"
         headers["Referrer-Policy"] = "no-referrer"
@@ -153,7 +153,7 @@ def work_key(request: Any) -> str:
 
 
 def query_or_cookie(request: Any, name: str) -> str:
-    """Return a query parameter or cookie of a request; empty if it has none."""
+    """Return a query parameter of a request; empty if it has none."""
     return next((word.decode("ascii", "replace") for word in request.arguments.get(name, [])), "")
 
 
@@ -168,7 +168,7 @@ class _RefusedHandler(web.RequestHandler):
 
 
 class _EntryHandler(web.RequestHandler):
-    """Redirects to a project: the requested one, or a new one."""
+    """Handler that redirects to the requested project, or to a new one."""
 
     def initialize(
         self, door: AccessPolicy, find: Callable[[str], bool], create: Callable[[], str]

@@ -48,7 +48,7 @@ def _list_analyses(tasks: Iterable[Task]) -> tuple[tuple[Task, Analysis], ...]:
 
 JOINTS = _list_analyses(SHARED_TASKS.values())
 """Analyses of a joint; analyses requested together share their contacts."""
-# Analyses with their own solves come last.
+# The analyses of the solve command come last.
 ANALYSES = (
     *(item for item in _list_analyses(TASKS) if item not in JOINTS and item[0] is not SOLVE),
     *_list_analyses([SOLVE]),
@@ -64,13 +64,13 @@ class AnalysisOutcome:
     """Outcome of an analysis."""
 
     outcome: Outcome  # The result itself
-    facts: tuple[Cells, ...]  # Names, values and meanings
-    heads: Cells  # A table of many steps, if it has one
-    steps: tuple[Cells, ...]  # A table of many steps, if it has one
+    facts: tuple[Cells, ...]  # Labels, values and meanings
+    heads: Cells  # Column heads of the step table, if there is one
+    steps: tuple[Cells, ...]  # Rows of the step table, if there is one
     cautions: tuple[Caution, ...]  # Cautions
     drawings: tuple[Drawing, ...]  # Figures
     sentences: tuple[str, ...] = ()  # Meaning of the quantities
-    lead: str = ""  # The answer in a sentence
+    lead: str = ""  # Main result in a sentence
 
     @property
     def result(self) -> Any:
@@ -79,12 +79,12 @@ class AnalysisOutcome:
 
 
 def run_analysis(tell: Tell, request: Request) -> AnalysisOutcome:
-    """Carry out a request, and draw what came out; a job for `workers.WorkerPool.submit`."""
+    """Run a request and draw its figures; a job for `workers.WorkerPool.submit`."""
     return _analysis_outcome(tell, run_request(request, tell, tell))
 
 
 def run_analyses(tell: Tell, *requests: Request) -> tuple[AnalysisOutcome, ...]:
-    """Carry out requests on one contact, solved once; a job for `workers.WorkerPool.submit`."""
+    """Run requests that share their contacts; a job for `workers.WorkerPool.submit`."""
     with shared_runner() as carry_out:
         return tuple(
             _analysis_outcome(tell, carry_out(request, tell, tell)) for request in requests
@@ -118,9 +118,9 @@ def _make_drawings(result: Any) -> tuple[Drawing, ...]:
 
 @dataclass(frozen=True)
 class ContactComparison:
-    """Two contacts side by side."""
+    """Comparison of two contacts."""
 
-    rows: tuple[Cells, ...]  # Names of numbers, those of both, their difference, and its share
+    rows: tuple[Cells, ...]  # Labels, both values, differences, also in percent
     cautions: tuple[tuple[Caution, ...], tuple[Caution, ...]]  # Cautions of each
     contacts: tuple[ContactResult, ContactResult]
 
@@ -128,7 +128,7 @@ class ContactComparison:
 def compare_contacts(
     tell: Tell, first: Request, second: Request, names: tuple[str, str]
 ) -> ContactComparison:
-    """Solve two contacts and set them side by side; a job for `workers.WorkerPool.submit`."""
+    """Solve two contacts and compare them; a job for `workers.WorkerPool.submit`."""
     result = []
     for name, request in zip(names, (first, second), strict=True):
         tell(f"solving {name}")
@@ -156,7 +156,7 @@ def compare_contacts(
 def _quantity_change(
     quantity: Quantity, first: ContactResult, second: ContactResult
 ) -> tuple[str, str]:
-    """Return how much more a quantity is in the first of two contacts, and that in percent."""
+    """Return the first value minus the second, as text and in percent of the second."""
     if not (quantity.when(first) and quantity.when(second)):
         return "", ""
     values = [quantity.value(result) for result in (first, second)]
@@ -177,7 +177,7 @@ def _quantity_change(
 
 
 def draw_figures(tell: Tell, request: Request, folder: Path, packed: Path) -> Outcome:
-    """Carry out a request and pack its figures; a job for `workers.WorkerPool.submit`."""
+    """Run a request and zip its figures; a job for `workers.WorkerPool.submit`."""
     with tempfile.TemporaryDirectory(dir=folder) as place:
         specified = {**request.specified, "figures": place}
         outcome = run_request(Request.from_text(request.task, request.file, specified), tell, tell)

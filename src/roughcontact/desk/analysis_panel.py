@@ -1,4 +1,4 @@
-"""Panels of joint analyses of one contact: solved once, several results."""
+"""Panels of analyses: single, joint on one contact, and comparison of two states."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ from roughcontact.request.task import Analysis, Task
 from roughcontact.uncertainty.resolution import ResolutionStudy
 from roughcontact.units import format_engineering
 
-# Of a load that was found.
+# Significant digits of a found load.
 _DIGITS = 7
 
 
 class AnalysisPanel(TabPanel):
-    """The questions, the form of the one that is chosen, and its answer."""
+    """Selector of analyses, options of the selected one, and its result."""
 
     def __init__(self, session: Session, bench: workers.WorkerPool, run: Run, give: Give) -> None:
         self._session, self._give = session, give
@@ -91,7 +91,7 @@ class AnalysisPanel(TabPanel):
         self._answer[:] = self._shown(result)
 
     def show(self) -> None:
-        """Mark the load that is worked with in a load curve, if one is there."""
+        """Mark the current load in the load curve, if one is shown."""
         outcome = self._session.outcome
         if self._curve is not None and outcome is not None and outcome.contact is not None:
             self._curve.mark(outcome.contact.load)
@@ -119,7 +119,7 @@ class AnalysisPanel(TabPanel):
         return parts
 
     def _use(self, load: float) -> Any:
-        """Return a button that takes a found load as the load of the contact."""
+        """Return a button that sets the load of the contact to a found load."""
         text = format_engineering(load, "N", _DIGITS)
         return make_button(f"Use {text} as the load", lambda: self._give("load", text))
 
@@ -140,7 +140,7 @@ class OptionsForm:
 
     @property
     def words(self) -> dict[str, Value]:
-        """Option values of the form, as `State.request` expects them."""
+        """Option values of the form, as `SessionState.request` expects them."""
         fixed = {option.name: value for option, value in self._question.fixed}
         text = {**self._values, **fixed}
         return {f"{name.replace('-', '_')}_": value for name, value in text.items()}
@@ -156,7 +156,7 @@ class OptionsForm:
 
 
 def _result_view(result: Any) -> LoadCurveView | ResolutionView | StressView | None:
-    """Return the page's own view of a result, if it has one."""
+    """Return the interactive view of a result; None if its class has none."""
     views: dict[type, Callable[[], Any]] = {
         LoadCurve: LoadCurveView,
         ResolutionStudy: ResolutionView,
@@ -184,11 +184,11 @@ _NO_ESTIMATE_HTML = (
 
 _TASK, _ = analysis_jobs.JOINTS[0]
 _RANGE = dict(zip((option.name for option in RANGE), ("1 MPa", "100 MPa", "5"), strict=True))
-"""Nominal pressures that are proposed; all questions are asked under the same."""
+"""Default nominal pressures, common to all joint analyses."""
 
 
 class JointPanel(TabPanel):
-    """The questions with a box each, the pressures for all of them, and the answers."""
+    """Checkboxes of the joint analyses, their common pressures, and their results."""
 
     def __init__(
         self, session: Session, bench: workers.WorkerPool, run: Run, folder: Path, offer: Offer
@@ -264,7 +264,7 @@ class JointPanel(TabPanel):
         self._working.start_job(analysis_jobs.run_analyses, self._show, *requests)
 
     def _with_files(self, request: Request) -> Request:
-        """Return a request with the downloadable files."""
+        """Return a request that also writes the downloadable files."""
         output = next(item for item in request.task.options if item.suffixes)
         paths = [
             str(self._folder / f"{request.task.name}-{self._run_count}{suffix}")
@@ -316,7 +316,7 @@ _NAMES = ("this state", "pinned state")
 
 
 class ComparePanel(TabPanel):
-    """The pinned contact, the differences, and both contacts side by side."""
+    """Pinned state, its differences from the current state, and both contacts compared."""
 
     def __init__(
         self,
@@ -340,7 +340,7 @@ class ComparePanel(TabPanel):
         )
 
     def show(self) -> None:
-        """Show the pinned contact, and its differences."""
+        """Show the options in which the current and the pinned state differ."""
         state = self._session.state
         pinned = state.pinned
         self._swap.disabled = self._unpin.disabled = pinned is None

@@ -1,4 +1,4 @@
-"""Controls: one for each option, made from its row in the table of options."""
+"""Controls of the page: one for each option, made from its entry in the task."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from roughcontact.request.task import Command, Task
 
 
 def spell_for_page(mention: ArgumentRef, task: Command = SOLVE) -> str:
-    """Return an argument in the terms of the page: its label, and the text to enter."""
+    """Return an argument in the terms of the page: label and text to enter."""
     if mention.name == "file":
         return "the map"
     option = task.option_of_argument(mention.name)
@@ -45,7 +45,7 @@ def spell_sentence(text: str, task: Command = SOLVE) -> str:
 
 
 def escape_markup(text: str) -> str:
-    """Return text that is never markup."""
+    """Return text with markup escaped."""
     return html.escape(text)
 
 
@@ -55,38 +55,38 @@ def error_markup(text: str, role: str = ' role="alert"') -> str:
 
 
 def note_markup(text: str, role: str = ' role="status"') -> str:
-    """Return a remark as markup, which is read aloud."""
+    """Return a note as markup that screen readers announce."""
     return f'<span class="quiet"{role}>{escape_markup(text)}</span>'
 
 
 def show_alert(pane: Any, text: str) -> None:
-    """Show what is wrong in a pane, nothing for an empty text."""
+    """Show an error in a pane, or hide the pane if the text is empty."""
     pane.object, pane.visible = error_markup(text), bool(text)
 
 
-# --- Controls: one for each option, made from its row in the table of options ---
+# --- Controls of options ---
 
 
 Give = Callable[[str, Value], None]
-"""``give(name, value)`` sets an option, or raises what is wrong with it."""
+"""``give(name, value)`` sets an option, or raises the error of an invalid value."""
 
 
 _SUGGESTED: dict[str, tuple[str, ...]] = {"ceiling": ("auto", "calibrated", "none"), "channel": ()}
-"""Suggestions where any text is valid."""
+"""Suggested texts of options that accept any text."""
 
 _PICTURED = {"boundary": {"free": "ends", "periodic": "continues"}}
-"""Pictures of choices."""
+"""Names of the pictures of choices."""
 
 
 class Control:
-    """A labelled control of one option, with what is wrong with its text below it."""
+    """Labelled control of an option, with the error of its value below."""
 
     def __init__(
         self, name: str, give: Give, choices: Mapping[str, str] | None = None, task: Command = SOLVE
     ) -> None:
         self.name, self._give, self._task = name, give, task
         option = task.by_name[name]
-        # If no option is selected, the default is not submitted.
+        # Without a default, or with an empty choice, the control starts empty.
         requested = option.default is None or "" in (choices or {}).values()
         plain = isinstance(option.default, (str, int, float))
         self._default = option.text(option.default) if plain and not requested else ""
@@ -98,7 +98,7 @@ class Control:
         self.root = pn.Column(self.widget, **style.BLOCK)
 
     def show(self, specified: Mapping[str, Value]) -> None:
-        """Show the given value, or else the default."""
+        """Show the value of the option, or its default."""
         if isinstance(self.widget, Check):
             value: Value = bool(specified.get(self.name, False))
         else:
@@ -112,12 +112,12 @@ class Control:
         self.show_error("")
 
     def suggest(self, texts: Sequence[str]) -> None:
-        """Suggest texts during typing; other texts are accepted as well."""
+        """Set the texts suggested during typing; other texts are accepted as well."""
         if list(self.widget.options) != list(texts):
             self.widget.options = list(texts)
 
     def offer(self, choices: Mapping[str, str]) -> None:
-        """Set the choices by their labels; the selected value is kept."""
+        """Set the choices, values by label; the selected value is kept."""
         specified = self.widget.value
         options = {
             shown_text: text
@@ -132,7 +132,7 @@ class Control:
             self._silent = False
 
     def show_error(self, text: str) -> None:
-        """Show what is wrong, nothing for an empty text."""
+        """Show an error below the control, or remove it if the text is empty."""
         if not text:
             if len(self.root) > 1:
                 self.root[:] = [self.widget]
@@ -176,7 +176,7 @@ def _widget(option: Option[Any], choices: Mapping[str, str] | None) -> Any:
 
 
 def make_button(text: str, done: Callable[[], None], primary: bool = False, **more: Any) -> Any:
-    """Return a button that does something."""
+    """Return a button that calls a function when clicked."""
     created = pn.widgets.Button(
         label=text, color="primary" if primary else "default", **{**style.BUTTON, **more}
     )
@@ -185,7 +185,7 @@ def make_button(text: str, done: Callable[[], None], primary: bool = False, **mo
 
 
 def caution_list(text: Iterable[Caution]) -> str:
-    """Return the cautions as a list, the most severe first."""
+    """Return cautions as the markup of a list, the most severe first."""
     items = "".join(
         f'<li><b class="{item.severity}">{item.severity}</b> '
         f"{escape_markup(spell_sentence(item.text))}</li>"
@@ -195,13 +195,13 @@ def caution_list(text: Iterable[Caution]) -> str:
 
 
 def gravest_first(text: Iterable[Caution]) -> list[Caution]:
-    """Return cautions in their order, without that on convergence, which the status shows."""
+    """Return cautions by severity, without non-convergence, which the status shows."""
     known = [item for item in text if item.kind != CautionTag.NOT_CONVERGED]
     return sorted(known, key=lambda item: list(Severity).index(item.severity))
 
 
 def markup_table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> str:
-    """Return rows of text as a table."""
+    """Return rows of text as the markup of a table."""
     head = "".join(f"<th>{escape_markup(cell)}</th>" for cell in heads)
     body = "".join(
         "<tr>" + "".join(f"<td>{escape_markup(cell)}</td>" for cell in row) + "</tr>"
@@ -210,15 +210,15 @@ def markup_table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> st
     return f"<table>{f'<tr>{head}</tr>' if head else ''}{body}</table>"
 
 
-# --- Running job: started in another process, shown with its progress, canceled, ended ---
+# --- Running job: start in another process, progress, cancellation, end ---
 
 
 Run = Callable[[Callable[[], None]], None]
-"""``run(done)`` calls ``done`` where the page may be changed."""
+"""``run(done)`` calls ``done`` in the thread that may change the page."""
 
 
 class JobButton:
-    """A button that begins a job, and what is seen of it until it ends."""
+    """Button that starts a job, with its progress and a cancel button."""
 
     def __init__(
         self,
@@ -245,7 +245,7 @@ class JobButton:
     def start_job(
         self, work: Callable[..., Any], take: Callable[[Any], None], request: Request, *more: Any
     ) -> None:
-        """Begin a job on a request (and more), and have what it gives taken."""
+        """Start a job with a request and more arguments; ``take`` receives its result."""
         self._task, self._take = request.task, take
         self._start.disabled, self._cancel.disabled = True, False
         self._bar.visible, self._bar.value = True, -1
@@ -265,11 +265,11 @@ class JobButton:
             self._job.cancel()
 
     def show_refusal(self, text: str) -> None:
-        """Say why there is nothing."""
+        """Show the reason why there is no result."""
         self._status.object = error_markup(text)
 
     def refuse_error(self, error: RoughcontactError, task: Task = SOLVE) -> None:
-        """Show why there is no result, in the terms of the page."""
+        """Show the error of a job in the terms of the page."""
         self.show_refusal(self._session.state.with_user_names(error_text(error, task)))
 
     # Called from the thread of the job.
@@ -280,7 +280,7 @@ class JobButton:
     def _ended(self, end: workers.JobResult) -> None:
         self._run(lambda: self._close(end))
 
-    # Where the page may be changed.
+    # Called in the thread that may change the page.
 
     def _show(self, stage: workers.JobStage) -> None:
         text = (

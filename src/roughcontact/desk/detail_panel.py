@@ -1,4 +1,4 @@
-"""A section through a contact along a line: both bodies pressed together, gap and pressure."""
+"""Details of a contact: section along a line, contact spots, pressures and surface texture."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ from roughcontact.surface.spectrum import radial_spectrum
 from roughcontact.surface.surface import Surface
 from roughcontact.units import count_noun, format_engineering, format_lengths, parse
 
-# Points of a curve, at most, and bins of heights.
+# Maximum number of points of a curve, and number of bins of heights.
 _MOST, _BINS = 1500, 60
 
 
 class PressureHistogram:
-    """How the contact area is spread over the pressure, in the bins of the report's figure."""
+    """Histogram of the contact pressure, with the bins of the report."""
 
     def __init__(self) -> None:
         self.source: Any = style.empty_source("left", "right", "density")
@@ -83,7 +83,7 @@ class PressureHistogram:
         self._ceiling.visible = False
 
     def show(self, result: ContactResult) -> None:
-        """Show the pressures of a result."""
+        """Show the pressure distribution of a result."""
         below = result.pressure[result.contact & ~result.saturated]
         bins = linear_bins([result], [below])
         factor, unit = prefixed(bins.limits[1], "Pa")
@@ -111,7 +111,7 @@ class PressureHistogram:
 
 
 class HeightHistogram:
-    """The distribution of the heights."""
+    """Histogram of the heights of a surface."""
 
     def __init__(self) -> None:
         self.source: Any = style.empty_source("left", "right", "share")
@@ -132,7 +132,7 @@ class HeightHistogram:
         )
 
     def show(self, surface: Surface) -> None:
-        """Show the heights of a surface above their mean."""
+        """Show the height distribution of a surface, relative to the mean height."""
         heights = surface.heights[np.isfinite(surface.heights)]
         heights = heights - heights.mean()
         factor, unit = prefixed(float(np.abs(heights).max()), "m")
@@ -153,7 +153,7 @@ class HeightHistogram:
 
 
 class MaterialRatioPlot:
-    """The material ratio curve of a surface, with its core."""
+    """Material ratio curve of a surface, with the line of its core."""
 
     def __init__(self) -> None:
         self.source: Any = style.empty_source("ratio", "height")
@@ -182,7 +182,7 @@ class MaterialRatioPlot:
         style.set_markup(self.note, "")
 
     def show(self, surface: Surface) -> None:
-        """Show the heights of a surface above their mean; missing points are left out."""
+        """Show the material ratio curve of a surface, without missing points."""
         ratio, height, core, upper = bearing_parts(surface)
         scale = factor, unit = prefixed(float(np.abs(height).max()), "m")
         if ratio.size > _MOST:
@@ -200,7 +200,7 @@ class MaterialRatioPlot:
 
 
 class SpectrumPlot:
-    """The radially averaged power spectral density of a surface."""
+    """Radially averaged power spectral density of a surface."""
 
     def __init__(self) -> None:
         self.source: Any = style.empty_source("q", "C", "wavelength")
@@ -219,7 +219,7 @@ class SpectrumPlot:
         style.set_markup(self.note, "")
 
     def show(self, surface: Surface) -> None:
-        """Show the spectrum of a surface; of one with missing points say that it has none."""
+        """Show the spectrum of a map; profiles and missing points give a note instead."""
         if surface.missing or surface.is_profile:
             self.clear()
             what = "a map" if surface.is_profile else "a map without missing points: fill them"
@@ -241,17 +241,17 @@ class SpectrumPlot:
             style.hover_units(self._hover, [unit, "rad/m", "m⁴"])
 
 
-# --- A section through a contact along a line: both bodies pressed together, gap and pressure ---
+# --- Section of a contact along a line: both bodies under load, gap and pressure ---
 
 
 Array = NDArray[np.float64]
 
-# Places along a line, at most: several to a dot of any screen.
+# Maximum number of points along a line: several per pixel of any screen.
 _SECTION_MOST = 4000
 
 
 class SectionPoints(NamedTuple):
-    """The points of a map that lie nearest to evenly spaced places on a line."""
+    """Points of a map nearest to evenly spaced positions on a line [m]."""
 
     place: Array
     step: float
@@ -260,7 +260,7 @@ class SectionPoints(NamedTuple):
 
 
 class SectionBodies(NamedTuple):
-    """Bodies on a section [SI]; NaN where points are missing."""
+    """Heights, gap and pressure along a section [SI]; NaN at missing points."""
 
     lower: Array
     upper: Array
@@ -270,7 +270,7 @@ class SectionBodies(NamedTuple):
 
 
 def points_on_line(surface: Surface, line: Line) -> SectionPoints:
-    """Return the points of a map along a line (y0, x0, y1, x1) [m]."""
+    """Return the nearest map points along a line (y0, x0, y1, x1) [m]."""
     y0, x0, y1, x1 = line
     length = math.hypot(y1 - y0, x1 - x0)
     edge = min(surface.pixel[1:] if surface.is_profile else surface.pixel)
@@ -286,7 +286,7 @@ def points_on_line(surface: Surface, line: Line) -> SectionPoints:
 
 
 def bodies_on_line(result: ContactResult, where: SectionPoints) -> SectionBodies:
-    """Return both bodies along a section, as they lie pressed together."""
+    """Return both bodies along a section, under load."""
     index = where.rows, where.columns
     surface, pair = result.surface, result.pair
     gap = result.gap[index]
@@ -305,7 +305,7 @@ def bodies_on_line(result: ContactResult, where: SectionPoints) -> SectionBodies
 
 
 def whole_line(surface: Surface) -> Line:
-    """Return a line along x through the highest point of a map."""
+    """Return the full line along x through the highest point of a map."""
     heights = surface.heights
     row = 0 if np.isnan(heights).all() else int(np.nanargmax(heights)) // heights.shape[1]
     y = (row + 0.5) * surface.pixel[0]
@@ -313,7 +313,7 @@ def whole_line(surface: Surface) -> Line:
 
 
 class SectionPlot:
-    """Heights of both bodies above, pressure below, along a line from A to B."""
+    """Heights of both bodies, and pressure below, along a line from A to B."""
 
     def __init__(self) -> None:
         columns = ("place", "lower", "upper", "gap", "pressure", "open", "flows")
@@ -330,7 +330,7 @@ class SectionPlot:
         self.heights.title.text, self.pressure.title.text = "Section", ""
 
     def show(self, surface: Surface, result: ContactResult | None, line: Line) -> None:
-        """Show the bodies along a line; without a result, the surface alone."""
+        """Show both bodies along a line, or the surface alone without a result."""
         with style.batch_changes(self.heights.document):
             where = points_on_line(surface, line)
             self.pressure.visible = self.heights.legend.visible = result is not None
@@ -409,7 +409,7 @@ class SectionPlot:
 
 
 def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
-    """Return the figures of heights and of pressure."""
+    """Return the plots of heights and of pressure."""
     tools = "xpan,xwheel_zoom,xbox_zoom,reset"
     heights: Any = figure(
         x_range=along,
@@ -467,17 +467,17 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
     return heights, pressure
 
 
-# --- The contact spots as a table that can be sorted; who chooses a row sees its spot ---
+# --- Sortable table of contact spots; a selected row zooms to its spot ---
 
 
-# Rows of the table, at most: the largest spots.
+# Maximum number of rows: the largest spots are listed.
 _SPOTS_MOST = 1000
-# A spot is shown with this multiple of its size around it, and at least this number of points.
+# The window of a spot has _AROUND + 0.5 times its size, and at least _FEWEST points.
 _AROUND, _FEWEST = 1.5, 24
 
 
 class SpotRows(NamedTuple):
-    """The largest spots of a contact [SI]; a place is that of the largest pressure on a spot."""
+    """Largest spots of a contact [SI]; y and x are those of the maximum pressure."""
 
     area: NDArray[np.float64]
     load: NDArray[np.float64]
@@ -488,13 +488,13 @@ class SpotRows(NamedTuple):
 
 
 def list_spots(result: ContactResult, maximum: int = _SPOTS_MOST) -> SpotRows:
-    """Return the largest spots: area, load, largest pressure, saturated share, place."""
+    """Return the largest contact spots of a result, in the order of their labels."""
     spots = result.spots()
     count = min(spots.count, maximum)
     inside = np.flatnonzero(spots.label)
     label = spots.label.ravel()[inside] - 1
     pressure = result.pressure.ravel()[inside]
-    # The last of equal keys stays: that of the largest pressure.
+    # The last point of a spot is assigned: the one of the largest pressure.
     order = np.argsort(pressure, kind="stable")
     place = np.zeros(spots.count, np.intp)
     place[label[order]] = inside[order]
@@ -513,13 +513,13 @@ def list_spots(result: ContactResult, maximum: int = _SPOTS_MOST) -> SpotRows:
 
 
 def box_around(result: ContactResult, number: int) -> Box:
-    """Return the box in which a spot is seen with what lies around it [m], by its row."""
+    """Return the box around a spot and its surroundings [m], by its row in the table."""
     mask = result.spots().label == number + 1
     place = np.unravel_index(np.argmax(np.where(mask, result.pressure, -1.0)), mask.shape)
     edges = []
     for axis in (0, 1):
         along = np.flatnonzero(mask.any(axis=1 - axis))
-        # Parts apart from each other lie on both edges: that with the place counts.
+        # A spot across a periodic edge has two parts: the one with the maximum pressure is shown.
         parts = np.split(along, np.flatnonzero(np.diff(along) > 1) + 1)
         part = next(item for item in parts if place[axis] in item)
         middle = (part[0] + part[-1] + 1) / 2
@@ -535,7 +535,7 @@ def box_around(result: ContactResult, number: int) -> Box:
 
 
 class SpotTable:
-    """A table of the largest spots."""
+    """Table of the largest contact spots."""
 
     def __init__(self) -> None:
         self._result: ContactResult | None = None
@@ -566,7 +566,7 @@ class SpotTable:
         self.source.selected.on_change("indices", self._chosen)
 
     def on_spot(self, call: Callable[[Box], None]) -> None:
-        """Call ``call(box)`` with the box [m] around a selected spot."""
+        """Register ``call(box)`` for the box [m] around a selected spot."""
         self._call = call
 
     def clear(self) -> None:
@@ -576,7 +576,7 @@ class SpotTable:
         style.set_markup(self.note, "")
 
     def show(self, result: ContactResult) -> None:
-        """Show the spots of a result."""
+        """Show the contact spots of a result."""
         self._result = result
         answer = list_spots(result)
         count = answer.area.size
@@ -603,7 +603,7 @@ class SpotTable:
 
 
 def _round_digits(values: NDArray[np.float64]) -> list[float]:
-    # Four digits, as in all tables; the table sorts by the displayed value.
+    # Four digits, as in all tables; rows are sorted by the displayed value.
     return [float(f"{value:.4g}") for value in values]
 
 
@@ -632,7 +632,7 @@ def _units(result: ContactResult, answer: SpotRows) -> dict[str, tuple[float, st
     }
 
 
-# Detail panels of a contact and its surface, drawn when they are opened.
+# --- Detail panels of a contact and its surface, drawn when they are opened ---
 
 
 _RESULTS, _SPOTS, _PRESSURES, _SURFACE = range(4)
@@ -640,7 +640,7 @@ _ENDS = 4
 
 
 class DetailPanel:
-    """The section below the maps, and tables and charts on their right, of which one is there."""
+    """Section below the maps, and tabs of tables and charts to the right of the maps."""
 
     def __init__(self, zoom: Callable[[Box], None], draw: Callable[[Line], None], run: Run) -> None:
         self.section = SectionPlot()
@@ -697,7 +697,7 @@ class DetailPanel:
 
     @property
     def line(self) -> Line | None:
-        """The line of the section."""
+        """Line of the section: the requested line, or else the proposed one."""
         return self._proposed if self._line is None else self._line
 
     def show(
@@ -707,9 +707,9 @@ class DetailPanel:
         line: Line | None,
         numbers: str | None = None,
     ) -> None:
-        """Show a contact, or the surface alone; a line of None is the one that is proposed.
+        """Show a contact, or the surface alone; ``line=None`` selects the proposed line.
 
-        Without numbers it is a preview or another section, of which nothing else is shown.
+        Without ``numbers``, for a preview or another section, tables and charts stay unchanged.
         """
         if surface is not self._surface:
             self._proposed = None if surface is None else whole_line(surface)
@@ -762,7 +762,7 @@ class DetailPanel:
 
 
 class TexturePanel:
-    """File, roughness, heights, material ratio curve and spectrum of the surface."""
+    """File, roughness, height distribution, material ratio curve and spectrum of a surface."""
 
     def __init__(self, run: Run) -> None:
         self._run = run
@@ -773,7 +773,7 @@ class TexturePanel:
         self.root = pn.Column(first, self._numbers, *others, **style.BLOCK)
 
     def show(self, surface: Surface | None) -> None:
-        """Show the surface, once it is worked out what there is to show."""
+        """Show a surface as soon as its parameters are computed, in a separate thread."""
         if surface is self._shown:
             return
         self._shown = surface
@@ -781,14 +781,14 @@ class TexturePanel:
         for chart in self._charts:
             chart.clear()
         if surface is not None and not surface.is_profile:
-            # Of a large map it takes seconds, which other pages have not.
+            # A large map takes seconds, which would block other pages.
             threading.Thread(target=self._work_out, args=(surface,), daemon=True).start()
 
     def _work_out(self, surface: Surface) -> None:
         try:
             values = surface.roughness()
         except InputError:
-            # Holes that leave no point both of its neighbours.
+            # Missing points leave no point with both neighbours.
             values = {}
         file = [(row.name, row.text, "") for row in rows_of(inputs.SURFACE, surface)]
         rows = [

@@ -1,4 +1,4 @@
-"""Downloads: files of the contact, and its command, script and project file."""
+"""Panel of downloads: files of the contact, its command, script and project file."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _PAGE = "page with maps (.html)"
 _STEM = "contact"
 
 Offer = Callable[[Path], str]
-"""``offer(path)`` returns the address under which the browser gets a file."""
+"""``offer(path)`` returns the address at which the browser downloads a file."""
 
 
 class DownloadPanel(TabPanel):
-    """Files to make, and the same contact as command, script and project file."""
+    """Files to create, and the contact as command, script and project file."""
 
     def __init__(
         self, session: Session, bench: workers.WorkerPool, run: Run, folder: Path, offer: Offer
@@ -53,7 +53,7 @@ class DownloadPanel(TabPanel):
         )
 
     def show(self) -> None:
-        """Show the words that make the contact again."""
+        """Show the command, the script and the project file that reproduce the contact."""
         session = self._session
         parts = [_block("Project file, for roughcontact run", session.state.portable_script)]
         if not session.state.missing:
@@ -74,7 +74,7 @@ class DownloadPanel(TabPanel):
             self._give_map()
             return
         suffix = kind[kind.index("(") + 1 : -1]
-        # An offered file is not changed by later downloads.
+        # A number in the name: later downloads do not change an offered file.
         path = self._folder / f"{_STEM}-{len(self._downloads) + 1}{suffix}"
         name = "report" if kind == _REPORT else "output"
         wanted = {} if kind in (_FIGURES, _PAGE) else {name: str(path)}
@@ -100,7 +100,7 @@ class DownloadPanel(TabPanel):
         self._list()
 
     def _give_map(self) -> None:
-        """Offer the file of the map as it was brought, or made."""
+        """Offer the map file as it was uploaded or generated."""
         state = self._session.state
         if state.file is None:
             self._working.show_refusal("There is no map, but a smooth body.")

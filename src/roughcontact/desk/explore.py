@@ -23,7 +23,7 @@ _HEIGHT = 820
 
 
 class DeskServer:
-    """A page that is served to this machine as long as this object lives, or until `close`."""
+    """Server of a page for this machine, until `close` or the end of this object."""
 
     def __init__(self, server: Server, folder: tempfile.TemporaryDirectory[str]) -> None:
         self.url = server.url
@@ -32,11 +32,11 @@ class DeskServer:
         self._end = weakref.finalize(self, _closed, server, self._thread, folder)
 
     def close(self) -> None:
-        """End the page, and remove what it kept."""
+        """Stop the server and remove its files."""
         self._end()
 
     def __repr__(self) -> str:
-        """Return where the page is."""
+        """Return the address of the page as text."""
         return f"a page at {self.url}"
 
     def _repr_html_(self) -> str:
@@ -48,7 +48,7 @@ class DeskServer:
 
 
 def explore(shown: Surface | ContactResult) -> DeskServer:
-    """Open the page on a surface or a result."""
+    """Open the browser app on a surface or a result."""
     surface = shown if isinstance(shown, Surface) else shown.surface
     surface.require_map("the page")
     specified: dict[str, Value] = {"level": "none"}
@@ -74,7 +74,7 @@ def explore(shown: Surface | ContactResult) -> DeskServer:
 
 
 def _page() -> Page:
-    """Return the function that makes a page; its import takes a second."""
+    """Return the function that creates a page, imported late: the import takes a second."""
     from roughcontact.desk.page import make_page
 
     return make_page
@@ -94,7 +94,7 @@ def _save_map(surface: Surface, path: Path) -> Path:
 
 
 def _option_values(result: ContactResult) -> dict[str, Value]:
-    """Return the options that give a result again, to the last digit."""
+    """Return the options that reproduce a result, to the last digit."""
     if result.moments is not None or not isinstance(result.ceiling, (float, type(None))):
         raise InputError(
             "the page has no words for a ceiling of each pixel and for moments: explore the "

@@ -1,4 +1,4 @@
-"""Figures of the report on the page: read from Matplotlib where they are drawn, shown by Bokeh."""
+"""Figures of the report on the page: read from Matplotlib, shown by Bokeh."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _MARKERS = {"s": "square", "^": "triangle", "x": "x", "+": "cross"}
 
 
 class Mark(NamedTuple):
-    """Mark in a frame: a glyph of Bokeh, its columns, style and name."""
+    """Mark in a frame: Bokeh glyph, its columns, style and name."""
 
     glyph: str
     columns: dict[str, Any]
@@ -30,7 +30,7 @@ class Mark(NamedTuple):
 
 
 class Colors(NamedTuple):
-    """The scale of an image."""
+    """Color scale of an image."""
 
     palette: list[str]
     low: float
@@ -42,20 +42,20 @@ class Colors(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """One frame of a figure."""
+    """Frame of a figure: one pair of axes."""
 
     title: str
-    labels: tuple[str, str]  # Along x and y
-    scales: tuple[str, str]  # "linear" or "log", along x and y
-    ends: tuple[tuple[float, float], tuple[float, float]]  # Of x and y
-    is_map: bool  # Whether it is true to scale
+    labels: tuple[str, str]  # Of the x and y axis
+    scales: tuple[str, str]  # "linear" or "log", of the x and y axis
+    ends: tuple[tuple[float, float], tuple[float, float]]  # Limits of x and y
+    is_map: bool  # Whether x and y have the same scale
     marks: tuple[Mark, ...]
     colors: Colors | None
-    patches: tuple[tuple[str, str], ...]  # Colors and what they mean
+    patches: tuple[tuple[str, str], ...]  # Colors and their meaning
 
 
 class Drawing(NamedTuple):
-    """A figure."""
+    """Content of a figure: title, frames and note."""
 
     title: str
     frames: tuple[Frame, ...]
@@ -63,7 +63,7 @@ class Drawing(NamedTuple):
 
 
 def read_figure(figure: Figure) -> Drawing:
-    """Return the content of a figure of Matplotlib."""
+    """Return the content of a Matplotlib figure."""
     bars = {
         item.colorbar.ax
         for axes in figure.axes
@@ -116,14 +116,14 @@ def _frame(axes: Any) -> Frame:
 
 
 def _label(axes: Axes, way: str) -> str:
-    """Return the label of an axis; of linked axes only one has it."""
+    """Return the label of an axis; only one of several linked axes has a label."""
     shared = getattr(axes, f"get_shared_{way}_axes")().get_siblings(axes)
     texts = (getattr(item, f"get_{way}label")() for item in (axes, *shared))
     return _strip_math(next(filter(None, texts), ""))
 
 
 def _strip_math(text: str) -> str:
-    """Return text without the markup of mathematics."""
+    """Return text with the math markup of sigma replaced by plain characters."""
     return re.sub(r"\$\\sigma_\{(\w+)\}\$", "σ \\1", text)
 
 
@@ -139,7 +139,7 @@ def _hex(color: Any, alpha: float | None = None) -> tuple[str, float]:
 
 
 def _span_side(item: Any, axes: Axes) -> str:
-    """Return along which side something spans the frame, nothing if it lies among the data."""
+    """Return the side of the frame that an item spans; empty if it is in data coordinates."""
     by_x, by_y = item.get_transform().contains_branch_seperately(axes.transData)
     return "" if by_x and by_y else "height" if by_x else "width"
 
@@ -258,7 +258,7 @@ def _image(item: Any) -> Iterator[Mark]:
 
 
 def _colors(item: Any) -> Colors | None:
-    """Return the scale of an image, None if it contains colors."""
+    """Return the color scale of an image; None if the image contains colors."""
     from matplotlib.colors import LogNorm, to_hex
 
     values = item.get_array()
@@ -281,9 +281,9 @@ def _colors(item: Any) -> Colors | None:
 
 
 def show_drawing(drawing: Drawing) -> Any:
-    """Return a figure of the page."""
+    """Return a figure as a Bokeh layout."""
     plots = [_plot(frame) for frame in drawing.frames]
-    # Titles need the room of half a page.
+    # Titles need half the width of the page.
     titled = any(frame.title for frame in drawing.frames)
     across = min(len(plots), 2 if titled else 3)
     rows: list[list[Any]] = [
@@ -301,7 +301,7 @@ def show_drawing(drawing: Drawing) -> Any:
 
 
 def _plot(frame: Frame) -> Any:
-    """Return a frame of the page."""
+    """Return a frame as a Bokeh plot."""
     if frame.is_map:
         down = frame.ends[1][0] > frame.ends[1][1]
         ranges = {
@@ -330,7 +330,7 @@ def _plot(frame: Frame) -> Any:
         plot.add_layout(bar, "right")
     if plot.legend:
         style.quiet_legend(plot)
-        # More names than these do not fit above a figure of half the sheet.
+        # More than three names do not fit in a row above a plot of half the page width.
         plot.legend[0].ncols = 2 if len(plot.legend[0].items) > 3 else "auto"
     return plot
 

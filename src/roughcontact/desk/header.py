@@ -1,4 +1,4 @@
-"""The header: numbers of the contact, its state, the checklist before it, and the cautions."""
+"""Header of the page: key quantities, state, checklist of inputs, and cautions."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _CHECKS = {
     "missing": ("Missing points", "step-prepare"),
     "load": ("Load", "step-load"),
 }
-"""Required inputs of a contact by option: label, and where to enter it."""
+"""Required inputs of a contact by option: label, and step where the input is entered."""
 
 _SHORTCUTS = (
     ("1 to 5", "enlarge heights, pressure, contact, gap, indentation"),
@@ -49,7 +49,7 @@ _SHORTCUTS = (
 
 
 def key_numbers(result: ContactResult) -> str:
-    """Return the six numbers with their intervals, or with those of the calibrated ceiling."""
+    """Return the key quantities with intervals, or values under the calibrated ceiling."""
     ends, calibrated = uncertainty.brief_ends(result), contact.calibrated_numbers(result)
     table = PROFILE_CONTACT if result.pair.is_profile else CONTACT
     cells = []
@@ -68,7 +68,7 @@ def key_numbers(result: ContactResult) -> str:
 
 
 def trust_line(result: ContactResult) -> str:
-    """Return whether it is solved, and to what certificate, in a line."""
+    """Return the status, certificate and regime of a result as one line."""
     rows = {row.key: row for row in kinds.rows(result, TRUST, brief=True)}
     shown = (rows[key] for key in ("status", "certificate") if key in rows)
     texts = ", ".join(f"{row.name} {spell_sentence(row.text)}" for row in shown)
@@ -81,7 +81,7 @@ def trust_line(result: ContactResult) -> str:
 
 
 def suggested_settings(caution: Caution) -> Iterable[tuple[str, str, str | bool]]:
-    """Yield the settings that a caution advises: text, option and value."""
+    """Yield the settings that a caution suggests: text, option and value."""
     for part in caution.parts:
         if not isinstance(part, ArgumentRef) or part.value is None:
             continue
@@ -92,7 +92,7 @@ def suggested_settings(caution: Caution) -> Iterable[tuple[str, str, str | bool]
 
 
 class Header:
-    """The second line of the header and the drawer that it opens."""
+    """Second line of the page header, and the drawer that it opens."""
 
     def __init__(self, load: Any, give: Give, seek: Callable[[str], None]) -> None:
         self._give = give
@@ -123,13 +123,13 @@ class Header:
         self.state.object = f'<span role="status" class="chip {kind}">{escape_markup(text)}</span>'
 
     def show_numbers(self, text: str, cautions: Iterable[Caution]) -> None:
-        """Show the numbers of a contact and the count of its cautions."""
+        """Show the key quantities of a contact and the number of its cautions."""
         self.checklist.visible, self.numbers.visible = False, True
         self.numbers.object = text
         self.show_cautions(cautions)
 
     def show_lacking(self, lacking: Collection[str]) -> None:
-        """Show the checklist of the inputs."""
+        """Show the checklist of required inputs, some of which are missing."""
         self.numbers.visible, self.checklist.visible = False, True
         self.numbers.object = ""
         self.show_cautions(())
@@ -141,7 +141,7 @@ class Header:
             check.color = "primary" if name == first else "default"
 
     def show_cautions(self, cautions: Iterable[Caution]) -> None:
-        """Count the cautions of a contact; an open drawer lists them."""
+        """Show the number of cautions by severity; an open drawer lists the cautions."""
         self._cautions = gravest_first(cautions)
         counts = [
             count_noun(sum(item.severity == kind for item in self._cautions), str(kind))
@@ -155,7 +155,7 @@ class Header:
             self._fill()
 
     def handle_key(self, key: str) -> None:
-        """Take a key: one that opens the list of keys, or closes the drawer."""
+        """Handle a key: ``?`` toggles the list of keys, any other key closes the drawer."""
         if key == "?":
             self._open("Keys")
         elif self._topic:

@@ -1,4 +1,4 @@
-"""The column of controls: map, preparation, bodies, load."""
+"""Column of input controls: map, preparation, bodies and model."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _LEVELS = {
     "mean": "mean height only",
     "none": "not at all",
 }
-# Of a ceiling that is worked out.
+# Significant digits of a computed ceiling.
 _DIGITS = 6
 _POLYNOMIAL = "polynomial"
 _TURNS = {"0": "not at all", "90": "90°", "180": "180°", "270": "270°"}
@@ -54,7 +54,7 @@ _TURNS = {"0": "not at all", "90": "90°", "180": "180°", "270": "270°"}
 _FIRST = tuple(
     option.name for option in (options.LEVEL, options.FORM, options.MISSING, options.OUTLIERS)
 )
-"""Of the preparation; all others are folded away."""
+"""Preparation options that are always shown; all others are folded away."""
 _VALUES = (
     "young",
     "poisson",
@@ -70,7 +70,7 @@ _NOTHING = {"material": "–", "counter-material": "rigid, or the values below"}
 
 
 class StepCard:
-    """A part of the column that folds to its title and one line of what is done."""
+    """Collapsible card of a step, with its title and a one-line summary."""
 
     def __init__(
         self,
@@ -102,17 +102,17 @@ class StepCard:
             self.root.param.watch(lambda _: self._offer(), "collapsed")
 
     def _offer(self) -> None:
-        """Offer to undo the last step where the steps themselves are folded away."""
+        """Show the undo button of the last step while the card is collapsed."""
         self._back.visible = bool(self._last) and self.root.collapsed
 
     def show_last(self, sentence: str) -> None:
-        """Show the last step that can be undone, or nothing."""
+        """Set the last step that can be undone; empty if there is none."""
         self._last = sentence
         self._back.description = f"Undo: {sentence}"
         self._offer()
 
     def summarize(self, done: bool, text: str, name: str = "") -> None:
-        """Show whether it is done, and what it holds: a name and some words."""
+        """Show whether the step is complete, and its summary: a name in bold and a text."""
         mark = '<span class="good">✓</span>' if done else '<span class="quiet">○</span>'
         bold = f"<b>{controls.escape_markup(name)}</b>" if name else ""
         self._head.object = (
@@ -122,7 +122,7 @@ class StepCard:
 
 
 def make_fold(title: str, make: Callable[[], list[Any]]) -> Any:
-    """Return controls that few need, folded away under a line, and made when that is opened."""
+    """Return a collapsed card of rarely used controls, created when it is first opened."""
     heading = pn.pane.HTML(
         f'<span class="fold">{controls.escape_markup(title)}</span>', margin=0, **style.SHEETS
     )
@@ -145,7 +145,7 @@ def make_fold(title: str, make: Callable[[], list[Any]]) -> Any:
 
 
 class FormControl:
-    """Selector of the form to remove; a polynomial has an order."""
+    """Selector of the form to remove, with the order of a polynomial."""
 
     def __init__(self, give: Give) -> None:
         self._give, self._silent = give, False
@@ -168,7 +168,7 @@ class FormControl:
         self.root = pn.Row(self._kind, self._order, **style.BLOCK)
 
     def show(self, specified: Mapping[str, Value]) -> None:
-        """Show the given values."""
+        """Show the form of the given options."""
         kind, _, order = str(specified.get(options.FORM.name, "")).partition(" ")
         self._silent = True
         try:
@@ -187,7 +187,7 @@ class FormControl:
 
 
 class ControlGroup:
-    """Some controls of the state, which show what it holds."""
+    """Group of option controls that show the values of the session state."""
 
     def __init__(
         self, session: Session, give: Give, choices: Mapping[str, Mapping[str, str]] | None = None
@@ -196,12 +196,12 @@ class ControlGroup:
         self.controls: dict[str, Any] = {}
 
     def show(self) -> None:
-        """Show what the state holds."""
+        """Show the values of the session state."""
         for control in self.controls.values():
             control.show(self._session.state.specified)
 
     def roots(self, *names: str) -> list[Any]:
-        """Return the controls of some options, made the first time that they are wanted."""
+        """Return the controls of options, each created at its first use."""
         for name in names:
             if name not in self.controls:
                 choices = _by_label(self._choices.get(name))
@@ -216,12 +216,12 @@ class ControlGroup:
 
 
 def _by_label(choices: Mapping[str, str] | None) -> dict[str, str] | None:
-    """Return texts by what they are called."""
+    """Return option texts by label; None without choices."""
     return None if choices is None else {shown_text: text for text, shown_text in choices.items()}
 
 
 class PreparationPanel:
-    """Preparation of a map, and the recorded steps."""
+    """Controls of the preparation of a map, and the recorded steps."""
 
     def __init__(self, session: Session, give: Give, changed: Callable[[], None]) -> None:
         self._session, self._changed = session, changed
@@ -242,12 +242,12 @@ class PreparationPanel:
         )
 
     def show(self, prepared: PreparedMaps | None) -> None:
-        """Show the controls as the state holds them, and the steps that were done."""
+        """Show the preparation options of the state, and the recorded steps."""
         self._group.show()
         result = (
             () if prepared is None else tuple(item.provenance for item in prepared.surfaces[:1])
         )
-        # A map is seen before it is said what its holes are.
+        # A preview masks missing points before the user decides on them: that step is not listed.
         text = "missing" in self._session.state.specified
         failed = {} if self._session.failure is None else self._requested_steps()
         if (result, text, failed) == self._shown:
@@ -299,7 +299,7 @@ class PreparationPanel:
 
 
 class BodiesPanel:
-    """The materials, and the forms of the bodies."""
+    """Controls of the materials and the nominal forms of the bodies."""
 
     def __init__(self, session: Session, give: Give) -> None:
         choices = {name: _materials(nothing) for name, nothing in _NOTHING.items()}
@@ -322,12 +322,12 @@ class BodiesPanel:
         )
 
     def _searched(self, event: Any) -> None:
-        """Offer the materials whose names or conditions have what is typed."""
+        """Offer the materials that match the search text."""
         for name, nothing in _NOTHING.items():
             self._group.controls[name].offer(_by_label(_materials(nothing, event.new)) or {})
 
     def show(self) -> None:
-        """Show what the state holds, and where the values of its material are from."""
+        """Show the bodies of the state, and the sources of the material values."""
         self._group.show()
         state = self._session.state
         name = state.specified.get("material")
@@ -339,7 +339,7 @@ class BodiesPanel:
 
 
 class ModelPanel:
-    """Boundary condition and model."""
+    """Controls of the boundary condition, the ceiling and the solver."""
 
     def __init__(self, session: Session, give: Give) -> None:
         self._session, self._give = session, give
@@ -363,7 +363,7 @@ class ModelPanel:
         )
 
     def show(self) -> None:
-        """Show what the state holds."""
+        """Show the model options of the state."""
         self._group.show()
         state = self._session.state
         if state.specified.get("ceiling") != self._ceiling:
@@ -373,7 +373,7 @@ class ModelPanel:
         self.step.summarize(done, f"{boundary}, ceiling {state.specified.get('ceiling', 'auto')}")
 
     def _multiplied(self, event: Any) -> None:
-        """Give the ceiling as the pressure that a multiple of the yield strength is."""
+        """Set the ceiling to a multiple of the yield strength, as a pressure."""
         self._wrong.visible = False
         if not event.new.strip():
             return
@@ -385,7 +385,7 @@ class ModelPanel:
 
 
 def _strength_multiple(text: str, session: Session) -> str:
-    """Return a multiple of the smaller yield strength of the bodies, as one would type it."""
+    """Return a multiple of the smaller yield strength of the bodies, as input text."""
     factor = parsing.number(text, "ceiling")
     prepared = session.prepared
     known: tuple[Material, ...] = ()
@@ -424,7 +424,7 @@ def _sources(name: str) -> str:
     return f'<p class="quiet">Values: {controls.escape_markup(text)}</p>'
 
 
-# --- Bringing a map: dropped, chosen from the demonstration maps, generated, or a smooth body ---
+# --- Sources of a map: upload, demonstration map, generated surface, or a smooth body ---
 
 
 DEMONSTRATIONS: dict[str, dict[str, Value]] = {
@@ -459,7 +459,7 @@ DEMONSTRATIONS: dict[str, dict[str, Value]] = {
 """Demonstration maps: arguments of ``roughcontact generate`` by name."""
 
 UPLOADS = "upload"
-"""Where the server takes files, as seen from the page."""
+"""Address for uploads, relative to the page."""
 
 _LISTED = 12
 _FILE = ("channel", "unit", "size", "override-size", "format")
@@ -473,7 +473,7 @@ _FIRST_MAP_OPTIONS: dict[str, Value] = {
 
 
 class MapPanel:
-    """The map: what it is, and where another one comes from."""
+    """Controls of the map: its file, its properties, and the sources of another map."""
 
     def __init__(
         self,
@@ -513,7 +513,7 @@ class MapPanel:
         )
 
     def _started(self) -> Any:
-        """Return the sheet before there is a map."""
+        """Return the start view, shown until there is a map."""
         examples = (make_button(name, partial(self._demonstrate, name)) for name in DEMONSTRATIONS)
         about = (
             "<h1>Open a height map</h1><p>A file of a profilometer, an AFM or a stylus. It stays "
@@ -580,13 +580,13 @@ class MapPanel:
             self.step.summarize(done, f"nominal body, {size}" if done else "no map so far")
 
     def tell_channels(self, names: Sequence[str]) -> None:
-        """Propose the channels of the file."""
+        """Suggest the channels of the file."""
         self._channels = names
         if "channel" in self._group.controls:
             self._group.controls["channel"].suggest(names)
 
     def tell_lacking(self, error: RoughcontactError) -> bool:
-        """Request missing file properties; return whether an error is about one of them."""
+        """Show an error at the file property that it names; return whether it names one."""
         about = {part.name for part in error.sentence if isinstance(part, ArgumentRef)}
         lacking = [name for name in _FILE if name in about]
         if lacking:
@@ -609,7 +609,7 @@ class MapPanel:
         self._do(lambda: self._session.open_counter_map(*self._arrived(text)))
 
     def _arrived(self, text: dict[str, Any]) -> tuple[Path, str]:
-        """Return where a file is that came, and what the user calls it."""
+        """Return the path of an uploaded file, and its name on the user's side."""
         if "error" in text:
             raise InputError(str(text["error"]))
         path = self._folder / Path(str(text.get("file", ""))).name
@@ -647,12 +647,12 @@ class MapPanel:
         self._changed()
 
     def refuse(self, error: RoughcontactError) -> None:
-        """Say why no map came."""
+        """Show the reason why no map was opened."""
         controls.show_alert(self._wrong, controls.error_text(error))
 
 
 def _make_file_drop(text: str, arrived: Callable[[dict[str, Any]], None], **more: Any) -> Any:
-    """Return where a file is dropped."""
+    """Return a widget for dropping or choosing a file."""
     created = FileDrop(words=text, address=UPLOADS, **{**style.BLOCK, **more})
     created.param.watch(lambda event: arrived(event.new), "arrived")
     return created
