@@ -255,7 +255,7 @@ def estimates(asked: Asked) -> Found:
     maps = atlas_fit.read(atlas.CEILING)
     groups = {
         "held out": covered(maps.taken(maps.held), 1.0),
-        "measured": covered(atlas_fit.read(atlas.MEASURED), atlas.estimate.stored().measured),
+        "measured": covered(atlas_fit.read(atlas.MEASURED), atlas.estimate.load_atlas().measured),
     }
     new = estimated(asked.quick)
     words = [f"{name} {told_shares(shares)}" for name, shares in groups.items()]
@@ -277,7 +277,7 @@ QUANTITIES = {"contact": atlas_fit.CONTACT, "gap": atlas_fit.GAP}
 
 def covered(cases: atlas_fit.Cases, wider: float) -> dict[str, float]:
     """Return the shares of stored cases that the package's formulas cover."""
-    known = atlas.estimate.stored().formulas
+    known = atlas.estimate.load_atlas().formulas
     return {
         name: atlas_fit.judged(known[quantity], cases, wider)["covered"]
         for name, quantity in QUANTITIES.items()
@@ -334,7 +334,7 @@ def estimated_of_measured(asked: Asked) -> dict[str, list[bool]] | None:
 def saturated_estimates(asked: Asked) -> Found:
     cases = atlas_fit.read(atlas.CEILING)
     cases = cases.taken(cases.held & (cases.groups.ratio > 0))
-    formula = atlas.estimate.stored().formulas[atlas_fit.SATURATED]
+    formula = atlas.estimate.load_atlas().formulas[atlas_fit.SATURATED]
     edges = 10 ** np.arange(-1.0, 2.6, 0.5)
     found = {}
     for low, high in itertools.pairwise(edges):

@@ -13,8 +13,8 @@ from pathlib import Path
 
 from paths import ROOT
 
-# Hits that are left: lower a number when fewer are left, so that none comes back.
-LEFT = {
+# Most hits allowed: lower a number when fewer are left, so that none comes back.
+LIMITS = {
     "text of src": 271,
     "text of docs": 7,
     "text of CHANGELOG.md": 167,
@@ -99,4 +99,4 @@ def test_no_new_hit_of_the_table() -> None:
         for wanted, pattern, _ in PATTERNS:
             if wanted == scope:
                 hits[place] += len(pattern.findall(text))
-    assert {place: count for place, count in hits.items() if count} == LEFT
+    assert {place: count for place, count in hits.items() if count > LIMITS[place]} == {}

@@ -40,7 +40,7 @@ def lock_folder(
     record: str,
     pattern: str,
 ) -> Iterator[RunFolder]:
-    """Lock the folder of a run after a check of its content."""
+    """Lock the folder of a run, and write its record or compare it with the problem."""
     folder = Path(folder)
     # With the types that JSON returns, for the comparison with the file.
     described: dict[str, Any] = json.loads(to_json(problem))

@@ -132,7 +132,7 @@ OPTIONS = {
     "stress": {"onset": "first-yield", "which": "in-body"},
     "": {"holes": "missing"},
 }
-"""Options of a command, or of all commands: old name to new name; for project files, too."""
+"""Options of a command, or of all commands, and of project files: old to new name."""
 
 VALUES = {"ceiling": {"recommended": "calibrated"}, "model": {"volume": "elastoplastic"}}
 """Values of an argument or option: old value to new value."""

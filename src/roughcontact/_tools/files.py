@@ -208,7 +208,7 @@ MAX_PIPE_BYTES = 2**30
 """Largest number of bytes read from a pipe into a temporary file."""
 
 _BLOCK = 2**20
-# Seconds in which a process that waits to write to a named pipe must start to write.
+# Seconds within which a process must open a named pipe for writing.
 _PIPE_TIMEOUT = 1.0
 
 

@@ -192,7 +192,7 @@ PACKED: Mapping[str, Any] = {"compression": "gzip", "compression_opts": 1}
 """Options of h5netcdf to compress a map that is mostly zero."""
 
 SHUFFLED: Mapping[str, Any] = {**PACKED, "shuffle": True}
-"""Options for a volume: bytes of equal weight are grouped; half the time, 10 % less space."""
+"""Options for a volume: with grouped bytes, half the time and 10 % less space."""
 
 CHECKSUM = "checksum_sha256"
 """Name of the attribute of the file and of each variable with a checksum."""
@@ -243,7 +243,7 @@ class Dataset:
         return sum(values.nbytes for _, values, _ in self.variables.values())
 
     def to_xarray(self) -> xarray.Dataset:
-        """Return the dataset as an `xarray.Dataset`."""
+        """Return the content as a dataset of xarray."""
         import xarray
 
         return xarray.Dataset(dict(self.variables), attrs=self.attrs)
@@ -441,8 +441,8 @@ def open_dataset(path: Path) -> Iterator[xarray.Dataset]:
     from xarray.backends import H5NetCDFStore
     from xarray.conventions import decode_cf_variable
 
-    # h5netcdf reads this attribute first. If that fails it leaves an incomplete object, which writes
-    # a traceback to standard error when it is garbage collected.
+    # h5netcdf reads this attribute first. If that fails it leaves an incomplete object, which
+    # prints a traceback when it is garbage collected.
     with h5py.File(path, "r") as file:
         file.attrs.get("_nc3_strict")
     # Arrays of other HDF5 files have no dimensions: h5netcdf adds phony ones.

@@ -26,8 +26,8 @@ TOKEN, WORK = "token", "work"
 _PUBLIC_PREFIX = "/static/"
 _COOKIE_VALUE = b"let in"
 _COOKIE_DAYS = 31
-# A page loads nothing from other origins, even if its content requests so; Bokeh compiles functions from text.
-# A notebook on this machine may show the page in a frame.
+# A page loads nothing from other origins, whichever content it has. Bokeh compiles functions from
+# text. A notebook on this machine may show the page in a frame.
 _POLICY = (
     "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:; "
     "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self' data:; "

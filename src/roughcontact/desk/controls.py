@@ -86,7 +86,7 @@ class Control:
     ) -> None:
         self.name, self._give, self._task = name, give, task
         option = task.by_name[name]
-        # Without a default, or with an empty choice, the control starts empty.
+        # Without a default, or with an empty choice for it, the control starts empty.
         requested = option.default is None or "" in (choices or {}).values()
         plain = isinstance(option.default, (str, int, float))
         self._default = option.text(option.default) if plain and not requested else ""

@@ -1,4 +1,4 @@
-"""Details of a contact: section along a line, contact spots, pressures and surface texture."""
+"""Details of a contact: section along a line, spots, pressures and surface texture."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class PressureHistogram:
         )
 
     def clear(self) -> None:
-        """Show nothing."""
+        """Clear the plot."""
         style.clear_source(self.source)
         style.set_markup(self.note, "")
         self._ceiling.visible = False
@@ -148,7 +148,7 @@ class HeightHistogram:
             style.hover_units(self._hover, [unit, unit, "%"])
 
     def clear(self) -> None:
-        """Show nothing."""
+        """Clear the plot."""
         style.clear_source(self.source)
 
 
@@ -177,7 +177,7 @@ class MaterialRatioPlot:
         )
 
     def clear(self) -> None:
-        """Show nothing."""
+        """Clear the plot."""
         style.clear_source(self.source, self.core)
         style.set_markup(self.note, "")
 
@@ -214,7 +214,7 @@ class SpectrumPlot:
         )
 
     def clear(self) -> None:
-        """Show nothing."""
+        """Clear the plot."""
         style.clear_source(self.source)
         style.set_markup(self.note, "")
 
@@ -325,7 +325,7 @@ class SectionPlot:
         self.clear()
 
     def clear(self) -> None:
-        """Show nothing."""
+        """Clear both plots."""
         style.clear_source(self.source, self.bars)
         self.heights.title.text, self.pressure.title.text = "Section", ""
 
@@ -488,7 +488,7 @@ class SpotRows(NamedTuple):
 
 
 def list_spots(result: ContactResult, maximum: int = _SPOTS_MOST) -> SpotRows:
-    """Return the largest contact spots of a result, in the order of their labels."""
+    """Return the largest contact spots of a result, the largest first."""
     spots = result.spots()
     count = min(spots.count, maximum)
     inside = np.flatnonzero(spots.label)
@@ -570,7 +570,7 @@ class SpotTable:
         self._call = call
 
     def clear(self) -> None:
-        """Show nothing."""
+        """Clear the table."""
         self._result = None
         style.clear_source(self.source)
         style.set_markup(self.note, "")

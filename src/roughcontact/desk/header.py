@@ -129,7 +129,7 @@ class Header:
         self.show_cautions(cautions)
 
     def show_lacking(self, lacking: Collection[str]) -> None:
-        """Show the checklist of required inputs, some of which are missing."""
+        """Show the checklist of required inputs, with a check mark on complete ones."""
         self.numbers.visible, self.checklist.visible = False, True
         self.numbers.object = ""
         self.show_cautions(())

@@ -1,4 +1,4 @@
-"""Archive of results with plasticity of the volume, and reader of any result file."""
+"""Archive of results with plasticity of the volume, and reader of all result files."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _STEPS = {
     "convolutions": "1",
 }
 
-# Of increments with a counter-surface that moves or slides.
+# Fields of increments with a counter-surface that moves or slides.
 _PLACES = {
     "offset": ("m", "how far the counter-surface has moved along y and x"),
     "friction": ("1", "traction over pressure"),
@@ -72,7 +72,7 @@ def add_arrays(
     dataset: netcdf.Dataset, arrays: Mapping[str, NDArray[Any]], prefix: str = ""
 ) -> list[str]:
     """Add arrays with separate axes to a dataset, and return their names in it."""
-    # HDF5 packs no array without numbers.
+    # HDF5 cannot compress empty arrays.
     held = {f"{prefix}{name}": array for name, array in arrays.items() if array.size}
     for name, array in held.items():
         dataset[name] = ([f"{name}_{axis}" for axis in range(array.ndim)], array)
@@ -80,7 +80,7 @@ def add_arrays(
 
 
 def to_dataset(result: ElastoplasticResult) -> tuple[netcdf.Dataset, dict[str, Any]]:
-    """Return a result as a dataset, and how its variables are packed."""
+    """Return a result as a dataset, and the compression options of its variables."""
     dataset = archive.to_dataset(result.solution)
     unit = {"units": "m", "long_name": "displacement of the surface by plastic strain"}
     dataset["residual_displacement"] = (("y", "x"), result.residual_displacement, unit)
@@ -100,7 +100,7 @@ def to_dataset(result: ElastoplasticResult) -> tuple[netcdf.Dataset, dict[str, A
         "elastoplastic_seconds": result.seconds,
         "elastoplastic_version": result.version,
         "yield_excess": result.yield_excess,
-        # The contact alone contains no plastic strain: its text on yield would be wrong.
+        # The contact alone has no plastic strain: its regime and warnings would be wrong.
         "regime": str(result.regime),
         "warnings": "\n".join(result.warnings),
     }
@@ -108,7 +108,7 @@ def to_dataset(result: ElastoplasticResult) -> tuple[netcdf.Dataset, dict[str, A
 
 
 def _add_body(dataset: netcdf.Dataset, name: str, body: PlasticBody | SharedBody) -> dict[str, Any]:
-    """Add the arrays of one body, and return how they are packed; fields on ranks are not added."""
+    """Add the arrays of a body, without distributed fields; return compression options."""
     units = {"units": "m", "long_name": "thickness of the layer"}
     dataset[f"{name}_thickness"] = ("layer", body.thickness, units)
     dataset.attrs["volume_margin"] = body.margin
@@ -121,7 +121,7 @@ def _add_body(dataset: netcdf.Dataset, name: str, body: PlasticBody | SharedBody
 
 
 def field_attributes() -> dict[str, tuple[tuple[str, ...], dict[str, str]]]:
-    """Return the axes and the attributes of each field of a body."""
+    """Return the dimensions and the attributes of each field of a body."""
     rows, columns = "volume_y", "volume_x"
     return {
         field: (
@@ -135,7 +135,7 @@ def field_attributes() -> dict[str, tuple[tuple[str, ...], dict[str, str]]]:
 
 
 def add_increments(dataset: netcdf.Dataset, increments: Sequence[Increment]) -> None:
-    """Add the loads of a path to a dataset, for `increments_of`."""
+    """Add the increments of a path to a dataset; `increments_of` reads them."""
     for field, unit in _STEPS.items():
         values = np.array([getattr(step, field) for step in increments])
         dataset[f"increment_{field}"] = ("increment", values, {"units": unit})
@@ -167,7 +167,7 @@ def load_elastoplastic(
 
 
 def load_step(path: str | os.PathLike[str]) -> tuple[ElastoplasticResult, dict[str, NDArray[Any]]]:
-    """Read a result of `save_elastoplastic`, and what the run carried on to the next load."""
+    """Read a result of `save_elastoplastic`, and the arrays carried to the next load."""
     dataset = archive.open_archive(path)
     with archive.as_format_error(path, "ElastoplasticResult"):
         return from_dataset(dataset), carried_arrays(dataset)
@@ -176,7 +176,7 @@ def load_step(path: str | os.PathLike[str]) -> tuple[ElastoplasticResult, dict[s
 def load_result(
     path: str | os.PathLike[str], dataset: xarray.Dataset | None = None, *, verify: bool = False
 ) -> ContactResult | ElastoplasticResult:
-    """Read the result that a file holds."""
+    """Read a result of either type from a file."""
     dataset = archive.open_archive(path) if dataset is None else dataset
     result: ContactResult | ElastoplasticResult
     if "elastoplastic_status" in dataset.attrs:
@@ -198,7 +198,7 @@ def verify_result(result: ContactResult | ElastoplasticResult) -> Verification:
 
 
 def from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
-    """Return the result that a dataset of `to_dataset` holds."""
+    """Return the result in a dataset of `to_dataset`."""
     pressed = archive.from_dataset(dataset)
     attributes = dataset.attrs
     bodies = []
@@ -231,13 +231,13 @@ def from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
 
 
 def increments_of(dataset: xarray.Dataset) -> tuple[Increment, ...]:
-    """Return the loads of a path that a dataset holds."""
+    """Return the increments of a path from a dataset."""
     columns = {field: dataset[f"increment_{field}"].values.tolist() for field in _STEPS}
     residuals = iter(dataset["iteration_residual"].values.tolist())
     columns["residuals"] = [
         tuple(islice(residuals, count)) for count in dataset["increment_iterations"].values.tolist()
     ]
-    # Files of before the estimate have none.
+    # Files older than the estimate have no step errors.
     errors = dataset.get("increment_step_error", np.full(len(columns["load"]), math.nan))
     if "increment_offset" in dataset:
         columns |= {field: dataset[f"increment_{field}"].values.tolist() for field in _PLACES}
@@ -257,15 +257,15 @@ def carried_arrays(dataset: xarray.Dataset) -> dict[str, NDArray[Any]]:
 
 
 def yielding_materials(pressed: ContactResult) -> list[str]:
-    """Return which materials of a contact yield."""
+    """Return the argument names of the yielding materials of a contact."""
     return [name for name in archive.MATERIALS if getattr(pressed, name).yield_strength is not None]
 
 
-# A volume on several ranks in one file, as `archive` writes it: layer by layer, rank by rank.
+# Results of a volume on several ranks: one file, written layer by layer.
 
 
 def write_result(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
-    """Write a result to a NetCDF file; all ranks call it where they share it."""
+    """Write a result to a NetCDF file; all ranks that share the volume call this."""
     bodies = [body for body in result.bodies if isinstance(body, SharedBody)]
     if not bodies:
         save_elastoplastic(result, path)
@@ -294,26 +294,26 @@ def _read_layer(body: SharedBody, own: Array, layer: int) -> Array:
     return own[[body.local_layers.index(layer)]]
 
 
-# Files of results: whether they are as they were written, and hold the solutions they claim.
+# Checks of result files: checksums, and solutions recomputed from the stored fields.
 
 
 @dataclass(frozen=True)
 class CheckedFile:
     """Result of checking a file."""
 
-    file: str  # Its path
-    sealed: bool  # Whether it has checksums, which agree
+    file: str  # Path of the file
+    sealed: bool  # Whether the file has checksums that agree
     verification: Verification | None  # Stored and recomputed values
-    reason: str  # Why it is no sound result, in a sentence
+    reason: str  # Reason why the file is invalid, or empty
 
     def record(self) -> dict[str, Any]:
-        """Return its entry in JSON."""
+        """Return the result of the check as JSON values."""
         found = self.verification and asdict(self.verification)
         return {"file": self.file, "sealed": self.sealed, "found": found, "reason": self.reason}
 
 
 def check_file(path: str | os.PathLike[str]) -> CheckedFile:
-    """Return the result of checking a file."""
+    """Check the checksums and the solution of a result file."""
     file = str(path)
     try:
         result = load_result(path)

@@ -1,9 +1,9 @@
-"""The ceiling beside plasticity of the volume: the same contact by both, and which ceiling fits.
+"""Comparison of the ceiling model with the elastoplastic model, and the best ceiling.
 
-A ceiling has one free number, its height over the yield strength. Three is right for metals in
-full plasticity; before that the plateau of the pressure is lower, and where the metal hardens it
-rises. What it is depends on how far a contact is beyond first yield, and that can be read from
-the solution with any ceiling: see `recommended_ceiling`.
+A pressure ceiling has one parameter, its ratio to the yield strength. Three is right for metals in
+full plasticity; before that the plateau of the pressure is lower, and with hardening it rises. The
+ratio depends on the load over that of first yield, which follows from the solution with any
+ceiling: see `recommended_ceiling`.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ QUANTITIES = {
 }
 """Compared quantities, with units."""
 
-# Change of a relative error that is no more than the tolerance of the solver.
+# Change of a relative error that is within the tolerance of the solver.
 _NEGLIGIBLE = 1e-5
 
 
@@ -61,9 +61,9 @@ class ModelComparison:
     ceiling : tuple of tuple of ContactResult
         For each factor, the solution at each load.
     volume : tuple of ElastoplasticResult
-        State of the volume model after each of the n loads, which follow each other.
+        State of the volume model after each of the n loads, applied in order.
     yield_strength : float
-        σ_Y of the softer body [Pa]; of one that hardens, before any plastic strain.
+        Yield strength σ_Y of the softer body [Pa], without plastic strain if it hardens.
     """
 
     factors: tuple[float, ...]
@@ -85,8 +85,8 @@ class ModelComparison:
             The model.
         name : {"approach", "contact_area", "mean_pressure", "plateau_pressure", "max_pressure"}
             The quantity. Areas are without the excess of an elastic rim. The plateau pressure
-            is the mean of the pressure over the load, Σp²/Σp: with perfect plasticity the largest
-            pressure is that of a pixel that scatters, and this is not.
+            is the mean of the pressure over the load, Σp²/Σp: unlike the largest pressure, it is
+            not affected by the scatter of single pixels with perfect plasticity.
 
         Returns
         -------
@@ -107,7 +107,7 @@ class ModelComparison:
         return np.array([[_value(result, result, name) for result in row] for row in self.ceiling])
 
     def excess(self, name: str) -> Array:
-        """Return the relative difference of a quantity: ceiling model over volume model, minus 1.
+        """Return the relative error of the ceiling model: its ratio to the volume model - 1.
 
         Parameters
         ----------
@@ -123,14 +123,14 @@ class ModelComparison:
         return ratio - 1
 
     def map_error(self) -> Array:
-        """Return by how much the maps of pressure differ.
+        """Return the relative difference between the pressure maps of the models.
 
         Returns
         -------
         ndarray, shape (k, n)
-            Σ abs(p - q)/Σp with p by the ceiling and q by the volume, which carry the same load;
-            0 to 2. With perfect
-            plasticity about 0.05 to 0.1 of it is the scatter of the pixels of q.
+            Σ abs(p - q)/Σp with the pressure p of the ceiling model and q of the volume model,
+            which carry the same load; 0 to 2. With perfect plasticity the scatter of the pixels of
+            q contributes about 0.05 to 0.1.
         """
         return np.array(
             [
@@ -163,7 +163,7 @@ class ModelComparison:
             if len(row) > 1 and np.ptp(row) < _NEGLIGIBLE:
                 best.append(math.nan)
             elif change.size:
-                # The first: higher up, where a ceiling is hardly reached, errors may be near zero.
+                # First sign change: errors may be near zero at ceilings that are hardly reached.
                 i = change[0]
                 share = row[i] / (row[i] - row[i + 1])
                 best.append(factors[i] + share * (factors[i + 1] - factors[i]))
@@ -175,13 +175,13 @@ class ModelComparison:
     def mean_pressure_ratio(self) -> Array:
         """Mean pressure of the volume model over the yield strength, shape (n,).
 
-        The factor that a ceiling would need to carry the load on the same area if all of it
-        were saturated.
+        Factor of the ceiling that would carry the load on the same area if all of the area were
+        saturated.
         """
         return self.column("elastoplastic", "mean_pressure") / self.yield_strength
 
     def summary(self) -> dict[str, Any]:
-        """Return both models by name, in SI units, ready for JSON."""
+        """Return the quantities of both models by name, in SI units, as JSON values."""
         return {
             "load": self.loads.tolist(),
             "yield_strength": self.yield_strength,
@@ -204,12 +204,12 @@ class ModelComparison:
         Parameters
         ----------
         path : str or path
-            A name that ends in ``.json``.
+            File name that ends in ``.json``.
 
         Raises
         ------
         InputError
-            If it ends otherwise.
+            If the name has another ending.
         """
         require_suffix(path, ".json")
         write_atomically(path, to_json(self.summary()) + "\n")
@@ -246,14 +246,14 @@ def compare_models(
     surface, material, counter_material, counter_surface, boundary
         As for `solve`; at least one body has a yield strength.
     loads : sequence of float, str or quantity of pint
-        Normal loads [N], ascending. The volume model follows them one after the other.
+        Normal loads [N], ascending. The volume model applies them in order.
     factors : sequence of float
-        Ceilings to try, over the yield strength of the softer body, ascending.
+        Ceilings over the yield strength of the softer body, ascending.
     increments : int or "auto"
         Steps of the volume model to each load, as for `solve_elastoplastic`.
     progress : callable or bool, optional
-        ``True`` draws a bar on standard error; a function is
-        called with the `Progress` of the volume model.
+        ``True`` draws a bar on standard error; a function is called with the `Progress` of the
+        volume model.
 
     Returns
     -------
@@ -267,15 +267,15 @@ def compare_models(
     CapacityError
         If the lowest ceiling cannot carry the largest load.
     ConvergenceError
-        If one of the solves did not reach its tolerance.
+        If a solve did not reach its tolerance.
 
     Notes
     -----
-    The volume model is followed by `solve_elastoplastic`, which takes minutes on large maps.
-    Where the contact yields below its surface but is far from full plasticity, the ceiling of
-    three yield strengths is too high: by a quarter to a third in the mean pressure of a sphere at
-    10 to 100 times the load of its first yield. `recommended_ceiling` returns the better one
-    beforehand.
+    The volume model is solved by `solve_elastoplastic`, which takes minutes on large maps.
+    If the contact yields below its surface but is far from full plasticity, the ceiling of three
+    yield strengths is too high: by a quarter to a third in the mean pressure of a sphere at 10 to
+    100 times the load of its first yield. `recommended_ceiling` returns a better ceiling without
+    the volume model.
     """
     pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     pair.require_map("plasticity of the volume", coated=False)

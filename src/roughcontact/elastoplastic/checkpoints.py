@@ -36,14 +36,14 @@ _BODY = ("places", "strain", "accumulated")
 class Checkpoint:
     """State from which the next point of a path starts."""
 
-    extent: Extent  # The volume
+    extent: Extent  # Extent of the volume
     bodies: list[tuple[Array, Array]]
-    pressure: Array  # On the map [Pa]
-    increments: tuple[Increment, ...]  # Those so far
-    largest: tuple[float, Array | None] = (0.0, None)  # [N]
-    seconds: float = 0.0  # Time that it took to come here
+    pressure: Array  # Pressure on the map [Pa]
+    increments: tuple[Increment, ...]  # Increments so far
+    largest: tuple[float, Array | None] = (0.0, None)  # Largest load [N] and its pressure [Pa]
+    seconds: float = 0.0  # Computing time so far
     carried: Mapping[str, Array] = field(default_factory=dict)
-    result: ElastoplasticResult | None = None  # The state itself, where it is held whole
+    result: ElastoplasticResult | None = None  # Complete state, if it is available
 
     @classmethod
     def from_result(
@@ -64,7 +64,7 @@ class Checkpoint:
 
 
 def write_checkpoint(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
-    """Write it to a NetCDF file: of the volume only what has yielded, and no stress."""
+    """Write a checkpoint to a NetCDF file: only yielded points, without stress."""
     dataset = netcdf.Dataset(
         {
             "margin": checkpoint.extent.margin,
@@ -92,7 +92,7 @@ def write_checkpoint(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> No
 
 
 def read_checkpoint(path: Path) -> Checkpoint:
-    """Read what `write_checkpoint` wrote; every number keeps its bits."""
+    """Read a checkpoint of `write_checkpoint`, equal to the bit."""
     dataset = contact_archive.open_archive(path)
     with contact_archive.as_format_error(path, "solve_elastoplastic"):
         arrays = {str(name): np.array(values) for name, values in dataset.data_vars.items()}
@@ -130,7 +130,7 @@ def open_step_folder(
     *,
     automatic: bool,
 ) -> Iterator[CheckpointSeries]:
-    """Hold the folder of a run alone, and give the states of the run in it."""
+    """Lock the folder of a run, and return the checkpoints of the run in it."""
     if folder is None:
         yield CheckpointSeries(None, problem, path)
         return
@@ -144,13 +144,13 @@ def open_step_folder(
 
 
 class CheckpointSeries:
-    """The states of a run after each of its loads: files in a folder, or none without one."""
+    """Checkpoints of a run after each load, as files in a folder; empty without a folder."""
 
     def __init__(
         self, place: RunFolder | None, problem: ElastoplasticProblem, path: list[PathPoint]
     ) -> None:
         self._problem, self._path = problem, path
-        # Along a path, only the data of the next step is kept.
+        # With a counter-surface that moves, only the data for the next step are kept.
         self._travels = any(any(point.offset) or point.friction for point in path)
         self._files: list[Path] = []
         self._note: Path | None = None
@@ -159,19 +159,19 @@ class CheckpointSeries:
             names = (f"step-{number + 1:04d}.nc" for number in range(len(path)))
             self._files = [place.folder / name for name in names]
             self._note = place.folder / "latest.nc"
-            # A state belongs to this run if its inputs agree; the file holds values only.
+            # The checksum of the problem identifies the run of a state; files hold numbers only.
             self._mark = {"problem": np.frombuffer(bytes.fromhex(place.problem), np.uint8)}
 
     def __bool__(self) -> bool:
-        """Whether anything is kept."""
+        """Whether checkpoints are saved."""
         return bool(self._files)
 
     def is_full(self, number: int, every: bool) -> bool:
-        """Whether the state after a load is to be saved whole, which every one may have to be."""
+        """Return whether to save the complete state after a load; ``every`` requires all."""
         return bool(self) and (every or not self._travels or number == len(self._files) - 1)
 
     def latest(self) -> tuple[int, Checkpoint | None]:
-        """Return how many loads are done, and what the next starts from."""
+        """Return the number of completed loads, and the checkpoint of the last one."""
         done = self._done()
         noted = self._read_note(done)
         if noted is not None:
@@ -185,14 +185,14 @@ class CheckpointSeries:
         return done, self._of_this_run(checkpoint, file, done)
 
     def _done(self) -> int:
-        """Return after how many loads the last state stands that is held whole."""
+        """Return the number of loads up to the last complete state."""
         there = [file.exists() for file in self._files]
         if self._travels:
             return max((n for n, result in enumerate(there, 1) if result), default=0)
         return [*there, False].index(False)
 
     def _read_note(self, done: int) -> tuple[int, Checkpoint] | None:
-        """Return the intermediate checkpoint, if it is further than a number of loads."""
+        """Return the intermediate checkpoint, if it is beyond a number of completed loads."""
         if self._note is None or not self._note.exists():
             return None
         file = self._note
@@ -203,7 +203,7 @@ class CheckpointSeries:
         return number, self._of_this_run(checkpoint, file, number)
 
     def _read(self, file: Path, read: Callable[[], Checkpoint]) -> Checkpoint:
-        """Return the state in a file, if it belongs to a run."""
+        """Return the checkpoint in a file, or raise `FormatError` if it is of no run."""
         try:
             checkpoint = read()
         except FormatError as error:
@@ -213,7 +213,7 @@ class CheckpointSeries:
         return checkpoint
 
     def _of_this_run(self, checkpoint: Checkpoint, file: Path, number: int) -> Checkpoint:
-        """Return the state without its record, or raise if the record is of another run."""
+        """Return a checkpoint without its marks, or raise an error if it is of another run."""
         carried = dict(checkpoint.carried)
         requested, problem = carried.pop("path"), carried.pop("problem")
         if not np.array_equal(requested, self._rows(number)):
@@ -227,18 +227,18 @@ class CheckpointSeries:
         return replace(checkpoint, carried=carried)
 
     def states(self, count: int) -> Iterator[tuple[int, ElastoplasticResult]]:
-        """Yield number and state of those of the first loads that are held whole."""
+        """Yield number and state of the first loads whose complete state is saved."""
         for number, file in enumerate(self._files[:count], 1):
             if file.exists():
                 yield number, archive.load_step(file)[0]
 
     def _rows(self, count: int) -> Array:
-        """Return the first points of the path as numbers."""
+        """Return the first points of the path as rows of numbers."""
         path = self._path[:count]
         return np.array([(p.load, *p.offset, p.friction, p.direction) for p in path])
 
     def save(self, number: int, result: ElastoplasticResult, carried: dict[str, Array]) -> None:
-        """Write the state after a load, and what the loop carries on from it."""
+        """Write the state after a load, and the arrays carried to the next load."""
         file, held = self._files[number], carried | self._run_attributes(number)
         self._write(file, lambda: archive.save_elastoplastic(result, file, held))
         if self._note is not None:
@@ -269,7 +269,7 @@ class CheckpointSeries:
 def _run_record(
     problem: ElastoplasticProblem, start: ElastoplasticResult | None, volume: list[float]
 ) -> dict[str, Any]:
-    """Return the record of the inputs of the states for the folder."""
+    """Return the record of a run: all inputs on which its states depend."""
     described = problem.pair.record()
     described |= {
         "boundary": str(problem.pair.boundary),

@@ -1,15 +1,15 @@
-"""Load increments of bodies that yield in their volume: strain, contact and stress in one loop.
+"""Load increments of yielding bodies: strain, contact and stress in one loop.
 
 A load increment is one convex problem in the plastic strain that it adds: the elastic energy with
-the contact solved for its pressure, plus what plastic flow dissipates and hardening stores. Its
-gradient is minus the stress, with Lipschitz constant 2μ on deviators, and the proximal map of
-dissipation and hardening is the radial return. So one loop holds all::
+the contact solved for its pressure, plus the energy that plastic flow dissipates and hardening
+stores. Its gradient is minus the stress, with Lipschitz constant 2μ on deviators, and the proximal
+map of dissipation and hardening is the radial return. So one loop is sufficient::
 
     strain → displacement of the surface → pressure of the contact → stress → radial return
 
-A step of it is a proximal gradient step with step size 1/(2μ), which never fails to descend;
-Anderson's acceleration makes it fast. Nothing is relaxed and nothing is nested but the solver of
-the contact, which starts each time from the pressure before.
+An iteration is a proximal gradient step with step size 1/(2μ), which always descends; Anderson
+acceleration makes the loop fast. There is no relaxation and no nested loop except the contact
+solver, which starts each time from the previous pressure.
 """
 
 from __future__ import annotations
@@ -46,19 +46,19 @@ from roughcontact.solvers.problem import Loaded
 
 Array = NDArray[Any]
 
-# How often a load increment may be halved.
+# Largest number of times that a load increment is halved.
 _MAX_CUTS = 5
 
 
 @dataclass(frozen=True)
 class IterationInfo:
-    """One iteration while the loop runs."""
+    """State of the loop after an iteration."""
 
-    load: float  # Load at work [N]
+    load: float  # Current load [N]
     target: float  # Last load of the path [N]
     iteration: int  # Iterations at this load so far
-    residual: float  # See `Increment`
-    tolerance: float  # Residual at which the load is done
+    residual: float  # Residual, see `Increment`
+    tolerance: float  # Residual at which the iteration ends
 
 
 class IncrementInfo(NamedTuple):
@@ -83,7 +83,7 @@ class LoopState:
 
 
 class IncrementLoop:
-    """The loop over increments and iterations."""
+    """Loop over load increments and their iterations."""
 
     def __init__(
         self,
@@ -104,13 +104,13 @@ class IncrementLoop:
             YieldingBody(material, pair.pixel, pair.boundary, problem.precision, share, pulled=sign)
             for material, sign in yielding
         ]
-        # The counter-body takes its strain along where it slides.
+        # Where the counter-body slides its strain moves with it.
         self._sliding = [number for number, (_, sign) in enumerate(yielding) if sign < 0]
         self._point, self._slid = PathPoint(0.0), (0.0, 0.0)
         self._resize(extent)
 
     def _resize(self, extent: Extent) -> None:
-        """Enlarge the volume of all bodies, and start the increment again."""
+        """Enlarge the volume of all bodies, and reset the increment."""
         self.extent = extent
         self.solver.resize(extent.margin)
         ny, nx = self.solver.initial_gap.shape
@@ -119,12 +119,12 @@ class IncrementLoop:
         self._reset_increment()
 
     def _reset_increment(self) -> None:
-        # Strain of the increment before, and its load: the first guess of the next.
+        # Strain and step of the previous increment: the initial guess of the next.
         self._places, self._added = self._nothing()
         self._stride = IncrementInfo()
 
     def _nothing(self) -> tuple[list[Parts], list[Parts]]:
-        """Return places and strain of an increment without plastic flow, body by body."""
+        """Return the positions and strains of an increment without plastic flow, by body."""
         places: list[Parts] = []
         added: list[Parts] = []
         for body in self.bodies:
@@ -147,7 +147,7 @@ class IncrementLoop:
     def checkpoint(
         self, done: Sequence[Increment], largest: tuple[float, Array | None], seconds: float
     ) -> Checkpoint:
-        """Return the starting state of the next point, as long as none is visited."""
+        """Return the state from which the next point starts, valid until it is visited."""
         bodies = [body.strain_on_map() for body in self.bodies]
         pressure = self.solver.pressure[self.solver.inside]
         return Checkpoint(
@@ -155,7 +155,7 @@ class IncrementLoop:
         )
 
     def resume(self, before: Checkpoint) -> None:
-        """Resume from the state of a run."""
+        """Resume from a checkpoint."""
         points = [step.point for step in before.increments]
         for start, end in itertools.pairwise(points):
             self._slid = self._slip_at(start, end)
@@ -169,7 +169,7 @@ class IncrementLoop:
         held = before.carried
         if not held:
             return
-        # Arrays without numbers may be missing.
+        # Empty arrays are not stored.
         load, *way = held["stride"].tolist()
         self._stride = IncrementInfo(load, *map(int, way))
         if "index" in held:
@@ -181,7 +181,7 @@ class IncrementLoop:
                 self._added[body] = np.split(held[f"added_{body}"], cuts, axis=1)
 
     def snapshot(self) -> LoopState:
-        """Return the state that `restore` goes back to."""
+        """Return a snapshot for `restore`."""
         return LoopState(
             self.extent,
             [body.snapshot() for body in self.bodies],
@@ -193,7 +193,7 @@ class IncrementLoop:
         )
 
     def restore(self, state: LoopState) -> None:
-        """Go back to a state; layers and points that came since are kept."""
+        """Restore a snapshot; layers and points added since are kept."""
         for body, held in zip(self.bodies, state.bodies, strict=True):
             body.restore(held)
         self._move_counter_surface(state.point)
@@ -207,21 +207,21 @@ class IncrementLoop:
 
     @property
     def pull(self) -> Pull:
-        """Traction on the rough body over the pressure, at the point of the path reached."""
+        """Traction on the rough body over the pressure, at the current point of the path."""
         return self._point.traction
 
     @property
     def flowing(self) -> bool:
-        """Whether there was plastic flow in the last increment."""
+        """Whether any plastic strain was added in the last increment."""
         return self.share.any(any(part.any() for added in self._added for part in added))
 
     def unfreeze_strain(self) -> None:
-        """Release the strain that a result has frozen, after it is stored."""
+        """Make the plastic strain writable again, which a result has made read-only."""
         for body in self.bodies:
             body.strain.flags.writeable = True
 
     def displacement(self) -> Array:
-        """Return the displacement by the strain accepted, with what its trace adds."""
+        """Return the displacement by the accepted strain, and prepare the mean stress."""
         places, added = self._nothing()
         displacement = np.zeros(self.solver.initial_gap.shape)
         for body, place, strain in zip(self.bodies, places, added, strict=True):
@@ -229,14 +229,14 @@ class IncrementLoop:
         return displacement
 
     def _move_counter_surface(self, point: PathPoint) -> None:
-        """Put the counter-surface where a point of the path wants it."""
+        """Move the counter-surface to a point of the path."""
         if point.offset != self._point.offset:
             way = self._pixel_path(self._point, point)
             self.solver.set_gap(self.problem.gap_at(point.offset), way)
         self._point = point
 
     def _slip_at(self, before: PathPoint, point: PathPoint) -> Way:
-        """Return how far the counter-body has slid at a point, in pixels."""
+        """Return the sliding distance of the counter-body at a point [pixels]."""
         if not point.friction:
             return self._slid
         ways = zip(self._slid, point.offset, before.offset, self.problem.pair.pixel, strict=True)
@@ -248,7 +248,7 @@ class IncrementLoop:
             self.bodies[number].slid = way
 
     def _pixel_path(self, before: PathPoint, point: PathPoint) -> tuple[int, int]:
-        """Return the way between two points to the nearest pixel."""
+        """Return the shift between two points, rounded to whole pixels."""
         edges, ends = self.problem.pair.pixel, zip(before.offset, point.offset, strict=True)
         y, x = (round((end - start) / edge) for (start, end), edge in zip(ends, edges, strict=True))
         return y, x
@@ -256,7 +256,7 @@ class IncrementLoop:
     def reach(
         self, point: PathPoint, done: list[Increment], watch: Callable[[float, int, float], None]
     ) -> str:
-        """Visit a point, by smaller steps where it takes them; return why it stopped."""
+        """Solve a point of the path, in smaller steps if required; return the status."""
         todo = [point]
         before = done[-1].point if done else PathPoint(0.0, point.offset)
         cuts = 0
@@ -303,7 +303,7 @@ class IncrementLoop:
             body.accept(places, added)
 
     def _make_increment(self, residuals: tuple[float, ...], convolutions: int) -> Increment:
-        """Return the increment of a point of the path whose strain is accepted."""
+        """Return the increment of the current point, whose strain is accepted."""
         pressure, (dy, dx) = self.solver.pressure, self.problem.pair.pixel
         return Increment(
             **asdict(self._point),
@@ -317,7 +317,7 @@ class IncrementLoop:
         )
 
     def _enlarge_volume(self) -> bool:
-        """Enlarge the volume if plastic strain has come to its bottom or its edge."""
+        """Enlarge the volume if plastic strain has reached its bottom or its edge."""
         surface, old = self.problem.pair, self.extent
         new = old.enlarged(
             surface.shape,
@@ -326,7 +326,7 @@ class IncrementLoop:
             wider=self._widen and self._at_edge(),
         )
         sizes = [(item.grid(surface.shape), item.thickness.size) for item in (old, new)]
-        # Where it does not fit the result says that plastic strain has come that far.
+        # Without sufficient memory a caution of the result reports the plastic strain there.
         if sizes[0] == sizes[1]:
             return False
         if self.share.any(not is_within_memory(self.problem, self.share, *sizes)):
@@ -355,7 +355,7 @@ class IncrementLoop:
     def _relax(
         self, before: PathPoint, watch: Callable[[float, int, float], None]
     ) -> tuple[tuple[float, ...], int] | None:
-        """Compute the plastic strain of one increment, in addition to the accepted one."""
+        """Compute the plastic strain added by one increment; None without convergence."""
         solver, tolerance, load = self.solver, self.problem.tolerance, self._point.load
         self._guess(IncrementInfo(load - before.load, *self._pixel_path(before, self._point)))
         mixer = Mixer(self._weights(), self._workspace, self._whole)
@@ -378,12 +378,12 @@ class IncrementLoop:
         return None
 
     def _guess(self, stride: IncrementInfo) -> None:
-        """Start from the strain of the increment before: in proportion to the load, or moved on."""
+        """Set the initial guess: the strain of the previous increment, scaled or shifted."""
         last, self._stride = self._stride, IncrementInfo()
         if stride[1:] != last[1:]:
             self._places, self._added = self._nothing()
         elif any(stride[1:]):
-            # The same way again: what flows goes along with the contact.
+            # Equal shift: the strain increment moves with the contact.
             for number, body in enumerate(self.bodies):
                 if number in self._sliding and self._point.friction:
                     continue
@@ -396,7 +396,7 @@ class IncrementLoop:
             self._places, self._added = self._nothing()
 
     def _carry(self, number: int, layer: int, stride: IncrementInfo) -> None:
-        """Move the strain of the increment before with the counter-surface."""
+        """Move the strain of the previous increment with the counter-surface."""
         place = self._places[number][layer]
         if not place.size:
             return
@@ -416,7 +416,7 @@ class IncrementLoop:
         self._added[number][layer] = self._added[number][layer][:, inside][:, order]
 
     def _weights(self) -> list[float]:
-        """Return the weight of a squared strain in each local layer, body after body."""
+        """Return the weight of a squared strain in each local layer, body by body."""
         first = self.bodies[0]
         return [
             body.shear_modulus / first.shear_modulus * float(h / first.thickness[0])
@@ -425,13 +425,13 @@ class IncrementLoop:
         ]
 
     def _whole(self, rows: Array) -> Array:
-        """Return rows of all layers of those here, body after body."""
+        """Return the gathered rows of all layers from the local ones, body by body."""
         layers = self.extent.thickness.size
         bodies = np.split(rows, len(self.bodies))
         return np.concatenate([self.share.gather_layers(part, layers) for part in bodies])
 
     def _return_to_yield_surface(self, mixer: Mixer) -> tuple[Parts, Parts]:
-        """Return the strain after the return to the yield surface, and that before it."""
+        """Return the strain after and before the return to the yield surface."""
         x: Parts = []
         y: Parts = []
         for number, body in enumerate(self.bodies):
@@ -448,14 +448,14 @@ class IncrementLoop:
         return x, y
 
     def _store_strain(self, x: Parts) -> None:
-        """Take over the strain of all layers, body by body."""
+        """Store the strain of all layers, body by body."""
         cut = 0
         for number, body in enumerate(self.bodies):
             self._added[number] = x[cut : cut + len(body.strain)]
             cut += len(body.strain)
 
     def _residual(self, x: Parts, defect: Parts) -> float:
-        """Return the largest change over the largest strain, or over the yield strain."""
+        """Return the largest change over the larger of largest strain and yield strain."""
         changes, sizes = np.zeros(len(x)), np.zeros(len(x))
 
         def measure(part: int) -> None:
@@ -476,25 +476,25 @@ AUTO = "auto"
 """Keyword: choose the number of increments by an error estimate."""
 
 STEP_ERROR = 0.01
-"""Error by the load steps of a whole path that is aimed at."""
+"""Target of the error by the load steps of a whole path."""
 
-# Steps of the first way from nothing to a load; and how many times as many there are at most.
+# Steps of the first attempt from zero load, and the largest factor of their refinement.
 _STEPS, _MOST = 6, 8
-# The difference of two solutions exceeds rounding if their step counts differ by this factor.
+# Smallest factor of refinement: below it the difference of two solutions may be rounding.
 _REFINEMENT = 1.5
-# Gap, over the approach, from which on a pixel is treated as open.
+# Gap over the approach above which a pixel is treated as open.
 _NEAR = 0.05
 
 
 class _StateSample(NamedTuple):
-    """Values by which states are compared."""
+    """Quantities by which states are compared."""
 
     approach: float
     near: float
 
 
 def points_between(before: PathPoint, point: PathPoint, count: int) -> list[PathPoint]:
-    """Return points in equal steps; the last is as given, and not what rounding makes of it."""
+    """Return points in equal steps to a point, which is included without rounding."""
     return [*(before.between(point, i, count) for i in range(1, count)), point]
 
 
@@ -504,14 +504,14 @@ def visit_load(
     done: list[Increment],
     watch: Callable[[float, int, float], None],
 ) -> str:
-    """Visit a load in as many steps as the error estimate requires; return why it stopped."""
+    """Solve a load in the steps that the error estimate requires; return the status."""
     before, load = done[-1].load if done else 0.0, point.load
     allowed = STEP_ERROR * abs(load - before) / max(load, before, np.finfo(float).tiny)
     start, parts = loop.snapshot(), _first_subdivision(load, done)
     status, result, flowed = _visit_in_parts(loop, point, parts, done, watch)
     coarse = _sample_state(loop) if status == CONVERGED else None
     if coarse and not flowed:
-        # Nothing flows, so nothing turns.
+        # Without plastic flow the steps have no effect.
         _append_increments(done, result, 0.0)
         return status
     maximum, more, error = _MOST * parts, 2 * parts, math.inf
@@ -533,7 +533,7 @@ def visit_load(
 
 
 def _first_subdivision(load: float, done: list[Increment]) -> int:
-    """Return in how many steps to go to a load at first: up to the largest so far little flows."""
+    """Return the first number of steps to a load; 1 up to the largest load so far."""
     before = done[-1].load if done else 0.0
     if load <= max((step.load for step in done), default=0.0):
         return 1
@@ -547,7 +547,7 @@ def _visit_in_parts(
     done: list[Increment],
     watch: Callable[[float, int, float], None],
 ) -> tuple[str, list[Increment], bool]:
-    """Visit a load in a number of equal steps."""
+    """Solve a load in equal steps; return status, increments and any plastic flow."""
     result, status, flowed = list(done), CONVERGED, False
     before = done[-1].point if done else PathPoint(0.0, point.offset)
     for step in points_between(before, point, parts):
@@ -568,17 +568,17 @@ def _sample_state(loop: IncrementLoop) -> _StateSample:
 
 
 def _relative_difference(coarse: _StateSample, fine: _StateSample) -> float:
-    """Return by how much two states of one load differ, relatively."""
+    """Return the relative difference between two states of one load."""
     approach = abs(coarse.approach - fine.approach) / max(abs(fine.approach), 1e-300)
     return max(approach, abs(coarse.near - fine.near) / fine.near if fine.near else 0.0)
 
 
 def _append_increments(done: list[Increment], result: list[Increment], error: float | None) -> None:
-    """Add the increments that came to those done, with the error up to there."""
+    """Add new increments to the completed ones, with the accumulated step error."""
     known = done[-1].step_error if done else 0.0
     total = None
     if known is not None and error is not None and math.isfinite(error):
-        # Errors are shares of what grows on the way.
+        # Errors are relative to the approach, which grows along the path.
         old = max((step.approach for step in done), default=0.0)
         new = max(step.approach for step in result)
         total = known * (old / new if new > 0 else 1.0) + error

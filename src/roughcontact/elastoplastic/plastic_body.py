@@ -1,4 +1,4 @@
-"""A body that has yielded: its plastic strain and stress, layer by layer."""
+"""Plastic strain and stress of a body that has yielded, layer by layer."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Array = NDArray[Any]
 
 
 class _Layers:
-    """Values of layers, from the surface down."""
+    """Layers from the surface down."""
 
     faces: NDArray[np.float64]
 
@@ -35,21 +35,21 @@ class _Stresses(_Layers):
 
     @property
     def von_mises(self) -> Array:
-        """Von Mises stress under load [Pa], one value per tensor."""
+        """Von Mises stress under load [Pa], a value for each tensor."""
         return tensors.equivalent(tensors.components(self.stress))
 
     @property
     def residual_von_mises(self) -> Array:
-        """Von Mises stress by the plastic strain alone [Pa], one value per tensor."""
+        """Von Mises stress by the plastic strain alone [Pa], a value for each tensor."""
         return tensors.equivalent(tensors.components(self.residual_stress))
 
 
 @dataclass(frozen=True, eq=False)
 class DepthProfile(_Stresses):
-    """Plastic strain and stress over the depth below one point."""
+    """Plastic strain and stress over the depth below a point."""
 
     point: tuple[int, int]  # Row and column on the map
-    place: tuple[float, float]  # Its coordinates (y, x) [m]
+    place: tuple[float, float]  # Coordinates (y, x) of the point [m]
     faces: NDArray[np.float64]  # (nz + 1,) Depths of the faces of the layers [m], from 0 on
     accumulated: Array  # (nz,) Accumulated plastic strain
     strength: Array  # (nz,) Yield strength at that strain [Pa]
@@ -61,17 +61,17 @@ class DepthProfile(_Stresses):
 class DepthSection(_Stresses):
     """Plastic strain and stress on a vertical plane along a row or a column of the map."""
 
-    along: str  # The horizontal axis of the plane
-    index: int  # The row that it follows, or the column with `along="y"`
+    along: str  # Horizontal axis of the plane
+    index: int  # Row of the plane, or column with `along="y"`
     across: float  # Coordinate of the plane on the other axis [m]
     edges: NDArray[np.float64]  # (n + 1,) Edges of the pixels along the plane [m]
     faces: NDArray[np.float64]  # (nz + 1,) Depths of the faces of the layers [m], from 0 on
     pressure: NDArray[np.float64]  # (n,) Contact pressure [Pa]
-    residual_displacement: NDArray[np.float64]  # (n,) [m]
+    residual_displacement: NDArray[np.float64]  # (n,) Residual displacement [m]
     accumulated: Array  # (nz, n) Accumulated plastic strain
     strength: Array  # (nz, n) Yield strength at that strain [Pa]
     stress: Array  # (nz, n, 3, 3) Stress under load [Pa]
-    residual_stress: Array  # (nz, n, 3, 3) By the plastic strain alone [Pa]
+    residual_stress: Array  # (nz, n, 3, 3) Stress by the plastic strain alone [Pa]
 
     @property
     def place(self) -> NDArray[np.float64]:
@@ -84,43 +84,43 @@ class LayerProfile(_Layers):
     """Largest values of each layer below the map."""
 
     faces: NDArray[np.float64]  # (nz + 1,) Depths of the faces of the layers [m], from 0 on
-    plastic_fraction: NDArray[np.float64]  # (nz,) Share of the layer that has plastic strain
+    plastic_fraction: NDArray[np.float64]  # (nz,) Share of the layer with plastic strain
     max_accumulated: Array  # (nz,) Largest accumulated plastic strain
-    max_von_mises: Array  # (nz,) Under load [Pa]
-    max_residual_von_mises: Array  # (nz,) By the plastic strain alone [Pa]
+    max_von_mises: Array  # (nz,) Largest von Mises stress under load [Pa]
+    max_residual_von_mises: Array  # (nz,) Same by the plastic strain alone [Pa]
 
 
 def _layer_centers(edges: NDArray[np.float64]) -> NDArray[np.float64]:
     return (edges[1:] + edges[:-1]) / 2
 
 
-# --- A body that has yielded: its plastic strain and stress, layer by layer ---
+# --- Plastic strain and stress of a body that has yielded, layer by layer ---
 
 
 Window = tuple[slice, slice]
 Place = tuple[int | slice, int | slice]
 
 GUARD = 2
-"""Rows and columns at the edge of the volume that plastic strain may not reach."""
+"""Rows and columns at the edge of the volume that must stay free of plastic strain."""
 
-# Share of the yield strength by which the iteration may miss it.
+# Tolerance of the stress after the iteration, over the yield strength.
 _ROUNDING = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class PlasticBody:
-    """Plastic strain and stress of one body; layers from its surface down."""
+    """Plastic strain and stress of a body, in layers from the surface down."""
 
-    material: Material  # Of the body
+    material: Material  # Material of the body
     pixel_area: float  # Area of a pixel [m²]
     margin: int
     thickness: NDArray[np.float64]  # (nz,) Thickness of each layer [m]
     plastic_strain: Array  # (nz, 5, ny, nx) Plastic strain, constant over each layer
     accumulated: Array  # (nz, ny, nx) Accumulated plastic strain e = ∫ √(2/3 dε:dε)
     stress: Array  # (nz, 5, ny, nx) Deviator under load, mean over each layer [Pa]
-    mean_stress: Array  # (nz, ny, nx) A third of its trace [Pa]
+    mean_stress: Array  # (nz, ny, nx) A third of the trace under load [Pa]
     residual_stress: Array  # (nz, 5, ny, nx) Deviator by the plastic strain alone [Pa]
-    mean_residual_stress: Array  # (nz, ny, nx) A third of its trace [Pa]
+    mean_residual_stress: Array  # (nz, ny, nx) A third of the trace without load [Pa]
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
@@ -172,12 +172,12 @@ class PlasticBody:
 
     @property
     def flowed_at_top(self) -> NDArray[np.bool_]:
-        """Where the uppermost layer has flowed, shape (ny, nx)."""
+        """Pixels with plastic strain in the uppermost layer, shape (ny, nx)."""
         return np.asarray(self.accumulated[0] > 0)
 
     @property
     def flowed_under(self) -> NDArray[np.bool_]:
-        """Where any layer has flowed, shape (ny, nx)."""
+        """Pixels with plastic strain in any layer, shape (ny, nx)."""
         return np.asarray(self.accumulated.any(axis=0))
 
     @property
@@ -187,19 +187,22 @@ class PlasticBody:
 
     @property
     def at_rim(self) -> bool:
-        """Whether plastic strain has come to the outer rows and columns of the volume."""
+        """Whether plastic strain has reached the outer rows and columns of the volume."""
         rim = np.ones(self.accumulated.shape[1:], bool)
         rim[GUARD:-GUARD, GUARD:-GUARD] = False
         return bool(self.accumulated[:, rim].any())
 
     @property
     def flows_back(self) -> bool:
-        """Whether the residual stress passes the yield strength."""
+        """Whether the residual stress exceeds the yield strength."""
         strength = self.material.law.strength(self.accumulated)
         return bool((self.residual_von_mises > (1 + _ROUNDING) * strength).any())
 
     def largest_strain_index(self, inside: Window) -> tuple[int, int, int]:
-        """Return layer, row and column of the largest plastic strain in a window of rows."""
+        """Return layer, row and column of the largest plastic strain in a window.
+
+        Without plastic strain in the window: of the largest von Mises stress.
+        """
         values = self.accumulated[:, *inside]
         if not values.any():
             values = self.von_mises[:, *inside]
@@ -219,7 +222,7 @@ class PlasticBody:
         )
 
     def depth_values(self, where: Place) -> tuple[Array, Array, Array, Array, Array]:
-        """Return faces [m], accumulated strain, strength and both stresses [Pa] at some pixels."""
+        """Return faces [m], accumulated strain, strength and both stresses [Pa] at pixels."""
         accumulated = self.accumulated[:, *where].copy()
         stress, residual = (
             tensors.tensor(np.moveaxis(deviator[:, :, *where], 1, 0), mean[:, *where])
@@ -242,7 +245,7 @@ class SharedBody:
     own: PlasticBody  # The layers of this rank
     share: DistributedPartition  # The ranks
     thickness: NDArray[np.float64]  # (nz,) Thickness of all layers [m]
-    cells: NDArray[np.int64]  # (nz,) Pixels of each layer that have flowed
+    cells: NDArray[np.int64]  # (nz,) Number of pixels with plastic strain in each layer
     layers: LayerProfile  # Largest values of each layer below the map
     maximum_place: tuple[
         int, int, int
@@ -259,12 +262,12 @@ class SharedBody:
 
     @property
     def local_layers(self) -> range:
-        """Which of the layers are on this rank."""
+        """Local layers, by number."""
         return self.share.layers(self.thickness.size)
 
     @property
     def material(self) -> Material:
-        """Of the body."""
+        """Material of the body."""
         return self.own.material
 
     @property
@@ -297,7 +300,10 @@ class SharedBody:
         return self.layers
 
     def depth_values(self, where: Place) -> tuple[Array, Array, Array, Array, Array]:
-        """Return faces, accumulated strain, strength and both stresses at some pixels."""
+        """Return faces [m], accumulated strain, strength and both stresses [Pa] at pixels.
+
+        Only the row and the column through the largest plastic strain are available.
+        """
         (_, row, column), (y, x) = self.maximum_place, where
         faces = np.append(0.0, np.cumsum(self.thickness))
         if y == row + self.margin:
@@ -319,7 +325,7 @@ def gather_body(
     thickness: NDArray[np.float64],
     shape: tuple[int, int],
 ) -> SharedBody:
-    """Return a body gathered from all ranks; all of them call this."""
+    """Return the global view of a body from the layers of all ranks; all ranks call this."""
     layers = thickness.size
     inside = tuple(slice(own.margin, own.margin + points) for points in shape)
     window = inside[0], inside[1]
@@ -372,7 +378,7 @@ def gather_body(
 def _most_strained(
     own: PlasticBody, window: Window, profile: LayerProfile, whole: Callable[[Any], Array]
 ) -> tuple[int, int, int]:
-    """Return the first place, layer by layer, where the largest value of all layers is."""
+    """Return layer, row and column of the largest strain, or stress without any strain."""
     result = profile.max_accumulated
     values = own.accumulated[:, *window]
     if not result.any():

@@ -1,4 +1,4 @@
-"""Plastic flow in one body: its strain, its volume operator, the return to the yield surface."""
+"""Plastic flow in a body: strain, volume operator and return to the yield surface."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _WHOLE_PIXEL_TOLERANCE = 1e-6
 
 
 class StrainSnapshot(NamedTuple):
-    """The plastic strain of a body at some time, layer by layer, where there was any."""
+    """Snapshot of the nonzero plastic strain of a body, layer by layer."""
 
     shape: tuple[int, int]
     places: Parts
@@ -35,7 +35,7 @@ class StrainSnapshot(NamedTuple):
 
 
 class YieldingBody:
-    """A body that yields: its plastic strain up to now, and its volume operator."""
+    """Yielding body with its accepted plastic strain and its volume operator."""
 
     def __init__(
         self,
@@ -47,14 +47,14 @@ class YieldingBody:
         *,
         pulled: float = 1.0,
     ) -> None:
-        # Which way a traction on the rough body pulls this one.
+        # Sign of the traction on this body relative to that on the rough body.
         self._pulled = pulled
-        # How far it has slid over the map, in pixels: its fields stay at their place in it.
+        # Sliding distance over the map [pixels]; fields are stored in coordinates of the body.
         self.slid: Way = (0.0, 0.0)
         self.material, self.pixel = material, pixel
         self.boundary, self.precision, self._share = boundary, precision, share
         self.law = material.law
-        # Of Prager's back stress, by the tensor of plastic strain.
+        # Factor of Prager's back stress to the tensor of plastic strain.
         self._back = 2 / 3 * back_modulus(self.law)
         self.shear_modulus = material.young / (2 * (1 + material.poisson))
         self.real: type = np.float32 if precision == "single" else np.float64
@@ -62,7 +62,7 @@ class YieldingBody:
         self.accumulated: Array = np.zeros((0, 0), self.real)
 
     def resize(self, thickness: NDArray[np.float64], shape: tuple[int, int]) -> None:
-        """Take on more layers below and more points around those there are."""
+        """Enlarge the volume by layers below and points around; keep the strain."""
         self.operator = PlasticHalfSpace(
             shape,
             self.pixel,
@@ -79,7 +79,7 @@ class YieldingBody:
         top, left = (shape[0] - ny) // 2, (shape[1] - nx) // 2
         place = np.s_[: len(old), ..., top : top + ny, left : left + nx]
         self.thickness, self.shape = thickness, shape
-        # Which layers are here; those that come below leave the others in their place.
+        # Local layers; layers added below leave the others in place.
         self.here = self._share.layers(thickness.size)
         self.strain = np.zeros((len(self.here), 5, *shape), self.real)
         self.strain[place] = old
@@ -94,14 +94,14 @@ class YieldingBody:
             self._rows: list[slice | None] = [None] * len(layers)
         for layer in layers:
             strength = self.law.strength(self.accumulated[layer])
-            # A square beyond the range of the numbers is one that no stress reaches.
+            # An infinite square is correct: no stress reaches it.
             with np.errstate(over="ignore"):
                 np.square(strength, out=self._square_strength[layer])
             rows = np.flatnonzero(self.strain[layer].any(axis=(0, 2)))
             self._rows[layer] = slice(int(rows[0]), int(rows[-1]) + 1) if rows.size else None
 
     def resume(self, strain: Array, accumulated: Array) -> None:
-        """Take over a plastic strain and how much it was in all."""
+        """Set the plastic strain and the accumulated plastic strain, given on the map."""
         y, x = self._whole_way
         self.strain[...] = np.roll(strain, (-y, -x), (-2, -1))
         self.accumulated[...] = np.roll(accumulated, (-y, -x), (-2, -1)).reshape(
@@ -110,7 +110,7 @@ class YieldingBody:
         self._update_strength(range(len(self.strain)))
 
     def snapshot(self) -> StrainSnapshot:
-        """Return the plastic strain up to now, where there is any."""
+        """Return a snapshot of the accepted plastic strain."""
         places = [np.flatnonzero(layer) for layer in self.accumulated]
         return StrainSnapshot(
             self.shape,
@@ -120,7 +120,7 @@ class YieldingBody:
         )
 
     def restore(self, held: StrainSnapshot) -> None:
-        """Go back to a strain, with the layers and points that there are by now."""
+        """Restore the strain of a snapshot in the present layers and points."""
         (ny, nx), (old_y, old_x) = self.shape, held.shape
         top, left = (ny - old_y) // 2, (nx - old_x) // 2
         self.strain[...] = 0
@@ -135,7 +135,7 @@ class YieldingBody:
     def displacement(
         self, places: Parts, added: Parts, *, trace: bool = False
     ) -> NDArray[np.float64]:
-        """Return the surface displacement by the strain so far and some more."""
+        """Return the surface displacement by the accepted and the added strain."""
         nx = self.shape[1]
 
         def fill(layer: int, out: Array) -> slice | None:
@@ -154,7 +154,7 @@ class YieldingBody:
         return shift_field(self.operator.displacement(fill, trace=trace), self.slid)
 
     def _local_pressure(self, pressure: Array) -> Array:
-        """Return a pressure on the map as this body feels it, at its own places."""
+        """Return a pressure on the map in coordinates of the body."""
         y, x = self.slid
         return shift_field(pressure, (-y, -x))
 
@@ -163,7 +163,7 @@ class YieldingBody:
         return round(self.slid[0]), round(self.slid[1])
 
     def strain_on_map(self) -> tuple[Array, Array]:
-        """Return plastic strain and how much it was in all, as they lie over the map."""
+        """Return the plastic strain and the accumulated plastic strain on the map."""
         accumulated = self.accumulated.reshape(-1, *self.shape)
         if not any(self._whole_way):
             return self.strain, accumulated
@@ -176,7 +176,7 @@ class YieldingBody:
         return self._pulled * pull[0], self._pulled * pull[1]
 
     def flow(self, pressure: Array, pull: Pull, places: Parts, added: Parts) -> tuple[Parts, Parts]:
-        """Return where the stress is returned to the yield surface, and the strain that does it."""
+        """Return the yielding points, and the strain that returns to the yield surface."""
         new_places: Parts = [np.empty(0, np.int64)] * len(places)
         flowed: Parts = [np.empty((5, 0), self.real)] * len(places)
         twice = self.real(2 * self.shear_modulus)
@@ -207,13 +207,13 @@ class YieldingBody:
         return new_places, flowed
 
     def _subtract_back_stress(self, stress: Array, layer: int) -> None:
-        """Take the back stress off, which the strain before this increment has left."""
+        """Subtract the back stress of the accepted strain."""
         rows = self._rows[layer]
         if self._back and rows is not None:
             stress[:, rows] -= self.real(self._back) * self.strain[layer][:, rows]
 
     def accept(self, places: Parts, added: Parts) -> None:
-        """Add the strain of an increment."""
+        """Add the strain of an increment to the accepted strain."""
         for layer, (place, strain) in enumerate(zip(places, added, strict=True)):
             if place.size:
                 self.strain[layer].reshape(5, -1)[:, place] += strain
@@ -234,7 +234,7 @@ class YieldingBody:
         return float(cells @ self.thickness) * dy * dx
 
     def final_layers(self, pressure: Array, pull: Pull, margin: int) -> tuple[PlasticBody, float]:
-        """Return the layers here with stresses, and how far stress passes the yield strength."""
+        """Return the local layers with stresses, and the relative excess over yield strength."""
         fields = self.strain.shape[0], *self.strain.shape[2:]
         excess = np.full(fields[0], -1.0)
         stress, residual = np.empty_like(self.strain), np.empty_like(self.strain)
@@ -276,7 +276,7 @@ class YieldingBody:
 
 
 def shift_field(field: NDArray[np.float64], way: Way) -> NDArray[np.float64]:
-    """Return a field of a periodic map, moved by pixels along y and x."""
+    """Return a field of a periodic map, shifted by pixels along y and x."""
     if not any(way):
         return field
     whole = round(way[0]), round(way[1])

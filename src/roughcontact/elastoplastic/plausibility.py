@@ -26,16 +26,16 @@ from roughcontact.surface.provenance import Provenance
 from roughcontact.units import format_engineering
 
 LARGE_DEFORMATION = 0.1
-"""Root-mean-square slope under the contact, 0.7 a/R of a sphere.
+"""Limit of the root-mean-square slope under the contact, 0.7 a/R of a sphere.
 
 From a/R = 0.16 on finite elements show large deformations under a sphere (Mesarovic and Fleck 1999,
 doi:10.1098/rspa.1999.0423).
 """
 
-# Stress beyond the yield strength, over it, that is worth a word.
+# Relative excess of stress over the yield strength above which a warning is given.
 _EXCESS = 0.05
 
-# Cautions that depend on the contact alone.
+# Cautions of the contact that do not account for plasticity of the volume: left out.
 _OF_THE_CEILING = (
     CautionTag.NOT_CONVERGED,
     CautionTag.EDGE,
@@ -54,7 +54,7 @@ def cautions(result: ElastoplasticResult) -> tuple[Caution, ...]:
 
 
 def performed_checks(result: ElastoplasticResult) -> tuple[str, ...]:
-    """Return the checks that were performed on a volume result, a short text each."""
+    """Return short descriptions of the checks performed on a result."""
     subjects = [
         "convergence",
         "stress against the yield strength",
@@ -74,7 +74,7 @@ def performed_checks(result: ElastoplasticResult) -> tuple[str, ...]:
 
 
 def slope_under(result: ElastoplasticResult) -> float:
-    """Return the root-mean-square slope of the first gap under contact or plastic strain."""
+    """Return the RMS slope of the initial gap in the contact, or where strain is plastic."""
     gap = result.solution.initial_gap
     under = result.solution.contact
     if not under.any():
@@ -90,7 +90,10 @@ def slope_under(result: ElastoplasticResult) -> float:
 
 
 def largest_strain(result: ElastoplasticResult) -> float:
-    """Return the largest plastic strain of a state: what counts against the small ones assumed."""
+    """Return the largest plastic strain to compare with the limit of small strains.
+
+    The accumulated strain, or with a counter-surface that has moved the present strain.
+    """
     if not result.has_moved:
         return result.max_plastic_strain
     tensor = (body.plastic_strain.swapaxes(0, 1) for body in result.whole_bodies)
@@ -98,14 +101,14 @@ def largest_strain(result: ElastoplasticResult) -> float:
 
 
 def perfectly_plastic(result: ElastoplasticResult) -> bool:
-    """Return whether a body that yields does not harden."""
+    """Return whether any yielding body is perfectly plastic."""
     return any(
         isinstance(law, Perfect) or (isinstance(law, Linear | Kinematic) and law.modulus == 0)
         for law in (body.material.law for body in result.bodies)
     )
 
 
-# The checks
+# Checks
 
 
 def _check_convergence(result: ElastoplasticResult) -> Caution | None:
@@ -222,27 +225,27 @@ _CHECKS = (
 
 
 LONG_STEP, LONGEST_STEP = 0.5, 1.0
-"""Step over the half-width of the contact from which strains are too small, and nothing is told.
+"""Steps over the contact half-width above which strains are too small, or meaningless.
 
 A roller at 4.5 k, which ratchets: a pass leaves 24 % less strain with steps of 0.5 than with steps
-of 0.25, 39 % less with 0.67 and 89 % less with 1; with 2.7 the dents lie apart, and it seems to
-shake down.
+of 0.25, 39 % less with 0.67 and 89 % less with 1; with 2.7 the indentations are separate, and the
+roller seems to shake down.
 """
 
 FEW_PIXELS = 4
-"""Pixels to the half-width below which what a pass leaves depends on the grid.
+"""Pixels per contact half-width below which the strain of a pass depends on the grid.
 
-The same roller with steps of 0.5: 16 and 8 pixels agree to 1 %, 4 leave 11 % less strain, 3 leave
-17 % less and 2 leave 75 % less.
+The same roller with steps of 0.5: 16 and 8 pixels agree to 1 %; 4 pixels give 11 % less strain, 3
+give 17 % less and 2 give 75 % less.
 """
 
 _FINE_STEP = 0.25
-# Angle between the axis of a roller and its way up to which it slides along it [degrees].
+# Largest angle between axis and travel of a roller that slides along its axis [degrees].
 _ALONG = 5.0
 
 
 def cylinder_axis(counter_body: Provenance) -> float | None:
-    """Return where the axis of a nominal cylinder lies [degrees], ``None`` for other bodies."""
+    """Return the angle of the axis of a nominal cylinder [degrees]; None for other bodies."""
     created = counter_body.origin
     if created is None or created.method != "nominal.cylinder" or counter_body.operations:
         return None
@@ -250,7 +253,7 @@ def cylinder_axis(counter_body: Provenance) -> float | None:
 
 
 def half_width(result: ElastoplasticResult, direction: float) -> float:
-    """Return half the length of the contact along a direction."""
+    """Return half the length of the contact along a direction [m]; may be infinite."""
     solution = result.solution
     touching, answer = solution.contact, np.nonzero(solution.contact)
     if not touching.any():
@@ -268,7 +271,7 @@ def half_width(result: ElastoplasticResult, direction: float) -> float:
 
 
 def too_long(result: ElastoplasticResult, step: float, direction: float) -> bool:
-    """Return whether the dents of neighbouring places of a pass may lie apart."""
+    """Return whether the indentations of successive steps of a pass may be separate."""
     return _relative_step(result, step, direction) > LONGEST_STEP
 
 
@@ -294,7 +297,7 @@ def rolling_cautions(
 
 
 def _coarse_step_caution(stride: float, half: float, steps: int) -> Caution:
-    """Return the message on the step length over the half-width of the contact."""
+    """Return the caution on the step length over the contact half-width."""
     apart = stride > LONGEST_STEP
     return (as_warning if apart else as_caution)(
         CautionTag.STEP_LENGTH,
@@ -308,7 +311,7 @@ def _coarse_step_caution(stride: float, half: float, steps: int) -> Caution:
 
 
 def _axial_motion_caution(axis: float, direction: float) -> Caution:
-    """Return the message on a cylinder that moves along its axis."""
+    """Return the caution on a cylinder that moves along its axis."""
     return as_warning(
         CautionTag.CYLINDER_SLIDES,
         "The cylinder moves along its own axis: it slides, not rolls. Use ",
@@ -320,14 +323,14 @@ def _axial_motion_caution(axis: float, direction: float) -> Caution:
 
 
 def _relative_step(result: ElastoplasticResult, step: float, direction: float) -> float:
-    """Return a step over the half-width; 0 for one of a pixel, which passes over no point."""
+    """Return a step over the half-width; 0 for a step of a pixel, which skips no point."""
     if step <= (1 + 1e-9) * _pixel_along(result, direction):
         return 0.0
     return step / half_width(result, direction)
 
 
 def _direction_components(direction: float) -> tuple[float, float]:
-    """Return the parts of a direction along y and x; a right angle has a cosine of 6e-17."""
+    """Return the components of a direction along y and x, exactly zero at right angles."""
     angle = math.radians(direction)
     return round(math.sin(angle), 15), round(math.cos(angle), 15)
 
@@ -339,7 +342,7 @@ def _pixel_along(result: ElastoplasticResult, direction: float) -> float:
 
 
 def _first_after_gap(used: NDArray[np.bool_]) -> int:
-    """Return the first index behind the longest gap round a period."""
+    """Return the first index after the longest gap in a period."""
     index = np.flatnonzero(used)
     gaps = np.diff(index, append=index[0] + used.size)
     return int(index[(gaps.argmax() + 1) % index.size])

@@ -38,25 +38,25 @@ class ElastoplasticProblem:
 
     @property
     def contact_tolerance(self) -> float:
-        """Tolerance of the contact: a hundredth of that of the strain, 1e-10 to 1e-6."""
+        """Tolerance of the contact: a hundredth of the tolerance, from 1e-10 to 1e-6."""
         return max(1e-10, min(1e-6, self.tolerance / 100))
 
     @property
     def yielding(self) -> list[Material]:
-        """Materials with a yield strength, that of the rough body first."""
+        """Materials with a yield strength, the rough body first."""
         both = self.pair.material, self.pair.counter_material
         return [body for body in both if body.yield_strength is not None]
 
     def pair_at(self, offset: tuple[float, float]) -> Pair:
-        """Return the bodies with the counter-surface moved along ``(y, x)`` [m]."""
+        """Return the pair with the counter-surface moved along ``(y, x)`` [m]."""
         return move_counter_surface(self.pair, offset)
 
     def gap_at(self, offset: tuple[float, float]) -> NDArray[np.float64]:
-        """Return their gap at first touch [m], infinite where they never touch."""
+        """Return the gap at first touch [m] for an offset, infinite at missing points."""
         return touchable_gap(self.pair_at(offset))
 
     def check_same(self, what: str, before: ElastoplasticResult) -> None:
-        """Raise `InputError` if a result is one of other bodies or another boundary."""
+        """Raise `InputError` if a result has other bodies or another boundary."""
         last = before.increments[-1].offset if before.increments else (0.0, 0.0)
         old, new = before.solution.pair, self.pair_at(last)
         same = {
@@ -74,14 +74,14 @@ class ElastoplasticProblem:
                 )
 
 
-# The contact on surfaces that plastic strain has displaced, solved again in each iteration.
+# Contact on surfaces displaced by plastic strain, solved in each iteration.
 
 
 _CONTACT_CONVOLUTIONS = 500
 
 
 class ContactSolver:
-    """The contact solver, started each time from the pressure before."""
+    """Contact solver that starts each time from the previous pressure."""
 
     def __init__(
         self,
@@ -106,28 +106,28 @@ class ContactSolver:
         self.pressure = np.zeros(self.initial_gap.shape)
 
     def set_gap(self, gap: NDArray[np.float64], moved: tuple[int, int]) -> None:
-        """Take on another gap, of a counter-surface that has moved by some pixels."""
+        """Set the gap of a counter-surface that has moved by some pixels."""
         self._map = gap
         self.initial_gap = np.pad(gap, self.inside[0].start, constant_values=np.inf)
         if self.loaded is None or not any(moved):
             return
         pressure = np.zeros(self.initial_gap.shape)
         pressure.ravel()[self.loaded[0]] = self.loaded[1]
-        # A start needs to be good only where it can be: what wraps round is soon let go.
+        # An initial guess need not be exact: the solver removes pressure that wraps around.
         pressure = np.roll(pressure, moved, (0, 1))
         pressure[np.isinf(self.initial_gap)] = 0
         index = np.flatnonzero(pressure)
         self.loaded = (index, pressure.ravel()[index]) if index.size else None
 
     def resume(self, pressure: NDArray[np.float64]) -> None:
-        """Start from a pressure on the map."""
+        """Set the initial pressure on the map."""
         self.pressure[self.inside] = pressure
         index = np.flatnonzero(self.pressure)
         if index.size:
             self.loaded = index, self.pressure.ravel()[index]
 
     def first_contact(self, load: float, strength: float) -> NDArray[np.bool_]:
-        """Return the contact under a ceiling of three yield strengths, roughly."""
+        """Return the approximate contact under a ceiling of three yield strengths."""
         total = load / self.area
         limit = CEILING_FACTOR * strength
         if total > 0.9 * limit * np.count_nonzero(np.isfinite(self.initial_gap)):
@@ -142,11 +142,11 @@ class ContactSolver:
 
     @property
     def solved(self) -> bool:
-        """Whether the last contact, if there is any, is within its tolerance."""
+        """Whether the last contact is within its tolerance; True without a load."""
         return self.solution is None or self.solution.status is Status.CONVERGED
 
     def solve(self, displacement: NDArray[np.float64], load: float) -> None:
-        """Find the pressure that carries a load on the surface as plastic strain left it."""
+        """Solve the contact under a load on the surface displaced by plastic strain."""
         gap = self.initial_gap + displacement
         self.pressure = np.zeros(gap.shape)
         if load == 0:
@@ -171,33 +171,33 @@ class ContactSolver:
 def solve_without_load(
     problem: ElastoplasticProblem, share: VolumePartition, workspace: Workspace
 ) -> ContactSolver:
-    """Return the contact without pressure, if there can be one that yields."""
+    """Return the contact solver without pressure, or raise `InputError` if no body yields."""
     if not problem.yielding:
         raise InputError(
             "neither material has a yield strength: nothing can yield; give one, or use solve"
         )
     gap = touchable_gap(problem.pair)
-    # The contact is solved again and again on the same few grids.
+    # The contact is solved repeatedly on the same few grids.
     make = lru_cache(maxsize=12)(problem.pair.operators("double", workspace))
     return ContactSolver(gap, make, problem.pair.pixel_area, problem.contact_tolerance, share)
 
 
-# --- How deep and how wide the volume is in which bodies may yield ---
+# --- Depth and width of the volume in which bodies may yield ---
 
 
 LAYER_RATIO = 1.08
-"""Thickness of a layer over that of the one above."""
+"""Ratio of the thickness of a layer to the layer above."""
 
 MIN_LAYERS = 10
-"""No volume has fewer layers unless they are given."""
+"""Smallest number of layers of a volume unless layers are given."""
 
-# Layers: the first over the shorter edge of a pixel, the depth of them all over the radius of the
-# largest contact spot, and in pixels at least.
+# Thickness of the first layer over the shorter edge of a pixel; depth of all layers over the radius
+# of the largest contact spot; smallest depth in pixels.
 _FIRST_LAYER = 0.5
 _DEPTH = 3.0
 _MIN_DEPTH = 8.0
-# Depth of the layers over that before, when plastic strain has reached the lowest; growth of the
-# volume to each side when it has reached the edge, over the edge of the map.
+# Factor of the depth when plastic strain has reached the lowest layer; growth of the volume at each
+# side over its shorter side when plastic strain has reached the edge.
 _DEEPER = 1.3
 _WIDER = 0.1
 # Distance of the edge of the volume from the contact, over the radius of the largest spot.
@@ -205,7 +205,7 @@ _MAX_SPAN = 0.8
 
 
 class Extent(NamedTuple):
-    """The layers of the volume, and how far it goes beyond the map."""
+    """Layers of the volume, and its margin beyond the map."""
 
     thickness: NDArray[np.float64]  # (nz,) Thickness of each layer [m]
     margin: int  # Rows and columns beyond each edge of the map
@@ -217,13 +217,13 @@ class Extent(NamedTuple):
         return cls(body.thickness, body.margin)
 
     def grid(self, shape: tuple[int, int]) -> tuple[int, int]:
-        """Return the points of a layer over a map of some shape."""
+        """Return the grid of a layer below a map of some shape."""
         return shape[0] + 2 * self.margin, shape[1] + 2 * self.margin
 
     def enlarged(
         self, shape: tuple[int, int], pixel: tuple[float, float], *, deeper: bool, wider: bool
     ) -> Extent:
-        """Return a larger one over a map, as far as it may still become deeper or wider."""
+        """Return a deeper or wider extent, up to a maximum depth and margin."""
         thickness, margin = list(self.thickness), self.margin
         (ny, nx), (dy, dx) = self.grid(shape), pixel
         if deeper:
@@ -242,7 +242,7 @@ def first_extent(
     depth: float | None,
     layers: ArrayLike | None,
 ) -> Extent:
-    """Return the volume for loads up to this one."""
+    """Return the initial extent of the volume for loads up to a given load."""
     pixel = problem.pair.pixel
     weaker = problem.pair.softer
     radius, margin = _spot_extent(solver, load, weaker, pixel)
@@ -265,7 +265,7 @@ def first_extent(
 def _spot_extent(
     solver: ContactSolver, load: float, body: Material | None, pixel: tuple[float, float]
 ) -> tuple[float, int]:
-    """Return the radius of the largest contact spot [m] and the margin that its volume needs."""
+    """Return the radius of the largest contact spot [m] and the margin of its volume."""
     from scipy import ndimage
 
     pressed = solver.first_contact(load, (body.yield_strength or math.inf) if body else math.inf)
@@ -293,12 +293,12 @@ def memory_estimate(
     precision: str = "single",
     ranks: int = 1,
 ) -> int:
-    """Return about the memory that `solve_elastoplastic` needs."""
+    """Return an estimate of the memory that `solve_elastoplastic` needs [bytes]."""
     real = 8 if precision == "double" else 4
     points = shape[0] * shape[1]
     padded = plastic_halfspace.points_transformed(shape, boundary)
-    # Spectra of strain and mean stress and the tables; strain, stresses, and what Anderson's
-    # acceleration remembers of a quarter of the points. The bodies share what threads sweep with.
+    # Spectra of strain and mean stress and the tables; strain, stresses, and the history of the
+    # acceleration for a quarter of the points. The bodies share the work arrays of the threads.
     swept = min(default_workers() * SWEEP_POINTS, padded / 4)
     volume = bodies * layers * (7.5 * padded + 35 * points) + (6 * layers + 56) * swept
     # Messages between ranks: one or more layers per thread, in six arrays.
@@ -316,7 +316,7 @@ def require_memory(
     precision: str = "single",
     share: VolumePartition | None = None,
 ) -> None:
-    """Raise `InsufficientMemoryError` unless a volume fits into the memory that is free."""
+    """Raise `InsufficientMemoryError` unless a volume fits into free memory."""
     count, reference = (1, 1) if share is None else (share.count, share.here)
     needed = reference * memory_estimate(
         shape, layers, bodies=bodies, boundary=boundary, precision=precision, ranks=count
@@ -338,7 +338,7 @@ def is_within_memory(
     old: tuple[tuple[int, int], int],
     new: tuple[tuple[int, int], int],
 ) -> bool:
-    """Return whether a volume may grow from some shape and number of layers to others."""
+    """Return whether a volume can grow from one grid and number of layers to another."""
     more, less = (
         memory_estimate(*size, **memory_terms(problem), ranks=share.count) for size in (new, old)
     )

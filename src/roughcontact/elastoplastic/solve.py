@@ -1,7 +1,7 @@
-"""Contact with plasticity of the volume: residual displacement and stress, hardening, unloading.
+"""Contact with plasticity of the volume: hardening, unloading, residual fields.
 
-`solve_elastoplastic` follows a path of loads, load by load; what happens at one of them stands in
-`roughcontact.elastoplastic.increments`.
+`solve_elastoplastic` solves a path of loads, load by load; `roughcontact.elastoplastic.increments`
+solves each load.
 """
 
 from __future__ import annotations
@@ -67,8 +67,9 @@ from roughcontact.solvers.progress import Progress, Status, Tell, shows_progress
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, to_si
 
-# Mean pressure over the yield strength that no flat punch with the outline of a map reaches: it
-# flows at 2.97 on a strip and 3.28 on a disc (shear strength σ_Y/√3; Hill 1950, Shield 1955).
+# Upper bound of the mean pressure over the yield strength under a flat punch with the outline of a
+# map: the limit load is 2.97 for a strip, 3.28 for a disc (shear strength σ_Y/√3; Hill 1950, Shield
+# 1955).
 _PUNCH = 3.5
 
 
@@ -80,7 +81,7 @@ def check_arguments(
     start: ElastoplasticResult | None,
     on_failure: str,
 ) -> None:
-    """Raise `InputError` where an argument of `solve_elastoplastic` cannot be used."""
+    """Raise `InputError` for an invalid argument of `solve_elastoplastic`."""
     pair = problem.pair
     pair.require_map("plasticity of the volume", coated=False)
     precision, tolerance = problem.precision, problem.tolerance
@@ -147,7 +148,7 @@ def _check_layers(depth: float | None, layers: ArrayLike | None, pixel: float) -
 
 
 def check_capacity(problem: ElastoplasticProblem, solver: ContactSolver, load: float) -> None:
-    """Raise `InputError` for a load under which a free map yields without limit."""
+    """Raise `CapacityError` for a load under which a free map yields without limit."""
     if not problem.pair.boundary.free_axes:
         return
     strain = np.array(1e9)
@@ -168,7 +169,7 @@ def points_of_path(
     increments: int | str,
     start: ElastoplasticResult | None,
 ) -> list[PathPoint]:
-    """Return the points to visit, one after the other, of a load, of loads or of a path."""
+    """Return the path points of a load, of loads or of a path, in order."""
     load, loads, path = requested[0], to_si(requested[1], "force", "loads"), requested[2]
     if sum(specified is not None for specified in (load, loads, path)) != 1:
         raise InputError(
@@ -179,7 +180,7 @@ def points_of_path(
         points = _points(path)
         _check_path(problem, points)
     else:
-        # A counter-surface that has moved stays where it is.
+        # A counter-surface that has moved stays at its last offset.
         last = start.increments[-1].offset if start and start.increments else (0.0, 0.0)
         points = [PathPoint(value, last) for value in _load_list(load, loads)]
     if not any(point.load for point in points) and (start is None or start.solution.load == 0):
@@ -194,7 +195,7 @@ def points_of_path(
 
 
 def _check_path(problem: ElastoplasticProblem, points: Sequence[PathPoint]) -> None:
-    """Raise `InputError` for an invalid path of a counter-surface."""
+    """Raise `InputError` for a path on which the counter-surface cannot move or slide."""
     pair = problem.pair
     if pair.counter_surface is None and any(any(point.offset) for point in points):
         raise InputError(
@@ -233,16 +234,16 @@ def _load_list(load: float | None, loads: Sequence[float] | None) -> list[float]
     return [float(value) for value in path]
 
 
-# --- The path of loads, followed load by load ---
+# --- Solution of a path of loads, load by load ---
 
 
 Array = NDArray[Any]
 
 TOLERANCE = 1e-4
-"""Residual of the plastic strain at which an increment is done."""
+"""Residual of the plastic strain at which the iteration of an increment ends."""
 
-# Points of a map from which threads share its layers: on smaller ones they wait for the
-# interpreter, and two take up to 1.6 times as long as one.
+# Smallest number of points of a map for several threads: on smaller maps they wait for the
+# interpreter, and two threads take up to 1.6 times as long as one.
 MIN_SHARED_POINTS = 1 << 15
 
 
@@ -278,31 +279,31 @@ def solve_elastoplastic(
     surface : Surface
         Heights of the rough body, without unhandled holes.
     material, counter_material : Material
-        Of the rough body and of its counter-body: elastic without a yield strength, perfectly
-        plastic with one, hardening with ``hardening``. At least one yields.
+        Materials of the rough body and of the counter-body: elastic without a yield strength,
+        perfectly plastic with one, hardening with ``hardening``. At least one yields.
     load : float, str, quantity of pint, NominalPressure, LineLoad or HertzPressure
-        Last load [N], in any form that `roughcontact.solve` takes; give either this, ``loads`` or
-        ``path``.
+        Last load [N], in any form that `roughcontact.solve` accepts; give either this, ``loads``
+        or ``path``.
     loads : sequence of float
-        Loads one after the other [N]; zero separates the bodies.
+        Loads in order [N]; zero separates the bodies.
     path : sequence of PathPoint
-        Loads one after the other, with the place of the counter-surface and full sliding. To a
-        point without friction the counter-body rolls, without slip: plastic strain stays where it
-        is in both bodies, and the counter-surface is a form. To a point with friction it slides,
-        and takes along what has yielded in it, on a periodic map. Points are visited in order,
-        with ``increments`` left alone.
+        Loads in order, with the offset of the counter-surface and full sliding. To a point
+        without friction the counter-body rolls without slip: plastic strain keeps its position in
+        both bodies, and the counter-surface is a form. To a point with friction it slides, and
+        its plastic strain moves with it, on a periodic map. Points are solved in order;
+        ``increments`` is ignored.
     counter_surface : Surface or nominal body, optional
         Heights of the counter-body on the same grid, or its form; a flat without it.
     boundary : {"free", "periodic"}
         Whether the body ends with the map, or the map is one period of an endless surface.
     increments : int or "auto"
-        Equal steps to ``load``; ``loads`` are then visited in order. "auto": to each of them
-        enough to keep the step error below 1 % of approach and contact area,
-        48 from nothing to a load at most; see `ElastoplasticResult.step_error`, which is not
-        known otherwise.
+        Number of equal steps to ``load``; with a number each of ``loads`` is one step. "auto":
+        enough steps to each load to keep the step error below 1 % of approach and contact area,
+        at most 48 from zero load; see `ElastoplasticResult.step_error`, which is unknown
+        otherwise.
     depth : float, optional
-        Depth of the layers [m]; by default three radii of the largest contact spot, and more as
-        soon as plastic strain reaches the bottom.
+        Depth of the layers [m]; by default three radii of the largest contact spot. More layers
+        are added when plastic strain reaches the bottom.
     layers : array_like, optional
         Thickness of each layer [m] instead of graded ones.
     tolerance : float
@@ -317,51 +318,52 @@ def solve_elastoplastic(
     on_failure : {"raise", "return"}
         Response to a path that cannot be followed to its end.
     folder : path, optional
-        Where the state at every requested load is saved as soon as it is reached, as
-        ``step-0001.nc`` and so on; made if it does not exist. Where the counter-surface moves or
-        slides that at the last point alone, and on the way ``latest.nc``, to resume from the last
-        point reached. The same call on the same folder resumes with the same numbers. Loads may
-        be added at the end as long as the layers, which the largest load sets, are unchanged.
+        Folder for the state at every requested load, saved when it is reached as
+        ``step-0001.nc`` and so on; created if missing. If the counter-surface moves or slides,
+        only the state at the last point is saved, and before it ``latest.nc``, from which a run
+        resumes at the last point reached. The same call with the same folder resumes with the
+        same numbers. Loads may be added at the end if the layers, which depend on the largest
+        load, are unchanged.
     progress : callable or bool, optional
-        ``True`` draws a bar on standard error; a function is
-        called with a `Progress` after every iteration, and once for what stood in the folder; its
-        ``step`` is a `roughcontact.elastoplastic.increments.IterationInfo`.
+        ``True`` draws a bar on standard error; a function is called with a `Progress` after every
+        iteration, and once for the states already in the folder; its ``step`` is a
+        `roughcontact.elastoplastic.increments.IterationInfo`.
     on_step : callable, optional
         ``on_step(number, state)`` is called at every requested load, and for the complete states
         in the folder. The folder then keeps every state complete.
     ranks : mpi4py.MPI.Comm, optional
-        Communicator of processes that share the layers of the volume. All of them
-        call this with the same arguments and a load or loads, without a folder, and get the same
-        numbers, to the bit those of one process; of the fields of the volume each has its layers,
+        Communicator of processes that share the layers of the volume. All processes call this
+        with the same arguments and a load or loads, without a folder, and return the same values,
+        equal to the bit to those of one process. Each process has the fields of its layers only,
         see `roughcontact.elastoplastic.plastic_body.SharedBody`.
 
     Returns
     -------
     ElastoplasticResult
-        The state after the last load.
+        State after the last load.
 
     Raises
     ------
     InputError
-        If an argument cannot be used; the message names it and its value. If the folder is in use
-        or holds another run.
+        If an argument is invalid; the message names the argument and its value. If the folder is
+        in use or contains another run.
     FormatError
-        If a file in the folder is damaged, or of another run.
+        If a file in the folder is damaged or belongs to another run.
     CapacityError
-        If nothing can touch.
+        If no point can touch, or a map with free edges cannot carry the load.
     InsufficientMemoryError
-        If the problem does not fit into the memory that is free.
+        If the problem does not fit into free memory.
     ConvergenceError
-        If the path was left early; its ``result`` is the state at the last load reached. The
-        loads before stay in the folder.
+        If the path was not completed; its ``result`` is the state at the last load reached. The
+        states before remain in the folder.
 
     Notes
     -----
-    Small strains on a half-space: contacts small against the radii of the bodies. Stress is the
-    average over a layer and, in the plane, the value at the center of a pixel. With perfect
-    plasticity the pressure of single pixels scatters by 5 to 10 %, more at the rim of the
-    contact: a field without volume change has too few freedoms there. Means over rings or 3 × 3
-    pixels are right; a little hardening removes the scatter.
+    Small strains on a half-space: contacts are small compared with the radii of the bodies. Stress
+    is the average over a layer and, in the plane, the value at the center of a pixel. With perfect
+    plasticity the pressure of single pixels scatters by 5 to 10 %, more at the rim of the contact:
+    a field without volume change has too few degrees of freedom there. Means over rings or 3 × 3
+    pixels are accurate; slight hardening removes the scatter.
 
     References
     ----------
@@ -405,7 +407,7 @@ def _with_load_form(
 
 
 def _volume_share(shape: tuple[int, int], communicator: Any, **alone: Any) -> VolumePartition:
-    """Return which part of the volume is here: all of it without a communicator."""
+    """Return the partition of the volume: a single process without a communicator."""
     if communicator is None:
         return SingleProcess(Workspace(1 if math.prod(shape) < MIN_SHARED_POINTS else None))
     check_shared(**alone)
@@ -421,16 +423,16 @@ def _prepare_solver(
     start: ElastoplasticResult | None,
     share: VolumePartition,
 ) -> tuple[ContactSolver, Extent]:
-    """Return the solver of the contact and the volume to start with, for the loads of a path."""
+    """Return the contact solver and the initial extent of the volume for a path."""
 
     def require(shape: tuple[int, int], count: int) -> None:
         share.run_on_all(
             lambda: setup.require_memory(shape, count, **setup.memory_terms(problem), share=share)
         )
 
-    # Before anything of the size of the map is made; again once the volume is known.
+    # Check before any allocation of the size of the map, and again with the final volume.
     require(problem.pair.shape, MIN_LAYERS if layers is None else np.size(layers))
-    # The contact is one rank's, and the cores of its machine are idle meanwhile.
+    # One rank solves the contact, while the other cores of its machine are idle.
     solver = solve_without_load(
         problem, share, share.workspace if share.count == 1 else Workspace()
     )
@@ -448,14 +450,14 @@ def _prepare_solver(
 
 @dataclass
 class _PathRun:
-    """A path of loads that is followed."""
+    """Run along a path of loads."""
 
     problem: ElastoplasticProblem  # Inputs of all loads
-    path: list[PathPoint]  # Its points
-    automatic: bool  # Whether the steps to each are chosen by their error
+    path: list[PathPoint]  # Points of the path
+    automatic: bool  # Whether the number of steps follows from their error
     steps: CheckpointSeries  # Stored steps
     progress: Tell  # Called after every iteration
-    began: float  # When, by `time.perf_counter`
+    began: float  # Start time, by `time.perf_counter`
     each: Callable[[int, ElastoplasticResult], object] | None = None
 
     def final_state(
@@ -464,7 +466,7 @@ class _PathRun:
         extent: Extent,
         loop_in: Callable[[Extent], IncrementLoop],
     ) -> ElastoplasticResult:
-        """Return the state after the last load that is reached, kept or not."""
+        """Return the state after the last load reached, computed or from the folder."""
         number, before = self.steps.latest()
         if before is not None:
             self.began -= before.seconds
@@ -484,7 +486,7 @@ class _PathRun:
     def _follow(
         self, loop: IncrementLoop, first: int, before: Checkpoint | None
     ) -> ElastoplasticResult:
-        """Visit the loads from a number on."""
+        """Solve the loads from a number on."""
         done = [] if before is None else list(before.increments)
         largest = (0.0, None) if before is None else before.largest
         result, status = None, CONVERGED
@@ -496,7 +498,7 @@ class _PathRun:
             status = reach(loop, point, done, self._iteration_callback(number))
             if status != CONVERGED:
                 break
-            # The pressure under the largest load is kept for those who look at what it left.
+            # The result contains the pressure under the largest load, also after unloading.
             lowered = any(p.load < point.load for p in self.path[number + 1 : number + 2])
             whole = self.steps.is_full(number, every=self.each is not None)
             if whole or lowered or self.each:
@@ -530,7 +532,7 @@ class _PathRun:
 def _require_complete(
     result: ElastoplasticResult, on_failure: str, folder: str | os.PathLike[str] | None
 ) -> ElastoplasticResult:
-    """Return a result, or raise if its path was left early."""
+    """Return a result, or raise `ConvergenceError` if its path was not completed."""
     if not result.converged and on_failure == "raise":
         hint = "" if folder is None else f"; the loads before it are kept in {folder}"
         raise ConvergenceError(
@@ -557,7 +559,7 @@ def _result(
     before, loaded = solver.convolutions, solver.loaded
     displacement = loop.displacement()
     solver.solve(displacement, load)
-    # The next load starts from where the loop ended, whether or not anyone looks at this one.
+    # The next load starts from the end of the loop, independent of this additional solve.
     solver.loaded = loaded
     finished = [
         body.final_layers(solver.pressure, loop.pull, loop.extent.margin) for body in loop.bodies
@@ -597,7 +599,7 @@ def _displaced_contact(
     convolutions: int,
     seconds: float,
 ) -> ContactResult:
-    """Return the contact that the solver found on a displaced surface."""
+    """Return the contact result of the last solve on the displaced surface."""
     solution = solver.solution
     gap = solver.initial_gap + displacement - solver.approach if solution is None else solution.gap
     gap = gap[solver.inside].copy()

@@ -36,23 +36,23 @@ from roughcontact.units import Quantities, Quantity, to_si
 
 @dataclass(frozen=True)
 class PathPoint(RenamedAttributes):
-    """A point of the path of a contact.
+    """Point of a load path.
 
     Parameters
     ----------
     load : float, str or quantity of pint
         Normal load [N]; zero separates the bodies.
     offset : (float, float), str or quantity of pint
-        How far the counter-surface has moved along ``(y, x)`` [m].
+        Displacement of the counter-surface along ``(y, x)`` [m].
     friction : float
         Coefficient μ of full sliding: traction μ p on the rough body.
     direction : float
-        Of that traction [degrees], counter-clockwise from x as seen in the map.
+        Direction of the traction [degrees], counter-clockwise from x as seen in the map.
 
     Raises
     ------
     InputError
-        If a value is not finite, the load or the coefficient negative.
+        If a value is not finite, or the load or the coefficient is negative.
     """
 
     load: float
@@ -84,14 +84,14 @@ class PathPoint(RenamedAttributes):
     def traction(self) -> Pull:
         """Traction on the rough body along x and y over the pressure."""
         angle = math.radians(self.direction)
-        # A right angle has a cosine of 6e-17, which is no traction.
+        # The cosine of a right angle is 6e-17 and must be no traction.
         shares = (round(math.cos(angle), 15), round(math.sin(angle), 15))
         return self.friction * shares[0], self.friction * shares[1]
 
     def between(self, end: PathPoint, part: int, count: int) -> PathPoint:
-        """Return a point after some of n equal parts of the straight line to another.
+        """Return the point after ``part`` of ``count`` equal steps to another point.
 
-        Friction is that of the other from the start.
+        Friction and direction are those of the end point.
         """
         (y, x), (end_y, end_x) = self.offset, end.offset
         ways = (self.load, end.load), (y, end_y), (x, end_x)
@@ -100,7 +100,7 @@ class PathPoint(RenamedAttributes):
 
 
 def move_counter_surface(pair: Pair, offset: tuple[float, float]) -> Pair:
-    """Return a pair whose counter-surface has moved along ``(y, x)`` [m]; see `shifted`."""
+    """Return a pair with its counter-surface moved along ``(y, x)`` [m]."""
     counter = pair.counter_surface
     if counter is None or not any(offset):
         return pair
@@ -119,16 +119,16 @@ def _as_direction(values: Any) -> tuple[float, float]:
     raise input_error("offset", values, "must be two finite numbers, along y and x [m]")
 
 
-# --- Paths that a contact follows: load, place of the counter-body and friction, point by point ---
+# --- Result of a load path ---
 
 
 Array = NDArray[Any]
 CONVERGED = "converged"
-"""Status of a path that was followed to its end."""
+"""Status of a completed path."""
 
 
 class PlasticRegime(StrEnum):
-    """How far plastic strain has come."""
+    """Regime of plastic strain: none, below the surface, or up to it."""
 
     ELASTIC = "elastic"
     BELOW_SURFACE = "plastic below the surface"
@@ -137,7 +137,7 @@ class PlasticRegime(StrEnum):
 
 @dataclass(frozen=True)
 class Increment:
-    """Outcome of one load of the path."""
+    """Outcome of a load increment of the path."""
 
     load: float  # Normal load [N]
     approach: float  # Approach of the bodies from the first touch [m]
@@ -148,18 +148,18 @@ class Increment:
     residuals: tuple[float, ...]
     convolutions: int  # Convolutions of the contact solver
     step_error: float | None = None
-    offset: tuple[float, float] = (0.0, 0.0)  # Of the counter-surface (y, x) [m]
+    offset: tuple[float, float] = (0.0, 0.0)  # Offset of the counter-surface (y, x) [m]
     friction: float = 0.0  # Traction over pressure
-    direction: float = 0.0  # Of the traction [°]
+    direction: float = 0.0  # Direction of the traction [°]
 
     @property
     def point(self) -> PathPoint:
-        """The point of the path."""
+        """Point of the path."""
         return PathPoint(self.load, self.offset, self.friction, self.direction)
 
     @property
     def has_moved(self) -> bool:
-        """Whether the counter-surface had moved or slid."""
+        """Whether the counter-surface has moved or slid."""
         return bool(any(self.offset) or self.friction)
 
     @property
@@ -175,7 +175,7 @@ class Increment:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ElastoplasticResult(Result):
-    """A contact after a path of loads, with the plastic strain that it left.
+    """Contact after a path of loads, with its plastic strain.
 
     Parameters
     ----------
@@ -183,26 +183,26 @@ class ElastoplasticResult(Result):
         Pressure, gap, approach and certificate at the last load; the gap includes the residual
         displacement.
     residual_displacement : ndarray, shape (ny, nx)
-        What plastic strain adds to the gap [m], positive into the bodies.
+        Change of the gap by plastic strain [m], positive into the bodies.
     bodies : tuple of PlasticBody or SharedBody
-        Those that yield, the rough one first; on several ranks each has its share.
+        Yielding bodies, the rough body first; on several ranks each has its local layers.
     increments : tuple of Increment
-        The loads in order, those of a run continued included.
+        Load increments in order, including those of a resumed run.
     yield_excess : float
-        Largest von Mises stress over the yield strength at that place, less one; negative if
-        nothing is at yield.
+        Largest ratio of von Mises stress to local yield strength, minus one; negative if no
+        point is at yield.
     precision : {"double", "single"}
         Arithmetic of the volume; the contact is solved in double.
     tolerance : float
-        Residual limit.
+        Limit of the residual.
     status : str
-        ``"converged"``, or why the path was left.
+        ``"converged"``, or the reason why the path was not completed.
     seconds : float
         Wall time.
     version : str
-        Of the program.
+        Version of the program.
     largest_pressure : ndarray, optional
-        Pressure at the largest load [Pa], shape (ny, nx), where the path ends at a lower one.
+        Pressure at the largest load [Pa], shape (ny, nx), if the path ends at a lower load.
     """
 
     solution: ContactResult
@@ -225,7 +225,7 @@ class ElastoplasticResult(Result):
 
     @property
     def turns(self) -> list[float]:
-        """Loads at which the path turns, the last of all included [N]."""
+        """Loads at which the path reverses, and the last load [N]."""
         loads = [step.load for step in self.increments]
         return [
             load
@@ -235,17 +235,17 @@ class ElastoplasticResult(Result):
 
     @property
     def contact(self) -> ContactResult:
-        """The ``solution``, by its old name."""
+        """Old name of ``solution``."""
         return self.solution
 
     @property
     def whole_bodies(self) -> tuple[PlasticBody, ...]:
-        """The ``bodies``, with all of their fields.
+        """Bodies with complete fields.
 
         Raises
         ------
         InputError
-            If they are distributed over ranks.
+            If the bodies are distributed over ranks.
         """
         whole = tuple(body for body in self.bodies if isinstance(body, PlasticBody))
         if len(whole) < len(self.bodies):
@@ -257,7 +257,7 @@ class ElastoplasticResult(Result):
 
     @property
     def largest(self) -> tuple[float, NDArray[np.float64]]:
-        """Largest load so far [N], and the pressure under it [Pa], if both are known."""
+        """Largest load [N] and its pressure [Pa]; the last load if no larger one is stored."""
         if self.largest_pressure is None:
             return self.solution.load, self.solution.pressure
         return max(step.load for step in self.increments), self.largest_pressure
@@ -269,7 +269,7 @@ class ElastoplasticResult(Result):
 
     @property
     def converged(self) -> bool:
-        """Whether the whole path was followed within the tolerances."""
+        """Whether the path was completed within the tolerances."""
         return self.status == CONVERGED
 
     @property
@@ -279,7 +279,7 @@ class ElastoplasticResult(Result):
 
     @property
     def step_error(self) -> float | None:
-        """Effect of the finite load steps, as a share of approach and area; None if unknown."""
+        """Relative error of approach and area by the finite load steps; None if unknown."""
         return self.increments[-1].step_error if self.increments else 0.0
 
     @property
@@ -304,7 +304,7 @@ class ElastoplasticResult(Result):
 
     @property
     def yielded(self) -> NDArray[np.bool_]:
-        """Pixels above a yielded uppermost layer of a body, shape (ny, nx)."""
+        """Pixels with plastic strain in the uppermost layer of any body, shape (ny, nx)."""
         first = self.bodies[0].margin
         ny, nx = self.solution.pressure.shape
         inside = slice(first, first + ny), slice(first, first + nx)
@@ -312,10 +312,10 @@ class ElastoplasticResult(Result):
 
     @property
     def perimeter_corrected_area(self) -> float:
-        """Contact area without the excess that an elastic rim gains from the pixels [m²].
+        """Contact area without the excess of an elastic rim by the pixels [m²].
 
         See `ContactResult.perimeter_corrected_area`; the perimeter of yielded pixels, where the
-        pressure falls from the plateau to zero at once, is left alone.
+        pressure drops from the plateau to zero, is not corrected.
         """
         pressed = self.solution
         elastic = pressed.contact & ~self.yielded
@@ -324,14 +324,14 @@ class ElastoplasticResult(Result):
 
     @property
     def regime(self) -> PlasticRegime:
-        """How far plastic strain has come."""
+        """Regime of plastic strain: none, below the surface, or up to it."""
         if not self.plastic_volume:
             return PlasticRegime.ELASTIC
         return PlasticRegime.AT_SURFACE if self.plastic_at_surface else PlasticRegime.BELOW_SURFACE
 
     @property
     def plastic_at_surface(self) -> bool:
-        """Whether plastic strain has come up to the contact, or to the free surface without one."""
+        """Whether plastic strain reaches the contact, or without contact the free surface."""
         touching, flowed = self.solution.contact, self.yielded
         return bool((flowed & touching if touching.any() else flowed).any())
 
@@ -353,11 +353,11 @@ class ElastoplasticResult(Result):
         return presentation().layers(self, body)
 
 
-# --- Profiles and sections through bodies that have yielded, cut from their arrays ---
+# --- Profiles and sections of plastic strain and stress ---
 
 
 def most_strained(result: ElastoplasticResult, body: int = 0) -> tuple[int, int, int]:
-    """Return where the plastic strain is largest below the map."""
+    """Return layer, row and column of the largest plastic strain below the map."""
     held = _body(result, body)
     return held.largest_strain_index(_map_window(result, held))
 
@@ -381,7 +381,7 @@ def profile(
 def section_of(
     result: ElastoplasticResult, along: str = "x", index: int | None = None, body: int = 0
 ) -> DepthSection:
-    """Return plastic strain and stress on a vertical plane."""
+    """Return plastic strain and stress on a vertical plane along a row or a column."""
     held = _body(result, body)
     if along not in ("x", "y"):
         raise input_error("along", along, "must be 'x' or 'y'")
