@@ -315,7 +315,7 @@ class Session:
         self._change_state(self._state.with_counter_surface(path, name))
 
     def set_option(self, name: str, value: Value) -> None:
-        """Set an option; empty takes it away. See `State.with_option` for what is refused."""
+        """Set an option; empty takes it away. See `SessionState.with_option` for the rules."""
         self._change_state(self._state.with_option(name, value))
 
     def give_all(self, specified: dict[str, Value]) -> None:

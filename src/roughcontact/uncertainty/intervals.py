@@ -6,7 +6,7 @@ known of these is gathered here. What the measurement left out of the map is not
 `measurement.uncertainty` adds, in intervals of the same form.
 
 `uncertainty_intervals`: Grid: where the number lies on ever finer grids of the same heights,
-`resolution_study.limits`. Rim, where there is no such study: pixels that the rim of a spot
+`resolution.limits`. Rim, where there is no such study: pixels that the rim of a spot
 crosses count in full; the lower end is `ContactResult.perimeter_corrected_area`. Edge: the largest
 pressure of an elastic contact has no limit at an edge at which the map ends (r^-1/2, as of a flat
 punch). Shorter waves: contact area and largest pressure of an elastic map that is rough down to

@@ -310,7 +310,7 @@ class RollingResult(Result):
 
     @property
     def rolled_surface(self) -> Surface:
-        """Heights of the rough body after the passes; see `rolling.rolled_surface`."""
+        """Heights of the rough body after the passes."""
         return rolled_surface(self.result)
 
     def states(self) -> Iterator[tuple[int, int, ElastoplasticResult]]:
