@@ -24,6 +24,9 @@ LIMITS = {
     "test": 328,
 }
 
+# Folders that building the documentation writes.
+MADE = {"generated", "_build", "examples"}
+
 
 def patterns() -> Iterator[tuple[str, re.Pattern[str], str]]:
     """Yield scope, expression and replacement of each row of the table."""
@@ -81,7 +84,8 @@ def material() -> Iterator[tuple[str, str, str]]:
             yield "text of src", "text", plain(text)
         for kind, name in names(path):
             yield kind, kind, name
-    for path in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
+    pages = [path for path in sorted((ROOT / "docs").rglob("*.md")) if not MADE & {*path.parts}]
+    for path in [ROOT / "README.md", *pages]:
         for text in prose(path):
             yield "text of docs", "text", plain(text)
     for path in sorted((ROOT / "tests").rglob("test_*.py")):
