@@ -1,12 +1,12 @@
-"""Contact of measured rough surfaces: pressure, real contact area, saturated area and gap."""
+"""Contact of measured rough surfaces: pressure, real contact area and gap."""
 
 from roughcontact import face as face
 from roughcontact._version import __version__ as __version__
 
 
 def __getattr__(name):
-    # The names stand in `__init__.pyi`; a module is imported when the first of its names is used.
-    # So is what does that: until the command line has seen to Ctrl-C, little may be loaded.
+    # The names are listed in `__init__.pyi`; a module is imported on first use of one of its names.
+    # `lazy_loader` is imported late as well: little may load before the CLI handles Ctrl-C.
     import lazy_loader
 
     from roughcontact._tools.deprecated import NAMES, resolve_renamed

@@ -1,17 +1,17 @@
 """Entry point of the command line: ``roughcontact``, or ``python -m roughcontact``."""
 
-# As little as may be: what is loaded here cannot be interrupted without a word from Python.
+# As few imports as possible: Ctrl-C during these prints a traceback.
 import gc
 import importlib.util
 import os
 import signal
 import sys
 
-# As a shell reports a program that SIGHUP, SIGINT or SIGTERM ended.
+# Exit statuses with which a shell reports a program ended by SIGHUP, SIGINT or SIGTERM.
 _HUNG_UP, _INTERRUPTED, _TERMINATED = 129, 130, 143
 
-# Modules and figures are hundreds of thousands of objects that stay: to look through them as often
-# as Python does takes a tenth of the time of a report.
+# Modules and figures are hundreds of thousands of permanent objects: the default frequency of
+# garbage collection takes a tenth of the time of a report.
 _OBJECTS, _ROUNDS = 50_000, 20
 
 
@@ -29,22 +29,22 @@ def main() -> int:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         status = app.main()
         if status in (_HUNG_UP, _INTERRUPTED, _TERMINATED):
-            # Where the interrupt has passed through C code that runs Python, Python would end by
-            # SIGINT whatever the status.
+            # If the interrupt has passed through C code that runs Python, Python would end by
+            # SIGINT instead of returning this status.
             os._exit(status)
         return status
     except KeyboardInterrupt:
         _leave()
         raise
     finally:
-        # The interpreter cleans up the rest.
+        # A signal must not interrupt the cleanup of the interpreter.
         for name in ("SIGINT", "SIGTERM", "SIGHUP"):
             if hasattr(signal, name):
                 signal.signal(getattr(signal, name), signal.SIG_IGN)
 
 
 def _leave() -> None:
-    """End at once, where nothing has been written yet."""
+    """Exit at once, before any file has been written."""
     try:
         os.write(2, b"roughcontact: interrupted; nothing was written\n")
     finally:

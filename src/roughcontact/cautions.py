@@ -15,7 +15,7 @@ from roughcontact.errors import InputError, Part, Sentence, split_message
 
 
 class CautionTag(StrEnum):
-    """The tag of a message: its stable name. In the order of importance."""
+    """Tag of a message: its stable name, in the order of importance."""
 
     NOT_CONVERGED = "not-converged"
     UNITS = "units"
@@ -79,7 +79,7 @@ class CautionTag(StrEnum):
 
 _PLACES: dict[str, int] = {kind: place for place, kind in enumerate(CautionTag)}
 
-# The smaller their first number, the worse.
+# Tags for which a smaller first number is worse.
 _SMALLER_IS_WORSE = (
     CautionTag.FEW_ATOMS,
     CautionTag.PIXEL,
@@ -94,33 +94,33 @@ class Severity(StrEnum):
     """Effect of a caution on the results."""
 
     WARNING = "warning"
-    """They may be far off, or mean something else than they seem to."""
+    """Results may be far off, or not mean what they seem to mean."""
     CAUTION = "caution"
-    """They are estimates."""
+    """Results are estimates."""
     NOTE = "note"
     """Results hold for the given input, which may be incomplete."""
 
 
 _EXPLANATIONS = Path(__file__).with_name("explanations.toml")
 
-# Where the first sentence ends.
+# End of the first sentence.
 _SENTENCE_END = re.compile(r"[.?](?=\s|$)")
 
 
 @dataclass(frozen=True)
 class Caution:
-    """A message about a result: cause with its number, effect, action."""
+    """Message about a result: cause with its value, effect, action."""
 
-    kind: str  # Its tag, one of a `CautionTag`; files of other versions have others
+    kind: str  # Tag, one of `CautionTag`; files of other versions may have other tags
     parts: tuple[Part, ...]  # One or two sentences, at most 20 words together
     severity: Severity = Severity.WARNING  # Effect on the results
-    numbers: Mapping[str, float] = field(default_factory=dict, hash=False)  # Its size comes first
-    where: str = ""  # The number of contacts or maps that have it, and the worst of them
-    place: str = ""  # The worst of them
+    numbers: Mapping[str, float] = field(default_factory=dict, hash=False)  # Size first
+    where: str = ""  # Number of contacts or maps with this message, and the worst of them
+    place: str = ""  # The worst contact or map
 
     @property
     def text(self) -> str:
-        """The message with names of Python arguments."""
+        """Message with names of Python arguments."""
         for index, part in enumerate(self.parts if self.where else ()):
             if isinstance(part, str) and (end := _SENTENCE_END.search(part)):
                 placed = f"{part[: end.start()]} ({self.where}){part[end.start() :]}"
@@ -148,22 +148,22 @@ class Caution:
 
 
 def as_note(kind: CautionTag, *parts: Part, **numbers: float) -> Caution:
-    """Return a caution that leaves the numbers as they are."""
+    """Return a note: the results hold."""
     return Caution(kind, split_message(*parts), Severity.NOTE, numbers)
 
 
 def as_caution(kind: CautionTag, *parts: Part, **numbers: float) -> Caution:
-    """Return a caution that makes the numbers estimates."""
+    """Return a caution: the results are estimates."""
     return Caution(kind, split_message(*parts), Severity.CAUTION, numbers)
 
 
 def as_warning(kind: CautionTag, *parts: Part, **numbers: float) -> Caution:
-    """Return a caution that puts the numbers in doubt."""
+    """Return a warning: the results may be far off."""
     return Caution(kind, split_message(*parts), Severity.WARNING, numbers)
 
 
 def sort_cautions(result: Iterable[Caution]) -> tuple[Caution, ...]:
-    """Return the worst message of each tag, the severest and most important tag first."""
+    """Return the worst message of each tag, the most severe and most important tag first."""
     once: dict[str, Caution] = {}
     for caution in sorted(result, key=lambda caution: caution.rank):
         once.setdefault(caution.kind, caution)
@@ -173,7 +173,7 @@ def sort_cautions(result: Iterable[Caution]) -> tuple[Caution, ...]:
 def merge_cautions(
     results: Sequence[tuple[str, Iterable[Caution]]], noun: str
 ) -> tuple[Caution, ...]:
-    """Return one message of each tag for several places: the worst, with its place and a count."""
+    """Return the worst message of each tag over several places, with place and count."""
     once: dict[str, list[tuple[str, Caution]]] = {}
     for place, cautions in results:
         for caution in sort_cautions(cautions):
@@ -201,14 +201,14 @@ def from_text(entry: str) -> tuple[Caution, ...]:
 
 
 def from_summary(text: Mapping[str, Any]) -> Caution:
-    """Return a caution from its `Caution.summary`; arguments are words in it."""
+    """Return a caution from its `Caution.summary`; its arguments are plain text."""
     numbers = {str(key): float(value) for key, value in text["numbers"].items()}
     return Caution(str(text["kind"]), (str(text["text"]),), Severity(text["severity"]), numbers)
 
 
 def explain_tag(tag: str) -> str:
     """Return the paragraph on a tag: cause, effect and remedies."""
-    # Imported late: only users who ask need it.
+    # Imported late: only explanations need it.
     import tomllib
 
     paragraphs = tomllib.loads(_EXPLANATIONS.read_text(encoding="utf-8"))
@@ -226,11 +226,11 @@ def no_checksums() -> Caution:
 
 
 MIN_MAPS = 3
-"""Maps below which an interval is some ten times the standard error."""
+"""Number of maps below which an interval is about ten times the standard error."""
 
 
 def few_maps(count: int, what: str = "map", of: str = "") -> Caution:
-    """Return the caution about one map or two."""
+    """Return the caution about results from only one or two maps."""
     known = "scatter unknown" if count == 1 else "the 95 % interval is ±13 standard errors"
     return as_caution(
         CautionTag.FEW_MAPS,

@@ -1,8 +1,8 @@
-"""Kinds of failure and the checks of arguments; each message says what, found, do.
+"""Exceptions and checks of arguments; messages state problem, value and remedy.
 
-An error is data: which argument, which value, and a sentence in which other arguments are
-mentioned, not spelled. Each edge (Python, an option, a key of a project file, a web form) has
-its own words for them; `str` gives those of Python.
+An error is data: the argument, its value, and a sentence that refers to other arguments by
+`ArgumentRef`. Each interface (Python, an option, a key of a project file, a web form) has its
+spelling of arguments; `str` returns the spelling of Python.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from numbers import Integral, Real
 
 @dataclass(frozen=True)
 class ArgumentRef:
-    """An argument of the public face within a sentence."""
+    """Reference to an argument of the public API within a sentence."""
 
     name: str  # As Python spells it: `"max_iterations"`
-    value: object = None  # A setting that the sentence recommends or mentions
+    value: object = None  # Value that the sentence recommends or mentions
 
     def __str__(self) -> str:
-        """Return the argument as Python writes it: ``precision="single"``."""
+        """Return the argument in Python syntax: ``precision="single"``."""
         if self.value is None:
             return self.name
         value = f'"{self.value}"' if isinstance(self.value, str) else repr(self.value)
         return f"{self.name}={value}"
 
     def __format__(self, spec: str) -> str:
-        """Return the mark by which `split_message` finds it again in an f-string."""
+        """Return the marker by which `split_message` finds the argument in an f-string."""
         return f"\0{json.dumps([self.name, self.value])}\0"
 
 
@@ -39,11 +39,11 @@ Part = str | ArgumentRef
 _MARK = re.compile(r"\x00(\[[^\x00]*\])\x00")
 
 Spell = Callable[[ArgumentRef], str]
-"""Returns the words of one edge for an argument."""
+"""Function that returns the spelling of an argument in one interface."""
 
 
 def split_message(*parts: Part) -> tuple[Part, ...]:
-    """Return the parts of a message; an argument that an f-string holds is one of them."""
+    """Return the parts of a message; each argument within an f-string becomes a part."""
     pieces: list[Part] = []
     for part in parts:
         if isinstance(part, ArgumentRef):
@@ -63,12 +63,12 @@ def render_message(parts: tuple[Part, ...], spell: Spell = str) -> str:
 
 
 class Sentence(str):
-    """A text for Python that retains its `ArgumentRef` parts."""
+    """Text with Python names of arguments that retains its `ArgumentRef` parts."""
 
-    parts: tuple[Part, ...]  # The same, for the words of another edge
+    parts: tuple[Part, ...]  # Same message, to be rendered for another interface
 
     def __new__(cls, *parts: Part) -> Sentence:
-        """Word the parts."""
+        """Render the parts with Python names of arguments."""
         parts = split_message(*parts)
         text = super().__new__(cls, render_message(parts))
         text.parts = parts
@@ -86,11 +86,11 @@ class RoughcontactError(Exception):
     Parameters
     ----------
     *parts : str or ArgumentRef
-        The sentence, in pieces; where ``argument`` is given, without its name in front.
+        Parts of the sentence; if ``argument`` is given, without the name of the argument.
     argument : str, optional
         The argument that cannot be used, as Python spells it.
     value : object, optional
-        What was given for it.
+        Value of the argument.
     """
 
     def __init__(self, *parts: Part, argument: str | None = None, value: object = None) -> None:
@@ -105,7 +105,7 @@ class RoughcontactError(Exception):
 
     @property
     def sentence(self) -> tuple[Part, ...]:
-        """The whole message in pieces, to say it within another one."""
+        """Parts of the whole message, for use within another message."""
         return (
             self.parts if self.argument is None else (ArgumentRef(self.argument), " ", *self.parts)
         )
@@ -132,7 +132,7 @@ class CapacityError(InputError):
 
 
 class OtherRunError(InputError):
-    """A folder for steps holds those of another run."""
+    """The folder contains load steps of another run."""
 
 
 class InsufficientMemoryError(RoughcontactError, MemoryError):
@@ -145,7 +145,7 @@ class ConvergenceError(RoughcontactError, RuntimeError):
     Attributes
     ----------
     result : ContactResult or ElastoplasticResult
-        The best result found; its ``status`` says why the solver stopped.
+        The best result found; its ``status`` gives the reason why the solver stopped.
     """
 
     def __init__(self, message: str, result: object) -> None:
@@ -160,13 +160,13 @@ def short_repr(value: object) -> str:
 
 class _ShortRepr(reprlib.Repr):
     def repr_int(self, x: int, level: int) -> str:
-        """Return a whole number, or how long it is."""
+        """Return an integer as text, or its number of digits if it is long."""
         if abs(x) < 10**18:
             return str(x)
         return f"a whole number of {int(math.log10(abs(x))) + 1} digits"
 
     def repr_instance(self, x: object, level: int) -> str:
-        """Return anything else, or what it is where that is long."""
+        """Return the representation of any other object, or its class if that is too long."""
         text = super().repr_instance(x, level)
         return text if len(text) < self.maxother else type(x).__name__
 
@@ -176,26 +176,26 @@ _SHORT_REPR.maxstring = _SHORT_REPR.maxother = 80
 
 
 def input_error(argument: str, value: object, wanted: str) -> InputError:
-    """Return the error for an argument: expected and actual value."""
+    """Return the `InputError` of an argument, with expected and actual value."""
     return InputError(f"{wanted}, got {short_repr(value)}", argument=argument, value=value)
 
 
 def require_positive(**values: float) -> None:
-    """Raise `InputError`, naming argument and value, unless all values are positive and finite."""
+    """Raise `InputError` unless all values, by argument, are positive and finite."""
     for name, value in values.items():
         if not isinstance(value, Real) or not 0 < value < math.inf:
             raise input_error(name, value, "must be positive and finite")
 
 
 def require_count(minimum: int, maximum: int, **values: object) -> None:
-    """Raise `InputError`, naming argument and value, unless all values are whole and in range."""
+    """Raise `InputError` unless all values, by argument, are integers in range."""
     for name, value in values.items():
         if not isinstance(value, Integral) or not minimum <= int(value) <= maximum:
             raise input_error(name, value, f"must be a whole number from {minimum} to {maximum}")
 
 
 def require_choice(known: tuple[str, ...], **values: object) -> None:
-    """Raise `InputError`, naming argument and value, unless all values are among those known."""
+    """Raise `InputError` unless all values, by argument, are known choices."""
     for name, value in values.items():
         if not isinstance(value, str) or value not in known:
             choices = " or ".join(repr(choice) for choice in known)
@@ -211,7 +211,7 @@ def require_pixel(pixel: tuple[float, float]) -> None:
 def _restore_error(
     kind: type[RoughcontactError], args: tuple[Part, ...], state: dict[str, object]
 ) -> RoughcontactError:
-    # Of two bases in C, the first to be found need not be the one that can make it.
+    # With two bases in C, the constructor found first may belong to the base that cannot create it.
     error = Exception.__new__(kind, *args)
     error.args = args
     error.__dict__.update(state)

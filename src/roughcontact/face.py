@@ -1,4 +1,4 @@
-"""Methods of results and maps that other packages implement; see `roughcontact.result`."""
+"""Methods of results and maps that need higher layers; see `roughcontact.result`."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ Path = str | os.PathLike[str]
 
 
 def text(shown: object) -> str:
-    """Return the headline numbers, one line each."""
+    """Return the main quantities as text, one line each."""
     from roughcontact.report import kinds
 
     return kinds.headline_text(shown)
 
 
 def html(shown: object) -> str:
-    """Return the headline numbers as HTML."""
+    """Return the main quantities as HTML."""
     from roughcontact.report import kinds
 
     return kinds.headline_html(shown)
@@ -64,7 +64,7 @@ def save(shown: Any, path: Path) -> None:
 
 
 def presentations() -> Mapping[str, tuple[str, ...]]:
-    """Return where the presentations of each class of results are."""
+    """Return the locations of the presentations, by class of results."""
     from roughcontact.analyses.tasks import PRESENTATIONS
 
     return PRESENTATIONS
@@ -85,14 +85,14 @@ def to_xarray(shown: object) -> xarray.Dataset:
 
 
 def summary(shown: object) -> dict[str, Any]:
-    """Return the numbers by name."""
+    """Return the quantities by name."""
     from roughcontact.report import kinds
 
     return kinds.summary(shown)
 
 
 def references(shown: object) -> References:
-    """Return the papers."""
+    """Return the references."""
     from roughcontact.report import kinds
 
     return kinds.references(shown)
@@ -114,14 +114,14 @@ def contact_cautions(shown: ContactResult) -> tuple[Caution, ...]:
 
 
 def volume_cautions(shown: ElastoplasticResult) -> tuple[Caution, ...]:
-    """Return the cautions on a contact with its volume."""
+    """Return the cautions on an elastoplastic contact."""
     from roughcontact.elastoplastic import plausibility as judgment
 
     return judgment.cautions(shown)
 
 
 def elastic(shown: ContactResult) -> ContactResult:
-    """Return the same contact without a ceiling."""
+    """Return the contact solved without a ceiling."""
     from roughcontact.contact import solve
 
     return solve.solve_without_ceiling(shown)
@@ -135,21 +135,21 @@ def stiffness(shown: ContactResult) -> float:
 
 
 def uncertainty(shown: ContactResult, *how: Any) -> Uncertainty:
-    """Return the intervals of a contact of a measured map."""
+    """Return the uncertainty intervals of a contact of a measured map."""
     from roughcontact.uncertainty import measurement
 
     return measurement.uncertainty(shown, *how)
 
 
 def stored_uncertainty(record: Mapping[str, Any]) -> Uncertainty:
-    """Return the intervals of a summary."""
+    """Return the uncertainty intervals stored in a summary."""
     from roughcontact.uncertainty import intervals as uncertainty
 
     return uncertainty.from_summary(record)
 
 
 def estimate(shown: ContactResult) -> Estimate | None:
-    """Return the estimate of a contact."""
+    """Return the analytical estimate of a contact, if there is one."""
     from roughcontact.analyses.estimate import model as estimate
 
     return estimate.of_result(shown)
@@ -170,14 +170,14 @@ def section(shown: ElastoplasticResult, along: str, index: int | None, body: int
 
 
 def layers(shown: ElastoplasticResult, body: int) -> LayerProfile:
-    """Return the largest values of each layer."""
+    """Return the largest plastic strain and stress of each layer."""
     from roughcontact.elastoplastic import volume_result as result
 
     return result.layers(shown, body)
 
 
 def material(name: str) -> Material:
-    """Return a material of the catalogue."""
+    """Return a material of the catalog."""
     from roughcontact.material import catalog
 
     return catalog.material(name)

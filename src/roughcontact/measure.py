@@ -1,3 +1,3 @@
-"""Virtual instruments: what a measurement changes in a map."""
+"""Virtual instruments: the effect of a measurement on a map."""
 
 from roughcontact.surface.instrument import Instrument as Instrument

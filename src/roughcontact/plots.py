@@ -1,6 +1,6 @@
 """Figures of surfaces and results."""
 
-# First, or the module would hide the function of its name once it is loaded.
+# Imported first: a later import of the module would hide the function of the same name.
 import roughcontact.analyses.compare.figures  # noqa: F401
 from roughcontact.analyses.conductance.figures import conductance
 from roughcontact.analyses.history.figures import hysteresis

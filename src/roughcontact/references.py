@@ -1,4 +1,4 @@
-"""The literature behind the program: the table ``references.toml``, and how it is written."""
+"""References of the package: the table ``references.toml`` and its formats."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from roughcontact._tools.files import require_suffix, write_atomically
 
 STORED = Path(__file__).with_name("references.toml")
 
-_MOST_NAMES = 2  # before "et al."
-_OTHERS = "others"  # as BibTeX has it
+_MOST_NAMES = 2  # Before "et al."
+_OTHERS = "others"  # As in BibTeX
 
 
 @dataclass(frozen=True)
 class Reference:
     """A paper, book or standard."""
 
-    key: str  # Of BibTeX: first family name and year, or the number of a standard
+    key: str  # BibTeX key: first family name and year, or the number of a standard
     authors: tuple[str, ...]  # "Family, I. J."
-    year: int | None  # Of publication
-    title: str  # Of the work, a standard's with its number before it
+    year: int | None  # Year of publication
+    title: str  # Title; of a standard, after its number
     where: str = ""  # Journal
-    volume: str = ""  # In the journal
-    pages: str = ""  # In the journal
-    doi: str = ""  # Without the address before it
+    volume: str = ""  # Volume of the journal
+    pages: str = ""  # Pages in the journal
+    doi: str = ""  # DOI without the address of the resolver
     note: str = ""  # Remark on the entry
 
     @property
     def short(self) -> str:
-        """As a text cites it, such as ``"Polonsky and Keer 1999"``."""
+        """Citation in a text, such as ``"Polonsky and Keer 1999"``."""
         names = [author.partition(",")[0] for author in self.authors]
         if not names:
             return self.title.partition(",")[0]
@@ -44,7 +44,7 @@ class Reference:
 
     @property
     def text(self) -> str:
-        """As a list of references holds it, in one line."""
+        """Entry of a list of references, in one line."""
         *maximum, last = self.authors or ("",)
         names = f"{', '.join(maximum)} and {last}" if maximum else last
         names = names.replace(f" and {_OTHERS}", " et al.")
@@ -57,7 +57,7 @@ class Reference:
 
     @property
     def _dated_title(self) -> str:
-        """The title; with the year after its number where no author has it before him."""
+        """Title; without authors, with the year after the number of the standard."""
         if self.authors or not self.year:
             return self.title
         number, comma, rest = self.title.partition(",")
@@ -66,12 +66,12 @@ class Reference:
 
     @property
     def _publisher(self) -> str:
-        """Who stands for the authors of a standard: the first word of its title."""
+        """Publisher in place of the authors of a standard: the first word of its title."""
         return "{" + self.title.split()[0] + "}" if self.year else ""
 
     @property
     def bibtex(self) -> str:
-        """The entry of a BibTeX file."""
+        """Entry of a BibTeX file."""
         kind = "article" if self.volume else "book" if self.where else "misc"
         fields = {
             "author": " and ".join(self.authors) or self._publisher,
@@ -89,20 +89,20 @@ class Reference:
 
 @dataclass(frozen=True)
 class References:
-    """Cited works, and their uses."""
+    """Cited works and their uses."""
 
     uses: tuple[tuple[str, tuple[Reference, ...]], ...]
 
     def __iter__(self) -> Iterator[Reference]:
-        """Give each work once, in the order of first use."""
+        """Yield each work once, in the order of first use."""
         return iter(dict.fromkeys(work for _, works in self.uses for work in works))
 
     def __len__(self) -> int:
-        """Return how many works there are."""
+        """Return the number of works."""
         return len(list(iter(self)))
 
     def __add__(self, other: References) -> References:
-        """Return both; what they share keeps its first place."""
+        """Return the union of both; shared works keep their first position."""
         uses = dict(self.uses)
         for purpose, works in other.uses:
             uses[purpose] = tuple(dict.fromkeys((*uses.get(purpose, ()), *works)))
@@ -117,7 +117,7 @@ class References:
 
     @property
     def text(self) -> str:
-        """A paragraph for each use, a line for each work."""
+        """List of references: a paragraph for each use, a line for each work."""
         return "\n\n".join(
             "\n".join((f"{purpose[:1].upper()}{purpose[1:]}", *(f"  {w.text}" for w in works)))
             for purpose, works in self.uses
@@ -125,23 +125,23 @@ class References:
 
     @property
     def bibtex(self) -> str:
-        """The text of a BibTeX file."""
+        """Text of a BibTeX file."""
         return "\n\n".join(work.bibtex for work in self) + "\n"
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write them to a file."""
+        """Write the references to a file."""
         require_suffix(path, ".bib", ".txt")
         bib = Path(path).suffix.lower() == ".bib"
         write_atomically(path, self.bibtex if bib else self.text + "\n")
 
 
 NO_REFERENCES = References(())
-"""Nothing cited."""
+"""Empty references."""
 
 
 @cache
 def all_references() -> dict[str, Reference]:
-    """Return every work that the program or its theory page cites, by its key."""
+    """Return all works cited by the package or its theory page, by key."""
     stored = tomllib.loads(STORED.read_text(encoding="utf-8"))
     return {
         key: Reference(key, **{"year": None, **row, "authors": tuple(row.get("authors", ()))})

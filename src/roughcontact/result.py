@@ -1,7 +1,7 @@
 """Shared methods of results and maps: display, plots, save, report and references.
 
-`Result.report`: Where a contact reaches its ceiling, the same problem is solved without one for
-comparison.
+`Result.report`: if a contact reaches its ceiling, the same problem is solved without a ceiling
+for comparison.
 """
 
 from __future__ import annotations
@@ -24,33 +24,33 @@ _connected: list[Any] = []
 
 
 def set_presentation(module: Any) -> None:
-    """Set what the wings above do for maps, materials and results: `roughcontact.face`."""
+    """Set the module that implements the methods of the higher layers: `roughcontact.face`."""
     _connected[:] = [module]
 
 
 def presentation() -> Any:
-    """Return the module `roughcontact.face`, which stands above all that share this."""
+    """Return the module `roughcontact.face`, which this layer cannot import."""
     return _connected[0]
 
 
 class Displayable(RenamedAttributes):
-    """An object that a session shows by its headline numbers, and that offers its figures."""
+    """Object with a text display of its main quantities, and with figures."""
 
     def __repr__(self) -> str:
-        """Return the headline numbers, in some ten lines."""
+        """Return the main quantities as text, in about ten lines."""
         return presentation().text(self)
 
     def _repr_html_(self) -> str:
-        """Return the headline with a figure, as a notebook shows it."""
+        """Return the main quantities and a figure as HTML, for notebooks."""
         return presentation().html(self)
 
     @property
     def plot(self) -> Any:
-        """Its figures: ``plot()`` draws the usual one, ``plot.pressure()`` and so on others."""
+        """Figures: ``plot()`` draws the default figure, ``plot.pressure()`` etc. the others."""
         return presentation().plots(self)
 
     def save(self, path: Path) -> None:
-        """Write it in the format that the suffix of the file names."""
+        """Write the object to a file; the suffix selects the format."""
         presentation().save(self, path)
 
     def explore(self) -> Any:
@@ -59,7 +59,7 @@ class Displayable(RenamedAttributes):
 
 
 class Result(Displayable):
-    """A solved problem: numbers with units, their papers, and a report."""
+    """Solved problem: quantities with units, references, and a report."""
 
     if TYPE_CHECKING:
 
@@ -73,11 +73,11 @@ class Result(Displayable):
         return tuple(caution.text for caution in self.cautions)
 
     def summary(self) -> dict[str, Any]:
-        """Return the numbers by name, in SI units, ready for JSON."""
+        """Return the quantities by name, in SI units, ready for JSON."""
         return presentation().summary(self)
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return its steps as a table of pandas: one row per step, one column per quantity.
+        """Return the steps as a pandas table: one row per step, one column per quantity.
 
         Returns
         -------
@@ -92,7 +92,7 @@ class Result(Displayable):
         return presentation().to_pandas(self)
 
     def to_xarray(self) -> xarray.Dataset:
-        """Return its maps and numbers as a dataset of xarray.
+        """Return maps and quantities as an xarray dataset.
 
         Returns
         -------
@@ -102,14 +102,14 @@ class Result(Displayable):
         Raises
         ------
         InputError
-            If the result has no NetCDF form, or several processes hold it.
+            If the result has no NetCDF form, or is distributed over several processes.
         """
         return presentation().to_xarray(self)
 
     def references(self) -> References:
-        """Return the papers behind what was used for it, as text and as BibTeX."""
+        """Return the references of the methods used, as text and as BibTeX."""
         return presentation().references(self)
 
     def report(self, path: Path, command: str = "", study: Any = None, onset: Any = None) -> None:
-        """Write a report that needs no other file and prints to A4."""
+        """Write a self-contained report that prints to A4."""
         presentation().report(self, path, command, study=study, onset=onset)

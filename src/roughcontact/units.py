@@ -1,4 +1,4 @@
-"""Text with units to SI numbers and back; the only user of pint."""
+"""Conversion of text with units to SI values and back; the only module that uses pint."""
 
 from __future__ import annotations
 
@@ -61,21 +61,21 @@ _NAMED_DIMENSIONS = {
 
 
 class WithUnit(Protocol):
-    """A quantity of pint."""
+    """Quantity of pint."""
 
     @property
     def units(self) -> Any:
-        """Its unit."""
+        """Unit of the quantity."""
 
     def m_as(self, units: str, /) -> Any:
-        """Return its number or its numbers in another unit."""
+        """Return the value or values in another unit."""
 
 
 Quantity = float | str | WithUnit
-"""A number in SI units, or one with its unit: a text such as ``"50 N"``, or a quantity of pint."""
+"""Number in SI units, text with a unit such as ``"50 N"``, or a quantity of pint."""
 
 Quantities = Sequence[Quantity] | WithUnit
-"""Several of them, one by one or together."""
+"""Several quantities: a sequence, or one quantity of an array."""
 
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
 _NOT_FINITE = re.compile(r"[+-]?(?:inf(?:inity)?|nan)\b", re.IGNORECASE)
@@ -83,13 +83,13 @@ _SHARE = re.compile(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*%\s*")
 _CELSIUS = re.compile(r"([+-]?\d+(?:\.\d*)?)\s*(?:°C|degC)")
 _ZERO_CELSIUS = 273.15
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d")
-# pint evaluates arithmetic; it is shown only names with one-digit powers, joined by * / or a space.
+# pint evaluates arithmetic; it gets only names with one-digit powers, joined by * / or a space.
 _FACTOR = r"[A-Za-z_µÅΩ]+(?:(?:\^|\*\*)-?[1-9]|[²³])?"
 _UNIT = re.compile(rf"{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*")
 _MAX_TEXT = 60
-# The factor of a unit that a prefix goes to, which its power raises, too.
+# Factor of a unit that gets the prefix; its power applies to the prefix as well.
 _FIRST = re.compile(r"[A-Za-zÅΩ°]+([²³]?)(?=$|[ /])")
-# Lengths to pint (a pixel of style sheets is 1/96 inch), and no length to who writes "5 px".
+# Lengths in pint (a CSS pixel is 1/96 inch), but not meant as a length in "5 px".
 _PRINTERS_UNIT = re.compile(r"pixel|point|pica|didot|cicero")
 
 # The common spellings need no registry, whose creation takes a third of a second.
@@ -109,10 +109,10 @@ _PLAIN = {
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
 }
 
-# Digits before the point that have no comma.
+# Largest number of digits before the decimal point without a comma.
 _UNGROUPED = 4
 
-# Of a length that means anything: a hundredth of an atom.
+# Smallest meaningful length [m]: a hundredth of an atom.
 _SMALLEST_LENGTH = 1e-12
 
 # Letter case decides in SI (mN, MN), yet some spellings can only mean one thing.
@@ -192,10 +192,10 @@ def _single(value: Any, dimension: str, name: str) -> Any:
     try:
         if dimension == "temperature":
             return value.m_as("K")
-        # The factor alone, so that 300 nm is 3e-07 m here as in a text.
+        # Convert only the factor, so that 300 nm is exactly 3e-07 m, as from text.
         factor = float((1.0 * value.units).m_as(_SI_UNITS[dimension]))
         numbers = value.m_as(value.units)
-    # pint's errors share no base class, and its classes are not known here.
+    # The errors of pint have no common base class and are not imported here.
     except (AttributeError, ValueError, TypeError):
         raise InputError(
             f"needs a {dimension} with its unit such as {_EXAMPLES[dimension]}, got "
@@ -207,11 +207,11 @@ def _single(value: Any, dimension: str, name: str) -> Any:
 
 
 def _times(number: float | str, factor: float) -> float:
-    """Return a product rounded once, where both are what they read as in decimals."""
+    """Return the product of two factors as decimals, rounded once."""
     value = float(number)
     if value == 0 or not math.isfinite(value):
         return value
-    # Exponents that no float has are left out: decimals overflow with an exception.
+    # Values beyond the range of floats were returned above: `Decimal` raises on overflow.
     return float(Decimal(str(number)) * Decimal(repr(factor)))
 
 
@@ -256,7 +256,7 @@ def group_digits(text: str) -> str:
 
 def format_lengths(values: Sequence[float], between: str = " × ") -> str:
     """Return lengths as text, each with its SI prefix."""
-    # Sides and pixels as they were given, a wrong unit included.
+    # No lower limit: a wrong unit of the input must remain visible.
     return between.join(_prefixed(value, "m") for value in values)
 
 
@@ -294,7 +294,7 @@ def format_change(change: float) -> str:
 
 
 def format_duration(seconds: float) -> str:
-    """Return a time in a unit that people plan with."""
+    """Return a duration as text, in days, h, min or s."""
     for unit, size in (("days", 86400), ("h", 3600), ("min", 60)):
         if seconds >= 1.5 * size:
             return f"{seconds / size:.0f} {unit}"
@@ -308,7 +308,7 @@ def count_noun(number: int, noun: str) -> str:
 
 
 def _plain(text: str) -> str:
-    # A word processor's micro, minus and spaces are what pint or the patterns do not know.
+    # Neither pint nor the patterns include the micro, minus and spaces of word processors.
     for special, usual in (("\u03bc", "µ"), ("\u2212", "-"), ("\u00a0", " "), ("\u202f", " ")):
         text = text.replace(special, usual)
     return text.strip()
@@ -349,7 +349,7 @@ def _unit_factor(
     try:
         parsed = registry.parse_units(unit.replace("·", "*"))
         got: Any = parsed.dimensionality
-    # pint's errors share no base class; the pattern above leaves only unknown names to fail.
+    # The errors of pint have no common base class; after `_UNIT`, only unknown names fail.
     except (AttributeError, ValueError, TypeError, ArithmeticError):
         raise refused(f"{shown} whose unit {unit!r} is unknown{hint}") from None
     if _PRINTERS_UNIT.search(str(parsed)):
@@ -363,7 +363,7 @@ def _unit_factor(
 
 
 def _describe_dimension(dimensionality: Any) -> str:
-    # In one order, independent of the order of the units: pint preserves that order.
+    # Sorted, since pint preserves the order in which units were given.
     above: list[str] = []
     below: list[str] = []
     for name, power in sorted(dimensionality.items()):
@@ -382,5 +382,5 @@ def _registry() -> pint.UnitRegistry[float]:
 
 
 def order_of_magnitude(value: float) -> str:
-    """Return an error, of which the order of magnitude counts."""
+    """Return an error as text with two significant digits."""
     return f"{value:.1e}" if value else "0"

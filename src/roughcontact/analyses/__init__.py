@@ -1,1 +1,1 @@
-"""Analyses of contacts: one folder for each command."""
+"""Analyses of contacts, one folder per command."""

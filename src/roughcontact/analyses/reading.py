@@ -1,4 +1,4 @@
-"""Read results that `save` wrote."""
+"""Reading of results that `save` wrote."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def read_result(
     Parameters
     ----------
     path : str or path
-        A file that ``save`` of a contact, an elastoplastic contact or repeated passes wrote.
+        File that ``save`` of a contact, an elastoplastic contact or repeated passes wrote.
     verify : bool
         Whether to recompute load, gap and certificate from pressures and heights, with one
         application of the operator.
@@ -28,7 +28,7 @@ def read_result(
     Returns
     -------
     ContactResult, ElastoplasticResult or RollingResult
-        The same result; every number keeps its bits.
+        The saved result, with identical bits.
 
     Raises
     ------
@@ -40,7 +40,7 @@ def read_result(
 
     Notes
     -----
-    Every file is compared with its checksums.
+    The checksums of every file are verified.
     """
     from roughcontact.analyses.roll import model as rolling
     from roughcontact.contact import archive as contact_archive

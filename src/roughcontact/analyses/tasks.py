@@ -175,20 +175,20 @@ GROUPS: dict[str, tuple[Command, ...]] = {
     ),
     "Tools": (INFO, MATERIALS, VERIFY, DESK, DEMO),
 }
-"""The commands under the headings of the help."""
+"""Commands by heading of the help."""
 COMMANDS = {command.name: command for group in GROUPS.values() for command in group}
 TASKS = tuple(command for command in COMMANDS.values() if isinstance(command, Task))
 _TASKS = {task.name: task for task in TASKS}
 PRESENTATIONS = {name: places for task in TASKS for name, places in task.presentations.items()}
-"""Where the presentations of each class of results are."""
+"""Import paths of the presentations by class of results."""
 PROJECT_TASKS = {task.name: task for task in TASKS if task.in_projects}
-"""Tasks of project files."""
+"""Tasks that project files can request."""
 SHARED_TASKS = {task.name: task for task in TASKS if task.shares_contacts}
-"""Tasks that can be requested together for one contact."""
+"""Tasks that can share the contacts of one request."""
 
 
 def from_text(
     name: str, file: Path | None, specified: Given, files: tuple[Path, ...] = ()
 ) -> Request:
-    """Return the request of options given as text; see `Request.from_text`."""
+    """Return the request of a task from text options; see `Request.from_text`."""
     return Request.from_text(_TASKS[name], file, specified, files)

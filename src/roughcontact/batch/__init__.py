@@ -1,1 +1,1 @@
-"""Many contacts."""
+"""Batch runs: the contacts of a project file on several processes or machines."""

@@ -1,8 +1,8 @@
-"""Contacts on a Dask cluster: one of other machines, or one that is started here.
+"""Executors of tasks: processes of this machine, or the workers of a Dask cluster.
 
-`LocalExecutor`: ``concurrent.futures.ProcessPoolExecutor`` gives up all tasks where one process
-dies; here that task alone fails, with `LostWorkerError`. The processes end within a second of
-this one, however it ends.
+`LocalExecutor`: ``concurrent.futures.ProcessPoolExecutor`` gives up all tasks if one process
+ends; here only the task of that process fails, with `LostWorkerError`. The processes end within
+a second of the parent process, however it ends.
 """
 
 from __future__ import annotations
@@ -38,46 +38,46 @@ THERE, AWAY, GONE = "there", "away", "gone"
 
 @dataclass(frozen=True)
 class Engine:
-    """An executor, and what is to be known of it."""
+    """Executor with its capacity, its state and its error messages."""
 
-    executor: Executor  # The calls
-    slots: Callable[[], int]  # Returns the number of parallel tasks, now
-    threads: int  # Cores for each
+    executor: Executor  # Receives the tasks
+    slots: Callable[[], int]  # Returns the current number of parallel tasks
+    threads: int  # Cores per task
     shut_down: Callable[[], None]  # Cancels running tasks where the executor supports it
     is_remote: bool = False  # Whether workers may have another working folder, or other files
     state: Callable[[], str] = lambda: THERE
     lost_task_text: Callable[[BaseException], str] = (
-        str  # Says why a call has no answer, for what it raised
+        str  # Returns the reason why a task has no result, from its exception
     )
     shared: Callable[[BaseException], bool] = lambda error: False
     dashboard: str = ""  # Address of the dashboard
-    workers: str = ""  # Whose workers are waited for where there are none, and how they are started
-    no_worker_timeout: float = math.inf  # For how long [s]
+    workers: str = ""  # Text of messages: whose workers are missing, and their command
+    no_worker_timeout: float = math.inf  # Time without workers after which a run stops [s]
 
 
-# --- Contacts on a Dask cluster: one of other machines, or one that is started here ---
+# --- Dask cluster: of an existing scheduler, or started on this machine ---
 
 
-# Seconds within which a scheduler must answer, at first and where it was lost.
+# Timeout of the connection to a scheduler, also after its loss [s].
 _CONNECT_TIMEOUT = 30
-# Seconds for which a scheduler may be without workers.
+# Time that a scheduler may be without workers [s].
 _NO_WORKER_TIMEOUT = 600
 _LARGE_GRAPH_OPTION = "distributed.admin.large-graph-warning-threshold"
-# Seconds for which the number of workers is taken as known.
+# Lifetime of the cached number of worker threads [s].
 _WORKER_INFO_AGE = 1.0
-# Seconds until a process that was asked to end is killed, and between polls.
+# Timeout for the end of terminated worker processes, and interval between polls [s].
 _DYING, _LOOK = 2.0, 0.005
 
 
 @contextmanager
 def connect_cluster(scheduler: str | None, workers: int) -> Iterator[Engine]:
-    """Give a Dask cluster."""
+    """Connect to a Dask scheduler, or start a local cluster; yield its engine."""
     try:
         import dask
         from distributed import Client, Security
         from distributed.utils import silence_logging_cmgr
 
-        # A client of a scheduler can execute any code: a local scheduler serves this run alone.
+        # A client of a scheduler can execute any code: a local scheduler serves only this run.
         security = None if scheduler else Security.temporary()
     except ImportError:
         raise InputError(
@@ -90,15 +90,15 @@ def connect_cluster(scheduler: str | None, workers: int) -> Iterator[Engine]:
         stack.enter_context(dask.config.set({_LARGE_GRAPH_OPTION: "1GiB"}))
         own = None if scheduler else stack.enter_context(_start_local_cluster(workers, security))
         address = own.scheduler_address if own is not None else scheduler
-        # A client that could not connect waits, when it is collected, for a lock that the start of
-        # another one holds.
+        # Collect clients that failed to connect now: their finalizer waits for a lock that the
+        # start of a new client holds.
         gc.collect()
         try:
             client = stack.enter_context(
                 Client(address, timeout=_CONNECT_TIMEOUT, security=security)
             )
         except (OSError, ValueError, TypeError, ImportError) as error:
-            # Of protocols that need more than was given.
+            # Protocols with missing packages or arguments raise more than OSError.
             raise InputError(
                 f"does not answer at {scheduler!r} ({' '.join(str(error).split())}); is it the "
                 "address that dask scheduler has printed?",
@@ -123,7 +123,7 @@ def connect_cluster(scheduler: str | None, workers: int) -> Iterator[Engine]:
 
 @contextmanager
 def _start_local_cluster(workers: int, security: Security) -> Iterator[LocalCluster]:
-    """Give a cluster of processes of this machine."""
+    """Start a Dask cluster of processes on this machine."""
     from distributed import LocalCluster
 
     with ExitStack() as stack:
@@ -133,7 +133,7 @@ def _start_local_cluster(workers: int, security: Security) -> Iterator[LocalClus
                 n_workers=workers,
                 threads_per_worker=1,
                 processes=True,
-                # The program checks the memory itself, before it starts a contact.
+                # Each contact checks its memory need before its solve.
                 memory_limit=0,
                 host="127.0.0.1",
                 security=security,
@@ -145,23 +145,23 @@ def _start_local_cluster(workers: int, security: Security) -> Iterator[LocalClus
 
 
 def _shut_down(executor: Executor, own: LocalCluster | None) -> None:
-    """Accept no more tasks, and stop local processes."""
+    """Reject further tasks, and stop local worker processes."""
     executor.shutdown(wait=False)
     # A list, because the cluster drops workers that have ended.
     nannies = [] if own is None else list(own.workers.values())
     for nanny in nannies:
-        # Else it begins another one.
+        # Otherwise the nanny restarts its worker.
         nanny.close_gracefully()
         with suppress(OSError, TypeError):
             os.kill(nanny.pid, signal.SIGTERM)
-    # Their unfinished files can be removed after they have ended.
+    # Their unfinished files can be removed only after their end.
     last = time.monotonic() + _DYING
     while any(nanny.is_alive() for nanny in nannies) and time.monotonic() < last:
         time.sleep(_LOOK)
 
 
 def _count_threads(client: Client) -> Callable[[], int]:
-    """Return a function that counts the threads of the workers, which may come and go."""
+    """Return a function that counts the worker threads, cached for a second."""
     known = [0, -_WORKER_INFO_AGE]
 
     def slots() -> int:
@@ -179,14 +179,14 @@ def _worker_state(client: Client) -> str:
 
 
 def _shared_a_worker(error: BaseException) -> bool:
-    """Return whether what was lost shared its workers: they may have died of something else."""
+    """Return whether another task on the same workers may have caused the failure."""
     from distributed import KilledWorker
 
     return isinstance(error, KilledWorker)
 
 
 def _lost_task_text(client: Client, scheduler: str, error: BaseException) -> str:
-    """Return why a contact has no answer."""
+    """Return the reason why a contact has no result."""
     from distributed import KilledWorker
 
     if isinstance(error, KilledWorker):
@@ -202,7 +202,7 @@ def _lost_task_text(client: Client, scheduler: str, error: BaseException) -> str
     return f"{type(error).__name__} ({' '.join(str(error).split())}) from {scheduler}"
 
 
-# --- An executor of processes that live on from task to task, and of which one may die alone ---
+# --- Executor of long-lived local processes that fail independently ---
 
 
 P = ParamSpec("P")
@@ -210,11 +210,11 @@ T = TypeVar("T")
 
 
 class LostWorkerError(Exception):
-    """A process ended in the midst of a task; the sentence says how."""
+    """Error of a task whose process ended; the message gives the exit reason."""
 
 
 class LocalExecutor(Executor):
-    """Processes of this machine."""
+    """Executor of processes on this machine."""
 
     def __init__(self, workers: int) -> None:
         # Each thread waits for its process.
@@ -226,17 +226,17 @@ class LocalExecutor(Executor):
         self._closed = False
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """Submit a call of a module's function to one of the processes."""
+        """Submit a call of a module-level function to one of the processes."""
         with self._lock:
             future = self._threads.submit(self._call_in_process, (fn, args, kwargs))
             self._futures.add(future)
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes, after the tasks, or where these are cancelled at once."""
+        """End the processes: after the tasks if waited for, at once if canceled."""
         if cancel_futures:
-            # The threads come upon those that are cancelled and tell who waits for them; a
-            # ThreadPoolExecutor that cancels them itself tells nobody (Python 3.11).
+            # The threads notify the waiters of futures canceled here; a ThreadPoolExecutor that
+            # cancels its futures itself notifies no waiter (Python 3.11).
             with self._lock:
                 waiting = list(self._futures)
             for future in waiting:
@@ -273,7 +273,7 @@ class LocalExecutor(Executor):
                     raise RuntimeError("the processes have been ended")
                 own.start_process(process)
                 self._begun.append(process)
-            # The only other end is the process's own: it is closed when that ends.
+            # Only the process keeps this end open, so that it closes when the process ends.
             there.close()
             self._own.process = process, here
         return self._own.process
@@ -281,7 +281,7 @@ class LocalExecutor(Executor):
 
 @contextmanager
 def local_processes(workers: int) -> Iterator[Engine]:
-    """Give processes of this machine."""
+    """Yield an engine of processes on this machine, and end them afterwards."""
     executor = LocalExecutor(workers)
     stop = partial(executor.shutdown, cancel_futures=True)
     try:
@@ -290,11 +290,11 @@ def local_processes(workers: int) -> Iterator[Engine]:
         stop()
 
 
-# In a separate process
+# Code of the separate process
 
 
 def _run_tasks(pipe: Connection) -> None:
-    """Carry out tasks until no more can come."""
+    """Execute tasks until the pipe is closed."""
     with own.exit_with_parent():
         while True:
             try:

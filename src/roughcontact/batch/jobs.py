@@ -1,4 +1,4 @@
-"""Task of one contact or part of it: input, execution and result, local or remote."""
+"""Task of one contact or one subtask: input, execution and result, local or remote."""
 
 from __future__ import annotations
 
@@ -27,25 +27,25 @@ from roughcontact.request.options import FOLDER
 from roughcontact.request.outcome import Outcome
 
 MAX_TRANSFER_BYTES = 2**28
-"""Bytes that travel with a contact at most, each way, where workers do not see its files."""
+"""Maximum size of the files sent to or from a remote worker per contact [bytes]."""
 
 
 @dataclass(frozen=True)
 class SubtaskRequest:
-    """One request for a contact."""
+    """Request for a contact, with its digest and output files."""
 
-    number: int  # Among the entries of the project
-    entry: Entry  # Request
+    number: int  # Index among the entries of the project
+    entry: Entry  # Name, request and summary file
     digest: str  # Digest of its inputs, from `plan.request_digest`
-    places: tuple[str, ...]
+    places: tuple[str, ...]  # Output files as named by the project
 
 
 @dataclass(frozen=True)
 class FileTransfer:
     """Files that a worker on another machine needs."""
 
-    mark: Path  # A file in the folder of the results: who sees it writes there
-    sums: Mapping[Path, str]  # Checksum of each file that is read, by path
+    mark: Path  # Marker file in the results folder: a worker that finds it writes there
+    sums: Mapping[Path, str]  # Checksum of each input file, by path
     checkpoints: tuple[Path, ...] = ()  # Files of an earlier run from which the contact may resume
     content: Mapping[Path, bytes] = field(default_factory=dict)
 
@@ -54,16 +54,16 @@ class FileTransfer:
 class BatchTask:
     """All requests for one contact, or one subtask of it."""
 
-    parts: tuple[SubtaskRequest, ...]  # One or several, which share what they have in common
-    threads: int  # Cores that it may use
+    parts: tuple[SubtaskRequest, ...]  # Requests of one contact, which share cached maps
+    threads: int  # Maximum number of cores
     transfer: FileTransfer | None = None
-    version: str = __version__  # Of the program that asks
-    piece: str = ""  # Name of the subtask if the batch task is one subtask of a request
-    known_results: Mapping[str, Any] = field(default_factory=dict)
+    version: str = __version__  # Version of the program that submits the task
+    piece: str = ""  # Name of the subtask; empty for whole requests
+    known_results: Mapping[str, Any] = field(default_factory=dict)  # Of finished subtasks, by name
 
     @property
     def inputs(self) -> list[Path]:
-        """The files that it reads."""
+        """Input files of the task."""
         if self.piece or self.known_results:
             return [*self.parts[0].entry.request.subtask_inputs(self.piece)]
         return [path for part in self.parts for path in part.entry.request.inputs]
@@ -71,16 +71,16 @@ class BatchTask:
 
 @dataclass(frozen=True)
 class TaskResult:
-    """How the parts of a contact ended."""
+    """Result of the parts of a contact, or of one subtask."""
 
-    reports: Mapping[int, ContactReport] = field(default_factory=dict)  # By number
-    lacking: tuple[Path, ...] = ()  # Files that the worker does not see
+    reports: Mapping[int, ContactReport] = field(default_factory=dict)  # By index of the entry
+    lacking: tuple[Path, ...] = ()  # Files that the worker cannot read
     content: Mapping[Path, bytes] = field(default_factory=dict)
     result: Any = None  # Result of a subtask, if it did not fail
 
 
 def run_task(task: BatchTask) -> TaskResult:
-    """Execute all requests for one contact."""
+    """Execute all requests for one contact, or one of its subtasks."""
     if task.version != __version__:
         return failed_answer(
             task,
@@ -97,14 +97,14 @@ def run_task(task: BatchTask) -> TaskResult:
 
 
 def failed_answer(task: BatchTask, reason: str) -> TaskResult:
-    """Return the answer for a contact of which nothing can be done, for one reason."""
+    """Return the result of a task of which all parts failed for one reason."""
     return TaskResult(
         {part.number: ContactReport(part.entry.name, FAILED, {}, reason) for part in task.parts}
     )
 
 
 def _run_parts(task: BatchTask) -> TaskResult:
-    """Do all parts of a contact, one after the other, or one piece."""
+    """Execute all parts of a contact one after the other, or one subtask."""
     reports, result = {}, None
     with running.shared_runner() as carry_out:
         for part in task.parts:
@@ -128,7 +128,7 @@ def _run_parts(task: BatchTask) -> TaskResult:
 
 
 def _out_of_memory_text(error: MemoryError) -> str:
-    """Return the message on a worker that ran out of memory."""
+    """Return the message for a worker that ran out of memory."""
     text = f" ({error})" if str(error) else ""
     return (
         f"its worker ran out of memory{text}; give each worker more, with fewer of them on a "
@@ -151,14 +151,14 @@ def _run_part(
     *,
     renew: bool,
 ) -> ContactReport:
-    """Run one part; saved steps of a different request may be discarded."""
+    """Execute one part; if ``renew``, move saved steps of another request aside."""
     entry = part.entry
     try:
         outcome = carry_out(entry.request, _ignore, None, known)
     except OtherRunError:
         if not renew:
             raise
-        # The project has given the folder to this contact alone; steps may have taken hours.
+        # Only this contact uses the folder; steps may have taken hours, so keep the old ones.
         folder = entry.request.get(FOLDER)
         assert folder is not None
         before = folder.with_name(f"{folder.name}.before")
@@ -169,7 +169,7 @@ def _run_part(
         raise outcome.failure
     if not outcome.converged:
         return _failed_report(part, render_message(outcome.shortfall.parts, _error_text(entry)))
-    # A single contact reports its progress itself.
+    # Without `last`, the record itself has the main quantities.
     last_of = entry.request.task.last
     last = {} if last_of is None else {"last": last_of(outcome)}
     called = dict(zip((path for _, path in entry.request.places), part.places, strict=True))
@@ -183,14 +183,14 @@ def _run_part(
 
 
 def _ignore(of: object) -> None:
-    """Say nothing, and look at nothing."""
+    """Ignore a message, a progress state or a preview."""
 
 
-# Where the files may be those of another machine
+# Execution on a worker that may be on another machine
 
 
 def _run_on_worker(task: BatchTask, journey: FileTransfer) -> TaskResult:
-    """Do all parts of a contact, each file by its path where it is seen, else by its content."""
+    """Execute a task; replace input files that differ here by their sent content."""
     seen = journey.mark.exists()
     needed = [path for path, wanted in journey.sums.items() if not _is_same_file(path, wanted)]
     needed += [] if seen else journey.checkpoints
@@ -212,7 +212,7 @@ def _run_on_worker(task: BatchTask, journey: FileTransfer) -> TaskResult:
 
 
 def too_large(what: str, size: int) -> str:
-    """Return why content does not travel."""
+    """Return the message for content that is too large to be sent."""
     return (
         f"{what} have {size / 1e6:.0f} MB, and at most {MAX_TRANSFER_BYTES / 1e6:.0f} MB travel "
         "with a contact; "
@@ -230,11 +230,11 @@ def _is_same_file(path: Path, wanted: str) -> bool:
 def _unpack_files(
     journey: FileTransfer, needed: Iterable[Path], read: Path, leftovers: Path | None
 ) -> dict[Path, Path]:
-    """Write what came as bytes into files of this machine, and return where those read lie."""
+    """Write sent content into local files, and return the local paths of the inputs."""
     lie = {}
     for number, path in enumerate(needed):
         if path in journey.sums:
-            # Two files of one name may come from two folders.
+            # Inputs from different folders may have the same name.
             lie[path] = place = read / str(number) / path.name
         else:
             assert leftovers is not None
@@ -249,7 +249,7 @@ def _unpack_files(
 def _relocate_part(
     part: SubtaskRequest, lie: Mapping[Path, Path], leftovers: Path | None
 ) -> SubtaskRequest:
-    """Return a part whose files are in folders of this machine."""
+    """Return a part with local input and output files."""
 
     def written(path: Path) -> Path:
         if leftovers is None:
@@ -264,12 +264,12 @@ def _relocate_part(
 
 
 def _path_below(folder: Path, path: Path) -> Path:
-    """Return the path below the root of a file below a folder."""
+    """Return a path, relative to its root, below a folder."""
     return folder / path.relative_to(path.anchor)
 
 
 def _pack_outputs(leftovers: Path) -> dict[Path, bytes]:
-    """Return the files that were written below a folder, by their destination."""
+    """Return the content of all files below a folder, by destination."""
     root = Path(Path.cwd().anchor)
     return {
         root / path.relative_to(leftovers): path.read_bytes()

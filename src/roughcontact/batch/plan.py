@@ -1,4 +1,4 @@
-"""The contacts of a project, what each depends on, and which of them are complete."""
+"""Contacts of a project: their digests, complete results and saved subtasks."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Command
 
 RUN_KEYS = frozenset({"run", "sha256", "seal"})
-"""Keys of the file of a contact besides its quantities."""
+"""Keys of the summary of a contact in addition to its quantities."""
 
 DAMAGED_FILE_ERRORS = (
     OSError,
@@ -36,7 +36,7 @@ DAMAGED_FILE_ERRORS = (
     ImportError,
     RecursionError,
 )
-"""Errors of reading an earlier file that may be damaged."""
+"""Errors raised while reading a damaged file of an earlier run."""
 
 SOLVED, KEPT, FAILED = "solved", "solved before", "failed"
 
@@ -45,33 +45,33 @@ SOLVED, KEPT, FAILED = "solved", "solved before", "failed"
 class Entry:
     """One contact of a project."""
 
-    name: str  # Its name, and that of its files
-    request: Request  # Request
-    summary: Path  # The JSON file that is written last
-    contact: int
+    name: str  # Name in reports; file names derive from it
+    request: Request  # Options and input files
+    summary: Path  # JSON file, written last
+    contact: int  # Number of the contact: its entries share maps and load
 
 
 @dataclass(frozen=True)
 class ContactReport:
-    """How one contact of a project ended."""
+    """Outcome of one contact of a project."""
 
-    name: str  # Of the contact
-    state: str  # How it ended
+    name: str  # Name of the contact
+    state: str  # `SOLVED`, `KEPT` or `FAILED`
     summary: Mapping[str, Any]  # Content of its JSON file
-    reason: str = ""  # Why it failed, in a sentence
+    reason: str = ""  # Reason of the failure, one sentence
 
     @property
     def last(self) -> Mapping[str, Any]:
-        """The contact in a few numbers: of several loads the last, of those found the largest."""
+        """Main quantities: of the last or largest of several loads, else of the contact."""
         return dict(self.summary.get("last", self.summary))
 
     def record(self) -> dict[str, Any]:
-        """Return its entry in JSON."""
+        """Return the report as values for JSON."""
         return {"name": self.name, "state": self.state, "told": self.summary, "reason": self.reason}
 
 
 def spell_key(mention: ArgumentRef, task: Command) -> str:
-    """Return an argument as a key of project files."""
+    """Return an argument, and its value if any, as spelled in project files."""
     option = task.option_of_argument(mention.name)
     if option is None:
         return str(mention)
@@ -83,14 +83,14 @@ def spell_key(mention: ArgumentRef, task: Command) -> str:
 
 
 def find_complete(entry: Entry, digest: str) -> dict[str, Any] | None:
-    """Return the report of an earlier identical run whose output files are unchanged."""
+    """Return the summary of an identical earlier run with unchanged files, or None."""
     try:
         text = json.loads(entry.summary.read_text(encoding="utf-8"))
         if not isinstance(text, dict) or text.get("run") != digest:
             return None
         if text.pop("seal", None) != checksums.checksum_json(text):
             return None
-        # Of a profile fewer figures are drawn than of a map.
+        # A profile has fewer figures than a map.
         paths = [path for _, path in entry.request.places if path.name in text["sha256"]]
         if text["sha256"] != _file_checksums(paths):
             return None
@@ -108,7 +108,7 @@ def seal_summary(text: Mapping[str, Any], digest: str, written: Iterable[Path]) 
 
 
 def checksum_if_readable(path: Path) -> str | None:
-    """Return the checksum of a file that is read; nothing where reading will say what is wrong."""
+    """Return the checksum of a regular file; None for other or unreadable files."""
     try:
         # A device or a pipe has no end, or can be read only once.
         return checksums.checksum_file(path) if path.is_file() else None
@@ -119,10 +119,10 @@ def checksum_if_readable(path: Path) -> str | None:
 def request_digest(
     entry: Entry, content: Callable[[Path], str | None] = checksum_if_readable, piece: str = ""
 ) -> str:
-    """Return a word for all that a contact depends on: options and content of files."""
+    """Return the digest of the version, the options and the input files of a contact."""
     request = entry.request
     of, others = request.depends_on(piece) if piece else ("", frozenset())
-    # Groups by name, their files by content.
+    # Groups by name and size, their files by content.
     specified = {
         name: _without_folders(value) if request.task.by_name[name].is_place else value
         for name, value in request.specified.items()
@@ -137,8 +137,7 @@ def request_digest(
             "version": __version__,
             "task": request.task.name,
             "options": specified,
-            # The suffix gives the format.
-            # A file without a checksum may change.
+            # The suffix gives the format; a file without a checksum may change.
             "inputs": [[path.suffix.lower(), content(path) or uuid4().hex] for path in inputs],
             **about,
         }
@@ -156,22 +155,22 @@ def _file_checksums(paths: Iterable[Path]) -> dict[str, str]:
     return {path.name: checksums.checksum_file(path) for path in paths}
 
 
-# --- What is found of the pieces of a contact, kept on the disk for the runs to come ---
+# --- Saved results of the subtasks of a contact, for later runs ---
 
 
 _PACKAGE = __name__.partition(".")[0]
-# Above all that pieces take: a map of 64 parts under 100 loads has some 10 MB.
+# Above the size of any subtask: a map of 64 parts under 100 loads has about 10 MB.
 _MAX_PIECE_BYTES = 2**28
 
 
 def pieces_folder(entry: Entry) -> Path:
-    """Return the folder of what is kept of a contact; there is none where nothing is."""
+    """Return the folder of the saved subtasks of a contact, which may not exist."""
     return entry.summary.with_suffix(".pieces")
 
 
 def save_piece(entry: Entry, digest: str, result: Any) -> None:
-    """Keep what is found of a piece, if that can be done."""
-    # A piece that cannot be saved is computed again by the next run.
+    """Save the result of a subtask, if possible."""
+    # The next run computes a subtask again that could not be saved.
     with contextlib.suppress(OSError, TypeError):
         described = {"run": digest, "found": _encode_value(result)}
         text = json.dumps({**described, "seal": checksums.checksum_json(described)})
@@ -196,7 +195,7 @@ def load_subtasks(entry: Entry, digests: Mapping[str, str]) -> dict[str, Any]:
 
 
 def remove_pieces(entry: Entry, but: Iterable[str] = ()) -> None:
-    """Remove what is kept of a contact that is complete."""
+    """Remove the saved subtasks of a contact, except those with some digests."""
     place = pieces_folder(entry)
     stay = {_piece_path(entry, digest) for digest in but}
     with contextlib.suppress(OSError):
@@ -211,12 +210,12 @@ def _piece_path(entry: Entry, digest: str) -> Path:
     return pieces_folder(entry) / f"{digest}.json"
 
 
-# Frozen dataclasses of plain values as JSON. Reading calls their constructors alone:
+# Frozen dataclasses of plain values as JSON. Reading creates only classes of this package:
 # `pickle` would execute code from a file.
 
 
 def _encode_value(value: Any) -> Any:
-    """Return a value as JSON has it, with the type of all that is no text, number or list."""
+    """Return a value for JSON, with its type unless it is a text, number or list."""
     if value is None or type(value) in (bool, int, float, str):
         return value
     if type(value) is list:
@@ -244,7 +243,7 @@ def _type_name(kind: type) -> str:
 
 
 def _decode_value(text: Any) -> Any:
-    """Return the value that `_encode_value` described."""
+    """Return the value that `_encode_value` encoded."""
     if isinstance(text, list):
         return [_decode_value(item) for item in text]
     if not isinstance(text, dict):
@@ -258,7 +257,7 @@ def _decode_value(text: Any) -> Any:
         return values[0] if text["shape"] is None else values.reshape(text["shape"]).copy()
     if "mapping" in text:
         return {_decode_value(key): _decode_value(item) for key, item in text["mapping"]}
-    # As `copy` and `pickle` do it: what was checked when it was made is not made again.
+    # Like `copy` and `pickle`, without the constructor: the values were checked before.
     kind = _find_class(text["class"])
     if text["fields"].keys() != {field.name for field in fields(kind)}:
         raise TypeError(f"{kind} has other fields")
@@ -269,7 +268,7 @@ def _decode_value(text: Any) -> Any:
 
 
 def _find_class(name: str, base: type = object) -> Any:
-    """Return a dataclass or an enumeration of this package, of which there is no other."""
+    """Return a dataclass, or a subclass of ``base``, of this package by its name."""
     module, _, own = name.partition(":")
     if module.partition(".")[0] != _PACKAGE:
         raise TypeError(f"{name} is not of this package")

@@ -26,13 +26,13 @@ from roughcontact.request.task import Task
 
 _KEYS = ("folder", "write", "materials", "defaults", "contact")
 DESK_TABLE = "desk"
-"""A table that the page in the browser keeps for itself; it does not describe a contact."""
+"""Table with the state of the browser app, ignored by batch runs."""
 
 _MAPS = {"file": "a file", "files": "files, a list", "groups": "groups, a table"}
-"""Keys for the maps of a contact, and what they are."""
+"""Keys for the maps of a contact, with their description in messages."""
 _MATERIAL_KEYS = ("young", "poisson", "yield-strength")
 
-# Levels of tables and lists, texts among them: those of groups of files are five.
+# Maximum nesting of tables and lists, texts included; groups of files need five levels.
 _MAX_NESTING = 20
 
 WRITABLE_SUFFIXES = tuple(
@@ -41,15 +41,15 @@ WRITABLE_SUFFIXES = tuple(
         for task in PROJECT_TASKS.values()
         for option in task.options
         for suffix in option.suffixes
-        # The summary of each contact.
+        # Each contact writes a summary in any case.
         if suffix != ".json"
     )
 )
-"""Output files of a contact besides its ``.json``, by suffix."""
+"""Suffixes of the output files of a contact other than its summary ``.json``."""
 
 
 def read_project(path: str | os.PathLike[str]) -> list[Entry]:
-    """Read and check a project file."""
+    """Read and check a project file, and return its entries."""
     path = Path(path)
     try:
         with as_regular_file(path) as file, file.open(encoding="utf-8-sig") as stream:
@@ -76,7 +76,7 @@ def read_project(path: str | os.PathLike[str]) -> list[Entry]:
 
 
 def _check_content(name: str, read: dict[str, Any]) -> None:
-    """Refuse tables in tables beyond all that a contact has, and null characters."""
+    """Raise `FormatError` for too many nested levels or a null character."""
     level: list[Any] = [read]
     for _ in range(_MAX_NESTING):
         inner: list[Any] = []
@@ -101,7 +101,7 @@ _KEY = re.compile(r"""\s*("[^"]*"|'[^']*'|[A-Za-z0-9_-]+)\s*=""")
 
 
 def _key_lines(text: str) -> Lines:
-    """Return the line of every key, by table (with its number in a list) and key."""
+    """Return the line number of each key, by table (with its index in a list) and key."""
     lines: Lines = {}
     table: tuple[str, ...] = ()
     counts: dict[str, int] = {}
@@ -123,7 +123,7 @@ def _key_lines(text: str) -> Lines:
 
 @dataclass(frozen=True)
 class _Source:
-    """The file, and the line of every key."""
+    """Project file, and the line number of each key."""
 
     path: Path
     lines: Lines
@@ -137,7 +137,7 @@ class _Source:
         return InputError(f"{self.locate(table)}: {text}")
 
     def tables(self, read: Any, name: str) -> dict[str, dict[str, Any]]:
-        """Return the tables of one name."""
+        """Return the subtables of a table; raise an error for other values."""
         if not isinstance(read, dict) or not all(
             isinstance(value, dict) for value in read.values()
         ):
@@ -147,7 +147,7 @@ class _Source:
 
 @dataclass(frozen=True)
 class _Project:
-    """Content of a project file whose own keys are checked."""
+    """Content of a project file with checked top-level keys."""
 
     source: _Source
     target: Path
@@ -159,7 +159,7 @@ class _Project:
 
 @dataclass(frozen=True)
 class _Contact:
-    """One contact with its defaults, and the table and key that each value comes from."""
+    """Contact with its defaults, and the table and key of origin of each value."""
 
     source: _Source
     table: tuple[str, ...]
@@ -168,11 +168,11 @@ class _Contact:
     origins: dict[str, tuple[str, ...]]
 
     def make_error(self, key: str, text: str) -> InputError:
-        """Return an error about a key, which the contact may lack."""
+        """Return an error about a key, at its line or the line of the contact."""
         return self.source.make_error(self.origins.get(key, self.table), text)
 
     def locate_error(self, error: InputError) -> InputError:
-        """Return an error with the key of the file, and the line of that key."""
+        """Return an error with the key of the project file and its line."""
         begins = error.parts[0] if error.parts else ""
         about = error.argument or (begins.name if isinstance(begins, ArgumentRef) else "")
         option = self.task.option_of_argument(about)
@@ -219,7 +219,7 @@ def _parse_project(source: _Source, read: dict[str, Any]) -> _Project:
 
 
 def _check_places(path: Path, result: list[tuple[_Contact, Entry]]) -> None:
-    """Raise `InputError` for a project that would overwrite inputs, other outputs or itself."""
+    """Raise `InputError` for a project that overwrites inputs, other outputs or itself."""
     read = [other for _, entry in result for other in entry.request.inputs]
     inputs = {outputs.file_identity(other) for other in (*read, path)}
     writers: dict[outputs.Identity, Entry] = {}
@@ -267,7 +267,7 @@ def _make_entries(project: _Project) -> Iterator[tuple[_Contact, Entry]]:
 
 
 def _listed_loads(contact: _Contact) -> list[tuple[str, Any] | None]:
-    """Return key and value of each load of a list, which makes a contact of each; else None."""
+    """Return key and value of each load of a list; ``[None]`` for a single load."""
     hertz = isinstance(contact.values.get(HERTZ.name), list)
     key = HERTZ.name if hertz else LOAD.name
     loads = contact.values.get(key)
@@ -285,7 +285,7 @@ def _make_request(
     described = _as_options(contact, values, project.materials)
     described |= _output_options(project, contact.task, stem)
     if FOLDER.name in described:
-        # One may be given to all contacts.
+        # All contacts may have the same folder: each gets a subfolder.
         described[FOLDER.name] = str(folder / str(described[FOLDER.name]) / stem)
     file = None if "file" not in values else folder / values["file"]
     files = tuple(folder / name for name in values.get("files", ()))
@@ -310,7 +310,7 @@ def _expand_tasks(project: _Project, number: int, read: Any) -> list[_Contact]:
     known = {key for task in tasks for key in _allowed_keys(SHARED_TASKS[task])}
     result = []
     for task in tasks:
-        # What serves another of them is left out here.
+        # Omit keys that only the other tasks of the contact have.
         others = known - set(_allowed_keys(SHARED_TASKS[task]))
         own = {key: value for key, value in read.items() if key not in others}
         result.append(_parse_contact(project, number, {**own, "task": task}))
@@ -318,7 +318,7 @@ def _expand_tasks(project: _Project, number: int, read: Any) -> list[_Contact]:
 
 
 def _parse_contact(project: _Project, number: int, read: Any) -> _Contact:
-    """Return one contact with its defaults, its keys checked."""
+    """Return a contact with its defaults and checked keys."""
     table = ("contact", str(number))
     if not isinstance(read, dict):
         raise project.source.make_error(table, "each contact must be a table, [[contact]]")
@@ -328,7 +328,7 @@ def _parse_contact(project: _Project, number: int, read: Any) -> _Contact:
         for keys in (read, project.defaults)
     )
     read = {key: deprecated.current_value(key, read[old]) for key, old in own.items()}
-    # A material of the contact precedes constants shared by all.
+    # A material of the contact takes precedence over default constants.
     aside = {
         f"{prefix}{constant}"
         for prefix in ("", "counter-")
@@ -371,7 +371,7 @@ def _parse_contact(project: _Project, number: int, read: Any) -> _Contact:
 
 
 def _check_maps(contact: _Contact) -> None:
-    """Raise `InputError` if no map names are given for a task on several maps."""
+    """Raise `InputError` if a task on several maps has none, or invalid names."""
     specified = {key: contact.values[key] for key in contact.task.maps if key in contact.values}
     if not specified:
         listed = ", or ".join(_MAPS[key] for key in contact.task.maps)
@@ -391,7 +391,7 @@ def _check_maps(contact: _Contact) -> None:
 
 
 def _is_applicable(key: str, task: Task, values: Mapping[str, Any]) -> bool:
-    """Return whether a default is valid for the model of a contact."""
+    """Return whether a default applies to the model of a contact."""
     return all(
         values.get(model.name, model.default) == rule.value
         for rule in task.rules
@@ -401,7 +401,7 @@ def _is_applicable(key: str, task: Task, values: Mapping[str, Any]) -> bool:
 
 
 def _allowed_keys(task: Task) -> list[str]:
-    """Return the keys that a contact may have; its files are named by the project."""
+    """Return the keys that a contact may have, without output and console options."""
     own = ("name", "task", *task.maps) if task.many_maps else ("name", *task.maps, "task")
     named = (option for option in task.options if not option.suffixes)
     return [*own, *(option.name for option in named if option not in (*SHOWN, GROUP))]
@@ -410,7 +410,7 @@ def _allowed_keys(task: Task) -> list[str]:
 def _as_options(
     contact: _Contact, values: Mapping[str, Any], materials: Mapping[str, Mapping[str, Any]]
 ) -> dict[str, str | bool | list[str]]:
-    """Return the options of a contact as the command line would give them."""
+    """Return the options of a contact in the form of the command line."""
     specified: dict[str, str | bool | list[str]] = {}
     for key, value in values.items():
         if key == "groups":
@@ -438,7 +438,7 @@ def _as_options(
 
 
 def _match_files(folder: Path, word: str) -> list[str]:
-    """Return the files below a folder that a word with wildcards fits, or the one it names."""
+    """Return the files below a folder that match a pattern, or else the named path."""
     path = folder / word
     result = [] if path.exists() else sorted(glob.glob(word, root_dir=folder))
     return [str(folder / item) for item in result] or [str(path)]
@@ -455,7 +455,7 @@ def _option_text(contact: _Contact, option: str, value: Any, key: str) -> str | 
 
 
 def _output_options(project: _Project, task: Task, stem: str) -> dict[str, str | bool | list[str]]:
-    """Return the options that write those of the wanted files that a task can leave."""
+    """Return the options for the requested output files that a task can write."""
     specified: dict[str, str | bool | list[str]] = {}
     for suffix in project.write:
         option = _writer_option(suffix, task)

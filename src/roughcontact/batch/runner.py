@@ -26,9 +26,9 @@ from roughcontact.request.outputs import SavedSteps, UnfinishedError
 T = TypeVar("T")
 
 _MAX_TRIES = 3
-"""How often a contact is handed out whose scheduler is lost."""
+"""Maximum number of submissions of a contact whose scheduler is lost."""
 _RETRY_ALONE = 0
-"""Marks a retry without other contacts in parallel."""
+"""Mark of a retry without other contacts in parallel."""
 
 
 @contextmanager
@@ -39,7 +39,7 @@ def open_project(
     workers: int | None = None,
     scheduler: str | None = None,
 ) -> Iterator[tuple[Engine, T]]:
-    """Read what is to be done, and give an engine for it."""
+    """Read a project, and yield an engine for it and the project."""
     if scheduler is not None and (kind != DASK or workers is not None):
         raise InputError(
             "is that of a cluster with workers of its own: it needs ",
@@ -65,7 +65,7 @@ def open_project(
 
 
 def _process_count(count: int, workers: int | None = None) -> int:
-    """Return how many processes of this machine have something to do."""
+    """Return the number of local processes, at most one per task."""
     return max(1, min(workers or default_workers(), count))
 
 
@@ -75,7 +75,7 @@ def task_limit(entries: list[Entry]) -> int:
 
 
 def _ignore(text: str) -> None:
-    """Say nothing."""
+    """Ignore a message."""
 
 
 def run_project(
@@ -86,7 +86,7 @@ def run_project(
     say: Callable[[str], None] = _ignore,
     warn: Callable[[str], None] = _ignore,
 ) -> list[ContactReport]:
-    """Work through the contacts of a project, several at a time."""
+    """Run the contacts of a project in parallel, and return their reports."""
     with ExitStack() as stack:
         if engine is None:
             engine = stack.enter_context(local_processes(_process_count(task_limit(entries))))
@@ -104,16 +104,16 @@ def run_project(
         return _ProjectRun(entries, _Callbacks(text, say, warn), engine, marks).run_all()
 
 
-# Seconds after which it is looked whether an engine that is silent is there.
+# Interval between checks of the engine without a result [s].
 _POLL_SECONDS = 2.0
-# Seconds from look to look at one that is away.
+# Interval between checks of an engine that reconnects [s].
 _IDLE_SECONDS = 0.1
-# Seconds without workers that are not worth a word: one that has died is begun again.
+# Time without workers before a warning [s]: a worker that ended may be restarted.
 _WORKER_LOSS_SECONDS = 5.0
 
 
 class _Callbacks(NamedTuple):
-    """Receivers of progress and messages, see `run_project`."""
+    """Callbacks for reports, progress and warnings, see `run_project`."""
 
     report: Callable[[ContactReport], None]
     say: Callable[[str], None]
@@ -121,7 +121,7 @@ class _Callbacks(NamedTuple):
 
 
 class _ProjectRun:
-    """Running contacts of a project, and the outcome of those that have ended."""
+    """Run of a project: waiting and running contacts, and the reports of the others."""
 
     def __init__(
         self, entries: list[Entry], tell: _Callbacks, engine: Engine, marks: Mapping[Path, Path]
@@ -129,26 +129,26 @@ class _ProjectRun:
         self._entries, self._tell, self._engine, self._marks = entries, tell, engine, marks
         self._reports: dict[int, ContactReport] = {}
         self._waiting = deque(_group_entries(entries))
-        # With how often they were handed out before.
+        # Tasks to submit, with the number of the attempt.
         self._ready: deque[tuple[jobs.BatchTask, int]] = deque()
-        # Results of subtasks and reasons of failures, by number and key of the contact.
+        # Results and failure reasons of subtasks, by index of the entry and name.
         self._pieces: dict[int, dict[str, Any]] = {}
         self._failed: dict[int, dict[str, str]] = {}
-        # Checksums of the files that each contact reads.
+        # Checksums of the input files of each entry.
         self._read: dict[int, dict[Path, str | None]] = {}
-        # Inputs of each contact.
+        # Digests of the subtasks of each entry, by name.
         self._digests: dict[int, dict[str, str]] = {}
         # Time since which no worker is connected, whether it was reported, and the reason.
         self._lonely, self._warned, self._closed = math.inf, False, ""
         self._under_way: dict[Future[jobs.TaskResult], tuple[jobs.BatchTask, int]] = {}
-        # Lost with a worker that had others, too: tried again one by one in the end.
+        # Tasks lost with a shared worker: retried one by one at the end.
         self._suspects: deque[jobs.BatchTask] = deque()
-        # Files that some worker does not see are sent to all of them.
+        # Files that some worker cannot read: sent to all workers.
         self._sent: set[Path] = set()
         self._checksums: dict[object, str | None] = {}
 
     def run_all(self) -> list[ContactReport]:
-        """Work through all contacts."""
+        """Run all contacts, and return their reports in the order of the entries."""
         try:
             while self._waiting or self._ready or self._under_way or self._suspects:
                 state = self._engine.state()
@@ -170,7 +170,7 @@ class _ProjectRun:
         return [self._reports[number] for number in range(len(self._entries))]
 
     def _look_for_workers(self, state: str) -> None:
-        """Warn where there are no workers, and end the work where none has come for long."""
+        """Warn if no worker is connected; close the run after a timeout."""
         if state != THERE or self._engine.slots():
             self._lonely, self._warned = math.inf, False
             return
@@ -184,7 +184,7 @@ class _ProjectRun:
             self._warned = True
 
     def _submit_tasks(self) -> None:
-        """Submit up to twice as many contacts as run in parallel, so that no worker is idle."""
+        """Submit up to two tasks per parallel slot, so that no worker is idle."""
         maximum = 2 * max(1, self._engine.slots())
         while len(self._under_way) < maximum and (self._ready or self._waiting):
             if self._ready:
@@ -197,7 +197,7 @@ class _ProjectRun:
             self._submit(self._suspects.popleft(), _RETRY_ALONE)
 
     def _remaining_tasks(self, contact: Contact) -> list[jobs.BatchTask]:
-        """Return the remaining parts of a contact, and report the finished ones."""
+        """Return the remaining tasks of a contact, and report its complete entries."""
         parts = []
         for number, entry in contact:
             digest = plan.request_digest(entry, self._cached_checksum)
@@ -228,7 +228,7 @@ class _ProjectRun:
         return [self._with_transfer(task) for task in separately] or [self._finish_pieces(part)]
 
     def _cached_checksum(self, path: Path) -> str | None:
-        """Return the checksum of a file, of one that many contacts read once."""
+        """Return the checksum of a file, cached until the file changes."""
         try:
             about = path.stat()
         except OSError:
@@ -239,7 +239,7 @@ class _ProjectRun:
         return self._checksums[key]
 
     def _with_transfer(self, task: jobs.BatchTask) -> jobs.BatchTask:
-        """Return a task with all that a worker needs that may be on another machine."""
+        """Return a task with the files that a remote worker needs."""
         if not self._engine.is_remote:
             return task
         entries = [part.entry for part in task.parts]
@@ -277,11 +277,11 @@ class _ProjectRun:
         except OSError as error:
             self._report_parts(task, jobs.failed_answer(task, f"{type(error).__name__}: {error}"))
         except Exception as error:
-            # Any error of an engine that accepts no more tasks.
+            # An engine that accepts no more tasks may raise any error.
             self._report_parts(task, jobs.failed_answer(task, self._engine.lost_task_text(error)))
 
     def _with_file_content(self, task: jobs.BatchTask) -> jobs.BatchTask:
-        """Return a task with the content of those of its files that not all workers see."""
+        """Return a task with the content of its files that some worker cannot read."""
         if task.transfer is None:
             return task
         needed = [
@@ -296,7 +296,7 @@ class _ProjectRun:
     def _handle_result(
         self, future: Future[jobs.TaskResult], task: jobs.BatchTask, tries: int
     ) -> None:
-        """Handle the result of a worker."""
+        """Report the result of a task, or submit the task again."""
         try:
             answer = future.result()
         except CancelledError as error:
@@ -313,7 +313,7 @@ class _ProjectRun:
         return self._report_parts(task, answer)
 
     def _handle_piece(self, task: jobs.BatchTask, answer: jobs.TaskResult) -> None:
-        """Store the result of a piece; submit the whole contact after its last piece."""
+        """Save the result of a subtask; queue the whole contact after the last subtask."""
         (part,) = task.parts
         number, entry = part.number, self._entries[part.number]
         result, failed = self._pieces[number], self._failed.setdefault(number, {})
@@ -334,7 +334,7 @@ class _ProjectRun:
             self._ready.appendleft((self._finish_pieces(part), 1))
 
     def _finish_pieces(self, part: jobs.SubtaskRequest) -> jobs.BatchTask:
-        """Return the rest of a contact of which all pieces are found."""
+        """Return the final task of a contact, with the results of all its subtasks."""
         own = replace(part, entry=self._entries[part.number])
         known = self._pieces.pop(part.number)
         return self._with_transfer(
@@ -354,7 +354,7 @@ class _ProjectRun:
         try:
             for part in task.parts if changed is not None else ():
                 self._entries[part.number].summary.unlink(missing_ok=True)
-            # The summaries last: with them a contact is complete.
+            # Summaries last: a contact with a summary is complete.
             summaries = {part.entry.summary for part in task.parts}
             for path in sorted(answer.content, key=lambda path: path in summaries):
                 path.parent.mkdir(parents=True, exist_ok=True)
@@ -369,7 +369,7 @@ class _ProjectRun:
             self._record_report(number, report)
 
     def _changed_file(self, task: jobs.BatchTask) -> Path | None:
-        """Return a file that changed since the run began."""
+        """Return an input file that changed since the task was planned, or None."""
         for part in task.parts:
             for path, checksum in self._read[part.number].items():
                 if checksum is not None and self._cached_checksum(path) != checksum:
@@ -380,7 +380,7 @@ class _ProjectRun:
         self._reports[number] = report
         if report.state == SOLVED:
             entry = self._entries[number]
-            # A later version may compare further maps.
+            # Keep subtasks of single maps: a later version of the project may compare more maps.
             pieces = entry.request.task.pieces
             of_maps = pieces is not None and pieces.file_of is not None
             lasting = self._digests.get(number, {}) if of_maps else {}
@@ -388,7 +388,7 @@ class _ProjectRun:
         self._tell.report(report)
 
     def _completed_summaries(self) -> tuple[list[Path], SavedSteps]:
-        """Return the summaries of complete contacts, and the contacts that are in pieces."""
+        """Return the files of complete and begun contacts, and the count of complete ones."""
         done_ = {number for number, report in self._reports.items() if report.state != FAILED}
         for task, _ in self._under_way.values():
             done_ |= {
@@ -403,12 +403,12 @@ class _ProjectRun:
         return whole + [place for place in begun if place.exists()], saved
 
 
-# The entries of one contact with their numbers.
+# Entries of one contact, with their indices.
 Contact = list[tuple[int, Entry]]
 
 
 def _group_entries(entries: list[Entry]) -> list[Contact]:
-    """Return the entries, contact by contact."""
+    """Return the entries with their indices, grouped by contact."""
     result: dict[int, Contact] = {}
     for number, entry in enumerate(entries):
         result.setdefault(entry.contact, []).append((number, entry))
@@ -416,28 +416,28 @@ def _group_entries(entries: list[Entry]) -> list[Contact]:
 
 
 def _subtask_ids(contact: Contact) -> tuple[str, ...]:
-    """Return the pieces of a contact; none of one of which several things are asked."""
+    """Return the names of the subtasks of a contact; none if it has several requests."""
     return contact[0][1].request.subtask_ids() if len(contact) == 1 else ()
 
 
-# Reasons that are named one by one.
+# Maximum number of listed reasons.
 _MAX_REASONS = 8
 
 
 def _failure_reasons(text: Iterable[str]) -> str:
-    """Return why pieces of a contact failed, each reason once."""
+    """Return the distinct reasons of failed subtasks as text."""
     different = list(dict.fromkeys(text))
     more = len(different) - _MAX_REASONS
     return "; ".join(different[:_MAX_REASONS] + ([f"and {more} more"] if more > 0 else []))
 
 
 def _clear_checkpoints(folder: Path) -> None:
-    """Remove what killed processes left in the folder of the steps or passes of a contact."""
+    """Remove the unfinished files of killed processes from the folder of saved steps."""
     for place in (folder, *folder.glob("*/")):
         files.remove_unfinished(place)
 
 
 def _resolve_path(path: Path) -> Path:
-    """Return where a file lies, from the root on and under its own name."""
+    """Return the absolute path of a file, with the links of its folder resolved."""
     # A link to itself stays as it is; the reader reports the error.
     return Path(os.path.realpath(path.parent)) / path.name

@@ -1,4 +1,4 @@
-"""The command line: text with units in, tables or JSON out; the work is the library's."""
+"""Commands: parse options with units, call the library, print tables or JSON."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from roughcontact.request.request import Request
 
 
-# As a shell reports a program that a signal ended: 128 + SIGINT, 128 + SIGPIPE.
+# Exit status after a signal, as in a shell: 128 + SIGINT, 128 + SIGPIPE.
 SIGNALED, INTERRUPTED, PIPE_CLOSED = 128, 130, 141
 
 _NO_MEMORY = Sentence(
@@ -64,7 +64,7 @@ Act = Callable[[Subject, Given], None]
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command line."""
+    """Run the command line, and return the exit status."""
     arguments = sys.argv[1:] if argv is None else list(argv)
     terminal.open_streams()
     # Libraries log warnings for damaged files; one error message replaces them.
@@ -74,7 +74,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _exit_status(arguments: list[str], stopped: list[int]) -> int:
-    """Carry out a command and return its exit status; `stopped` holds the signal that ends it."""
+    """Execute a command, and return its exit status; ``stopped`` lists received signals."""
     unfinished = UnfinishedError(())
     try:
         arguments = deprecated.current_command_line(
@@ -85,7 +85,7 @@ def _exit_status(arguments: list[str], stopped: list[int]) -> int:
         status = commands(arguments, prog_name="roughcontact", standalone_mode=False)
         sys.stdout.flush()
     except SystemExit as stop:
-        # Typer and Rich end the program where a pipe is closed, as one that has failed.
+        # Typer and Rich exit with an error status if a pipe is closed.
         unwritten = stop.__context__
         status = _report_write_error(unwritten) if isinstance(unwritten, OSError) else stop.code
     except OSError as error:
@@ -95,7 +95,7 @@ def _exit_status(arguments: list[str], stopped: list[int]) -> int:
     except (KeyboardInterrupt, typer.Abort):
         status = INTERRUPTED
     except Exception as error:
-        # Typer brings its own copy of click or uses the installed one: known by what it can do.
+        # Typer has its own copy of click or uses the installed one: test the method, not the type.
         describe = getattr(error, "format_message", None)
         if describe is None:
             raise
@@ -111,7 +111,7 @@ def _exit_status(arguments: list[str], stopped: list[int]) -> int:
     return status if isinstance(status, int) else SOLVED
 
 
-# Files that are listed by name after an interruption.
+# Maximum number of file names in the message after an interruption.
 _MAX_NAMED_FILES = 8
 
 
@@ -134,12 +134,12 @@ _COMMAND_FUNCTIONS: dict[str, tuple[Command, inspect.Parameter | None, Act]] = {
 
 @functools.cache
 def _build_program(name: str | None = None) -> Callable[..., Any]:
-    """Return the program with one of its commands, or with all, which takes a tenth of a second."""
+    """Return the program with one command, or with all, which takes 0.1 s."""
     app = typer.Typer(
         name="roughcontact",
         cls=help_format.CommandGroup,
         pretty_exceptions_enable=False,
-        # Plain text: what draws boxes takes longer to import than all of the help.
+        # Plain text: the import of rich markup takes longer than the whole help.
         rich_markup_mode=None,
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
         epilog='Example:\n\nroughcontact solve ground.x3p --load "100 MPa" --material 42CrMo4',
@@ -199,7 +199,7 @@ def _root(
 
 
 def _report_errors(command: Command, work: Act, subject: Subject, specified: Given) -> None:
-    """Do the work of a command; end every expected failure with one sentence and a status."""
+    """Execute a command; report an expected error in one sentence, and exit."""
     try:
         work(subject, _require_single_values(command, specified))
         sys.stdout.flush()
@@ -213,7 +213,7 @@ def _report_errors(command: Command, work: Act, subject: Subject, specified: Giv
     except OSError as error:
         raise typer.Exit(_report_write_error(error)) from None
     except KeyboardInterrupt:
-        # Versions of Typer differ in what they make of it; `main` says what happened.
+        # Versions of Typer handle it differently; `main` reports the interruption.
         raise UnfinishedError(()) from None
 
 
@@ -234,7 +234,7 @@ def _require_single_values(command: Command, specified: Given) -> Given:
 
 
 def _report_write_error(error: OSError) -> int:
-    """Say what could not be written; nothing where a pipe is closed. Return the exit status."""
+    """Report a write error, unless a pipe is closed, and return the exit status."""
     if not isinstance(error, BrokenPipeError):
         terminal.print_error(
             f"error: {error.filename or 'standard output'}: {error.strerror or error}"
@@ -246,7 +246,7 @@ def _report_write_error(error: OSError) -> int:
 def _make_command(
     command: Command, argument: inspect.Parameter | None = None
 ) -> Callable[[Act], Act]:
-    """Make a function what carries out a command."""
+    """Return a decorator that registers the function of a command."""
 
     def registered(work: Act) -> Act:
         _COMMAND_FUNCTIONS[command.name] = command, argument, work
@@ -258,7 +258,7 @@ def _make_command(
 def _make_callback(
     command: Command, argument: inspect.Parameter | None, work: Act
 ) -> Callable[..., None]:
-    """Return a function that takes the options of a command and carries it out."""
+    """Return a function that executes a command, with its options as parameters."""
 
     def called(subject: Subject = None, **words: Any) -> None:
         specified = {option.name: words[_parameter_name(option.name)] for option in command.options}
@@ -270,7 +270,7 @@ def _make_callback(
         *map(_parameter, command.options),
         *([_ALL] if command.short_help else []),
     ]
-    # Typer reads what a command takes from here.
+    # Typer reads the parameters of a command from its signature.
     called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return called
@@ -282,7 +282,7 @@ def _parameter_name(option: str) -> str:
 
 
 def _parameter(option: Option[Any]) -> inspect.Parameter:
-    # Where only the last of several counted, the others would be dropped without a word.
+    # A list: otherwise Typer would drop all but the last value without an error.
     value = bool if option.is_flag else list[str]
     words = typer.Option(
         f"--{option.name}",
@@ -336,7 +336,7 @@ def _argument(
     )
 
 
-# Action
+# Functions of the commands
 
 _FILE = "Height map: instrument file, or matrix (.npy, .npz, .csv, .txt, .asc)."
 _MAP = _argument(Path | None, "FILE", _FILE, None)
@@ -344,7 +344,7 @@ _MAPS = _argument(list[Path] | None, "FILE...", "Height maps of one surface.", N
 
 
 def _display(specified: Given) -> DisplayOptions:
-    """Remove the options of the console output."""
+    """Remove the options of the console output, and return the selected output."""
     kinds = {
         JSON: DisplayOptions.JSON,
         QUIET: DisplayOptions.QUIET,
@@ -355,7 +355,7 @@ def _display(specified: Given) -> DisplayOptions:
 
 
 def _run_task(task: Task, subject: Subject, specified: Given) -> None:
-    """Carry out a task and show its result."""
+    """Execute a task, and print its result."""
     from roughcontact._tools import ranks
     from roughcontact.request.request import Request
 
@@ -371,7 +371,7 @@ def _run_task(task: Task, subject: Subject, specified: Given) -> None:
 
 
 def _carry_out_here(request: Request, display: DisplayOptions, world: Ranks | None = None) -> None:
-    """Carry out a request, in this process or on all ranks; the first rank shows the result."""
+    """Execute a request in this process or on all ranks; print its result on the root."""
     from roughcontact.request.run import run_request
 
     first = world is None or world.is_root
@@ -391,14 +391,14 @@ def _carry_out_here(request: Request, display: DisplayOptions, world: Ranks | No
 
 
 def _carry_out_on_ranks(ask: Callable[[], Request], display: DisplayOptions) -> None:
-    """Carry out a request on all ranks that ``mpiexec`` started; they end together."""
+    """Execute a request on all ranks of ``mpiexec``, which end together."""
     from roughcontact._tools.ranks import world
 
     ranks = world()
     try:
         _carry_out_here(ask(), display, ranks)
     except (RoughcontactError, OSError) as error:
-        # If all have the same error, report it once.
+        # If all ranks end with an error, only the root reports it.
         if not ranks.all_end():
             terminal.print_error(
                 f"error: rank {ranks.number}: {terminal.spell_options(str(error))}"
@@ -408,7 +408,7 @@ def _carry_out_on_ranks(ask: Callable[[], Request], display: DisplayOptions) -> 
             raise
         raise typer.Exit(BAD_INPUT) from None
     except KeyboardInterrupt:
-        # All ranks receive the signal, one reports it.
+        # All ranks receive the signal; only the root reports it.
         if not ranks.is_root:
             terminal.discard_errors()
         raise
@@ -421,10 +421,10 @@ def _carry_out_on_ranks(ask: Callable[[], Request], display: DisplayOptions) -> 
 
 
 def _show_outcome(outcome: Outcome, display: DisplayOptions) -> None:
-    """Show what a request gave, and end where it gave no solution."""
+    """Print the outcome of a request; raise its failure, or exit without convergence."""
     request, folder = outcome.request, outcome.request.get(options.FOLDER)
     if display is DisplayOptions.JSON:
-        # Of this run alone: what was solved is the same, taken from a folder or not.
+        # Only the number of reused loads depends on an earlier run, not the results.
         about = {} if folder is None else {"reused": outcome.reused}
         print(to_json({**outcome.record(), **about}))
     elif display is not DisplayOptions.QUIET:
@@ -493,7 +493,7 @@ def _run(file: Path | str | None, specified: Given) -> None:
 def _run_project(
     file: str, requested: ParsedOptions, line: ProgressLine, quiet: bool
 ) -> tuple[list[ContactReport], Path]:
-    """Work through a project; return how its contacts ended, and the folder of what they left."""
+    """Run a project; return the reports of its contacts and the folder of the results."""
     from roughcontact.batch import plan, project, runner
     from roughcontact.solvers.progress import Forecast, Progress
 
@@ -529,7 +529,7 @@ def _run_project(
 
 @_make_command(tasks.DESK, _MAP)
 def _desk(file: Subject, specified: Given) -> None:
-    """Serve the page in the browser until Ctrl-C."""
+    """Serve the browser app until Ctrl-C."""
     if importlib.util.find_spec("panel") is None:
         raise InputError("the desk needs Panel; run pip install 'roughcontact[desk]'")
     from roughcontact.desk import server

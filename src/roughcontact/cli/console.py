@@ -44,11 +44,11 @@ _WIDTH = 80
 _MAX_WIDTH = 100
 
 
-# Content
+# Content of the output
 
 
 def print_outcome(outcome: Outcome, display: DisplayOptions) -> None:
-    """Print what a request gave."""
+    """Print the outcome of a request."""
     from roughcontact.report import kinds
 
     result, task = outcome.result, outcome.request.task
@@ -61,7 +61,7 @@ def print_outcome(outcome: Outcome, display: DisplayOptions) -> None:
 
 
 def show_all(result: Any, task: Command, **reference: Any) -> None:
-    """Print the tables and sentences of the report on a result, but for what its head has."""
+    """Print tables and text of the report of a result, without rows of its headline."""
     from roughcontact.report import kinds
 
     known = {_lower_first(row) for row in kinds.headline(result, **reference).rows}
@@ -97,7 +97,7 @@ def _print_paragraph(text: str) -> None:
 
 
 def _print_headline(headline: Headline, command: Command = SOLVE) -> None:
-    """Print problem, answer, numbers, and how certain they are."""
+    """Print problem, answer, main quantities and remarks."""
     _print_lines(headline.problem)
     print()
     if headline.answer:
@@ -111,12 +111,12 @@ def _print_headline(headline: Headline, command: Command = SOLVE) -> None:
         print()
 
 
-# Warnings and cautions that the screen has room for.
+# Maximum number of warnings and cautions without --verbose.
 _MAX_ROWS = 3
 
 
 def _print_messages(cautions: Iterable[Caution], command: Command = SOLVE) -> None:
-    """Print the first warnings and cautions, and how many messages there are besides."""
+    """Print the first warnings and cautions, and the number of further messages."""
     from roughcontact.cautions import Severity
 
     listed = list(cautions)
@@ -127,7 +127,7 @@ def _print_messages(cautions: Iterable[Caution], command: Command = SOLVE) -> No
 
 
 def _print_lines(text: str, indent: str = "", hang: str = "") -> None:
-    """Print a sentence, wrapped; a number keeps its unit."""
+    """Print wrapped text, without a line break between a number and its unit."""
     joined = _UNIT.sub("\\1\N{NO-BREAK SPACE}\\2", terminal.strip_control_characters(text))
     wrapped = textwrap.wrap(
         joined,
@@ -145,7 +145,7 @@ _INDENT = "  "
 
 
 def show_reports(reports: Sequence[ContactReport], folder: Path) -> None:
-    """Print how the contacts of a project ended, one row each, and where all numbers are."""
+    """Print one row for each contact of a project, the cautions and the results folder."""
     from roughcontact.batch.plan import FAILED
     from roughcontact.cautions import from_summary, merge_cautions
 
@@ -160,7 +160,7 @@ def show_reports(reports: Sequence[ContactReport], folder: Path) -> None:
         (report.name, map(from_summary, report.summary.get("cautions", ()))) for report in reports
     ]
     _print_messages(merge_cautions(told, "contacts"))
-    # Where nothing else is written, the numbers of each contact are.
+    # The folder has at least the summary of each solved contact.
     if any(report.summary for report in reports):
         _print_written([folder], "written to:")
 
@@ -207,7 +207,7 @@ def show_catalogue(entries: Sequence[Entry]) -> None:
 
 
 def show_entry(entry: Entry) -> None:
-    """Print a material with the source of each of its values."""
+    """Print a material with the source of each value."""
     rows = [("material", entry.key), ("also called", ", ".join(entry.names))]
     rows += [("condition", entry.condition), *([("note", entry.note)] if entry.note else [])]
     listed = (
@@ -243,7 +243,7 @@ def _print_written(written: Iterable[Path], words: str = "written:") -> None:
 def show_info(
     measured: Measured, channels: Sequence[Channel], file: str, display: DisplayOptions
 ) -> None:
-    """Print what is in a file."""
+    """Print the parameters of the map in a file."""
     from roughcontact.contact.plausibility import implausible_slope
     from roughcontact.report import inputs
 
@@ -294,7 +294,7 @@ def print_generated(surface: Surface, written: Sequence[Path]) -> None:
 def show_demo(
     results: Sequence[ContactResult], labels: Sequence[str], folder: Path, files: Sequence[str]
 ) -> None:
-    """Print both solutions of the example, the files, and what to do next."""
+    """Print both solutions of the example, the written files and a next command."""
     from dataclasses import replace
 
     from roughcontact.analyses.solve import fields as contact_fields
@@ -314,17 +314,17 @@ def show_demo(
     print("          --boundary periodic")
 
 
-# Quantities by which the elastic example and that with a ceiling are compared.
+# Quantities that compare the elastic example with the one with a ceiling.
 _MAIN_QUANTITIES = ("contact_area", "mean_pressure", "max_pressure", "mean_gap", "approach")
 
 
-# Printing
+# Layout and printing
 
 
 def _print_table(
     *blocks: Sequence[Cells], heads: Cells = (), fold: bool = False, indent: str = ""
 ) -> None:
-    """Print rows under their heads; ``fold`` where the first column may take several lines."""
+    """Print rows under their heads; with ``fold``, the first column may wrap."""
     form = None if indent else box.SIMPLE
     table = Table(
         box=form, show_header=bool(heads), pad_edge=False, show_edge=False, padding=(0, 2, 0, 0)
@@ -346,7 +346,7 @@ def _print_table(
 
 
 def _print_cautions(cautions: Iterable[Caution], command: Command = SOLVE, more: str = "") -> None:
-    """Print messages; the status above says already where nothing converged."""
+    """Print cautions, except those on convergence, which the headline reports."""
     from roughcontact.cautions import CautionTag
 
     shown = [caution for caution in cautions if caution.kind != CautionTag.NOT_CONVERGED]
@@ -360,13 +360,13 @@ def _print_cautions(cautions: Iterable[Caution], command: Command = SOLVE, more:
 
 
 def _console_width() -> int:
-    """Return how many columns there are; a pipe has no width: the same text for everyone."""
+    """Return the number of columns: of the terminal, or fixed if there is none."""
     return min(Console().width, _MAX_WIDTH) if sys.stdout.isatty() else _WIDTH
 
 
 def _print(thing: Table | Text, indent: str = "") -> None:
-    """Print text laid out by Rich, without its trailing blanks and its colors."""
-    # Printed here, since Rich ends with status 1 where a pipe is closed: "not converged".
+    """Print text laid out by Rich, without trailing blanks and colors."""
+    # Not printed by Rich, which exits with status 1, "not converged", if a pipe is closed.
     text = io.StringIO()
     width = _console_width() - len(indent)
     Console(file=text, width=width, color_system=None, highlight=False).print(thing)

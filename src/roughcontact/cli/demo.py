@@ -1,4 +1,4 @@
-"""A first example that needs no measurement."""
+"""First example, which needs no measurement."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LABELS = ("elastic", "ceiling 3 GPa")
 
 
 def run_demo(folder: Path, points: int) -> None:
-    """Solve a generated surface twice, write all results, and show them."""
+    """Solve a generated surface twice, write all results, and print them."""
     _check_folder(folder)
     with terminal.show_progress() as line:
         line.set_stage("generating the surface")
@@ -39,7 +39,7 @@ def _solve_demo(points: int, line: terminal.ProgressLine) -> list[ContactResult]
     from roughcontact.surface.provenance import Operation, Provenance
     from roughcontact.surface.surface import Surface
 
-    # A map and the first result are held while the second is sought.
+    # The map and the first result stay in memory during the second solve.
     MemoryNeed((points, points), Boundary.FREE, maps=3).require()
     steel = Material(young=210e9, poisson=0.3, yield_strength=1e9, name="steel")
     heights, pixel = random_surfaces.reference_map(points)

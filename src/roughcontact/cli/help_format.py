@@ -1,4 +1,4 @@
-"""Parsing of commands, their help with ten options first, and completion of words."""
+"""Parsing of commands, their help with common options first, and shell completion."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from roughcontact.request.options import FORMAT, Option
 HELP_ALL = "help-all"
 _HELP_ALL_KEY = "roughcontact.help-all"
 
-# Longer options are on a separate line.
+# Maximum width of the option column; the text of longer options starts on the next line.
 _COMPLETION_WIDTH = 27
 
 Rows = list[tuple[str, str]]
 
 
 class CommandGroup(typer.core.TyperGroup):
-    """The program; its help lists the commands in groups."""
+    """The program, whose help lists the commands in groups."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the words before the command."""
+        """Parse the arguments before the command."""
         _take_words(self.get_params(ctx))
         return super().parse_args(ctx, args)
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
-        """Write the groups of commands, and then the options."""
+        """Write the groups of commands, then the options."""
         for heading, group in tasks.GROUPS.items():
             rows = [(command.name, _first_sentence(command.help)) for command in group]
             _write_section(formatter, heading, rows)
@@ -39,15 +39,15 @@ class CommandGroup(typer.core.TyperGroup):
 
 
 class HelpCommand(typer.core.TyperCommand):
-    """A command; its help lists the common options first."""
+    """A command, whose help lists the common options first."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the words after the command."""
+        """Parse the arguments after the command."""
         _take_words(self.get_params(ctx))
         return super().parse_args(ctx, args)
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
-        """Write arguments and options; of many options, explain ten and name the others."""
+        """Write arguments and options; explain the common options, and list the others."""
         params: list[Any] = self.get_params(ctx)
         specified = [item for item in params if item.param_type_name == "argument"]
         _write_section(
@@ -72,13 +72,13 @@ class HelpCommand(typer.core.TyperCommand):
 
 
 def _take_words(parameters: Iterable[Any]) -> None:
-    """Pass the values of parameters unchanged."""
+    """Replace the value parser of parameters: texts pass unchanged."""
     for parameter in parameters:
         parameter.process_value = partial(_argument_value, parameter, parameter.process_value)
 
 
 def _argument_value(parameter: Any, process: Callable[..., Any], ctx: Any, value: Any) -> Any:
-    """Return the value of a parameter; other input goes to the default parser."""
+    """Return texts and missing values of a parameter unchanged; parse other values."""
     if value is None and (parameter.multiple or parameter.nargs == -1):
         value = ()
     lacking = value is None or value == ()
@@ -89,7 +89,7 @@ def _argument_value(parameter: Any, process: Callable[..., Any], ctx: Any, value
 
 
 def show_all(ctx: typer.Context, wanted: bool) -> None:
-    """Print the help with all options, and end."""
+    """Print the help with all options, and exit."""
     if wanted:
         ctx.meta[_HELP_ALL_KEY] = True
         print(ctx.get_help())
@@ -106,7 +106,7 @@ def _row(option: Any) -> tuple[str, str]:
 
 
 def _write_section(formatter: Any, heading: str, rows: Rows) -> None:
-    """Write two columns under a heading; no option is divided at its hyphens."""
+    """Write two columns under a heading, without line breaks at hyphens."""
     if not rows:
         return
     indent_width = min(max(len(words) for words, _ in rows), _COMPLETION_WIDTH) + 2
@@ -126,11 +126,11 @@ def _first_sentence(text: str) -> str:
     return " ".join(text.partition("\n\n")[0].split())
 
 
-# Completion of a word
+# Shell completion
 
 
 def completer_of(option: Option[Any]) -> Callable[[str], list[str]] | None:
-    """Return a function that lists the values with a prefix; None if any text is valid."""
+    """Return a function that lists the values with a prefix; None without known values."""
     if option.parse is parsing.material:
         return complete_materials
     if isinstance(option.parse, parsing.Choice):
@@ -140,7 +140,7 @@ def completer_of(option: Option[Any]) -> Callable[[str], list[str]] | None:
 
 
 def complete_materials(incomplete: str) -> list[str]:
-    """Return the materials that begin with a text; of none all by their first names."""
+    """Return material names with a prefix; without a prefix, only the main names."""
     from roughcontact.material import catalog
 
     names = [
@@ -148,7 +148,7 @@ def complete_materials(incomplete: str) -> list[str]:
         for entry in catalog.entries()
         for name in (entry.key, *(entry.names if incomplete else ()))
     ]
-    # A shell would take a name with a blank for two words.
+    # A shell would split a name at a blank.
     return [name for name in names if name.startswith(incomplete) and " " not in name]
 
 

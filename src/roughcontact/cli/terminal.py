@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from rich.text import Text
 
 SOLVED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
-"""With which status a command ends."""
+"""Exit status of a command."""
 
-# Descriptors up to this one are standard input, output and error.
+# Last file descriptor of the standard streams.
 _LAST_STREAM = 2
 
 
 def open_streams() -> None:
-    """Give standard streams that were closed a place that takes everything."""
+    """Redirect closed standard streams to the null device; escape unencodable text."""
     if sys.stdin is None or sys.stdout is None or sys.stderr is None:
         while (null := os.open(os.devnull, os.O_RDWR)) <= _LAST_STREAM:
             os.set_inheritable(null, True)
@@ -39,20 +39,20 @@ def open_streams() -> None:
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: PTH123, SIM115
     for stream in (sys.stdout, sys.stderr):
-        # File names need not be text in the encoding of the terminal.
+        # The encoding of the terminal may lack characters of a file name.
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
 
 
 PROGRESS_INTERVAL = 10.0
-"""Seconds between lines of progress where there is no terminal."""
+"""Interval between progress lines without a terminal [s]."""
 
 PROGRESS_PREFIX = "progress: "
-"""How such a line begins."""
+"""Prefix of progress lines without a terminal."""
 
 
 class DisplayOptions(Enum):
-    """How a result is shown."""
+    """Console output of a result."""
 
     BRIEF = auto()
     VERBOSE = auto()
@@ -67,18 +67,18 @@ class ProgressLine:
         self._text, self._end, self._forecast = "", 0.0, Forecast()
 
     def set_stage(self, text: str, seconds: float = 0.0) -> None:
-        """Name what begins now, and the time that is left [s], 0 where it is not known."""
+        """Set the text of the current stage, and its remaining time [s], 0 if unknown."""
         self._text, self._end = text, time.monotonic() + seconds if seconds else 0.0
 
     def update(self, state: Progress) -> None:
-        """Show where a calculation stands."""
+        """Show the progress of a calculation."""
         from roughcontact.report import phrases
 
         self.set_stage(phrases.progress_text(state), self._forecast(state))
 
     @property
     def seconds(self) -> float:
-        """The time that is left [s]; 0 where that is not known."""
+        """Remaining time [s]; 0 if unknown."""
         return max(self._end - time.monotonic(), 0.0)
 
     def __str__(self) -> str:
@@ -87,7 +87,7 @@ class ProgressLine:
         return strip_control_characters(self._text) + left
 
     def __rich__(self) -> Text:
-        """Return the line for Rich, which draws it a few times a second."""
+        """Return the line for Rich, which redraws it a few times a second."""
         from rich.text import Text
 
         return Text(str(self))
@@ -95,7 +95,7 @@ class ProgressLine:
 
 @contextlib.contextmanager
 def show_progress(quiet: bool = False) -> Iterator[ProgressLine]:
-    """Show progress on standard error: one line on a terminal, elsewhere one every ten seconds."""
+    """Show progress on standard error, as a live line, or as lines without a terminal."""
     line = ProgressLine()
     if quiet:
         yield line
@@ -106,7 +106,7 @@ def show_progress(quiet: bool = False) -> Iterator[ProgressLine]:
             yield line
     else:
         ended = threading.Event()
-        # A separate thread: long calculations need not report.
+        # A separate thread prints also while a calculation reports no progress.
         printing = threading.Thread(target=_print_lines, args=(line, ended), daemon=True)
         printing.start()
         try:
@@ -117,7 +117,7 @@ def show_progress(quiet: bool = False) -> Iterator[ProgressLine]:
 
 
 def _print_lines(line: ProgressLine, ended: threading.Event) -> None:
-    """Print a line after two seconds if more are to come, and every ten seconds."""
+    """Print a line early if at least 2 s remain, and then every 10 s."""
     soon, waited, printed = PROGRESS_INTERVAL / 5, 0.0, False
     while not ended.wait(soon):
         waited += soon
@@ -130,11 +130,11 @@ def _print_lines(line: ProgressLine, ended: threading.Event) -> None:
 
 @contextlib.contextmanager
 def handle_stop_signals() -> Iterator[list[int]]:
-    """Handle the signals that end a program like Ctrl-C."""
+    """Raise KeyboardInterrupt on termination signals; yield the list of those received."""
     came: list[int] = []
 
     def stop(number: int, frame: object) -> None:
-        # `timeout` sends it twice; the second must not disturb what the first begins.
+        # `timeout` sends it twice; the second signal must not interrupt the handling of the first.
         for asking in ours:
             signal.signal(asking, signal.SIG_IGN)
         came.append(number)
@@ -152,7 +152,7 @@ def handle_stop_signals() -> Iterator[list[int]]:
 
 
 def _unhandled_signals() -> list[signal.Signals]:
-    """Return the signals that ask to end, but where `nohup` or the caller decides about them."""
+    """Return the termination signals that neither `nohup` nor the caller handles."""
     if threading.current_thread() is not threading.main_thread():
         return []
     known = [number for number in signal.Signals if number.name in ("SIGTERM", "SIGHUP")]
@@ -160,12 +160,12 @@ def _unhandled_signals() -> list[signal.Signals]:
 
 
 def spell_options(text: str, command: Command = solve.TASK) -> str:
-    """Return a text in which arguments are the options of a command."""
+    """Return a text with its arguments spelled as options of a command."""
     return render_message(message_parts(text), command.spell_argument)
 
 
 def print_error(sentence: str) -> None:
-    """Print one sentence on standard error, after what standard output holds."""
+    """Flush standard output, and print one sentence on standard error."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         sys.stdout.flush()
     try:
@@ -175,17 +175,17 @@ def print_error(sentence: str) -> None:
 
 
 def one_line(text: str) -> str:
-    """Return text without line breaks and control characters."""
+    """Return text as one line, without control characters."""
     return " ".join(strip_control_characters(text).split())
 
 
 def strip_control_characters(text: str) -> str:
-    """Return text without control characters, which a file name can carry."""
+    """Return text with blanks for control characters, which file names may contain."""
     return "".join(c if c.isprintable() else " " for c in text)
 
 
 def discard_output() -> None:
-    """Turn standard output away if it takes no more, or it would fail again at the end."""
+    """Discard standard output if it is closed, so that the exit does not fail again."""
     try:
         sys.stdout.flush()
     except (OSError, ValueError):
@@ -193,7 +193,7 @@ def discard_output() -> None:
 
 
 def discard_errors() -> None:
-    """Turn standard error away: another process says what there is to say."""
+    """Discard standard error: another process reports the error."""
     _discard_output(sys.stderr)
 
 

@@ -3,8 +3,8 @@
 A separate thread solves, so that the caller does not wait. A running solve completes unless other
 maps are requested; of the requests that arrive meanwhile only the newest is queued.
 
-`LiveSolver`: It stores the maps as read and as prepared, but no result: at most twice the heights
-of both bodies.
+`LiveSolver` stores the maps as read and as prepared, but no result: at most twice the heights of
+both bodies.
 """
 
 from __future__ import annotations
@@ -36,17 +36,17 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class PreparedMaps:
-    """The maps of a request, ready to be pressed together."""
+    """Maps of a request, prepared for its solve."""
 
     request: Request  # Request
-    surfaces: tuple[Surface, ...]  # That of the body, and of the counter-body if it has one
+    surfaces: tuple[Surface, ...]  # Surface of the body, and of the counter-body if it has a map
 
 
 @dataclass(frozen=True)
 class FailedRequest:
-    """Why a request cannot be done."""
+    """Request that failed, and the reason."""
 
-    request: Request | None  # Request, if it was valid
+    request: Request | None  # Invalid options have no request
     error: RoughcontactError  # The reason
 
 
@@ -62,19 +62,19 @@ Event = PreparedMaps | Preview | Outcome | Progress | FailedRequest | str
 """Events: a stage, prepared maps, solver progress, a result, or a failure."""
 
 PREVIEW_POINTS = 256
-"""Points along each side of a preview, at most."""
+"""Maximum number of points along each side of a preview."""
 
 
-# Seconds after which a contact no longer waits for those of other pages.
+# Maximum time that a solve waits for solves of other pages [s].
 _MAX_WAIT = 5.0
 
 
-class _Outdated(Exception):  # noqa: N818 - no error: something newer was asked for
-    """Other maps were asked for in the meantime, or nothing any more."""
+class _Outdated(Exception):  # noqa: N818 - not an error, only a newer request
+    """End of a request that was canceled, or replaced by a newer one."""
 
 
 class LiveAnswer(Enum):
-    """Answer to a request."""
+    """Kind of answer to a request."""
 
     MAPS = "maps"
     PREVIEW = "preview"
@@ -82,7 +82,7 @@ class LiveAnswer(Enum):
 
 
 class LiveSolver:
-    """Solves the last request."""
+    """Solver of the last request, in a separate thread."""
 
     def __init__(
         self,
@@ -106,7 +106,7 @@ class LiveSolver:
         self._thread.start()
 
     def request(self, request: Request, answer: LiveAnswer = LiveAnswer.CONTACT) -> None:
-        """Solve this next, in place of what waits."""
+        """Queue a request, in place of the waiting one."""
         with self._changed:
             self._pending = request, answer
             self._changed.notify_all()
@@ -119,7 +119,7 @@ class LiveSolver:
             self._changed.notify_all()
 
     def close(self) -> None:
-        """End the thread without further messages."""
+        """End the thread without further events."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
@@ -131,7 +131,7 @@ class LiveSolver:
                 lambda: self._pending is None and not self._at_work, seconds
             )
 
-    # In the thread.
+    # In the solver thread.
 
     def _follow(self) -> None:
         while True:
@@ -150,7 +150,7 @@ class LiveSolver:
                 self._notify(self._answer(request, wanted))
 
     def _answer(self, request: Request, wanted: LiveAnswer) -> Event:
-        """Return the result, or the maps where only these are wanted, or why there is none."""
+        """Return the outcome, the preview or the prepared maps of a request, or its failure."""
         try:
             surfaces = self._maps(request)
             if wanted is LiveAnswer.PREVIEW:
@@ -180,14 +180,14 @@ class LiveSolver:
         except _Outdated:
             raise
         except Exception as error:
-            # A mistake of the program must not leave a page that waits for ever.
+            # The page must not wait forever after an internal error.
             _log.exception("a contact could not be solved")
             words = f"an internal error ended this ({type(error).__name__}): report it"
             return FailedRequest(request, InputError(words))
 
     @contextlib.contextmanager
     def _wait_for_turn(self) -> Iterator[None]:
-        """Wait until at most one other page solves, or `_MAX_WAIT` is over."""
+        """Wait for a free solver slot, `_MAX_WAIT` at most."""
         is_given = self._turns.acquire(timeout=_MAX_WAIT)
         try:
             yield
@@ -196,7 +196,7 @@ class LiveSolver:
                 self._turns.release()
 
     def _show(self, request: Request, contact: ContactResult) -> None:
-        """Report a contact before its solve with the calibrated ceiling, which requests cancel."""
+        """Report a contact as a preview; the next request cancels its calibrated solve."""
         self._notify(Preview(request, contact))
         self._is_seen = True
 
@@ -208,7 +208,7 @@ class LiveSolver:
 
     @property
     def _is_outdated(self) -> bool:
-        """Whether the next request ends this solve: other maps are needed, or it is shown."""
+        """Whether the waiting request cancels this one: other maps, or a preview is shown."""
         if self._pending is None or self._under_way is None:
             return False
         request, wanted = self._pending
@@ -228,7 +228,7 @@ class LiveSolver:
     ) -> Surface:
         key = path, _modification_times(path), reading
         if key not in self._read:
-            # Maps that are no longer requested are removed first.
+            # First remove maps that are no longer requested.
             self._read = {old: item for old, item in self._read.items() if old[0] in inputs}
             self._read = {old: item for old, item in self._read.items() if old[0] != path}
             self._read[key] = self._reader(path, announced, *reading)
@@ -237,7 +237,7 @@ class LiveSolver:
 
 
 def coarsen_surface(surface: Surface) -> Surface:
-    """Return a surface with few enough pixels for a preview, each the mean of several."""
+    """Return a surface coarsened for a preview, each pixel the mean of a block."""
     block = math.ceil(max(surface.shape) / PREVIEW_POINTS)
     blocks = min(block, surface.shape[0]), block
     rows, columns = (
@@ -255,7 +255,7 @@ def _maps_key(request: Request) -> tuple[Any, ...]:
 
 
 def _modification_times(path: Path) -> tuple[int, int] | None:
-    """Return times and sizes that change with the content of a file; None if there is no file."""
+    """Return modification time [ns] and size [bytes] of a file; None without a file."""
     try:
         result = path.stat()
     except OSError:

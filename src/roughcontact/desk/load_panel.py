@@ -1,4 +1,4 @@
-"""The load: its form, its text, and the slider that the contact follows."""
+"""Panel of the load: its form, its value with unit, and a slider."""
 
 from __future__ import annotations
 
@@ -22,25 +22,24 @@ from roughcontact.request.options import APPROACH, CEILING
 from roughcontact.surface.surface import Surface
 
 STEPS = 300
-"""Positions of the slider, from 0 on."""
+"""Last position of the slider; the first is 0."""
 
 _DIGITS = 3
 _DECADES = 5.0
-# Part of the contact modulus beyond which nothing stays elastic, and part of the largest load that
-# a ceiling carries.
+# Largest nominal pressure of the slider, over the contact modulus and over a pressure ceiling.
 _HIGHEST, _NEAR_CAPACITY = 0.05, 0.95
-# Pressures of smooth bodies, and those of a whole map.
+# Largest Hertz pressure of the slider over its largest nominal pressure.
 _PEAKS = 5.0
 
 
 @dataclass(frozen=True)
 class LoadForm:
-    """A form in which a load is given."""
+    """Form of a load, such as force or nominal pressure."""
 
     name: str  # Label
-    option: str  # The option that takes it
+    option: str  # Option of the command
     unit: str  # SI unit
-    example: str  # A text of it
+    example: str  # Example with unit
 
 
 FORCE = LoadForm("Force", "load", "N", "1 N")
@@ -52,7 +51,7 @@ FORMS = (FORCE, NOMINAL, LINE, HERTZ, APPROACH_AXIS)
 
 
 def form_of(specified: Given) -> LoadForm:
-    """Return the form in which the load is given; a nominal pressure where there is none."""
+    """Return the form of the given load; nominal pressure without a load."""
     for form in (HERTZ, APPROACH_AXIS):
         if form.option in specified:
             return form
@@ -66,7 +65,7 @@ def form_of(specified: Given) -> LoadForm:
 
 
 def slider_range(form: LoadForm, prepared: PreparedMaps) -> tuple[float, float]:
-    """Return the smallest and the largest value that the slider gives [SI]."""
+    """Return the smallest and the largest value of the slider [SI]."""
     request, surface = prepared.request, prepared.surfaces[0]
     bodies = request.bodies()
     pressure = _HIGHEST * contact_modulus(*bodies)
@@ -89,13 +88,13 @@ def slider_range(form: LoadForm, prepared: PreparedMaps) -> tuple[float, float]:
 
 
 def text_at_position(position: int, ends: tuple[float, float], form: LoadForm) -> str:
-    """Return the text that a position of the slider stands for, as one would type it."""
+    """Return the load at a position of the slider, as text with unit."""
     value = ends[0] * (ends[1] / ends[0]) ** (position / STEPS)
     return units.format_engineering(_rounded(value), form.unit, _DIGITS)
 
 
 def slider_ticks(ends: tuple[float, float], form: LoadForm) -> list[tuple[float, str]]:
-    """Return the marks of the scale: places from 0 to 1, and a text at every second decade."""
+    """Return the ticks of the scale: places from 0 to 1, labels at every second decade."""
     first, last = (math.floor(math.log10(end)) for end in ends)
     decades, odd = math.log(ends[1] / ends[0]), last % 2
     values = [
@@ -116,13 +115,13 @@ def slider_ticks(ends: tuple[float, float], form: LoadForm) -> list[tuple[float,
 
 
 def position_of_value(value: float, ends: tuple[float, float]) -> int:
-    """Return the position of the slider that is nearest to a value."""
+    """Return the slider position nearest to a value."""
     share = math.log(value / ends[0]) / math.log(ends[1] / ends[0]) if value > 0 else 0.0
     return round(STEPS * min(1.0, max(0.0, share)))
 
 
 def load_text(result: ContactResult, form: LoadForm) -> str | None:
-    """Return the load of a result in another form; None where that is not known."""
+    """Return the load of a result in a form, as text with unit; None if unknown."""
     if form is FORCE:
         return units.format_engineering(result.load, "N", _DIGITS)
     if form is NOMINAL:
@@ -134,7 +133,7 @@ def load_text(result: ContactResult, form: LoadForm) -> str | None:
 
 
 def _height(surface: Surface) -> float:
-    """Return how far the heights reach [m]."""
+    """Return the range of the heights [m]."""
     return float(np.nanmax(surface.heights) - np.nanmin(surface.heights))
 
 
@@ -142,11 +141,11 @@ def _rounded(value: float) -> float:
     return float(f"{value:.{_DIGITS - 1}e}")
 
 
-# --- The load: its form, its text, and the slider that the contact follows ---
+# --- Panel ---
 
 
 class LoadPanel:
-    """The load in its forms, and its slider; ``drag`` takes what the thumb passes."""
+    """Panel of the load; ``drag`` receives the values while the slider is dragged."""
 
     def __init__(self, session: Session, give: Give, drag: Give) -> None:
         self._session, self._give, self._drag = session, give, drag
@@ -187,7 +186,7 @@ class LoadPanel:
         )
 
     def show(self, prepared: PreparedMaps | None) -> None:
-        """Show what the state holds."""
+        """Show the load of the state, on the scale of the prepared maps."""
         self._prepared = prepared
         specified = self._session.state.specified
         self._form = form_of(specified)
@@ -210,7 +209,7 @@ class LoadPanel:
             self._silent = False
 
     def _rule(self) -> None:
-        """Give the slider its scale."""
+        """Set the texts and ticks of the slider."""
         ends = self._ends()
         scale = None if ends is None else (self._form, ends)
         if scale == self._scale:
@@ -226,7 +225,7 @@ class LoadPanel:
         return None if self._prepared is None else slider_range(self._form, self._prepared)
 
     def _value(self) -> float | None:
-        """Return the load as it is given [SI]."""
+        """Return the value of the load [SI]; None if it is missing or invalid."""
         try:
             value, _ = self._session.state.request().load
             result = self._session.state.request().needed(APPROACH) if value is None else value

@@ -1,4 +1,4 @@
-"""The linked maps of a contact: heights, pressure, contact, gap, residual indentation."""
+"""Linked maps of a contact: heights, pressure, contact, gap, residual indentation."""
 
 from __future__ import annotations
 
@@ -47,14 +47,14 @@ from roughcontact.report.kind import quantity_of
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_engineering, format_percent, parse
 
-# Dots of the side of the handle at each end.
+# Side of the handle at each end [dots].
 _HANDLE = 16
-# Dots from an end to its name.
+# Distance of the name from its end [dots].
 _BESIDE = 10
 
 
 class MapScale(NamedTuple):
-    """How lengths stand on the screen: dots a metre, units of the axes a metre, and the map."""
+    """Scale of a map: dots per metre, axis units per metre, and extent of the map [m]."""
 
     dots: float
     factor: float
@@ -119,20 +119,20 @@ class SectionLine:
 
     @property
     def line(self) -> Line | None:
-        """Its ends (y0, x0, y1, x1) [m]."""
+        """Ends (y0, x0, y1, x1) of the line [m]; None without a line."""
         return self._line
 
     def on_change(self, call: Callable[[Line], None]) -> None:
-        """Call ``call(line)`` whenever the line is dragged."""
+        """Register ``call(line)`` for each drag of the line."""
         self._call = call
 
     def set_line(self, line: Line | None) -> None:
-        """Set or remove the line; its ends move to the nearest points of the map."""
+        """Set or remove the line; its ends are clipped to the map."""
         self._line = None if line is None else _clip_box(line, self._view.home)
         self._draw()
 
     def set_scale(self, view: MapScale) -> None:
-        """Keep the handles at their size on the screen."""
+        """Set the map scale; the handles keep their size on the screen."""
         self._view = view
         if self._line is not None:
             self.set_line(self._line)
@@ -142,7 +142,7 @@ class SectionLine:
         half = _HANDLE / 2 / self._view.dots * factor
         places = [] if self._line is None else [self._line[:2], self._line[2:]]
         middle = (self._view.home.left + self._view.home.right) / 2
-        # Before the handles, which the line follows.
+        # Set before the handles, whose changes move the line in the browser.
         self.source.data = {
             "x": [x * factor for _, x in places],
             "y": [y * factor for y, _ in places],
@@ -167,7 +167,7 @@ class SectionLine:
             for first, second in ((end.top, end.bottom), (end.left, end.right))
         )
         line = _clip_box((y0, x0, y1, x1), self._view.home)
-        # Handles that were only given another size are still where they were.
+        # A change of scale resizes the handles without moving their centers.
         near = 0.1 / self._view.dots
         if max(abs(new - old) for new, old in zip(line, self._line, strict=True)) < near:
             return
@@ -209,11 +209,11 @@ class CropBox:
 
     @property
     def box(self) -> Box | None:
-        """The box [m]."""
+        """Box [m]; None without a box."""
         return self._box
 
     def on_change(self, call: Callable[[Box | None], None]) -> None:
-        """Call ``call(box)`` whenever the box is drawn, moved or removed."""
+        """Register ``call(box)`` for each drawn, moved or removed box."""
         self._call = call
 
     def set_box(self, box: Box | None) -> None:
@@ -227,7 +227,7 @@ class CropBox:
             self._drawing = False
 
     def set_scale(self, view: MapScale) -> None:
-        """Take up another map or scale."""
+        """Set the map scale, and clip the box to its map."""
         self._view = view
         if self._box is not None:
             self.set_box(self._box)
@@ -270,7 +270,7 @@ def _cut(box: Box, home: Box) -> Box | None:
     return Box(y0, x0, y1, x1) if y0 < y1 and x0 < x1 else None
 
 
-# The line follows the handles at once; the page receives the change later.
+# The line follows the handles in the browser; the server receives the change later.
 _FOLLOW = """
 const data = source.data
 const x = ends.map((end) => (end.left + end.right) / 2)
@@ -281,7 +281,7 @@ if (data.x.length == 2 && moved) source.data = {...data, x, y}
 """
 
 
-# --- The linked maps of a contact: heights, pressure, contact, gap, residual indentation ---
+# --- Linked maps: heights, pressure, contact, gap, residual indentation ---
 
 
 HEIGHTS, PRESSURE, TOUCH, GAP, RESIDUAL = "heights", "pressure", "contact", "gap", "residual"
@@ -297,11 +297,11 @@ NAMES = {
 
 _MARGIN = 0.15
 _SMALLEST = 60
-# Dots around the frame of the large map: title and tools, ticks and label, and the scale.
+# Margins of the large map [dots]: title and tools, x-axis, y-axis, color bar.
 _ABOVE, _BELOW, _BEFORE, _BEHIND = 32, 46, 48, 104
-# Dots between thumbnails, of the name of one, and of its sides at least and at most.
+# Thumbnails [dots]: spacing, height of the name, smallest and largest side.
 _APART, _NAME, _NARROWEST, _WIDEST = 8, 26, 60, 150
-# Milliseconds after which the maps follow that are not large.
+# Delay of the thumbnails after the large map [ms].
 _OTHERS = 80
 
 _SHORT = {RESIDUAL: "Indentation"}
@@ -318,7 +318,7 @@ class ColorLimits(NamedTuple):
 
 
 def height_scale(surface: Surface) -> tuple[ColorLimits, float]:
-    """Return the scale of a map of heights as figures have it, and the mean height [m]."""
+    """Return the color limits of heights, as in figures, and the mean height [m]."""
     blocks = cell_size(surface.shape, surface.size, CELLS_ALONE)
     mean = float(np.nanmean(surface.heights)) if surface.missing < surface.heights.size else 0.0
     limits = height_limits(cell_mean(surface.heights, blocks) - mean)
@@ -326,7 +326,7 @@ def height_scale(surface: Surface) -> tuple[ColorLimits, float]:
 
 
 def result_scales(result: ContactResult) -> dict[str, ColorLimits]:
-    """Return the scales of the maps of a result, as figures have them."""
+    """Return the color limits of the maps of a result, as in figures."""
     top = pressure_limit([result])
     blocks = cell_size(result.gap.shape, result.surface.size, CELLS_ALONE)
     gaps = open_gap(result.contact, result.gap, blocks)
@@ -363,7 +363,7 @@ def map_titles(result: ContactResult) -> dict[str, str]:
 
 
 class MapsView:
-    """One of five maps large, the others as thumbnails: all have one view."""
+    """Linked maps: one of five large, all as thumbnails, with a common view."""
 
     def __init__(self) -> None:
         self.x_range: Any = models.Range1d(0.0, 1.0)
@@ -406,15 +406,15 @@ class MapsView:
 
     @property
     def seen(self) -> Box:
-        """Return the visible area [m]."""
+        """Visible area [m]."""
         edges = (self.y_range.end, self.x_range.start, self.y_range.start, self.x_range.end)
         return Box(*(float(edge) / self._factor for edge in edges))
 
     def show(self, surface: Surface | None, result: ContactResult | None = None) -> None:
-        """Show a surface and a result on it; what is ``None`` is empty."""
+        """Show a surface and a result; maps of ``None`` are empty."""
         with style.batch_changes(self.plot.document):
             before = self.large
-            # A profile is all seen in its section.
+            # The section shows a whole profile.
             self.root.visible = surface is None or not surface.is_profile
             self.strip.visible = result is not None
             if surface is not self._surface:
@@ -427,24 +427,24 @@ class MapsView:
             self._legend()
 
     def clear(self) -> None:
-        """Show nothing."""
+        """Clear all maps."""
         self.show(None, None)
 
     def on_section(self, call: Callable[[Line], None]) -> None:
-        """Call ``call(line)`` with the ends (y0, x0, y1, x1) [m] of a dragged line."""
+        """Register ``call(line)`` for the ends (y0, x0, y1, x1) [m] of a dragged line."""
         self.section.on_change(call)
 
     def on_box(self, call: Callable[[Box | None], None]) -> None:
-        """Call ``call(box)`` with the box [m] drawn, ``None`` for none."""
+        """Register ``call(box)`` for a drawn or moved box [m], ``None`` if removed."""
         self.crop.on_change(call)
 
     @property
     def large(self) -> str:
-        """The key of the map that is large; the heights where there is no contact."""
+        """Key of the large map; the heights without a contact."""
         return HEIGHTS if self._result is None else self._large
 
     def enlarge(self, key: str) -> None:
-        """Show a map large."""
+        """Show a map as the large map."""
         self._large = key
         with style.batch_changes(self.plot.document):
             self._draw_map(self.large)
@@ -452,7 +452,7 @@ class MapsView:
             self._name()
 
     def fit(self, width: int, height: int) -> None:
-        """Take up all of some room [dots]."""
+        """Fit the maps to a width and height [dots]."""
         if (width, height) != self._room:
             self._room = width, height
             with style.batch_changes(self.plot.document):
@@ -461,13 +461,13 @@ class MapsView:
                 self._draw()
 
     def _arrange(self) -> None:
-        """Give the large map what the thumbnails leave."""
+        """Set the sizes of the large map and the thumbnails."""
         width, height = self._room
         tall, wide = self._home.bottom - self._home.top, self._home.right - self._home.left
         down = max(height - _ABOVE - _BELOW, _SMALLEST)
         side, beside = 0.0, 0.0
         if self._result is not None:
-            # In two columns and three rows.
+            # Thumbnails in two columns and three rows.
             left = width - _BEFORE - _BEHIND - down * wide / tall - 3 * _APART
             side = min(max(left / 2, _NARROWEST), _WIDEST, height / 3 - _NAME)
             beside = 2 * side + 3 * _APART
@@ -481,7 +481,7 @@ class MapsView:
                 layer.visible = key == self.large
 
     def zoom(self, box: Box | None = None) -> None:
-        """Bring a box into sight [m]; by default the whole map."""
+        """Zoom to a box [m]; by default to the whole map."""
         with style.batch_changes(self.plot.document):
             self._fit(self._home if box is None else box)
             self._draw()
@@ -513,7 +513,7 @@ class MapsView:
         self._draw_result()
 
     def _name(self) -> None:
-        """Show the name of the large map; of heights, also the body."""
+        """Set the title of the large map; with two maps, heights name the body."""
         result, key = self._result, self.large
         name, text = NAMES[key], self._titles.get(key, "")
         if key == HEIGHTS and self._surface is not None:
@@ -529,15 +529,15 @@ class MapsView:
         style.set_bar(self.bars[key], low * scale.factor, high * scale.factor, scale.unit)
 
     def limits(self, key: str) -> tuple[float, float]:
-        """Return the ends of the colors of a map [SI]."""
+        """Return the color limits of a map [SI]."""
         own = self._scales[key].limits
         low, high = self.own_limits.get(key, (None, None))
         ends = own.low if low is None else low, own.high if high is None else high
-        # A range that was set for another load may be outside the values of this one.
+        # Limits set for another load may be outside the values under this load.
         return ends if ends[0] < ends[1] else (own.low, own.high)
 
     def limit(self, low: float | None, high: float | None) -> None:
-        """Give the large map the ends of its colors [SI]; None for those of the report."""
+        """Set the color limits of the large map [SI]; None for the limits of figures."""
         key = self.large
         if key not in self._scales:
             return
@@ -557,7 +557,7 @@ class MapsView:
         self._draw_result()
 
     def _draw_result(self) -> None:
-        """Draw the large map at once, the others after it."""
+        """Draw the large map at once, and the other maps later."""
         if self._result is None:
             return
         # A preview has larger pixels than the map.
@@ -575,7 +575,7 @@ class MapsView:
             self.strip.pictures = [self._thumbnail(key) for key in NAMES]
 
     def _draw_map(self, key: str) -> None:
-        """Give a map its values and its scale."""
+        """Set the values and the color limits of a map."""
         surface, part = self._surface, self._part
         if surface is None or (part is None and key != HEIGHTS):
             return
@@ -607,7 +607,7 @@ class MapsView:
         }
 
     def _thumbnail(self, key: str) -> str:
-        """Return a thumbnail of a map as a data address."""
+        """Return a thumbnail of a map as a data URL."""
         data = self.sources[key].data
         values = data[key][0]
         if key in self.mappers:
@@ -627,14 +627,14 @@ class MapsView:
         return (self.x_range.start, self.x_range.end, self.y_range.start, self.y_range.end)
 
     def _fit(self, box: Box) -> None:
-        """Set the ranges so that the frame shows a box, true to scale."""
+        """Set the ranges so that the frame shows a box with equal scales of x and y."""
         self._wanted = box
         height, width = box.bottom - box.top, box.right - box.left
         down, across = self._frame
         dot = max(height / down, width / across) * self._factor
         middle_y = (box.top + box.bottom) / 2 * self._factor
         middle_x = (box.left + box.right) / 2 * self._factor
-        # Rounded, lest the tick at an edge fall outside of it.
+        # Rounded, so that a tick at an edge stays inside the range.
         ends = (
             round(middle + sign * dot * dots / 2, 9)
             for middle, dots, signs in ((middle_x, across, (-1, 1)), (middle_y, down, (1, -1)))
@@ -668,7 +668,7 @@ class MapsView:
         return plot
 
     def _draw_layers(self, key: str) -> list[Any]:
-        """Draw a map, and return all that belongs to it."""
+        """Draw a map, and return its renderers and its color bar."""
         place: dict[str, Any] = dict(
             zip(("x", "y", "dw", "dh"), ("x", "y", "dw", "dh"), strict=True),
             source=self.sources[key],
@@ -714,7 +714,7 @@ class MapsView:
 
 
 class ColorRange:
-    """Lowest and highest value of the colors of the large map, as typed."""
+    """Text fields for the color limits of the large map."""
 
     def __init__(self, maps: MapsView) -> None:
         self._maps, self._silent = maps, False
@@ -729,7 +729,7 @@ class ColorRange:
         self.root = pn.Column(*reversed(self.ends), self._wrong, margin=(8, 0))
 
     def show(self) -> None:
-        """Show the range of the large map."""
+        """Show the color limits of the large map that the user has set."""
         maps, key = self._maps, self._maps.large
         self.root.visible = key in maps.mappers
         unit = _unit(key)
@@ -763,7 +763,7 @@ def _unit(key: str) -> str:
 
 
 def _columns(key: str, part: rasters.ResultWindow) -> dict[str, Any]:
-    """Return the columns of a map of the cells of a contact [SI]."""
+    """Return the data columns of a map of a result [SI], one value per cell."""
     if key == TOUCH:
         shares = dict(zip(_BESIDES[TOUCH], rasters.contact_shares(part), strict=True))
         return {TOUCH: rasters.contact_colors(part), **shares}
@@ -775,7 +775,7 @@ def _columns(key: str, part: rasters.ResultWindow) -> dict[str, Any]:
 
 
 def map_figure(title: str, x_range: Any, y_range: Any, cross: list[Any], **look: Any) -> Any:
-    """Return a figure of a map that one moves, zooms and looks up, with the spans of its cross."""
+    """Return a figure of a map with pan, zoom and crosshair tools."""
     wheel = models.WheelZoomTool(zoom_on_axis=False)
     plot: Any = figure(
         x_range=x_range,
@@ -799,7 +799,7 @@ def map_figure(title: str, x_range: Any, y_range: Any, cross: list[Any], **look:
 
 
 def color_mappers() -> dict[str, Any]:
-    """Return the colors of the maps, without their limits."""
+    """Return the color mappers of the maps, without limits."""
     from matplotlib import colormaps
 
     steps = np.linspace(0, 1, 256)
@@ -823,7 +823,7 @@ def color_mappers() -> dict[str, Any]:
 _NOTHING = '<span class="quiet">Point at a map to read its values.</span>'
 _LEAVE = "div.text = text"
 
-# Numbers and words of this program only: nothing that a file holds gets into the markup.
+# Only numbers and fixed texts: no content of a file enters the markup.
 _READ = """
 const {x, y} = cb_obj
 const at = (source, name) => {

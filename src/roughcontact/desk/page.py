@@ -1,4 +1,4 @@
-"""Browser page: its layout and its event handlers."""
+"""Page of the browser app: layout and event handlers."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _SHORT = 0.6
 
 
 class ShownResult(NamedTuple):
-    """A result, the request it answers, and its numbers, state and table as HTML."""
+    """Result with its request, and its main quantities, trust line and table as HTML."""
 
     request: Request
     result: ContactResult
@@ -51,7 +51,7 @@ class ShownResult(NamedTuple):
 
 
 class ShownPreview(NamedTuple):
-    """A preview, the request it answers, and its numbers as HTML."""
+    """Preview with its request, and its main quantities as HTML."""
 
     request: Request
     result: ContactResult
@@ -116,7 +116,7 @@ class Page:
         session.solve()
 
     def close(self) -> None:
-        """End what the page holds."""
+        """Close the views and the session of the page."""
         self._views.close()
         self.session.close()
 
@@ -130,7 +130,7 @@ class Page:
         self.root[:] = [pn.pane.HTML("<p>This project is removed.</p>", **style.SHEET)]
 
     def _adopt(self, state: SessionState | None) -> None:
-        """Follow another page on the same work; None where that removed it."""
+        """Adopt the state of another page on the same project; None if it was removed."""
         if state is None:
             self.close()
             self._run(self._end)
@@ -150,7 +150,7 @@ class Page:
         number, outcome = self.session.number, self.session.outcome
         self.session.set_option(name, value)
         if self.session.number == number:
-            # A preview is in sight, or took the place of what waited.
+            # The state is unchanged, but a preview is shown, or replaced the waiting request.
             if outcome is not None:
                 self._on_event(outcome)
             elif not self.session.state.missing:
@@ -170,7 +170,7 @@ class Page:
         self._do(lambda: self.session.set_option(name, value))
 
     def _focus_control(self, place: str) -> None:
-        """Unfold the step of a control, and focus it."""
+        """Unfold the step of a control, and focus the control."""
         for step in self._steps:
             if place in step.root.css_classes:
                 step.root.collapsed = False
@@ -215,7 +215,7 @@ class Page:
         self._do(lambda: self.session.crop_map(rows, columns))
 
     def _look_up_channels(self) -> None:
-        """Propose the channels of the file, once for each file."""
+        """Offer the channels of the file for selection, once for each file."""
         path = self.session.state.file
         if path is None or path == self._looked_up:
             return
@@ -247,13 +247,13 @@ class Page:
         if isinstance(what, (Progress, str)) and not self._is_slow:
             return
         if isinstance(what, Outcome) and what.contact is not None:
-            # Words cost time, which the other pages of the server have not.
+            # Formatting takes time: in the server thread it would delay other pages.
             what = _shown_result(what.request, what.contact)
         elif isinstance(what, Preview):
             what = ShownPreview(what.request, what.contact, header.key_numbers(what.contact))
         with self._lock:
             first = not self._news
-            # Only the last of a kind matters: a picture that is late is not drawn.
+            # Only the last event of a type is handled: an outdated map is not drawn.
             late = (ShownResult, ShownPreview) if isinstance(what, ShownResult) else type(what)
             self._news = [item for item in self._news if not isinstance(item, late)] + [what]
         if first:
@@ -272,7 +272,7 @@ class Page:
 
     def _catch_up(self) -> None:
         if self.view.create():
-            # Other pages are served before it is filled.
+            # Serve other pages before the view is filled.
             self._run(self._catch_up)
             return
         with self._lock:
@@ -310,7 +310,7 @@ class Page:
                     rows, columns = what.result.pressure.shape
                     self._header.show_state(f"Preview on {rows} × {columns} pixels", "caution")
             case FailedRequest():
-                # Said aloud once, at the control if there is one for it.
+                # Announced once, at the control if the error has one.
                 requested = self._map_panel.tell_lacking(what.error)
                 self._complain(what.error, aloud=not requested)
                 self._preparation.show(session.prepared)
@@ -337,14 +337,14 @@ class Page:
             self._show_missing()
 
     def _fold_steps(self) -> None:
-        """Fold what is done, once there is a contact; the model stays, the map folds before."""
+        """Fold the steps before the model at the first contact."""
         if not self._has_contact:
             self._has_contact = True
             for step in self._steps[:3]:
                 step.root.collapsed = True
 
     def _update_state(self, answered: bool = False) -> None:
-        """Gray the numbers unless they answer the last request, and show the state."""
+        """Gray the main quantities if they are out of date, and show the state."""
         session = self.session
         if answered:
             self._answer = session.number
@@ -361,7 +361,7 @@ class Page:
 
     def _show_running(self, text: str) -> None:
         """Show the running job."""
-        # Errors are shown before the map alone is drawn.
+        # A shown error stays while only the map is drawn.
         if self.session.failure is None and self._is_slow:
             self._header.show_state(f"{text} …", "caution")
 
@@ -375,7 +375,7 @@ class Page:
         self._has_contact = False
 
     def _show(self) -> None:
-        """Show what the state holds in all controls, after it changed."""
+        """Update all controls after a change of the state."""
         session = self.session
         self._map_panel.show(session.prepared)
         self._preparation.show(session.prepared)
@@ -500,11 +500,11 @@ def make_page(visit: PageVisit) -> Any:
     return Page(visit).root
 
 
-# --- Views of a contact: maps, detail panels, and the part to save ---
+# --- View of a contact: maps and detail panels ---
 
 
 class ContactView:
-    """The sheet of the stage: how to begin, the heights alone, or the maps of a contact."""
+    """View of the contact tab: start panel, heights alone, or maps of a contact."""
 
     def __init__(
         self,
@@ -523,7 +523,7 @@ class ContactView:
 
     @cached_property
     def maps(self) -> MapsView:
-        """The maps."""
+        """Linked maps."""
         created = MapsView()
         created.on_section(self._call_draw)
         created.on_box(self._boxed)
@@ -540,7 +540,7 @@ class ContactView:
 
     @cached_property
     def _sheet(self) -> Any:
-        """The maps with all that belongs to them."""
+        """Layout of the maps, their legend and the detail panels."""
         rail = pn.Column(
             self.maps.readout,
             self.maps.legend,
@@ -554,7 +554,7 @@ class ContactView:
         )
 
     def create(self) -> bool:
-        """Create the empty sheet of a contact; return whether there was none."""
+        """Create the empty layout of a contact; return whether it did not exist."""
         before = "_sheet" in self.__dict__
         return not before and self._sheet is not None
 
@@ -565,7 +565,7 @@ class ContactView:
         line: Line | None,
         numbers: str | None = None,
     ) -> None:
-        """Show a contact, or a surface alone; a line of None is the one that is proposed."""
+        """Show a contact, or a surface alone; without a line, the proposed section."""
         self._surface = surface
         with style.batch_changes(self.maps.plot.document):
             self.fit(*self._size)
@@ -576,7 +576,7 @@ class ContactView:
                 self.root[:] = [self._sheet]
 
     def fit(self, width: int, height: int) -> None:
-        """Take up all of a window [dots]."""
+        """Fit the view to a window [dots]."""
         self._size = width, height
         if self._surface is not None:
             wide = width >= style.NARROW
@@ -586,19 +586,19 @@ class ContactView:
             self.maps.fit(main, int(min(max(height - header - 300, 380), 860)))
 
     def enlarge(self, place: int) -> None:
-        """Show one of the maps large, by its place."""
+        """Show a map as the large map, by its index."""
         if self._surface is not None:
             self.maps.strip.active = place
 
     def cut(self, result: ContactResult | None, line: Line | None) -> None:
-        """Show another section, if there is anything to cut."""
+        """Show another section, if a surface is shown."""
         if self._surface is None:
             return
         self.detail.show(self._surface, result, line)
         self.maps.section.set_line(self.detail.line)
 
     def clear(self) -> None:
-        """Show nothing."""
+        """Show the start panel."""
         if self._surface is not None:
             self._surface = None
             self.maps.clear()

@@ -1,4 +1,4 @@
-"""Folder of saved projects: the project file and the uploaded files of each."""
+"""Saved projects: the project file and the uploaded files of each."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from roughcontact._tools import files, memory
 from roughcontact.errors import ArgumentRef, InputError
 
 DAYS = 30
-"""Lifetime of a project without visits."""
+"""Lifetime of a project without visits [days]."""
 
 _KEY_BYTES = 24
 PROJECT = "project.toml"
 """Project file of a project."""
 
 KEPT = "map-"
-"""How the names begin that files get which are brought."""
+"""Prefix of the names of uploaded files."""
 
 _KEY = re.compile(r"[A-Za-z0-9_-]{32}")
 _SUFFIX = re.compile(r"(?:\.[A-Za-z0-9]{1,12}){1,2}$")
 _MAX_NAME_LENGTH = 200
-# Files of a killed server are kept longer than another server needs to take its lock.
+# Minimum age of a page folder to remove [s]: another server may not have locked it yet.
 _MIN_AGE_SECONDS = 60.0
 _SECRET = "secret"
 _PAGE, _LOCK = "page-", "lock"
@@ -37,19 +37,19 @@ _PAGE, _LOCK = "page-", "lock"
 
 @dataclass(frozen=True)
 class SavedProject:
-    """Project of the page."""
+    """Saved project: its key and its folder."""
 
     key: str  # Secret key: it gives access to the project
-    folder: Path  # Where its files are
+    folder: Path  # Folder of its files
 
     @property
     def project(self) -> Path:
-        """Its project file, which is not there before something was done."""
+        """Project file, which does not exist before the first change."""
         return self.folder / PROJECT
 
     @contextmanager
     def page(self) -> Iterator[Path]:
-        """Give a folder for what a page makes; it goes when the page goes."""
+        """Yield a folder for the files of a page, removed when the page closes."""
         folder = self.folder / f"{_PAGE}{secrets.token_hex(8)}"
         folder.mkdir(mode=0o700)
         try:
@@ -60,28 +60,28 @@ class SavedProject:
 
     @contextmanager
     def open_upload(self, name: str, limit: int) -> Iterator[Upload]:
-        """Return a receiver of a file in parts, stored under a generated name."""
+        """Yield an upload that stores a file in parts under a generated name."""
         path = self.folder / f"{KEPT}{secrets.token_hex(4)}{format_suffix(name)}"
         with files.atomic_write(path) as stream:
             yield Upload(path, safe_file_name(name), limit, stream.write)
 
 
 class Upload:
-    """A file while it comes."""
+    """Running upload of a file."""
 
     def __init__(self, path: Path, name: str, limit: int, write: Callable[[bytes], object]) -> None:
         self.path, self.name = path, name
         self._limit, self._write, self._size = limit, write, 0
 
     def write(self, piece: bytes) -> None:
-        """Take the next bytes."""
+        """Write the next bytes; raise `InputError` for a file above the limit."""
         self._size += len(piece)
         require_size(self.name, self._size, self._limit)
         self._write(piece)
 
 
 class ProjectStore:
-    """The folder of all pieces of work of a user."""
+    """Folder of all projects of a user."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self.folder = state_folder() if folder is None else folder
@@ -107,7 +107,7 @@ class ProjectStore:
         return SavedProject(key, folder)
 
     def find(self, key: str) -> SavedProject | None:
-        """Return the work with a key and mark it as used; None if there is none."""
+        """Return the project with a key, and mark it as used; None if there is none."""
         if _KEY.fullmatch(key) is None:
             return None
         folder = self.folder / key
@@ -128,7 +128,7 @@ class ProjectStore:
 
     @contextmanager
     def reserve_upload(self, name: str, size: int, limit: int) -> Iterator[None]:
-        """Hold room for a file while it comes; refuse it if all have more than a limit with it."""
+        """Reserve space for an upload; raise `InputError` if all files exceed a limit."""
         total = self._coming
         # Unfinished uploads have hidden names; their announced sizes are already reserved.
         for path in self.folder.glob("*/[!.]*"):
@@ -150,7 +150,7 @@ class ProjectStore:
             self._coming -= size
 
     def saved_projects(self) -> list[SavedProject]:
-        """Return the works in which something was done, the last used first."""
+        """Return the projects with a project file, the last used first."""
         result = [
             SavedProject(folder.name, folder)
             for folder in self.folder.iterdir()
@@ -179,7 +179,7 @@ class ProjectStore:
 
 
 def _remove_page_folders(folder: Path, now: float) -> None:
-    """Remove the folders of pages that are gone."""
+    """Remove unfinished files and the folders of closed pages."""
     files.remove_unfinished(folder)
     for page in folder.glob(f"{_PAGE}*"):
         if now - page.stat().st_mtime > _MIN_AGE_SECONDS and not _is_held(page / _LOCK):
@@ -195,18 +195,18 @@ def _is_held(lock: Path) -> bool:
 
 
 def state_folder() -> Path:
-    """Return where this user's programs keep what is to last, by the rules of the system."""
+    """Return the folder of projects of this user, by the conventions of the system."""
     if os.name == "nt":
         base = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData" / "Local")
     else:
-        # https://specifications.freedesktop.org/basedir-spec: what is no absolute path is ignored.
+        # https://specifications.freedesktop.org/basedir-spec: a relative path is ignored.
         base = os.environ.get("XDG_STATE_HOME") or ""
         base = base if Path(base).is_absolute() else str(Path.home() / ".local" / "state")
     return Path(base) / "roughcontact" / "desk"
 
 
 def format_suffix(name: str) -> str:
-    """Return the suffix of a file name that gives its format, such as ``.csv.gz``; else nothing."""
+    """Return the format suffix of a file name, such as ``.csv.gz``; empty if invalid."""
     suffix = "".join(Path(safe_file_name(name)).suffixes[-2:])
     if not suffix.lower().endswith(".gz"):
         suffix = Path(safe_file_name(name)).suffix
@@ -214,14 +214,14 @@ def format_suffix(name: str) -> str:
 
 
 def safe_file_name(name: str) -> str:
-    """Return the name of a file as one line without folders."""
+    """Return a file name as one line without folders."""
     last = re.split(r"[/\\]", name)[-1]
     text = " ".join("".join(c if c.isprintable() else " " for c in last).split())
     return text[-_MAX_NAME_LENGTH:] or "map"
 
 
 def require_size(name: str, size: int, limit: int) -> None:
-    """Raise `InputError` if a file is larger than what may be brought."""
+    """Raise `InputError` if a file is larger than the upload limit."""
     if size > limit:
         raise InputError(
             f"{name} has more than {_format_bytes(limit)}, the most that may be brought; "
@@ -231,7 +231,7 @@ def require_size(name: str, size: int, limit: int) -> None:
 
 
 def _format_bytes(size: int) -> str:
-    """Return a number of bytes in the largest unit of which there is one."""
+    """Return a number of bytes as text in GiB, MiB or bytes."""
     for unit, name in ((memory.GIB, "GiB"), (2**20, "MiB")):
         if size >= unit:
             return f"{size / unit:.3g} {name}"

@@ -1,9 +1,9 @@
 """Maps of a contact reduced to screen resolution, as compact arrays.
 
 A screen has fewer dots than a map has points. A cell of several points shows the mean of their
-heights, the largest of their pressures and of their residual indentations, and the classes of
-contact in their shares, as in the figures of a report (`roughcontact.drawing.maps`): area in the
-picture is area of contact. A window with no more points than there are dots shows the points.
+heights, the largest of their pressures and of their residual indentations, and the shares of their
+contact classes, as in the figures of a report (`roughcontact.drawing.maps`): the image keeps the
+contact area. A window with fewer points than dots shows each point.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Colours = NDArray[np.uint32]
 
 
 class Box(NamedTuple):
-    """A rectangle on a map [m]: its edges, counted from the corner of row 0 and column 0."""
+    """Rectangle on a map: its edges from the corner of row 0 and column 0 [m]."""
 
     top: float
     left: float
@@ -37,7 +37,7 @@ class Box(NamedTuple):
 
 
 class Window(NamedTuple):
-    """Part of a map, and the points (y, x) to a cell of its picture."""
+    """Part of a map, and the number of points (y, x) per cell of its image."""
 
     rows: tuple[int, int]
     columns: tuple[int, int]
@@ -45,7 +45,7 @@ class Window(NamedTuple):
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Cells along y and x."""
+        """Number of cells along y and x."""
         rows, columns = (
             math.ceil((last - first) / block)
             for (first, last), block in zip(self[:2], self.blocks, strict=True)
@@ -54,12 +54,12 @@ class Window(NamedTuple):
 
     @property
     def part(self) -> tuple[slice, slice]:
-        """The points of a map that it shows."""
+        """Slices of the points of the map in the window."""
         return slice(*self.rows), slice(*self.columns)
 
 
 def box_of(surface: Surface) -> Box:
-    """Return the box of all of a map."""
+    """Return the box of a whole map."""
     return Box(0.0, 0.0, *surface.size)
 
 
@@ -70,7 +70,7 @@ def window_of(
     dots: tuple[float, float],
     margin: float = 0.0,
 ) -> Window:
-    """Return the window on a map that a screen shows."""
+    """Return the window of a visible box of a map, with a margin, for a number of dots."""
     sides = zip(shape, pixel, dots, (seen.top, seen.left), (seen.bottom, seen.right), strict=True)
     spans, blocks = [], []
     for points, edge, dot, begin, end in sides:
@@ -86,13 +86,13 @@ def window_of(
 
 
 def whole_window(shape: tuple[int, int], dots: int) -> Window:
-    """Return the window on all of a map, its longer side in no more cells than dots."""
+    """Return the window of a whole map, with at most ``dots`` cells per side."""
     block = math.ceil(max(shape) / dots)
     return Window((0, shape[0]), (0, shape[1]), (block, block))
 
 
 def window_extent(view: Window, pixel: tuple[float, float]) -> Box:
-    """Return where the cells of a window lie [m]; the last ones may reach beyond the map."""
+    """Return the extent of the cells of a window [m]; the last may exceed the map."""
     (top, bottom), (left, right) = (
         (first * edge, (first + cells * block) * edge)
         for (first, _), cells, block, edge in zip(
@@ -103,12 +103,12 @@ def window_extent(view: Window, pixel: tuple[float, float]) -> Box:
 
 
 def mean_heights(surface: Surface, view: Window, mean: float) -> Values:
-    """Return the mean height of each cell above a mean [m]; NaN where half or more are missing."""
+    """Return the mean height of each cell above a mean [m]; NaN if half is missing."""
     return (cell_mean(surface.heights[view.part], view.blocks) - mean).astype(np.float32)
 
 
 class ResultWindow(NamedTuple):
-    """The part of a result that a window shows, point by point."""
+    """Fields of a result at the points of a window."""
 
     pressure: Array
     gap: Array
@@ -119,12 +119,12 @@ class ResultWindow(NamedTuple):
 
     @property
     def blocks(self) -> tuple[int, int]:
-        """The points (y, x) to a cell."""
+        """Number of points (y, x) per cell."""
         return self.view.blocks
 
 
 def result_window(result: ContactResult, view: Window) -> ResultWindow:
-    """Return the part of a result that a window shows."""
+    """Return the fields of a result in a window."""
     pressure = result.pressure[view.part]
     if result.ceiling is None:
         saturated = np.zeros(pressure.shape, bool)
@@ -136,25 +136,25 @@ def result_window(result: ContactResult, view: Window) -> ResultWindow:
 
 
 def is_drawn_alike(result: ContactResult | None, other: ContactResult | None) -> bool:
-    """Return whether two results give the same pictures: the calibrated ceiling gives none."""
+    """Return whether two results have the same maps, such as before calibration."""
     if result is None or other is None:
         return result is other
     return result.pressure is other.pressure
 
 
 def largest_pressure(part: ResultWindow) -> Values:
-    """Return the largest pressure of each cell [Pa]; NaN where nothing touches."""
+    """Return the largest pressure of each cell [Pa]; NaN without contact."""
     largest = cell_max(part.pressure, part.blocks)
     return np.where(largest > 0, largest, np.nan).astype(np.float32)
 
 
 def contact_colors(part: ResultWindow) -> Colours:
-    """Return the colours of open, elastic, saturated and missing points in their shares."""
+    """Return the colors of open, elastic, saturated and missing points, mixed by share."""
     return pack_colors(cells.class_colors(part.shares))
 
 
 def contact_shares(part: ResultWindow) -> tuple[Values, Values, Values]:
-    """Return the shares of each cell that touch, that are saturated, and that are missing."""
+    """Return the shares of points in contact, saturated and missing of each cell."""
     result = part.shares
     touching, saturated, missing = (
         share.astype(np.float32) for share in (result.touching, result.saturated, result.missing)
@@ -163,52 +163,52 @@ def contact_shares(part: ResultWindow) -> tuple[Values, Values, Values]:
 
 
 def mean_gap(part: ResultWindow) -> Values:
-    """Return the mean gap of the open points of each cell [m]; NaN where none is open."""
+    """Return the mean gap of the open points of each cell [m]; NaN if none is open."""
     return cells.open_gap(part.touching, part.gap, part.blocks).astype(np.float32)
 
 
 def closed_colors(part: ResultWindow) -> Colours:
-    """Return the colours of closed and missing points; their opacity is their share of a cell."""
+    """Return the colors of closed and missing points, with their share as opacity."""
     return pack_colors(cells.closed_cover(part.shares, CLOSED))
 
 
 def deepest_residual(part: ResultWindow) -> Values:
-    """Return the deepest residual indentation of each cell [m]; NaN where there is none."""
+    """Return the deepest residual indentation of each cell [m]; NaN if there is none."""
     indentation = np.where(part.saturated, np.maximum(-part.gap, 0), 0.0)
     deepest = cell_max(indentation, part.blocks)
     return np.where(deepest > 0, deepest, np.nan).astype(np.float32)
 
 
 def pack_colors(colours: Array) -> Colours:
-    """Return colours of parts of one as one number each: red in the lowest byte."""
+    """Return colors with components from 0 to 1 as integers, red in the lowest byte."""
     result = np.full((*colours.shape[:2], 4), 255, np.uint8)
     result[..., : colours.shape[2]] = np.rint(colours * 255)
     return result.view(np.dtype("<u4"))[..., 0]
 
 
-# Thumbnails: the same cells, so small that a page may hold a picture of each map.
+# Thumbnails: the same cells, reduced to small images
 
 
 _SIDE = 160
-"""Dots of the longer side of a thumbnail, at most."""
+"""Maximum length of the longer side of a thumbnail [dots]."""
 
 
 def map_colors(values: Values, mapper: Any) -> Colours:
-    """Return values in the colours of a mapper of Bokeh."""
+    """Return the colors of values under a color mapper of Bokeh."""
     colors = [*mapper.palette, mapper.high_color or mapper.palette[-1], mapper.nan_color]
     bytes_of = np.array([int(color[1:], 16) for color in colors], ">u4")[None, :, None]
     table = pack_colors(bytes_of.view(np.uint8)[..., 1:] / 255)[0]
     levels = len(mapper.palette)
     with np.errstate(invalid="ignore"):
         steps = (values - np.float32(mapper.low)) * np.float32(levels / (mapper.high - mapper.low))
-    # The largest value belongs to the last colour.
+    # The largest value has the last color.
     steps = np.where(values == np.float32(mapper.high), levels - 1, np.clip(steps, 0, levels))
     index = np.where(np.isnan(steps), levels + 1, steps).astype(np.intp)
     return table[index]
 
 
 def thumbnail(colours: Colours, cover: Colours | None = None) -> str:
-    """Return colours, under others if there are some, as the address of a small picture."""
+    """Return colors, with an optional cover over them, as a small image (data URL)."""
     from PIL import Image
 
     layers = (np.ascontiguousarray(layer) for layer in (colours, cover) if layer is not None)

@@ -34,26 +34,26 @@ from roughcontact.surface.surface import Surface
 from roughcontact.units import format_engineering, format_percent
 
 _DOTS = 512
-"""Cells along the longer side: larger maps are reduced to them."""
+"""Maximum number of cells along the longer side; larger maps are reduced."""
 
 _LOADS = 16
-"""Loads of a film: equal steps up to the load of the page."""
+"""Number of loads of a movie: equal steps up to the load of the page."""
 
 _HEIGHT_SHARE = 0.3
-"""Height of the box over its longer side, at most, unless one chooses another scale."""
+"""Maximum height of the box over its longer side, at the default scale."""
 
 _LEVELS = 254
-"""Steps of color; two more levels are no value and a value above the scale."""
+"""Number of color levels; two more levels are no value and above the scale."""
 
 _MISSING_HEIGHT = np.float32(-1e30)
 """Value of a missing height in the script."""
 
 _MILLISECONDS = 250
-"""Time of a picture in the file of a film."""
+"""Duration of a frame in the file of a movie [ms]."""
 
 
 class Canvas(JSComponent):  # type: ignore[misc]
-    """The surface; each list is a JSON text on it and its values as bytes, or empty."""
+    """Canvas of the surface; each list but the palette is a JSON text and bytes, or empty."""
 
     heights = param.List([])
     colors = param.List([])
@@ -83,17 +83,17 @@ p {{ margin: 0; width: 100%; color: var(--muted, {tokens.QUIET}); }}
 
 
 class LoadFrame(NamedTuple):
-    """The pressure under one load, in the cells of the view."""
+    """Pressure under one load, in the cells of the view."""
 
     load: float  # [N]
     contact_fraction: float
-    pressure: NDArray[np.float32]  # [Pa], NaN where nothing touches
+    pressure: NDArray[np.float32]  # [Pa], NaN without contact
 
 
 def solve_frames(
     tell: Callable[[Progress | str], None], request: Request, requests: Sequence[Request]
 ) -> list[LoadFrame]:
-    """Solve one map under many loads, the last that of a request; a job for a `WorkerPool`."""
+    """Solve the maps of a request under several loads; a job for a `WorkerPool`."""
     surfaces = maps.surfaces(request, tell)
     pictures = []
     for number, item in enumerate(requests, start=1):
@@ -108,7 +108,7 @@ def solve_frames(
 
 
 class ReliefView(TabPanel):
-    """The 3-D view with its film, in the colors of the maps."""
+    """3-D view, with a movie of loads, in the colors of the maps."""
 
     def __init__(
         self,
@@ -134,12 +134,12 @@ class ReliefView(TabPanel):
         )
 
     def show(self) -> None:
-        """Show the contact, or the map where no contact is requested."""
+        """Show the contact, or only the map if options are missing or the solve failed."""
         session = self._session
         outcome, prepared = session.outcome, session.prepared
         result = None if outcome is None else outcome.contact
         if result is None and not (session.state.missing or session.failure):
-            # The new picture is loading: keep the old one.
+            # A new result is expected: keep the current view.
             return
         surface = prepared.surfaces[0] if result is None and prepared is not None else None
         surface = surface if result is None else result.surface
@@ -160,7 +160,7 @@ class ReliefView(TabPanel):
         self._canvas.param.update(**changes)
 
     def _colors(self, surface: Surface, result: ContactResult | None) -> dict[str, Any]:
-        """Return the colors of a surface: of its pressure, or of its heights without one."""
+        """Return the colors of a surface by pressure, or by height without a result."""
         view = _whole(surface)
         if result is None:
             scale, mean = height_scale(surface)
@@ -170,7 +170,7 @@ class ReliefView(TabPanel):
             values = rasters.largest_pressure(rasters.result_window(result, view))
         bar = self._bars[key]
         if bar.color_mapper.low is None:
-            # The map itself was not seen yet.
+            # The map was not drawn yet, so its color bar has no limits.
             (low, high, _, _), factor, unit = scale
             style.set_bar(bar, low * factor, high * factor, unit)
         head = json.dumps(_head(key, bar, values.shape, _load_text(result)))
@@ -196,7 +196,7 @@ class ReliefView(TabPanel):
 
     def _play(self, pictures: list[LoadFrame]) -> None:
         if self._result is None or self._filmed != _frames_key(self._session.state):
-            # Another contact came meanwhile.
+            # The contact changed during the solve.
             return
         bar = self._bars[PRESSURE]
         factor = np.float32(result_scales(self._result)[PRESSURE].factor)
@@ -208,7 +208,7 @@ class ReliefView(TabPanel):
         self._canvas.film = [json.dumps(heads), np.stack(levels).tobytes()]
 
     def _record(self, event: Any) -> None:
-        """Take a picture that the browser drew, and offer all of them as one file."""
+        """Store a frame that the browser drew, and offer the complete movie as a file."""
         message = event.data
         if message["number"] == 0:
             self._pictures = []
@@ -226,7 +226,7 @@ class ReliefView(TabPanel):
 
 
 def make_gif(pictures: Sequence[bytes]) -> bytes:
-    """Return PNG files as one GIF file, which repeats and rests on its last picture."""
+    """Return PNG images as a looping GIF, with a longer last frame."""
     from PIL import Image
 
     frames = []
@@ -251,9 +251,9 @@ def _whole(surface: Surface) -> rasters.Window:
 
 
 def _heights(surface: Surface) -> list[Any]:
-    """Return the heights as the script takes them."""
+    """Return the heights as JSON text and bytes for the script."""
     view = _whole(surface)
-    # Values far from the mean would lose digits.
+    # Relative to the mean: single precision would lose digits of large heights.
     values = rasters.mean_heights(surface, view, float(np.nanmean(surface.heights)))
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     box = rasters.window_extent(view, surface.pixel)
@@ -296,7 +296,7 @@ def _load_text(state: ContactResult | LoadFrame | None) -> str:
 
 
 def _head(key: str, bar: Any, shape: tuple[int, ...], words: str) -> dict[str, Any]:
-    """Return scale and state of the colors of a map for the script."""
+    """Return shape, title, color scale and state of a map for the script."""
     low, high = bar.color_mapper.low, bar.color_mapper.high
     ticks = [
         ((tick - low) / (high - low), bar.major_label_overrides[tick]) for tick in bar.ticker.ticks
@@ -305,14 +305,14 @@ def _head(key: str, bar: Any, shape: tuple[int, ...], words: str) -> dict[str, A
 
 
 def _palette(mapper: Any) -> list[str]:
-    """Return the colors of the levels, that of no value first and that beyond the scale last."""
+    """Return the colors of the levels: no value first, above the scale last."""
     colors = list(mapper.palette)
     steps = np.linspace(0, len(colors) - 1, _LEVELS).round().astype(int)
     return [mapper.nan_color, *(colors[step] for step in steps), mapper.high_color or colors[-1]]
 
 
 def _levels(values: NDArray[np.float32], mapper: Any) -> NDArray[np.uint8]:
-    """Return values as levels of color: 0 for none, 255 above the scale."""
+    """Return values as color levels: 0 for no value, 255 above the scale."""
     share = (values - np.float32(mapper.low)) / np.float32(mapper.high - mapper.low)
     levels = 1 + np.clip(np.nan_to_num(share) * _LEVELS, 0, _LEVELS - 1).astype(np.uint8)
     levels[share > 1] = _LEVELS + 1

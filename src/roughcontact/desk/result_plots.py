@@ -1,4 +1,4 @@
-"""Interactive views: load curve, resolution study, comparison, stress."""
+"""Interactive views of results: load curve, resolution study, comparison, stress."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from roughcontact.units import format_engineering
 
 
 class LoadCurveView:
-    """A load curve: areas, gap and stiffness over the load, and where the load is now."""
+    """Load curve: areas, gap and stiffness over the load, with the current load marked."""
 
     def __init__(self) -> None:
         names = ("load", "contact", "saturated", "gap", "approach", "stiffness")
@@ -90,7 +90,7 @@ class LoadCurveView:
         lengths = np.concatenate([curve.column("approach"), curve.column("mean_gap")])
         scale, length_unit = prefixed(float(lengths.max()), "m")
         stiffness = curve.column("stiffness")
-        # Nothing but saturated pixels has none, full periodic contact has no bound.
+        # Zero for saturated contact alone, unbounded for full periodic contact: not drawn.
         stiffness[~(np.isfinite(stiffness) & (stiffness > 0))] = np.nan
         stiff, stiffness_unit = prefixed(float(np.nanmax(stiffness, initial=0.0)), f"{unit}/m")
         shares = (
@@ -116,7 +116,7 @@ class LoadCurveView:
             self.mark(self._load)
 
     def mark(self, load: float) -> None:
-        """Mark the load that is worked with [N]."""
+        """Mark the current load [N]."""
         self._load = load
         self.now.visible = load > 0
         if load > 0:
@@ -124,7 +124,7 @@ class LoadCurveView:
 
 
 class ResolutionView:
-    """A study of the resolution: contact on each grid, and what that means."""
+    """Resolution study: contact on each grid, with conclusions."""
 
     def __init__(self) -> None:
         self.source: Any = style.empty_source("case", "contact", "saturated")
@@ -149,7 +149,7 @@ class ResolutionView:
         self.root = models.Column(self.plot, self.table, sizing_mode="stretch_width")
 
     def show(self, study: ResolutionStudy) -> None:
-        """Show a study."""
+        """Show a resolution study."""
         cases = study.named()
         names = [name for name, _ in cases]
         with style.batch_changes(self.plot.document):
@@ -165,7 +165,7 @@ class ResolutionView:
 
 
 class ComparisonView:
-    """Pressure of two contacts, its difference, and one over the other; they zoom together."""
+    """Pressure of two contacts, its difference, and a swipe view, with linked zoom."""
 
     def __init__(self, names: Sequence[str]) -> None:
         from matplotlib import colormaps
@@ -215,7 +215,7 @@ class ComparisonView:
         )
 
     def _swipe(self, percent: float) -> None:
-        """Show the second contact from a place on, which is a part of the width of the first."""
+        """Show the second contact from a place on, in percent of its width."""
         data = self.sources[1].data
         values, wide = data["pressure"][0], data["dw"][0]
         first = min(round(percent / 100 * values.shape[1]), values.shape[1] - 1)
@@ -230,7 +230,7 @@ class ComparisonView:
             self.edge.location = data["x"][0] + place
 
     def show(self, results: Sequence[ContactResult]) -> None:
-        """Show two contacts; of unlike grids there is no difference."""
+        """Show two contacts, without the difference if their grids differ."""
         top = pressure_limit(results)
         factor, unit = prefixed(top, "Pa")
         length, length_unit = prefixed_window(0.0, max(results[0].surface.size))
@@ -260,7 +260,7 @@ class ComparisonView:
 
 
 def map_picture(title: str, name: str, source: Any, mapper: Any, **ranges: Any) -> Any:
-    """Return a figure of values on a map, true to scale."""
+    """Return a figure of values on a map, with equal scales of x and y."""
     plot: Any = figure(
         title=title,
         height=340,
@@ -288,16 +288,16 @@ def _put_map(source: Any, name: str, values: NDArray[Any], place: Box) -> None:
     }
 
 
-# Stress below a contact: against the depth, on a plane, and on a map at a depth one chooses.
+# Stress below a contact: over the depth, in a section, and as a map
 
 
 _DOTS = 400
-# The profile starts at this multiple of the depth of the largest stress.
+# Depth range shown at first, over the depth of the largest stress.
 _NEAR = 12
 
 
 class StressView:
-    """Von Mises stress: profile over the depth, section through its maximum, map at a depth."""
+    """Stress below a contact: profile over the depth, section, map of the largest stress."""
 
     def __init__(self) -> None:
         self._result: StressResult | None = None
@@ -371,7 +371,7 @@ class StressView:
                 "tresca": profile.tresca * factor,
                 "shear": profile.orthogonal_shear.max(axis=1) * factor,
             }
-            # Most of the depth there is next to nothing; who wants to see it zooms out.
+            # The stress is negligible at most depths; zooming out shows all of them.
             near = min(_NEAR * profile.depth_of_max or 1.0, float(profile.depths[-1])) * length
             self.profile.x_range.update(start=0, end=near, reset_start=0, reset_end=near)
             self.profile.xaxis.axis_label = f"depth [{length_unit}]"

@@ -54,20 +54,20 @@ from roughcontact.solvers.progress import Progress
 from roughcontact.units import format_engineering
 
 _DOTS = 512
-"""Cells along the longer side: larger maps are reduced to them, so that the file stays small."""
+"""Maximum number of cells along the longer side, to keep the file small."""
 
 _FRAME = 280
-"""Dots of the longer side of a frame."""
+"""Longer side of a frame [dots]."""
 
 _COLORS = 4096
-"""Colors of a map, one for each code."""
+"""Number of colors of a map, each for a range of codes."""
 
 _FIRST, _LAST = 2**16 // _COLORS, 2**16 - 1
-"""Codes of the smallest and the largest value; those below are for no value."""
+"""Codes of the smallest and the largest value; lower codes are for no value."""
 
 
 class EncodedMap(NamedTuple):
-    """A map as whole numbers: value = low + step × (code − ``_FIRST``); code 0 is missing."""
+    """Map as integers: value = low + step × (code − ``_FIRST``); code 0 is missing."""
 
     codes: NDArray[np.uint16]
     low: float  # [SI]
@@ -85,11 +85,11 @@ def save_page(tell: Callable[[Progress | str], None], request: Request, path: Pa
 
 
 def render_page(result: ContactResult, request: Request) -> str:
-    """Return the page of a contact as the text of an HTML file, which needs nothing else."""
+    """Return the page of a contact as the text of a self-contained HTML file."""
     if result.surface.is_profile:
         raise InputError("a profile has no maps: take its report instead")
     maps, legend = _maps(result)
-    # Text that a browser would take for the end of the script.
+    # Escape closing tags, which a browser would take for the end of the script.
     item = json.dumps(json_item(maps, "maps")).replace("</", "<\\/")
     scripts = "".join(
         f"<script>{text}</script>\n"
@@ -122,7 +122,7 @@ reset.</p>
 
 
 def _maps(result: ContactResult) -> tuple[Any, str]:
-    """Return the five maps with one view, and what explains their colors and values."""
+    """Return the five linked maps, and the legend of their colors and values."""
     surface = result.surface
     view = rasters.whole_window(surface.shape, _DOTS)
     height, mean = height_scale(surface)
@@ -199,7 +199,7 @@ def _draw(
     scale: ColorLimits | None,
     mapper: Any,
 ) -> None:
-    """Draw a map, with its color bar if it has one."""
+    """Draw a map, with its color bar if it has color limits."""
     place: dict[str, Any] = {"x": "x", "y": "y", "dw": "dw", "dh": "dh", "source": source}
     if layer is None or scale is None:
         plot.image_rgba(image=key, **place)
@@ -219,7 +219,7 @@ def _draw(
 
 
 def _layer(values: NDArray[np.float32]) -> EncodedMap:
-    """Return values [SI] as whole numbers, in the smallest steps that 16 bits allow."""
+    """Return values [SI] as 16-bit integers, with the smallest possible step."""
     there = ~np.isnan(values)
     if not there.any():
         return EncodedMap(np.zeros(values.shape, np.uint16), 0.0, 0.0)
@@ -233,7 +233,7 @@ def _layer(values: NDArray[np.float32]) -> EncodedMap:
 def _legend(
     view: rasters.Window, layers: dict[str, EncodedMap], scales: dict[str, ColorLimits]
 ) -> str:
-    """Return the meaning of the colors, and the precision of the values."""
+    """Return the legend of the colors, the cells and the precision of values as HTML."""
     rows, columns = view.shape
     block = view.blocks[0]
     cells = f"{rows} × {columns} points."
@@ -286,7 +286,7 @@ for (const range of [x_range, y_range])
   range.setv({ start: range.reset_start, end: range.reset_end })
 """
 
-# Numbers and words of this program only: nothing that a file holds gets into the markup.
+# Only numbers and fixed texts: no content of a file enters the markup.
 _READ = f"""
 const {{ x, y }} = cb_obj, data = source.data
 const [ny, nx] = data.heights[0].shape

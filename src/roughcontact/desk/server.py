@@ -46,30 +46,30 @@ from roughcontact.errors import ArgumentRef, InputError, RoughcontactError
 _log = logging.getLogger(__name__)
 
 HOST, PORT = "127.0.0.1", 5106
-"""Where it listens."""
+"""Default address and port."""
 
 UPLOAD_LIMIT = memory.GIB
-"""Most bytes of a file that is brought."""
+"""Default maximum size of an uploaded file [bytes]."""
 
 MAX_PAGES = 32
-"""Pages that are open at a time: each holds the maps that it shows."""
+"""Maximum number of open pages: each holds its maps in memory."""
 
 MAX_PARALLEL_SOLVES = 8
-"""Total size of the files of all projects, as a multiple of the limit of one."""
+"""Maximum total size of the files of all projects, over the upload limit of one file."""
 
 UPLOADS = "/upload"
-"""Where a page sends a file: ``POST /upload?work=KEY&name=NAME``, the bytes as its body."""
+"""Route of uploads: ``POST /upload?work=KEY&name=NAME``, with the file as body."""
 
 OFFERED = "/made"
-"""Where a page's files are taken from: ``GET /made?work=KEY&page=FOLDER&file=NAME``."""
+"""Route of downloads: ``GET /made?work=KEY&page=FOLDER&file=NAME``."""
 
-# Files come another way; what a page sends of itself is small.
+# Maximum size of messages and of requests other than uploads [bytes]: both are small.
 _LARGEST_MESSAGE = 20 * 2**20
 _LARGEST_REQUEST = 2**20
-# Seconds until a page that is closed is gone, between two looks, and until its memory is released.
+# Lifetime of a closed page, interval of checks, delay of the release of its memory [s].
 _LINGER, _LOOK, _REST = 20, 5, 2
 _EXPIRY = 3600
-# Milliseconds after which a process is made for the first long work.
+# Delay before a process is started for the first job [ms].
 _WARM = 3000
 _FULL = (
     f"{MAX_PAGES} pages are open, the maximum of this program: close one that is "
@@ -84,18 +84,18 @@ _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 @dataclass(frozen=True)
 class Settings:
-    """Options of the command."""
+    """Options of the command that starts the server."""
 
-    file: Path | None = None  # The map that the first work begins with
-    address: str = HOST  # Where to listen
-    port: int | None = None  # On which port
-    origins: tuple[str, ...] = ()
-    folder: Path | None = None  # Where works are kept
-    upload_limit: int = UPLOAD_LIMIT  # Most bytes of a file that is brought
-    browser: bool = True  # Whether to open the page
+    file: Path | None = None  # Map of the first project
+    address: str = HOST  # Address to listen on
+    port: int | None = None  # Port; None for the default port, or a free one
+    origins: tuple[str, ...] = ()  # Allowed origins of requests from other machines
+    folder: Path | None = None  # Folder of saved projects
+    upload_limit: int = UPLOAD_LIMIT  # Maximum size of an uploaded file [bytes]
+    browser: bool = True  # Whether to open the page in a browser
 
     def __post_init__(self) -> None:
-        """Refuse to listen to other machines without allowed origins."""
+        """Raise `InputError` for an address of other machines without allowed origins."""
         if self.address not in _LOOPBACK and not self.origins:
             raise InputError(
                 f"{self.address} admits other machines: give ",
@@ -107,28 +107,28 @@ class Settings:
 
     @property
     def is_open(self) -> bool:
-        """Whether other machines are let in."""
+        """Whether other machines can connect."""
         return self.address not in _LOOPBACK or bool(self.origins)
 
 
 @dataclass(frozen=True)
 class PageVisit:
-    """One page in one browser, from its opening to its end."""
+    """Open page in a browser, with its project and its resources."""
 
-    work: SavedProject  # Subject
-    file: Path | None  # The map that the command named, where nothing was done in this work yet
-    folder: Path  # Folder for files that nobody needs afterwards
-    workers: WorkerPool  # Where it may have work done in other processes
-    upload_limit: int  # Most bytes of a file that is brought
-    forget: Callable[[], None]  # Removes the work with all its files
-    earlier: Callable[[], list[SavedProject]]
-    peers: Callable[[], list[PageVisit]] = list  # Returns the other pages on the same work
-    token: str = ""  # The token, where the browser keeps no cookie
+    work: SavedProject  # Project of the page
+    file: Path | None  # Map of the command line, if the project has no state yet
+    folder: Path  # Temporary folder of the page
+    workers: WorkerPool  # Pool that runs jobs in other processes
+    upload_limit: int  # Maximum size of an uploaded file [bytes]
+    forget: Callable[[], None]  # Removes the project with all its files
+    earlier: Callable[[], list[SavedProject]]  # Returns the other saved projects
+    peers: Callable[[], list[PageVisit]] = list  # Returns the other pages of the project
+    token: str = ""  # Access token, if the browser stores no cookie
     listeners: list[Callable[[Any], None]] = field(default_factory=list)
     _ends: ExitStack = field(default_factory=ExitStack)
 
     def offer(self, path: Path) -> str:
-        """Return the address of a file in this page's folder, as seen from the page."""
+        """Return the relative URL of a file in the folder of the page."""
         requested = {"work": self.work.key, "page": self.folder.name, "file": path.name}
         if self.token:
             requested["token"] = self.token
@@ -146,14 +146,14 @@ class PageVisit:
 
 
 Page = Callable[[PageVisit], Any]
-"""``page(visit)`` returns the content: anything that Panel can show."""
+"""Function of a `PageVisit` that returns content for Panel."""
 
 Load = Callable[[], Page]
-"""Imports and returns what makes a page; it is called when the server listens already."""
+"""Function that imports and returns a `Page`, called after the server listens."""
 
 
 class Server:
-    """A server that listens as soon as it is made."""
+    """Server that listens from its creation on."""
 
     def __init__(self, load: Load, settings: Settings) -> None:
         self._load, self._settings = load, settings
@@ -171,21 +171,21 @@ class Server:
 
     @property
     def url(self) -> str:
-        """The address of the first work."""
+        """URL of the first project, with the access token."""
         origins = self._settings.origins
         base = origins[0] if origins else f"http://{HOST}:{self.port}"
         return f"{base}/?{urlencode({'token': self._token, 'work': self.first.key})}"
 
     @contextlib.contextmanager
     def login_file(self) -> Iterator[str]:
-        """Give the address of a file that leads to `url`."""
+        """Yield the URL of a temporary file that redirects to `url`."""
         with tempfile.TemporaryDirectory(prefix="open-", dir=self._works.folder) as folder:
             path = Path(folder) / "open.html"
             path.write_text(_LOGIN_PAGE.format(url=html.escape(self.url)), encoding="utf-8")
             yield path.as_uri()
 
     def run(self) -> None:
-        """Serve until `stop` is called or Ctrl-C comes; then all that it began ends."""
+        """Serve until `stop` or a termination signal; then close pages and processes."""
         with contextlib.ExitStack() as ends:
             ends.callback(self.bench.close)
             ends.callback(self._socket.close)
@@ -203,11 +203,11 @@ class Server:
                 self._opening.result()
 
     def wait(self, seconds: float) -> bool:
-        """Wait until there are pages; return whether that came to be."""
+        """Wait until pages can be served; return False on timeout."""
         return self._ready.wait(seconds)
 
     def stop(self) -> None:
-        """End `run`, from another thread."""
+        """Stop `run`, from another thread."""
         self._ready.wait()
         assert self._loop is not None
         self._loop.call_soon_threadsafe(self._loop.stop)
@@ -217,20 +217,20 @@ class Server:
             http.stop()
         else:
             self._server.stop(wait=False)
-        # Requests that wait for something that no longer comes.
+        # Cancel requests that still wait, such as for the import of the page.
         waiting = asyncio.all_tasks(loop)
         for task in waiting:
             task.cancel()
         loop.run_until_complete(asyncio.wait(waiting) if waiting else _run_callbacks())
 
     def _start_http(self) -> tuple[StartupRouter, Any]:
-        """Listen; return what leads to the page as soon as it is there."""
+        """Start the HTTP server; return its router and the server."""
         from tornado.httpserver import HTTPServer
 
         from roughcontact.desk import access
 
         doors = StartupRouter()
-        # Access tokens of others expire with the program.
+        # If other machines can connect, their access expires with the program.
         own = not self._settings.is_open
         secret = self._works.secret if own else secrets.token_bytes(32)
         door = access.AccessPolicy(self._settings.origins, self._token, secret, self.port)
@@ -244,7 +244,7 @@ class Server:
         return doors, http
 
     async def _import_page(self, doors: StartupRouter, http: Any) -> None:
-        """Import what makes pages, which takes more than a second, and have them seen."""
+        """Import the page, which takes more than a second, and start to serve it."""
         loop = asyncio.get_running_loop()
         self._loop = loop
         try:
@@ -258,7 +258,7 @@ class Server:
             self._ready.set()
 
     def _import(self) -> None:
-        # Imported objects stay: without them, garbage collection takes a tenth of the time.
+        # Imported objects stay: excluding them makes garbage collection ten times as fast.
         gc.disable()
         try:
             import panel.io.server  # noqa: F401
@@ -269,7 +269,7 @@ class Server:
             gc.enable()
 
     def _create_server(self, doors: StartupRouter, http: Any) -> Any:
-        """Return the server of pages, to which the doors lead from now on."""
+        """Return the server of pages, and route all requests to it."""
         import bokeh.settings
         from bokeh.core.validation import silence
         from bokeh.core.validation.warnings import EMPTY_LAYOUT
@@ -281,7 +281,7 @@ class Server:
 
         from roughcontact.desk import access
 
-        # An empty place is one that is filled later.
+        # Empty layouts are filled later.
         silence(EMPTY_LAYOUT)
         bokeh.settings.settings.resources = "server"
         app = BokehTornado(
@@ -298,7 +298,7 @@ class Server:
                     },
                 ),
             ],
-            # The guard has checked it.
+            # The access policy has checked the origin.
             extra_websocket_origins=["*"],
             secret_key=secrets.token_bytes(32),
             sign_sessions=True,
@@ -352,15 +352,15 @@ class Server:
         self._visits[context.id] = visit
         widgets.send_all_after_pull(document)
         document.on_session_destroyed(lambda context: self._close_page(context.id))
-        # Not before: it would take its time from this page.
+        # Delayed, because the start of a process would slow down this page.
         document.add_timeout_callback(self.bench.prestart, _WARM)
         sheet = pn.Column(sizing_mode="stretch_both", margin=0)
-        # The browser loads the scripts first; it requests the sheet after them.
+        # The browser loads the scripts first; the content follows.
         document.add_next_tick_callback(partial(self._build_page, sheet, visit, context.id))
         return sheet
 
     def _build_page(self, sheet: Any, visit: PageVisit, session: str) -> None:
-        """Make a page on its sheet."""
+        """Add the content of a page to its layout, or an error message."""
         import panel as pn
 
         if session not in self._visits:
@@ -368,11 +368,11 @@ class Server:
         try:
             sheet.append(self._page(visit))
         except RoughcontactError as error:
-            # Such as a project file that was edited by hand.
+            # For example, a project file that was edited by hand is invalid.
             self._close_visit(session)
             sheet.append(pn.pane.Str(str(error)))
         except Exception as error:
-            # A mistake of the program must not leave a sheet that stays white.
+            # The page must not stay blank after an internal error.
             _log.exception("a page could not be made")
             self._close_visit(session)
             kind = type(error).__name__
@@ -395,7 +395,7 @@ class Server:
     def _close_page(self, session: str) -> None:
         self._close_visit(session)
         assert self._loop is not None
-        # Once for pages that close together.
+        # Only once if several pages close together.
         if self._tidying is not None:
             self._tidying.cancel()
         self._tidying = self._loop.call_later(_REST, _release_memory)
@@ -417,7 +417,7 @@ def _release_memory() -> None:
 
 
 def serve(load: Load, settings: Settings, say: Callable[[str], None]) -> None:
-    """Serve a page until Ctrl-C."""
+    """Serve pages until Ctrl-C."""
     server = Server(load, settings)
     say(server.url)
     if settings.is_open:
@@ -434,7 +434,7 @@ def serve(load: Load, settings: Settings, say: Callable[[str], None]) -> None:
 
 
 def _open_socket(settings: Settings) -> tuple[socket.socket, int]:
-    """Return a socket that listens, and its port."""
+    """Return a listening socket, and its port."""
     family = socket.AF_INET6 if ":" in settings.address else socket.AF_INET
     wanted = [PORT, 0] if settings.port is None else [settings.port]
     for port in wanted:
@@ -453,11 +453,11 @@ def _open_socket(settings: Settings) -> tuple[socket.socket, int]:
 
 @contextlib.contextmanager
 def _stop_on_signals(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
-    """End a loop between two iterations on the signals that end a program."""
+    """Stop an event loop between two iterations on termination signals."""
     asking = []
     if threading.current_thread() is threading.main_thread() and sys.platform != "win32":
         wanted = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-        # Under `nohup` one of them is ignored.
+        # `nohup` ignores one of the signals.
         asking = [item for item in wanted if signal.getsignal(item) is not signal.SIG_IGN]
     for item in asking:
         loop.add_signal_handler(item, loop.stop)
@@ -479,20 +479,20 @@ def _log_nothing(handler: Any) -> None:
 # --- Downloads of files made for a page ---
 
 
-# A page's folder, and a file in it that we named: no path can be made of them.
+# Names of page folders and generated files: no other path can be requested.
 _FOLDER, _NAME = re.compile(r"page-[0-9a-f]{16}"), re.compile(r"[a-z]+-[0-9]+(\.[a-z0-9]+)+")
 _PIECE = 2**20
 
 
 class DownloadHandler(web.RequestHandler):
-    """Answers ``GET /made?work=KEY&page=FOLDER&file=NAME`` with the file, to be saved."""
+    """Handler of ``GET /made?work=KEY&page=FOLDER&file=NAME``: sends a file to be saved."""
 
     def initialize(self, works: ProjectStore) -> None:
-        """Keep what it needs."""
+        """Store the projects."""
         self._works = works
 
     async def get(self) -> None:
-        """Send the file, piece by piece."""
+        """Send the file in blocks."""
         path = self._requested_file()
         self.set_header("Content-Type", "application/octet-stream")
         self.set_header("Content-Disposition", f'attachment; filename="{path.name}"')
@@ -513,21 +513,21 @@ class DownloadHandler(web.RequestHandler):
         return path
 
 
-# --- A file that a page sends: written as it comes, under a name of our own ---
+# --- Uploads, written as received under a generated name ---
 
 
 @web.stream_request_body
 class UploadHandler(web.RequestHandler):
-    """Takes ``POST /upload?work=KEY&name=NAME``, the bytes of the file as its body."""
+    """Handler of ``POST /upload?work=KEY&name=NAME``, with the file as body."""
 
     def initialize(self, works: ProjectStore, limit: int, together: int) -> None:
-        """Keep what it needs."""
+        """Store the projects, and the limits of one file and of all files [bytes]."""
         self._works, self._limit, self._together = works, limit, together
         self._ends = ExitStack()
         self._upload: Upload | None = None
 
     def prepare(self) -> None:
-        """Begin a file, before any of its bytes have come."""
+        """Check the request, and open the upload before its body is received."""
         if self.request.method != "POST":
             self._refuse(405, "a file is sent by POST")
             return
@@ -548,28 +548,28 @@ class UploadHandler(web.RequestHandler):
         except InputError as error:
             self._refuse(413, str(error))
             return
-        # All other requests are far smaller.
+        # The limit of the server holds for other requests, which are far smaller.
         connection = cast(HTTP1Connection, self.request.connection)
         connection.set_max_body_size(self._limit)
         self._upload = self._ends.enter_context(work.open_upload(name, self._limit))
 
     def data_received(self, chunk: bytes) -> None:
-        """Take the next bytes."""
+        """Write the next bytes to the upload."""
         if self._upload is not None:
             self._upload.write(chunk)
 
     def post(self) -> None:
-        """Send its cache policy, if it exists."""
+        """Complete the upload, and send its stored and its original name."""
         if self._upload is not None:
             self._ends.close()
             self.finish({"file": self._upload.path.name, "name": self._upload.name})
 
     def on_finish(self) -> None:
-        """End a file that did not come to its end."""
+        """Discard an incomplete upload."""
         self._abandon()
 
     def on_connection_close(self) -> None:
-        """Do the same where the connection is lost."""
+        """Discard an incomplete upload after the loss of the connection."""
         self._abandon()
 
     def _abandon(self) -> None:
@@ -581,11 +581,11 @@ class UploadHandler(web.RequestHandler):
         self.finish({"error": sentence})
 
 
-class _Abandoned(Exception):  # noqa: N818 - nobody made a mistake
-    """The rest of a file does not come."""
+class _Abandoned(Exception):  # noqa: N818 - not an error of the program
+    """End of an incomplete upload."""
 
 
-# Page shown during the import of the program: title, and preloaded scripts.
+# Page shown during the import of the program, with title and preloaded scripts
 
 
 _PAGE = """<!doctype html>
@@ -596,14 +596,14 @@ h1 {{ font-size: 16px; font-weight: 600; }} p {{ color: {quiet}; }}</style></hea
 """
 _RELOAD_SCRIPT = "<script>location.replace(location.href)</script></body></html>\n"
 
-# Packages of the scripts that the page requests: place in the package, and on the server.
+# Packages of the scripts of the page: name, folder in the package, path on the server.
 _BOKEH = "bokeh", "server/static", "static"
 _PANEL = "panel", "dist", "static/extensions/panel"
 _OF_BOKEH = ("bokeh", "bokeh-gl", "bokeh-widgets", "bokeh-tables")
 
 
 class StartupRouter(Router):
-    """Leads to the page as soon as there is one, and to what is seen before."""
+    """Router to a waiting page during the import, then to the application."""
 
     def __init__(self) -> None:
         self.opened = asyncio.Event()
@@ -625,7 +625,7 @@ class StartupRouter(Router):
         )
 
     def open(self, app: Any) -> None:
-        """Lead to a page from now on, and have those come in who wait."""
+        """Route to an application from now on, and release waiting requests."""
         self._app = app
         self.opened.set()
 
@@ -635,7 +635,7 @@ class StartupRouter(Router):
 
 
 def addresses() -> list[str]:
-    """Return addresses and versions of the scripts of the page, as Bokeh expects them."""
+    """Return the URLs of the scripts of the page, with the versions of Bokeh."""
     result = []
     for name in _OF_BOKEH:
         content = (_folder(*_BOKEH[:2]) / "js" / f"{name}.min.js").read_bytes()
@@ -653,7 +653,7 @@ def _folder(package: str, inside: str) -> Path:
 
 
 class _WaitingPage(web.RequestHandler):
-    """The page before it is there; it takes its own place."""
+    """Waiting page during the import, which reloads itself afterwards."""
 
     def initialize(self, opened: asyncio.Event) -> None:
         self._opened = opened
@@ -664,7 +664,7 @@ class _WaitingPage(web.RequestHandler):
         try:
             result = addresses()
         except (OSError, LookupError, ValueError):
-            # Other versions store them elsewhere: the page then requests them itself.
+            # Other versions store the scripts elsewhere: without preload, the page requests them.
             result = []
         scripts = "".join(f'\n<link rel="preload" as="script" href="{item}">' for item in result)
         self.write(_PAGE.format(scripts=scripts, font=FONT, ink=INK, quiet=QUIET))
@@ -674,7 +674,7 @@ class _WaitingPage(web.RequestHandler):
 
 
 class _RetryWhenReady(web.RequestHandler):
-    """Anything else: asked again when there is a page."""
+    """Handler of other requests: redirects to the same URL after the import."""
 
     def initialize(self, opened: asyncio.Event) -> None:
         self._opened = opened

@@ -1,4 +1,4 @@
-"""Session: current state, undo history, and live results."""
+"""Session of a page: current state, undo history, and live results."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Task
 
 Value = str | bool
-"""An option as it is given: text, or whether a flag is set."""
+"""Value of an option: text, or whether a flag is set."""
 
 Given = Mapping[str, Value]
 Line = tuple[float, float, float, float]
 
 LOADS = ("load", "hertz", "approach")
-"""Options of which one gives the load."""
+"""Options that give the load; a state has one of them at most."""
 
 CONTACT, PINNED = "contact", "pinned"
 """Names of the two contacts in the project file."""
@@ -54,9 +54,9 @@ OPTIONS_OF_STEP = {
     "with_form": ("body",),
     "aligned": ("align", "offset", "angle", "mirror"),
 }
-"""The options that a step of the preparation comes from, by the method of `Surface`."""
+"""Options that cause a step of the preparation, by the method of `Surface`."""
 
-# Text that disables an option with an effective default.
+# Value that disables a step with an effective default.
 _UNDONE: dict[str, Value] = {"level": "none"}
 
 _NOTHING: Given = MappingProxyType({})
@@ -68,9 +68,9 @@ class SessionState:
     """Requested contact, and the displayed section."""
 
     specified: Given = field(default_factory=lambda: _NOTHING)
-    file: Path | None = None  # The measured map
+    file: Path | None = None  # Measured map
     names: Mapping[str, str] = field(default_factory=lambda: _NO_NAMES)
-    pinned: Given | None = None  # The options of another state, to compare with
+    pinned: Given | None = None  # Options of another state, for comparison
     line: Line | None = None  # Ends (y, x, y, x) of the shown section [m]
 
     @property
@@ -90,11 +90,11 @@ class SessionState:
         return tuple(wanted)
 
     def name_of(self, path: Path) -> str:
-        """Return the name of a file as the user knows it."""
+        """Return the user's name of a file."""
         return self.names.get(path.name, path.name)
 
     def with_user_names(self, text: str) -> str:
-        """Return a text with the user's names of files, and without the folders of these."""
+        """Return a text with the user's names of files, without folders."""
         paths = (self.file, self.specified.get("counter-surface"))
         for path in (Path(str(path)) for path in paths if path is not None):
             text = text.replace(str(path.parent / "_")[:-1], "")
@@ -110,19 +110,19 @@ class SessionState:
         return state if path is None else state._named(path, name)
 
     def with_counter_surface(self, path: Path | None, name: str = "") -> SessionState:
-        """Return the state with another map of the counter-body, or none."""
+        """Return the state with another map of the counter-body, or without one."""
         if path is None:
             return self.without_options("counter-surface", "align", "offset", "angle", "mirror")
         return self.with_option("counter-surface", str(path))._named(path, name)
 
     def _named(self, path: Path, name: str) -> SessionState:
-        # A project file holds no null character.
+        # A project file must not contain a null character.
         name = name.replace("\0", "")
         names = {**self.names, path.name: name} if name and name != path.name else self.names
         return replace(self, names=MappingProxyType(dict(names)))
 
     def with_option(self, name: str, value: Value) -> SessionState:
-        """Return the state with an option set."""
+        """Return the state with an option set; an empty value removes the option."""
         option = SOLVE.by_name.get(name)
         # Output files are offered by the page itself and have no key in project files.
         if option is None or option.panel is Panel.OUTPUT:
@@ -150,7 +150,7 @@ class SessionState:
         return state
 
     def request(self, task: Task = SOLVE, /, **more: Value) -> Request:
-        """Return the request that a state stands for."""
+        """Return the request of a task for the state, with additional options."""
         known = task.by_name
         loads = () if "from_" in more else LOADS
         specified: dict[str, Any] = {
@@ -169,12 +169,12 @@ class SessionState:
 
     @property
     def script(self) -> str:
-        """The state as a project file, which needs the files where they are kept."""
+        """Text of the project file, with the paths of the stored files."""
         return self._script(lambda path: path)
 
     @property
     def portable_script(self) -> str:
-        """Text of the project file, with file names relative to the user's own files."""
+        """Text of the project file, with the user's names of the files."""
         return self._script(lambda path: self.name_of(Path(path)))
 
     def _script(self, place: Callable[[str], str]) -> str:
@@ -201,7 +201,7 @@ class SessionState:
 
 
 def from_script(text: str, folder: Path) -> SessionState:
-    """Return the state that a project file holds."""
+    """Return the state in the text of a project file."""
     try:
         read = tomllib.loads(text)
         contacts = {contact.pop("name"): contact for contact in read["contact"]}
@@ -237,25 +237,25 @@ def _line(ends: Any) -> Line:
 
 
 def _toml(value: Value) -> str:
-    """Return a value as TOML writes it, whose texts are those of JSON but for one sign."""
+    """Return a value as TOML, which differs from JSON texts in one character only."""
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-# --- Project of the page: its state, earlier states, and dependent values ---
+# --- Session: current state, earlier states, and live results ---
 
 
 _MAX_UNDO = 200
-"""States that undoing goes back."""
+"""Maximum number of states in the undo history."""
 
-# The tolerance of a preview.
+# Tolerance of a preview.
 _ROUGH = "1e-4"
 
-# Preparation of a surface alone: any material serves.
+# Placeholders of missing options, which do not affect the preparation of the maps.
 _PREVIEW_OPTIONS = {"material": "100Cr6", "load": "1 N", "boundary": "free"}
 
 
 class Session:
-    """A state, the project file that always holds it, and the contact that follows it."""
+    """Current state of a page, its project file, and the live solver of its contact."""
 
     def __init__(
         self,
@@ -286,36 +286,36 @@ class Session:
 
     @property
     def outcome(self) -> Outcome | None:
-        """The contact of the state, as soon as it is there."""
+        """Outcome of the current state; None until it is solved."""
         result = self._outcome
         return result if result is not None and self.is_wanted(result.request) else None
 
     def is_wanted(self, request: Request) -> bool:
-        """Return whether a request is that of the state."""
+        """Return whether a request is the last request of the state."""
         return request is self._wanted
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is a state to go back to."""
+        """Whether there is a change to undo."""
         return bool(self._past)
 
     @property
     def can_redo(self) -> bool:
-        """Whether a state was undone."""
+        """Whether there is an undone change to repeat."""
         return bool(self._future)
 
     # Actions.
 
     def open_map(self, path: Path | None, name: str = "") -> None:
-        """Take another map; None for a nominal body alone."""
+        """Set the map; None for a nominal body alone."""
         self._change_state(self._state.with_map(path, name))
 
     def open_counter_map(self, path: Path | None, name: str = "") -> None:
-        """Take another map of the counter-body, or none."""
+        """Set or remove the map of the counter-body."""
         self._change_state(self._state.with_counter_surface(path, name))
 
     def set_option(self, name: str, value: Value) -> None:
-        """Set an option; empty takes it away. See `SessionState.with_option` for the rules."""
+        """Set an option, or remove it with an empty value, see `SessionState.with_option`."""
         self._change_state(self._state.with_option(name, value))
 
     def give_all(self, specified: dict[str, Value]) -> None:
@@ -330,7 +330,7 @@ class Session:
         self._change_state(self._state.without_step(method))
 
     def crop_map(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
-        """Crop the map to some rows and columns of it as it is prepared."""
+        """Crop the map to some rows and columns of the prepared map."""
         state = self._state
         changing = [name for name in ("rotate", "pixel", "align") if name in state.specified]
         if state.specified.get("missing") == "crop":
@@ -348,38 +348,38 @@ class Session:
         self.set_option("crop", ",".join(f"{first}:{last}" for first, last in bounds))
 
     def pin(self) -> None:
-        """Keep the state to compare with."""
+        """Pin the options of the state for comparison."""
         self._change_state(replace(self._state, pinned=self._state.specified))
 
     def unpin(self) -> None:
-        """Drop the cached preview."""
+        """Remove the pinned options."""
         self._change_state(replace(self._state, pinned=None))
 
     def swap_pinned(self) -> None:
-        """Make the pinned state that which is worked on, and pin this one."""
+        """Exchange the current and the pinned options."""
         if self._state.pinned is None:
             raise InputError("nothing is pinned: pin a state first")
         specified = self._state.specified
         self._change_state(replace(self._state, specified=self._state.pinned, pinned=specified))
 
     def draw_line(self, line: Line | None) -> None:
-        """Look at another section."""
+        """Set the line of the displayed section."""
         self._change_state(replace(self._state, line=line), solve=False)
 
     def undo(self) -> None:
-        """Go back by one change."""
+        """Undo the last change."""
         if self._past:
             self._future.append(self._state)
             self._set_state(self._past.pop())
 
     def redo(self) -> None:
-        """Do again what was undone."""
+        """Repeat the last undone change."""
         if self._future:
             self._past.append(self._state)
             self._set_state(self._future.pop())
 
     def adopt_state(self, state: SessionState) -> None:
-        """Take up the state to which another page on the same work came."""
+        """Adopt the state of another page on the same project."""
         before = self._state
         self._push_undo()
         self._state = state
@@ -387,7 +387,7 @@ class Session:
             self.solve()
 
     def solve(self) -> None:
-        """Solve the state, or prepare its maps where something is missing for more."""
+        """Request the contact of the state, or only its maps if options are missing."""
         state = self._state
         self.number += 1
         self._outcome = self._wanted = self.failure = None
@@ -409,7 +409,7 @@ class Session:
         self._live.request(request, LiveAnswer.MAPS if state.missing else LiveAnswer.CONTACT)
 
     def preview(self, name: str, value: Value) -> bool:
-        """Solve the contact with another load on larger pixels; False where that does not pay."""
+        """Request a preview under another load; return False if the map is small or missing."""
         prepared = self.prepared
         shape = (0,) if prepared is None or self._state.missing else prepared.surfaces[0].shape
         if max(shape) <= PREVIEW_POINTS:
@@ -419,7 +419,7 @@ class Session:
         return True
 
     def close(self) -> None:
-        """End the work of this session; the project file stays."""
+        """Close the live solver; the project file stays."""
         self._live.close()
 
     def wait(self, seconds: float) -> bool:
@@ -428,10 +428,10 @@ class Session:
 
     @property
     def request(self) -> Request:
-        """The request of the state."""
+        """Request of the current state."""
         return self._state.request()
 
-    # Consequences.
+    # Changes of the state.
 
     def _change_state(self, state: SessionState, solve: bool = True) -> None:
         if state == self._state:
@@ -451,7 +451,7 @@ class Session:
         self._share(state)
 
     def _handle_event(self, what: Event) -> None:
-        # Event of an outdated request.
+        # Events of outdated requests: only outcomes are passed on.
         is_late = (
             isinstance(what, (PreparedMaps, Outcome, FailedRequest))
             and what.request is not self._wanted
@@ -468,7 +468,7 @@ class Session:
         self._on_event(what)
 
     def _show_at_least(self, failed: FailedRequest) -> None:
-        """Show a map that cannot be solved only because of its holes."""
+        """Request the map of a failed request with its missing points masked."""
         request = failed.request
         if (
             request is None

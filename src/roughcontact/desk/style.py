@@ -39,7 +39,7 @@ PAGE = f"""
   {_LIGHT} }}
 @media (prefers-color-scheme: dark) {{ :host {{ {_DARK} }} }}
 """
-"""The tokens that all parts of the page inherit; those in the dark follow the system."""
+"""Style tokens of the page; the color scheme of the system selects light or dark."""
 
 TEXT = f"""
 :host {{ font-family: {FONT}; font-size: 13px; line-height: 1.4; color: var(--text);
@@ -174,7 +174,7 @@ BACK = """
 """
 
 NEW, OLD = {"opacity": "1"}, {"opacity": "0.45", "transition": "opacity .2s .4s"}
-"""How results look that answer another request than the last; a quick answer leaves no trace."""
+"""Styles of current and outdated results; the delay hides a quick update."""
 
 SHEETS: dict[str, Any] = {"stylesheets": [TEXT]}
 SHEET: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 0)}
@@ -184,7 +184,7 @@ CONTROL: dict[str, Any] = {
     "sizing_mode": "stretch_width",
     "margin": (0, 0, 4, 0),
 }
-# Content higher than its column makes the column scroll and overlaps nothing.
+# Content higher than its column makes the column scroll, without overlap.
 _TALL = ":host { max-height: none !important; }"
 WIDE: dict[str, Any] = {
     "stylesheets": [TEXT, _TALL],
@@ -197,7 +197,7 @@ STRIP: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 6, 0)}
 BUTTON: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 6, 4, 0)}
 
 
-# --- How figures on the page look, and how they are changed in place ---
+# --- Style of figures on the page, and changes in place ---
 
 
 TEXT_SIZE, SMALL = "12px", "11px"
@@ -206,7 +206,7 @@ _COLORS = {False: (INK, "#e4e4e4", "#b8b8b8"), True: ("#e8ebef", "#2b313a", "#6d
 
 
 def theme(dark: bool) -> Theme:
-    """Return the colors of what figures have around their data."""
+    """Return the colors of axes, grids, titles and legends of figures."""
     text, grid, frame = _COLORS[dark]
     axis = dict.fromkeys(("axis_label_text_color", "major_label_text_color"), text)
     return Theme(
@@ -224,7 +224,7 @@ def theme(dark: bool) -> Theme:
 
 
 def apply_style(plot: Any) -> None:
-    """Give a figure the house's fonts and colours."""
+    """Apply the fonts and colors of the page to a figure."""
     plot.title.text_font = FONT
     plot.title.text_font_size = TEXT_SIZE
     plot.title.text_font_style = "bold"
@@ -242,7 +242,7 @@ def apply_style(plot: Any) -> None:
 
 
 def make_chart(title: str, height: int = 260, **options: Any) -> Any:
-    """Return a figure of lines in the house's style."""
+    """Return an empty chart in the style of the page."""
     plot: Any = figure(
         title=title,
         height=height,
@@ -257,18 +257,18 @@ def make_chart(title: str, height: int = 260, **options: Any) -> Any:
 
 
 def empty_source(*names: str) -> Any:
-    """Return columns without values."""
+    """Return a data source with empty columns."""
     return ColumnDataSource({name: [] for name in names})
 
 
 def clear_source(*sources: Any) -> None:
-    """Take the values out of columns."""
+    """Remove the values of data sources."""
     for item in sources:
         item.data = {name: [] for name in item.data}
 
 
 def figure_grid(rows: Sequence[Sequence[Any]]) -> Any:
-    """Return figures in rows, with one toolbar."""
+    """Return a grid of figures with one toolbar."""
     created = gridplot(
         rows,
         merge_tools=True,
@@ -281,12 +281,12 @@ def figure_grid(rows: Sequence[Sequence[Any]]) -> Any:
 
 
 def facts_below() -> Any:
-    """Return room for a table below figures."""
+    """Return an empty markup model for a table below figures."""
     return make_markup(sizing_mode="stretch_width", margin=(4, 8))
 
 
 def with_note(plot: Any) -> tuple[Any, Any]:
-    """Return a figure with room for markup below it, and the model of that."""
+    """Return a column of a figure and a markup model, and this model."""
     plot.toolbar.autohide = True
     note = make_markup(sizing_mode="stretch_width", margin=(0, 8, 4, 60))
     return Column(plot, note, sizing_mode="stretch_width"), note
@@ -312,7 +312,7 @@ def hover_units(tool: Any, units: Sequence[str]) -> None:
 
 
 def quiet_legend(plot: Any) -> None:
-    """Put the legend of a figure above it, in one line."""
+    """Move the legend of a figure above the figure, in one line."""
     legend = plot.legend[0]
     plot.add_layout(legend, "above")
     legend.orientation = "horizontal"
@@ -328,7 +328,7 @@ def quiet_legend(plot: Any) -> None:
 
 
 def color_bar(mapper: Any) -> Any:
-    """Return the colour bar of a map."""
+    """Return the color bar of a map."""
     return ColorBar(
         color_mapper=mapper,
         width=9,
@@ -344,7 +344,7 @@ def color_bar(mapper: Any) -> Any:
 
 
 def set_bar(bar: Any, low: float, high: float, unit: str) -> None:
-    """Set the limits of a color bar, in its unit, which is at its uppermost tick."""
+    """Set the limits and ticks of a color bar, with the unit at the uppermost tick."""
     from matplotlib.ticker import MaxNLocator
 
     bar.color_mapper.update(low=low, high=high)
@@ -359,13 +359,13 @@ def set_bar(bar: Any, low: float, high: float, unit: str) -> None:
 
 
 def color_palette(colours: NDArray[np.float64]) -> list[str]:
-    """Return colours, red, green, blue first along the end, as texts."""
+    """Return colors, an array of red, green and blue along the last axis, as hex texts."""
     levels = np.rint(np.asarray(colours)[:, :3] * 255).astype(int)
     return [f"#{red:02x}{green:02x}{blue:02x}" for red, green, blue in levels]
 
 
 def color_patch(colour: str, text: str) -> str:
-    """Return a sample of a colour with its name, as markup; the name is text."""
+    """Return a sample of a color with its escaped name, as markup."""
     return (
         f'<span style="display:inline-block;width:11px;height:11px;margin-right:5px;'
         f'border:1px solid #999;vertical-align:-1px;background:{colour}"></span>'
@@ -374,7 +374,7 @@ def color_patch(colour: str, text: str) -> str:
 
 
 def make_markup(**options: Any) -> Any:
-    """Return a model that holds markup; `set_markup` sets it."""
+    """Return an empty markup model; `set_markup` sets its text."""
     return HTML(text="", run_scripts=False, disable_math=True, stylesheets=[TEXT], **options)
 
 
@@ -386,7 +386,7 @@ def set_markup(model: Any, text: str) -> None:
 @contextmanager
 def batch_changes(document: Any) -> Iterator[None]:
     """Send the changes of a block to the browser at its end, as one message."""
-    # Changes before the page reports that it is ready would be held forever.
+    # Changes held before the page reports to be ready would never be sent.
     if document is None or not state.loaded:
         yield
         return
@@ -395,14 +395,14 @@ def batch_changes(document: Any) -> Iterator[None]:
 
 
 class Debounced:
-    """An action that runs once for many calls in a row, some milliseconds after the first."""
+    """Action that runs once for several calls, some milliseconds after the first."""
 
     def __init__(self, model: Any, action: Callable[[], None], milliseconds: int = 40) -> None:
         self.model, self.action, self.milliseconds = model, action, milliseconds
         self._waits = False
 
     def __call__(self) -> None:
-        """Request the action."""
+        """Schedule the action; run it at once without a browser."""
         document = self.model.document
         if document is None or document.session_context is None:
             self.action()
@@ -416,7 +416,7 @@ class Debounced:
 
 
 def on_changes(model: Any, names: Sequence[str], call: Callable[[], None]) -> None:
-    """Call a function on changes of some properties."""
+    """Register a function for changes of some properties of a model."""
 
     def changed(attr: str, old: Any, new: Any) -> None:
         call()

@@ -1,4 +1,4 @@
-"""Controls that keyboards and screen readers reach, where those of Bokeh are only for a pointer."""
+"""Widgets for keyboards and screen readers, where those of Bokeh need a pointer."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ _SHEET = f"""
 
 
 class FileDrop(JSComponent):  # type: ignore[misc]
-    """An area that takes one file; ``arrived`` is what the server answered, see ``upload``."""
+    """Upload area for one file; ``arrived`` is the response of the server."""
 
     words = param.String("")
     address = param.String("")
@@ -81,7 +81,7 @@ class FileDrop(JSComponent):  # type: ignore[misc]
     _stylesheets: ClassVar = [_SHEET]
 
 
-# Controls that keyboards and screen readers reach, where those of Bokeh are only for a pointer.
+# Widgets for keyboards and screen readers, where those of Bokeh need a pointer
 
 
 LOST = (
@@ -268,9 +268,9 @@ input:focus {{ border-color: var(--accent); outline: 2px solid var(--accent); }}
 
 
 class TabStrip(JSComponent):  # type: ignore[misc]
-    """Names of pages of which one is shown; `active` is its place.
+    """Strip of tabs; ``active`` is the index of the active tab.
 
-    If ``pictured``, each name has a thumbnail: a URL in ``pictures``, ``side`` dots wide and high.
+    If ``pictured``, each tab has a thumbnail: a URL in ``pictures``, ``side`` dots wide and high.
     """
 
     names = param.List([])
@@ -298,7 +298,7 @@ class Tabs:
 
     @property
     def active(self) -> int:
-        """The place of the one that is shown."""
+        """Index of the active panel."""
         return int(self.strip.active)
 
     def _put(self) -> None:
@@ -310,9 +310,9 @@ class Tabs:
 
 
 class Slider(JSComponent):  # type: ignore[misc]
-    """A slider with a scale, whose positions have texts; it reports each move of its thumb.
+    """Slider with a scale and a text for each position; reports each move in ``moved``.
 
-    ``text`` is what is given, which may be between two positions.
+    ``text`` is the text of the current value, which may be between two positions.
     """
 
     words = param.String("")
@@ -323,7 +323,7 @@ class Slider(JSComponent):  # type: ignore[misc]
     ticks = param.List([])
     moved = param.Dict({})
 
-    # Milliseconds that a value waits for one that follows it: the 50 of others are half a step.
+    # Delay of a value for a later one [ms]: the default of 50 is half the time of a step.
     _debounce: ClassVar[int] = 5
     _esm = _SLIDER
     _stylesheets: ClassVar = [_SLIDER_SHEET]
@@ -388,7 +388,7 @@ svg {{ width: 100%; height: 44px; }}
 
 
 class PictureChoice(JSComponent):  # type: ignore[misc]
-    """A choice of one, some of it by pictures; `options` are value, text, and picture."""
+    """Radio buttons, some with an image; ``options`` are value, text and image."""
 
     words = param.String("")
     options = param.List([])
@@ -443,7 +443,7 @@ export function render({ model }) {
 
 
 class Frame(JSComponent):  # type: ignore[misc]
-    """The window: its size, colors and keys that are pressed; ``sought`` is a place to focus."""
+    """Browser window: size, color scheme, pressed key; ``sought`` is a control to focus."""
 
     size = param.List([1280, 800])
     dark = param.Boolean(False)
@@ -454,7 +454,7 @@ class Frame(JSComponent):  # type: ignore[misc]
 
 
 class Check(JSComponent):  # type: ignore[misc]
-    """A box to tick, with its label."""
+    """Checkbox with a label."""
 
     words = param.String("")
     value = param.Boolean(False)
@@ -464,7 +464,7 @@ class Check(JSComponent):  # type: ignore[misc]
 
 
 class Field(JSComponent):  # type: ignore[misc]
-    """A field for any text, with its label and texts that are proposed."""
+    """Text field with a label and proposed texts."""
 
     words = param.String("")
     help = param.String("")
@@ -477,7 +477,7 @@ class Field(JSComponent):  # type: ignore[misc]
 
 
 def send_all_after_pull(document: Any) -> None:
-    """Keep changes between the browser's copy of a document and its first drawing."""
+    """Send also changes between the copy of a document and its first rendering."""
     copied = document.to_json
 
     def copy(*more: Any, **named: Any) -> Any:
@@ -489,12 +489,12 @@ def send_all_after_pull(document: Any) -> None:
 
 
 def reload_when_broken(document: Any) -> None:
-    """Reload a page that cannot apply a change; if that happens again, show a message."""
+    """Reload a page that cannot apply a change; after a second failure, show a message."""
     document.js_on_event(DocumentReady, CustomJS(args={"words": BROKEN}, code=_BROKEN))
 
 
 def tell_when_lost(document: Any) -> None:
-    """Show a message on the page when its server has ended."""
+    """Show a message on the page after the loss of its server."""
     document.js_on_event(ConnectionLost, CustomJS(args={"words": LOST}, code=_LOST))
 
 
@@ -536,13 +536,13 @@ for (const page of Bokeh.documents) {{
 
 
 class TabPanel:
-    """A part of the page."""
+    """Panel of a tab."""
 
     root: Any
-    """Present content."""
+    """Content of the panel."""
 
     _working: Any = None
-    """Running job, a `controls.JobButton`; None if nothing takes long."""
+    """Button of the job, a `controls.JobButton`; None without a job."""
 
     def show(self) -> None:
         """Update the panel; called after each change while it is visible."""
@@ -554,7 +554,7 @@ class TabPanel:
 
 
 class TabPanels:
-    """Tabs, the first of which is always there."""
+    """Tabs of the page: the first panel is given, the others are built when first shown."""
 
     def __init__(self, first: Any, others: Mapping[str, Callable[[], TabPanel]]) -> None:
         self._makers = list(others.values())

@@ -1,7 +1,6 @@
 """Jobs in worker processes: progress, cancellation and limits.
 
-`WorkerPool`: A process takes a second to start, of which a spare one saves the user most, for
-some 100 MiB.
+A process takes a second to start: `WorkerPool` keeps a spare one, which takes about 100 MiB.
 """
 
 from __future__ import annotations
@@ -28,27 +27,27 @@ if TYPE_CHECKING:
     from roughcontact.surface.surface import Surface
 
 READING_MEMORY = 4 * memory.GIB
-"""Bytes that the reading of a file that was brought may take."""
+"""Memory limit of reading an uploaded file [bytes]."""
 
 READING_SECONDS = 60.0
-"""How long it may take."""
+"""Time limit of reading an uploaded file [s]."""
 
 
 @dataclass(frozen=True)
 class Limits:
     """Limits of a job."""
 
-    memory: int | None = None  # Bytes beyond those of a process that does nothing yet
-    seconds: float | None = None  # Time
+    memory: int | None = None  # Memory in addition to that of an idle process [bytes]
+    seconds: float | None = None  # Duration [s]
 
 
 @dataclass(frozen=True)
 class JobStage:
-    """How far a job is."""
+    """Progress of a job."""
 
     progress: Progress | str  # Solver progress, or a stage as text
-    share: float | None  # Completed share, where known
-    seconds: float  # Time since the job began
+    share: float | None  # Completed share, if known
+    seconds: float  # Time since the start of the job [s]
 
     @property
     def remaining(self) -> float | None:
@@ -58,12 +57,12 @@ class JobStage:
 
 @dataclass(frozen=True)
 class JobResult:
-    """How a job ended."""
+    """Result of a job."""
 
-    value: Any = None  # Result
-    error: RoughcontactError | None = None  # Why it gave nothing
-    canceled: bool = False  # Whether that was so
-    seconds: float = 0.0  # Time that it took
+    value: Any = None  # Returned value
+    error: RoughcontactError | None = None  # Reason of a failure
+    canceled: bool = False  # Whether the job was canceled
+    seconds: float = 0.0  # Duration [s]
 
 
 OnStage = Callable[[JobStage], None]
@@ -71,14 +70,14 @@ OnEnd = Callable[[JobResult], None]
 
 
 class WorkerPool:
-    """Where jobs are begun. A process that has all it needs waits for the next one."""
+    """Pool that runs jobs in separate processes, with a spare process for the next job."""
 
     def __init__(self, spare: bool = True) -> None:
         self._lock = threading.Lock()
         self._keeps = spare
         self._spare: _Process | None = None
         self._jobs: set[Job] = set()
-        # Each solve takes all cores: more than two at a time only delay each other and the drawing.
+        # Each solve takes all cores: more than two in parallel only delay each other.
         self.turns = threading.Semaphore(2)
 
     def submit(
@@ -90,7 +89,7 @@ class WorkerPool:
         limits: Limits | None = None,
         folders: Sequence[Path] = (),
     ) -> Job:
-        """Begin a job."""
+        """Start a job."""
         with self._lock:
             process, self._spare = self._spare, None
         if process is None or not process.is_alive():
@@ -101,12 +100,12 @@ class WorkerPool:
         with self._lock:
             self._jobs.add(job)
         job.begin()
-        # The next one starts when this one has begun, and does not hold it up.
+        # The spare process starts after the job, without delaying it.
         threading.Thread(target=self.prestart, daemon=True).start()
         return job
 
     def prestart(self) -> None:
-        """Keep one idle process, if there is none."""
+        """Start the spare process, if there is none."""
         with self._lock:
             if self._keeps and (self._spare is None or not self._spare.is_alive()):
                 self._spare = _Process()
@@ -153,21 +152,21 @@ class Job:
         self._end: JobResult | None = None
 
     def begin(self) -> None:
-        """Hand the task over."""
+        """Start to run the task, in a thread that watches its process."""
         self._begun = time.monotonic()
         threading.Thread(target=self._follow, name="job", daemon=True).start()
 
     def cancel(self) -> None:
-        """End it, within a second; it leaves nothing half written."""
+        """Cancel the job within a second, without unfinished files."""
         self._canceled.set()
         self._process.wake()
 
     def wait(self, seconds: float | None = None) -> JobResult | None:
-        """Wait for its end and return that; None where it takes longer."""
+        """Wait for the result of the job; return None on timeout."""
         self._over.wait(seconds)
         return self._end
 
-    # In the thread
+    # In the thread of the job
 
     def _follow(self) -> None:
         try:
@@ -222,7 +221,7 @@ _NEEDED = ("roughcontact.contact.solve", "roughcontact.formats.read", "roughcont
 
 
 class _Process:
-    """A process that waits for its task, and the pipe to it."""
+    """Worker process that waits for its task, and the pipe to the process."""
 
     def __init__(self) -> None:
         self.connection, theirs = processes.open_pipe(duplex=True)
@@ -236,7 +235,7 @@ class _Process:
         return self._process.is_alive()
 
     def ready(self, seconds: float | None) -> bool:
-        """Wait for a message, the end or `wake`; return whether there is a message."""
+        """Wait for a message or the end of the process; return False on `wake` or timeout."""
         seconds = None if seconds is None else max(0.0, seconds)
         return self.connection in wait([self.connection, self._waking], seconds)
 
@@ -285,7 +284,7 @@ def _limit_memory(maximum: int | None) -> Iterator[None]:
     try:
         import resource
     except ImportError:
-        # Windows has none.
+        # Windows has no such limit.
         maximum = None
     if maximum is None:
         yield
@@ -298,7 +297,7 @@ def _limit_memory(maximum: int | None) -> Iterator[None]:
     try:
         yield
     finally:
-        # The result is sent.
+        # The result is sent without the limit.
         resource.setrlimit(resource.RLIMIT_AS, before)
 
 
@@ -311,7 +310,7 @@ def _limit_error(maximum: int | None) -> InsufficientMemoryError:
 
 
 def run_request(tell: Callable[[Progress | str], None], request: Request) -> Any:
-    """Carry out a request; a job for `WorkerPool.submit`, which gives an `Outcome`."""
+    """Execute a request, and return its `Outcome`; a job for `WorkerPool.submit`."""
     from roughcontact.request import run
 
     return run.run_request(request, tell, tell)
@@ -348,7 +347,7 @@ READING = Limits(READING_MEMORY, READING_SECONDS)
 
 
 def make_reader(bench: WorkerPool, limits: Limits = READING) -> Callable[..., Surface]:
-    """Return a reader in another process, with the interface of `formats.read.read_announced`."""
+    """Return a reader in another process, called like `formats.read.read_announced`."""
 
     def read_apart(path: Path, announced: Callable[..., None], *reading: Any) -> Surface:
         names = ("format", "channel", "unit", "size", "override_size")

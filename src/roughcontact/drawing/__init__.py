@@ -1,1 +1,1 @@
-"""How figures are drawn: style, cells, maps, sections."""
+"""Drawing of figures: style, cells, maps, sections."""

@@ -1,6 +1,6 @@
-"""Cells of several points of a map: classes by their shares, limits of the colors.
+"""Cells of several points of a map: shares of classes, and limits of colors.
 
-`roughcontact.drawing.maps` says what maps in cells are; nothing here knows what draws them.
+`roughcontact.drawing.maps` describes maps in cells; this module is independent of the backend.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# Share of the contact within the scale of a pressure map.
+# Share of the contact area within the scale of a pressure map.
 _SHOWN = 0.995
 
 
 class Limits(NamedTuple):
-    """Ends of a colour scale, and whether there are values beyond them."""
+    """Ends of a color scale, and whether there are values beyond the ends."""
 
     low: float
     high: float
@@ -43,7 +43,7 @@ def height_limits(values: Array) -> Limits:
     there = values[np.isfinite(values)]
     low, high = np.percentile(there, (0.5, 99.5)) if there.size else (0.0, 0.0)
     if not high > low:
-        # A flat map, or one whose few features the percentiles cut away.
+        # Flat map, or a map with few features outside the percentiles.
         low, high = float(there.min(initial=0)), float(there.max(initial=0))
     if not high > low:
         low, high = -0.5e-9, 0.5e-9
@@ -51,21 +51,21 @@ def height_limits(values: Array) -> Limits:
 
 
 def gap_limit(values: Array) -> float:
-    """Return the top of the colours of an open gap [m], given that of cells; NaN where closed."""
+    """Return the upper color limit of an open gap [m], from cell values (NaN where closed)."""
     there = values[np.isfinite(values)]
     top = float(np.percentile(there, 99.5)) if there.size else 0.0
     return top or float(there.max(initial=0.0)) or 1e-9
 
 
 def pressure_limit(results: Sequence[ContactResult], limit: float | None = None) -> float:
-    """Return the top of the colours of pressures [Pa]; see `maps.pressure`."""
+    """Return the upper color limit of pressures [Pa]; see `maps.pressure`."""
     if limit is not None:
         if not 0 < limit < math.inf:
             raise InputError(
                 f"must be positive and finite [Pa], got {limit!r}", argument="limit", value=limit
             )
         return float(limit)
-    # Where next to nothing is saturated, one spike would leave a single shade for all the rest.
+    # If almost no point is saturated, one spike would leave a single color for all other points.
     reached = [
         float(np.quantile(r.pressure[r.contact], _SHOWN))
         for r in results
@@ -75,16 +75,16 @@ def pressure_limit(results: Sequence[ContactResult], limit: float | None = None)
 
 
 def pressure_colors() -> Any:
-    """Return the 256 colours of pressures, red, green, blue, opacity along the end."""
+    """Return the 256 colors of pressures; last axis: red, green, blue, opacity."""
     from matplotlib import colormaps
 
-    # Without the lightest colours, which drown in the ground, and the darkest, which would pass
-    # for what is beyond the scale.
+    # Without the lightest colors, which resemble the background, and the darkest, which resemble
+    # values beyond the scale.
     return colormaps["inferno_r"](np.linspace(0.17, 0.63, 256))
 
 
 class Shares(NamedTuple):
-    """Shares of the points of each cell."""
+    """Shares of the classes of points in each cell."""
 
     elastic: Array
     saturated: Array
@@ -92,12 +92,12 @@ class Shares(NamedTuple):
 
     @property
     def touching(self) -> Array:
-        """That touch."""
+        """Share of the points in contact."""
         return self.elastic + self.saturated
 
 
 def cell_shares(contact: Mask, saturated: Mask, gap: Array, blocks: tuple[int, int]) -> Shares:
-    """Return the shares of each cell that are elastic contact, saturated, missing."""
+    """Return the shares of elastic contact, saturated and missing points of each cell."""
     missing = np.isnan(gap) & ~contact
     return Shares(
         style.cell_share(contact & ~saturated, blocks),
@@ -107,7 +107,7 @@ def cell_shares(contact: Mask, saturated: Mask, gap: Array, blocks: tuple[int, i
 
 
 def class_colors(result: Shares) -> Array:
-    """Return the colours of the classes, in their shares of each cell."""
+    """Return the color of each cell: colors of the classes mixed by their shares."""
     colours = (
         (style.ELASTIC, result.elastic),
         (style.SATURATED, result.saturated),
@@ -117,7 +117,7 @@ def class_colors(result: Shares) -> Array:
 
 
 def open_gap(contact: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
-    """Return the mean gap of the open points of each cell [m]; NaN where none is open."""
+    """Return the mean gap of the open points of each cell [m]; NaN without open points."""
     is_open = ~contact & np.isfinite(gap)
     number = style.reduce_cells(np.add, is_open, blocks, np.float64)
     total = style.reduce_cells(np.add, np.where(is_open, np.maximum(gap, 0), 0.0), blocks)
@@ -125,9 +125,9 @@ def open_gap(contact: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
 
 
 def closed_cover(result: Shares, colour: str) -> Array:
-    """Return the overlay of an open gap: the color of closed points and that of missing ones.
+    """Return the overlay of an open gap: colors of closed and of missing points.
 
-    Red, green, blue and opacity along the end; the opacity is their share of a cell.
+    Last axis: red, green, blue, opacity; the opacity is the share of these points in a cell.
     """
     covered = result.touching + result.missing
     cover = style.mix_colors(
@@ -136,7 +136,7 @@ def closed_cover(result: Shares, colour: str) -> Array:
     return np.dstack([cover, np.minimum(covered, 1.0)])
 
 
-# --- Maps that no process holds as a whole, drawn from blocks of their points ---
+# --- Maps distributed over processes, drawn from blocks of points ---
 
 
 def map_painters(

@@ -1,7 +1,7 @@
-"""Figures of contacts with plasticity of the volume; they show what is stored.
+"""Figures of contacts with plasticity of the volume, drawn from stored values.
 
-In the style of `roughcontact.drawing.maps`, which draws the maps of pressure, gap and heights.
-Layers are drawn as thick as they are.
+The style is that of `roughcontact.drawing.maps`, which draws the maps of pressure, gap and heights.
+Layers are drawn with their true thickness.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ if TYPE_CHECKING:
     from roughcontact.elastoplastic.plastic_body import DepthProfile, DepthSection
 
 Array = NDArray[Any]
-# Values, name and lowest value of a line; values, name, colours and limits of a field.
+# Values, name and lowest value of a line; values, name, colors and limits of a field.
 _LineOf = tuple[Array, str, float]
 _FieldOf = tuple[Array, str, Any, float, float]
 
-# Depth of sections and profiles over that of the plastic zone; over the width that is drawn, at
-# least and at most.
+# Depth of sections and profiles over the depth of the plastic zone; over the drawn width, minimum
+# and maximum.
 _BELOW_ZONE = 1.4
 _FLATTEST, _STEEPEST = 0.25, 0.8
-# On a section [inch]: width of the page and of its panels, where their two columns begin.
+# Section [inch]: widths of the page and of its panels, left edges of the two columns.
 _PAGE, _PANEL, _LEFT = 10.8, 3.6, (0.8, 6.1)
-# Above, between and below them, and the height of the lines on the surface.
+# Margins above, between and below the panels, and the height of the panels of lines.
 _ABOVE, _BETWEEN, _BELOW, _LINES = 0.6, 0.42, 0.6, 1.2
 
 
 def residual_displacement(result: ElastoplasticResult) -> Figure:
-    """Draw what plastic strain adds to the gap.
+    """Draw the residual displacement: the contribution of plastic strain to the gap.
 
     Parameters
     ----------
@@ -50,8 +50,8 @@ def residual_displacement(result: ElastoplasticResult) -> Figure:
     Returns
     -------
     Figure
-        Displacement into the bodies, with the edge of the contact as a line; what is raised
-        above the first surface has the other colour.
+        Displacement into the bodies, with the edge of the contact as a line; points raised
+        above the initial surface have the opposite color.
     """
     from matplotlib import colormaps
     from matplotlib.colors import TwoSlopeNorm
@@ -65,7 +65,7 @@ def residual_displacement(result: ElastoplasticResult) -> Figure:
     deepest, highest = float(cells.max(initial=0.0)), -float(cells.min(initial=0.0))
     image = style.draw_map(axes, cells, size, blocks, shape)
     image.set_cmap(colormaps["RdBu_r"])
-    # Zero is white, and a hill is as strong a colour as a dent of the same size.
+    # Symmetric limits: zero is white, and equal heights and depths have colors of equal strength.
     top = max(deepest, highest) or 1.0
     image.set_norm(TwoSlopeNorm(0.0, -top, top))
     if highest < 0.02 * top:
@@ -73,7 +73,7 @@ def residual_displacement(result: ElastoplasticResult) -> Figure:
         image.set_cmap(style.listed_colormap(colormaps["RdBu_r"](np.linspace(0.5, 1, 256))))
         image.set_clim(0, top)
     style.colour_bar(axes, image, f"residual displacement [{unit}]", "neither")
-    # A cell lies inside the line if half of it touches: the line then encloses about the area.
+    # Cells with at least half of their points in contact are inside: the area is about preserved.
     touching = style.cell_share(contact.contact, blocks) >= 0.5
     length, _ = style.prefixed(max(size), "m")
     y, x = (
@@ -105,13 +105,13 @@ def section(
     along : {"x", "y"}
         The horizontal axis of the plane.
     index : int, optional
-        Row of the map that it follows, or its column with ``along="y"``; by default that of the
-        largest plastic strain.
+        Row of the map, or column with ``along="y"``; by default through the largest plastic
+        strain.
     body : int
         Which of the bodies that yield, the rough one first.
     width : float, optional
-        Length that is drawn [m], around the largest plastic strain of the section but within the
-        map; by default all of it.
+        Drawn length [m], around the largest plastic strain of the section but within the map; by
+        default the whole map.
 
     Returns
     -------
@@ -235,7 +235,7 @@ def profile(
     Raises
     ------
     InputError
-        If there is no such body, or the point does not lie on the map.
+        If there is no such body, or the point is outside the map.
     """
     from matplotlib.ticker import MaxNLocator
 
@@ -277,7 +277,7 @@ def _draw_strength(axes: Axes, result: DepthProfile, depths: Array, loaded: bool
     lines = [(result.residual_von_mises, style.SERIES[1], "--", "residual")]
     if loaded:
         lines.append((result.von_mises, style.SERIES[0], "-", "under load"))
-    # On top: where the material flows, the stress under load is the yield strength.
+    # Drawn on top: where the material yields, the stress under load equals the yield strength.
     lines.append((result.strength, style.NEUTRAL, ":", "yield strength"))
     for values, colour, line, name in lines:
         _steps(axes, values * factor, depths, colour, line, name)
@@ -296,7 +296,7 @@ def _draw_residual(axes: Axes, result: DepthProfile, depths: Array) -> None:
 
 
 def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
-    """Draw what each layer holds at most, over the depth.
+    """Draw the largest plastic strain and stress of each layer over the depth.
 
     Parameters
     ----------
@@ -351,7 +351,7 @@ def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
 
 
 def path(result: ElastoplasticResult) -> Figure:
-    """Draw the increments one after the other over the load, or over their number if they travel.
+    """Draw the increments over the load, or over their number if the bodies slide.
 
     Parameters
     ----------
@@ -361,8 +361,8 @@ def path(result: ElastoplasticResult) -> Figure:
     Returns
     -------
     Figure
-        Approach, contact area, largest pressure and largest plastic strain, from the first touch
-        on; loading and unloading have colours of their own, a ring marks the end.
+        Approach, contact area, largest pressure and largest plastic strain, from first contact
+        on; loading and unloading have different colors, a ring marks the end.
     """
     steps = result.increments
     figure, grid = style.panels(10.8, 8.2, 2, 2, sharex=True)
@@ -370,7 +370,7 @@ def path(result: ElastoplasticResult) -> Figure:
     factor, unit = style.prefixed(float(load.max()), "N")
     abscissa, over = load * factor, f"load [{unit}]"
     if result.has_moved:
-        # Under one load all along, points would stand on top of each other.
+        # Under a constant load, all points would coincide.
         abscissa, over = np.arange(load.size, dtype=float), "increment"
     unloads = np.diff(load) < 0
     quantities = [
@@ -431,11 +431,11 @@ def convergence(result: ElastoplasticResult) -> Figure:
     Returns
     -------
     Figure
-        One line an increment, one after the other, and the tolerance.
+        One line per increment, one after the other, and the tolerance.
     """
     figure, axes = style.panels(7.6, 4.4)
     largest = max((max(step.residuals) for step in result.increments), default=1.0)
-    # Where nothing yields the residual is 0, which no logarithm shows.
+    # Without yielding the residual is 0, which a logarithmic axis cannot show.
     style.log_scale(axes, "y")
     axes.set_ylim(result.tolerance / 10, 3 * max(largest, result.tolerance))
     first = 1
@@ -463,7 +463,7 @@ def convergence(result: ElastoplasticResult) -> Figure:
 
 
 class _Cut(NamedTuple):
-    """Section to draw: layers and pixels, depth [m], place of the largest strain."""
+    """Section to draw: layers and pixels, depth [m], position of the largest strain."""
 
     plane: DepthSection
     rows: slice
@@ -486,7 +486,7 @@ def _window(plane: DepthSection, width: float | None) -> _Cut:
 
 
 def _shown_depth(faces: Array, accumulated: Array) -> float:
-    """Return how deep to draw [m]: somewhat below the plastic zone, or all of it without one."""
+    """Return the drawn depth [m]: slightly below the plastic zone, else all layers."""
     plastic = np.flatnonzero(accumulated.reshape(len(accumulated), -1).any(axis=1))
     if not plastic.size:
         return float(faces[-1])
@@ -494,7 +494,7 @@ def _shown_depth(faces: Array, accumulated: Array) -> float:
 
 
 def _lines(result: ElastoplasticResult, plane: DepthSection) -> list[_LineOf]:
-    """Return values, names and lowest values of what is drawn along the surface."""
+    """Return values, names and lowest values of the lines along the surface."""
     if not result.solution.load:
         return []
     lines = []
@@ -508,7 +508,7 @@ def _lines(result: ElastoplasticResult, plane: DepthSection) -> list[_LineOf]:
 
 
 def _fields(result: ElastoplasticResult, cut: _Cut) -> list[_FieldOf]:
-    """Return values, names, colours and limits of the fields on a section."""
+    """Return values, names, colors and limits of the fields on a section."""
     from matplotlib import colormaps
 
     part, plane = (cut.rows, cut.columns), cut.plane
@@ -533,7 +533,7 @@ def _fields(result: ElastoplasticResult, cut: _Cut) -> list[_FieldOf]:
         ),
     ]
     if result.solution.load:
-        # The residual of the iteration lets it pass one by about 1e-4.
+        # The residual of the iteration can make the ratio exceed one by about 1e-4.
         ratio = np.minimum(plane.von_mises[part] / plane.strength[part], 1.0)
         fields.insert(1, (ratio, "von Mises stress under load / yield strength", colours, 0.0, 1.0))
     for axis in [plane.along] if result.solution.load else [plane.along, "z"]:

@@ -1,4 +1,4 @@
-"""Export of figures as PNG, drawn in several processes."""
+"""Export of figures to files; PNG files can be drawn in several processes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-# Of zlib: a tenth larger than its default of 6, in two thirds of the time.
+# Level of zlib: files are a tenth larger than with the default of 6, in two thirds of the time.
 _COMPRESSION = 3
 
 _OPAQUE = 255
@@ -41,8 +41,8 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     figure : Figure
         The figure.
     path : str or path
-        File to write, its type told by the suffix; it appears only once it is complete, and a
-        file that was there stays as it was until then.
+        File to write; the suffix selects the type. The file appears only when complete; an
+        existing file is unchanged until then.
 
     Raises
     ------
@@ -86,9 +86,9 @@ def png(figure: Figure) -> bytes:
     Returns
     -------
     bytes
-        The picture that ``savefig`` makes. That draws every figure twice, the first time only to
-        lay it out; a canvas lays it out as it draws. Without an opacity that is 1 everywhere, it
-        takes three quarters of the time to pack.
+        The same image as from ``savefig``, which draws every figure twice, the first time only for
+        the layout; a canvas computes the layout while drawing. Without the opacity, which is 1
+        everywhere, compression takes three quarters of the time.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
@@ -108,12 +108,12 @@ def png(figure: Figure) -> bytes:
     return stream.getvalue()
 
 
-# --- Figures as PNG files, shared out to several processes: Matplotlib draws on one core ---
+# --- Figures as PNG files, drawn by several processes: Matplotlib uses one core ---
 
 
 Drawing = Callable[[], "Figure"]
 
-# Their numbers are single bytes.
+# Maximum number of figures: their numbers are single bytes.
 _MOST = 256
 
 
@@ -125,10 +125,10 @@ def draw_pngs(
     Parameters
     ----------
     drawings : sequence of callable
-        What draws each of them.
+        Functions that draw the figures.
     processes : int
-        How many may draw at a time: forks of this one, where there are such and memory for them.
-        They are for a program of its own, which knows its threads; others stay with one.
+        Maximum number of parallel processes: forks of this process, if supported and if memory
+        suffices. Use more than one only in a program that controls its threads.
     tell : callable, optional
         ``tell(number, count)`` is called before this process draws the figure of that number.
 
@@ -151,8 +151,8 @@ def draw_pngs(
 
 
 def _process_limit() -> int:
-    """Return how many processes may draw, even if each comes to need a copy of all that is here."""
-    # Libraries of macOS do not support forks.
+    """Return the maximum number of processes if each needs as much memory as this one."""
+    # The libraries of macOS do not support forks.
     if not hasattr(os, "fork") or sys.platform == "darwin":
         return 1
     return 1 + memory.free_bytes() // memory.resident_bytes()
@@ -162,13 +162,13 @@ def _draw_in_processes(
     drawings: Sequence[Drawing], processes: int, tell: Callable[[int, int], None] | None
 ) -> dict[int, bytes]:
     """Return the figures drawn by this process and its forks, by number."""
-    # Before it forks: loaded once.
+    # Imported before the fork, so that it is loaded only once.
     import matplotlib.backends.backend_agg  # noqa: F401 - for what it loads
 
     queue, numbers = os.pipe()
-    # Closed with this process, however it ends: nobody waits for figures any more.
+    # Closed when this process ends in any way: the forks then exit.
     here, alive = os.pipe()
-    # The last figures are the largest ones, and the small ones fill up the end.
+    # The last figures are the largest and start first; small figures balance the end.
     os.write(numbers, bytes(reversed(range(len(drawings)))))
     os.close(numbers)
     helpers: dict[int, int] = {}
@@ -193,10 +193,10 @@ def _draw_in_processes(
 def _fork(
     helpers: dict[int, int], queue: int, life: tuple[int, int], drawings: Sequence[Drawing]
 ) -> None:
-    """Begin a process that draws, and keep by its number where it answers."""
+    """Start a process that draws, and register its answer pipe under its process id."""
     answer, writer = os.pipe()
-    # Python warns developers of forks beside threads, which may hold a lock that a fork then waits
-    # for. Those that solve are at rest, and what draws has nothing to do with them.
+    # Python warns about forks in a process with threads: a fork may wait for a lock that a thread
+    # holds. The solver threads are idle, and drawing does not use them.
     with _block_stop_signals() as before:
         helper = os.fork()
         if helper == 0:
@@ -217,7 +217,7 @@ def _draw_in_child(
     try:
         os.close(life[1])
         threading.Thread(target=_exit_with_parent, args=(life[0],), daemon=True).start()
-        # The first process ends it.
+        # The parent process handles Ctrl-C.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         for asking in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(asking, signal.SIG_DFL)
@@ -230,7 +230,7 @@ def _draw_in_child(
 
 
 def _exit_with_parent(here: int) -> None:
-    """End with the process that began this one, in the midst of a figure."""
+    """Exit as soon as the parent process has ended, even while drawing."""
     os.read(here, 1)
     os._exit(1)
 
@@ -238,7 +238,7 @@ def _exit_with_parent(here: int) -> None:
 def _draw_remaining(
     queue: int, drawings: Sequence[Drawing], tell: Callable[[int, int], None] | None = None
 ) -> dict[int, bytes]:
-    """Draw what is left, one after the other; all processes read their numbers from one pipe."""
+    """Draw the remaining figures; all processes read their numbers from one pipe."""
     result = {}
     while number := os.read(queue, 1):
         if tell is not None:

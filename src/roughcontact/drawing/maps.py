@@ -1,12 +1,12 @@
-"""Maps of surfaces and results; they show what is stored and compute nothing new.
+"""Maps of surfaces and results, drawn from stored values.
 
 Every function returns a `matplotlib.figure.Figure` that belongs to the caller: no pyplot, no
 global state. Maps keep their true aspect, with row 0 at the top as in an image.
 
-A map with more points than a figure has dots is drawn in cells of several points. Where maps tell
-touching from open points, a cell has the colours of both in their shares of its points: area in the
-picture is area of contact. In a map of the pressure a cell shows the largest of its points, so that
-no peak is lost; a note below it says how much of the picture that marks, and how much touches.
+A map with more points than a figure has dots is drawn in cells of several points. In maps of
+contact and gap, a cell mixes the colors of its points by their shares, so that areas in the figure
+are contact areas. In a map of the pressure, a cell shows its largest pressure, so that no peak is
+lost; a note below gives the shares of the figure and of the points in contact.
 Percentages and areas are always counted on the points.
 """
 
@@ -51,13 +51,13 @@ def surface(surface: Surface) -> Figure:
     Parameters
     ----------
     surface : Surface
-        The map; missing points are drawn grey.
+        The map; missing points are gray.
 
     Returns
     -------
     Figure
-        Heights above their mean; the colours span the middle 99 % of them, with arrows where
-        there are more.
+        Heights above their mean; the colors span the middle 99 %, with arrows for values
+        beyond.
     """
     figure, axes = style.single_axes(surface.size, legend=surface.missing > 0)
     drawn = _draw_surface(axes, surface, style.CELLS_ALONE)
@@ -76,15 +76,15 @@ def pressure(result: ContactResult, limit: float | None = None) -> Figure:
     result : ContactResult
         A solved contact.
     limit : float, optional
-        Top of the colour scale [Pa], the same for figures that are to be compared; pressures
-        above it are black. By default the largest pressure; where some pixels are saturated,
-        the pressure that 99.5 % of the contact do not exceed, which is the ceiling unless next
-        to nothing reaches it.
+        Upper limit of the color scale [Pa], for a common scale of several figures; higher
+        pressures are black. By default the largest pressure; if points are saturated, the
+        pressure that 99.5 % of the contact do not exceed, which is the ceiling unless almost no
+        point is saturated.
 
     Returns
     -------
     Figure
-        Pressure where there is contact; a neutral light colour elsewhere.
+        Pressure in contact; a light neutral color elsewhere.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def pressure(result: ContactResult, limit: float | None = None) -> Figure:
 
 
 def contact(result: ContactResult) -> Figure:
-    """Draw where the bodies touch, and where the pressure is at its ceiling.
+    """Draw the contact, with points at the pressure ceiling.
 
     Parameters
     ----------
@@ -115,9 +115,9 @@ def contact(result: ContactResult) -> Figure:
     Returns
     -------
     Figure
-        Three classes: no contact, elastic contact, saturated; and a fourth for missing points.
-        A cell of several points has their colours in their shares of it; the legend gives the
-        shares of the map, counted on the points.
+        Classes: no contact, elastic contact, saturated, and missing points. A cell of several
+        points mixes their colors by their shares; the legend gives the shares of the map,
+        counted on the points.
     """
     figure, axes = style.single_axes(result.surface.size, bar=False)
     drawn = _draw_contact(axes, result, style.CELLS_ALONE)
@@ -127,7 +127,7 @@ def contact(result: ContactResult) -> Figure:
 
 
 def gap(result: ContactResult) -> Figure:
-    """Draw the gap that is left between the bodies.
+    """Draw the gap between the bodies.
 
     Parameters
     ----------
@@ -137,9 +137,9 @@ def gap(result: ContactResult) -> Figure:
     Returns
     -------
     Figure
-        Open gap, linear from zero up to the 99.5th percentile; closed points (those with
-        pressure) and missing ones have colours of their own. Of a cell of several points it is
-        the mean gap of the open ones, covered with the colour of the closed ones in their share.
+        Open gap, linear from zero to the 99.5th percentile; closed points (with pressure) and
+        missing points have separate colors. A cell of several points shows the mean gap of its
+        open points, covered with the color of the closed points in their share.
     """
     figure, axes = style.single_axes(result.surface.size)
     blocks, scale = draw_gap(axes, result, style.CELLS_ALONE)
@@ -167,15 +167,15 @@ def comparison(
     results : sequence of ContactResult
         Solved contacts, for example with and without a ceiling.
     labels : sequence of str
-        One name a result.
+        One name per result.
     limit : float, optional
-        Top of the common colour scale [Pa]; pressures above it are black. By default the highest
-        ceiling that is reached, else the largest pressure.
+        Upper limit of the common color scale [Pa]; higher pressures are black. By default the
+        highest ceiling reached, else the largest pressure.
 
     Returns
     -------
     Figure
-        One column a result, all pressures with the same colours.
+        One column per result, all pressures on the same color scale.
 
     Raises
     ------
@@ -215,7 +215,7 @@ def overview(result: ContactResult) -> Figure:
     Returns
     -------
     Figure
-        Four panels under the numbers that matter.
+        Four panels below the main quantities.
     """
     height = 9.6 * max(style.shown_aspect(result.surface.size), 0.6) + 3.2
     figure, grid = style.panels(12.0, height, 2, 2)
@@ -258,20 +258,20 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     result : ContactResult
         A solved contact.
     point : (int, int)
-        Indices ``(y, x)`` of the point in the middle.
+        Indices ``(y, x)`` of the central point.
     width : float
-        Side of the square that is drawn [m], around the point but within the map.
+        Side of the drawn square [m], around the point but within the map.
 
     Returns
     -------
     Figure
         Pressure on the left, on the scale of `pressure`; no contact, elastic contact, saturated
-        and missing points on the right, in the colours of `contact`.
+        and missing points on the right, in the colors of `contact`.
 
     Raises
     ------
     InputError
-        If the point does not lie on the map, or the width is not positive and finite.
+        If the point is outside the map, or the width is not positive and finite.
     """
     require_positive(width=width)
     if not all(0 <= index < points for index, points in zip(point, result.gap.shape, strict=True)):
@@ -317,7 +317,7 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
 
 
 def spots(result: ContactResult) -> Figure:
-    """Draw how many contact spots are at least as large as a given area.
+    """Draw the number of contact spots at least as large as a given area.
 
     Parameters
     ----------
@@ -327,15 +327,15 @@ def spots(result: ContactResult) -> Figure:
     Returns
     -------
     Figure
-        Number of spots over area, both logarithmic. Spots of fewer than ten pixels, whose size is
-        the grid's, lie on a shaded ground.
+        Number of spots over area, both logarithmic. The range of spots of fewer than ten pixels,
+        whose size depends on the grid, is shaded.
     """
     areas = result.spots().area
     figure, axes = style.panels(7.2, 5.2)
     pixel = result.pixel_area
     largest = float(areas.max(initial=pixel))
     factor, unit = style.prefixed_area(largest)
-    # Equal areas make one point: how many spots are at least that large.
+    # One point for each distinct area: the number of spots at least as large.
     sizes, counts = np.unique(areas, return_counts=True)
     at_least = np.cumsum(counts[::-1])[::-1]
     axes.axvspan(
@@ -369,7 +369,7 @@ def spots(result: ContactResult) -> Figure:
 def draw_gap(
     axes: Axes, result: ContactResult, cells: int
 ) -> tuple[tuple[int, int], tuple[float, str]]:
-    """Draw the open gap of a contact into axes; return the points of a cell, factor and unit."""
+    """Draw the open gap of a contact into axes; return points per cell, factor and unit."""
     from matplotlib import colormaps
 
     size, shape = result.surface.size, result.gap.shape
@@ -459,7 +459,7 @@ _PRESSURE_OR_SHARES = f"the largest pressure in it or {_IN_SHARES}"
 
 
 def _marked(result: ContactResult, blocks: tuple[int, int]) -> str:
-    """Say how much of a map of the largest pressures is marked, and how much touches."""
+    """Return the note on a map of largest pressures: marked share, and share in contact."""
     cells = style.cell_max(result.pressure, blocks) > 0
     marked = (
         float(style.cell_points(result.pressure.shape, blocks)[cells].sum()) / result.pressure.size

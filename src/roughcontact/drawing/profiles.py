@@ -1,4 +1,4 @@
-"""Figures of profiles: the trace, the profile under load, load curves per length."""
+"""Figures of profiles: heights, and the profile under load."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ def heights(surface: Surface) -> Figure:
     Parameters
     ----------
     surface : Surface
-        A profile; where points are missing the line ends.
+        A profile; the line is interrupted at missing points.
 
     Returns
     -------
     Figure
-        Heights over the position. They are exaggerated.
+        Heights over the position, not to scale: heights are exaggerated.
     """
     z, spacing = surface.heights[0], surface.pixel[1]
     x = spacing * (np.arange(z.size) + 0.5)
@@ -42,21 +42,21 @@ def heights(surface: Surface) -> Figure:
 
 
 def pressed(result: ContactResult, width: float | None = None, middle: int | None = None) -> Figure:
-    """Draw a profile before and under load, and the pressure on it.
+    """Draw a profile before and under load, and the contact pressure.
 
     Parameters
     ----------
     result : ContactResult
         A contact of profiles.
     width : float, optional
-        Length that is drawn [m]; by default all of the profile.
+        Drawn length [m]; by default the whole profile.
     middle : int, optional
-        Point in the middle of it; by default that of the largest pressure.
+        Index of the central point; by default the point of the largest pressure.
 
     Returns
     -------
     Figure
-        Zero height is the counter-body. Of two profiles it is the sum of their heights.
+        Zero height is the counter-body. For two profiles, the sum of their heights is drawn.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Lines through a result: sections, the bearing curve, the distribution of the pressure."""
+"""Line plots of a result: sections, material ratio curve, pressure distribution."""
 
 from __future__ import annotations
 
@@ -32,22 +32,22 @@ def pressure_histogram(
     labels: Sequence[str] | None = None,
     scale: str = "linear",
 ) -> Figure:
-    """Draw how the contact area is spread over the pressure.
+    """Draw the distribution of contact area over pressure.
 
     Parameters
     ----------
     results : ContactResult or sequence of them
         One or several solved contacts, drawn over the same bins.
     labels : sequence of str, optional
-        One name a result.
+        One name per result.
     scale : {"linear", "log"}
-        Of the pressure axis. With ``"log"`` the density is per decade of pressure.
+        Scale of the pressure axis. With ``"log"`` the density is per decade of pressure.
 
     Returns
     -------
     Figure
-        Density of contact area over pressure, in percent of the result's contact area. Points
-        at the ceiling, a peak without width, are not drawn but stated in the legend.
+        Density of contact area over pressure, in percent of the contact area of the result. The
+        share of points at the ceiling, a peak without width, is given in the legend.
 
     Raises
     ------
@@ -66,22 +66,22 @@ def pressure_histogram(
 
 
 def section(result: ContactResult, width: float | None = None) -> Figure:
-    """Draw sections through the highest peak: the profile before and under load, the pressure.
+    """Draw sections through the highest peak: profile before and under load, and pressure.
 
     Parameters
     ----------
     result : ContactResult
         A solved contact.
     width : float, optional
-        Length that is drawn [m], around the peak but within the map; by default all of it.
+        Drawn length [m], around the peak but within the map; by default the whole map.
 
     Returns
     -------
     Figure
         Along x on the left, along y on the right. Zero height is the counter-body: the profile
-        before loading, moved as a whole by approach and tilt, overlaps it; under load it does not,
-        but for the indentation of saturated points. Of two measured bodies it is the sum of their
-        heights. Heights are exaggerated.
+        before loading, shifted by approach and tilt, overlaps the counter-body; the profile under
+        load does not, except for the indentation of saturated points. For two measured bodies,
+        the sum of their heights is drawn. Heights are exaggerated.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
     tall = max(_largest(line.before, line.under) for line in lines)
     height_factor, height_unit = style.prefixed(tall, "m")
     top = max(_largest(line.pressure) for line in lines)
-    # Ceilings far above all pressures do not stretch the axis.
+    # Ceilings far above all pressures do not extend the axis.
     ceilings = [line.ceiling for line in lines if line.ceiling is not None]
     top = max([top, *(_largest(values[values <= 2 * top]) for values in ceilings)])
     pressure_factor, pressure_unit = style.prefixed(top, "Pa")
@@ -139,13 +139,13 @@ def bearing_curve(surface: Surface) -> Figure:
     Parameters
     ----------
     surface : Surface
-        The map; missing points are left out.
+        The map; missing points are excluded.
 
     Returns
     -------
     Figure
-        Height above the mean over the share of the points that lie above it, with the
-        equivalent straight line of the core and the triangles of reduced peaks and dales, see
+        Height above the mean over the share of higher points, with the equivalent straight line
+        of the core and the triangles of reduced peaks and dales, see
         `roughness.core_parameters`.
     """
     ratio, height, core, upper = bearing_parts(surface)
@@ -185,10 +185,10 @@ def bearing_curve(surface: Surface) -> Figure:
 
 
 def bearing_parts(surface: Surface) -> tuple[Array, Array, dict[str, float], float]:
-    """Return ratios and heights [m] of a bearing curve, its core, and where the core begins [m]."""
+    """Return ratios, heights [m], core parameters and top of the core [m] of a surface."""
     ratio, height = roughness.material_ratio_curve(surface.heights)
     core = roughness.core_parameters(ratio, height)
-    # The line meets the curve at Smr1 and Smr2, unless it leaves the heights of the map before.
+    # The core line meets the curve at Smr1 and Smr2, unless it exceeds the heights of the map.
     if core["Smr1"] > 0:
         upper = float(np.interp(core["Smr1"], ratio, height))
     elif core["Smr2"] < 1:
@@ -199,7 +199,7 @@ def bearing_parts(surface: Surface) -> tuple[Array, Array, dict[str, float], flo
 
 
 class Line(NamedTuple):
-    """Points on a section; lengths and heights in metres, heights above the counter-body."""
+    """Points on a section; lengths and heights [m], heights above the counter-body."""
 
     place: Array
     pixel: float
@@ -226,7 +226,7 @@ def _highest(initial_gap: Array) -> tuple[int, int]:
 
 
 def window(centre: int, pixel: float, points: int, width: float) -> tuple[int, int]:
-    """Return the first point and the point after the last of a length around a point."""
+    """Return the first point, and the point after the last, of a length around a point."""
     if width >= points * pixel:
         return 0, points
     shown = min(max(math.ceil(width / pixel - 1e-9), 2), points)
@@ -237,7 +237,7 @@ def window(centre: int, pixel: float, points: int, width: float) -> tuple[int, i
 def line_of(
     result: ContactResult, before: Array, peak: tuple[int, int], axis: int, width: float
 ) -> Line:
-    """Return the section along an axis through a point, a length around that point [m]."""
+    """Return the section along an axis through a point, of a length [m] around this point."""
     here: list[int | slice] = list(peak)
     pixel, points = result.surface.pixel[axis], result.surface.shape[axis]
     first, last = window(peak[axis], pixel, points, width)
@@ -282,13 +282,13 @@ def draw_profile(axes: Axes, line: Line, factor: float, height_factor: float) ->
 def draw_line_pressure(
     axes: Axes, line: Line, top: float, factor: float, pressure_factor: float
 ) -> None:
-    """Draw the pressure on a section into axes, whose limits are the caller's."""
+    """Draw the pressure on a section into axes; the caller sets the limits."""
     from matplotlib.patches import StepPatch
 
     edges = np.append(line.place - line.pixel / 2, line.place[-1] + line.pixel / 2) * factor
     for mask, colour in ((~line.saturated, style.ELASTIC), (line.saturated, style.SATURATED)):
         values = np.where(mask, line.pressure, 0.0) * pressure_factor
-        # `stairs` would look at every edge as a curve, for limits that are known.
+        # `stairs` would compute limits from every edge, which are known here.
         axes.add_artist(StepPatch(values, edges, fill=True, color=colour, linewidth=0))
     if line.ceiling is not None and (line.ceiling <= top).any():
         axes.plot(
@@ -350,15 +350,15 @@ def draw_histogram(
     style.legend_below(axes)
 
 
-# A linear axis shows the pressures of the contact between these two parts of it.
+# A linear axis spans the contact pressures from this quantile to one minus this quantile.
 _RARE = 0.005
-# It goes on to a ceiling so far above them, to the largest pressure where that is so near, and
-# begins at zero unless all of them lie higher than this part of its end.
+# Largest ratios of a ceiling and of the largest pressure to the upper quantile for which the axis
+# includes them; ratio of lower to upper quantile from which the axis does not begin at zero.
 _NEAR_CEILING, _NEAR_END, _FAR_FROM_ZERO = 1.3, 2.0, 1 / 3
 
 
 class Bins(NamedTuple):
-    """Edges of the bins, ceilings that are drawn, and the limits of the axis [Pa]."""
+    """Edges of the bins, drawn ceilings, and limits of the axis [Pa]."""
 
     edges: Array
     ceilings: list[float]
@@ -375,7 +375,7 @@ def _ceilings(results: Sequence[ContactResult]) -> list[float]:
 
 
 def linear_bins(results: Sequence[ContactResult], pressures: Sequence[Array]) -> Bins:
-    """Return equal bins where the pressures are, and one more for the rest on each side."""
+    """Return equal bins over the range of pressures, and one for the rest on each side."""
     touching = [r.pressure[r.contact] for r in results if r.contact.any()]
     ends = [np.quantile(p, (_RARE, 1 - _RARE)) for p in touching]
     largest = max(r.max_pressure for r in results) or 1.0
@@ -387,8 +387,8 @@ def linear_bins(results: Sequence[ContactResult], pressures: Sequence[Array]) ->
     shown = [ceiling for ceiling in ceilings if ceiling <= _NEAR_CEILING * last]
     last = max([last, *shown])
     step = (last - first) / _number_of_bins(pressures, 5)
-    # The lowest ceiling is an edge, so that no bin seems to reach beyond it; far below the others
-    # it would take a bin for every multiple of it.
+    # The lowest ceiling is an edge, so that no bin extends beyond it; but not if it is smaller than
+    # half a bin, which would need too many bins.
     if shown and 2 * (shown[0] - first) >= step:
         step = (shown[0] - first) / max(round((shown[0] - first) / step), 1)
     equal = first + step * np.arange(math.ceil((last - first) / step - 1e-9) + 1)
@@ -398,15 +398,15 @@ def linear_bins(results: Sequence[ContactResult], pressures: Sequence[Array]) ->
 
 
 def _logarithmic(results: Sequence[ContactResult], pressures: Sequence[Array]) -> Bins:
-    """Return equal bins of the logarithm over the decades of the pressures, four at most."""
+    """Return equal logarithmic bins over the decades of the pressures, at most four."""
     largest = max(r.max_pressure for r in results) or 1.0
-    # Ceilings far above all pressures are named but do not stretch the axis.
+    # Ceilings far above all pressures are in the legend but do not extend the axis.
     shown = [ceiling for ceiling in _ceilings(results) if ceiling <= 2 * largest]
     top = max([largest, *shown])
     lowest = min((float(p.min()) for p in pressures if p.size), default=0.1 * top)
     decades = min(max(math.log10(top / lowest), 0.5), 4.0)
     step = decades / _number_of_bins(pressures, 10)
-    # The lowest ceiling is an edge.
+    # The lowest ceiling is an edge of a bin.
     anchor = math.log10(shown[0] if shown else top)
     before = math.ceil((decades - math.log10(top) + anchor) / step)
     after = math.ceil((math.log10(top) - anchor) / step - 1e-9)
@@ -421,7 +421,7 @@ def histogram_label(
     limits: tuple[float, float],
     scale: tuple[float, str],
 ) -> str:
-    """Return the label of a pressure distribution, in lines."""
+    """Return the label of a pressure distribution, in several lines."""
     text = f"{name}: " if name else ""
     text += (
         f"{format_percent(result.contact_fraction)} of the map in "
@@ -449,19 +449,19 @@ def _share_at_ceiling(result: ContactResult) -> str:
 
 
 def _uniform_ceiling(result: ContactResult) -> float:
-    # Infinite where there is none, or one that differs from point to point.
+    # Infinite without a ceiling, or with a ceiling that varies between points.
     ceiling = result.ceiling
     return ceiling if isinstance(ceiling, (int, float)) else math.inf
 
 
-# --- Pressure of a rough contact compared with Hertz's of its nominal bodies ---
+# --- Pressure of a rough contact compared with the Hertz pressure of its nominal bodies ---
 
-# How far the axis goes beyond Hertz's contact, at least.
+# Minimum range of the axis over the half-width of the Hertz contact.
 _AROUND = 1.5
 
 
 def versus_hertz(result: ContactResult) -> Figure:
-    """Draw the pressure against the distance from the middle of the contact, here and smooth.
+    """Draw the pressure over the distance from the contact center, rough and Hertzian.
 
     Parameters
     ----------
@@ -471,8 +471,8 @@ def versus_hertz(result: ContactResult) -> Figure:
     Returns
     -------
     Figure
-        Mean and largest pressure on lines along a cylinder, or on rings of the shape of Hertz's
-        contact about the centre of pressure, one pixel wide, and Hertz's pressure.
+        Mean and largest pressure on lines along a cylinder, or on rings of the shape of the Hertz
+        contact about the center of pressure, one pixel wide, and the Hertz pressure.
 
     Raises
     ------
@@ -534,7 +534,7 @@ def _mean_lines(result: ContactResult, smooth: SmoothContact) -> tuple[Array, Ar
 
 
 def _rings(result: ContactResult, smooth: SmoothContact) -> tuple[Array, Array, Array]:
-    """Return distances from the middle, and mean and largest pressure on rings."""
+    """Return distances from the center, and mean and largest pressure on rings."""
     a, b = smooth.semi_axes[0], smooth.semi_axes[-1]
     along, across = hertz_comparison.contact_axes(smooth)
     y, x = hertz_comparison.distances_from(result, result.center_of_pressure)
@@ -552,7 +552,7 @@ def _rings(result: ContactResult, smooth: SmoothContact) -> tuple[Array, Array, 
 
 
 def _distance_ends(distance: Array, largest: Array, half: float, line: bool) -> tuple[float, float]:
-    """Return where the axis begins and ends: around both contacts, within the map."""
+    """Return the ends of the axis: around both contacts, within the map."""
     touched = np.abs(distance[largest > 0])
     far = max(_AROUND * half, float(touched.max(initial=0.0)) * 1.05)
     low, high = float(distance.min()), float(distance.max())

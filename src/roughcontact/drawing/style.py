@@ -1,6 +1,6 @@
-"""The house style of figures: sizes, colours, units on axes, maps in cells, bars and legends.
+"""Style of figures: sizes, colors, units of axes, maps in cells, bars and legends.
 
-`roughcontact.drawing.maps` says what maps in cells are.
+`roughcontact.drawing.maps` describes maps in cells.
 """
 
 from __future__ import annotations
@@ -33,53 +33,53 @@ DPI = 150
 """Dots per inch of every figure."""
 
 CELLS_ALONE, CELLS_IN_PANEL = 600, 520
-"""Cells along the longer side of a map.
+"""Maximum number of cells along the longer side of a map.
 
-The axes have more dots than that, so that drawing to the nearest cell leaves none out.
+The axes have more dots, so that nearest-neighbor drawing does not skip a cell.
 """
 
 MIN_LABEL_RATIO = 0.45
-"""Height over width of a map up to which the color bar is on top of it."""
+"""Height over width of a map up to which the color bar is on top of the map."""
 
 TITLE, LABEL, TICK, NOTE = 13.0, 12.0, 11.0, 10.5
 """Sizes of text [points]."""
 
 MISSING, OPEN, CLOSED, OVER, NEUTRAL = "#c4c4c4", "#f1f1ee", "#d55e00", "#000000", "#444444"
-"""Colours of points without a height, without contact, with it, beyond a scale; of remarks."""
+"""Colors of missing, open, closed and out-of-range points, and of remarks."""
 
 ELASTIC, SATURATED = "#4aa3df", "#7f0d1b"
-"""Light, middle and dark grey when printed without colour; blue and dark red for all eyes."""
+"""Blue and dark red: distinct when printed in gray and for all types of color vision."""
 
 HALF_A_STEP = 0.5 / 255
-"""Added to colours that are drawn."""
+"""Offset of drawn colors, against truncation to steps of 1/255; see `draw_map`."""
 
 SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
-"""Okabe and Ito's colours for all kinds of colour vision, darkest first."""
+"""Colors of Okabe and Ito for all types of color vision, darkest first."""
 
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 
 def prefixed(largest: float, unit: str) -> tuple[float, str]:
     """Return factor and prefixed unit of a quantity for an axis."""
-    # The rounding keeps 999.9999999 µm, which is a sum of pixels, from missing its prefix.
+    # The margin gives 999.9999999 µm, a sum of pixels, the prefix of 1 mm.
     exponent = 3 * math.floor(math.log10(largest * (1 + 1e-9)) / 3) if largest > 0 else 0
     exponent = min(max(exponent, min(_PREFIXES)), max(_PREFIXES))
     return float(10.0**-exponent), _PREFIXES[exponent] + unit
 
 
 def prefixed_window(first: float, last: float) -> tuple[float, str]:
-    """Return factor and unit for an axis of lengths between two places [m].
+    """Return factor and unit for an axis of lengths between two positions [m].
 
-    They are those of what is shown, unless that lies so far out that places had too many digits.
+    They suit the shown length, unless positions far from zero would need too many digits.
     """
     return prefixed(max(last - first, 0.1 * abs(last)), "m")
 
 
 def in_unit(value: float, scale: tuple[float, str], symbol: str) -> str:
-    """Return a quantity [SI] with three digits in the unit of an axis: its factor and name.
+    """Return a quantity [SI] as text with three digits, in the unit of an axis.
 
-    The symbol is that of the unit without a prefix; where the value were too small or too large
-    for the axis, it has the prefix that fits.
+    The scale is the factor and name of the unit of the axis, and the symbol the unit without a
+    prefix, for values that are too small or too large in the unit of the axis.
     """
     factor, unit = scale
     scaled = float(f"{value * factor:.3g}")
@@ -89,7 +89,7 @@ def in_unit(value: float, scale: tuple[float, str], symbol: str) -> str:
 
 def prefixed_area(largest: float) -> tuple[float, str]:
     """Return factor and prefixed unit of an area for an axis."""
-    # From a tenth of the next one on: its steps are of a million.
+    # A prefix of areas spans six decades: use the next prefix from a tenth of its unit.
     exponent = min(max(3 * math.floor(math.log10(10 * largest * (1 + 1e-9)) / 6), -12), 0)
     return float(10.0 ** (-2 * exponent)), _PREFIXES[exponent] + "m²"
 
@@ -111,7 +111,7 @@ def empty_figure(width: float, height: float) -> Figure:
 def panels(
     width: float, height: float, rows: int = 1, columns: int = 1, **more: Any
 ) -> tuple[Figure, Any]:
-    """Return a figure of a size [inch], and its axes as ``Figure.subplots`` gives them."""
+    """Return a figure of a size [inch], and its axes as from ``Figure.subplots``."""
     figure = empty_figure(width, height)
     return figure, figure.subplots(rows, columns, **more)
 
@@ -125,15 +125,15 @@ def single_axes(
     size: tuple[float, float], legend: bool = True, bar: bool = True
 ) -> tuple[Figure, Axes]:
     """Return a figure for one map of a size (y, x), and its axes."""
-    # Large enough that the longer side of the map has more dots than the map has cells, and wide
-    # enough for the note whatever the map.
+    # Large enough for more dots than cells along the longer side of the map, and wide enough for
+    # the note below any map.
     aspect = size[0] / size[1]
     height = max(5.2 * min(aspect, 1.0), 1.0) + (2.6 if legend else 1.8)
     return panels(7.2, height + (1.0 if bar and aspect <= MIN_LABEL_RATIO else 0.0))
 
 
 def name_axes(axes: Axes, x: str = "", y: str = "", title: str = "") -> None:
-    """Write what axes show along x and y, and their title."""
+    """Set the labels and the title of axes."""
     if x:
         axes.set_xlabel(x, fontsize=LABEL)
     if y:
@@ -142,12 +142,12 @@ def name_axes(axes: Axes, x: str = "", y: str = "", title: str = "") -> None:
         axes.set_title(title, fontsize=TITLE)
 
 
-# Ends of an axis over each other up to which 1, 2 and 5 of each decade are named, or every line.
+# Ratios of the ends of an axis up to which 1, 2 and 5 of each decade are labeled, or every line.
 _FEW_DECADES, _PART_OF_ONE = 300, 6
 
 
 def log_scale(axes: Axes, way: str) -> None:
-    """Make an axis, "x" or "y", logarithmic; name its lines by plain numbers where it is short."""
+    """Make an axis, "x" or "y", logarithmic; a short axis has plain decimal labels."""
     from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation
 
     axes.set(**{f"{way}scale": "log"})
@@ -167,7 +167,7 @@ def log_scale(axes: Axes, way: str) -> None:
 
 
 def plain_axes(axes: Axes, x: str = "", y: str = "", title: str = "") -> None:
-    """Give axes of lines their grid and ticks, and their names."""
+    """Set grid, ticks, labels and title of line plots."""
     name_axes(axes, x, y, title)
     axes.tick_params(which="both", labelsize=TICK)
     axes.grid(True, color="#dddddd", linewidth=0.8)
@@ -177,7 +177,7 @@ def plain_axes(axes: Axes, x: str = "", y: str = "", title: str = "") -> None:
 
 
 def cell_size(shape: tuple[int, ...], size: tuple[float, float], cells: int) -> tuple[int, int]:
-    """Return the points (y, x) to a cell, given the most cells on the longer side."""
+    """Return the points (y, x) per cell for at most ``cells`` cells on the longer side."""
     longer = max(size)
     by, bx = (
         max(math.ceil(points / max(cells * side / longer, 1)), 1)
@@ -203,7 +203,7 @@ def reduce_cells(
 
 def _reduced(ufunc: np.ufunc, values: NDArray[Any], block: int) -> NDArray[Any]:
     """Return a ufunc reduced over blocks of rows; the last block may be shorter."""
-    # The first rows of all blocks, then the second ones: ten times as fast as `reduceat`.
+    # Over the first rows of all blocks, then the second rows: ten times as fast as `reduceat`.
     result = values[::block].copy()
     for row in range(1, min(block, len(values))):
         there = values[row::block]
@@ -217,7 +217,7 @@ def cell_max(values: Array, blocks: tuple[int, int]) -> Array:
 
 
 def cell_points(shape: tuple[int, ...], blocks: tuple[int, int]) -> Array:
-    """Return how many points each cell has; the last ones may have fewer."""
+    """Return the number of points of each cell; the last cells may have fewer."""
     rows, columns = (
         np.diff([*range(0, points, block), points])
         for points, block in zip(shape, blocks, strict=True)
@@ -226,15 +226,15 @@ def cell_points(shape: tuple[int, ...], blocks: tuple[int, int]) -> Array:
 
 
 def cell_share(mask: Mask, blocks: tuple[int, int]) -> Array:
-    """Return the share of the points of each cell that are marked."""
+    """Return the share of marked points in each cell."""
     marked = np.asarray(reduce_cells(np.add, mask, blocks, np.float64), dtype=np.float64)
     return marked / cell_points(mask.shape, blocks)
 
 
 def mix_colors(shares: Sequence[tuple[str, Array]], ground: str) -> Array:
-    """Return colours in their shares of each cell, over a ground: red, green, blue along the end.
+    """Return the mixed color of each cell over a background; last axis: red, green, blue.
 
-    The mean of the picture is then that of the points, whatever the size of the cells.
+    The mean color of the figure is then the mean of the points for any size of the cells.
     """
     from matplotlib.colors import to_rgb
 
@@ -245,7 +245,7 @@ def mix_colors(shares: Sequence[tuple[str, Array]], ground: str) -> Array:
 
 
 def cell_mean(values: Array, blocks: tuple[int, int]) -> Array:
-    """Return the mean of the points that are there; NaN where half or more are missing."""
+    """Return the mean of the present points of each cell; NaN if half or more are missing."""
     if blocks == (1, 1):
         return values.copy()
     there = np.isfinite(values)
@@ -263,20 +263,20 @@ def draw_map(
     shape: tuple[int, ...],
     corner: tuple[float, float] = (0.0, 0.0),
 ) -> AxesImage:
-    """Draw a map in cells, true to scale, with axes in metres.
+    """Draw a map in cells, true to scale, with axes in meters.
 
-    The values of a cell are one that takes a colour of a scale, or red, green, blue and opacity.
-    Size and shape are those of the part that is drawn, which begins at the corner.
+    A cell has one value on a color scale, or red, green, blue and opacity. Size and shape are
+    those of the drawn part of the map, which begins at the corner.
     """
     far = max(begin + side for begin, side in zip(corner, size, strict=True))
     factor, unit = prefixed_window(far - max(size), far)
     height, width = size[0] * factor, size[1] * factor
     top, left = corner[0] * factor, corner[1] * factor
-    # Cells at the far edges may reach beyond the map; the limits cut them off.
+    # Cells at the far edges may extend beyond the map; the limits crop them.
     bottom = top + values.shape[0] * blocks[0] * height / shape[0]
     right = left + values.shape[1] * blocks[1] * width / shape[1]
-    # Matplotlib cuts colours off to steps of 1/255, which would shift their mean: half a step more
-    # has them rounded.
+    # Matplotlib truncates colors to steps of 1/255, which would shift their mean: half a step
+    # more rounds them.
     coloured = values.ndim == 3
     image = axes.imshow(
         np.minimum(values + HALF_A_STEP, 1.0) if coloured else np.ma.masked_invalid(values),
@@ -312,7 +312,7 @@ def few_ticks(axes: Axes, aspect: float) -> None:
 
 
 def colour_bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:
-    """Add a colour bar that follows the map's own box; wide strips get it on top."""
+    """Add a color bar next to the box of the map; on top of wide maps."""
     left, right = axes.get_xlim()
     bottom, top = axes.get_ylim()
     aspect = abs(bottom - top) / abs(right - left)
@@ -332,7 +332,7 @@ def colour_bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:
 
 
 def field_colours(**beyond: Any) -> Any:
-    """Return the colours of a field, from the lightest on: it has no ground to drown in."""
+    """Return the full color map of a field: no background color has to be distinct."""
     from matplotlib import colormaps
 
     return listed_colormap(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(
@@ -341,14 +341,14 @@ def field_colours(**beyond: Any) -> Any:
 
 
 def listed_colormap(colours: Any) -> ListedColormap:
-    """Return a colour map of some colours."""
+    """Return a color map of listed colors."""
     from matplotlib.colors import ListedColormap
 
     return ListedColormap(colours)
 
 
 def patch_legend(axes: Axes, entries: Sequence[tuple[str, str]]) -> None:
-    """Name colours below a map."""
+    """Add a legend of colors below a map."""
     from matplotlib.patches import Patch
 
     axes.legend(
@@ -370,12 +370,12 @@ def patch_legend(axes: Axes, entries: Sequence[tuple[str, str]]) -> None:
 
 
 def plain_legend(axes: Axes) -> None:
-    """Name what axes show within them."""
+    """Add a legend within axes."""
     axes.legend(fontsize=TICK, frameon=False)
 
 
 def shared_legend(figure: Figure, grid: NDArray[Any], title: str = "") -> None:
-    """Name the lines of all axes once, below the figure, and the figure above it."""
+    """Add one legend of all axes below the figure, and a title above."""
     entries: dict[str, Any] = {}
     for axes in grid.ravel():
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -393,7 +393,7 @@ def shared_legend(figure: Figure, grid: NDArray[Any], title: str = "") -> None:
 
 
 def below_label(axes: Axes) -> Transform:
-    """Return the place under the axis label, at a distance that no aspect changes."""
+    """Return the transform of positions below the axis label, for any aspect ratio."""
     from matplotlib.transforms import ScaledTranslation
 
     figure = axes.get_figure()
@@ -402,7 +402,7 @@ def below_label(axes: Axes) -> Transform:
 
 
 def legend_below(axes: Axes, columns: int = 1) -> None:
-    """Name what axes show under their label."""
+    """Add a legend below the axis label."""
     axes.legend(
         loc="upper center",
         bbox_to_anchor=(0.5, 0),
@@ -415,18 +415,18 @@ def legend_below(axes: Axes, columns: int = 1) -> None:
 
 
 def cell_note(figure: Figure, cell: tuple[int, int], shown: str, more: str = "") -> None:
-    """Say below a figure what its cells show; nothing where a cell is a point."""
+    """Add a note on cells below a figure; none if each cell is one point."""
     if cell == (1, 1):
         return
     text = f"Drawn in cells of {cell[0]} × {cell[1]} points (y × x): a cell shows {shown}."
     figure.supxlabel(f"{text}\n{more}" if more else text, fontsize=NOTE, color=NEUTRAL)
 
 
-# --- Words that several figures share: load, doubt, names of results ---
+# --- Common texts of figures: load, status, names of results ---
 
 
 def result_names(results: Sequence[ContactResult], labels: Sequence[str] | None) -> list[str]:
-    """Return one name a result; `InputError` unless the labels fit."""
+    """Return one name per result; raise `InputError` unless the labels match the results."""
     if not results:
         raise InputError("is empty: give at least one", argument="results")
     if labels is None:
@@ -441,10 +441,10 @@ def result_names(results: Sequence[ContactResult], labels: Sequence[str] | None)
 
 
 def load_text(result: ContactResult) -> str:
-    """Return the load of a result for a title."""
+    """Return the load of a result as text for a title."""
     return format_engineering(result.load, result.pair.load_unit, 3)
 
 
 def doubt_suffix(result: ContactResult | ElastoplasticResult) -> str:
-    """Return the suffix of a title if a result is not to be trusted."""
+    """Return the suffix of a title for a result that is not reliable; else an empty text."""
     return "" if result.converged else " (NOT CONVERGED)"

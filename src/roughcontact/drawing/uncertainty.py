@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def uncertainty_budget(rows: Sequence[tuple[str, Mapping[str, float]]]) -> Figure:
-    """Draw one bar per number, with the share of each source of its squared interval."""
+    """Draw one bar per quantity, with the share of each source in its squared interval."""
     figure, axes = style.panels(7.2, 1.6 + 0.35 * len(rows))
     sources = list(dict.fromkeys(source for _, budget in rows for source in budget))
     left = np.zeros(len(rows))

@@ -1,6 +1,6 @@
 """Table of model assumptions, with the values of the case.
 
-The user guide explains each of them; see ``docs/assumptions.md``.
+The user guide explains each assumption; see ``docs/assumptions.md``.
 """
 
 from __future__ import annotations
@@ -33,18 +33,18 @@ Cells = tuple[str, ...]
 class Case:
     """Inputs of assumptions: bodies, slope, pressure and grid."""
 
-    bodies: tuple[Material, Material]  # That with the map, and the counter-body
+    bodies: tuple[Material, Material]  # Body with the map, and counter-body
     boundary: Boundary  # Boundary condition
-    origins: Sequence[Provenance]  # Of the maps
+    origins: Sequence[Provenance]  # Provenances of the maps
     size: tuple[float, float]  # Sides (y, x) of a map [m]
-    pixel: tuple[float, float]  # Of a map [m]
+    pixel: tuple[float, float]  # Pixel edges (y, x) of a map [m]
     slope: float  # rms slope of the gap
-    max_pressure: float  # [Pa]
-    ceiling: Any  # As results have it
-    reached: bool  # Whether the pressure is at the ceiling somewhere
-    contact: ContactResult | None = None  # Where there is one
-    volume: ElastoplasticResult | None = None  # Where bodies yield below the surface
-    history: Any = None  # Where there is one
+    max_pressure: float  # Largest pressure [Pa]
+    ceiling: Any  # Pressure ceiling, as in results
+    reached: bool  # Whether the pressure reaches the ceiling anywhere
+    contact: ContactResult | None = None  # Contact, if any
+    volume: ElastoplasticResult | None = None  # Result of the volume model, if any
+    history: Any = None  # Load history, if any
 
     @property
     def is_profile(self) -> bool:
@@ -57,7 +57,7 @@ class Case:
         return contact_modulus(*self.bodies)
 
     def prepared_by(self, method: str) -> bool:
-        """Return whether a step of the preparation of any map has this name."""
+        """Return whether a preparation step of any map has this name."""
         return any(step.method == method for item in self.origins for step in item.operations)
 
 
@@ -98,7 +98,7 @@ def of_volume(result: ElastoplasticResult) -> Case:
 
 
 def of_samples(samples: Sequence[Any]) -> Case:
-    """Return the case of several maps under one nominal pressure: the worst of each."""
+    """Return the case of several maps under one nominal pressure: the worst of each value."""
     first = samples[0]
     slopes = [s.curve.rms_gradient for s in samples if math.isfinite(s.curve.rms_gradient)]
     return Case(
@@ -116,7 +116,7 @@ def of_samples(samples: Sequence[Any]) -> Case:
 
 @dataclass(frozen=True)
 class Assumption:
-    """A row of the table."""
+    """Row of the table of assumptions."""
 
     name: str  # Assumption of the model
     case: str | Callable[[Any], str]  # The assumption in this case, with its values
@@ -134,11 +134,11 @@ def assumption_rows(table: Sequence[Assumption], case: Any) -> list[Cells]:
 
 
 def slope_errors(case: Case) -> tuple[float, float]:
-    """Return the errors of shapes and of loads that a slope makes.
+    """Return the relative errors of shapes and of loads caused by a slope.
 
-    The first is half its square; the second, in proportion to it, that bodies also move sideways,
-    by different amounts: part of the load on a cone of this slope, on a profile of the width of a
-    spot under a cylinder.
+    The first is half the square of the slope. The second is proportional to the slope, since the
+    lateral displacements of the bodies differ: a part of the load on a cone of this slope or, for
+    a profile, of the width of a spot under a cylinder.
     """
     first, second = ((1 - 2 * b.poisson) * (1 + b.poisson) / b.young for b in case.bodies)
     dundurs = abs(first - second) * case.modulus / 2
@@ -175,7 +175,7 @@ def _boundary_text(case: Case) -> str:
 
 
 def _periodic(case: Case) -> bool:
-    # A profile that ends is one period along y.
+    # A profile with free ends is periodic along y.
     ends = case.is_profile and case.boundary is Boundary.PERIODIC_Y
     return bool(case.boundary.periodic_axes) and not ends
 
@@ -259,7 +259,7 @@ def _plastic_strain(case: Case) -> str:
     assert case.volume is not None
     slope = slope_under(case.volume)
     strain = f"plastic strain {format_percent(largest_strain(case.volume))} at most"
-    # On a sphere of radius R, of a spot of radius a: a/R = √2 times the rms slope.
+    # Sphere of radius R with a spot of radius a: a/R = √2 times the rms slope.
     return strain if math.isnan(slope) else f"{strain}; slope under the contact {slope:.3g}"
 
 
@@ -387,4 +387,4 @@ ASSUMPTIONS = (
         _is_single,
     ),
 )
-"""Of any contact, a `Case`."""
+"""Assumptions of any contact, for a `Case`."""

@@ -17,19 +17,19 @@ from roughcontact.report.kind import TRUST, Presentation, Row, Table, side_by_si
 from roughcontact.report.page import Block, Cells, PageTable, Picture
 from roughcontact.surface.surface import Surface
 
-# Largest spots whose share of the load is given.
+# Number of largest spots whose share of the load is given.
 _LARGEST = 10
 
 
-# --- Blocks that reports are made of ---
+# --- Blocks of reports ---
 
 
-# Rows of steps that a report shows of many.
+# Maximum number of rows of steps in a report.
 _MANY = 24
 
 
 def cells(rows: Iterable[Row]) -> list[Cells]:
-    """Return rows as a page takes them: name, value, meaning."""
+    """Return rows as cells of a page: name, value, meaning."""
     return [(row.title, row.text, row.meaning) for row in rows]
 
 
@@ -39,7 +39,7 @@ def headlines(kind: Presentation, result: Any, keys: Iterable[str]) -> list[Cell
 
 
 def table(rows: Sequence[Cells], head: Cells = (), style: str = "") -> list[Block]:
-    """Return the block of a table, if it has rows."""
+    """Return the block of a table; empty without rows."""
     return [Block("table", PageTable(rows, head, style))] if rows else []
 
 
@@ -92,7 +92,7 @@ def figure_blocks(
 
 
 def map_blocks(result: ContactResult, drawn: bool = True) -> list[Block]:
-    """Return the blocks on the maps of a contact and their preparation; drawn also the rest."""
+    """Return the blocks on maps and preparation; ``drawn``: with figures and parameters."""
     names = ["map", "counter-body"]
     surfaces: list[Any] = [result.share]
     if result.counter_surface is not None:
@@ -106,7 +106,7 @@ def map_blocks(result: ContactResult, drawn: bool = True) -> list[Block]:
     if not drawn:
         return table(rows, head, style)
     blocks = []
-    # Of a map that several ranks hold there is no picture.
+    # A map distributed over several ranks has no figure.
     measured = [s for s in surfaces if not (result.pair.is_shared or _is_nominal(s))]
     if not measured or result.pair.is_profile:
         blocks += table(rows, head, style)
@@ -126,7 +126,7 @@ def map_blocks(result: ContactResult, drawn: bool = True) -> list[Block]:
 
 
 def _is_nominal(surface: Surface) -> bool:
-    # A body that was moved has its name alone from where it was made.
+    # After a move, only the source still identifies a nominal body.
     return surface.provenance.source.startswith("nominal ")
 
 
@@ -142,7 +142,7 @@ def _roughness(surface: Surface, is_second: bool) -> list[Block]:
     try:
         values = surface.roughness()
     except InputError:
-        # Holes that leave no point both of its neighbors.
+        # Too many holes: no point has both neighbors.
         values = {}
     for head in _PARAMETERS:
         blocks += table([tuple(inputs.parameter(name, values) for name in head)], head)
@@ -160,7 +160,7 @@ _PARAMETERS: tuple[Cells, ...] = (
 def body_blocks(
     pair: tuple[Material, Material], specified: Iterable[Row], model: Table
 ) -> list[Block]:
-    """Return the blocks on two materials, where their values are from, and on the problem."""
+    """Return the blocks on two materials, the sources of their values, and the problem."""
     rows = [(row.title, *texts) for row, texts in side_by_side(model, pair, brief=True)]
     sources = "; ".join(inputs.sources(pair))
     return [
@@ -174,7 +174,7 @@ def body_blocks(
 # --- Results ---
 
 
-# --- Method, repetition ---
+# --- Method and reproduction ---
 
 
 RIGHT_PROBLEM = "It verifies the solution of this model; sections 3 and 4 cover the model itself."
@@ -184,7 +184,7 @@ _LIBRARIES = ("numpy", "scipy", "ducc0", "matplotlib")
 
 
 def trust_blocks(kind: Presentation, result: Any, checked: Sequence[str]) -> list[Block]:
-    """Return the blocks on how exactly a result is solved, and what it was checked for."""
+    """Return the blocks on the accuracy of a result and the checks performed."""
     rows = [(row.title, row.text) for row in kind.rows(result, TRUST, brief=True)]
     return [
         *table(rows, style="key"),
@@ -214,7 +214,7 @@ def certificate(result: ContactResult) -> list[Block]:
 
 
 def script_blocks(version: str, command: str, script: str, what: str) -> list[Block]:
-    """Return the blocks on how to get the same result again."""
+    """Return the blocks on how to reproduce a result."""
     blocks = [Block("code", command)] if command else []
     if not command and script:
         blocks = [Block("text", f"This script solves {what}:"), Block("code", script)]

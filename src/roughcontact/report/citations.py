@@ -1,4 +1,4 @@
-"""References for a result: only those of methods that were used."""
+"""References of a result: only those of the methods used."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from roughcontact.surface.provenance import Operation, Provenance
 
 Uses = Iterator[Use]
 
-# What was done to a map, by method of `Surface` or what made it.
+# Preparation and generation steps of a map, by method of `Surface` or function.
 _STEPS = {
     "filtered": ("filter of the map", "ISO16610-61"),
     "filled": ("missing points of the map", "Vanek1996"),
@@ -30,7 +30,7 @@ RECOMMENDED = make_use("calibrated ceiling", "Jackson2005")
 
 
 def references_of(kind: Presentation, result: Any) -> References:
-    """Return the works behind a result, by what they were used for."""
+    """Return the works cited for a result, by use."""
     contact = () if kind.contact is None else of_contact(kind.contact(result))
     return _gathered([*contact, *kind.works(result)])
 
@@ -66,11 +66,11 @@ def of_contact(result: ContactResult) -> Uses:
 
 
 def _elastic(result: ContactResult) -> Uses:
-    """Yield what any contact is solved by, with or without a ceiling."""
+    """Yield the works on the solution of any contact, with or without a ceiling."""
     pair = result.pair
     known = pair.softer is not None and pair.softer.yield_strength is not None
     if pair.is_shared:
-        # Parameters of a map are those of all of it.
+        # The parameters are those of the whole map.
         yield from _of_provenance(result.share.provenance)
     else:
         yield from of_maps(pair.origins, pair.is_profile)
@@ -82,7 +82,7 @@ def _elastic(result: ContactResult) -> Uses:
 
 
 def of_maps(origins: Iterable[Provenance], is_profile: bool) -> Uses:
-    """Yield the works of how maps were made and prepared."""
+    """Yield the works on the generation and preparation of maps."""
     for origin in origins:
         yield from _of_provenance(origin)
     if is_profile:
@@ -92,8 +92,8 @@ def of_maps(origins: Iterable[Provenance], is_profile: bool) -> Uses:
 
 
 def solved_of(boundary: Boundary, is_profile: bool, yields: bool) -> Uses:
-    """Yield kernel and solver; ``yields`` where a yield strength is known."""
-    # Of a profile that of plane strain.
+    """Yield the works on kernel and solver; ``yields``: a yield strength is known."""
+    # A profile has the kernel of plane strain.
     yield make_use(
         "response of the half-space", *(("Johnson1985",) if is_profile else boundary.works)
     )
@@ -134,7 +134,7 @@ def _of_step(step: Operation) -> Uses:
 
 
 def stress_references(boundary: Boundary) -> tuple[str, tuple[Reference, ...]]:
-    """Return the works behind stress below the surface."""
+    """Return the works on stress below the surface."""
     free = () if boundary.periodic_axes else ("Love1929", "Liu2002")
     return make_use("stress below the surface", "Johnson1985", *free)
 

@@ -1,6 +1,6 @@
-"""Figures of reports, and their captions.
+"""Figures of reports and their captions.
 
-The names of the files that ``--figures`` writes come from here, too.
+The figures also define the names of the files that ``--figures`` writes.
 """
 
 from __future__ import annotations
@@ -29,8 +29,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-# Close-ups show this many times the root of the area of the spot at the peak, or the longer side
-# of the most loaded spot, but no fewer pixels; and only where this is a small part of the map.
+# Width of close-ups over the square root of the area of the spot at the peak, and over the longer
+# side of the most loaded spot; largest part of a map that gets a close-up; width of a close-up over
+# the longer side of the contact.
 _AROUND_SPOT = 4
 _AROUND_LOADED = 1.5
 _SMALL_PART = 0.5
@@ -42,57 +43,56 @@ _LITTLE = 0.01
 _CLOSE_PIXELS = 40
 
 FRONT, RESULTS, BODY, FILES = "front", "results", "body", "files"
-"""Where a figure is: on the first page of a report, with its results, there for each body that
-yields, or in files alone."""
+"""Places of figures: first page, results (also per yielding body), or only in files."""
 
 
 @dataclass(frozen=True)
 class MapScene:
-    """A prepared map."""
+    """Scene of a prepared map."""
 
     surface: Surface  # The map
-    of: str = ""  # Whose it is, where there are two
-    when: str = "after preparation"  # In which state it is
+    of: str = ""  # Body of the map, if there are two
+    when: str = "after preparation"  # State of the map
 
 
 class Region(NamedTuple):
-    """A square of a map."""
+    """Square region of a map."""
 
-    middle: tuple[int, int]  # (y, x)
-    width: float  # [m]
+    middle: tuple[int, int]  # Row and column (y, x) of the center
+    width: float  # Side [m]
 
 
 @dataclass(frozen=True)
 class ContactScene:
-    """A contact, and where to look at it closely."""
+    """Scene of a contact, with the regions of its close-ups."""
 
     result: ContactResult  # The contact
 
     @cached_property
     def spots(self) -> Spots:
-        """Its contact spots."""
+        """Contact spots."""
         return self.result.spots()
 
     @property
     def map(self) -> MapScene:
-        """The map of the body."""
+        """Scene of the map of the body."""
         return MapScene(self.result.surface)
 
     @property
     def missing(self) -> str:
-        """A sentence on missing points, if there are any."""
+        """Sentence on missing points, if any."""
         return " Gray points were not measured." if np.isnan(self.result.gap).any() else ""
 
     @cached_property
     def most_loaded(self) -> Region:
-        """The spot that carries most."""
+        """Region of the spot that carries the largest load."""
         if self.spots.count == 0:
             return Region((0, 0), math.inf)
         return self._around(self.spots.label == 1 + int(self.spots.load.argmax()), _AROUND_LOADED)
 
     @cached_property
     def touched(self) -> Region:
-        """All of the contact if that is a small part of the map, else the most loaded spot."""
+        """Region of the contact if a small part of the map, else of the most loaded spot."""
         if self.spots.count == 0:
             return Region((0, 0), math.inf)
         whole = self._around(self.result.contact, _AROUND_CONTACT)
@@ -123,7 +123,7 @@ class ContactScene:
 
     @cached_property
     def around_peak(self) -> float:
-        """A width that shows the spot at the highest peak [m]."""
+        """Width that shows the spot at the highest peak [m]."""
         result = self.result
         peak = np.unravel_index(np.nanargmin(result.initial_gap), result.gap.shape)
         number = int(self.spots.label[peak])
@@ -131,7 +131,7 @@ class ContactScene:
         return max(_AROUND_SPOT * size, _CLOSE_PIXELS * max(result.surface.pixel))
 
     def is_part(self, width: float) -> bool:
-        """Return whether a width is so small a part of the map that it is worth a figure."""
+        """Return whether a width is a part of the map small enough for a close-up."""
         return width < _SMALL_PART * self._side
 
     @property
@@ -142,49 +142,49 @@ class ContactScene:
 
 @dataclass(frozen=True)
 class Illustration:
-    """A figure of a report."""
+    """Figure of a report."""
 
-    name: str  # Of its file
+    name: str  # Name of its file
     draw: Callable[[Any], Figure]  # `draw(scene)` returns the figure
-    caption: str | Callable[[Any], str]  # Text below the figure, and in place of it
-    chapter: str = RESULTS  # Where in a report it is
-    width: int = MIDDLE  # In a report [mm]
-    when: Callable[[Any], bool] = lambda _: True  # `when(scene)` says whether a report shows it
+    caption: str | Callable[[Any], str]  # Text below the figure, and its alternative text
+    chapter: str = RESULTS  # Place in a report
+    width: int = MIDDLE  # Width in a report [mm]
+    when: Callable[[Any], bool] = lambda _: True  # `when(scene)`: whether a report shows it
 
     def text(self, scene: Any) -> str:
-        """Return the caption of a scene."""
+        """Return the caption for a scene."""
         return self.caption if isinstance(self.caption, str) else self.caption(scene)
 
 
 Illustrations = Sequence[Illustration]
 
 
-# Sections are drawn a second time around the largest plastic strain where the zone there is so
-# small a part of the map, and then as wide as so many of its depths or pixels.
+# Sections get a close-up if the plastic zone is less deep than this part of the map width; width
+# of the close-up over that depth, and its minimum in pixels.
 _SMALL_ZONE = 0.1
 _AROUND_ZONE = 6.0
 _CLOSE_ZONE_PIXELS = 24
 
-# Largest spots whose share of the load is given.
+# Number of largest spots whose share of the load is given.
 _LARGEST = 10
 
 
 @dataclass(frozen=True)
 class VolumeScene:
-    """A contact with plasticity of the volume, and the body to look into."""
+    """Scene of an elastoplastic contact and one of its bodies."""
 
     result: ElastoplasticResult  # The result
-    body: int = 0  # Which of its bodies
+    body: int = 0  # Index of the body
     width: float | None = None  # Width of the sections around the largest plastic strain [m]
 
     @property
     def contact(self) -> ContactScene:
-        """The contact alone."""
+        """Scene of the contact in the final state."""
         return ContactScene(self.result.solution)
 
     @property
     def pressed(self) -> ContactScene:
-        """The contact in the end, or under the largest load where none is left; no gap of it."""
+        """Scene of the final contact; if unloaded, under the largest load (the gap is not)."""
         load, pressure = self.result.largest
         solution = self.result.solution
         if self.loaded or not load:
@@ -193,22 +193,22 @@ class VolumeScene:
 
     @property
     def known(self) -> bool:
-        """Whether there is a pressure to draw."""
+        """Whether there is a pressure to draw under the largest load."""
         return bool(self.result.largest[0])
 
     @property
     def loaded(self) -> bool:
-        """Whether there is a load in the end."""
+        """Whether the bodies are loaded in the final state."""
         return bool(self.result.solution.load)
 
     @property
     def where(self) -> str:
-        """Which body, if there are two."""
+        """Name of the body in a caption, if there are two."""
         names = tuple(BODIES.values())
         return f" of the {names[self.body]}" if len(self.result.bodies) > 1 else ""
 
     def close(self) -> VolumeScene:
-        """Return the scene around the largest plastic strain, if that is a small part of it."""
+        """Return the scene of a close-up of the plastic zone, if it is a small part of the map."""
         zone = profile(self.result, body=self.body)
         plastic = np.flatnonzero(zone.accumulated)
         if not plastic.size:
@@ -222,12 +222,12 @@ class VolumeScene:
 
 
 def _of(attribute: str, inner: Illustration) -> Illustration:
-    """Return a figure of a scene within another one."""
+    """Return a figure of a scene that is an attribute of another scene."""
     return within_scene(attrgetter(attribute), inner)
 
 
 def within_scene(within: Callable[[Any], Any], inner: Illustration) -> Illustration:
-    """Return a figure of a scene that another one holds."""
+    """Return a figure of a scene that ``within`` computes from another scene."""
     return replace(
         inner,
         draw=lambda scene: inner.draw(within(scene)),
@@ -245,7 +245,7 @@ def _heights(scene: MapScene) -> str:
 
 
 MAP = Illustration("surface", lambda s: maps.surface(s.surface), _heights, FILES, HALF)
-"""Of a prepared map."""
+"""Figure of a prepared map."""
 
 
 # The contact
@@ -308,7 +308,7 @@ def _sections(scene: ContactScene) -> str:
 
 
 def _closely(region: str, chapter: str, when: Callable[[Any], bool]) -> Illustration:
-    """Return the close-up of a region of a contact."""
+    """Return the figure of a close-up of a contact."""
     get = attrgetter(region)
     return Illustration(
         "",
@@ -328,7 +328,7 @@ CONTACT: Illustrations = (
         lambda s: maps.pressure(s.result),
         _pressure,
         width=HALF,
-        # A close-up shows it.
+        # A sparse contact is shown by a close-up.
         when=lambda s: not s.is_sparse,
     ),
     Illustration("contact", lambda s: maps.contact(s.result), _classes, FRONT, HALF),
@@ -350,19 +350,19 @@ CONTACT: Illustrations = (
         when=lambda s: s.result.load > 0,
     ),
 )
-"""Of a `ContactResult`."""
+"""Figures of a `ContactResult`."""
 
 
 # The volume model
 
 
 def _of_contact(name: str) -> Illustration:
-    """Return a figure of the contact as one of the volume model."""
+    """Return a figure of the contact for the volume model."""
     return _of("contact", _in_contact(name))
 
 
 def _of_pressure(name: str) -> Illustration:
-    """Return a figure of the pressure, under the largest load where there is none in the end."""
+    """Return a figure of the pressure, under the largest load if unloaded in the end."""
     entry = _of("pressed", _in_contact(name))
 
     def caption(scene: VolumeScene) -> str:
@@ -401,7 +401,7 @@ def _cut(along: str) -> Illustration:
 _CUT = _cut("x")
 
 SECTION = replace(_CUT, name="", chapter=FRONT, draw=lambda scene: _CUT.draw(scene.close()))
-"""The section of an elastoplastic body, around the largest plastic strain where that is small."""
+"""Section of an elastoplastic body, as a close-up if the plastic zone is small."""
 
 
 VOLUME: Illustrations = (
@@ -448,14 +448,14 @@ VOLUME: Illustrations = (
         FILES,
     ),
 )
-"""Of an `ElastoplasticResult`."""
+"""Figures of an `ElastoplasticResult`."""
 
 
 # Other results
 
 
 def names(table: Illustrations) -> tuple[str, ...]:
-    """Return the names of the figures that are written to files."""
+    """Return the names of the figures written to files."""
     return tuple(entry.name for entry in table if entry.name)
 
 
@@ -483,7 +483,7 @@ def _close(scene: ContactScene) -> str:
 
 
 PROFILE_MAP = Illustration("surface", lambda s: profiles.heights(s.surface), _trace, FILES, WIDE)
-"""Of a prepared profile."""
+"""Figures of a prepared profile."""
 
 PROFILE_CONTACT: Illustrations = (
     _of("map", PROFILE_MAP),
@@ -495,4 +495,4 @@ PROFILE_CONTACT: Illustrations = (
         width=WIDE,
     ),
 )
-"""Of a `ContactResult` of profiles."""
+"""Figures of a `ContactResult` of profiles."""

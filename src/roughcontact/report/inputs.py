@@ -1,4 +1,4 @@
-"""Inputs as text: maps, their roughness, and materials."""
+"""Input data as text: maps, their roughness, and materials."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ SURFACE: Table = (
     Quantity("height_max", unit="m", of=lambda s: float(np.nanmax(s.heights))),
     Quantity("missing", "missing points", of=lambda s: s.missing, brief=False, text=_missing),
 )
-"""Of a `Surface`."""
+"""Quantities of a `Surface`."""
 
 
 _OF_A_MAP = ("shape", "pixel", "size")
@@ -102,11 +102,11 @@ TRACE: Table = (
     Quantity("length", "length", unit="m", of=lambda s: s.size[1]),
     *(quantity for quantity in SURFACE[3:] if quantity.key not in _OF_A_MAP),
 )
-"""Of a `Surface` that is a profile."""
+"""Quantities of a `Surface` that is a profile."""
 
 
 def table_of(surface: MapOrSlab) -> Table:
-    """Return the quantities of a map, of the rows of one, or of a profile."""
+    """Return the quantities of a map, of a row block of a map, or of a profile."""
     return TRACE if surface.is_profile else SURFACE
 
 
@@ -163,11 +163,11 @@ BODY: Table = (
         brief=False,
     ),
 )
-"""Of a `Material`."""
+"""Quantities of a `Material`."""
 
 
 def bodies(model: str, profile: bool = False) -> Table:
-    """Return the relevant properties of a material; the volume model has no hardness."""
+    """Return the relevant quantities of a material; the volume model has no hardness."""
     if profile:
         sphere = quantity_of(BODY, "first_yield_pressure")
         line = "line_yield_pressure"
@@ -186,7 +186,7 @@ def bodies(model: str, profile: bool = False) -> Table:
 
 
 def sources(bodies: Sequence[Material]) -> list[str]:
-    """Return where the catalog has the values of two bodies from; nothing for other values."""
+    """Return the sources of the catalog values of two bodies; none for other values."""
     names: dict[str, dict[str, str]] = {}
     for body in bodies:
         try:
@@ -207,7 +207,7 @@ _SYMBOLS = {"young": "E", "poisson": "ν", "yield_strength": "σ_Y", "hardness":
 
 
 class Measured(NamedTuple):
-    """A map as it is in a file, and leveled."""
+    """Map as stored in a file, and leveled."""
 
     surface: Surface
     leveled: Surface
@@ -224,15 +224,16 @@ def _both(name: str, unit: str) -> Quantity:
     return Quantity(name, name, unit=unit, of=f"surface.{name}", text=text)
 
 
-# Of a texture that runs one way, of one that is the same all around, of a Gaussian surface.
+# Str below which a texture is directional, and from which it is isotropic; skewness and excess
+# kurtosis below which heights are Gaussian.
 _DIRECTED, _ISOTROPIC, _SKEWED, _PEAKED = 0.3, 0.5, 0.5, 1.0
 
 
 def _character(values: Mapping[str, float]) -> str:
-    """Return how the heights of a map are distributed, and along what."""
+    """Return the texture direction and height distribution of a map as text."""
     gaussian = abs(values["Ssk"]) < _SKEWED and abs(values["Sku"] - 3) < _PEAKED
     heights = "Gaussian" if gaussian else "not Gaussian"
-    # Str of a lay that leaves the map is not determined, but bounded.
+    # If the lay extends beyond the map, Str is not determined but bounded.
     known = not math.isnan(values["Str"])
     if (values["Str"] if known else values["Str_max"]) < _DIRECTED:
         return f"Directional, {heights}"
@@ -242,7 +243,7 @@ def _character(values: Mapping[str, float]) -> str:
 
 
 def headline(result: Measured, name: str) -> Headline:
-    """Return the headline of a file: its grid, kind of map, and roughness."""
+    """Return the headline of a file: grid, type of map, and roughness."""
     surface, leveled = result.surface, result.leveled
     about = surface.provenance.instrument or "height map"
     missing = surface.missing
@@ -281,7 +282,7 @@ FILE: Table = (
     Quantity("missing_fraction", of=lambda f: f.surface.missing / f.surface.heights.size),
     Quantity("roughness_leveled", of=lambda result: result.leveled.roughness()),
 )
-"""Of a map in a file, `Measured`."""
+"""Quantities of a map in a file, `Measured`."""
 
 FILE_OF_PROFILE: Table = (
     *(delegated("surface", quantity) for quantity in TRACE),
@@ -300,7 +301,7 @@ FILE_OF_PROFILE: Table = (
     Quantity("primary", of=lambda result: primary(result.leveled)),
     Quantity("roughness", of=lambda result: filtered(result.leveled)),
 )
-"""Of a profile in a file, `Measured`."""
+"""Quantities of a profile in a file, `Measured`."""
 
 
 def file_table(result: Measured) -> Table:
@@ -309,12 +310,12 @@ def file_table(result: Measured) -> Table:
 
 
 def primary(surface: Surface) -> dict[str, float]:
-    """Return the parameters of a leveled profile with all of its waves, by their symbols."""
+    """Return the primary-profile parameters of a leveled profile, by symbol."""
     return {f"P{name[1:]}": value for name, value in surface.roughness().items()}
 
 
 def filtered(surface: Surface) -> dict[str, float]:
-    """Return the parameters of a leveled profile without its waves beyond λc, by their symbols."""
+    """Return the parameters of a leveled profile without waves longer than λc, by symbol."""
     wave = roughness.cutoff(surface.size[1])
     if wave is None:
         return {}
@@ -322,12 +323,12 @@ def filtered(surface: Surface) -> dict[str, float]:
     rest = round((surface.size[1] - roughness.SECTIONS * wave) / spacing)
     end = min(round(0.5 * wave / spacing), rest // 2)
     inner = heights[end : heights.size - end]
-    # One more or less by rounding of positions is no section.
+    # The margin absorbs the rounding of positions.
     return roughness.summary(inner, spacing, int(inner.size * spacing / wave + 0.01))
 
 
 def measured(surface: Surface) -> Measured:
-    """Return a map as it is in a file, and leveled."""
+    """Return a map as stored in a file, and leveled."""
     return Measured(surface, surface.leveled())
 
 
@@ -343,11 +344,11 @@ PROFILE_ROUGHNESS = {
     "sm": ("m", "mean width of the elements, a peak and a dale each"),
     "dq": ("", "root-mean-square slope"),
 }
-"""Unit and meaning of the parameters of a profile, by what follows P or R in their symbols."""
+"""Unit and meaning of profile parameters, by the part of the symbol after P or R."""
 
 
 def profile_parameters(surface: Surface) -> list[tuple[str, str, str, str]]:
-    """Return name, values of the primary and of the roughness profile, and meaning, in rows."""
+    """Return rows of name, value of the primary and roughness profile, and meaning."""
     whole, rough = primary(surface), filtered(surface)
     return [
         (
@@ -390,7 +391,7 @@ ROUGHNESS = {
 
 
 def parameter(name: str, values: Mapping[str, float]) -> str:
-    """Return one of the parameters of `Surface.roughness` as text, in its unit of `ROUGHNESS`."""
+    """Return a parameter of `Surface.roughness` as text, with its unit in `ROUGHNESS`."""
     unit, _ = ROUGHNESS[name]
     value = values.get(name, math.nan)
     if math.isnan(value):

@@ -1,4 +1,4 @@
-"""Presentation of a class of results: quantities and texts of console, report, page and files."""
+"""Presentation of a class of results in console, report, app and files."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from roughcontact.report.page import Block
 
 PROBLEM, ANSWER, TRUST, HEADLINE = "problem", "answer", "trust", "headline"
-"""Parts of a table: input, result, accuracy, and what heads a report alone."""
+"""Parts of a table: input, result, accuracy, and the headline of a report."""
 
 Cells = tuple[str, ...]
 
@@ -38,19 +38,19 @@ ABSENT = "–"
 
 @dataclass(frozen=True)
 class Row:
-    """One quantity of one result."""
+    """Quantity of one result."""
 
     key: str  # Name in files
-    symbol: str  # Of the quantity
-    name: str  # Of the quantity
-    value: Any  # In SI units
+    symbol: str  # Symbol of the quantity
+    name: str  # Name of the quantity
+    value: Any  # Value in SI units
     unit: str  # SI unit of the value
     meaning: str  # Short description
     text: str  # The value as text, with its unit
 
     @property
     def title(self) -> str:
-        """Name and symbol, as the first cell of a row."""
+        """Name and symbol: the first cell of a row."""
         return capitalize_first(f"{self.name} {self.symbol}".rstrip())
 
 
@@ -79,9 +79,9 @@ class Quantity:
     form: Callable[[Any], str] | None = None
     text: Callable[[Any], str] | None = None
     part: str = ANSWER  # Part of the table
-    when: Callable[[Any], bool] = lambda _: True  # `when(result)` returns whether it is shown
-    brief: bool = True  # Whether the console shows it
-    stored: bool = True  # Whether it is in the summary, and so in JSON
+    when: Callable[[Any], bool] = lambda _: True  # `when(result)`: whether the quantity is shown
+    brief: bool = True  # Whether the console shows the quantity
+    stored: bool = True  # Whether the quantity is in the summary, and so in JSON
 
     def value(self, result: Any) -> Any:
         """Return the value [SI]."""
@@ -104,7 +104,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Column:
-    """A quantity of each step of a result."""
+    """Quantity of each step of a result."""
 
     key: str  # Name in files
     name: str = ""  # Head of the column
@@ -112,7 +112,7 @@ class Column:
     of: Callable[[Any], Sequence[Any]] | None = None
     steps: str = "steps"  # Attribute of the result that holds its steps
     digits: int = 4  # Significant digits
-    form: Callable[[Any], str] | None = None  # `form(value)` puts a value into words
+    form: Callable[[Any], str] | None = None  # `form(value)` returns a value as text
     shown: Callable[[Any], Sequence[Any]] | None = None
     when: Callable[[Any], bool] = lambda _: True  # As for `Quantity`
     brief: bool = True  # As for `Quantity`
@@ -130,15 +130,15 @@ class Column:
         return [form(value) for value in (self.shown or self.values)(result)]
 
 
-# A step that has less than this part of what all have together has nothing but rounding.
+# Values below this part of the sum over all steps are rounding errors.
 _ROUNDING = 1e-9
 
-# Side of a cube [m], and its name.
+# Side of a cube [m], and the name of this unit.
 _SIDES = {1e-3: "mm", 1e-6: "µm", 1e-9: "nm"}
 
 
 def without_rounding(key: str) -> Callable[[Any], Sequence[float]]:
-    """Return a formatter of values ≥ 0 that shows rounding errors as zero."""
+    """Return a getter of the values of all steps, ≥ 0, with rounding errors set to zero."""
 
     def values(result: Any) -> list[float]:
         answer = [float(getattr(step, key)) for step in result.steps]
@@ -153,13 +153,13 @@ Columns = Sequence[Column]
 
 
 def format_value(value: Any, unit: str, digits: int = 4) -> str:
-    """Return a value with its unit, as all tables show it."""
+    """Return a value with its unit, in the format of all tables."""
     if isinstance(value, str):
         return value
     if isinstance(value, (tuple, list)):
         return ", ".join(format_value(entry, unit, digits) for entry in value)
     if unit == "m³":
-        # Between two prefixes of a cube lie nine digits.
+        # The units of a volume differ by nine decimal digits.
         side = 1e-3 if value >= 1e-12 else 1e-6 if value >= 1e-21 or not value else 1e-9
         return f"{plain_decimal(value / side**3, digits)} {_SIDES[side]}³"
     if unit == "s":
@@ -170,7 +170,7 @@ def format_value(value: Any, unit: str, digits: int = 4) -> str:
 
 
 def capitalize_first(text: str) -> str:
-    """Return a text with a capital letter, as the beginning of a row."""
+    """Return a text with a capital first letter."""
     return text[:1].upper() + text[1:]
 
 
@@ -187,7 +187,7 @@ def rows_of(table: Table, result: Any, part: str = ANSWER, brief: bool = False) 
 def side_by_side(
     table: Table, results: Iterable[Any], part: str = ANSWER, brief: bool = False
 ) -> list[tuple[Row, tuple[str, ...]]]:
-    """Return the rows of several results side by side: a row, and a text per result."""
+    """Return the rows of several results: a row, and the text of each result."""
     by_key = [{row.key: row for row in rows_of(table, result, part, brief)} for result in results]
     keys = [quantity.key for quantity in table if any(quantity.key in result for result in by_key)]
     return [
@@ -221,7 +221,7 @@ def pick_quantities(table: Table, *keys: str) -> Table:
 
 
 def delegated(attribute: str, quantity: Quantity, **changes: Any) -> Quantity:
-    """Return a quantity of what a result holds as one of the result itself."""
+    """Return a quantity of an attribute of a result as a quantity of the result."""
     inner = attrgetter(attribute)
 
     def of(call: Callable[[Any], Any]) -> Callable[[Any], Any]:
@@ -250,7 +250,7 @@ def stored_columns(columns: Columns, result: Any) -> dict[str, list[float]]:
 
 
 def frame_of(columns: Columns, result: Any) -> pandas.DataFrame:
-    """Return the steps of a result as a table of pandas, units in its attributes."""
+    """Return the steps of a result as a pandas table, with units in its attributes."""
     import pandas
 
     stored_only = _stored_only(columns, result)
@@ -273,7 +273,7 @@ def listing_of(
 
 
 def csv_text(columns: Columns, result: Any) -> str:
-    """Return the steps of a result as a table in text, units in the head."""
+    """Return the steps of a result as CSV text, with units in the head."""
     stored_only = _stored_only(columns, result)
     lines = [",".join(f"{column.key} [{column.unit}]" for column in stored_only)]
     steps = zip(*(column.values(result) for column in stored_only), strict=True)
@@ -291,7 +291,7 @@ CAUTIONS: Table = (
 """Stored cautions of any result."""
 
 
-# --- The kind ---
+# --- Presentation ---
 
 Use = tuple[str, tuple[Reference, ...]]
 CellTable = tuple[Cells, Sequence[Cells]]  # Heads, none if empty, and rows
@@ -315,38 +315,38 @@ def _itself(result: Any) -> Any:
 
 @dataclass(frozen=True)
 class Presentation:
-    """Presentation of one class of results, or of some of them."""
+    """Presentation of a class of results, or of a part of the class."""
 
     result: type  # The class
-    table: Table  # Its quantities
-    columns: Columns = ()  # Those of each of its steps
+    table: Table  # Quantities of the result
+    columns: Columns = ()  # Quantities of each step
     when: Callable[[Any], bool] = lambda _: True
-    listed: bool = False  # Whether the summary has the columns, too
-    brief: bool = True  # Whether a session shows the main rows alone
+    listed: bool = False  # Whether the summary includes the columns
+    brief: bool = True  # Whether a session shows only the main rows
     problem: Callable[[Any], str] = _empty  # Bodies and load in one line
-    question: Callable[[Any], str] = _empty  # Question, the title of its report
-    answer: Callable[..., str] = _empty  # The answer in one sentence, with its interval
-    numbers: Callable[..., CellTable] | None = None  # A few of them, in place of the steps
-    remarks: Callable[..., tuple[str, ...]] = _none  # Interval, other ceiling, status: a line each
+    question: Callable[[Any], str] = _empty  # Question: title of the report
+    answer: Callable[..., str] = _empty  # Answer in one sentence, with its interval
+    numbers: Callable[..., CellTable] | None = None  # Key quantities, in place of the steps
+    remarks: Callable[..., tuple[str, ...]] = _none  # Interval, other ceiling, status, in lines
     sentences: Callable[[Any], tuple[str, ...]] = _none
     meaning: Callable[[Any], str] = _empty  # Meaning, in a sentence or two
-    inputs: Callable[[Any, bool], list[Block]] | None = None  # Inputs; whether drawn
-    details: Callable[..., list[Block]] = _nothing  # Further blocks of its report
-    case: Callable[[Any], Case | None] | None = None  # Of assumptions, if not a contact's
-    assumptions: Sequence[Assumption] = ()  # Besides those of a contact
-    method: Callable[[Any], list[Block]] = _nothing  # How it is solved, besides a contact
+    inputs: Callable[[Any, bool], list[Block]] | None = None  # Inputs, with or without figures
+    details: Callable[..., list[Block]] = _nothing  # Further blocks of the report
+    case: Callable[[Any], Case | None] | None = None  # Case of the assumptions, if not a contact's
+    assumptions: Sequence[Assumption] = ()  # In addition to those of a contact
+    method: Callable[[Any], list[Block]] = _nothing  # Method, in addition to a contact's
     checked: Callable[[Any], tuple[str, ...]] = _none  # Performed checks
-    script: Callable[[Any], str] = _empty  # Python that repeats it
-    figures: Illustrations = ()  # Of reports, and for `--figures`
-    scene: Callable[[Any], Any] = _itself  # `scene(result)` is what they are drawn of
+    script: Callable[[Any], str] = _empty  # Python script that repeats it
+    figures: Illustrations = ()  # Figures of reports and of `--figures`
+    scene: Callable[[Any], Any] = _itself  # `scene(result)` returns the scene of the figures
     plots: tuple[Callable[..., Figure], ...] = ()
-    contact: Callable[[Any], Any] | None = None  # `contact(result)` is the contact that it is of
-    largest: Callable[[Any], Any] | None = None  # `largest(result)` solves that of its report
-    uncertainty: Callable[[Any, Any], list[Block]] = _nothing  # Its intervals, given a study
-    contact_blocks: Callable[[Any], list[Block]] = _nothing  # Its part of the reports on others
+    contact: Callable[[Any], Any] | None = None  # `contact(result)`: its contact
+    largest: Callable[[Any], Any] | None = None  # `largest(result)` solves its contact
+    uncertainty: Callable[[Any, Any], list[Block]] = _nothing  # Intervals, given a study
+    contact_blocks: Callable[[Any], list[Block]] = _nothing  # Its blocks in other reports
     works: Callable[[Any], Iterable[Use]] = _none
     save: Callable[[Any, str | os.PathLike[str]], None] | None = None
-    dataset: Callable[[Any], Dataset] | None = None  # Content of its NetCDF file
+    dataset: Callable[[Any], Dataset] | None = None  # Content of a NetCDF file
     ranks: Callable[[Any], Ranks | None] = lambda _: None
 
     @property
@@ -368,7 +368,7 @@ class Presentation:
         return Headline(self.problem(result), answer, heads, first_and_last(rows), remarks)
 
     def row(self, result: Any, key: str) -> Row:
-        """Return one quantity of a result."""
+        """Return the row of one quantity of a result."""
         return quantity_of(self.table, key).row(result)
 
     def listing(
@@ -378,32 +378,32 @@ class Presentation:
         return listing_of(self.columns, result, brief)
 
     def drawings(self, result: Any) -> dict[str, Callable[[], Figure]]:
-        """Return the functions that draw the figures for files, by name."""
+        """Return the functions that draw the figures of files, by name."""
         scene = self.scene(result)
         return {item.name: partial(item.draw, scene) for item in self.figures if item.name}
 
     def write(self, result: Any, path: str | os.PathLike[str]) -> None:
-        """Write the steps of a result as a table, or all of it as JSON."""
+        """Write the steps of a result as a table, or the whole result as JSON."""
         require_suffix(path, *((".csv", ".json") if self.columns else (".json",)))
         table = Path(path).suffix.lower() == ".csv"
         text = csv_text(self.columns, result) if table else to_json(self.summary(result)) + "\n"
         write_atomically(path, text)
 
     def to_pandas(self, result: Any) -> pandas.DataFrame:
-        """Return the steps of a result as a table of pandas."""
+        """Return the steps of a result as a pandas table."""
         if not self.columns:
             raise InputError(f"{self.result.__name__} has no steps: use summary()")
         return frame_of(self.columns, result)
 
     def to_xarray(self, result: Any) -> xarray.Dataset:
-        """Return a result as a dataset of xarray."""
+        """Return a result as an xarray dataset."""
         if self.dataset is None:
             other = "to_pandas()" if self.columns else "summary()"
             raise InputError(f"{self.result.__name__} has no NetCDF form: use {other}")
         return self.dataset(result).to_xarray()
 
     def summary(self, result: Any) -> dict[str, Any]:
-        """Return a result by name, in SI units, ready for JSON."""
+        """Return the values of a result by name, in SI units, ready for JSON."""
         numbers = stored_values(self.table, result)
         if self.listed:
             return {**numbers, **stored_columns(self.columns, result), "version": __version__}

@@ -1,4 +1,4 @@
-"""All kinds of results: one place each."""
+"""Registry of the presentations of all classes of results."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 
 def presentation_of(result: Any) -> Presentation:
-    """Return the kind of a result; `TypeError` for what is none."""
+    """Return the presentation of a result; raise `TypeError` for other objects."""
     places = connected_module().presentations()
     for name in (base.__name__ for base in type(result).__mro__):
         for kind in map(_loaded, places.get(name, ())):
@@ -54,7 +54,7 @@ def presentation_of(result: Any) -> Presentation:
 
 
 def all_presentations() -> list[Presentation]:
-    """Return all kinds."""
+    """Return all presentations."""
     return [
         _loaded(place) for places in connected_module().presentations().values() for place in places
     ]
@@ -83,12 +83,12 @@ def sentences(result: Any) -> tuple[str, ...]:
 
 
 def summary(result: Any) -> dict[str, Any]:
-    """Return a result by name, in SI units, ready for JSON."""
+    """Return the values of a result by name, in SI units, ready for JSON."""
     return presentation_of(result).summary(result)
 
 
 def references(result: Any) -> References:
-    """Return the papers behind a result."""
+    """Return the references of a result."""
     return citations.references_of(presentation_of(result), result)
 
 
@@ -111,12 +111,12 @@ def tables(result: Any, **more: Any) -> list[Block]:
 
 
 def drawings(result: Any) -> dict[str, Callable[[], Figure]]:
-    """Return the functions that draw the figures of a result for files, by name."""
+    """Return the functions that draw the figures of files, by name."""
     return presentation_of(result).drawings(result)
 
 
 def save(result: Any, path: str | os.PathLike[str]) -> None:
-    """Write a map or a result in the format that the suffix of the file names."""
+    """Write a map or a result to a file; the suffix selects the format."""
     kind = presentation_of(result)
     (kind.save or kind.write)(result, path)
 
@@ -130,7 +130,7 @@ def report(result: Any, path: str | os.PathLike[str], edition: Edition, **more: 
     kind = presentation_of(result)
     if not kind.question(result):
         raise InputError(f"there is no report on a {type(result).__name__} alone")
-    # All ranks that hold a map reduce it, one writes.
+    # Every rank takes part in the reduction of a distributed map; only one writes.
     scene, ranks = kind.scene(result), kind.ranks(result)
     write = partial(_write, result, scene, path, edition, more)
     if ranks is None:
@@ -223,7 +223,7 @@ def _contact_blocks(pressed: ContactResult) -> list[Block]:
 
 
 def _fits_on_front(kind: Presentation, result: Any) -> bool:
-    """Return whether all that is shown of the steps is on the first page."""
+    """Return whether the first page shows all rows of the steps."""
     _, rows = kind.listing(result)
     return not rows or (kind.numbers is None and first_and_last(rows) == rows)
 
@@ -264,7 +264,7 @@ def _sentences(kind: Presentation, result: Any) -> list[Block]:
 
 
 def _trust(kind: Presentation, result: Any, pressed: ContactResult | None) -> list[Block]:
-    """Return how exactly a result is solved, and what it was checked for."""
+    """Return the blocks on the accuracy of a result and the checks performed."""
     checked = kind.checked(result)
     if pressed is not None:
         checked = checked or plausibility.performed_checks(pressed)
@@ -282,15 +282,15 @@ def _repetition(
     return chapters.script_blocks(version, edition.command, script, what)
 
 
-# --- A result at a glance: what a session prints of it, and a notebook shows ---
+# --- Display of a result in a session and in a notebook ---
 
 _WIDE, _SMALL = 420, 340
-# Letters of a line.
+# Characters of a line.
 _LINE = 88
 
 
 def headline_text(shown: Any) -> str:
-    """Return problem, answer and headline numbers of an object, some ten lines."""
+    """Return problem, answer and main quantities of an object as text, about ten lines."""
     first = _headline_of(shown)
     lines = [f"{_class_name(shown)}: {first.problem}".removesuffix(": ")]
     lines += _wrap_text(first.answer)
@@ -326,7 +326,7 @@ def headline_html(shown: Any) -> str:
 
 
 def _headline_of(shown: Any) -> Headline:
-    """Return the headline; of a map its parameters."""
+    """Return the headline of a result; of a map, its roughness parameters."""
     kind = presentation_of(shown)
     if kind.has_answer:
         return headline(shown)
@@ -362,24 +362,24 @@ def _picture(shown: Any) -> str:
 
     try:
         figures = Plots(shown, presentation_of(shown).plots)
-        # One map: what shows four at once is too small here.
+        # One panel only: the figure of four panels is too large for a notebook cell.
         figure = figures.pressure() if "pressure" in dir(figures) else figures()
     except (AttributeError, InputError):
-        # Kinds that have none, and results that have nothing to draw.
+        # Some classes have no figures, and some results nothing to draw.
         return ""
     data = base64.b64encode(png(figure)).decode("ascii")
     wide = _WIDE if figure.get_figwidth() > figure.get_figheight() else _SMALL
     return f'<img alt="" style="width: {wide}px" src="data:image/png;base64,{data}">'
 
 
-# --- The figures of an object as its methods: `result.plot.pressure()` ---
+# --- Figures of an object as its methods: `result.plot.pressure()` ---
 
 
 Draw = Callable[..., "Figure"]
 
 
 class Plots:
-    """The figures of one object by their names in ``rc.plots``; the first is the usual one."""
+    """Figures of an object by their names in ``rc.plots``; the first is the default."""
 
     def __init__(self, shown: object, figures: tuple[Draw, ...]) -> None:
         if not figures:
@@ -388,7 +388,7 @@ class Plots:
         self._figures = {figure.__name__: figure for figure in figures}
 
     def __call__(self, **options: Any) -> Figure:
-        """Draw the usual figure."""
+        """Draw the default figure."""
         usual = next(iter(self._figures.values()))
         return usual(self._shown, **options)
 
@@ -404,5 +404,5 @@ class Plots:
         return list(self._figures)
 
     def __repr__(self) -> str:
-        """Return the names of the figures, as they are called."""
+        """Return the calls of the figures as text."""
         return "figures: plot(), " + ", ".join(f"plot.{name}()" for name in self._figures)

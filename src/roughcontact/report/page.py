@@ -1,6 +1,6 @@
-"""HTML report: front page and numbered chapters in one file.
+"""HTML report: front page and numbered chapters in one self-contained file.
 
-It needs nothing else and prints to A4.
+The report prints to A4.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ if TYPE_CHECKING:
 _TEMPLATE = "report.html.j2"
 
 HALF, MIDDLE, WIDE = 84, 124, 178
-"""Widths of figures [mm]: two in a row, one with its caption, the whole page."""
+"""Widths of figures [mm]: two in a row, one next to its caption, and the whole page."""
 
-# Printed over drawn size of all figures: the smallest text, 10.5 points, prints as 7.1.
+# Printed over drawn size of all figures: the smallest text, 10.5 points, is printed as 7.1.
 _SCALE = 0.68
 
-# Height over width of the widest figures, so that the first page has room for its numbers.
+# Largest height over width of the widest figures, to leave space for the key quantities.
 _TALLEST = 0.62
 
-# Columns from which a table is set close.
+# Number of columns from which a table has a dense layout.
 _MANY_COLUMNS = 7
 
-# Rows up to which a table is not broken.
+# Number of rows up to which a table is kept on one page.
 _FEW_ROWS = 12
 
 Cells = tuple[str, ...]
@@ -47,15 +47,15 @@ Cells = tuple[str, ...]
 
 @dataclass(frozen=True, eq=False)
 class PageTable:
-    """Rows of text, the first cell of each its head."""
+    """Table of text; the first cell of each row is its head."""
 
-    rows: Sequence[Cells]  # The cells
+    rows: Sequence[Cells]  # Cells of each row
     head: Cells = ()  # Heads of the columns
-    style: str = ""  # Of the page's style sheet
+    style: str = ""  # Class of the style sheet
 
     @property
     def styles(self) -> str:
-        """The style; many columns are set close, few rows stay on one page."""
+        """Style classes; many columns are dense, few rows stay on one page."""
         dense = "dense" if len(self.head) >= _MANY_COLUMNS else ""
         whole = "whole" if len(self.rows) <= _FEW_ROWS else ""
         return " ".join(filter(None, (self.style, dense, whole)))
@@ -63,14 +63,14 @@ class PageTable:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A figure as a page takes it."""
+    """Figure of a page."""
 
-    draw: Callable[[], Figure]  # Function that draws it
-    caption: str  # Text below the figure, and in place of it
+    draw: Callable[[], Figure]  # Function that draws the figure
+    caption: str  # Text below the figure, and its alternative text
     width: int = MIDDLE  # `HALF`, `MIDDLE` or `WIDE`
 
     def drawn(self) -> Figure:
-        """Return the figure in the size in which its text prints as that of all others."""
+        """Return the figure in the size at which all figures have the same printed text size."""
         figure = self.draw()
         wide, tall = figure.get_size_inches()
         inches = self.width / 25.4 / _SCALE
@@ -78,10 +78,10 @@ class Picture:
         if self.width == WIDE and figure.get_layout_engine() is not None:
             height = min(height, _TALLEST * inches)
         figure.set_size_inches(inches, height)
-        # As many dots as before: a map needs one for each of its cells.
+        # Keep the number of dots: a map needs at least one for each of its cells.
         figure.set_dpi(DPI * max(wide / inches, 1.0))
         if self.width == HALF:
-            # The caption says what titles and notes have no room for.
+            # Titles and notes do not fit; the caption replaces them.
             for axes in figure.axes:
                 axes.set_title("")
             figure.suptitle("")
@@ -90,14 +90,14 @@ class Picture:
 
 
 class Block(NamedTuple):
-    """A part of a chapter: how it is set, and its content."""
+    """Part of a chapter: type and content."""
 
     kind: str  # "text", "small", "head", "warning", "code", "table", "figure", "aside" or "list"
-    content: Any  # A text, table, picture, or list of them
+    content: Any  # Text, table, figure, or a list of these
 
 
 class Chapter(NamedTuple):
-    """Heading and blocks in their order."""
+    """Chapter of a report: heading and blocks in order."""
 
     title: str
     blocks: Sequence[Block]
@@ -105,41 +105,41 @@ class Chapter(NamedTuple):
 
 @dataclass(frozen=True)
 class Front:
-    """The first page: question, answer, one figure and the key numbers."""
+    """First page of a report: question, answer, one figure and the key quantities."""
 
-    question: str  # The title
+    question: str  # Title
     problem: str  # Bodies and load in one line
-    answer: str  # One sentence
-    numbers: PageTable  # The key numbers
-    remarks: Sequence[str]  # Sentences below them, one paragraph each
-    figure: Picture | None  # The most informative one
+    answer: str  # Answer in one sentence
+    numbers: PageTable  # Key quantities
+    remarks: Sequence[str]  # Sentences below the table, one paragraph each
+    figure: Picture | None  # Most informative figure
     cautions: Sequence[Caution]  # Cautions
-    status: str = "converged"  # Or why the solver stopped
+    status: str = "converged"  # Or the reason why the solver stopped
 
 
 @dataclass(frozen=True)
 class Edition:
-    """Data of a report besides its result."""
+    """Data of a report other than its result."""
 
     command: str = ""  # Command that gave the result
     date: datetime.date | None = None  # Date of the report
-    spell: Spell = str  # `spell(mention)` returns the words for an argument
-    processes: int = 1  # How many may draw its figures
+    spell: Spell = str  # `spell(mention)` returns the spelling of an argument
+    processes: int = 1  # Largest number of processes that draw the figures
     tell: Callable[[int, int], None] | None = None  # Called as `tell(number, count)`
 
 
 PLAIN = Edition()
-"""An edition without a command, of today."""
+"""Edition without a command, with the date of today."""
 
 
 def save(text: str, path: str | os.PathLike[str]) -> None:
-    """Write a page to an HTML file; it appears only once it is complete."""
+    """Write a page to an HTML file; the file appears only when complete."""
     check_path(path)
     write_atomically(path, text)
 
 
 def check_path(path: str | os.PathLike[str]) -> None:
-    """Raise `InputError` unless a report can have this name, before anything is computed."""
+    """Raise `InputError` unless a report can be written to this path."""
     target = Path(path)
     if target.suffix.lower() not in (".html", ".htm"):
         raise InputError(
@@ -176,7 +176,7 @@ def render(front: Front, chapters: Sequence[Chapter], edition: Edition = PLAIN) 
 
 
 class _RenderedPicture(NamedTuple):
-    """A picture that is drawn."""
+    """Drawn figure of a page."""
 
     number: int
     width: int
@@ -185,12 +185,12 @@ class _RenderedPicture(NamedTuple):
 
 
 def _png_size(png: bytes) -> tuple[int, int]:
-    """Return width and height, which stand first in a PNG file's first chunk."""
+    """Return width and height of a PNG file, from its first chunk."""
     return int.from_bytes(png[16:20], "big"), int.from_bytes(png[20:24], "big")
 
 
 def _pictures(front: Front, chapters: Sequence[Chapter]) -> Iterator[Picture]:
-    """Yield the pictures of a page in their order."""
+    """Yield the figures of a page in order."""
     if front.figure is not None:
         yield front.figure
     for chapter in chapters:
@@ -216,12 +216,12 @@ def _template(spell: Spell) -> jinja2.Template:
 
 
 def _messages(cautions: Sequence[Caution]) -> list[tuple[str, str]]:
-    """Return severity and sentence of what has to be known, the severest first."""
+    """Return severity and sentence of the cautions, the most severe first."""
     return [
         (str(caution.severity), as_sentence(caution.text))
         for severity in Severity
         for caution in cautions
-        # The first line of the page says so, with the reason.
+        # The first line of the page reports non-convergence, with the reason.
         if caution.severity is severity and caution.kind != CautionTag.NOT_CONVERGED
     ]
 
@@ -229,14 +229,14 @@ def _messages(cautions: Sequence[Caution]) -> list[tuple[str, str]]:
 def _printable(value: Any, spell: Spell) -> Any:
     if isinstance(value, Sentence):
         value = render_message(value.parts, spell)
-    # A file name can hold bytes that are no text, or control characters, which HTML forbids.
+    # A file name can contain undecodable bytes or control characters, which HTML forbids.
     if type(value) is not str or value.isprintable():
         return value
     return "".join(c if c.isprintable() or c in "\n\t" else "�" for c in value)
 
 
 def as_sentence(note: str) -> str:
-    """Return a note with a capital letter and a full stop; nothing for nothing."""
+    """Return a note with a capital letter and a full stop; an empty text stays empty."""
     if not note:
         return ""
     first, *rest = message_parts(note)

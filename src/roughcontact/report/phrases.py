@@ -64,7 +64,7 @@ def _look(look: IterationInfo) -> str:
 
 
 def ceiling(result: ContactResult) -> str:
-    """Return the ceiling of a result and where it comes from, without a full stop."""
+    """Return the ceiling of a result and its source, without a full stop."""
     both = (result.material, result.counter_material)
     return ceiling_text(result.ceiling, *both, agreed=result.calibration)
 
@@ -75,7 +75,7 @@ def ceiling_text(
     counter_material: Material,
     agreed: CalibrationRecord | None = None,
 ) -> str:
-    """Return a ceiling on two bodies and where it comes from, as `ceiling`."""
+    """Return the ceiling of two bodies and its source, in the format of `ceiling`."""
     if isinstance(ceiling, str):
         return "calibrated, by map and load"
     if ceiling is None:
@@ -106,7 +106,7 @@ def ceiling_text(
 
 
 def largest_pressure(result: ContactResult) -> str:
-    """Return the largest pressure, and whether it is the ceiling that was given."""
+    """Return the largest pressure as text, with a remark if it is the ceiling."""
     value = format_engineering(result.max_pressure, "Pa")
     return f"{value}, ceiling (given)" if result.saturated_fraction else value
 
@@ -118,7 +118,7 @@ def source(provenance: Provenance) -> str:
 
 
 def load_phrase(result: ContactResult) -> str:
-    """Return load or approach of a result, as a question ends."""
+    """Return the load or approach of a result as the end of a question."""
     if result.control == "approach":
         return f"at an approach of {format_engineering(result.approach, 'm')}"
     specified = result.specified_load
@@ -135,13 +135,13 @@ def load_phrase(result: ContactResult) -> str:
 
 
 def span(texts: Sequence[str]) -> str:
-    """Return the first and the last of some values with units."""
+    """Return the first and the last of several values with units."""
     first, last = texts[0], texts[-1]
     return first if first == last else f"{first} to {last}"
 
 
 def load_range(result: Any) -> str:
-    """Return the loads of a row of contacts, as a question ends."""
+    """Return the loads of several contacts as the end of a question."""
     contact = result.largest
     if contact.specified_load is not None and isinstance(
         contact.specified_load.form, load_case.NominalPressure
@@ -154,7 +154,7 @@ def load_range(result: Any) -> str:
 
 
 def given_load(specified: load_case.GivenLoad, result: ContactResult) -> str:
-    """Return a load in the form in which it was given, and the force that it came to."""
+    """Return a load in its given form, with the resulting force."""
     force = format_engineering(specified.force, result.pair.load_unit)
     words = f"{load_case.NAMES[type(specified.form)]}: {_form(specified.form)}"
     if isinstance(specified.form, load_case.NominalPressure):
@@ -178,7 +178,7 @@ def given_load(specified: load_case.GivenLoad, result: ContactResult) -> str:
 
 
 def given_loads(specified: Sequence[load_case.GivenLoad], unit: str = "N") -> str:
-    """Return several loads in the forms in which they were given, with their forces [``unit``]."""
+    """Return several loads in their given forms, with the resulting forces [``unit``]."""
     parts = []
     for form, group in groupby(dict.fromkeys(specified), lambda item: type(item.form)):
         values = [f"{_form(item.form)} ({format_engineering(item.force, unit)})" for item in group]
@@ -195,11 +195,11 @@ def _form(form: load_case.NominalPressure | load_case.LineLoad | load_case.Hertz
 
 
 def _line_load(value: float) -> str:
-    # As engineers write it.
+    # N/mm is the usual unit of line loads.
     return f"{format_engineering(value / 1e3, 'N')}/mm"
 
 
-# Loads of one form that are listed one by one.
+# Largest number of loads of one form that are listed separately.
 _FEW_LOADS = 4
 
 
@@ -213,7 +213,7 @@ def recommended(result: CalibrationRecord) -> str:
 
 
 def with_usual_ceiling(result: ContactResult) -> str:
-    """Return the quantities with three yield strengths, before a ceiling was recommended."""
+    """Return the quantities under the ceiling of three yield strengths, for comparison."""
     answer = result.calibration
     assert answer is not None
     text = (
@@ -279,7 +279,7 @@ def step_error(result: ElastoplasticResult) -> str:
     return f"about {100 * error:.2g} % of approach and contact area" if error else "none"
 
 
-# --- How far from elastic a result is, as a sentence with its numbers ---
+# --- Regime of a result as a sentence ---
 
 
 def regime(result: ContactResult, *, in_layers: bool = False) -> str:
@@ -348,7 +348,7 @@ def _strength(softer: Material) -> str:
 
 
 def _sphere(result: ContactResult) -> str:
-    """Return whose sphere yields first, where both bodies may."""
+    """Return the sphere that yields first as text, with its body if both can yield."""
     pair = result.pair
     what = "a cylinder" if pair.is_profile else "a sphere"
     if None in (pair.material.first_yield_pressure, pair.counter_material.first_yield_pressure):
@@ -393,32 +393,32 @@ def volume_regime(result: ElastoplasticResult) -> str:
     return f"{text}{surface} The load is gone, and has left an indentation of up to {deepest}."
 
 
-# --- The problem of a contact in one line, and how it was solved in another ---
+# --- Problem and solver status of a contact, one line each ---
 
 DIGITS = 3
-"""Significant digits of the headline."""
+"""Number of significant digits of the headline."""
 
 
 def format_share(value: float) -> str:
-    """Return a share with two digits, as a sentence has it."""
+    """Return a share as text in per cent, with two digits."""
     text = f"{100 * value:.2g}"
     return format_percent(value) if "e" in text else f"{text} %"
 
 
 def format_short(value: float, unit: str) -> str:
-    """Return a quantity as in the headline."""
+    """Return a quantity as text, with the digits of the headline."""
     return group_digits(format_engineering(value, unit, DIGITS))
 
 
 def between(low: float, high: float, form: Any) -> str:
-    """Return both ends of an interval, the unit once where it is the same."""
+    """Return both ends of an interval as text, with a common unit only once."""
     first, last = form(low), form(high)
     number, _, unit = first.partition(" ")
     return f"{number if number and last.endswith(f' {unit}') else first} to {last}"
 
 
 def map_name(surface: Any) -> str:
-    """Return the file of a map, or its nominal form."""
+    """Return the file name of a map, or its nominal form."""
     source = str(surface.provenance.source)
     made = source.partition(", ")[0]
     if made.startswith("nominal "):
@@ -450,29 +450,29 @@ def _counter_body(contact: ContactResult) -> str:
 
 
 def bodies(contact: ContactResult, name: str = "") -> str:
-    """Return both bodies and their materials; the first by its file, or by another name."""
+    """Return both bodies and their materials; the first by its file or by ``name``."""
     against = "on" if contact.counter_surface is None else "against"
     name = name or map_name(contact.share)
     return f"{name} ({_name(contact.material)}) {against} {_counter_body(contact)}"
 
 
 def force(value: float, unit: str) -> str:
-    """Return a force, or one per length [N/m] as engineers write it."""
+    """Return a force, or a line load [N/m] in N/mm, as text."""
     return f"{format_short(1e-3 * value, 'N')}/mm" if unit == "N/m" else format_short(value, unit)
 
 
 def load(contact: ContactResult) -> str:
-    """Return the load as it was given, and the force where that is another number."""
+    """Return the load in its given form, and the force if that has another value."""
     if contact.control == "approach":
         return f"approach {format_short(contact.approach, 'm')}"
     specified = contact.specified_load
-    # Of a body that is unloaded it is the largest load.
+    # For an unloaded body, the largest load.
     largest = contact.load if specified is None else specified.force
     return load_text(specified, largest, contact.pair.load_unit)
 
 
 def load_text(specified: load_case.GivenLoad | None, load: float, unit: str) -> str:
-    """Return a load in its own form, with the force."""
+    """Return a load in its given form, with the force."""
     total = force(load, unit)
     match None if specified is None else specified.form:
         case load_case.NominalPressure(value=value):
@@ -485,22 +485,22 @@ def load_text(specified: load_case.GivenLoad | None, load: float, unit: str) -> 
 
 
 def boundary(contact: ContactResult) -> str:
-    """Return the boundary where it is not free, after a comma."""
+    """Return the boundary condition after a comma; empty for a free boundary."""
     return "" if str(contact.boundary) == "free" else f", {contact.boundary}"
 
 
 def problem(contact: ContactResult) -> str:
-    """Return the problem of a contact."""
+    """Return the problem of a contact in one line."""
     return f"{bodies(contact)}, {load(contact)}{boundary(contact)}"
 
 
 def draws_text(draws: Sequence[Mean]) -> list[str]:
-    """Return of how many pairs of faces the numbers of a joint are the mean."""
+    """Return the sentence on the number of pairs of faces that a joint is averaged over."""
     return [f"Mean of {draws[0].count} pairs of faces; places are of the first"] if draws else []
 
 
 def problem_of_loads(contact: ContactResult, loads: Sequence[float]) -> str:
-    """Return the problem of a contact under several loads, smallest and largest."""
+    """Return the problem of a contact under several loads, with the smallest and largest."""
     if len(loads) == 1:
         return problem(contact)
     ends = (min(loads), max(loads))
@@ -517,7 +517,7 @@ def problem_of_loads(contact: ContactResult, loads: Sequence[float]) -> str:
 
 
 def status(contact: ContactResult) -> str:
-    """Return how exactly a contact is solved."""
+    """Return the solver status of a contact: certificate and time."""
     limit = f"{order_of_magnitude(contact.certificate)} (limit {contact.tolerance:.0e})"
     if not contact.converged:
         return f"Not converged: certificate {limit}. Do not use these numbers."
@@ -525,7 +525,7 @@ def status(contact: ContactResult) -> str:
 
 
 def worst(certificate: float, tolerance: float, count: int) -> str:
-    """Return how exactly several contacts are solved."""
+    """Return the solver status of several contacts: the worst certificate."""
     return (
         f"Solved: {count} contacts, certificate {order_of_magnitude(certificate)} (limit "
         f"{tolerance:.0e})"

@@ -1,4 +1,4 @@
-"""The Python script that repeats a result, written from what the result says of itself."""
+"""Python script that repeats a result, generated from the data stored in the result."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from roughcontact.surface.surface import Surface
 if TYPE_CHECKING:
     from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 
-# Longer lines get one call each.
+# Longer chains are split into one call per line.
 _WIDTH = 96
 
-# The name that a script takes for granted; the result does not know where it was saved.
+# File name that a script assumes; a result does not record its file.
 _RESULT = "result.nc"
 
 
 def script_of_result(result: ContactResult) -> str:
-    """Return a script that solves the same problem again."""
+    """Return a script that repeats the solve of a contact."""
     script = _Script()
     script.add_maps(result)
     ceiling = script.ceiling(result)
     bodies = _materials(result)
     if result.calibration is None:
-        # Any other ceiling has no use for a law of hardening, which would have to be imported.
+        # No other ceiling depends on the hardening law, which would need an import.
         bodies = {name: replace(body, hardening=None) for name, body in bodies.items()}
     script.add_laws(bodies)
     script.lines += [
@@ -47,14 +47,14 @@ def script_of_result(result: ContactResult) -> str:
 
 
 def script_of_map(surface: Surface) -> str:
-    """Return a script that makes the same map again."""
+    """Return a script that recreates a map."""
     script = _Script()
     script.add_map("surface", surface)
     return script.text()
 
 
 def repeating_volume(result: ElastoplasticResult) -> str:
-    """Return a script that follows the same path of loads again."""
+    """Return a script that repeats the load path of an elastoplastic contact."""
     contact = result.solution
     if not result.increments:
         return ""
@@ -93,7 +93,7 @@ def repeating_volume(result: ElastoplasticResult) -> str:
 
 
 class _Script:
-    """Lines of Python and the imports that they need."""
+    """Lines of a Python script and the required imports."""
 
     def __init__(self, held: str = "") -> None:
         self.held = held
@@ -107,12 +107,12 @@ class _Script:
         return "\n".join([*order, "", *self.lines])
 
     def comment(self, text: str) -> None:
-        """Write a comment from a name in a file, on one line."""
+        """Add a comment from a name in a file, on one line."""
         printable = "".join(c if c.isprintable() else " " for c in text)
         self.lines.append(f"# {printable}")
 
     def add_laws(self, bodies: Mapping[str, Material]) -> None:
-        """Import the laws of hardening that bodies have."""
+        """Add the imports of the hardening laws of bodies."""
         laws = {m.hardening for m in bodies.values() if m.hardening}
         laws |= {law.isotropic for law in laws if isinstance(law, Kinematic)}
         if laws:
@@ -120,13 +120,13 @@ class _Script:
             self.imports.add(f"from roughcontact.material.hardening import {', '.join(names)}")
 
     def add_maps(self, result: ContactResult) -> None:
-        """Write the lines that make the surfaces of a result."""
+        """Add the lines that create the surfaces of a result."""
         self.add_map("surface", result.surface)
         if result.counter_surface is not None:
             self.add_map("counter_surface", result.counter_surface)
 
     def add_map(self, name: str, surface: Surface) -> None:
-        """Write the lines that make a surface of a result."""
+        """Add the lines that create a surface of a result."""
         lost = _unrepeatable_steps(surface.provenance)
         if lost:
             self.comment(f"No script can repeat what is known as: {'; '.join(lost)}")
@@ -136,7 +136,7 @@ class _Script:
             self.add(name, surface.traced())
 
     def ceiling(self, result: ContactResult) -> str:
-        """Return the ceiling of a result, after the lines that it takes."""
+        """Return the code of the ceiling of a result; add the lines that it needs."""
         if result.ceiling is None:
             return "None"
         if result.calibration is not None:
@@ -148,7 +148,7 @@ class _Script:
         return "ceiling"
 
     def add(self, name: str, about: Provenance) -> str:
-        """Write the lines that make one map, and return the name that it got."""
+        """Add the lines that create one map, and return its variable name."""
         number = 2
         wanted = name
         while name in self.names:
@@ -168,7 +168,7 @@ class _Script:
         return name
 
     def origin(self, name: str, about: Provenance) -> str:
-        """Return the call that made a map in the first place."""
+        """Return the call that originally created a map."""
         created = about.origin
         assert created is not None
         specified = dict(created.arguments)
@@ -189,7 +189,7 @@ class _Script:
         return f"{method}({', '.join(_named(specified))})"
 
     def array(self, name: str, about: Provenance, created: Operation) -> str:
-        """Return the call that makes a map of an array that the user has to supply."""
+        """Return the call that creates a map from an array supplied by the user."""
         self.imports.add("import numpy as np")
         ny, nx = created.found["shape"]
         digest = created.found.get("sha256")
@@ -213,7 +213,7 @@ class _Script:
         return f"rc.Surface({', '.join(words)})"
 
     def arguments(self, method: Any, specified: Mapping[str, Any]) -> str:
-        """Return the arguments of a call, but for those that are the default."""
+        """Return the arguments of a call that differ from the defaults."""
         words, named = [], inspect.Parameter.KEYWORD_ONLY
         for name, parameter in inspect.signature(method).parameters.items():
             if name not in specified or specified[name] == parameter.default:
@@ -228,7 +228,7 @@ class _Script:
 def _solve_arguments(
     result: ContactResult, bodies: Mapping[str, Material], ceiling: str
 ) -> list[str]:
-    """Return the arguments of `solve`, but for those that are the default."""
+    """Return the arguments of `solve` that differ from the defaults."""
     value = result.load if result.control == "load" else result.approach
     specified = [
         "surface",
@@ -243,7 +243,7 @@ def _solve_arguments(
     if result.counter_surface is not None:
         specified.append("counter_surface=counter_surface")
     specified.append(f"ceiling={ceiling}")
-    # That of a free profile is kept as periodic along y.
+    # The boundary of a free profile is stored as periodic along y.
     free = Boundary.PERIODIC_Y if result.pair.is_profile else Boundary.FREE
     if result.boundary is not free:
         specified.append(f'boundary="{result.boundary}"')
@@ -256,10 +256,10 @@ def _solve_arguments(
 
 
 def _unrepeatable_steps(about: Provenance) -> list[str]:
-    """Return the steps that cannot be repeated as text."""
+    """Return the steps that a script cannot repeat, as text."""
     steps = list(about.operations)
     if about.origin is not None and about.origin.method == "Surface":
-        # Notes on the array are omitted with it.
+        # The script repeats these notes with the array.
         while steps and steps[0].method == NOTE:
             del steps[0]
     inner = [value for step in steps for value in step.arguments.values()]
@@ -275,7 +275,7 @@ def _unrepeatable_steps(about: Provenance) -> list[str]:
 
 
 def _points(result: ElastoplasticResult) -> list[str]:
-    """Return the points of a path, relative to the final position of the counter-surface."""
+    """Return the points of a path as code, relative to the final position."""
     last = result.increments[-1].offset
     lines = []
     for step in result.increments:
@@ -325,7 +325,7 @@ def _layer(layer: Layer) -> str:
 
 def _number(value: float) -> str:
     short = f"{value:g}"
-    # Without a point it would be an integer: the same but for zero, which has a sign.
+    # An integer has the same value without a decimal point, except for the sign of zero.
     return short if value and float(short) == value else repr(float(value))
 
 

@@ -1,6 +1,6 @@
-"""Joint analyses of contacts that are solved on demand.
+"""Analyses of joints, with contacts that are solved on demand.
 
-Several questions about one contact share what is solved: see `cached_solver`.
+Several analyses of one contact share its solution; see `cached_solver`.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ FACE_RULES = (
 
 
 def loads(request: Request) -> list[Any]:
-    """Return the loads of the contacts of a joint, in the given form."""
+    """Return the loads of the contacts of a joint, in their given form."""
     from roughcontact.contact.load_case import NominalPressure, spaced
 
     single = request.get(LOAD)
@@ -195,21 +195,21 @@ class JointContacts:
     """Contacts of a request, solved on demand."""
 
     request: Request  # The request
-    work: TaskContext  # With what
-    maps: Sequence[Surface]  # The maps that are pressed
-    more: Sequence[Surface] = ()  # Other maps of the surface
+    work: TaskContext  # Context of the task
+    maps: Sequence[Surface]  # Maps of the bodies in contact
+    more: Sequence[Surface] = ()  # Further maps of the surface
     counter_maps: Sequence[Surface] = ()  # Maps of the counter-body's face
 
     @classmethod
     def of_request(cls, request: Request, work: TaskContext) -> JointContacts:
         """Return the contacts of the maps of a request."""
         last = len(work.maps) - len(request[options.COUNTER_MAPS])
-        # Several are maps of one surface.
+        # Several files are maps of one surface.
         first = 1 if len(request.files) > 1 else last
         return cls(request, work, work.maps[:first], work.maps[first:last], work.maps[last:])
 
     def iter_maps(self) -> Iterator[JointContacts]:
-        """Yield the contacts of each map of the surface, or of each pair of faces drawn."""
+        """Yield the contacts of each map of the surface, or of each drawn pair of faces."""
         pairs: Sequence[tuple[Surface, ...]] = [
             (surface, *self.maps[1:]) for surface in (self.maps[0], *self.more)
         ]
@@ -231,7 +231,7 @@ class JointContacts:
         self.request.pair(self.maps).require_map(what)
 
     def solve_loads(self, loads: Sequence[Any], relief: float = 0.0) -> Iterator[ContactResult]:
-        """Yield the contacts under some loads, given in any form, less a force."""
+        """Yield the contacts under several loads, given in any form, each less ``relief`` [N]."""
         forces = [self.request.force(self.maps, load) for load in loads]
         forces.sort(key=lambda load: -load[0])
         arguments = self.request.arguments(self.maps, *options.SOLVER)
@@ -244,19 +244,19 @@ class JointContacts:
             yield replace(result, specified_load=specified)
 
     def over_draws(self, compute: Callable[[JointContacts], Any]) -> Any:
-        """Return the mean of a result of a joint over its pairs of faces."""
+        """Return the mean of a joint result over its pairs of faces."""
         first, *others = self.iter_maps()
         result = first.with_variants(compute(first))
         return result.with_draws([compute(pair) for pair in others]) if others else result
 
     def with_variants(self, result: Any) -> Any:
-        """Return a joint with its changes under the calibrated ceiling and on a coarser grid."""
+        """Return a joint result with its changes for the calibrated ceiling and a coarser grid."""
         from roughcontact.uncertainty.resolution import coarsen_pair
 
         largest, arguments = result.largest, self.request.arguments(self.maps, *options.SOLVER)
         arguments |= {"surface": self.maps[0], "load": largest.load}
         ceiling, pair = calibrated_ceiling(largest), coarsen_pair(largest.pair)
-        # The longest first: the other is then forecast too long, not too short.
+        # The longer solve comes first, so that the remaining time is overestimated.
         variants: dict[str, dict[str, Any]] = {}
         if ceiling is not None:
             variants["calibrated ceiling"] = {"ceiling": ceiling}
@@ -281,7 +281,7 @@ class JointContacts:
 
 
 def calibrated_ceiling(result: ContactResult) -> float | None:
-    """Return the calibrated ceiling [Pa] of a contact; None where it changes nothing."""
+    """Return the calibrated ceiling [Pa] of a contact; None if it changes nothing."""
     from roughcontact.contact import plausibility
     from roughcontact.contact.ceiling import area_change
     from roughcontact.contact.result import Regime
@@ -295,13 +295,13 @@ def calibrated_ceiling(result: ContactResult) -> float | None:
     return advice.ceiling if change >= _SAME else None
 
 
-# Relative change of the contact area below which two ceilings are one.
+# Relative change of the contact area below which two ceilings are equivalent.
 _SAME = 0.005
 
 
 @contextmanager
 def cached_solver() -> Iterator[Solve]:
-    """Yield a solver that caches its contacts."""
+    """Yield a solver that caches contacts in temporary files."""
     with ExitStack() as stack:
         solved: list[tuple[dict[str, Any], dict[str, Any], IO[bytes]]] = []
 
@@ -321,7 +321,7 @@ def cached_solver() -> Iterator[Solve]:
 
 
 def _same(known: dict[str, Any], requested: dict[str, Any]) -> bool:
-    """Return whether two contacts are one, whichever objects hold their maps."""
+    """Return whether two contacts are equal, even if their maps are different objects."""
     maps = ("surface", "counter_surface")
     return all(
         _are_equal(known.get(name), requested.get(name))
@@ -342,7 +342,7 @@ def _are_equal(first: Surface | None, second: Surface | None) -> bool:
 
 
 def _spill_maps(result: ContactResult, file: IO[bytes]) -> dict[str, Any]:
-    """Return the arguments of a contact except its maps, which go to a file."""
+    """Write the maps of a contact to a file and return the other arguments."""
     import numpy as np
 
     np.save(file, result.pressure)
@@ -352,7 +352,7 @@ def _spill_maps(result: ContactResult, file: IO[bytes]) -> dict[str, Any]:
 
 
 def _load_maps(known: dict[str, Any], file: IO[bytes]) -> ContactResult:
-    """Return a contact with its maps again."""
+    """Return a cached contact with the maps from its file."""
     import numpy as np
 
     from roughcontact.contact.result import ContactResult

@@ -1,4 +1,4 @@
-"""Options of the instrument that measured a map, and the intervals of a contact of it."""
+"""Options of the instrument that measured a map, and the intervals of its contact."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def _instrument(text: str, argument: str) -> Instrument:
-    """Return an instrument of the catalog or of a kind."""
+    """Return an instrument of the catalog or of a type."""
     from roughcontact.surface.instrument import Instrument
 
     try:
@@ -29,13 +29,13 @@ def _instrument(text: str, argument: str) -> Instrument:
 
 
 def _maps(text: str, argument: str) -> tuple[tuple[Path, Instrument | None], ...]:
-    """Return the file of a map, one of several, with what measured it."""
+    """Return the file of a map and its instrument, as one of several."""
     file, _, name = text.partition("=")
     return ((Path(file), _instrument(name, argument) if name else None),)
 
 
 def _uncertainties(text: str, argument: str) -> dict[str, float]:
-    """Return relative standard uncertainties of the material."""
+    """Return the relative standard uncertainties of the material."""
     found = {}
     for part in text.split(","):
         match = re.fullmatch(r"\s*(E|yield)\s+([\d.]+)\s*%\s*", part)
@@ -113,12 +113,12 @@ RULES = (
 
 
 def measured(request: Request, result: ContactResult, look: OnProgress) -> ContactResult:
-    """Return a contact with its intervals."""
+    """Return a contact with its uncertainty intervals."""
     return replace(result, measurement=result.uncertainty(**how(request), progress=look))
 
 
 def how(request: Request) -> dict[str, Any]:
-    """Return the instrument and what else the intervals depend on."""
+    """Return the arguments of the intervals: the instrument and other options."""
     from roughcontact.formats.read import read_surface
 
     instrument = request[INSTRUMENT]

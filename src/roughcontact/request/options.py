@@ -1,4 +1,4 @@
-"""Options: their definition, the rules between them, and the groups that tasks share."""
+"""Options: definition, rules between options, and groups that tasks share."""
 
 from __future__ import annotations
 
@@ -43,47 +43,47 @@ class Panel(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Option(Generic[T_co]):
-    """One word of the commands that list it, and of project files."""
+    """Option of commands and of project files."""
 
-    name: str  # As users write it, without dashes in front
+    name: str  # Name without leading dashes
     panel: str  # Heading under which the help lists it
     metavar: str  # Placeholder of the value
     help: str  # Effect
     parse: Callable[[str, str], T_co]  # `parse(text, argument)` returns the value
-    default: T_co  # Value where nothing is given
+    default: T_co  # Value if the option is not given
     label: str = ""  # Label on the page
     prepares: bool = False  # Whether the prepared maps depend on it
     whole_map: bool = True
     many: bool = False  # Whether it may be given several times
-    suffixes: tuple[str, ...] = ()  # Of a file to write: how its name may end
+    suffixes: tuple[str, ...] = ()  # Suffixes allowed for a file to write
     arguments: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Make a label of the name where none is given."""
+        """Derive the label from the name if none is given."""
         object.__setattr__(self, "label", self.label or self.name.replace("-", " ").capitalize())
 
     @property
     def argument(self) -> str:
-        """Name in errors and in `ArgumentRef`."""
+        """Name of the option in errors and in `ArgumentRef`."""
         return self.name.replace("-", "_")
 
     @property
     def is_place(self) -> bool:
-        """Whether it names a file or a folder."""
+        """Whether the value is a file or a folder."""
         return self.parse in (parsing.path, parsing.groups) or bool(self.suffixes)
 
     @property
     def is_written(self) -> bool:
-        """Whether it names files or a folder that are written."""
+        """Whether the value is an output file or folder."""
         return self.is_place and self.panel == Panel.OUTPUT
 
     @property
     def is_flag(self) -> bool:
-        """Whether it is given without a value."""
+        """Whether the option is given without a value."""
         return not self.metavar
 
     def text(self, value: object) -> str:
-        """Return a value as it would be given."""
+        """Return a value as text that the option accepts."""
         unit = _UNITS.get(self.parse)
         if not isinstance(value, float):
             return str(value)
@@ -98,12 +98,12 @@ def flag_option(name: str, panel: str, text: str, **more: Any) -> Option[bool]:
 def file_option(
     name: str, metavar: str, text: str, suffixes: tuple[str, ...] = (), **more: Any
 ) -> Option[Any]:
-    """Return an option of one file or folder that is written."""
+    """Return an option of one output file or folder."""
     return Option(name, Panel.OUTPUT, metavar, text, parsing.path, None, suffixes=suffixes, **more)
 
 
 def files_option(name: str, text: str, suffixes: tuple[str, ...], **more: Any) -> Option[Any]:
-    """Return an option of files that are written."""
+    """Return an option of output files."""
     return Option(
         name, Panel.OUTPUT, "FILE", text, parsing.paths, (), many=True, suffixes=suffixes, **more
     )
@@ -129,9 +129,9 @@ NEEDED, NEEDS, EXCLUDES, ONE_OF, ANY_OF = RuleKind
 class Rule:
     """Rule between options."""
 
-    demand: RuleKind  # `NEEDED`: the first is given
-    options: tuple[Option[Any], ...]  # Of which it speaks
-    value: str = ""  # Of a `NEEDS`: what the other has to be
+    demand: RuleKind  # Type; `NEEDED`: the first option is given
+    options: tuple[Option[Any], ...]  # Options that the rule applies to
+    value: str = ""  # Of a `NEEDS`: required value of the other option
     text: str = ""  # Value, or an example of it
 
     def __init__(self, demand: RuleKind, *options: Option[Any], **more: str) -> None:
@@ -167,7 +167,7 @@ def check_rules(rules: Iterable[Rule], request: Any) -> None:
 
 
 def join_mentions(options: Iterable[Option[Any]], last: str) -> list[Any]:
-    """Return mentions of options with commas between them, and a word before the last."""
+    """Return references to options with commas in between, and ``last`` before the last."""
     mentions: list[Any] = [ArgumentRef(option.argument) for option in options]
     parts = [part for mention in mentions for part in (mention, ", ")][:-1]
     if len(mentions) > 1:
@@ -175,13 +175,13 @@ def join_mentions(options: Iterable[Option[Any]], last: str) -> list[Any]:
     return parts
 
 
-# --- Options that tasks share: a task that lists a group has all of its options ---
+# --- Options that tasks share; a task that lists a group has all options of the group ---
 
 LEVELS = ("plane", "quadric", "mean", "robust", "none")
 MISSING_KNOWN = ("error", "fill", "fill-all", "mask", "crop")
 ITERATIONS = parsing.int_parser(1, memory.ITERATIONS)
 
-# Which maps
+# Maps
 
 GROUP: Option[tuple[tuple[str, tuple[str, ...]], ...]] = Option(
     "group",
@@ -194,7 +194,7 @@ GROUP: Option[tuple[tuple[str, tuple[str, ...]], ...]] = Option(
     arguments=("maps",),
 )
 
-# How a file is read
+# Reading of a file
 
 FORMAT = Option(
     "format",
@@ -247,7 +247,7 @@ OVERRIDE_SIZE = flag_option(
 )
 READING = (FORMAT, CHANNEL, UNIT, SIZE, OVERRIDE_SIZE)
 
-# How a map is prepared
+# Preparation of a map
 
 TIP_RADIUS = Option(
     "tip-radius",
@@ -363,7 +363,7 @@ ROTATE = Option(
 PREPARATION = (CROP, OUTLIERS, LEVEL, FORM, MISSING, S_FILTER, L_FILTER, PIXEL, ROTATE)
 MAP = (*READING, TIP_RADIUS, POINTS, *PREPARATION)
 
-# Of what the bodies are
+# Materials of the bodies
 
 MATERIAL = Option(
     "material",
@@ -478,7 +478,7 @@ HARDENING = Option(
     None,
 )
 
-# How they are shaped and laid on each other
+# Shape and placement of the bodies
 
 BODY = Option(
     "body",
@@ -590,7 +590,7 @@ BOUNDARY: Option[str] = Option(
 )
 BODIES = (*MATERIALS, *SHAPES, CEILING, BOUNDARY)
 
-# The load on them
+# Load
 
 LOAD = Option(
     "load",
@@ -631,7 +631,7 @@ LOAD_POINT = Option(
 LOADS = (LOAD, HERTZ, APPROACH, LOAD_POINT)
 LOAD_RULES = (Rule(ONE_OF, LOAD, HERTZ, APPROACH, text="1 N"), Rule(NEEDS, LOAD_POINT, LOAD, HERTZ))
 
-# How exactly it is solved
+# Accuracy of the solve
 
 TOLERANCE = Option(
     "tolerance",
@@ -664,7 +664,7 @@ PRECISION: Option[str | None] = Option(
 SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 SOLVER_DOUBLE = (TOLERANCE_DOUBLE, MAX_ITERATIONS)
 
-# Options of files and console output
+# Output files and console
 
 FIGURES = Option(
     "figures",
@@ -685,8 +685,8 @@ VERBOSE = flag_option(
     "verbose", Panel.OUTPUT, "Print all quantities, checks and notes.", whole_map=False
 )
 SHOWN = (VERBOSE, JSON, QUIET)
-"""Options of the console, which do not describe a run."""
+"""Options of the console, which are not part of a run."""
 OUTPUT = (REPORT, *SHOWN)
 
 RULES = tuple(Rule(NEEDS, move, COUNTER_SURFACE) for move in MOVES)
-"""Rules that hold wherever these options are used."""
+"""Rules of all tasks that have these options."""

@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 OnProgress = Callable[[Progress], None]
 OnPreview = Callable[["ContactResult"], None]
 Solve = Callable[..., "ContactResult"]
-"""`contact.solve.solve`, or what gives the same for the same arguments."""
+"""`contact.solve.solve`, or a function with the same arguments and result."""
 
 
 def ignore(_: Any) -> None:
-    """Look at nothing."""
+    """Do nothing: a callback without effect."""
 
 
 def solve_afresh(surface: Surface, **options: Any) -> ContactResult:
@@ -39,7 +39,7 @@ def solve_afresh(surface: Surface, **options: Any) -> ContactResult:
 
 
 def remarks_on(request: Request, maps: Sequence[Surface]) -> tuple[Caution, ...]:
-    """Return the remarks on the measurement of maps."""
+    """Return the cautions on the measurement of maps."""
     from roughcontact.request.preparation import resolution_cautions
 
     return resolution_cautions(request, maps)
@@ -49,18 +49,18 @@ def remarks_on(request: Request, maps: Sequence[Surface]) -> tuple[Caution, ...]
 class TaskContext:
     """Context of a running task."""
 
-    request: Request  # Request
-    read: Callable[[], Sequence[Surface]]  # Returns its maps, prepared
-    say: Say  # Called with a few words before every stage
+    request: Request  # Request of the task
+    read: Callable[[], Sequence[Surface]]  # Returns the prepared maps
+    say: Say  # Called with a short text before every stage
     look: OnProgress  # Called with the `Progress` of the solver
-    solve: Solve = solve_afresh  # Solver of contacts that several tasks share
+    solve: Solve = solve_afresh  # Solver of contacts, shared by several tasks
     known: Mapping[str, Any] = field(default_factory=dict)
-    ranks: Ranks | None = None  # Those that share a volume
-    show: OnPreview = ignore  # Called with a contact that lacks only the calibrated ceiling
+    ranks: Ranks | None = None  # Ranks that share a volume
+    show: OnPreview = ignore  # Called with the contact before its calibrated ceiling
 
     @cached_property
     def maps(self) -> Sequence[Surface]:
-        """The maps that are pressed."""
+        """Prepared maps of the bodies in contact."""
         return self.read()
 
     @property
@@ -72,7 +72,7 @@ class TaskContext:
     def report_saved_steps_on_interrupt(
         self, pattern: str, part: str
     ) -> Iterator[tuple[OnProgress, list[int]]]:
-        """Note the saved parts of the folder; on Ctrl-C, report the complete ones."""
+        """Track the saved steps of the folder; on Ctrl-C, report the complete ones."""
         reused: list[int] = []
         last = Progress(1, 0, None)
 
@@ -90,7 +90,7 @@ class TaskContext:
             if folder is None:
                 raise UnfinishedError(()) from None
             files = sorted(folder.glob(pattern))
-            # Some parts have no file, and the last one is not reported yet.
+            # Some steps have no file, and the last step has not been reported yet.
             number = max(last.number - (not last.kept), len(files))
             raise UnfinishedError(files, SavedSteps(number, last.count, part, folder)) from None
 
@@ -99,12 +99,12 @@ class TaskContext:
 class Outcome:
     """Outcome of a request."""
 
-    request: Request  # The request
-    result: Any  # Its result
+    request: Request  # Request of the run
+    result: Any  # Result of the task
     contact: ContactResult | None = None
     extras: Mapping[str, Any] = field(default_factory=dict)
-    written: tuple[Path, ...] = ()  # Files that are complete
-    failure: RoughcontactError | None = None  # Why a file could not be written
+    written: tuple[Path, ...] = ()  # Complete files
+    failure: RoughcontactError | None = None  # Reason why a file could not be written
 
     @property
     def extra_results(self) -> dict[str, Any]:
@@ -114,25 +114,25 @@ class Outcome:
 
     @property
     def status(self) -> str:
-        """``"converged"``, or why the solver stopped."""
-        # Sweeps and histories end with an error where a step does not converge.
+        """``"converged"``, or the reason why the solver stopped."""
+        # A sweep or history raises an error if a step does not converge.
         return getattr(self.result, "status", "converged")
 
     @property
     def converged(self) -> bool:
-        """Whether files were to be written."""
+        """Whether the solver converged, so that files are written."""
         return self.status == "converged"
 
     @property
     def reused(self) -> int:
-        """Loads that the folder contained from an earlier run."""
+        """Number of load steps reused from an earlier run."""
         return int(self.extras.get("reused", 0))
 
     @property
     def shortfall(self) -> Sentence:
-        """How far a solver came that did not converge, and why it stopped."""
+        """Accuracy reached by a solver that did not converge, and the reason of its stop."""
         reached, result = "", self.contact
-        # Listed increments of the volume have converged; the status names the others.
+        # For the volume model, all listed increments have converged; the status has the rest.
         if result is not None and self.result is result:
             reached = (
                 f"certificate {result.certificate:.1e}, tolerance {result.tolerance:.0e}, "
@@ -141,7 +141,7 @@ class Outcome:
         return Sentence(f"not converged: {reached}", *message_parts(self.status))
 
     def record(self) -> dict[str, Any]:
-        """Return all numbers by name, in SI units, ready for JSON."""
+        """Return all values by name, in SI units, ready for JSON."""
         from roughcontact.report import kinds
 
         record = self.request.task.record(self)
@@ -150,7 +150,7 @@ class Outcome:
 
 
 def last_contact(outcome: Outcome) -> dict[str, Any]:
-    """Return the contact of an outcome in a few numbers, by the keys of `Outcome.record`."""
+    """Return the main values of the contact of an outcome, with keys of `Outcome.record`."""
     assert outcome.contact is not None
     numbers = outcome.contact.summary()
     keys = ("load", "max_pressure", "contact_fraction", "saturated_fraction", "certificate")

@@ -1,4 +1,4 @@
-"""Files that a run writes: their names, their places, their figures, and the writing of them."""
+"""Output files of a run: names, places, figures, and writers."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ Say = Callable[[str], None]
 Writing = tuple[Path, Callable[[Path], object]]
 Identity = str | tuple[int, int]
 
-# Characters of a long name that a message shows.
+# Maximum number of characters of a name in a message.
 _SHOWN = 40
 
 
 @dataclass(frozen=True)
 class SavedSteps:
-    """Content of the folder of an interrupted calculation."""
+    """Saved steps in the folder of an interrupted calculation."""
 
-    number: int  # Parts that are complete
-    count: int  # Parts that there are
-    part: str  # Name of a part
+    number: int  # Number of complete steps
+    count: int  # Number of all steps
+    part: str  # Noun for a step
     folder: Path
 
 
 class UnfinishedError(Exception):
-    """Ctrl-C, with the files that were complete by then, and the parts that need no second run."""
+    """Interrupt by Ctrl-C, with the complete files and the saved steps."""
 
     def __init__(self, written: Sequence[Path], saved: SavedSteps | None = None) -> None:
         super().__init__()
@@ -39,7 +39,7 @@ class UnfinishedError(Exception):
 
 
 def write_files(tasks: Iterable[Writing], say: Say) -> list[Path]:
-    """Write files one after the other and return those that are complete."""
+    """Write files one after the other and return the complete files."""
     written: list[Path] = []
     for path, save in tasks:
         say(f"writing {path}")
@@ -68,7 +68,7 @@ def figure_saver(draw: Callable[[], Any]) -> Callable[[Path], object]:
 
 
 def figure_files(start: str, names: Iterable[str]) -> dict[str, Path]:
-    """Return the files of figures: in a folder, or with the start of their names."""
+    """Return the files of figures, by name: in a folder, or with a prefix."""
     if Path(start).is_dir():
         return {name: Path(start) / f"{name}.png" for name in names}
     if start.endswith(("/", os.sep)):
@@ -82,7 +82,7 @@ def figure_files(start: str, names: Iterable[str]) -> dict[str, Path]:
 
 
 def check_place(path: Path, argument: str, inputs: Iterable[Path] = ()) -> None:
-    """Raise `InputError` unless a file of that name can be written and replaces no input."""
+    """Raise `InputError` unless a file can be written to this path and replaces no input."""
     check_name(path, argument)
     folder = path.parent
     if path.is_dir():
@@ -99,9 +99,9 @@ def check_place(path: Path, argument: str, inputs: Iterable[Path] = ()) -> None:
 
 
 def check_name(path: Path, argument: str) -> None:
-    """Raise `InputError` if the file system takes no name of that length."""
+    """Raise `InputError` if the file system does not support a name of this length."""
     whole = path.absolute()
-    # A folder that is missing would be all that the system looks at.
+    # For a path in a missing folder, the system would only report the folder as missing.
     there = next(folder for folder in whole.parents if os.path.isdir(folder))  # noqa: PTH112
     for place in (*(there / part for part in whole.relative_to(there).parts), whole):
         try:
@@ -117,13 +117,13 @@ def check_name(path: Path, argument: str) -> None:
 
 
 def refuse_inputs(path: Path, argument: str, inputs: Set[Identity]) -> None:
-    """Raise `InputError` if a file to write is one of those that are read, by any name."""
+    """Raise `InputError` if an output file is one of the inputs, under any name."""
     if file_identity(path) in inputs:
         raise InputError(f"'{path}' is an input file; give another name", argument=argument)
 
 
 def file_identity(path: Path) -> Identity:
-    """Return the identity of a file that all its names share, and its destination."""
+    """Return device and inode of a file, or the resolved path if there is no file yet."""
     try:
         result = path.stat()
     except OSError:
@@ -134,7 +134,7 @@ def file_identity(path: Path) -> Identity:
 def check_suffix(
     path: Path, option: Option[Any], known: tuple[str, ...] = (), more: tuple[Any, ...] = ()
 ) -> None:
-    """Raise `InputError` unless a name ends in one of the suffixes that an option takes."""
+    """Raise `InputError` unless a name ends in one of the suffixes of an option."""
     known = known or option.suffixes
     if path.suffix.lower() not in known:
         listed = " or ".join([", ".join(known[:-1]), known[-1]] if known[1:] else known)

@@ -1,6 +1,6 @@
-"""Text to values: one parser for every kind of option.
+"""Parsers of option values from text, one for every type of option.
 
-Each takes the text and the argument that it is given for, which its errors carry.
+Parameters are the text and the name of the argument, which errors contain.
 """
 
 from __future__ import annotations
@@ -24,32 +24,32 @@ if TYPE_CHECKING:
 
 
 class Hardening(NamedTuple):
-    """Laws of hardening by name: of the strength, and the modulus of the back stress."""
+    """Hardening: name and constants of the law of the strength, modulus of the back stress."""
 
     law: str = ""
     constants: tuple[float, ...] = ()
     kinematic: float | None = None
 
 
-# A group, its name in double quotes or not, and the files.
+# Name of a group, optionally in double quotes, and its files.
 _GROUP = re.compile(r'\s*("(?:[^"]|"")*"\s*|[^="]*)=(.*)', re.DOTALL)
 _NO_FORCE = re.compile(r"0+(\.0*)?\s*\w*N")
 _DATA = re.compile(r"([0-9]+(?:\.[0-9]*)?)\s*(|[kMGT]|[KMGT]i)B")
 
 
 def as_argument_error(argument: str, error: InputError) -> InputError:
-    """Return an error of the library as one about the text given for an argument."""
+    """Return an error of the library as an error of the argument that got the text."""
     own = () if error.argument is None else (ArgumentRef(error.argument), " ")
     return InputError(ArgumentRef(argument), ": ", *own, *error.parts)
 
 
 def quantity(dimension: str) -> Callable[[str, str], float]:
-    """Return a parser of numbers with a unit of that dimension."""
+    """Return a parser of values with a unit of a dimension."""
     return lambda text, argument: units.parse(text, dimension, argument)
 
 
 def as_text(text: str, argument: str) -> str:
-    """Return the text as it is."""
+    """Return the text unchanged."""
     return text
 
 
@@ -59,12 +59,12 @@ def path(text: str, argument: str) -> Path:
 
 
 def paths(text: str, argument: str) -> tuple[Path, ...]:
-    """Return a path, one of several."""
+    """Return a path, as one of several."""
     return (Path(text),)
 
 
 def flag(text: str, argument: str) -> bool:
-    """Return whether it is true."""
+    """Return the value of a flag, true or false."""
     if text.lower() not in ("true", "false"):
         raise InputError(f"must be true or false, got {text!r}", argument=argument, value=text)
     return text.lower() == "true"
@@ -81,7 +81,7 @@ def number(text: str, argument: str) -> float:
 
 
 def parse_int(text: str, argument: str) -> int:
-    """Return a whole number."""
+    """Return an integer."""
     try:
         return int(text)
     except ValueError:
@@ -91,7 +91,7 @@ def parse_int(text: str, argument: str) -> int:
 
 
 def int_parser(minimum: int, maximum: int) -> Callable[[str, str], int]:
-    """Return a parser of whole numbers from one to another."""
+    """Return a parser of integers from ``minimum`` to ``maximum``."""
 
     def parsed(text: str, argument: str) -> int:
         count = parse_int(text, argument)
@@ -102,7 +102,7 @@ def int_parser(minimum: int, maximum: int) -> Callable[[str, str], int]:
 
 
 def counted_or_auto(minimum: int, maximum: int) -> Callable[[str, str], int | str]:
-    """Return a parser of whole numbers from one to another, or the word auto."""
+    """Return a parser of integers from ``minimum`` to ``maximum``, or ``"auto"``."""
 
     def parsed(text: str, argument: str) -> int | str:
         if text == "auto":
@@ -121,12 +121,12 @@ def counted_or_auto(minimum: int, maximum: int) -> Callable[[str, str], int | st
 
 @dataclass(frozen=True)
 class Choice:
-    """A parser that takes one of the words known."""
+    """Parser of one of several known texts."""
 
     known: tuple[str, ...]
 
     def __call__(self, text: str, argument: str) -> str:
-        """Return the word."""
+        """Return the text; raise `InputError` for an unknown text."""
         if text not in self.known:
             known = ", ".join(self.known)
             raise InputError(f"must be one of {known}, got {text!r}", argument=argument, value=text)
@@ -134,12 +134,12 @@ class Choice:
 
 
 def choice(*known: str) -> Choice:
-    """Return a parser that takes one of the words known."""
+    """Return a parser of one of several known texts."""
     return Choice(known)
 
 
 def ceiling(text: str, argument: str) -> str | float | None:
-    """Return a pressure, a word for one, or None for none; a hardness becomes its pressure."""
+    """Return a pressure [Pa] (also from a hardness), the name of a ceiling, or None."""
     from roughcontact.contact.result import BASE, BRACKET, CALIBRATED, COATING
     from roughcontact.material import hardness
 
@@ -152,7 +152,7 @@ def ceiling(text: str, argument: str) -> str | float | None:
 
 
 def material(text: str, argument: str) -> Material:
-    """Return a material of the catalogue."""
+    """Return a material of the catalog."""
     from roughcontact.material import catalog
 
     try:
@@ -163,7 +163,7 @@ def material(text: str, argument: str) -> Material:
 
 
 def coating(text: str, argument: str) -> Layer:
-    """Return a layer from a name of the catalogue, or its own values, and its thickness."""
+    """Return a layer: name in the catalog or elastic constants, and thickness."""
     from roughcontact.material import catalog
     from roughcontact.material.material import Layer
 
@@ -192,7 +192,7 @@ def coating(text: str, argument: str) -> Layer:
 
 
 def coatings(text: str, argument: str) -> tuple[Layer, ...]:
-    """Return a layer, one of several."""
+    """Return a layer, as one of several."""
     return (coating(text, argument),)
 
 
@@ -207,12 +207,12 @@ _CONSTANTS = {
 
 
 def loads(text: str, argument: str) -> tuple[float | Load, ...]:
-    """Return loads with commas between them, in any order."""
+    """Return loads, separated by commas, in any order."""
     return tuple(load(part.strip(), argument) for part in text.split(","))
 
 
 def hardening(text: str, argument: str) -> Hardening:
-    """Return a law of hardening: of the strength, of the back stress, or of both."""
+    """Return the hardening law of the strength, the back stress, or both."""
     result = Hardening()
     for part in text.split(","):
         law, *rest = part.split() or [""]
@@ -246,7 +246,7 @@ def body(text: str, argument: str) -> NominalBody:
 
 
 def points(text: str, argument: str) -> tuple[int, int]:
-    """Return the points ``(ny, nx)`` of a grid."""
+    """Return the number of points ``(ny, nx)`` of a grid."""
     match = re.fullmatch(r"\s*(\d{1,18})(?:\s*[x×]\s*(\d{1,18}))?\s*", text)
     if match is None or int(match[1]) < 2:
         raise InputError(
@@ -273,12 +273,12 @@ def offset(text: str, argument: str) -> tuple[float, float]:
 
 
 def lengths(text: str, argument: str) -> tuple[float, ...]:
-    """Return positive lengths, given with commas between them."""
+    """Return positive lengths, separated by commas."""
     return tuple(units.parse(part.strip(), "length", argument) for part in text.split(","))
 
 
 def window(text: str, argument: str) -> tuple[slice, slice]:
-    """Return rows and columns to keep."""
+    """Return the rows and columns to keep."""
     match = re.fullmatch(
         r"\s*(\d{0,18})\s*:\s*(\d{0,18})\s*,\s*(\d{0,18})\s*:\s*(\d{0,18})\s*", text
     )
@@ -294,7 +294,7 @@ def window(text: str, argument: str) -> tuple[slice, slice]:
 
 
 def form(text: str, argument: str) -> tuple[str, int | None]:
-    """Return a form to remove and its degree, if it has one."""
+    """Return the form to remove, and its degree, if any."""
     words = text.split()
     if words in (["sphere"], ["cylinder"]):
         return words[0], None
@@ -306,7 +306,7 @@ def form(text: str, argument: str) -> tuple[str, int | None]:
 
 
 def load(text: str, argument: str) -> float | Load:
-    """Return a force [N], or what stands for one on given bodies."""
+    """Return a force [N], or another form of load."""
     from roughcontact.contact import load_case
 
     return cast("float | Load", load_case.parse_required_load(text, argument))
@@ -335,7 +335,7 @@ def parse_bytes(text: str, argument: str) -> int:
 
 
 def origin(text: str, argument: str) -> str:
-    """Return the origin as browsers send it: scheme, name, and an unusual port."""
+    """Return an origin in the form of browsers: scheme, host, and non-default port."""
     try:
         parts = urlsplit(text.strip().lower())
         port = parts.port
@@ -354,12 +354,12 @@ def origin(text: str, argument: str) -> str:
 
 
 def origins(text: str, argument: str) -> tuple[str, ...]:
-    """Return an `origin`, one of several."""
+    """Return an `origin`, as one of several."""
     return (origin(text, argument),)
 
 
 def group(text: str, argument: str) -> tuple[str, tuple[str, ...]]:
-    """Return the name of a group of maps, and its files as they were written."""
+    """Return the name of a group of maps, and its files as text."""
     match = _GROUP.fullmatch(text)
     name, listed = (match[1].strip(), match[2]) if match else ("", "")
     try:
@@ -378,12 +378,12 @@ def group(text: str, argument: str) -> tuple[str, tuple[str, ...]]:
 
 
 def groups(text: str, argument: str) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Return a `group`, one of several."""
+    """Return a `group`, as one of several."""
     return (group(text, argument),)
 
 
 def group_text(name: str, files: Iterable[str]) -> str:
-    """Return the text of which `group` makes this name and these files."""
+    """Return the text from which `group` reads a name and files."""
 
     def quoted(word: str) -> str:
         plain = not set(word) & set(',="\n\r') and word == word.strip()
@@ -393,14 +393,14 @@ def group_text(name: str, files: Iterable[str]) -> str:
 
 
 def hertz_load(text: str, argument: str) -> Load:
-    """Return the load at which smooth bodies have a peak pressure."""
+    """Return the load given by the Hertz pressure of the smooth bodies."""
     from roughcontact.contact.load_case import HertzPressure
 
     return HertzPressure(units.parse(text, "pressure", argument))
 
 
 def load_or_approach(text: str, argument: str) -> tuple[str, float | Load]:
-    """Return which of the two a text with a unit is, and its value."""
+    """Return ``"load"`` or ``"approach"``, by the unit of the text, and the value."""
     from roughcontact.contact import load_case
 
     try:
@@ -411,7 +411,7 @@ def load_or_approach(text: str, argument: str) -> tuple[str, float | Load]:
 
 
 def stages(text: str, argument: str) -> tuple[tuple[str, float | Load], ...]:
-    """Return loads and approaches in their order; a load may be zero."""
+    """Return loads and approaches in order; a load may be zero."""
     plain = [word.strip() for word in text.split(",")]
     return tuple(
         ("load", 0.0) if _NO_FORCE.fullmatch(word) else load_or_approach(word, argument)

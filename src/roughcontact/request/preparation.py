@@ -1,4 +1,4 @@
-"""The maps of a request, read and prepared in the order that its options mean."""
+"""Reading and preparation of the maps of a request, in a fixed order of steps."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from roughcontact.surface.surface import Surface
 from roughcontact.units import format_percent
 
 Reader = Callable[..., Surface]
-"""``reader(path, announced, *reading)``, as `formats.read.read_announced`."""
+"""Function ``reader(path, announced, *reading)`` like `formats.read.read_announced`."""
 
 
 def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -> list[Surface]:
-    """Read and prepare the map, and that of the counter-body if there is one."""
+    """Read and prepare the map, and the map of the counter-body if there is one."""
     requested = preparation(request)
     maps: list[Surface] = []
     form = requested.get(options.BODY)
@@ -53,7 +53,7 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
             requested.get(options.ANGLE) or 0.0,
         )
         matched = placement.match_grids(maps[0], maps[1], offset, angle, requested[options.MIRROR])
-        # Points that only one map covers cannot touch.
+        # Points covered by only one map cannot be in contact.
         maps = [surface.masked() for surface in matched]
     counter_form = requested.get(options.COUNTER_BODY)
     if counter_form is not None:
@@ -65,20 +65,20 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
 
 
 def preparation(request: Request) -> ParsedOptions:
-    """Return all that the maps of a request are prepared by: no other option can be read."""
+    """Return the options that prepare the maps of a request; other options are excluded."""
     prepares = tuple(option for option in request.task.options if option.prepares)
     return ParsedOptions(Command(request.task.name, "", prepares), request.values)
 
 
 def prepared_by(request: Request) -> str:
-    """Return a word for what the prepared maps of a request depend on."""
+    """Return a cache key of the prepared maps of a request: its files and options."""
     requested = preparation(request)
     values = {option.name: requested[option] for option in requested.task.options}
     return repr(([str(path) for path in request.inputs], values))
 
 
 def resolution_cautions(request: Request, maps: Sequence[Surface]) -> tuple[Caution, ...]:
-    """Return the message on what limits the lateral resolution of the prepared maps."""
+    """Return the cautions on the limits of the lateral resolution of the prepared maps."""
     radius = request.get(options.TIP_RADIUS)
     return merge_cautions(
         [
@@ -91,7 +91,7 @@ def resolution_cautions(request: Request, maps: Sequence[Surface]) -> tuple[Caut
 
 
 def _prepared(request: Request, requested: ParsedOptions, surface: Surface, path: Path) -> Surface:
-    # Points go first, then form, then waves: each step sees what the one before has cleaned.
+    # First outliers, then form, then waves: each step requires the correction of the previous one.
     crop, outliers, form = (
         requested[options.CROP],
         requested[options.OUTLIERS],
@@ -151,7 +151,7 @@ def _prepared(request: Request, requested: ParsedOptions, surface: Surface, path
             grid[0] = 1.0
         require_grid("pixel", grid, pixel)
         ny, nx = map(round, grid)
-        # A pixel that leaves no map is refused below, before anything is made.
+        # Without points, `resampled` raises an error before it allocates memory.
         if min(ny, nx) > 0:
             request.require_memory((ny, nx))
         surface = surface.resampled(pixel=(pixel, pixel), method="spline")

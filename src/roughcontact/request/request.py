@@ -1,4 +1,4 @@
-"""Request of one run, checked as far as possible without its files."""
+"""Request of a run, checked as far as possible without reading its files."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ if TYPE_CHECKING:
     from roughcontact.surface.surface import Surface
 
 Move = Callable[[Path], Path]
-"""Returns where a file lies, for the path that was given."""
+"""Function that returns the location of a file for its given path."""
 
 
 @dataclass(frozen=True)
 class Request(OptionValues):
-    """One run: its options, checked as far as possible without its files."""
+    """Request of a run: its options, checked as far as possible without its files."""
 
     task: Task  # Analysis of the maps
-    file: Path | None  # The measured map
-    specified: Given  # The options that were given, as text, to repeat the run
-    values: Mapping[str, Any]  # Their values
-    files: tuple[Path, ...] = ()  # Maps to compare that belong to no group
+    file: Path | None  # File of the measured map
+    specified: Given  # Given options as text, to repeat the run
+    values: Mapping[str, Any]  # Values of the given options
+    files: tuple[Path, ...] = ()  # Files of maps without a group
     names: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Raise errors of a request that need no file to be read."""
+        """Raise the errors of a request that can be found without reading a file."""
         self._check_maps()
         self.bodies()
         check_rules((*shared.RULES, *self.task.rules), self)
@@ -54,12 +54,12 @@ class Request(OptionValues):
     def from_text(
         cls, task: Task, file: Path | None, specified: Given, files: tuple[Path, ...] = ()
     ) -> Request:
-        """Return the request of options given as text."""
+        """Return the request for options given as text."""
         return cls(task, file, dict(specified), task.parse_options(specified), files)
 
     @property
     def inputs(self) -> list[Path]:
-        """The files that are read."""
+        """Input files."""
         maps = [path for paths in self.groups.values() for path in paths]
         single = (self.file, self.get(shared.COUNTER_SURFACE))
         counter_maps = self.get(shared.COUNTER_MAPS) or ()
@@ -67,7 +67,7 @@ class Request(OptionValues):
 
     @property
     def groups(self) -> dict[str, list[Path]]:
-        """The files to compare by the names of their groups; empty of those that have none."""
+        """Files to compare, by group; the name of files without a group is empty."""
         result: dict[str, list[Path]] = {"": list(self.files)} if self.files else {}
         for name, words in self.get(shared.GROUP) or ():
             result.setdefault(name, []).extend(path for word in words for path in match_files(word))
@@ -75,18 +75,18 @@ class Request(OptionValues):
 
     @property
     def aligned(self) -> bool:
-        """Whether the maps have to be brought to one grid."""
+        """Whether the maps have to be resampled on a common grid."""
         return any(map(self.is_given, shared.MOVES))
 
     @property
     def load(self) -> tuple[Any, str]:
-        """The load in the form in which it is given, None where there is none, and its argument."""
+        """Load in its given form, None if there is none, and its argument."""
         option = shared.LOAD if self.get(shared.HERTZ) is None else shared.HERTZ
         return self.get(option), option.argument
 
     @property
     def command(self) -> str:
-        """The command that repeats the run."""
+        """Command that repeats the run."""
         files = [*([] if self.file is None else [self.file]), *self.files]
         words = ["roughcontact", self.task.name, *map(str, files)]
         for name, value in self.specified.items():
@@ -95,11 +95,11 @@ class Request(OptionValues):
         return shlex.join(self.names.get(word, word) for word in words)
 
     def solver(self, *options: Option[Any]) -> dict[str, Any]:
-        """Return the given options of the solver; the models have separate defaults."""
+        """Return the given options of the solver; each model has separate defaults."""
         return {item.argument: self.get(item) for item in options if item.name in self.values}
 
     def bodies(self) -> tuple[Material, Material]:
-        """Return the materials of both bodies; the counter-body is rigid if nothing is said."""
+        """Return the materials of both bodies; by default the counter-body is rigid."""
         from roughcontact.material.material import RIGID, Material
 
         body = self._material(shared.BODY_CONSTANTS)
@@ -119,7 +119,7 @@ class Request(OptionValues):
         return body, other
 
     def require_yield(self, requested: ArgumentRef) -> None:
-        """Raise `InputError` unless one of the bodies can yield."""
+        """Raise `InputError` unless at least one body has a yield strength."""
         if all(body.yield_strength is None for body in self.bodies()):
             raise InputError(
                 requested,
@@ -132,7 +132,7 @@ class Request(OptionValues):
 
     @property
     def _written(self) -> list[tuple[Option[Any], Path]]:
-        """The files that options name, but for those of several figures."""
+        """Output files given by options, except sets of figures."""
         return [
             (option, path)
             for option in self.task.options
@@ -143,7 +143,7 @@ class Request(OptionValues):
 
     @property
     def outputs(self) -> tuple[Path, ...]:
-        """Files for the result itself."""
+        """Output files of the result itself."""
         others = (shared.REPORT, *(option for option, _ in self.task.writes))
         return tuple(
             path
@@ -152,7 +152,7 @@ class Request(OptionValues):
         )
 
     def figures(self) -> Iterator[tuple[str, str, Path]]:
-        """Yield option, figure (empty: the only one) and file of what is to be drawn."""
+        """Yield option, name (empty for a single figure) and file of the requested figures."""
         for option in self.task.options:
             value = self[option] if option.suffixes == PICTURES else None
             if isinstance(value, Path):
@@ -163,12 +163,12 @@ class Request(OptionValues):
 
     @property
     def places(self) -> tuple[tuple[str, Path], ...]:
-        """Output files with their arguments, in their order."""
+        """Output files with their arguments, in order."""
         files = [(item.name, path) for item, path in self._written if item.suffixes != PICTURES]
         return (*files, *((option, path) for option, _, path in self.figures()))
 
     def check_places(self) -> None:
-        """Refuse outputs that cannot be written, or would replace an input."""
+        """Raise `InputError` for outputs that cannot be written or would replace an input."""
         for argument, path in self.places:
             outputs.check_place(path, argument, self.inputs)
 
@@ -208,7 +208,7 @@ class Request(OptionValues):
             )
 
     def _material(self, options: tuple[Option[Any], ...]) -> Material:
-        """Return the material of a body, from its options."""
+        """Return the material of a body from its options."""
         from roughcontact.material.material import Material
 
         material, *constants = options
@@ -216,7 +216,7 @@ class Request(OptionValues):
         values = {item.argument.removeprefix(under): self[item] for item in constants}
         specified = {name: value for name, value in values.items() if value is not None}
         if "yield_strength" in specified:
-            # The law of hardening of the catalogue starts at the yield strength of the catalogue.
+            # The hardening law of the catalog starts at the yield strength of the catalog.
             specified["hardening"] = None
         for option, example in zip(constants, ("210 GPa", "0.3"), strict=False):
             if known is None and self[option] is None:
@@ -235,10 +235,10 @@ class Request(OptionValues):
                 error.argument = f"{under}{error.argument}"
             raise
 
-    # --- What it gives to a solve ---
+    # --- Arguments of a solve ---
 
     def arguments(self, maps: Sequence[Surface], *solver: Option[Any]) -> dict[str, Any]:
-        """Return the arguments that `contact.solve` and its relatives share, but for the load."""
+        """Return the common arguments of `contact.solve` and similar functions, without load."""
         material, counter_material = self.bodies()
         return {
             "material": material,
@@ -250,7 +250,7 @@ class Request(OptionValues):
         }
 
     def pair(self, maps: Sequence[Surface]) -> Pair:
-        """Return the bodies that are pressed together."""
+        """Return the pair of bodies in contact."""
         from roughcontact.contact.pair import Pair
 
         material, counter_material = self.bodies()
@@ -260,7 +260,7 @@ class Request(OptionValues):
     def force(
         self, maps: Sequence[Surface], load: Any, argument: str = "load"
     ) -> tuple[Any, GivenLoad | None]:
-        """Return the force that a load is on the bodies, and how it was given."""
+        """Return the force of a load on the bodies, and its given form."""
         from roughcontact.contact import load_case
 
         pair = self.pair(maps)
@@ -276,21 +276,21 @@ class Request(OptionValues):
     def _boundary(self) -> Boundary:
         return Boundary(self[shared.BOUNDARY])
 
-    # --- The memory that it needs, requested before its maps are made ---
+    # --- Required memory, checked before maps are created ---
 
     def require_prepared(self, shape: tuple[int, int]) -> None:
-        """Raise `InsufficientMemoryError` unless a map can be read, prepared and worked with."""
+        """Raise `InsufficientMemoryError` unless preparation and analysis of a map fit."""
         from roughcontact.surface.grid import PREPARED, require_memory
 
         grid = self.cropped(shape)
         require_memory(grid, PREPARED, "preparing a map")
-        # Where heights or sides decide it, the grid is known once the map is there.
+        # If the grid depends on heights or sides, it is known only after the map is read.
         if self[shared.MISSING] == "crop" or self[shared.PIXEL] is not None or self.aligned:
             return
         self.require_memory(grid)
 
     def require_memory(self, shape: tuple[int, int]) -> None:
-        """Raise `InsufficientMemoryError` unless the analysis fits on a grid."""
+        """Raise `InsufficientMemoryError` unless the analysis on a grid fits."""
         if self.task.memory is None:
             self.require_contact(shape, self.task.held)
         else:
@@ -302,14 +302,14 @@ class Request(OptionValues):
             require_memory(shape, self._map_count + 2 + CORRELATED, "the report on a map")
 
     def require_contact(self, shape: tuple[int, int], held: int = 0) -> None:
-        """Raise `InsufficientMemoryError` unless a contact fits, with a number of further maps."""
+        """Raise `InsufficientMemoryError` unless a contact and ``held`` further maps fit."""
         from roughcontact.contact.memory import MemoryNeed
 
         precision = str(self.get(shared.PRECISION) or "double")
         MemoryNeed(shape, self._boundary, precision, self._map_count + held).require()
 
     def require_volume(self, shape: tuple[int, int]) -> None:
-        """Raise `InsufficientMemoryError` unless plasticity of the volume fits."""
+        """Raise `InsufficientMemoryError` unless the volume model fits."""
         from roughcontact.elastoplastic import problem
 
         precision = str(self.get(shared.PRECISION) or "single")
@@ -324,17 +324,17 @@ class Request(OptionValues):
         return 1 + count + any(map(self.is_given, (shared.COUNTER_SURFACE, shared.COUNTER_BODY)))
 
     def cropped(self, shape: tuple[int, int]) -> tuple[int, int]:
-        """Return the points that are kept of a map."""
+        """Return the number of points of a map after cropping."""
         crop = self[shared.CROP]
         if crop is None:
             return shape
         rows, columns = (len(range(points)[part]) for part, points in zip(crop, shape, strict=True))
         return rows, columns
 
-    # --- What it falls into that can be solved separately, in any order, on any machine ---
+    # --- Subtasks, which can be solved separately, in any order, on any machine ---
 
     def with_relocated_files(self, read: Move, written: Move) -> Request:
-        """Return the same request of files that lie elsewhere."""
+        """Return the same request for files at other locations."""
         names: dict[str, str] = {}
 
         def known(new: str, old: str) -> str:
@@ -366,12 +366,12 @@ class Request(OptionValues):
         return replace(Request.from_text(self.task, file, specified, files), names=names)
 
     def subtask_ids(self) -> tuple[str, ...]:
-        """Return a word for each piece; none where it is one."""
+        """Return the identifiers of the subtasks; empty if there is only one."""
         result = self._pieces.names(self) if self.task.pieces else ()
         return result if len(result) > 1 else ()
 
     def subtask_inputs(self, word: str) -> tuple[Path, ...]:
-        """Return the files that a piece reads, or without a word the rest where all are found."""
+        """Return the input files of a subtask; with an empty ``word``, of the final merge."""
         file_of = self._pieces.file_of
         if file_of is None:
             return tuple(self.inputs)
@@ -379,7 +379,7 @@ class Request(OptionValues):
         return () if file is None else (file,)
 
     def depends_on(self, word: str) -> tuple[str, frozenset[str]]:
-        """Return the name of what a piece is of, and the options that it has nothing to do with."""
+        """Return a name of the input of a subtask, and the options it does not depend on."""
         written = {option.name for option in self.task.options if option.suffixes}
         if self._pieces.file_of is None:
             return word, frozenset(written)
@@ -388,7 +388,7 @@ class Request(OptionValues):
         return "" if file is None else file.name, frozenset(written | reference)
 
     def solve_subtask(self, word: str, say: Say, look: Callable[[Any], None]) -> Any:
-        """Return the result of a piece, which `request.run.run_request` takes by its word."""
+        """Return the result of a subtask, an item of ``known`` in `request.run.run_request`."""
         return self._pieces.solve(self, word, say, look)
 
     @property
@@ -400,7 +400,7 @@ class Request(OptionValues):
 def _hardening_material(
     material: Material, yield_strength: float | None, requested: parsing.Hardening
 ) -> Material:
-    """Return a material that hardens; ``yield_strength`` is as specified."""
+    """Return a material with hardening; ``yield_strength`` is as specified."""
     from roughcontact.material import hardening
 
     law: hardening.Isotropic
@@ -448,7 +448,7 @@ def _swift_law(yield_strength: float | None, constants: tuple[float, ...]) -> ha
 
 
 def match_files(word: str) -> list[Path]:
-    """Return the files that a word with wildcards fits, or the one that it names."""
+    """Return the files that match a path with wildcards, or the path itself."""
     path = Path(word)
     if not any(sign in word for sign in "*?[") or path.exists():
         return [path]

@@ -1,4 +1,4 @@
-"""Carry out a request: read, prepare, solve, write."""
+"""Execution of a request: read, prepare, solve, write."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ def run_request(
     read: Callable[[Request, Say], Sequence[Surface]] | None = None,
     solve: Solve = solve_afresh,
 ) -> Outcome:
-    """Read, prepare, solve, and write a request."""
+    """Run a request: read and prepare its maps, solve, and write its files."""
     request.check_places()
     reads = partial(read or prepare_maps, request, say)
     work = TaskContext(request, reads, say, look or ignore, solve, known or {})
     outcome: Outcome = request.task.run(request, work)
     if not outcome.converged:
         return outcome
-    # The numbers are shown even where the files cannot be written.
+    # The result is shown even if the files cannot be written.
     try:
         written = tuple(outputs.write_files(files(outcome, work), say))
     except RoughcontactError as error:
@@ -85,12 +85,12 @@ def solve_request(
     look: OnProgress = ignore,
     show: OnPreview = ignore,
 ) -> Outcome:
-    """Carry out a request on maps that are prepared, and write nothing."""
+    """Run a request on prepared maps, without writing files."""
     return request.task.run(request, TaskContext(request, lambda: maps, say, look, show=show))
 
 
 def files(outcome: Outcome, work: TaskContext) -> Iterator[outputs.Writing]:
-    """Yield the requested files, with their writers."""
+    """Yield the requested files with their writers."""
     from roughcontact.report import kinds
 
     request, result = outcome.request, outcome.result
@@ -107,7 +107,7 @@ def files(outcome: Outcome, work: TaskContext) -> Iterator[outputs.Writing]:
     requested = list(request.figures())
     drawings = kinds.drawings(result) if requested else {}
     for _, name, path in requested:
-        # A profile has fewer of them than a map.
+        # A profile has fewer figures than a map.
         if not name or name in drawings:
             yield path, outputs.figure_saver(drawings[name or next(iter(drawings))])
 

@@ -1,4 +1,4 @@
-"""Commands, and tasks: the analyses of the command line and of project files."""
+"""Commands and tasks: the analyses of the command line and of project files."""
 
 from __future__ import annotations
 
@@ -25,34 +25,34 @@ _FUNCTIONS = {
 }
 
 Given = Mapping[str, str | bool | list[str]]
-"""Options as text by their names: True for a flag, a list for what may be repeated."""
+"""Options as text, by name: True for a flag, a list for an option that may be repeated."""
 
 
 @dataclass(frozen=True, eq=False)
 class Command:
     """Command of the command line."""
 
-    name: str  # As users write it
-    help: str  # First sentence, what else there is to say, and an example
-    options: tuple[Option[Any], ...]  # Its options, in the order of the help
-    short_help: tuple[Option[Any], ...] = ()  # The ten that the help explains first
-    reads_map: bool = False  # Whether it takes a map
-    example: str = ""  # How it is called, where the help does not say it
+    name: str  # Name on the command line
+    help: str  # Summary, details and an example
+    options: tuple[Option[Any], ...]  # Options, in the order of the help
+    short_help: tuple[Option[Any], ...] = ()  # Main options, at the top of the help
+    reads_map: bool = False  # Whether the command reads a map
+    example: str = ""  # Example of a call, if not in the help
 
     @cached_property
     def by_name(self) -> Mapping[str, Option[Any]]:
-        """Its options by their names."""
+        """Options of the command, by name."""
         return {option.name: option for option in self.options}
 
     def option_of_argument(self, argument: str) -> Option[Any] | None:
-        """Return the option that an argument stands for, None if there is none."""
+        """Return the option of an argument, None if there is none."""
         for option in self.options:
             if argument == option.argument or argument in option.arguments:
                 return option
         return None
 
     def parse_options(self, specified: Given) -> dict[str, Any]:
-        """Return the values of options that were given as text, by name."""
+        """Return the values of options given as text, by name."""
         values: dict[str, Any] = {}
         for name, value in specified.items():
             option = self.by_name[name]
@@ -67,11 +67,11 @@ class Command:
         return values
 
     def read(self, specified: Given) -> ParsedOptions:
-        """Return the values of options that were given as text."""
+        """Return the parsed options for options given as text."""
         return ParsedOptions(self, self.parse_options(specified))
 
     def spell_argument(self, mention: ArgumentRef) -> str:
-        """Return an argument in the terms of the command line."""
+        """Return an argument in the syntax of the command line."""
         if mention.name == "file" and self.reads_map:
             return "FILE"
         option = self.option_of_argument(mention.name)
@@ -89,24 +89,24 @@ class OptionValues:
     values: Mapping[str, Any]
 
     def __getitem__(self, option: Option[T]) -> T:
-        """Return the value of an option of the task; `KeyError` if it does not list it."""
+        """Return the value of an option; raise `KeyError` unless the task has the option."""
         if self.task.by_name.get(option.name) is not option:
             raise KeyError(option.name)
         return self.values.get(option.name, option.default)
 
     def get(self, option: Option[T]) -> T | None:
-        """Return the value of the task's option of the same name, None if it has none."""
+        """Return the value of the task's option of the same name, None if there is none."""
         own = self.task.by_name.get(option.name)
         return None if own is None else self.values.get(own.name, own.default)
 
     def needed(self, option: Option[T | None]) -> T:
-        """Return the value of an option that rules have seen given."""
+        """Return the value of an option that the rules require."""
         value = self[option]
         assert value is not None
         return value
 
     def is_given(self, option: Option[Any]) -> bool:
-        """Return whether the task's option of the same name has another value than its default."""
+        """Return whether the task's option of the same name differs from its default."""
         own = self.task.by_name.get(option.name)
         return own is not None and bool(self[own] != own.default)
 
@@ -121,23 +121,23 @@ class ParsedOptions(OptionValues):
 
 @dataclass(frozen=True, eq=False)
 class Analysis:
-    """How the page asks it."""
+    """Analysis of a task in the app."""
 
     name: str  # Title
     about: str  # Result in one sentence
-    options: tuple[Option[Any], ...] = ()  # Arguments besides the contact
-    short_help: tuple[tuple[Option[Any], str | bool], ...] = ()  # Values to begin with
+    options: tuple[Option[Any], ...] = ()  # Arguments in addition to the contact
+    short_help: tuple[tuple[Option[Any], str | bool], ...] = ()  # Initial values
     fixed: tuple[tuple[Option[Any], str | bool], ...] = ()
 
 
 @dataclass(frozen=True)
 class Subtasks:
-    """How a request falls into what can be solved apart."""
+    """Subtasks of a request, which can be solved separately."""
 
-    names: Callable[[Any], tuple[str, ...]]  # `names(request)` returns a word for each piece
-    solve: Callable[..., Any]  # `solve(request, word, say, look)` returns what is found of one
+    names: Callable[[Any], tuple[str, ...]]  # `names(request)` returns the identifiers
+    solve: Callable[..., Any]  # `solve(request, word, say, look)` returns the result of one
     file_of: Callable[[Any, str], Path | None] | None = None
-    shared_options: tuple[Option[Any], ...] = ()  # Options that say nothing of any one piece
+    shared_options: tuple[Option[Any], ...] = ()  # Options that no single subtask depends on
 
 
 def _numbers(outcome: Any) -> dict[str, Any]:
@@ -145,39 +145,39 @@ def _numbers(outcome: Any) -> dict[str, Any]:
 
 
 def _nothing(_: Any) -> None:
-    """Refuse nothing."""
+    """Accept every request."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Task(Command):
-    """Analysis of maps."""
+    """Analysis of maps, as a command."""
 
     run: Callable[[Any, Any], Any]  # `run(request, work)` returns the `Outcome`
     rules: tuple[Rule, ...] = ()  # Rules between its options
     check: Callable[[Any], object] = _nothing
     record: Callable[[Any], dict[str, Any]] = _numbers
     last: Callable[[Any], dict[str, Any]] | None = None
-    held: int = 0  # Maps in memory besides the contact
+    held: int = 0  # Maps in memory in addition to the contact
     memory: Callable[[Any, tuple[int, int]], object] | None = None
     writes: tuple[tuple[Option[Any], Callable[[Any, Path], object]], ...] = ()
     figures: Callable[[Any], Sequence[str]] | None = None
-    questions: tuple[Analysis, ...] = ()  # How the page asks it
+    questions: tuple[Analysis, ...] = ()  # Analyses in the app
     maps: tuple[str, ...] = ("file",)
-    needs_map: bool = True  # Whether it cannot do without a map or a nominal body
-    shares_contacts: bool = False  # Whether it looks at contacts that others may ask, too
-    in_projects: bool = True  # Whether project files may ask it
-    pieces: Subtasks | None = None  # How it falls into what can be solved apart
+    needs_map: bool = True  # Whether a map or a nominal body is required
+    shares_contacts: bool = False  # Whether its contacts may be cached for other tasks
+    in_projects: bool = True  # Whether project files may contain it
+    pieces: Subtasks | None = None  # Subtasks, if any
     reads_map: bool = True
     presentations: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    # Where the presentations of its result classes are, the narrower first
+    # Locations of the presentations of its result classes, the most specific first
 
     @property
     def many_maps(self) -> bool:
-        """Whether it takes several maps."""
+        """Whether the task accepts several maps."""
         return "files" in self.maps
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle it as the one of its module."""
+        """Pickle the task by reference to its module."""
         return _task_of, (self.run,)
 
 

@@ -1,19 +1,19 @@
 """Intervals of the main quantities of a contact, and their sources.
 
-The certificate says how exactly the problem as stated is solved. It knows nothing of the grid,
-of the rim of spots and of what the ceiling stands in for, which move the numbers far more; what is
-known of these is gathered here. What the measurement left out of the map is not in it: this
-`measurement.uncertainty` adds, in intervals of the same form.
+The certificate bounds the solver error of the problem as stated. It does not include the errors of
+the grid, of the rim of spots and of the ceiling as a model of plasticity, which are far larger;
+this module collects their bounds. The effect of the measurement is not included:
+`measurement.uncertainty` adds it, in intervals of the same form.
 
-`uncertainty_intervals`: Grid: where the number lies on ever finer grids of the same heights,
-`resolution.limits`. Rim, where there is no such study: pixels that the rim of a spot
-crosses count in full; the lower end is `ContactResult.perimeter_corrected_area`. Edge: the largest
+`uncertainty_intervals`: Grid: limit of the quantity on ever finer grids of the same heights,
+`resolution.limits`. Rim, without such a study: pixels crossed by the rim of a spot are counted
+in full; the lower end is `ContactResult.perimeter_corrected_area`. Edge: the largest
 pressure of an elastic contact has no limit at an edge at which the map ends (r^-1/2, as of a flat
 punch). Shorter waves: contact area and largest pressure of an elastic map that is rough down to
-its pixel, which is where they change by 5 % or more from twice its pixel to its own, have none
-either; how far they would go is not known. Yielding: `ceiling.area_change`, give or take what the
-calibrated ceiling was wrong by on contacts of this kind; known of the contact area alone, no
-cause below first yield or where no strength is known. Tolerance: the certificate.
+its pixel (a change of 5 % or more from twice its pixel to its pixel) have no limit either; the
+size of this error is unknown. Yielding: `ceiling.area_change`, plus or minus the error of the
+calibrated ceiling on contacts of this type; known only for the contact area, no cause below first
+yield or without a known strength. Tolerance: the certificate.
 """
 
 from __future__ import annotations
@@ -36,20 +36,20 @@ from roughcontact.uncertainty.resolution import STEADY_TOLERANCE, ResolutionStud
 if TYPE_CHECKING:
     from roughcontact.surface.instrument import Instrument
 
-# Error of the single-sphere correction itself, in addition to that of the rule.
+# Error of the single-sphere correction, in addition to the error of the calibrated ceiling.
 _ONE_SPHERE = 0.02
 
-# Factor of safety of two grids of first order (Roache 1994).
+# Safety factor for two grids of first order (Roache 1994).
 _TWO_GRIDS = 3.0
 
-# Quantities of an elastic contact that each shorter wave changes, and their indicator.
+# Quantities of an elastic contact without a limit for shorter waves, and their indicators.
 _WITHOUT_LIMIT = {"contact_fraction": "corrected_fraction", "max_pressure": "max_pressure"}
 
-# Length below which a gap is closed [m].
+# Gap below which the contact is closed [m].
 _CLOSED = 1e-12
 
 QUANTITIES = ("max_pressure", "contact_fraction", "saturated_fraction", "mean_gap", "approach")
-"""Names of the numbers that get an interval."""
+"""Names of the quantities with an interval."""
 
 
 class Cause(StrEnum):
@@ -79,30 +79,30 @@ class Cause(StrEnum):
 
 @dataclass(frozen=True)
 class ErrorSource:
-    """How far one cause may move a number."""
+    """Error bounds of a quantity due to one cause."""
 
-    cause: Cause  # The cause
+    cause: Cause  # Cause of the error
     low: float  # Relative change, at most 0
     high: float  # Relative change, at least 0
 
     @property
     def known(self) -> bool:
-        """Whether it can be bounded with what there is."""
+        """Whether the error is bounded."""
         return not math.isnan(self.low)
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A number and where it lies as far as is known.
+    """Quantity with its interval, from all known errors.
 
-    As measured, each cause moves it as far as it may. Corrected, independent causes add in squares,
-    in logarithms: the interval holds it in 95 of 100 cases.
+    As measured, the interval is the worst case of all causes. Corrected, independent causes add in
+    squares of logarithms: the coverage of the interval is 95 %.
     """
 
     name: str  # One of `QUANTITIES`, or of `measurement.NUMBERS`
-    value: float  # The number, corrected where that as measured is given [SI]
-    doubts: tuple[ErrorSource, ...]  # Error source
-    measured: float | None = None  # On the map as measured, of a number that is corrected [SI]
+    value: float  # Value [SI]; corrected if ``measured`` is given
+    doubts: tuple[ErrorSource, ...]  # Error sources
+    measured: float | None = None  # Value on the map as measured, if corrected [SI]
 
     @property
     def low(self) -> float:
@@ -111,7 +111,7 @@ class Interval:
 
     @property
     def high(self) -> float:
-        """Upper end [SI], of a share at most 1; infinite where there is none."""
+        """Upper end [SI], at most 1 for a share; infinite if there is no bound."""
         high = self.value * self._moved(d.high for d in self.doubts if d.known)
         return min(high, 1.0) if self.name.endswith("fraction") and math.isfinite(high) else high
 
@@ -124,12 +124,12 @@ class Interval:
 
     @property
     def unknown(self) -> tuple[Cause, ...]:
-        """Causes that are not in the interval, since nothing is known of their size."""
+        """Causes of unknown size, which the interval does not include."""
         return tuple(doubt.cause for doubt in self.doubts if not doubt.known)
 
     @property
     def budget(self) -> dict[str, float]:
-        """Share of each known cause of the sum of their squares, the largest first."""
+        """Share of each known cause in the sum of squares, the largest first."""
         squares = {
             str(d.cause): math.log((1 + d.high) / (1 + d.low)) ** 2
             for d in self.doubts
@@ -139,7 +139,7 @@ class Interval:
         return {cause: square / sum(squares.values()) for cause, square in ordered}
 
     def summary(self) -> dict[str, Any]:
-        """Return the interval ready for JSON: ends, effect of each cause, and its share."""
+        """Return the interval ready for JSON: ends, and effect and share of each cause."""
         return {
             "value": self.value,
             "measured": self.value if self.measured is None else self.measured,
@@ -152,22 +152,22 @@ class Interval:
 
 @dataclass(frozen=True, repr=False)
 class Uncertainty(Result):
-    """Intervals of the numbers of a contact, and what they come from.
+    """Intervals of the quantities of a contact, and their sources.
 
     Parameters
     ----------
     intervals : tuple of Interval
-        One for each number.
+        One interval for each quantity.
     closing : dict
-        Sum of the variances of the sources over that of the draws, by number.
+        Sum of the variances of the sources over the variance of the draws, by quantity.
     instrument : Instrument or None
-        What measured the map; without it the intervals hold grid and material alone.
+        Instrument of the map; without one the intervals include only grid and material.
     shortest_wave : float or None
-        Shortest wave of the surface that was stated [m].
+        Given shortest wave of the surface [m].
     resolved : float
-        Shortest wave that the maps show [m].
+        Shortest wave resolved by the maps [m].
     draws, seed : int
-        Number of draws, and their seed.
+        Number of draws, and the seed.
     remarks : tuple of str
         Limits of the intervals, one sentence each.
     surface : Surface or None
@@ -185,7 +185,7 @@ class Uncertainty(Result):
     surface: Surface | None = field(default=None, compare=False)
 
     def of(self, name: str) -> Interval | None:
-        """Return the interval of a number; None where there is none."""
+        """Return the interval of a quantity; None if there is none."""
         return next((item for item in self.intervals if item.name == name), None)
 
 
@@ -221,7 +221,7 @@ def from_summary(record: Mapping[str, Any]) -> Uncertainty:
 def uncertainty_intervals(
     result: ContactResult, study: ResolutionStudy | None = None
 ) -> tuple[Interval, ...]:
-    """Return how sure the headline numbers of a result are, corrected where that is known."""
+    """Return the intervals of the main quantities; corrected ones if the result has them."""
     if result.measurement is not None:
         intervals: tuple[Interval, ...] = result.measurement.intervals
         return intervals
@@ -243,23 +243,23 @@ def uncertainty_intervals(
 
 
 def _possible(doubt: ErrorSource, name: str, value: float) -> ErrorSource:
-    """Return an error within what a number can be: none is negative, no share above 1."""
+    """Return an error limited to possible values: no negative value, no share above 1."""
     high = doubt.high
     if name.endswith("fraction") and math.isfinite(high):
         high = min(high, max(1 / value - 1, 0.0))
-    # NaN stays, since it comes first.
+    # `max` returns its first argument if this is NaN.
     return replace(doubt, low=max(doubt.low, -1.0), high=high)
 
 
 def of_joint(
     name: str, value: float, contact: ContactResult, coarser: float, calibrated: tuple[float, float]
 ) -> Interval:
-    """Return the interval of what a joint does, from two more solutions of its contact.
+    """Return the interval of a joint quantity, from two further solutions of its contact.
 
-    ``coarser`` is its relative change on twice the pixel, ``calibrated`` its own and that of the
-    contact area under the calibrated ceiling; NaN where that is not known. Two grids give three
-    times their difference to either side (Roache 1994). The error of the calibrated ceiling is
-    that of the area, times the change of the number over that of the area.
+    ``coarser`` is its relative change on twice the pixel, ``calibrated`` the relative changes of
+    the quantity and of the contact area under the calibrated ceiling; NaN if unknown. Two grids
+    give three times their difference to either side (Roache 1994). The error of the calibrated
+    ceiling is the error of the area, times the change of the quantity over the change of the area.
     """
     doubts = [ErrorSource(Cause.GRID, -_TWO_GRIDS * abs(coarser), _TWO_GRIDS * abs(coarser))]
     if contact.regime not in (Regime.BELOW_FIRST_YIELD, Regime.UNKNOWN):
@@ -272,14 +272,14 @@ def of_joint(
 
 def _rim(result: ContactResult) -> ErrorSource:
     if result.pair.is_profile:
-        # A segment has up to one point more than its length: 0.35 in the mean under a cylinder.
+        # A segment exceeds its length by up to one point: 0.35 on average under a cylinder.
         points = result.totals.contact
         return ErrorSource(Cause.RIM, -min(result.spots().count / points, 1.0), 0.0)
     return ErrorSource(Cause.RIM, result.perimeter_corrected_area / result.contact_area - 1, 0.0)
 
 
 def volume_plasticity(name: str, result: ContactResult) -> ErrorSource | None:
-    """Return how far plasticity of the volume may move a number; None below first yield."""
+    """Return the error due to plasticity of the volume; None below first yield."""
     if result.regime in (Regime.BELOW_FIRST_YIELD, Regime.UNKNOWN) and not (
         result.pair.is_coated and result.ceiling is not None
     ):
@@ -294,20 +294,20 @@ def volume_plasticity(name: str, result: ContactResult) -> ErrorSource | None:
         return ErrorSource(Cause.YIELDING, math.nan, math.nan)
     change = area_change(advice, result.ceiling, result.contact_modulus)
     error = plausibility.shown_error(result) + _ONE_SPHERE
-    # Both NaN where the rule was never tried.
+    # Both are NaN outside the range of the calibration.
     low, high = _around(change, error * (1 + change))
     return ErrorSource(Cause.YIELDING, low, high)
 
 
 def _around(change: float, error: float) -> tuple[float, float]:
-    """Return how far a value may move that changes by so much, give or take an error."""
+    """Return the error bounds of a change that is known within plus or minus an error."""
     if math.isnan(change + error):
         return math.nan, math.nan
     return min(0.0, change - error), max(0.0, change + error)
 
 
 def _grid(name: str, result: ContactResult, study: ResolutionStudy | None) -> list[ErrorSource]:
-    """Return the error bounds of the grid and of scales below it."""
+    """Return the error bounds of the grid and of scales below the grid."""
     value = float(getattr(result, name))
     elastic = result.ceiling is None
     at_edge = elastic and result.totals.edge_load is not None
@@ -319,7 +319,7 @@ def _grid(name: str, result: ContactResult, study: ResolutionStudy | None) -> li
     if name == "max_pressure" and result.ceiling is not None:
         high = min(high, float(np.max(result.ceiling)))
     ends = sorted((low / value - 1, high / value - 1))
-    # NaN stays, since it comes first.
+    # `min` and `max` return their first argument if this is NaN.
     answer = [ErrorSource(Cause.GRID, min(ends[0], 0.0), max(ends[1], 0.0))]
     if elastic and name in _WITHOUT_LIMIT and _rough(_WITHOUT_LIMIT[name], study):
         answer.append(ErrorSource(Cause.WAVES, math.nan, math.nan))
@@ -327,7 +327,7 @@ def _grid(name: str, result: ContactResult, study: ResolutionStudy | None) -> li
 
 
 def _rough(name: str, study: ResolutionStudy) -> bool:
-    """Return whether a number changes from twice the pixel of the map to its own."""
+    """Return whether a quantity changes from twice the pixel of the map to its pixel."""
     coarser = sum(grid.value > 1 for grid in study.grids)
     return (
         0 < coarser < len(study.grids) and abs(study.changes(name)[coarser - 1]) >= STEADY_TOLERANCE

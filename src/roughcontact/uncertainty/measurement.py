@@ -1,25 +1,26 @@
-"""Intervals of the numbers of a contact, from how its map was measured.
+"""Intervals of the quantities of a contact, from the measurement of its map.
 
-`uncertainty`: two ways of correcting a number Q for the instrument, in logarithms.
+`uncertainty`: two corrections of a quantity Q for the instrument, in logarithms.
 
 A: Q of draws of the surface behind the map (`reconstruction.Reconstruction.draw`).
-B: Q of the map, times Q of random surfaces over Q of their own maps, measured by the same
+B: Q of the map, times Q of random surfaces over Q of their maps, measured by the same
 instrument.
 
 The center is ``w A + (1 - w) B`` with ``w = s_B²/(s_A² + s_B²)``, s the standard deviation of K
 draws. The half width is ``√(w h_A² + (1 - w) h_B² + 2 √(w (1 - w)) (A - B)²)`` with ``h = 1.96
-s``; of its part that is left to chance ``h = t s √(1 + 1/K)``, with t of Student at 95 %. Under a
-tip w is 1/2: what it fills depends on the map, and draws keep it. Grid,
-remainder of the method and material add in squares. The remainder falls with the largest correction
-below 10 %: a perfect instrument leaves the interval of the grid. Resolution, tip radius, noise,
-exponent, level and shortest wave are drawn once per draw, each as K quantiles.
+s``; for its random part ``h = t s √(1 + 1/K)``, with t of Student at 95 %. For a tip w is 1/2:
+the volume that a tip cannot reach depends on the map and is the same in all draws. Grid,
+remainder of the method and material add in squares. The remainder decreases with the largest
+correction below 10 %: a perfect instrument gives the interval of the grid. Resolution, tip radius,
+noise, exponent, level and shortest wave are drawn once per draw, each as K quantiles.
 
-A number of the surface rather than of the map adds the scatter of the random surfaces, ``t s``.
+For a quantity of the surface rather than of the map, the scatter of the random surfaces, ``t s``,
+adds.
 
-Grid: with f = Q on twice the grid over Q, a factor ``f^1.5`` and half a width of ``ln f / 2``; of
-the largest pressure a factor f; of the stiffness no factor and half a width of ``2 ln f``.
-Material: by dimensional analysis ``S_E = n - S_p - S_lim``, with S the logarithmic derivative by
-load and by ceiling and n the power of a pressure in Q.
+Grid: with f = Q for twice the points per side over Q, a factor ``f^1.5`` and a half width of
+``ln f / 2``; for the largest pressure a factor f; for the stiffness no factor and a half width of
+``2 ln f``. Material: by dimensional analysis ``S_E = n - S_p - S_lim``, with S the logarithmic
+derivative with respect to load and ceiling and n the power of a pressure in Q.
 """
 
 from __future__ import annotations
@@ -61,30 +62,30 @@ from roughcontact.units import Quantity, format_change, format_engineering, form
 Array = NDArray[np.float64]
 
 CERTIFICATE = 1e-4
-"""Certificate of the solve of a draw."""
+"""Certificate (tolerance) of the solve of a draw."""
 
-# Relative standard uncertainty of the noise that a plateau of the spectrum shows.
+# Relative standard uncertainty of the noise from a plateau of the spectrum.
 _PLATEAU = 0.05
 
 MOST_POINTS = 1 << 20
-"""Most points of a draw: some 40 contacts of this size are solved."""
+"""Maximum number of points of a draw: about 40 contacts of this size are solved."""
 
 MOST_FILLED = 0.1
-"""Largest share of filled points of a map that gets intervals."""
+"""Largest share of filled points of a map with intervals."""
 
 
 class _Number(NamedTuple):
-    """How a number is taken from a contact, and what remains of the method [relative]."""
+    """Quantity of a contact, and the remaining relative error of the method."""
 
     of: Callable[[ContactResult], float]
-    remainder: float  # Half width
-    pressure: int = 0  # Power of a pressure in it
+    remainder: float  # Half width of the remaining error
+    pressure: int = 0  # Power of a pressure in the quantity
     grid: float = 1.5  # Power of the factor of the grid
-    rest: float = 0.5  # Power of it that is its half width
+    rest: float = 0.5  # Half width of the grid, as a power of the factor
 
 
 def _floor(part: float, result: ContactResult) -> float:
-    """Return a share of the map, at least half a pixel, so that it has a logarithm."""
+    """Return a share of the map, at least half a pixel, since a logarithm follows."""
     return max(part, 0.5 / result.pressure.size)
 
 
@@ -95,13 +96,13 @@ NUMBERS: dict[str, _Number] = {
     "saturated_fraction": _Number(lambda r: _floor(r.saturated_fraction, r), 0.015),
     "mean_gap": _Number(lambda r: r.mean_gap, 0.02),
     "approach": _Number(lambda r: r.approach, 0.03),
-    # With a ceiling it is that of a rim of single pixels: a finer grid moves it by chance.
+    # With a ceiling, the stiffness is due to single pixels of the rim: its grid error is random.
     "stiffness": _Number(lambda r: contact_growth(r).stiffness, 0.02, 1, 0.0, 2.0),
     "constriction_length": _Number(lambda r: 2 * unloading_stiffness(r) / r.contact_modulus, 0.02),
     "mean_pressure": _Number(lambda r: r.load / r.perimeter_corrected_area, 0.01, 1),
     "max_pressure": _Number(lambda r: r.max_pressure, 0.1, 1, 1.0),
 }
-"""Numbers with an interval."""
+"""Quantities with an interval."""
 
 SOURCES = {
     Cause.RESOLUTION: ("resolution",),
@@ -112,7 +113,7 @@ SOURCES = {
     Cause.OTHER_MAPS: ("finer resolution", "finer level"),
     Cause.SUMMITS: ("summits",),
 }
-"""Causes that draws move, each with the deviations that it draws."""
+"""Causes that vary between draws, each with its deviations."""
 
 
 def uncertainty(
@@ -166,7 +167,7 @@ def uncertainty(
     )
 
 
-# --- Which contacts and maps ---
+# --- Requirements on contacts and maps ---
 
 
 def _material(result: ContactResult, material: Mapping[str, float] | None) -> dict[str, float]:
@@ -181,7 +182,7 @@ def _material(result: ContactResult, material: Mapping[str, float] | None) -> di
 
 
 def check(result: ContactResult) -> None:
-    """Raise `InputError` for a contact that gets no intervals."""
+    """Raise `InputError` for a contact without intervals."""
     pair = result.pair
     pair.require_whole("intervals")
     pair.require_map("an interval")
@@ -214,7 +215,7 @@ def _reconstruction(
     wave: float | None,
     also: Sequence[Surface | tuple[Surface, Instrument | str]],
 ) -> Reconstruction:
-    """Return the map with its instrument, or with a perfect one."""
+    """Return the reconstruction of the map, with a perfect instrument if none is given."""
     surface, tool = result.surface, instrument or Instrument(resolution=0.0, u_resolution=0.0)
     measured = _measured(surface, tool, wave)
     if instrument is None:
@@ -231,7 +232,7 @@ def _reconstruction(
             f"{format_engineering(wave, 'm')}",
             argument="shortest_wave",
         )
-    # Four points in the shortest wave, or two where it takes more than four in a pixel.
+    # Four points per shortest wave, or two if that needs more than four points per pixel.
     finest = (wave or 1 / measured.reach / reconstruction.UNKNOWN) / max(surface.pixel)
     if finest < 2:
         measured = replace(measured, finer=max(4, 2 ** math.ceil(math.log2(2 / finest))))
@@ -254,7 +255,7 @@ def _reconstruction(
 
 
 def _on_even_scale(measured: Reconstruction) -> Reconstruction:
-    """Return a worn map on an even scale of heights; raise `InputError` where it is not known."""
+    """Return a worn map on an even height scale; raise `InputError` if this is unknown."""
     unknown = {
         "a tip hides": measured.instrument.tip_radius > 0,
         "noise hides": measured.hides_summits,
@@ -272,7 +273,7 @@ def _on_even_scale(measured: Reconstruction) -> Reconstruction:
 def _other_map(
     item: Surface | tuple[Surface, Instrument | str], wave: float | None
 ) -> Reconstruction:
-    """Return another map of the surface, with what measured it."""
+    """Return another map of the surface, with its instrument."""
     surface, tool = item if isinstance(item, tuple) else (item, Instrument.from_map(item))
     if surface.missing:
         raise InputError("has missing points; fill them first", argument="also")
@@ -295,7 +296,7 @@ def _measured(surface: Surface, tool: Instrument, wave: float | None) -> Reconst
 
 
 def _with_plateau(tool: Instrument, surface: Surface) -> Instrument:
-    """Return an instrument with the noise that the spectrum shows, if that is near to its own."""
+    """Return an instrument with the noise of the spectrum, if close to the given noise."""
     seen = resolution.noise_height(surface.heights, surface.pixel)
     if not tool.noise / 2 < seen < 2 * tool.noise:
         return tool
@@ -316,7 +317,7 @@ def _require_unsmoothed(surface: Surface, tool: Instrument, wave: float | None) 
 
 
 def _require_random(measured: Reconstruction) -> None:
-    """Raise `InputError` for a map with structures that no random surface has."""
+    """Raise `InputError` for a map with structures that random surfaces do not have."""
     skewness, kurtosis = measured.structure
     if abs(skewness) > _SKEWED:
         raise InputError(
@@ -333,16 +334,16 @@ def _require_random(measured: Reconstruction) -> None:
         )
 
 
-# Skewness of the heights and kurtosis of the shortest waves, at most. Intervals held three measured
-# maps with up to -0.6 and 7, neither tracks of a disc (1.3 and 4) nor a face with particles (-0.5
-# and 96); they held one with a pit (-0.2 and 51), which is refused as well.
+# Maximum skewness of the heights and kurtosis of the shortest waves. Intervals covered three
+# measured maps with up to -0.6 and 7, but neither tracks of a disc (1.3 and 4) nor a face with
+# particles (-0.5 and 96); they covered a map with a pit (-0.2 and 51), which is rejected as well.
 _SKEWED, _PEAKED = 1.0, 10.0
 
 # --- The draws and their solves ---
 
 
 class _ContactDraws:
-    """The draws of one contact, and the numbers of the contact of each."""
+    """Draws of the surface of a contact, and the solves of their contacts."""
 
     def __init__(
         self, result: ContactResult, measured: Reconstruction, draws: int, seed: int, sampled: bool
@@ -351,7 +352,7 @@ class _ContactDraws:
         self.result, self.measured, self.draws, self.seed = result, measured, draws, seed
         self.smooth = np.zeros(measured.shape)
         self.map = filters.resample(measured.heights, measured.shape)
-        # A periodic surface has no step between its edges: leveling made it.
+        # A periodic surface has no step between its edges: leveling caused the step.
         is_split = measured.heights is not result.surface.heights
         if is_split and not (result.boundary.periodic_axes and measured.form):
             rest = result.surface.heights - measured.heights
@@ -372,7 +373,7 @@ class _ContactDraws:
         self.deviations = [dict(zip(names, row, strict=True)) for row in strata]
 
     def solved(self, progress: Tell) -> dict[Any, Array]:
-        """Return the logarithms of all numbers of each contact, by the name of the contact."""
+        """Return the logarithms of all quantities of each contact, by the name of the contact."""
         jobs = self._jobs()
         found: dict[Any, Array] = {}
         done = itertools.count(1)
@@ -391,18 +392,18 @@ class _ContactDraws:
 
     @property
     def base(self) -> Array:
-        """The corrected map: a draw with the stated values [m]."""
+        """Corrected map: a draw with the given values of the instrument [m]."""
         return self._drawn({}, self.seed)[0] + self.smooth
 
     def _jobs(self) -> dict[Any, Callable[[], Any]]:
         result, (ny, nx) = self.result, self.measured.shape
 
         def draw(k: int) -> Any:
-            # Seeds of different draws have nothing in common.
+            # Seeds of different draws are independent.
             drawn, twin, image = self._drawn(self.deviations[k], self.seed + 1 + k)
             yield ("draw", k), self._pressed(drawn + self.smooth)
             yield ("twin", k), self._pressed(twin)
-            # On the same grid, whose error is then no difference between them.
+            # On the same grid, so that its error cancels.
             yield ("image", k), self._pressed(filters.resample(image, self.map.shape))
 
         def moved(source: Cause) -> Any:
@@ -414,7 +415,7 @@ class _ContactDraws:
             yield "base", self._pressed(self.base)
 
         def finer() -> Any:
-            # On the even scale a worn plateau has no edges that ring.
+            # On the even scale the edges of a worn plateau do not ring.
             parts = self.measured.to_even_scale(self._drawn({}, self.seed)[0]), self.smooth
             drawn, smooth = (
                 filters.resample(part, (2 * ny, 2 * nx), self._method) for part in parts
@@ -444,7 +445,7 @@ class _ContactDraws:
 
     @property
     def next_form(self) -> str:
-        """The form of the next degree after that which was leveled; empty after the last."""
+        """Form of the next degree after the leveled form; empty after the last."""
         return {None: "plane", "plane": "quadric"}.get(self.measured.form, "")
 
     @property
@@ -457,7 +458,7 @@ class _ContactDraws:
         return self.measured.draw(deviations, seed)
 
     def _pressed(self, heights: Array, load: float = 1.0, ceiling: float = 1.0) -> ContactResult:
-        """Return the contact of other heights over the same sides."""
+        """Return the contact of other heights on a map of the same size."""
         result = self.result
         edges = [side / n for side, n in zip(result.surface.size, heights.shape, strict=True)]
         pair = replace(result.pair, share=Surface(heights, (edges[0], edges[1])))
@@ -474,7 +475,7 @@ def _numbers(result: ContactResult) -> Array:
 
 
 def _stratified_normals(columns: int, rows: int, rng: np.random.Generator) -> Array:
-    """Return columns of the same standard normal quantiles, each in another order."""
+    """Return columns of equal standard normal quantiles, each in a random order."""
     inverse = NormalDist().inv_cdf
     quantiles = np.array([inverse((row + 0.5) / rows) for row in range(rows)])
     if rows:
@@ -488,9 +489,9 @@ def _stratified_normals(columns: int, rows: int, rng: np.random.Generator) -> Ar
 def _intervals(
     study: _ContactDraws, numbers: Mapping[Any, Array], known: Mapping[str, float]
 ) -> tuple[tuple[Interval, ...], dict[str, float]]:
-    """Return the intervals, and how far the variances of the sources close, by number."""
+    """Return the intervals, and the closure of the variances of the sources, by quantity."""
     result, measured = study.result, np.exp(numbers["measured"])
-    # A step between the edges of a periodic map is such an edge, too.
+    # A step between the edges of a periodic map has the same effect as an edge.
     at_edge = result.ceiling is None and (
         result.totals.edge_load is not None
         or bool(result.boundary.periodic_axes and study.smooth.any())
@@ -500,20 +501,20 @@ def _intervals(
         for index, name in enumerate(NUMBERS)
         if not (name == "saturated_fraction" and not result.saturated_fraction)
         and not (name == "max_pressure" and at_edge)
-        # Extremes grow with the surface.
+        # Extremes increase with the size of the surface.
         and not (study.sampled and name in ("approach", "max_pressure"))
-        # On an even scale they were 5 to 21 % too high in the mean.
+        # On an even scale these were 5 to 21 % too high on average.
         and not (study.measured.scale and name in _NOT_OF_WORN)
     }
     columns = {
         name: column for name, column in columns.items() if all(map(math.isfinite, column.values()))
     }
     corrected = {name: _corrected(study, column) for name, column in columns.items()}
-    # A zero correction has no error.
+    # Without a correction, the method has no error.
     shifts = [abs(corrected[name][0] - column["map"]) for name, column in columns.items()]
     part = min(max(shifts, default=0.0) / _LARGE, 1.0)
     as_measured = dict(zip(NUMBERS, map(float, measured), strict=True))
-    # The headline area counts the excess of the rim, and the corrected one does not.
+    # The area of the headline includes the excess of the rim, the corrected area does not.
     as_measured["contact_fraction"] = result.contact_fraction
     intervals = tuple(
         Interval(
@@ -534,7 +535,7 @@ def _corrected_interval(
     part: float,
     known: Mapping[str, float],
 ) -> tuple[float, tuple[ErrorSource, ...]]:
-    """Return a corrected number, and what moves it."""
+    """Return a corrected quantity and its error sources."""
     center, squares = corrected[0], dict(corrected[1])
     number = NUMBERS[name]
     factor = values["finer"] - values["base"]
@@ -564,14 +565,15 @@ def _corrected_interval(
 
 _NORMAL = NormalDist().inv_cdf(0.975)
 
-# Correction, as a logarithm, from which the whole remainder of the method counts.
+# Correction, as a logarithm, from which the remaining error of the method applies in full.
 _LARGE = 0.1
 
-# Numbers without an interval of worn maps.
+# Quantities without an interval on worn maps.
 _NOT_OF_WORN = ("approach", "stiffness", "constriction_length")
 
-# Factors of half widths, of worn maps, of the elastic contact area, and under a tip: set on 178
-# surfaces of `benchmarks/interval_coverage.py` (seeds 5100 to 5299); 180 others then held 96 %.
+# Factors of half widths for worn maps, for the elastic contact area, and for a tip, calibrated on
+# 178 surfaces of `benchmarks/interval_coverage.py` (seeds 5100 to 5299); coverage of 180 others:
+# 96 %.
 _WORN, _ELASTIC_AREA = 1.6, 1.25
 _UNDER_A_TIP = {
     "contact_fraction": 1.2,
@@ -584,7 +586,7 @@ _UNDER_A_TIP = {
 def _corrected(
     study: _ContactDraws, values: Mapping[Any, float]
 ) -> tuple[float, dict[Cause, float], float]:
-    """Return the center by both ways, squared half widths by cause, and whether these close."""
+    """Return the combined center, squared half widths by cause, and variance closure."""
     count = study.draws
     if not count:
         return values["base"], {}, math.nan
@@ -593,7 +595,7 @@ def _corrected(
     )
     bracket = twin - image
     first, second = float(drawn.mean()), values["map"] + float(bracket.mean())
-    # Regression of the draws on their deviations; the rest is chance.
+    # Regression of the draws on their deviations; the rest is random.
     moves = {
         name: (values[name, 1] - values[name, -1]) / 2
         for source in study.sources
@@ -604,13 +606,13 @@ def _corrected(
     parts[Cause.CHANCE] = float(np.var(drawn - shared, ddof=1))
     spread = float(np.var(drawn, ddof=1))
     total = sum(parts.values())
-    # Quantiles of drawn variables are exact; the remaining scatter has few draws.
+    # Quantiles of drawn variables are exact; the random part is known from few draws only.
     chance = parts[Cause.CHANCE] / total if total else 0.0
     factor = (1 - chance) * _NORMAL**2 + chance * _student(count - 1) ** 2 * (1 + 1 / count)
     scatter = float(np.var(bracket, ddof=1))
     weight = scatter / (spread + scatter) if scatter else 1.0
     if study.measured.instrument.tip_radius:
-        # The draws keep what the tip filled, since it depends on the map: their spread is too low.
+        # All draws have the same unreached volume of the tip: their spread is too low.
         weight = 0.5
     width = factor * (weight * spread + (1 - weight) * scatter)
     squares = {name: width * part / total if total else 0.0 for name, part in parts.items()}
@@ -623,13 +625,13 @@ def _corrected(
 
 
 def _student(degrees: int) -> float:
-    """Return the quantile of Student's distribution that leaves 2.5 % above it."""
+    """Return the 97.5 % quantile of Student's distribution."""
     from scipy.special import stdtrit
 
     return float(stdtrit(degrees, 0.975))
 
 
-# Share of the difference of the corrections where it is two half widths of either.
+# Share of the difference of the corrections if it equals two half widths of either.
 _DISAGREEING = 0.8
 
 
@@ -639,7 +641,7 @@ def _remarks(
     wave: float | None,
     intervals: Sequence[Interval],
 ) -> Iterator[str]:
-    """Return the limits of the intervals."""
+    """Yield the remarks on the limits of the intervals."""
     if instrument is None:
         yield Sentence(
             "The intervals hold the grid and the material alone. Give ",
@@ -670,7 +672,7 @@ def _remarks(
 
 
 def _seam_remark(result: ContactResult, measured: Reconstruction) -> Iterator[str]:
-    """Return the remark on different opposite edges of a periodic map."""
+    """Yield the remark on different opposite edges of a periodic map."""
     surface = result.surface
     step = float(np.std(surface.heights - measured.heights))
     if result.boundary.periodic_axes and measured.form and step > _STEPPED * surface.Sq:
@@ -689,7 +691,7 @@ _STEPPED = 0.2
 def _modeling_remarks(
     study: _ContactDraws, numbers: Mapping[Any, Array], intervals: Sequence[Interval]
 ) -> Iterator[str]:
-    """Return the remarks on effects that the intervals exclude: removed form, and ceiling."""
+    """Yield the remarks on effects that the intervals exclude: removed form, and ceiling."""
     if "form" in numbers:
         change = dict(zip(NUMBERS, np.expm1(numbers["form"] - numbers["measured"]), strict=True))
         changes = [

@@ -1,4 +1,4 @@
-"""The surface behind a measured map: its spectrum, and random draws of it.
+"""Reconstruction of the surface behind a measured map: its spectrum, and random draws.
 
 `Reconstruction.draw`: pathwise conditioning. With the map y, its instrument M and a random surface
 ζ of the fitted spectrum, ``d = R(y) + ζ - R(M(ζ))`` is a draw of the surface, where R undoes the
@@ -7,28 +7,28 @@ error of R is transferred from ζ to y.
 
 Wilson et al. 2021, arXiv:2011.04026
 
-R: ``H = C T/(C T² + N)`` with the spectrum C, the transfer T and the noise N. A tip is first undone
-by erosion with its own shape. Waves beyond k_r of a map, and of M(ζ), first get the power that the
-model expects of waves of their length: a transfer that is not as stated would raise them without
-limit, as it would the rims of filled points and the step between the edges of a leveled map.
+R: ``H = C T/(C T² + N)`` with the spectrum C, the transfer T and the noise N. A tip is first
+inverted by erosion with its shape. Waves beyond k_r of a map, and of M(ζ), first get the power that
+the model predicts for their length: an inaccurate transfer would amplify them without limit, as
+well as the rims of filled points and the step between the edges of a leveled map.
 
 Villarrubia 1997, doi:10.6028/jres.102.030
 
 Worn surfaces have weaker short waves on summits. Their heights h are drawn as ``g = ∫ dh/m(h)``, a
 scale on which short waves are even: m is the roughness of the map in the shortest octave at a
-height, over that of the map of a twin, in rounds until both agree. Twins are Gaussian on this
-scale: translation processes (Grigoriu 1998, J. Eng. Mech. 124, 121).
+height, over the roughness of the map of a twin, iterated until both agree. Twins are Gaussian on
+this scale: translation processes (Grigoriu 1998, J. Eng. Mech. 124, 121).
 
 Spectrum: power less noise over T², in fifths of an octave of the wave number k with ``k² = qᵀ A
-q``; A is the inverse of the gradient tensor within an ellipse of the same k. It counts up to k_r,
-where T is one half or noise is half of the power. From there to the shortest wave of the surface
-it is a power law with the exponent that it has between its roll-off and k_r, and the prior of a
-Hurst exponent of 0.8 ± 0.4. The more a transfer makes the spectrum bend up, the less plausible it
-is.
+q``; A is the inverse of the gradient tensor within an ellipse of the same k. It is evaluated up to
+k_r, where T is one half or noise is half of the power. From there to the shortest wave of the
+surface, the spectrum is a power law with its exponent between roll-off and k_r, and the prior of
+a Hurst exponent of 0.8 ± 0.4. The more a transfer bends the spectrum up, the less plausible is
+the transfer.
 
-Finer maps of the surface add their spectra, each up to its own k_r. A bin is the mean of the maps,
-each weighted by one over the variance of its logarithm: one over the number of its waves, and
-``(4 ln 2 (k λ50)² u)²`` of a resolution with the relative uncertainty u.
+Finer maps of the surface add their spectra, each up to its k_r. A bin is the mean of the maps,
+each weighted by one over the variance of its logarithm: one over the number of its waves, plus
+``(4 ln 2 (k λ50)² u)²`` for a resolution with the relative uncertainty u.
 
 Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
 
@@ -58,44 +58,45 @@ from roughcontact.surface.random_surfaces import random_amplitudes
 
 Array = NDArray[np.float64]
 Deviations = Mapping[str, float]
-"""Standard normal deviations of what is not known exactly, by name; 0 where none is given."""
+"""Standard normal deviations of uncertain parameters, by name; 0 by default."""
 
-# Bins of the spectrum in an octave.
+# Number of bins of the spectrum per octave.
 _BINS = 5
-# Prior of the exponent of the spectrum, H 0.8 ± 0.4, its range, and the spread of its level.
+# Exponent of the spectrum: prior of H = 0.8 ± 0.4 and range; spread of the level.
 _EXPONENT, _SPREAD, _STEEPEST, _FLATTEST, _LEVEL = -3.6, 0.8, -4.4, -1.8, 0.25
-# Scatter of the logarithm of a bin about a power law.
+# Standard deviation of the logarithm of a bin about a power law.
 _SCATTER = 0.15
 UNKNOWN = 4.0
-"""Resolution over the shortest wave of a surface, at most, where none is stated."""
-# Largest ratio of the axes of its ellipse, and the smallest that one map tells from a circle.
+"""Maximum ratio of resolution and shortest wave of a surface, if no wave is given."""
+# Largest ratio of the axes of the ellipse, and smallest ratio that a map resolves from a circle.
 _LARGEST_RATIO, _ISOTROPIC = 8.0, 1.25
-# Classes of height, by how much smoother the highest sixteenth has to be to count, the standard
-# deviation of the median of one wave over its root-mean-square, and the median of random heights.
+# Number of height classes; relative reduction of roughness from which the highest sixteenth is
+# worn; standard deviation of the median of one wave over its root-mean-square; median of the
+# magnitude of random heights.
 _CLASSES, _UNEVEN, _CHANCE, _MEDIAN = 96, 0.25, 0.83, 0.6745
-# Rounds in which a scale of heights becomes even, and the smallest roughness of a class of heights
-# over that of rough ones.
+# Number of iterations for an even height scale, and the smallest roughness of a height class over
+# that of rough classes.
 _SCALES, _SMOOTHEST = 6, 0.02
-# Twins whose maps give the roughness of summits of unworn surfaces.
+# Number of twins whose maps give the roughness of summits of unworn surfaces.
 _TWINS = 3
-# Largest difference of the logarithms of two spectra of one surface in the octave that both show,
-# beyond chance.
+# Largest difference of the logarithms of two spectra of one surface in their common octave, beyond
+# the random scatter.
 _SAME = 0.7
-# Step between opposite edges of a periodic map, over that between neighbors, at most.
+# Maximum step between opposite edges of a periodic map, over the step between neighbors.
 _SEAM = 2.0
-# Rounds in which the image of a surface under a tip gets the spectrum of the map.
+# Number of iterations in which the image of a surface under a tip gets the spectrum of the map.
 _ROUNDS = 3
 
 
 @dataclass(frozen=True, eq=False)
 class RoughSpectrum:
-    """Power of the waves of a surface in bins of a wave number, with a power law beyond."""
+    """Power spectrum of a surface in bins of the wave number, with a power law beyond."""
 
     tensor: Array  # A of k² = qᵀ A q, smallest eigenvalue 1
     place: Array  # Logarithm of the wave number of each bin [1/m]
-    power: Array  # Logarithm of the power of one wave in it [m²]
+    power: Array  # Logarithm of the power of one wave of each bin [m²]
     limit: float  # Wave number of the last bin [1/m]
-    exponent: float  # Exponent beyond
+    exponent: float  # Exponent of the power law
     level: float  # Logarithm of the power at the limit [m²]
     cutoff: float  # Largest wave number [1/m]
 
@@ -112,18 +113,18 @@ class RoughSpectrum:
 
 @dataclass(frozen=True, eq=False)
 class Reconstruction:
-    """A measured map, its instrument, and the shortest wave of its surface."""
+    """Measured map, its instrument, and the shortest wave of its surface."""
 
     heights: Array  # Periodic part of the filled map [m]
     pixel: tuple[float, float]  # Pixel edges [m]
     instrument: Instrument
     shortest_wave: float | None = None  # Shortest wave of the surface [m]
-    missing: NDArray[np.bool_] | None = None  # Points that were filled
-    form: str | None = None  # Form that was leveled
+    missing: NDArray[np.bool_] | None = None  # Filled points
+    form: str | None = None  # Form removed by leveling
     finer: int = 2  # Points of the surface per point of the map along an axis
     others: tuple[Reconstruction, ...] = ()  # Finer maps of the surface
-    ellipse: Array | None = None  # A of the wave number k; found from the map by default
-    scale: tuple[Array, Array] | None = None  # Heights, and these on an even scale [m]
+    ellipse: Array | None = None  # A of the wave number k; by default from the map
+    scale: tuple[Array, Array] | None = None  # Heights, and their values on an even scale [m]
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -148,7 +149,7 @@ class Reconstruction:
 
     @cached_property
     def limit(self) -> float:
-        """Wave number up to which the map shows its surface [1/m]."""
+        """Wave number up to which the map resolves its surface [1/m]."""
         nyquist = 0.5 / max(self.pixel)
         q = np.linspace(0.0, nyquist, 400)[1:]
         half = np.exp2(-((self.instrument.resolution * q) ** 2)) * np.sinc(q * max(self.pixel))
@@ -161,7 +162,7 @@ class Reconstruction:
 
     @property
     def reach(self) -> float:
-        """Wave number up to which the maps show their surface [1/m]."""
+        """Wave number up to which any of the maps resolves the surface [1/m]."""
         return max([self.limit, *(other.limit for other in self.others)])
 
     @cached_property
@@ -185,7 +186,7 @@ class Reconstruction:
 
     @property
     def has_rolloff(self) -> bool:
-        """Whether its longest waves are not much higher than those of half their length."""
+        """Whether the longest waves are not much higher than waves of half their length."""
         longest = 1 / min(_sides(self))
         place, power = _bin_power(self._wave_numbers(np.eye(2)), self.power, 4.4 * longest)
         longer = place < math.log(2.2 * longest)
@@ -194,19 +195,19 @@ class Reconstruction:
 
     @cached_property
     def resolution(self) -> tuple[float, float]:
-        """Mean and spread of the logarithm of the resolution over that stated, by the spectrum."""
+        """Mean and spread of the logarithm of resolution over given value, from the spectrum."""
         tool = self.instrument
         if not tool.resolution * tool.u_resolution:
             return 0.0, 0.0
         place, power = self._bins(tool)
         rise = _resolution_sensitivity(place, tool)
         known, covariance = self._power_law(place, power, self._count(place), rise)
-        # One that bends down may be that of the surface; one that bends up was sharpened too much.
+        # A spectrum that bends down may be real; one that bends up was sharpened too much.
         mean = min(float(known[2]), 0.0)
         return tool.u_resolution * mean, tool.u_resolution * math.sqrt(covariance[2, 2])
 
     def drawn_instrument(self, deviations: Deviations) -> Instrument:
-        """Return the instrument with its lengths moved by some standard deviations."""
+        """Return the instrument with its lengths changed by standard deviations."""
         mean, spread = self.resolution
         tool = self.instrument
         return tool.changed(
@@ -220,7 +221,7 @@ class Reconstruction:
         place, power = self._bins(instrument)
         cutoff, finer = 1 / self._shortest(deviations), self._finer(deviations, seed)
         result = self._continued(place, power, finer, cutoff, deviations)
-        # A measured synthetic map has the power of the map.
+        # The simulated image of a synthetic surface must have the power of the map.
         for _ in range(_ROUNDS if instrument.tip_radius else 1):
             model = self.surface(result, seed, even=True)
             image = self.image(model, instrument, np.random.default_rng(seed))
@@ -234,7 +235,7 @@ class Reconstruction:
         return result
 
     def surface(self, spectrum: RoughSpectrum, seed: int, even: bool = False) -> Array:
-        """Return a random surface of a spectrum; ``even``: every wave has its mean power."""
+        """Return a random surface with a spectrum; ``even``: each wave has its mean power."""
         waves = random_amplitudes(self.shape, self.fine, np.random.default_rng(seed))
         if even:
             size = np.abs(waves)
@@ -244,17 +245,17 @@ class Reconstruction:
         return self.from_even_scale(fft.irfft2(waves, self.shape))
 
     def image(self, surface: Array, instrument: Instrument, rng: np.random.Generator) -> Array:
-        """Return the map of a surface as this one was made: measured, filled, leveled and split."""
+        """Return the simulated map of a surface: measured, filled, leveled and split."""
         image = instrument.image(surface, self.fine, self.heights.shape)
         image = image + instrument.noise * rng.standard_normal(image.shape)
         if self.missing is not None and self.missing.any():
             image[self.missing] = np.nan
             image = fill_missing(image, self.pixel)
-        # Leveling makes a step between opposite edges.
+        # Leveling causes a step between opposite edges.
         return image if self.form is None else periodic_part(level(image, self.form))
 
     def invert_image(self, image: Array, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
-        """Return a surface whose map this is nearly."""
+        """Return a surface whose simulated map approximates an image."""
         image = self._shaped(image, spectrum, instrument)
         if instrument.tip_radius:
             image = -dilated(-image, self.pixel, instrument.tip_radius)
@@ -267,7 +268,7 @@ class Reconstruction:
         return filters.resample(heights, self.shape)
 
     def draw(self, deviations: Deviations, seed: int) -> tuple[Array, Array, Array]:
-        """Return a draw of the surface, and a random surface with its map."""
+        """Return a draw of the surface, and a random surface with its simulated map."""
         maps, instrument = self._drawn_scale(deviations), self.drawn_instrument(deviations)
         spectrum = maps.spectrum(instrument, deviations, seed)
         twin = maps.surface(spectrum, seed)
@@ -286,9 +287,9 @@ class Reconstruction:
         return float(skewness), float(np.mean(short**4) / np.mean(short**2) ** 2)
 
     def _split(self, image: Array) -> tuple[Array, Array]:
-        """Return the shortest waves of a map, and the longer ones."""
+        """Return the shortest waves of a map, and the longer waves."""
         k = self._wave_numbers(self.tensor) * max(1 / self.limit, self.shortest_wave or 0.0)
-        # Smooth filters do not mix rough and smooth areas.
+        # A smooth filter does not mix rough and smooth areas.
         low, waves = np.exp2(-((2 * k) ** 2)), fft.rfft2(image)
         short, long = (
             fft.irfft2(waves * part, image.shape) for part in (np.exp2(-(k**2)) - low, low)
@@ -297,7 +298,7 @@ class Reconstruction:
 
     @property
     def is_worn(self) -> bool:
-        """Whether short waves are weaker on summits than elsewhere, beyond chance."""
+        """Whether short waves are weaker on summits than elsewhere, beyond random scatter."""
         rough, chance = np.array([maps._summits for maps in (self, *self.others)]).T
         weight = chance**-2
         least = 1 - max(_UNEVEN, 2 / math.sqrt(weight.sum()))
@@ -305,15 +306,15 @@ class Reconstruction:
 
     @property
     def _summits(self) -> tuple[float, float]:
-        """Roughness of the summits over that of the map, and its standard deviation by chance."""
+        """Roughness of the summits over that of the map, and the random standard deviation."""
         _, rough = self._unevenness(range(_TWINS))
         top, end = _CLASSES // 16, min(self.limit, 1 / (self.shortest_wave or 1e-300))
-        # One over the root of the number of waves in these classes.
+        # Relative scatter: one over the square root of the number of waves in these classes.
         waves = 0.75 * math.pi * end**2 * self._area * top / _CLASSES
         return float(rough[-top:].mean()), _CHANCE * math.sqrt((1 + 1 / _TWINS) / waves)
 
     def _unevenness(self, seeds: Iterable[int]) -> tuple[Array, Array]:
-        """Return ends of classes of height, and the roughness there over that of maps of twins."""
+        """Return the ends of height classes, and their roughness over that of maps of twins."""
         instrument, twins = self.drawn_instrument({}), []
         for seed in seeds:
             twin = self.surface(self.spectrum(instrument, {}, seed), seed)
@@ -324,16 +325,16 @@ class Reconstruction:
         return ends, np.maximum(rough / np.quantile(rough, 0.75), _SMOOTHEST)
 
     def _roughness(self, image: Array) -> tuple[Array, Array]:
-        """Return the ends of classes of height of a map, and its roughness in short waves there."""
+        """Return the ends of the height classes of a map, and their roughness in short waves."""
         short, long = (part.ravel() for part in self._split(self.to_even_scale(image)))
         parts = np.array_split(long.argsort(), _CLASSES)
-        # Medians: the edges of a worn plateau are no roughness of it, nor is the mean curvature.
+        # Medians exclude the edges of a worn plateau and the mean curvature from the roughness.
         local = [np.median(np.abs(short[part] - np.median(short[part]))) for part in parts]
         return np.array([long.min(), *(long[part].max() for part in parts)]), np.array(local)
 
     @property
     def hides_summits(self) -> bool:
-        """Whether more than half of the power of short waves on summits may be noise."""
+        """Whether noise may be more than half of the power of short waves on summits."""
         point = np.zeros(self.heights.shape)
         point[0, 0] = _MEDIAN * self.instrument.noise
         noise = np.square(self._split(point)[0]).sum()
@@ -341,7 +342,7 @@ class Reconstruction:
         return bool(noise > local[-_CLASSES // 16 :].mean() ** 2 / 2)
 
     def on_even_scale(self) -> Reconstruction:
-        """Return the map on a height scale that makes short waves as high as those of twins."""
+        """Return the map on a height scale with short waves as high as those of twins."""
         maps = self
         for seed in range(_SCALES):
             ends, rough = maps._unevenness([seed])
@@ -354,7 +355,7 @@ class Reconstruction:
         return maps
 
     def _drawn_scale(self, deviations: Deviations) -> Reconstruction:
-        """Return the map with its summits smoother by some standard deviations of chance."""
+        """Return the map with summits smoother by a random deviation."""
         if self.scale is None or not deviations.get("summits"):
             return self
         heights, even = self.scale
@@ -366,7 +367,7 @@ class Reconstruction:
         return replace(self, scale=(heights, even))
 
     def _shaped(self, image: Array, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
-        """Return a map with the power that is expected in its waves beyond the limit."""
+        """Return a map with the expected power in waves beyond the limit."""
         # The transfer depends on the wavelength rather than on k.
         q = self._wave_numbers(np.eye(2))
         expected = spectrum.of_waves(self._wave_numbers(spectrum.tensor))
@@ -396,11 +397,11 @@ class Reconstruction:
         return float(np.mean(slope[np.searchsorted(self.scale[0][1:-1], self.heights)] ** 2))
 
     def to_even_scale(self, heights: Array) -> Array:
-        """Return heights on the even scale."""
+        """Return the heights of a surface on the even scale."""
         return heights if self.scale is None else np.interp(heights, *self.scale)
 
     def from_even_scale(self, heights: Array) -> Array:
-        """Return the heights of a surface from those on the even scale."""
+        """Return the heights of a surface from its heights on the even scale."""
         return heights if self.scale is None else np.interp(heights, *self.scale[::-1])
 
     def _transfer(self, instrument: Instrument) -> Array:
@@ -416,7 +417,7 @@ class Reconstruction:
         return float(UNKNOWN**-part / self.reach)
 
     def _bins(self, instrument: Instrument) -> tuple[Array, Array]:
-        """Return the logarithms of wave number and power of each bin, without the instrument."""
+        """Return the logarithms of wave number and power per bin, corrected for the instrument."""
         noise = self._noise(instrument)
         clean = (self.power - noise) / self._transfer(instrument) ** 2
         place, power = _bin_power(self._wave_numbers(self.tensor), clean, self.limit)
@@ -425,7 +426,7 @@ class Reconstruction:
 
     @property
     def _area(self) -> float:
-        """Number of its waves in a unit of the plane of k [m²]."""
+        """Number of waves of the map per unit area of the plane of k [m²]."""
         (a, b), (_, d) = self.tensor
         return float(math.prod(_sides(self)) / math.sqrt(a * d - b * b))
 
@@ -434,12 +435,12 @@ class Reconstruction:
         return np.asarray(math.pi * math.log(2) / _BINS * self._area * np.exp(2 * place))
 
     def _finer(self, deviations: Deviations, seed: int) -> list[tuple[Array, Array, Array]]:
-        """Return the bins of the finer maps, in the power of this one, with their variances."""
+        """Return the bins of the finer maps, in the power of this map, with their variances."""
         found = []
         for other in self.others:
             part = {"resolution": deviations.get("finer resolution", 0.0)}
             drawn = other.spectrum(other.drawn_instrument(part), {}, seed)
-            # Longer waves are those of the place rather than those of the surface.
+            # Longer waves represent the measured area rather than the surface.
             inside = drawn.place > math.log(2 / min(_sides(other)))
             size = math.prod(_sides(other)) / math.prod(_sides(self))
             level = math.log1p(_LEVEL) / math.sqrt(len(self.others))
@@ -481,9 +482,9 @@ class Reconstruction:
     def _power_law(
         self, place: Array, power: Array, count: Array, *rise: Array
     ) -> tuple[Array, Array]:
-        """Return level at the last bin, exponent and factors of `rise`, with their covariance.
+        """Return the level at the last bin, exponent and factors of `rise`, with covariance.
 
-        Below the wave number of a roll-off, the one that fits best, the spectrum is flat.
+        Below the wave number of the roll-off that fits best, the spectrum is flat.
         """
         limit = self.limit if rise else self.reach
         inside = place <= math.log(min(limit, 1 / (self.shortest_wave or 1e-300))) + 1e-9
@@ -505,7 +506,7 @@ class Reconstruction:
 
 
 def periodic_part(heights: Array) -> Array:
-    """Return a map without the smooth part that makes it differ at opposite edges, if it does."""
+    """Return the periodic part of a map: without the smooth part due to different edges."""
     ny, nx = heights.shape
     jump = np.zeros_like(heights)
     steps = [
@@ -529,7 +530,7 @@ def periodic_part(heights: Array) -> Array:
 
 
 def require_one_surface(maps: Reconstruction) -> None:
-    """Raise `InputError` for finer maps with another spectrum than the map where both show it."""
+    """Raise `InputError` for finer maps with a different spectrum in the common range."""
     place, power = maps._bins(maps.instrument)
     found: list[Array] = []
     for other, (places, powers, variance) in zip(maps.others, maps._finer({}, 0), strict=True):
@@ -554,7 +555,7 @@ def require_one_surface(maps: Reconstruction) -> None:
 
 
 def require_octaves(reconstruction: Reconstruction) -> None:
-    """Raise `InputError` if the map shows too few waves of its surface."""
+    """Raise `InputError` if the map resolves too few waves of its surface."""
     if reconstruction.limit < 10 / min(_sides(reconstruction)):
         raise InputError(
             f"the map shows its surface down to waves of {1 / reconstruction.limit:.3g} m, more "
@@ -568,7 +569,7 @@ def _sides(maps: Reconstruction) -> tuple[float, float]:
 
 
 def _resolution_sensitivity(place: Array, instrument: Instrument) -> Array:
-    """Return how a resolution that is larger by its standard uncertainty raises a spectrum."""
+    """Return the change of a log spectrum per standard uncertainty of the resolution."""
     scaled = np.exp(place) * instrument.resolution
     return np.asarray(4 * math.log(2) * scaled**2 * instrument.u_resolution)
 
@@ -591,7 +592,7 @@ def _wave_numbers(shape: tuple[int, ...], pixel: tuple[float, float], tensor: Ar
 
 
 def _bin_power(k: Array, power: Array, limit: float) -> tuple[Array, Array]:
-    """Return the logarithm of the wave number and the mean power of the bins up to a limit."""
+    """Return logarithm of the wave number, and mean power, of the bins up to a limit."""
     index = np.full(k.shape, -1)
     inside = (k > 0) & (k <= limit * (1 + 1e-9))
     index[inside] = np.ceil(_BINS * np.log2(limit * (1 + 1e-9) / k[inside])).astype(int)

@@ -1,11 +1,11 @@
 """Dependence of a contact on the grid, filters and ceiling.
 
 `limits`: Grid convergence index. With the last change e, and p the logarithm to base 2 of the
-change before over it, within 0.5 and 1, the limit lies between the last value but one and e
-1.25/(2ᵖ - 1) beyond the last; or 3 e to either side of the last where the two changes differ in
-sign or e is the larger one, if e is below 5 % or the change before them is larger. The interval
-is wider on either side by 20 % of the change that e is compared with, a margin of this package,
-set on maps that took no part in the count of benchmarks/intervals.py.
+previous change over e, restricted to 0.5 to 1, the limit is between the last value but one and e
+1.25/(2ᵖ - 1) beyond the last value; or 3 e to either side of the last value if the two changes
+differ in sign or e is the larger change, provided that e is below 5 % or the change before both is
+larger. The interval is wider on either side by 20 % of the change compared with e, a margin of this
+package, calibrated on maps other than those of benchmarks/intervals.py.
 
 Roache 1994, doi:10.1115/1.2910291
 """
@@ -52,35 +52,35 @@ QUANTITIES = {
 }
 
 
-# Not judged: both count from the highest point, which every finer grid finds higher.
+# Excluded: both refer to the highest point, which is higher on every finer grid.
 _MOVED = ("approach", "mean_gap")
 
-# Least and largest order of convergence that is believed; that of the contact area is one.
+# Minimum and maximum order of convergence; the order of the contact area is one.
 _ORDERS = (0.5, 1.0)
 
-# Factors of safety, where three grids agree on an order and where they do not (Roache 1994).
+# Safety factors if three grids agree on an order, and if they do not (Roache 1994).
 _AGREED, _AT_ODDS = 1.25, 3.0
 
-# Of the change before the last: two grids may agree by chance, and heights between the points of
-# a map are made up; benchmarks/intervals.py counts how often intervals hold.
+# Margin over the previous change: two grids may agree by coincidence, and heights between the
+# points of a map are interpolated; benchmarks/intervals.py measures the coverage of intervals.
 _BY_CHANCE = 0.2
 
 
 @dataclass(frozen=True)
 class Variant:
-    """One of the solves of a study."""
+    """Solve of a study on another grid, filter or ceiling."""
 
     value: float  # Pixel over that of the map, cut-off [m], or ceiling over the yield strength
     shape: tuple[int, int]  # Grid points
     pixel: tuple[float, float]  # Pixel edges [m]
-    contact_fraction: float  # Contact area over that of the map (`ContactResult.contact_fraction`)
+    contact_fraction: float  # Contact area over nominal area (`ContactResult.contact_fraction`)
     corrected_fraction: float
-    saturated_fraction: float  # Saturated area over that of the map
+    saturated_fraction: float  # Saturated area over nominal area
     max_pressure: float  # Largest pressure [Pa]
     mean_pressure: float  # Load over contact area [Pa]
-    approach: float  # Of the bodies [m]
-    mean_gap: float  # Of the open gap [m]
-    certificate: float  # How exactly it is solved
+    approach: float  # Approach of the bodies [m]
+    mean_gap: float  # Mean gap [m]
+    certificate: float  # Certificate of the solve
 
 
 @dataclass(frozen=True, repr=False)
@@ -102,7 +102,7 @@ class ResolutionStudy(Result):
         Whether the largest pressure has no limit: without a ceiling, contact reaches an edge at
         which the map ends, on the finest grid.
     notes : tuple of str
-        Grids that were left out, and why.
+        Omitted grids and ceilings, with the reason.
     """
 
     grids: tuple[Variant, ...]
@@ -124,7 +124,7 @@ class ResolutionStudy(Result):
         return tuple(_change(old, new) for old, new in pairwise(self.values(name)))
 
     def limits(self, name: str) -> tuple[float, float]:
-        """Return the bounds of a quantity on ever finer grids, as the function `limits` does."""
+        """Return the bounds of a quantity on ever finer grids; see the function `limits`."""
         if self.at_edge and name == "max_pressure":
             return max(self.values(name)), math.inf
         return limits(self.values(name))
@@ -132,8 +132,9 @@ class ResolutionStudy(Result):
     def independent(self, name: str) -> bool:
         """Return whether a quantity no longer changes with the pixel.
 
-        It must change by less than 5 % over the two finest steps: from twice the pixel of the map
-        to its own, and from that to half of it. A largest pressure without a limit never is.
+        The quantity must change by less than 5 % over the two finest steps: from twice the pixel of
+        the map to its pixel, and on to half its pixel. A largest pressure without a limit is never
+        independent.
         """
         if self.at_edge and name == "max_pressure":
             return False
@@ -141,10 +142,10 @@ class ResolutionStudy(Result):
 
     @property
     def judged(self) -> tuple[str, ...]:
-        """Names of the quantities that say whether the contact depends on the grid.
+        """Names of the quantities that indicate whether the contact depends on the grid.
 
-        A quantity that is nowhere other than zero says nothing, nor does the largest pressure
-        where it is the ceiling or has no limit.
+        A quantity that is zero on all grids is excluded, as is the largest pressure if it is the
+        ceiling or has no limit.
         """
         text = (name for name in QUANTITIES if any(self.values(name)))
         known = self.at_ceiling or self.at_edge
@@ -152,7 +153,7 @@ class ResolutionStudy(Result):
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """Cautions on the results of the map, from this study."""
+        """Cautions on the result of the map, from this study."""
         changes = {
             name: max(self.changes(name)[-2:], key=abs)
             for name in self.judged
@@ -215,14 +216,14 @@ class ResolutionStudy(Result):
         return (*said, *self.notes)
 
     def named(self) -> list[tuple[str, Variant]]:
-        """Return every solve with what it is called."""
+        """Return every solve with its name."""
         names = [(f"pixel {format_engineering(max(v.pixel), 'm')}", v) for v in self.grids]
         names += [(f"S-filter {format_engineering(v.value, 'm')}", v) for v in self.cutoffs]
         return names + [(f"ceiling {v.value:.3g} × yield", v) for v in self.ceilings]
 
 
 def limits(values: Sequence[float]) -> tuple[float, float]:
-    """Return bounds of a quantity in the limit, from its values on a few grids."""
+    """Return the bounds of a quantity in the limit, from its values on several grids."""
     if len(values) < 3 or not all(map(math.isfinite, values)):
         return math.nan, math.nan
     changes = [new - old for old, new in pairwise(values[-4:])]
@@ -259,7 +260,7 @@ def _span(
     return f"{what}: as {argument} goes from {ends[0]} to {ends[1]}: {', '.join(parts)}."
 
 
-# Can a result be trusted: the same contact on other grids, with other filters and ceilings.
+# --- The same contact on other grids, with other filters and ceilings ---
 
 
 Array = NDArray[np.float64]
@@ -343,16 +344,16 @@ contact area, perimeter-corrected area, maximum pressure, mean pressure.
 
 
 PARTS = ("grids", "cutoffs", "ceilings")
-"""The fields of a study that do not depend on each other."""
+"""Fields of a study that are independent of each other."""
 
 
 def study_part(name: str, pair: Pair, terms: LoadCase, progress: Tell = None) -> ResolutionStudy:
-    """Return a study with one of its `PARTS` alone; errors are those of `resolution_study`."""
+    """Return a study with only one of its `PARTS`; errors as for `resolution_study`."""
     return _checked_study(pair, terms, progress).part(name)
 
 
 def merge_parts(parts: Sequence[ResolutionStudy]) -> ResolutionStudy:
-    """Return the study of which these are the `PARTS`, in their order."""
+    """Return the complete study from its `PARTS`, in order."""
     grids, cutoffs, ceilings = parts
     return replace(
         grids,
@@ -363,7 +364,7 @@ def merge_parts(parts: Sequence[ResolutionStudy]) -> ResolutionStudy:
 
 
 def _checked_study(pair: Pair, terms: LoadCase, progress: Tell) -> _Study:
-    """Return a study, its arguments checked, with the ceiling that all of its solves have."""
+    """Return a study with checked arguments and the common ceiling of its solves."""
     pair.require_map("a study of the resolution")
     if min(pair.shape) < 2 * _FEWEST_POINTS:
         raise InputError(
@@ -379,7 +380,7 @@ def _checked_study(pair: Pair, terms: LoadCase, progress: Tell) -> _Study:
 
 
 def coarsen_pair(pair: Pair) -> Pair | None:
-    """Return the same bodies on a grid of twice the pixel, as the study has them."""
+    """Return the same bodies on a grid of twice the pixel, as in the study."""
     if min(pair.shape) < 2 * _FEWEST_POINTS:
         return None
     outline = _change_maps(pair, partial(_divisible, boundary=pair.boundary))
@@ -388,7 +389,7 @@ def coarsen_pair(pair: Pair) -> Pair | None:
 
 @dataclass(eq=False)
 class _Study:
-    """The solves of a study, one after the other, and what has to be said of those left out."""
+    """Solves of a study, one after the other, with notes on omitted solves."""
 
     pair: Pair
     terms: LoadCase
@@ -397,7 +398,7 @@ class _Study:
     notes: list[str] = field(default_factory=list)
 
     def part(self, name: str) -> ResolutionStudy:
-        """Return a study with one of `PARTS` alone."""
+        """Return a study with only one of `PARTS`."""
         self.number = sum(map(len, self._wanted[: PARTS.index(name)]))
         self.notes = []
         result = ResolutionStudy((), (), (), at_ceiling=False)
@@ -417,17 +418,17 @@ class _Study:
 
     @property
     def _wanted(self) -> tuple[Sequence[float], ...]:
-        """Purpose of the solves of each part."""
+        """Factors or lengths of the solves of each part."""
         return self.factors, self.lengths, self.ceiling_factors
 
     @property
     def factors(self) -> list[float]:
-        """Pixels of the grids that are fine enough, over that of the map."""
+        """Pixels of the grids with enough points, over the pixel of the map."""
         return [f for f in PIXEL_FACTORS if min(self.pair.shape) / f >= _FEWEST_POINTS]
 
     @property
     def lengths(self) -> list[float]:
-        """Cut-offs that the map is long enough for [m]."""
+        """Cut-offs up to the shorter side of the map [m]."""
         lengths = [points * max(self.pair.pixel) for points in sorted(CUTOFFS, reverse=True)]
         return [length for length in lengths if length <= min(self.pair.size)]
 
@@ -437,14 +438,14 @@ class _Study:
         return CEILING_FACTORS if isinstance(self.terms.ceiling, float) else ()
 
     def pressed(self, label: str, pair: Pair, terms: LoadCase) -> ContactResult:
-        """Return the next solve."""
+        """Solve a contact with progress of the study, and return its result."""
         count = sum(map(len, self._wanted))
         return solve_pair(
             pair, terms, progress=progress_callback(self.progress, self.number, count, label)
         )
 
     def grids(self) -> list[tuple[Variant, bool, bool]]:
-        """Return the solves on other grids; whether they reach a ceiling, an edge without one."""
+        """Return the solves on other grids, with flags: reaches a ceiling, reaches a free edge."""
         boundary = self.pair.boundary
         outline = _change_maps(self.pair, partial(_divisible, boundary=boundary))
         answer = []
@@ -452,7 +453,7 @@ class _Study:
             self.number += 1
             terms, limit = self.terms, self.terms.ceiling
             try:
-                # Before the map is made: the finer one has four times the points.
+                # Checked before the map is created: the finer grid has four times the points.
                 MemoryNeed(_shape(outline.shape, factor), boundary, terms.precision).require()
                 scaled = _change_maps(outline, partial(_scaled, factor=factor, boundary=boundary))
                 if isinstance(limit, np.ndarray):
@@ -483,7 +484,7 @@ class _Study:
         usual = limit if body is None or body.ceiling is None else body.ceiling
         for part in self.ceiling_factors:
             self.number += 1
-            # A ceiling that is not three yield strengths is varied by the same parts of itself.
+            # A ceiling other than three yield strengths is varied by the same relative amounts.
             factor, ceiling = part * (limit / usual), limit * part / CEILING_FACTOR
             label = f"ceiling factor {factor:.3g}"
             if self.terms.target > ceiling * self.pair.size[0] * self.pair.size[1]:
@@ -531,7 +532,7 @@ def _divisible(surface: Surface, boundary: Boundary) -> Surface:
 
 
 def _shape(shape: tuple[int, int], factor: float) -> tuple[int, int]:
-    """Return the points of the same outline with pixels larger by a factor."""
+    """Return the number of points of the same outline with pixels larger by a factor."""
     return round(shape[0] / factor), round(shape[1] / factor)
 
 
@@ -541,7 +542,7 @@ def _scaled(surface: Surface, factor: float, boundary: Boundary) -> Surface:
         return surface
     shape = _shape(surface.shape, factor)
     pixel = (surface.size[0] / shape[0], surface.size[1] / shape[1])
-    # Along the periodic axes first, by the map's own waves.
+    # First along the periodic axes, by the Fourier series of the map.
     heights, grid = surface.heights, surface.shape
     if boundary.periodic_axes or factor < 1:
         rows, columns = (
@@ -557,13 +558,13 @@ def _scaled(surface: Surface, factor: float, boundary: Boundary) -> Surface:
             heights[_nearest(holes, surface.shape, grid) > 0] = np.nan
     if factor > 1 and boundary.free_axes:
         block = [int(factor) if axis in boundary.free_axes else 1 for axis in (0, 1)]
-        # A hole anywhere in a block leaves no honest mean of it.
+        # A block with a missing point has no unbiased mean: the result is missing as well.
         heights = heights.reshape(shape[0], block[0], shape[1], block[1]).mean(axis=(1, 3))
     return replace(surface, heights=heights, pixel=pixel)
 
 
 def _nearest(values: Array, shape: tuple[int, int], wanted: tuple[int, int]) -> Array:
-    """Return a map on another grid over the same outline, each point as the nearest old one."""
+    """Return a map on another grid over the same outline by nearest-neighbor sampling."""
     rows, columns = (
         ((np.arange(new) + 0.5) * old / new).astype(int)
         for old, new in zip(shape, wanted, strict=True)

@@ -1,1 +1,1 @@
-"""Groups of maps, and samples of one."""
+"""Comparison of groups of maps, and sampling error of a map."""

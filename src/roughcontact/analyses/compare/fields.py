@@ -1,4 +1,4 @@
-"""Works of a comparison."""
+"""References of a comparison."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from roughcontact.report.citations import Uses
 
 
 def of_comparison(result: Comparison) -> Uses:
-    """Yield the works of maps that are compared."""
+    """Yield the references of a comparison."""
     for sample in result.samples:
         yield from of_curve(sample.curve)
     yield make_use("intervals of the means", "Student1908")

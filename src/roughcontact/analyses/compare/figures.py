@@ -1,4 +1,4 @@
-"""Maps that are compared: their load curves, their numbers, and the area that one map needs."""
+"""Figures of a comparison: load curves, quantities, and the required area of a map."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ Name = Callable[[str], str]
 _COLUMNS = 3
 _PANEL = (3.6, 3.1)
 _SHOWN = (*CONTACT, "Sq", "Ssk", "Sdq", "Spk")
-"""Numbers that have a panel; tables have all."""
+"""Quantities with a panel; tables list all quantities."""
 _SHARES = ("contact_fraction", "saturated_fraction")
 
 
 def overview(comparison: Comparison, title: Name, unit: Name) -> Figure:
-    """Draw load curves and numbers of all groups in one figure; see `curves` and `numbers`."""
+    """Draw load curves and quantities of all groups; see `curves` and `numbers`."""
     return _figure(comparison, _curves(comparison), _shown(comparison), title, unit)
 
 
@@ -39,26 +39,26 @@ def curves(comparison: Comparison, title: Name, unit: Name) -> Figure:
     Parameters
     ----------
     comparison : Comparison
-        Of several pressures.
+        Comparison under several pressures.
     title, unit : callable
         Name of the quantity, and its SI unit.
 
     Returns
     -------
     Figure
-        Over the nominal pressure: each map a thin line, the mean of a group a thick one, with the
-        band in which it lies.
+        Quantities over the nominal pressure: each map a thin line, the mean of a group a thick
+        line with the band of its interval.
     """
     return _figure(comparison, comparison.curves, (), title, unit)
 
 
 def numbers(comparison: Comparison, title: Name, unit: Name) -> Figure:
-    """Draw the numbers of all maps under the last pressure; see `curves` for the parameters.
+    """Draw the quantities of all maps under the last pressure; parameters as for `curves`.
 
     Returns
     -------
     Figure
-        A panel a number: each map a dot, the mean of a group a line with its interval.
+        One panel per quantity: each map a dot, the mean of a group a line with its interval.
     """
     return _figure(comparison, (), _shown(comparison), title, unit)
 
@@ -141,7 +141,7 @@ def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: Name, un
     for index, own in enumerate(values):
         colour = style.SERIES[index % len(style.SERIES)]
         result = comparison.mean(index, name)
-        # Side by side, so that equal ones are visible.
+        # Side by side, so that equal values are visible.
         places = index + np.linspace(-0.14, 0.14, own.size) if own.size > 1 else np.array([index])
         if comparison.paired:
             places = np.full(own.size, index)
@@ -168,12 +168,12 @@ _ROUNDING = 1e-9
 
 
 def _limit(axes: Axes, comparison: Comparison, name: str, values: Sequence[Any], up: float) -> None:
-    """Show the maps even if the interval of two of them is many times as wide."""
+    """Set axis limits at which the maps stay visible next to a much wider interval."""
     every = np.concatenate(values)
     ends = [comparison.mean(index, name) for index in range(len(values))]
     reach = [x for item in ends for x in (item.low, item.high) if not math.isnan(x)]
     low, high = float(min([*every, *reach])), float(max([*every, *reach]))
-    # Maps that are one differ by rounding.
+    # Identical maps differ by rounding.
     scale = abs(high) or 1.0
     spread = float(np.ptp(every)) if np.ptp(every) > _ROUNDING * scale else scale
     low = max(low, float(every.min()) - 1.5 * spread)
@@ -191,7 +191,7 @@ def _named(axes: Axes, title: str, symbol: str) -> None:
 
 
 def sampling(study: SamplingStudy, title: Name) -> Figure:
-    """Draw how the error of a map falls with its area.
+    """Draw the sampling error of a map over its size.
 
     Parameters
     ----------
@@ -203,8 +203,9 @@ def sampling(study: SamplingStudy, title: Name) -> Figure:
     Returns
     -------
     Figure
-        Over the side of a square: the interval of a single part of each size (dots), and the line
-        through that of the whole, which falls with the root of the area, down to 5 %.
+        Errors over the side of a square: the interval of a single part of each size (dots), and
+        the line through the interval of the whole map, which falls with the root of the area,
+        down to 5 %.
     """
     figure, axes = style.panels(7.2, 5.2)
     area = study.whole.curve.nominal_area
@@ -245,7 +246,7 @@ def sampling(study: SamplingStudy, title: Name) -> Figure:
 
 
 def _plain_ticks(axis: Axis, between: bool = True) -> None:
-    """Write numbers in full, those between the powers of ten only where there are few."""
+    """Write numbers in full; between powers of ten only if the axis spans few."""
     from matplotlib.ticker import LogFormatter, NullFormatter
 
     axis.set_major_formatter(LogFormatter())

@@ -1,4 +1,4 @@
-"""Maps of one surface or of several under the same nominal pressure: means, differences, shares."""
+"""Comparison of maps under the same nominal pressure: means, differences, scatter."""
 
 from __future__ import annotations
 
@@ -42,21 +42,21 @@ from roughcontact.units import Quantity, format_engineering, to_si
 
 Pair = tuple[int, int]
 
-# Pixels and waves that differ by less than this part are alike.
+# Relative difference up to which pixels, waves and map sizes are treated as equal.
 _ALIKE = 0.05
-# Groups that a message names.
+# Largest number of groups that a message lists by name.
 _NAMED = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Maps that stand for one surface."""
+    """Maps of one surface."""
 
     name: str  # Common name of the maps
     samples: tuple[Sample, ...]  # The maps
 
     def values(self, name: str) -> list[float]:
-        """Return one of `NUMBERS` of all maps that have it [SI]."""
+        """Return the finite values of one of `NUMBERS` over the maps [SI]."""
         result = (sample.numbers[name] for sample in self.samples)
         return [value for value in result if math.isfinite(value)]
 
@@ -68,13 +68,13 @@ class Comparison(Result):
     Parameters
     ----------
     groups : tuple of Group
-        The maps; one group is not compared with anything, but has its means.
+        The maps; a single group has means, but no differences.
     pressures : tuple of float
-        Nominal pressures [Pa], ascending; the numbers are those of the last.
+        Nominal pressures [Pa], ascending; `numbers` are evaluated at the last.
     paired : bool
-        Whether the maps of two groups belong together one by one, such as before and after.
+        Whether the maps of two groups are pairs, such as before and after.
     preload_pressure : float or None
-        Nominal pressure [Pa] of a first loading that lies between two groups, if there was one.
+        Nominal pressure [Pa] of the first loading between two groups, if there was one.
     sampling : tuple of SamplingStudy
         Sampling error of each map, if requested.
     """
@@ -87,7 +87,7 @@ class Comparison(Result):
 
     @property
     def pressure(self) -> float:
-        """Nominal pressure of the numbers [Pa]."""
+        """Nominal pressure at which the maps are compared [Pa]."""
         return self.pressures[-1]
 
     @property
@@ -97,7 +97,7 @@ class Comparison(Result):
 
     @property
     def names(self) -> list[str]:
-        """Those of `NUMBERS` that every group has."""
+        """The `NUMBERS` that are available in every group."""
         limited = any(sample.curve.ceiling is not None for sample in self.samples)
         there = [name for name in NUMBERS if all(group.values(name) for group in self.groups)]
         return [name for name in there if limited or name != "saturated_fraction"]
@@ -107,7 +107,7 @@ class Comparison(Result):
         return statistics.mean_with_interval(self.groups[group].values(name))
 
     def differences(self, name: str) -> dict[Pair, Difference]:
-        """Return how groups differ in one of `NUMBERS`, by the numbers of first and second."""
+        """Return the differences of one of `NUMBERS` by pairs of group indices."""
         if self.paired:
             both = ([sample.numbers[name] for sample in group.samples] for group in self.groups)
             pairs = np.array([pair for pair in zip(*both, strict=True) if np.isfinite(pair).all()])
@@ -116,7 +116,7 @@ class Comparison(Result):
 
     @cached_property
     def corrected(self) -> dict[tuple[str, Pair], float]:
-        """Values p of all `differences` by name and pair, corrected for their number (Holm)."""
+        """p-values of all `differences` by name and pair, Holm-corrected for their number."""
         alone = {
             (name, pair): item.p
             for name in self.names
@@ -125,13 +125,13 @@ class Comparison(Result):
         return dict(zip(alone, statistics.holm([*alone.values()]).tolist(), strict=True))
 
     def is_significant(self, name: str, pair: Pair = (0, 1)) -> bool:
-        """Return whether two groups differ in a number, by the corrected p."""
+        """Return whether two groups differ in a quantity, by the corrected p-value."""
         return self.corrected[name, pair] < 1 - statistics.LEVEL
 
     def components(self, name: str) -> Components | None:
-        """Return how the scatter of a number splits into that between and that within groups.
+        """Return the variance components of a quantity between and within groups.
 
-        None for one group, for pairs, and where no group has two maps.
+        None for a single group, for pairs, and if no group has two maps.
         """
         values = [group.values(name) for group in self.groups]
         if len(values) < 2 or self.paired or max(map(len, values)) < 2:
@@ -145,7 +145,7 @@ class Comparison(Result):
 
     @property
     def curves(self) -> list[str]:
-        """Those of `CURVES` that the maps have."""
+        """The `CURVES` that are available in every group."""
         return [name for name in CURVES if name in self.names]
 
     @property
@@ -163,7 +163,7 @@ class Comparison(Result):
         return sort_cautions([*shared, *own, *(c for c in studied if c.kind not in known)])
 
     def _alike(self) -> Iterable[Caution]:
-        """Yield what differs between the maps besides their surfaces."""
+        """Yield cautions on maps of different pixel, shortest wave or size."""
         pixels = [edge for sample in self.samples for edge in sample.pixel]
         if _differ_beyond(pixels):
             low, high = (format_engineering(end, "m") for end in (min(pixels), max(pixels)))
@@ -176,7 +176,7 @@ class Comparison(Result):
                 largest=max(pixels),
             )
         waves = [sample.shortest_wave for sample in self.samples]
-        # Where only the pixels differ it is said above.
+        # Shortest waves follow from the pixels, which have their own caution.
         if _differ_beyond(waves, 4 * _ALIKE) and not _differ_beyond(pixels):
             low, high = (format_engineering(end, "m", 3) for end in (min(waves), max(waves)))
             yield as_caution(
@@ -200,7 +200,7 @@ class Comparison(Result):
             )
 
     def _sampled(self) -> Iterable[Caution]:
-        """Yield how far the maps stand for their surfaces."""
+        """Yield cautions on how well the maps represent their surfaces."""
         fewest = min(len(group.samples) for group in self.groups)
         if fewest < MIN_MAPS:
             few = [group for group in self.groups if len(group.samples) == fewest]
@@ -229,18 +229,18 @@ def _of_one_file(samples: Sequence[Sample]) -> bool:
 
 
 def sample_cautions(samples: Sequence[Sample] | Sequence[SamplingStudy]) -> tuple[Caution, ...]:
-    """Return the cautions of the single maps, one of each tag."""
+    """Return the cautions of the individual maps, one of each tag."""
     return merge_cautions([(sample.name, sample.cautions) for sample in samples], "maps")
 
 
-# --- Which surface is better: several maps of each under the same nominal pressure ---
+# --- Comparison of groups of maps under the same nominal pressure ---
 
 
 BEFORE, AFTER = "before", "after"
-"""Names of the groups on both sides of a first loading."""
+"""Names of the groups before and after a first loading."""
 
 _RANGE = 100.0
-"""The curves go from this part of the pressure up to it."""
+"""Largest over smallest pressure of the load curves."""
 
 Maps = Mapping[str, Sequence[Surface]]
 
@@ -267,8 +267,8 @@ def compare(
     Parameters
     ----------
     maps : mapping of str to sequence of Surface, or sequence of Surface
-        Maps by group name, or the maps of one group. Maps of a group are several places, pieces
-        or measurements, or the parts of one map (`roughcontact.partition`).
+        Maps by group name, or the maps of one group. The maps of a group are different places,
+        pieces or measurements, or the parts of one map (`roughcontact.partition`).
     material, counter_material, ceiling, boundary, tolerance, max_iterations
         As for `solve`.
     pressure : float, str or quantity of pint
@@ -330,20 +330,20 @@ def compare(
     return wanted.together(pressed, paired)
 
 
-# Result of one map: its sample, or those before and after a first loading.
+# Result of one map: its sample, or its samples before and after a first loading.
 Pressed = tuple[Sample, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class MapLoadCase:
-    """Load case of each map of a comparison."""
+    """Load case that is common to the maps of a comparison."""
 
     pressures: tuple[float, ...]  # Nominal pressures [Pa], ascending
     before: float | None  # Nominal pressure [Pa] of a first loading, if there is one
     problem: Mapping[str, Any]  # Further arguments of `sweep`
 
     def check(self, counts: Mapping[str, int], paired: bool) -> None:
-        """Raise `InputError` if this number of maps in each group cannot be compared."""
+        """Raise `InputError` if groups with these numbers of maps cannot be compared."""
         if self.before is not None and len(counts) != 1:
             raise InputError(
                 "sets each map beside itself after a first loading, and goes with one group of "
@@ -367,7 +367,7 @@ class MapLoadCase:
             )
 
     def pressed(self, surface: Surface, name: str, progress: Tell = None) -> Pressed:
-        """Return the sample of one map; like `compare`, with a name for progress messages."""
+        """Solve one map; return its samples. The name is for progress messages."""
         surfaces = [surface]
         if self.before is not None:
             surfaces.append(_after_preload(surface, self.before, self.problem))
@@ -376,7 +376,7 @@ class MapLoadCase:
         )
 
     def together(self, groups: Mapping[str, Sequence[Pressed]], paired: bool) -> Comparison:
-        """Return the comparison of maps of which all was found, by the names of their groups."""
+        """Return the comparison of solved maps, which are given by group name."""
         self.check({name: len(maps) for name, maps in groups.items()}, paired)
         samples = {name: [item[0] for item in maps] for name, maps in groups.items()}
         if self.before is not None:
@@ -389,7 +389,7 @@ class MapLoadCase:
 def build_load_case(
     pressure: Quantity, steps: int, preload_pressure: Quantity | None, problem: Mapping[str, Any]
 ) -> MapLoadCase:
-    """Return the load case of each map; arguments and errors as of `compare`."""
+    """Return the load case of the maps; arguments and errors as for `compare`."""
     before = None
     if preload_pressure is not None:
         before = float(to_si(preload_pressure, "pressure", "preload_pressure"))
@@ -422,7 +422,7 @@ def _names(sources: Sequence[str]) -> list[str]:
 
 
 def _after_preload(surface: Surface, pressure: float, problem: Mapping[str, Any]) -> Surface:
-    """Return the surface that a first loading leaves of a map."""
+    """Return a map as a first loading leaves it."""
     terms = {key: value for key, value in problem.items() if key != "tolerance"}
     load = pressure * surface.size[0] * surface.size[1]
     history = load_history(surface, [load, 0.0], **terms)

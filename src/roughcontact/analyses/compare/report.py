@@ -1,4 +1,4 @@
-"""The report on maps that are compared, and on the area that a map needs."""
+"""Reports of a comparison of maps, and of the sampling error of a map."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ Cells = tuple[str, ...]
 
 
 def unit_of(name: str) -> str:
-    """Return the SI unit of a number that is compared."""
+    """Return the SI unit of a compared quantity."""
     if name in _PRESSURES:
         return "Pa"
     if name in _LENGTHS:
@@ -106,12 +106,12 @@ def quantity_text(name: str, *values: float, digits: int = 4) -> str:
 def _mean(name: str, result: Mean) -> str:
     if math.isnan(result.deviation):
         return quantity_text(name, result.value)
-    # The solver leaves as much.
+    # Solver tolerance.
     if result.deviation <= _ROUNDING * abs(result.value):
         return f"{quantity_text(name, result.value)} (all alike)"
     factor, unit = scale_of(name, result.value or result.deviation)
     half = result.high - result.value
-    # Two digits of the half; up to three of a mean that is smaller.
+    # Two digits of the half-width; up to three of a smaller mean.
     places = 1 - math.floor(math.log10(half * factor))
     if result.value:
         own = 2 - math.floor(math.log10(abs(result.value) * factor))
@@ -124,7 +124,7 @@ def _mean(name: str, result: Mean) -> str:
 
 
 def group_heads(comparison: Comparison) -> list[str]:
-    """Return the groups with how many maps they have."""
+    """Return the name and the number of maps of each group."""
     result = []
     for group in comparison.groups:
         maps = count_noun(len(group.samples), "map")
@@ -133,7 +133,7 @@ def group_heads(comparison: Comparison) -> list[str]:
 
 
 def means(comparison: Comparison) -> tuple[Cells, list[Cells]]:
-    """Return head and rows of the means: a number a row, a group a column."""
+    """Return head and rows of the means: one row per quantity, one column per group."""
     rows = [
         (
             name_of(name),
@@ -160,13 +160,13 @@ def differences(comparison: Comparison) -> tuple[Cells, list[Cells]]:
 
 
 def pair_of(comparison: Comparison, first: int, second: int) -> str:
-    """Return two groups as the difference between them."""
+    """Return the difference of two groups as text."""
     names = [group.name or "maps" for group in comparison.groups]
     return f"{names[second]} − {names[first]}"
 
 
 def _difference(name: str, result: Difference, base: float) -> Cells:
-    # A skewness near zero has no parts.
+    # A relative change of a skewness near zero is meaningless.
     change = format_change(result.value / base) if base > 0 and name != "Ssk" else ABSENT
     value = quantity_text(name, result.value, digits=3)
     if not result.known:
@@ -175,7 +175,7 @@ def _difference(name: str, result: Difference, base: float) -> Cells:
 
 
 def components(comparison: Comparison) -> tuple[Cells, list[Cells]]:
-    """Return head and rows of how the scatter splits; no rows where it cannot."""
+    """Return head and rows of the variance components; no rows where they are unknown."""
     rows = []
     for name in comparison.names:
         result = comparison.components(name)
@@ -276,7 +276,7 @@ COMPARISON: Table = (
     *CAUTIONS,
     Quantity("version", of=lambda _: __version__),
 )
-"""Of a `Comparison`."""
+"""Quantities of a `Comparison`."""
 
 
 def _lines(comparison: Comparison) -> list[tuple[str, str, int, float, float, float, float, str]]:
@@ -303,7 +303,7 @@ def _cell(index: int) -> Callable[[Comparison], list[Any]]:
 
 
 def _plain(cell: Any) -> Any:
-    """Return a cell that no comma takes apart."""
+    """Return a cell with commas replaced by spaces, for CSV."""
     return cell.replace(",", " ") if isinstance(cell, str) else cell
 
 
@@ -318,23 +318,23 @@ COMPARISON_COLUMNS: Columns = (
     Column("high", of=_cell(6)),
     Column("excludes_zero", of=_cell(7)),
 )
-"""Of the means and differences of a `Comparison`."""
+"""Columns of the means and differences of a `Comparison`."""
 
 
-# The area that is needed
+# Required area
 
 
 FIVE = f"{100 * WANTED:.0f} %"
-"""Sampling error for which an area is given."""
+"""Sampling error for which the required area is given, as text."""
 
 
 def part(share: float) -> str:
-    """Return a relative error in two digits."""
+    """Return a relative error in per cent, with two digits."""
     return f"{plain_decimal(100 * share, 2)} %"
 
 
 def side(area: float) -> str:
-    """Return an area as a square."""
+    """Return an area as the sides of a square."""
     length = _side(area)
     return f"{length} × {length}"
 
@@ -377,7 +377,7 @@ SAMPLING: Table = (
     *CAUTIONS,
     Quantity("version", of=lambda _: __version__),
 )
-"""Of a `SamplingStudy`."""
+"""Quantities of a `SamplingStudy`."""
 
 SAMPLING_COLUMNS: Columns = (
     Column("quantity", of=_each(lambda item: item.name)),
@@ -403,11 +403,11 @@ SAMPLING_COLUMNS: Columns = (
     Column("drift", of=_each(lambda item: item.drift)),
     Column("scaling", of=_each(lambda item: item.scaling)),
 )
-"""Of the errors of a `SamplingStudy`."""
+"""Columns of the errors of a `SamplingStudy`."""
 
 
 def answer(study: SamplingStudy) -> str:
-    """Return in one sentence what area the contact area needs."""
+    """Return the required map size for the contact area as a sentence."""
     item = study.error("contact_fraction")
     bound = f"{item.bound} " if item.bound else ""
     return (
@@ -417,13 +417,13 @@ def answer(study: SamplingStudy) -> str:
     )
 
 
-# --- The report on maps that are compared, and on the area that a map needs ---
+# --- Presentation of a comparison and of a sampling study ---
 
 
-# Groups that a title names.
+# Largest number of groups that a title lists by name.
 _NAMED = 3
 
-# Common preparation of all maps, of a `Sample`.
+# Quantities of a `Sample` that are common to all maps.
 _TERMS = (
     *(
         delegated("curve", quantity_of(contact_fields.CONTACT, key))
@@ -510,7 +510,7 @@ def _maps(result: Comparison) -> list[Cells]:
 
 
 def _prepared(samples: Sequence[Sample]) -> list[Block]:
-    """Return how the maps were prepared, once if all of them were alike."""
+    """Return the preparation of the maps, once if it is the same for all."""
     steps = ["; ".join(item.curve.preparation) or "none recorded" for item in samples]
     if len(set(steps)) > 1:
         rows = [(item.name, text) for item, text in zip(samples, steps, strict=True)]
@@ -519,7 +519,7 @@ def _prepared(samples: Sequence[Sample]) -> list[Block]:
 
 
 def _inputs(result: Comparison | SamplingStudy, drawn: bool) -> list[Block]:
-    """Return the blocks on the maps and on what was pressed how."""
+    """Return the blocks on the maps, their preparation and the load case."""
     samples = [result.whole] if isinstance(result, SamplingStudy) else result.samples
     specified = [*kind_of(result).rows(result, PROBLEM), *rows_of(_TERMS, samples[0], PROBLEM)]
     listed: list[Block] = []
@@ -531,7 +531,7 @@ def _inputs(result: Comparison | SamplingStudy, drawn: bool) -> list[Block]:
     return [*listed, *_prepared(samples), *bodies]
 
 
-# Maps that the input of a report lists.
+# Largest number of maps in the list of a report.
 _MANY = 16
 
 
@@ -558,12 +558,12 @@ def _sampling_method(study: SamplingStudy) -> list[Block]:
 
 
 def overview(result: Comparison) -> Figure:
-    """Return all that is compared in one figure."""
+    """Draw all compared quantities in one figure."""
     return draw_overview(result, name_of, unit_of)
 
 
 def sampling(study: SamplingStudy) -> Figure:
-    """Return how an error falls with the area."""
+    """Draw the sampling error over the map size."""
     return draw_sampling(study, name_of)
 
 
@@ -584,7 +584,7 @@ def _first_problem(result: Comparison | SamplingStudy) -> str:
 
 
 def _change(result: Comparison, name: str) -> str:
-    """Return the difference of the first two groups with its interval; nothing where unknown."""
+    """Return the difference of the first two groups with its interval; empty if unknown."""
     difference, base = result.differences(name)[0, 1], result.mean(0, name).value
     if not (difference.known and base > 0):
         return ""
@@ -597,7 +597,7 @@ def _change(result: Comparison, name: str) -> str:
 
 
 def _first_answer(result: Comparison | SamplingStudy) -> str:
-    """Return whether the contact area differs, and by how much."""
+    """Return the difference of the contact area, or its mean or sampling error."""
     if isinstance(result, SamplingStudy):
         return f"{answer(result)}."
     name = result.names[0]
@@ -616,7 +616,7 @@ def _first_answer(result: Comparison | SamplingStudy) -> str:
 
 
 def _first_numbers(result: Comparison | SamplingStudy) -> CellTable:
-    """Return a few means and their difference."""
+    """Return the means of the main quantities and their difference."""
     if isinstance(result, SamplingStudy):
         heads, rows = SAMPLING_KIND.listing(result, brief=True)
         return heads, rows
@@ -708,5 +708,5 @@ SAMPLING_KIND = Presentation(
 
 
 def kind_of(result: Comparison | SamplingStudy) -> Presentation:
-    """Return the kind: of maps that are compared, or of the area that a map needs."""
+    """Return the presentation of a comparison or of a sampling study."""
     return SAMPLING_KIND if isinstance(result, SamplingStudy) else KIND

@@ -23,7 +23,7 @@ from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantity, count_noun, format_change, to_si
 
 CONTACT = ("contact_fraction", "saturated_fraction", "max_pressure", "mean_gap", "approach")
-"""Numbers of the contact under the largest of the pressures."""
+"""Contact quantities under the largest pressure."""
 
 ROUGHNESS = ("Sq", "Sa", "Ssk", "Sku", "Sdq", "Sal", "Sk", "Spk", "Svk")
 """Parameters of the prepared map, after ISO 25178-2."""
@@ -36,27 +36,27 @@ NAMES = {
     "saturated_fraction": "saturated area",
     "mean_gap": "mean gap",
 }
-"""Names in messages of those of `NUMBERS` with unusual symbols."""
+"""Names of some `NUMBERS` in messages."""
 
 CURVES = ("contact_fraction", "saturated_fraction", "mean_gap", "approach")
-"""Numbers that are followed over the pressure."""
+"""Quantities with a curve over the pressure."""
 
 _LENGTHS = ("mean_gap", "approach", "max_pressure")
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """One map under a row of nominal pressures."""
+    """One map under one or several nominal pressures."""
 
     name: str  # Name
-    source: str  # Where its map came from
-    part: bool  # Whether it was cut out of a map
+    source: str  # Origin of the map
+    part: bool  # Whether it was cropped from a larger map
     size: tuple[float, float]  # Sides (y, x) of the map [m]
     pixel: tuple[float, float]  # Pixel edges (y, x) [m]
     shortest_wave: float  # [m]
-    curve: LoadCurve  # Its contact under these pressures
-    roughness: Mapping[str, float]  # Its `ROUGHNESS`, in SI units
-    bodies: tuple[Material, Material]  # That with the map, and the counter-body
+    curve: LoadCurve  # Contact under the pressures
+    roughness: Mapping[str, float]  # `ROUGHNESS` of the map, in SI units
+    bodies: tuple[Material, Material]  # Rough body, and counter-body
 
     @property
     def numbers(self) -> dict[str, float]:
@@ -66,7 +66,7 @@ class Sample:
         }
 
     def over_pressure(self, name: str) -> list[float]:
-        """Return one of `PROFILE_CONTACT` under all pressures [SI]."""
+        """Return one of `CONTACT` under all pressures [SI]."""
         if name in _LENGTHS:
             return [float(value) for value in self.curve.column(name)]
         area = self.curve.column(name.replace("_fraction", "_area"))
@@ -74,7 +74,7 @@ class Sample:
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """Cautions on the study."""
+        """Cautions on the contacts of the map."""
         return self.curve.cautions
 
 
@@ -85,7 +85,7 @@ def solve_sample(
     problem: Mapping[str, Any],
     progress: Tell = None,
 ) -> Sample:
-    """Return the numbers of one map."""
+    """Solve one map under all pressures; return its sample."""
     surface.require_map("a comparison")
     area = surface.size[0] * surface.size[1]
     watch = None
@@ -108,7 +108,7 @@ def solve_sample(
         size=surface.size,
         pixel=surface.pixel,
         shortest_wave=_shortest_wave(surface),
-        # Many samples would hold many maps.
+        # Without the solver, which would keep the map in memory.
         curve=replace(curve, _solve_largest=None),
         roughness={key: values[key] for key in ROUGHNESS},
         bodies=(problem["material"], problem.get("counter_material", RIGID)),
@@ -121,45 +121,45 @@ def _shortest_wave(surface: Surface) -> float:
     return max([resolution.shortest_wave(surface.heights, surface.pixel), *cuts])
 
 
-# How large an area is needed: the scatter between parts of a map, and how it falls with area.
+# Required area, from the scatter between parts of a map and its decrease with the area.
 
 
 AVERAGES = ("contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sa", "Sdq")
-"""Numbers that average over a map; others, such as the largest pressure, grow with it."""
+"""Quantities that are means over a map; others (peak pressure) grow with its size."""
 
 WANTED = 0.05
-"""Relative error for which an area is given."""
+"""Relative error for which the required area is given."""
 
 DIVISIONS = (2, 4, 8)
 """Parts along a side of the map."""
 
-# A mean of the parts that differs from the whole by more than this share is reported.
+# Relative difference of the mean of the parts from the whole map above which it is reported.
 _DRIFT = 0.05
 
 
 @dataclass(frozen=True)
 class SamplingError:
-    """How far a number of a map may be from that of an endless surface like it."""
+    """Sampling error of a quantity of a map, compared with an infinite surface."""
 
     name: str  # One of `AVERAGES`
-    value: float  # The number of the whole map [SI]
-    half: float  # Half of its interval of confidence `statistics.LEVEL` [SI]
-    parts: int  # Equal parts whose scatter it comes from
-    area: float  # Area at which the half would be `WANTED` of the value [m²]
-    area_low: float  # Lower end of its interval [m²]
-    area_high: float  # Upper end [m²]
+    value: float  # Value of the whole map [SI]
+    half: float  # Half-width of the interval at confidence `statistics.LEVEL` [SI]
+    parts: int  # Number of equal parts whose scatter gives the error
+    area: float  # Area at which the half-width is `WANTED` of the value [m²]
+    area_low: float  # Lower end of the interval of the area [m²]
+    area_high: float  # Upper end of the interval of the area [m²]
     drift: float
-    scaling: float  # Whether the scatter falls with the root of the area, 1 if it does
-    falls: bool  # Whether chance alone explains that it is not 1
+    scaling: float  # Scaling of the scatter: 1 if it falls with the root of the area
+    falls: bool  # Whether chance explains a `scaling` other than 1
 
     @property
     def relative(self) -> float:
-        """Half of the interval over the value."""
+        """Half-width of the interval over the value."""
         return self.half / abs(self.value)
 
     @property
     def bound(self) -> str:
-        """Error and area that serve as bounds if the scatter is not known to fall with the area."""
+        """Kind of bound of error and area ("at most", "at least"); empty for an estimate."""
         if self.falls:
             return ""
         return "at most" if self.scaling < 1 else "at least"
@@ -167,14 +167,14 @@ class SamplingError:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SamplingStudy(Result):
-    """A map, its parts, and the area needed according to their scatter.
+    """Map and its parts, with the required area from their scatter.
 
     Parameters
     ----------
     whole : Sample
         The map.
     levels : mapping of int to tuple of Sample
-        Its parts, by how many there are along a side.
+        Parts of the map, by their number along a side.
     """
 
     whole: Sample
@@ -192,19 +192,19 @@ class SamplingStudy(Result):
 
     @property
     def errors(self) -> tuple[SamplingError, ...]:
-        """The error of each of `AVERAGES` that is not zero."""
+        """Sampling errors of the nonzero `AVERAGES`."""
         names = (name for name in AVERAGES if self.whole.numbers[name])
         return tuple(self.error(name) for name in names)
 
     def values(self, divisions: int, name: str) -> list[float]:
-        """Return a number of all parts [SI]."""
+        """Return a quantity of all parts of a level [SI]."""
         return [part.numbers[name] for part in self.levels[divisions]]
 
     def error(self, name: str) -> SamplingError:
-        """Return how far a number may be from that of an endless surface; see `AVERAGES`.
+        """Return the sampling error of one of `AVERAGES`.
 
-        Each part is pressed by itself, leveled by itself, under the nominal pressure of the whole;
-        `statistics.parts_interval` lists those that do.
+        Each part is leveled and solved separately, under the nominal pressure of the whole map;
+        the error follows from their scatter (`statistics.parts_interval`).
         """
         value = self.whole.numbers[name]
         result = statistics.parts_interval({n: self.values(n, name) for n in self.levels})
@@ -230,7 +230,7 @@ class SamplingStudy(Result):
         return sort_cautions([*self.whole.cautions, *self._judged()])
 
     def _judged(self) -> Iterator[Caution]:
-        """Yield where the parts do not stand for the whole."""
+        """Yield cautions on how well the parts represent the map."""
         errors = self.errors
         yield from self._scaling(errors)
         few = min(item.parts for item in errors) if errors else 0
@@ -247,7 +247,7 @@ class SamplingStudy(Result):
         )
 
     def _scaling(self, errors: Sequence[SamplingError]) -> Iterator[Caution]:
-        """Yield why errors do not hold for larger maps: the weightiest reason."""
+        """Yield the main caution on the scaling of the errors to larger maps."""
         drifting = {
             item.name: item.drift for item in errors if abs(item.drift) > max(_DRIFT, item.relative)
         }
@@ -302,7 +302,7 @@ def sampling_study(
     pressure : float, str or quantity of pint
         Nominal pressure [Pa] on the map and on each part.
     level : {"plane", "quadric", "mean", "robust", "none"}
-        What is subtracted from each part, as from a map of that size.
+        Leveling of each part, as of a map of that size.
     progress : callable or bool, optional
         ``True`` draws a bar on standard error; a function is
         called with a `Progress`, the part as its label.

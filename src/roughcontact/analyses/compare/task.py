@@ -1,4 +1,4 @@
-"""The task ``compare``: maps read, prepared, cut into quarters if wanted, and compared."""
+"""The task ``compare``: read, prepare and compare maps, or the quarters of each map."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ _QUARTERS = 4
 
 @dataclass(frozen=True, eq=False)
 class MapFindings:
-    """Findings of one map of a comparison."""
+    """Results of one map of a comparison."""
 
     pressed: tuple[Pressed, ...]
     study: SamplingStudy | None = None  # The sampling error, if requested
@@ -90,7 +90,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
         return Outcome(
             request, _compare_all(request, [work.known[word] for word in part_names(request)])
         )
-    # All maps are read first: an unreadable one is reported before any is solved.
+    # Read all maps first: an unreadable file is reported before the first solve.
     maps = [_read(request, path, work.say) for _, path in _listed(request)]
     result = [
         _compress_map(request, surface, one_of_several(work.look, number, len(maps)))
@@ -100,22 +100,22 @@ def _run(request: Request, work: TaskContext) -> Outcome:
 
 
 def part_names(request: Request) -> tuple[str, ...]:
-    """Return a word for each map of a comparison, each of which can be pressed by itself."""
+    """Return the subtask names of a comparison, one per map."""
     return tuple(str(number) for number, _ in enumerate(_listed(request)))
 
 
 def file_of(request: Request, word: str) -> Path | None:
-    """Return the file of one map; None where it is a nominal body."""
+    """Return the file of the map of a subtask; None for a nominal body."""
     return _listed(request)[int(word)][1]
 
 
 def find_one_map(request: Request, word: str, say: Say, look: OnProgress) -> MapFindings:
-    """Return the quantities of one map, read alone; the same as in the whole comparison."""
+    """Read and solve one map; the results are the same as in the whole comparison."""
     return _compress_map(request, _read(request, file_of(request, word), say), look)
 
 
 def groups(request: Request) -> dict[str, list[Path]]:
-    """Return the files to compare by the names of their groups."""
+    """Return the files to compare by group name."""
     if not request.get(QUARTERS) or request.task is not TASK:
         return request.groups
     paths = [path for listed in request.groups.values() for path in listed]
@@ -123,7 +123,7 @@ def groups(request: Request) -> dict[str, list[Path]]:
 
 
 def _listed(request: Request) -> list[tuple[str, Path | None]]:
-    """Return the maps in their order, with the names of their groups."""
+    """Return group name and file of all maps, in order."""
     named = groups(request).items()
     return [(name, path) for name, paths in named for path in paths] or [("", None)]
 
@@ -139,7 +139,7 @@ def _read(request: Request, path: Path | None, say: Say) -> Surface:
 def _compress_map(request: Request, surface: Surface, look: OnProgress) -> MapFindings:
     extra_cautions = remarks_on(request, [surface])
     alone = _is_study_alone(request)
-    # Maps that cannot be compared are reported before anything is solved.
+    # Check the request first: an error is raised before the first solve.
     requested = None if alone else _load_case(request)
     study = _studied(request, surface, look) if request[SAMPLING] else None
     if study is not None:
@@ -149,7 +149,7 @@ def _compress_map(request: Request, surface: Surface, look: OnProgress) -> MapFi
     parts = _quarters(request, surface) if request[QUARTERS] else (surface,)
     pressed = []
     for number, part in enumerate(parts, start=1):
-        # Their own names they are given where all are there.
+        # Unique names are set later, once all maps of a group are known.
         name = surface.provenance.source or "map"
         name += f", part {number} of {len(parts)}" if request[QUARTERS] else ""
         pressed.append(
@@ -161,7 +161,7 @@ def _compress_map(request: Request, surface: Surface, look: OnProgress) -> MapFi
 
 
 def _is_study_alone(request: Request) -> bool:
-    """Return whether only the sampling error of a single map is requested."""
+    """Return whether the request is only the sampling error of a single map."""
     more = request[QUARTERS] or request[PRELOAD]
     return bool(request[SAMPLING] and not more and len(_listed(request)) == 1)
 
@@ -185,7 +185,7 @@ def _problem(request: Request) -> dict[str, Any]:
 
 
 def _compare_all(request: Request, result: list[MapFindings]) -> Comparison | SamplingStudy:
-    """Return the comparison of all maps."""
+    """Return the comparison of all maps, or the sampling study of a single one."""
     studies = tuple(item.study for item in result if item.study is not None)
     if _is_study_alone(request):
         return studies[0]
@@ -240,7 +240,7 @@ def _studied(request: Request, surface: Surface, look: OnProgress) -> SamplingSt
 def _check(request: Request) -> None:
     maps = sum(map(len, groups(request).values())) or 1
     alone = not any(map(request.is_given, (QUARTERS, SAMPLING, PRELOAD)))
-    # One that has a file stands for a single map of another.
+    # A request with a file covers a single map of a larger comparison.
     if maps < 2 and alone and request.file is None:
         raise InputError(
             "a single map has nothing to be compared with: give a second one, or ",

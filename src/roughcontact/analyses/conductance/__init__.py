@@ -1,1 +1,1 @@
-"""Electrical and thermal resistance."""
+"""Electrical and thermal resistance of a contact."""

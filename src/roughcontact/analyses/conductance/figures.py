@@ -28,7 +28,7 @@ _RESISTANCES = (
 
 
 def _band(axes: Axes, load: Array, correlated: Array) -> None:
-    """Draw between which resistances 95 % of rough maps were, by their correlation."""
+    """Draw the band about the correlation that holds 95 % of the rough maps."""
     known = np.isfinite(correlated) & (correlated > 0)
     if np.count_nonzero(known) > 1:
         low, high = (factor * correlated[known] for factor in CORRELATION_RANGE)
@@ -48,7 +48,7 @@ def conductance(result: Conductance) -> Figure:
     -------
     Figure
         One panel for each known resistance, electrical and thermal: computed, by Greenwood's
-        formula, and by the correlation for flat joints with its scatter on other maps.
+        formula, and by the correlation for flat joints with its scatter over rough maps.
     """
     kinds = [
         (title, unit, kind)

@@ -26,4 +26,4 @@ CONDUCTANCE: Illustrations = (
         lambda result: len(result.steps) == 1,
     ),
 )
-"""Of a `Conductance`."""
+"""Figures of a `Conductance`."""

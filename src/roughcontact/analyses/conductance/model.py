@@ -1,27 +1,27 @@
-"""How well a contact conducts electricity and heat.
+"""Electrical and thermal conductance of a contact.
 
-`gap_conductance`: Beside the contact, whose conductance is computed without it. Against the
-contact and the gap solved together on rough maps of up to a tenth in contact, the part of the
-gap comes out 0.8 to 1.0 times as large with air, and 1.1 to 1.3 times with oil. Over Gaussian
-gaps this is the integral of Yovanovich 1982; g far below the jump it is that of free molecules.
+`gap_conductance`: In parallel with the contact, whose conductance is computed without the gap.
+Compared with contact and gap solved together on rough maps of up to a tenth in contact, the part
+of the gap is 0.8 to 1.0 times as large with air, and 1.1 to 1.3 times with oil. For Gaussian gaps
+this is the integral of Yovanovich 1982; for g far below the jump it is free-molecular conduction.
 
 Yovanovich, DeVaal and Hegazy 1982, A statistical model to predict thermal gap conductance between
 conforming rough surfaces, AIAA paper 82-0888, doi:10.2514/6.1982-888
 Song, Yovanovich and Goodman 1993, J. Heat Transfer 115, 533, doi:10.1115/1.2910719
 
-`slip_factor`: Slip of first order at walls that reflect diffusely: a gap g lets g³ (1 + 6 λ/g)
-through. Local gaps count by what the flow without slip dissipates in them, ``|q|²/g³``, as their
-harmonic mean: that is right for gaps in series, and a lower bound for all others (Thomson's
-principle): the flow through rough gaps solved anew with slip is up to a sixth more. Above λ/g
-of about one the true flow is larger still.
+`slip_factor`: Slip of first order at walls that reflect diffusely: the flow through a gap g is
+proportional to g³ (1 + 6 λ/g). The factor is the harmonic mean over the map, weighted by the
+dissipation of the flow without slip, ``|q|²/g³``: exact for gaps in series, and a lower bound for
+all others (Thomson's principle). The flow through rough gaps solved with slip is up to a sixth
+larger; above λ/g of about one the true flow is larger still.
 
 Burgdorfer 1959, J. Basic Eng. 81, 94
 
-`greenwood`: Each spot is taken for a circle that carries its share as if it were alone. For two
-bodies of resistivity ρ each this is R = ρ/(2 Σ aᵢ) + ρ/(π (Σ aᵢ)²) ΣΣ aᵢ aⱼ/sᵢⱼ. That suits
-spots that are round and further apart than they are wide; large ones of many branches it does
-not. The double sum is one convolution with the kernel of the contact, the middle of each spot
-rounded to a pixel.
+`greenwood`: Each spot is approximated by a circle with a current in proportion to its radius. For
+two bodies of resistivity ρ each this is R = ρ/(2 Σ aᵢ) + ρ/(π (Σ aᵢ)²) ΣΣ aᵢ aⱼ/sᵢⱼ. It holds for
+round spots that are further apart than they are wide, not for large spots of many branches. The
+double sum is one convolution with the kernel of the contact, the center of each spot rounded to a
+pixel.
 
 Greenwood 1966, Constriction resistance and the real area of contact, Brit. J. Appl. Phys. 17,
 1621, doi:10.1088/0508-3443/17/12/310
@@ -77,21 +77,21 @@ from roughcontact.units import Quantity, format_engineering, format_percent, to_
 Array = NDArray[np.float64]
 
 ATMOSPHERE = 101325.0
-"""Pressure of the atmosphere [Pa]."""
+"""Standard atmospheric pressure [Pa]."""
 
 ROOM_TEMPERATURE, BAR = 298.15, 1e5
-"""Temperature [K] and pressure [Pa] of a gas where none is given."""
+"""Default temperature [K] and pressure [Pa] of a gas."""
 
 VACUUM = "vacuum"
-"""Name of a gap in which nothing conducts."""
+"""Name of a gap without conductance."""
 
 STEFAN_BOLTZMANN = 5.670374419e-8
-"""Radiation of a black body over the fourth power of its temperature [W/(m² K⁴)]."""
+"""Stefan-Boltzmann constant [W/(m² K⁴)]."""
 
 MIN_RADIATION_SHARE = 0.01
-"""Share of the conductance from which on radiation is reported."""
+"""Share of the conductance above which radiation is reported."""
 
-# Mean temperature of a square of unit side and flux on a half-space of unit conductivity.
+# Mean temperature of a unit square under unit flux on a half-space of unit conductivity.
 _SQUARE = 2 / math.pi * (math.asinh(1) - (math.sqrt(2) - 1) / 3)
 
 
@@ -101,13 +101,13 @@ class Filling:
 
     name: str
     conductivity: float  # Thermal conductivity k [W/(m K)]
-    jump: float = 0.0  # By how much jumps of temperature at the walls widen the gap [m]
+    jump: float = 0.0  # Temperature-jump distance of both walls, added to the gap [m]
 
 
 def filling_of(
     gap: Quantity, pressure: Quantity | None = None, temperature: Quantity | None = None
 ) -> Filling:
-    """Return the filling of a gap: a fluid by its name, vacuum, or a conductivity [W/(m K)]."""
+    """Return the filling of a gap from a fluid name, vacuum, or a conductivity [W/(m K)]."""
     if gap == VACUUM:
         return Filling(VACUUM, 0.0)
     fluid = fluids.entries().get(gap) if isinstance(gap, str) else None
@@ -128,13 +128,13 @@ def filling_of(
 
 
 def temperature_or_room(temperature: Quantity | None) -> float:
-    """Return a temperature [K], that of a room where none is given."""
+    """Return a temperature [K], by default room temperature."""
     given = ROOM_TEMPERATURE if temperature is None else temperature
     return parse_positive(given, "temperature", "temperature")
 
 
 def gap_conductance(gap: Array, filling: Filling, spreading: float = 0.0) -> float:
-    """Return the conductance of a filled gap per area [W/(m² K)], each face at one temperature."""
+    """Return the conductance of a filled gap per area [W/(m² K)] between isothermal faces."""
     there = gap[~np.isnan(gap)]
     with np.errstate(divide="ignore"):
         local = 1 / (np.divide(there + filling.jump, filling.conductivity) + spreading)
@@ -147,7 +147,7 @@ def spreading(pixel_area: float, resistivity: float) -> float:
 
 
 def slip_factor(gap: Array, density: NDArray[Any], path: float) -> float:
-    """Return how many times more of a gas that slips leaks than of one that does not."""
+    """Return the leak rate of a gas with slip over the leak rate without slip."""
     open_gap = gap > 0
     g, q = gap[open_gap], density[open_gap].astype(np.float64)
     dissipated = q**2 / g**3
@@ -161,22 +161,22 @@ def slip_factor(gap: Array, density: NDArray[Any], path: float) -> float:
 
 
 CURVED = 0.75
-"""Share of the variance of the gap in a quadric from which the bodies are curved as a whole.
+"""Share of the gap variance in a quadric from which on bodies are treated as curved.
 
-Of nine measured maps a mirror has 0.91 and the cylinder of a fired bullet 0.76; flat ones have less
+Of nine measured maps a mirror has 0.91 and the cylinder of a fired bullet 0.76; flat maps have less
 than 0.6, parts of self-affine maps without a roll-off up to 0.73.
 """
 
 DISCS = (0.8, 1.25)
-"""Greenwood's formula over what is computed, outside which spots are no discs.
+"""Range of Greenwood's formula over the solution outside which spots are no discs.
 
-It is 0.82 to 1 on rough maps up to a tenth in contact.
+The ratio is 0.82 to 1 on rough maps up to a tenth in contact.
 """
 
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """Roughness of the gap between two bodies, as the correlations of flat joints take it."""
+    """Roughness of the gap between two bodies, for the correlations of flat joints."""
 
     pair: Pair  # The bodies
 
@@ -192,7 +192,7 @@ class Texture:
 
     @cached_property
     def curved(self) -> float:
-        """Share of the variance of the gap that is in a quadric; 0 where the map is periodic."""
+        """Share of the gap variance in a quadric; 0 for a periodic map."""
         gap = self.pair.initial_gap
         if self.pair.boundary.periodic_axes or not self.height > 0 or min(gap.shape) < 3:
             return 0.0
@@ -200,12 +200,12 @@ class Texture:
 
     @property
     def is_flat(self) -> bool:
-        """Whether the bodies are nominally flat, as far as the map tells."""
+        """Whether the bodies are nominally flat, judged by the map."""
         return self.curved < CURVED
 
 
 def form_note(texture: Texture) -> tuple[Caution, ...]:
-    """Return the note on bodies for which the correlations of flat joints are left out."""
+    """Return the note on curved bodies, for which correlations of flat joints are omitted."""
     if texture.is_flat:
         return ()
     return (
@@ -218,28 +218,29 @@ def form_note(texture: Texture) -> tuple[Caution, ...]:
     )
 
 
-# --- Greenwood's estimate of what contact spots conduct, and how far the estimates are off ---
+# --- Greenwood's estimate of the constriction length, and errors of the estimates ---
 
 
 CASES = 108
-"""Contacts of rough maps on which the estimates were tried; see ``benchmarks/constriction.py``.
+"""Number of rough contacts in the test of the estimates.
 
-Periodic maps of Gaussian heights, eight waves of the roll-off a side, Hurst exponents 0.5 and 0.8,
-roll-off over cut-off 4 to 16, elastic and under a ceiling, 1 to 12 % in contact.
+See ``benchmarks/constriction.py``: periodic maps of Gaussian heights, eight roll-off wavelengths
+per side, Hurst exponents 0.5 and 0.8, roll-off over cut-off 4 to 16, elastic and under a ceiling,
+1 to 12 % in contact.
 """
 
 CORRELATION_RANGE = (0.99, 1.44)
-"""The correlations over what is computed, in 95 % of the cases.
+"""Correlations over the solution, in 95 % of the cases.
 
 Spots form clusters, which the correlations neglect: they overestimate the resistance.
 """
 
 GREENWOOD_RANGE = (0.82, 1.0)
-"""Greenwood's formula over what is computed, in 95 % of the cases: less where more touches."""
+"""Greenwood's formula over the solution, in 95 % of cases: lower for more contact."""
 
 
 def greenwood(result: ContactResult) -> float:
-    """Return the constriction length of a contact from radii and places of its spots."""
+    """Return the constriction length [m] of a contact from radii and centers of its spots."""
     spots = result.spots()
     if spots.count == 0:
         return math.nan
@@ -261,7 +262,7 @@ def greenwood(result: ContactResult) -> float:
 
 
 def _middles(spots: Spots, periodic_axes: tuple[int, ...]) -> NDArray[np.int64]:
-    """Return the flat indices of the pixels nearest to the middles of the spots, shape (n,)."""
+    """Return flat indices of the pixels nearest to the spot centers, shape (n,)."""
     shape = spots.label.shape
     places = np.nonzero(spots.label)
     number = spots.label[places] - 1
@@ -269,7 +270,7 @@ def _middles(spots: Spots, periodic_axes: tuple[int, ...]) -> NDArray[np.int64]:
     middle = []
     for axis, place in enumerate(places):
         if axis in periodic_axes:
-            # On a circle, so that a spot across the seam is whole.
+            # Circular mean, because a spot may cross the periodic seam.
             turn = np.exp(2j * math.pi / shape[axis] * np.arange(shape[axis]))[place]
             total = np.bincount(number, turn.real) + 1j * np.bincount(number, turn.imag)
             mean = np.angle(total) / (2 * math.pi) * shape[axis]
@@ -280,19 +281,19 @@ def _middles(spots: Spots, periodic_axes: tuple[int, ...]) -> NDArray[np.int64]:
 
 
 def _self_displacement(pixel: tuple[float, float], contact_modulus: float) -> float:
-    """Return the displacement of the middle of a lone pixel under unit pressure."""
+    """Return the displacement at the center of a single pixel under unit pressure."""
     dy, dx = pixel
     return 2 / (math.pi * contact_modulus) * (dx * math.asinh(dy / dx) + dy * math.asinh(dx / dy))
 
 
-# --- How well a contact conducts electricity and heat ---
+# --- Electrical and thermal conductance of a contact ---
 
 
 SUBJECT = "the resistance of a contact"
 """Name of the analysis in messages on missing maps."""
 
 EVEN_FLOW = 32 / (3 * math.pi**2) - 1
-"""Constriction of a disc by uniform flow over that of constant potential, less one: 8.1 %.
+"""Excess constriction of a disc at uniform flux over constant potential: 8.1 %.
 
 Carslaw and Jaeger, Conduction of Heat in Solids (1959), section 8.2.
 """
@@ -307,8 +308,8 @@ class ConductanceStep:
     saturated_area: float  # Area at the ceiling [m²]
     spots: int  # Number of contact spots
     length: float  # Constriction length of the whole contact, saturated points included [m]
-    greenwood_length: float  # By Greenwood's formula [m]
-    correlation_length: float  # By the correlations [m]
+    greenwood_length: float  # Constriction length by Greenwood's formula [m]
+    correlation_length: float  # Constriction length by the correlations [m]
     air_gap: float = math.nan  # Conductance of the gap with air [W/(m² K)]
     oil_gap: float = math.nan  # Conductance of the gap with oil [W/(m² K)]
     filled_gap: float = 0.0  # Conductance of the gap with its filling [W/(m² K)]
@@ -316,11 +317,11 @@ class ConductanceStep:
 
 @dataclass(frozen=True)
 class Change:
-    """How numbers change from one grid to a coarser one."""
+    """Change of the results on a coarser grid."""
 
-    pixel: float  # Larger edge of its pixels [m]
-    length: float  # Relative change
-    contact_area: float  # Relative change
+    pixel: float  # Larger pixel edge of the coarser grid [m]
+    length: float  # Relative change of the constriction length
+    contact_area: float  # Relative change of the contact area
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -342,7 +343,7 @@ class Conductance(Result):
     extra_cautions : tuple of Caution
         Remarks on the measurement of the maps.
     coarser : Change or None
-        How the numbers under the largest load change on a coarser grid, where that is known; see
+        Change of the results under the largest load on a coarser grid, if known; see
         `with_coarser_grid`.
     filling : Filling or None
         Filling of the gap.
@@ -351,8 +352,8 @@ class Conductance(Result):
     current : float or None
         Current through the contact [A].
     calibrated : CalibratedChange or None
-        How the constriction length under the largest load changes under the calibrated ceiling,
-        where that is known; see `with_calibrated_ceiling`.
+        Change of the constriction length under the largest load under the calibrated ceiling, if
+        known; see `with_calibrated_ceiling`.
     draws : tuple of Mean
         Constriction length under the largest load over pairs of faces; see `with_draws`.
     """
@@ -379,7 +380,7 @@ class Conductance(Result):
         return replace(self, steps=tuple(steps), draws=(statistics.mean_with_interval(lengths),))
 
     def with_calibrated_ceiling(self, contact: ContactResult) -> Conductance:
-        """Return the same with what changes under the calibrated ceiling.
+        """Return the conductance with its change under the calibrated ceiling.
 
         Parameters
         ----------
@@ -393,11 +394,11 @@ class Conductance(Result):
         return replace(self, calibrated=change)
 
     def with_length(self, length: float) -> Conductance:
-        """Return the same with another constriction length [m] under the largest load."""
+        """Return the conductance with another constriction length [m] under the largest load."""
         return replace(self, steps=(*self.steps[:-1], replace(self.steps[-1], length=length)))
 
     def with_coarser_grid(self, coarser: ContactResult) -> Conductance:
-        """Return the same with what changes on a coarser grid.
+        """Return the conductance with its change on a coarser grid.
 
         Parameters
         ----------
@@ -425,13 +426,13 @@ class Conductance(Result):
 
     @property
     def electrical_resistivity(self) -> float:
-        """Sum of the resistivities of the two bodies [Ω m]; NaN where one is not known."""
+        """Sum of the resistivities of the two bodies [Ω m]; NaN if one is not known."""
         first, second = (body.resistivity or math.nan for body in self.bodies)
         return first + second
 
     @property
     def thermal_resistivity(self) -> float:
-        """Sum of 1/k of the two bodies [m K/W]; NaN where one is not known."""
+        """Sum of 1/k of the two bodies [m K/W]; NaN if one is not known."""
         return _thermal_resistivity(self.bodies)
 
     def column(self, name: str) -> Array:
@@ -440,7 +441,7 @@ class Conductance(Result):
 
     @property
     def electrical_resistance(self) -> Array:
-        """Resistance of the contact [Ω], shape (n,): constriction and film one after the other."""
+        """Resistance of the contact [Ω], shape (n,): constriction and film in series."""
         return self.resistance("electrical")
 
     @property
@@ -460,7 +461,7 @@ class Conductance(Result):
 
     @property
     def joint_conductance(self) -> Array:
-        """Conductance of contact and filled gap side by side per area [W/(m² K)], shape (n,)."""
+        """Conductance of contact and filled gap in parallel, per area [W/(m² K)], shape (n,)."""
         return self.thermal_conductance + self.column("filled_gap")
 
     @property
@@ -479,7 +480,7 @@ class Conductance(Result):
         return 4 * STEFAN_BOLTZMANN * self.temperature**3
 
     def filled_conductance(self, filling: str) -> Array:
-        """Return h of contact and gap side by side [W/(m² K)], shape (n,).
+        """Return h of contact and filled gap in parallel [W/(m² K)], shape (n,).
 
         Parameters
         ----------
@@ -494,9 +495,9 @@ class Conductance(Result):
         Parameters
         ----------
         kind : {"electrical", "thermal"}
-            Which, [Ω] or [K/W]; NaN where the bodies' constants are not known.
+            Kind of resistance, [Ω] or [K/W]; NaN if the constants of the bodies are not known.
         by : {"length", "greenwood_length", "correlation_length"}
-            Constriction length to take: computed, or an estimate; see `ConductanceStep`.
+            Constriction length: computed, or an estimate; see `ConductanceStep`.
         """
         thermal = kind == "thermal"
         resistivity = self.thermal_resistivity if thermal else self.electrical_resistivity
@@ -571,14 +572,15 @@ def conductance(
     `Conductance.joint_conductance`. `Conductance.filled_conductance` adds air or oil in any case.
     Radiation of black faces is 4 σ T³; a note shows it from 1 % of the conductance on.
 
-    With a free boundary this is the resistance between points far away in both bodies, in which
-    the spreading from all of the map is contained. With a periodic one it is what the joint adds to
-    the bodies of one period: 0 where all of the map touches, and the one to be taken per area. With
-    a map that is periodic along one axis it is that up to a distance of the longer side of the map,
-    as the potential of an endless strip has no bound.
+    With a free boundary this is the resistance between distant points in both bodies, including
+    the spreading from the whole map. With a periodic boundary it is the excess of the joint over
+    the bodies of one period: 0 for full contact, and to be used per area. With a map that is
+    periodic along one axis it is the resistance up to a distance of the longer side of the map, as
+    the potential of an endless strip has no bound.
 
-    A film adds its resistance over the contact area. As it evens the flow out, the true
-    resistance is a little larger: on a disc by at most 8.1 % of the constriction (`EVEN_FLOW`).
+    A film adds its resistance over the contact area. As a film makes the flow more uniform, the
+    true resistance is slightly larger: on a disc by at most 8.1 % of the constriction
+    (`EVEN_FLOW`).
 
     Examples
     --------
@@ -620,7 +622,7 @@ def conductance(
 
 
 def _melting_cautions(result: Conductance) -> Iterator[Caution]:
-    """Yield the message on spots that soften or melt under the smallest load."""
+    """Yield the caution on spots that soften or melt, at the highest contact voltage."""
     voltage = float(np.nanmax(result.voltage, initial=0.0))
     for limit, effect, severity in (
         ("melting_voltage", "melt and weld", as_warning),
@@ -639,7 +641,7 @@ def _melting_cautions(result: Conductance) -> Iterator[Caution]:
 
 
 def _radiation(result: Conductance) -> Iterator[Caution]:
-    """Yield the note on radiation that adds more than is negligible."""
+    """Yield the note on radiation above a negligible share."""
     if result.largest.boundary.periodic_axes != (0, 1):
         return
     with np.errstate(divide="ignore"):
@@ -660,7 +662,7 @@ Judged = list[tuple[float, tuple[Caution, ...]]]
 def _evaluate_contacts(
     contacts: ContactResult | Iterable[ContactResult], resistivity: float, filling: Filling | None
 ) -> tuple[tuple[ConductanceStep, ...], Judged, ContactResult]:
-    """Return properties and criteria of each contact, by ascending load, and the last contact."""
+    """Return steps and cautions by ascending load, and the contact of the largest load."""
     answer: list[tuple[ConductanceStep, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None
     texture: Texture | None = None
@@ -712,14 +714,14 @@ def _joint_cautions(result: ContactResult, texture: Texture) -> Iterator[Caution
 
 
 def _correlation(result: ContactResult, texture: Texture) -> float:
-    """Return the constriction length that simple theory gives a nominally flat joint."""
+    """Return the constriction length [m] of a nominally flat joint by the correlations."""
     height, gradient = texture.height, texture.gradient
     rough = result.load > 0 and height > 0 and gradient > 0
     strip = len(result.pair.boundary.periodic_axes) == 1
     if result.hertz is not None or strip or not rough or not texture.is_flat:
         return math.nan
     area = result.pair.size[0] * result.pair.size[1]
-    # Of Gaussian heights alike in all directions: √(2/π) of the slope along a line, h′/√2.
+    # Isotropic Gaussian heights: the mean slope is √(2/π) of the slope along a profile, h′/√2.
     slope = gradient / math.sqrt(math.pi)
     pressure = result.load / area
     if result.ceiling is None:
@@ -730,8 +732,8 @@ def _correlation(result: ContactResult, texture: Texture) -> float:
         joint = area * constriction.plastic_joint(pressure, hardness, slope, height)
     if result.pair.boundary.periodic_axes:
         return joint
-    # Spreading from all of the map comes on top: an ellipse of its area and sides has that of a
-    # square to 2 %.
+    # Add the spreading from the whole map: an ellipse with its area and aspect ratio, right to 2 %
+    # for a square.
     whole = constriction.ellipse(*(side / math.sqrt(math.pi) for side in result.pair.size))
     return 1 / (1 / joint + 1 / whole)
 
@@ -742,7 +744,7 @@ def _thermal_resistivity(bodies: tuple[Conductor, Conductor]) -> float:
 
 
 def conductor_of(specified: Conductor | str) -> Conductor:
-    """Return a conductor, which may be given by its name in the catalogue."""
+    """Return a conductor, given directly or by its name in the catalog."""
     return catalog.entry(specified).conductor if isinstance(specified, str) else specified
 
 
@@ -754,7 +756,7 @@ def _film(value: Quantity, dimension: str, argument: str) -> float:
 
 
 def _check(bodies: tuple[Conductor, Conductor], films: tuple[float, float]) -> None:
-    """Refuse bodies of which too little is known."""
+    """Raise `InputError` for bodies with missing resistivities or conductivities."""
     electrical = [body.resistivity is not None for body in bodies]
     thermal = [body.conductivity is not None for body in bodies]
     if not all(electrical) and not all(thermal):

@@ -69,12 +69,12 @@ def _by_area(result: joint.Conductance) -> bool:
 
 
 def _filled(result: joint.Conductance) -> bool:
-    """Return whether it is shown what air or oil would add."""
+    """Return whether the report shows the effect of air or oil in the gap."""
     return _thermal(result) and _by_area(result) and result.filling is None
 
 
 def _in_gap(filling: str) -> Callable[[joint.Conductance], str]:
-    """Return h with the gap filled under the smallest and the largest load, and what it adds."""
+    """Return a formatter of h with a filled gap, and its excess, at both ends of the loads."""
 
     def text(result: joint.Conductance) -> str:
         whole = result.filled_conductance(filling)
@@ -89,7 +89,7 @@ def _in_gap(filling: str) -> Callable[[joint.Conductance], str]:
 
 
 def _share_of_gap(result: joint.Conductance) -> str:
-    """Return conductance and share of the filled gap under the smallest and largest load."""
+    """Return conductance and share of the filled gap, under the smallest and largest load."""
     gap = result.column("filled_gap")
     return " to ".join(
         f"{format_engineering(gap[end], 'W/(m² K)', 3)} ({format_percent(gap[end] / whole[end])})"
@@ -142,7 +142,7 @@ def _filled_columns() -> Columns:
 def _ratio(
     name: str, within: tuple[float, float] = (0.0, math.inf)
 ) -> Callable[[joint.Conductance], list[str]]:
-    """Return an estimate of the constriction length over the length, where it is in its range."""
+    """Return a formatter of estimated over computed constriction length, within a range."""
 
     def shown(result: joint.Conductance) -> list[str]:
         ratios = result.column(name) / result.column("length")
@@ -197,7 +197,7 @@ CONDUCTANCE: Table = (
     Quantity("interval", of=lambda r: _interval(r).summary()),
     *CAUTIONS,
 )
-"""Of a `Conductance`."""
+"""Quantities of a `Conductance`."""
 
 CONDUCTANCE_COLUMNS: Columns = (
     Column("load", "load", unit="N"),
@@ -233,7 +233,7 @@ CONDUCTANCE_COLUMNS: Columns = (
         when=_thermal,
         of=lambda r: r.thermal_conductance.tolist(),
     ),
-    # Shown is the one that says something with this boundary.
+    # Resistance of a free map, conductance per area of a periodic one.
     Column(
         "thermal_resistance",
         "thermal",
@@ -272,7 +272,7 @@ CONDUCTANCE_COLUMNS: Columns = (
     ),
     Column("correlation_length", "correlation", unit="m", shown=_ratio("correlation_length")),
 )
-"""Of the loads of a `Conductance`."""
+"""Columns of the loads of a `Conductance`."""
 
 _MEANING = {
     (): "The resistance is that between points far away in both bodies: the spreading from all of "
@@ -403,7 +403,7 @@ def _answer(result: joint.Conductance) -> str:
             ]
             for length in (interval.low, interval.high)
         ]
-        # A resistance is larger with the smaller length.
+        # The smaller constriction length gives the larger resistance.
         pairs = [
             ends if text[0] == "h" else ends[::-1]
             for text, *ends in zip(texts, *shown, strict=True)
@@ -437,7 +437,7 @@ def _numbers(result: joint.Conductance) -> CellTable:
 
 
 def _remarks(result: joint.Conductance) -> tuple[str, ...]:
-    """Return the effects of a filled gap and of the pixel, and the accuracy of the solution."""
+    """Return the effects of a filled gap and of the pixel, and the accuracy."""
     lines = []
     if _has_filling(result):
         name = result.filling.name if result.filling else ""

@@ -1,4 +1,4 @@
-"""The task ``conductance``: what a contact conducts."""
+"""The task ``conductance``: electrical and thermal resistance of a contact."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""A contact by formulas."""
+"""Estimate of a contact by formulas."""

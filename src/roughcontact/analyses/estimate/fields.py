@@ -1,4 +1,4 @@
-"""Rows of a contact that formulas give."""
+"""Rows that compare a contact with its estimate by formulas."""
 
 from __future__ import annotations
 
@@ -72,4 +72,4 @@ BESIDE: Table = (
         brief=False,
     ),
 )
-"""For a nominally flat `ContactResult`, compared with the solution."""
+"""Estimates for a nominally flat `ContactResult`, compared with the solution."""

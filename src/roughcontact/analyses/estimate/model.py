@@ -1,4 +1,4 @@
-"""Estimates of nominally flat contact from a few parameters, without solving it."""
+"""Estimates of nominally flat contact from roughness parameters, by fitted formulas."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ CONTACT, SATURATED, GAP, VOLUME = "contact", "saturated", "gap", "volume"
 LEVEL = 0.90
 """Share of maps that fall into the interval of a formula."""
 
-# Middle of the set, from which polynomials count.
+# Center of the fitted set: origin of the polynomials.
 _BREADTH, _TEXTURE = 3.0, 0.9
-# Gradients from which coordinates are derived, over h′; for the gap over Sq/Sal.
+# Initial effective gradients for the coordinates, over h′; for the gap over Sq/Sal.
 _FIRST = {CONTACT: 0.7, SATURATED: 0.7, GAP: 1.2, VOLUME: 0.7}
 _LOGARITHMIC = (CONTACT, VOLUME)
 _STEEPEST = 20.0
@@ -47,7 +47,7 @@ _FIRST_YIELD = 1.295 * math.exp(0.736 * 0.3) / 3
 
 @dataclass(frozen=True)
 class DimensionlessGroups:
-    """Nominally flat contacts in groups without unit; arrays of one shape (n,)."""
+    """Dimensionless groups of nominally flat contacts; arrays of one shape (n,)."""
 
     pressure: Array  # p̄/(E* h′), h′ the root-mean-square gradient Sdq
     ratio: Array  # E* h′ over the pressure ceiling, of the volume model over three yield strengths
@@ -59,11 +59,11 @@ class DimensionlessGroups:
 
     @property
     def tails(self) -> Array:
-        """Sku over that of a gamma distribution, 3 + 1.5 Ssk²."""
+        """Sku over the kurtosis of a gamma distribution, 3 + 1.5 Ssk²."""
         return self.kurtosis / (3 + 1.5 * self.skewness**2)
 
     def values(self) -> dict[str, Array]:
-        """Return the values that a domain bounds: all groups, and derived quantities."""
+        """Return the quantities that a domain bounds: all groups, and derived quantities."""
         return vars(self) | {
             "contact": theory_contact(self),
             "tails": self.tails,
@@ -71,28 +71,28 @@ class DimensionlessGroups:
         }
 
     def select(self, chosen: Any) -> DimensionlessGroups:
-        """Return some of them."""
+        """Return a subset of the contacts."""
         return DimensionlessGroups(**{name: values[chosen] for name, values in vars(self).items()})
 
 
 @dataclass(frozen=True)
 class Formula:
-    """A formula for one quantity."""
+    """Fitted formula of one quantity."""
 
     quantity: str  # A/A₀, saturated area/A₀, mean gap/Sq, or plastic volume h′/(Sq A₀)
-    knee: float  # `ratio` beyond which the effective gradient falls with it
+    knee: float  # `ratio` beyond which the effective gradient decreases
     terms: tuple[str, ...]
-    coefficients: tuple[float, ...]  # Of the terms
+    coefficients: tuple[float, ...]  # Coefficients of the terms
     scatter_terms: tuple[str, ...] = ("",)
     scatter: tuple[float, ...] = (0.0,)
-    factor: float = 1.96  # Half width of the interval of `LEVEL`, over that
+    factor: float = 1.96  # Half-width of the interval of `LEVEL` over the fitted scatter
 
     def design(self, groups: DimensionlessGroups) -> Array:
         """Return the terms, shape (n, number of terms)."""
         return _products(self.terms, self._coordinates(groups))
 
     def value(self, groups: DimensionlessGroups, design: Array | None = None) -> Array:
-        """Return the quantity, shape (n,); ``design`` where it is known."""
+        """Return the quantity, shape (n,); ``design`` is computed if it is not given."""
         design = self.design(groups) if design is None else design
         fitted = _sum(design, self.coefficients)
         if self.quantity == VOLUME:
@@ -107,11 +107,11 @@ class Formula:
         return saturated if self.quantity == SATURATED else contact
 
     def overestimate(self, value: Array, result: Array) -> Array:
-        """Return the excess of values, in the measure of their scatter."""
+        """Return the excess of one value over another, on the scale of their scatter."""
         return self._measured(value) - self._measured(result)
 
     def _measured(self, value: Array) -> Array:
-        """Return values in the measure of their scatter."""
+        """Return values on the scale of their scatter: logarithm, square root or identity."""
         if self.quantity in _LOGARITHMIC:
             return np.log(value)
         return np.sqrt(value) if self.quantity == SATURATED else value
@@ -119,7 +119,7 @@ class Formula:
     def with_interval(
         self, groups: DimensionlessGroups, wider: float = 1.0
     ) -> tuple[Array, Array, Array]:
-        """Return the quantity and the ends of its interval, so much wider, each of shape (n,)."""
+        """Return the quantity and the ends of its widened interval, each of shape (n,)."""
         coordinates = self._coordinates(groups)
         value = self.value(groups, _products(self.terms, coordinates))
         spread = _sum(_products(self.scatter_terms, coordinates), self.scatter)
@@ -127,7 +127,7 @@ class Formula:
         return (value, *self._interval(groups, value, half))
 
     def spread_design(self, groups: DimensionlessGroups) -> Array:
-        """Return the terms of the scatter, shape (n, number of them)."""
+        """Return the terms of the scatter, shape (n, number of terms)."""
         return _products(self.scatter_terms, self._coordinates(groups))
 
     def _interval(
@@ -142,25 +142,25 @@ class Formula:
             low = np.maximum(low, 0)
         if self.quantity == SATURATED:
             low, high = low**2, high**2
-        # Area that carries the load at the ceiling at most, and its largest saturated part.
+        # Area that carries the load at the ceiling: least contact area, largest saturated area.
         minimum = groups.pressure * groups.ratio
         if self.quantity == CONTACT:
             return np.clip(low, minimum, 1), np.clip(high, minimum, 1)
         return (low, np.minimum(high, minimum)) if self.quantity == SATURATED else (low, high)
 
     def _softening(self, groups: DimensionlessGroups) -> Array:
-        """Return by how much plasticity lowers ln(h_eff/h′), to begin with."""
+        """Return the initial decrease of ln(h_eff/h′) by plasticity."""
         return np.log1p((groups.ratio / self.knee) ** 2) / 2
 
     def _start(self, groups: DimensionlessGroups) -> Array:
-        """Return the effective gradient over h′ from which coordinates are derived."""
+        """Return the initial effective gradient over h′, for the coordinates."""
         first: Array = _FIRST[self.quantity] * np.exp(-self._softening(groups))
         if self.quantity == GAP and not np.isnan(groups.breadth).any():
             first = first / groups.breadth
         return first
 
     def _coordinates(self, groups: DimensionlessGroups) -> dict[str, Array]:
-        """Return the coordinates of polynomials by their letters."""
+        """Return the coordinates of the polynomials by letter."""
         from scipy.special import ndtri
 
         first = self._start(groups)
@@ -180,7 +180,7 @@ class Formula:
 
 
 def theory_contact(groups: DimensionlessGroups) -> Array:
-    """Return the contact fraction of Persson's theory with the gradient of the surface itself."""
+    """Return the contact fraction of Persson's theory with the gradient of the surface."""
     return _theory(groups, np.ones_like(groups.pressure))[0]
 
 
@@ -191,16 +191,16 @@ def _theory(groups: DimensionlessGroups, gradient: Array) -> tuple[Array, Array]
 
 
 def _yielded(groups: DimensionlessGroups, gradient: Array) -> Array:
-    """Return the fraction of the nominal area on which the theory finds first yield exceeded."""
+    """Return the area fraction above first yield by Persson's theory."""
     with np.errstate(divide="ignore"):
         bound = _FIRST_YIELD / groups.ratio
-    # More than that pressure on average is it everywhere.
+    # A mean pressure above the bound exceeds first yield everywhere.
     pressure = np.minimum(groups.pressure, bound)
     return np.maximum(diffused(pressure, gradient / 2, bound)[1], 1e-12)
 
 
 def _products(terms: tuple[str, ...], coordinates: dict[str, Array]) -> Array:
-    """Return products of coordinates, a column each."""
+    """Return the products of coordinates, one column per term."""
     columns = np.ones((len(terms), coordinates["z"].size))
     for column, term in zip(columns, terms, strict=True):
         for letter in term:
@@ -209,20 +209,20 @@ def _products(terms: tuple[str, ...], coordinates: dict[str, Array]) -> Array:
 
 
 def _sum(design: Array, coefficients: tuple[float, ...]) -> Array:
-    # Without BLAS, whose last digits depend on its threads.
+    # Not by BLAS, whose last digits depend on the number of threads.
     return np.sum(design * np.array(coefficients), axis=1)
 
 
-# --- what is stored
+# --- Stored formulas
 
 
 @dataclass(frozen=True)
 class Atlas:
-    """The formulas, where they hold, and what they were fitted to."""
+    """Formulas, their domains, and the interval factor of measured maps."""
 
     formulas: dict[str, Formula]
     domain: dict[str, dict[str, tuple[float, float]]]
-    measured: float  # How much wider an interval is that holds `LEVEL` of measured maps
+    measured: float  # Factor by which an interval is wider that holds `LEVEL` of measured maps
 
     def formula(self, quantity: str, with_Sal: bool) -> Formula:
         """Return the formula for a quantity."""
@@ -232,7 +232,7 @@ class Atlas:
 
 @lru_cache(maxsize=1)
 def load_atlas() -> Atlas:
-    """Return the formulas that the package holds."""
+    """Return the formulas of the package."""
     stored = json.loads(STORED.read_text(encoding="utf-8"))
     return Atlas(
         {name: _formula(item) for name, item in stored["formulas"].items()},
@@ -256,17 +256,17 @@ def _formula(text: dict[str, Any]) -> Formula:
     )
 
 
-# --- Estimates of nominally flat contact from a few parameters, without solving it ---
+# --- Estimate of nominally flat contact from roughness parameters ---
 
 
 _CEILING, _VOLUME = "ceiling", "volume"
 LEAST_WAVES = 6.0
-"""Autocorrelation lengths along the shorter side of a map below which it shows its own form."""
+"""Minimum shorter side of a map, in autocorrelation lengths, for a representative map."""
 
 
 @dataclass(frozen=True)
 class EstimateRange:
-    """A value and the ends of the interval in which it lies for 90 of 100 maps."""
+    """Value with the ends of the interval that holds 90 of 100 maps."""
 
     value: float
     low: float
@@ -301,17 +301,17 @@ class Estimate(Result):
     contact_modulus : float
         E* [Pa].
     ceiling : float or None
-        Largest pressure [Pa]; None where nothing yields.
+        Largest pressure [Pa]; None for elastic contact.
     yield_strength : float or None
-        Of the softer body [Pa].
+        Yield strength of the softer body [Pa].
     roughness : Roughness
         Parameters of the surface, or of the gap between two.
     contact, saturated : EstimateRange
-        Contact area, saturated area included, and saturated area, over nominal area.
+        Contact area (saturated area included) and saturated area, over nominal area.
     gap : EstimateRange
         Mean open gap [m].
     plastic_volume : EstimateRange or None
-        Volume of material with any plastic strain over nominal area [m], not of what is displaced;
+        Volume of material with any plastic strain over nominal area [m], not the displaced volume;
         None where nothing yields or the formula does not hold, see ``cautions``.
     theory_contact : float
         Contact fraction of Persson's theory.
@@ -333,7 +333,7 @@ class Estimate(Result):
 
     @property
     def plasticity_index(self) -> float | None:
-        """E* h′/σ_Y; None where no yield strength is known."""
+        """Plasticity index E* h′/σ_Y; None without a yield strength."""
         if self.yield_strength is None:
             return None
         return self.contact_modulus * self.roughness.Sdq / self.yield_strength
@@ -359,20 +359,20 @@ def estimate(
     Parameters
     ----------
     surface : Surface, optional
-        A leveled map without missing points; its parameters replace those that are not given.
+        A leveled map without missing points, for the parameters that are not given.
     pressure : float, str or quantity of pint
         Load over nominal area [Pa].
     material, counter_material : Material
-        Of the rough body and of its counter-body.
+        Materials of the rough body and of its counter-body.
     ceiling : "auto", float, str, quantity of pint or None
         Largest pressure [Pa]; ``"auto"`` is three times the smaller yield strength, or else the
         hardness, ``None`` is purely elastic.
     Sq : float, str or quantity of pint
-        Root-mean-square height [m]. Of two rough bodies that of the gap: the squares add.
+        Root-mean-square height [m]; of the gap for two rough bodies: the squares add.
     Sdq : float
-        Root-mean-square gradient; its squares add, too.
+        Root-mean-square gradient; of the gap for two rough bodies: the squares add.
     Sal : float, str or quantity of pint, optional
-        Autocorrelation length [m]. Without it the intervals of gap and plastic volume are wider.
+        Autocorrelation length [m]; without it, the intervals of gap and plastic volume are wider.
     Str : float, optional
         Texture aspect ratio; by default 1.
     Ssk : float, optional
@@ -383,21 +383,21 @@ def estimate(
     Returns
     -------
     Estimate
-        Each quantity with the interval that holds 90 of 100 maps: of a surface of which nothing
-        but the parameters is known, or, wider, of measured ones.
+        Each quantity with the interval that holds 90 of 100 maps: generated surfaces with the
+        same parameters, or, with a wider interval, measured maps.
 
     Raises
     ------
     InputError
-        If an argument cannot be used, the ceiling cannot carry the load, or the contact lies
-        outside the domain of the formulas; the message says what that is.
+        If an argument cannot be used, the ceiling cannot carry the load, or the contact is
+        outside the domain of the formulas; the message gives the domain.
 
     Notes
     -----
-    The contact is that of a periodic map: of a large, nominally flat surface, of which the edges
-    do not count. See `roughcontact.analyses.estimate.model` for the form of the formulas, and the
-    page on estimates for what they miss. The plastic volume is that of perfect plasticity or linear
-    hardening at ν = 0.3.
+    The estimate is for a periodic map, that is for a large, nominally flat surface without edge
+    effects. See `roughcontact.analyses.estimate.model` for the form of the formulas, and the page
+    on estimates for their limits. The plastic volume is for perfect plasticity or linear hardening
+    at ν = 0.3.
 
     Examples
     --------
@@ -436,7 +436,7 @@ def estimate(
 
 
 def of_result(result: ContactResult) -> Estimate | None:
-    """Return the estimate of a solved contact."""
+    """Return the estimate for a solved contact; None if the formulas do not apply."""
     pair = result.pair
     flat = not (pair.is_profile or pair.is_shared) and len(result.boundary.periodic_axes) == 2
     flat = flat and not pair.is_coated
@@ -459,7 +459,7 @@ def of_result(result: ContactResult) -> Estimate | None:
 
 
 def of_surface(surface: Surface) -> Roughness:
-    """Return the arguments of the formulas for a map."""
+    """Return the roughness parameters of a map for the formulas."""
     values = surface.roughness()
     texture = values["Str"] if math.isfinite(values["Str"]) else values["Str_max"]
     known = {name: values[name] for name in ("Sq", "Sdq", "Sal", "Ssk", "Sku")}
@@ -510,7 +510,7 @@ def _limit(ceiling: Quantity | None, *bodies: Material) -> float | None:
 
 
 def _hardening(*bodies: Material) -> float | None:
-    """Return the hardening modulus of the softer body [Pa]; None of another law."""
+    """Return the hardening modulus of the softer body [Pa]; None for a nonlinear law."""
     yielding = [body for body in bodies if body.yield_strength is not None]
     softer = min(yielding, key=lambda body: body.yield_strength or math.inf, default=None)
     law = None if softer is None else softer.hardening
@@ -519,7 +519,7 @@ def _hardening(*bodies: Material) -> float | None:
     return 0.0 if law is None or isinstance(law, Perfect) else None
 
 
-# --- the formulas
+# --- Evaluation of the formulas
 
 
 def _estimated(
@@ -562,7 +562,7 @@ def _estimated(
 def _groups(
     pressure: float, stress: float, ratio: float, roughness: Roughness, hardening: float = 0.0
 ) -> DimensionlessGroups:
-    """Return the groups of one contact."""
+    """Return the dimensionless groups of one contact."""
     known = roughness.Sal is not None
     breadth = roughness.Sdq * (roughness.Sal or math.nan) / roughness.Sq if known else math.nan
     values = (
@@ -580,7 +580,7 @@ def _groups(
 def _with_interval(
     quantity: str, groups: DimensionlessGroups, roughness: Roughness
 ) -> EstimateRange:
-    """Return a quantity with its interval, that of measured maps where it is that of a map."""
+    """Return a quantity with its interval, which is wider for a measured map."""
     atlas = load_atlas()
     formula = atlas.formula(quantity, roughness.Sal is not None)
     wider = 1.0 if roughness.waves is None else atlas.measured
@@ -612,7 +612,7 @@ _CAUSES = {
 def _outside_domain(
     groups: DimensionlessGroups, domain: dict[str, tuple[float, float]]
 ) -> dict[str, float]:
-    """Return the groups that lie outside a domain, with their values."""
+    """Return name and value of the groups outside a domain."""
     values = {name: float(of[0]) for name, of in groups.values().items()}
     return {
         name: values[name]
@@ -657,7 +657,7 @@ def _volume(
     hardening: float | None,
     roughness: Roughness,
 ) -> tuple[EstimateRange | None, list[Caution]]:
-    """Return the plastic volume over nominal area, or why it is not told."""
+    """Return the plastic volume over nominal area, or None with the reason as a note."""
     if strength is None:
         return None, []
     if hardening is None:

@@ -19,7 +19,7 @@ _ENDS = ("low", "high")
 def _ranged(
     key: str, name: str, unit: str, meaning: str, symbol: str, form: Callable[[EstimateRange], str]
 ) -> Table:
-    """Return the row of a quantity with its interval, and what files keep of it."""
+    """Return the row of a quantity with its interval, and the stored interval ends."""
 
     def part(end: str) -> Callable[[Any], Any]:
         def value(result: Any) -> Any:
@@ -113,7 +113,7 @@ ESTIMATE: Table = (
     ),
     *CAUTIONS,
 )
-"""Of an `Estimate`."""
+"""Quantities of an `Estimate`."""
 
 
 # --- Headline ---
@@ -135,7 +135,7 @@ def _ends(result: EstimateRange, form: Callable[[float], str]) -> str:
 
 
 def _answer(result: Estimate) -> str:
-    """Return the contact, with its interval."""
+    """Return the contact area with its interval as a sentence."""
     return f"About {_ends(result.contact, phrases.format_share)} of the face is in contact."
 
 

@@ -1,4 +1,4 @@
-"""The task ``estimate``: contact, gap and depth by formulas."""
+"""The task ``estimate``: contact area, gap and plastic depth by formulas."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The load that gives a result."""
+"""Search for the load that gives a requested result."""

@@ -1,8 +1,8 @@
-"""Inverse questions: the load at which a contact has a value.
+"""Inverse problems: the load at which a contact has a requested value.
 
-`bracket_crossing`: Inverse interpolation of the logarithms, aimed a little beyond the passage so
-that the points close in from both sides; halves where three of them do not halve the bracket. On
-the tread of a staircase each step is twice the one before.
+`bracket_crossing`: Inverse interpolation of the logarithms, aimed slightly beyond the crossing so
+that the bracket shrinks from both sides; bisection if three steps do not halve the bracket. On a
+plateau of a piecewise constant quantity each step is twice the previous one.
 """
 
 from __future__ import annotations
@@ -50,10 +50,10 @@ CONTACT, SATURATED, APPROACH, GAP, YIELD = (
     "mean_gap",
     "first_yield",
 )
-"""Quantities that a load can be found for."""
+"""Quantities that can be requested."""
 
 COUNTED = (CONTACT, SATURATED)
-"""Those of whole pixels: staircases that pass a value rather than have it."""
+"""Quantities that count whole pixels: piecewise constant, so that they cross a value."""
 
 
 @dataclass(frozen=True)
@@ -61,12 +61,12 @@ class Side:
     """A solved load next to the requested value."""
 
     load: float  # W [N]
-    value: float  # The quantity at it [SI]
+    value: float  # Quantity at the load [SI]
 
 
 @dataclass(frozen=True, eq=False)
 class LoadAnswer(RenamedAttributes):
-    """The load at which one quantity has one value."""
+    """Load at which one quantity has a requested value."""
 
     quantity: str
     target: float
@@ -77,17 +77,17 @@ class LoadAnswer(RenamedAttributes):
 
     @property
     def load(self) -> float:
-        """The load [N]: one of the bracket, at which the quantity was computed."""
+        """Load [N]: one end of the bracket, at which the quantity was computed."""
         return self.result.load
 
     @property
     def bracket(self) -> tuple[float, float]:
-        """The neighboring loads between which the value is passed [N]."""
+        """Neighboring loads between which the quantity crosses the value [N]."""
         return self.bracket_low.load, self.bracket_high.load
 
     @property
     def error(self) -> float:
-        """Value over target, less one."""
+        """Relative difference of value and target."""
         return self.value / self.target - 1
 
     @property
@@ -103,11 +103,11 @@ class LoadSearch(Result):
     Parameters
     ----------
     answers : tuple of LoadAnswer
-        In the order of the questions.
+        Loads in the order of the targets.
     solves : int
-        Contacts that were solved for all of them together.
+        Number of contacts that were solved for all targets.
     convolutions : int
-        Of these contacts, on the full grid.
+        Number of convolutions of these contacts, on the full grid.
     seconds : float
         Wall time.
     extra_cautions : tuple of Caution
@@ -133,10 +133,10 @@ class LoadSearch(Result):
         return sort_cautions([*judged, *self.extra_cautions])
 
 
-# --- Where a quantity that grows with the load passes a value ---
+# --- Crossing of a value by a quantity that grows with the load ---
 
 
-# Logarithms of a load, and of the quantity there over the value wanted.
+# Logarithms of a load, and of the quantity over the requested value.
 Point = tuple[float, float]
 
 _STEP = math.log(1000.0)
@@ -145,7 +145,7 @@ _SOLVES = 80
 
 
 class NotPassedError(Exception):
-    """The quantity stays on one side of the value, up to an end of the loads."""
+    """Error for a quantity that does not cross the value up to an end of the loads."""
 
     def __init__(self, end: Point) -> None:
         super().__init__()
@@ -162,7 +162,7 @@ def bracket_crossing(
     known: Iterable[Point] = (),
     adjacent: Callable[[float, float], bool] = lambda low, high: False,
 ) -> tuple[Point, Point]:
-    """Return two neighboring points between which a quantity passes a value."""
+    """Return two neighboring points between which a quantity crosses a value."""
     points = sorted(known)
     widths: list[float] = []
     errors: list[float] = []
@@ -172,7 +172,7 @@ def bracket_crossing(
         if all(x != index for index, _ in points):
             y = excess(x)
             points = sorted([*points, (x, y)])
-            # Where steps land on the same side and come no nearer, each aims further beyond.
+            # Aim further beyond the crossing while steps stay on one side without coming closer.
             beyond = 10 * beyond if y == 0 or y / last > 0.3 else 0.4 * accuracy
             last = y or accuracy
         result = _bracket(points)
@@ -191,7 +191,7 @@ def bracket_crossing(
         slow = len(widths) > 3 and all(v[-1] > 0.5 * v[-4] for v in (widths, errors))
         middle = 0.5 * (low[0] + high[0])
         for a, b in pairwise(points):
-            # On the tread of a staircase each step is twice the one before.
+            # On a plateau each step is twice the previous one.
             if a[1] == b[1] and b is low:
                 x = min(low[0] + 2 * (b[0] - a[0]), middle)
             elif a[1] == b[1] and a is high:
@@ -203,7 +203,7 @@ def bracket_crossing(
 
 
 def _bracket(points: list[Point]) -> tuple[Point, Point] | None:
-    """Return the uppermost neighbors below and above."""
+    """Return the neighbors below and above the value at the largest crossing, if any."""
     result = None
     for low, high in pairwise(points):
         if low[1] < 0 <= high[1]:
@@ -212,17 +212,17 @@ def _bracket(points: list[Point]) -> tuple[Point, Point] | None:
 
 
 def _interpolated(points: list[Point], beyond: float, slope: float) -> float:
-    """Return where the passage should be, a little beyond the nearest point; NaN without one.
+    """Return the estimated crossing, aimed slightly beyond; NaN without finite points.
 
-    Inverse interpolation through the nearest points that ascend, three at most: the root's error
-    is about the product of theirs (Brent 1973, Algorithms for Minimization, chap. 4).
+    Inverse interpolation through at most three nearest points that ascend: the error of the root
+    is about the product of their errors (Brent 1973, Algorithms for Minimization, chap. 4).
     """
     finite = sorted((p for p in points if math.isfinite(p[1])), key=lambda p: abs(p[1]))
     if not finite:
         return math.nan
     chosen = finite[:1]
     for point in finite[1:]:
-        # Points close together give no extrapolation.
+        # Points that are close together do not extrapolate well.
         apart = all(abs(point[1] - y) > 0.1 * abs(finite[0][1]) for _, y in chosen)
         ascending = all((point[0] - x) * (point[1] - y) > 0 for x, y in chosen)
         if len(chosen) < 3 and apart and ascending:
@@ -245,30 +245,30 @@ def _next_outside(
     if (end[0] <= edge) if above else (end[0] >= edge):
         raise NotPassedError(end)
     guess = _interpolated(points, beyond, slope)
-    # A guess that points back, or creeps, would never leave this side.
+    # Without a step forward, or with short steps, the search would stay on this side.
     ahead = (guess < end[0]) if above else (guess > end[0])
     step = min(abs(guess - end[0]), _STEP) if ahead else _MAX_EXTRAPOLATION
     return max(end[0] - step, edge) if above else min(end[0] + step, edge)
 
 
-# --- Inverse questions: the load at which a contact has a value ---
+# --- Load at which a contact has a requested value ---
 
 
 ACCURACY = 1e-6
-"""How close value or loads of a bracket come, relatively."""
+"""Relative accuracy of the value, or relative width of the bracket."""
 
 SHARE_ACCURACY = 1e-3
-"""How close a share comes, relatively, unless whole pixels forbid it."""
+"""Relative accuracy of a share, unless one pixel is more."""
 
 MAX_HELD_RESULTS = 6
-"""Maps held meanwhile: pressure and gap at both ends of the bracket, and of the answer before."""
+"""Maps in memory: pressure and gap at both bracket ends and of the previous answer."""
 
-# Loads less far apart than this, relatively, start from each other; for others the solver's own
-# coarse grids find a better start than the pressure of the load before.
+# Relative load difference up to which a solve starts from the pressure of another load; for larger
+# differences the coarse grids of the solver give a better start.
 _NEAR = 2e-3
-# Pixels around the contact within which the largest stress is sought.
+# Margin around the contact in the search for the largest stress, in pixels.
 _MARGIN = 8
-# The smallest load, as part of that which presses one pixel flat.
+# Smallest load over the load that flattens one pixel.
 _LEAST = 1e-9
 
 Target = tuple[str, float]
@@ -316,39 +316,39 @@ def find_load(
 max_iterations
         As for `solve`.
     contact_fraction : float, str or sequence of float, optional
-        Share of the map that touches, between 0 and 1, or as ``"1 %, 5 %"``.
+        Share of the map in contact, between 0 and 1, or as ``"1 %, 5 %"``.
     saturated_fraction : float, str or sequence of float, optional
-        Share of the contact area that is at the ceiling.
+        Share of the contact area at the ceiling.
     approach, mean_gap : float, str, quantity of pint, or sequence of these, optional
         Approach of the bodies from the first touch, mean open gap [m].
     first_yield : bool
-        Whether to find the load at which the first point of either body yields, at the surface
-        or below it; that contact is elastic, without a ceiling.
+        Whether to find the load at which the first point of either body yields, at or below the
+        surface; this contact is elastic, without a ceiling.
     progress : callable or bool, optional
         ``True`` draws a bar on standard error; a function is
-        called with a `Progress`: the number of the question and the solver's `Step`.
+        called with a `Progress`: the number of the target and the `Step` of the solver.
 
     Returns
     -------
     LoadSearch
-        An answer to each question, in the order of the arguments, with its bracket and contact.
+        Load of each target, in the order of the arguments, with its bracket and contact.
 
     Raises
     ------
     InputError
-        If nothing is asked, an argument cannot be used, or no load gives the value: the message
-        says what is reached at the last load.
+        If no target is given, an argument cannot be used, or no load gives the value; the message
+        then gives the value at the last load.
     CapacityError, InsufficientMemoryError, ConvergenceError
         As for `solve`.
 
     Notes
     -----
     Approach and mean gap are met to 1e-6 of the value, at both ends of the bracket. Contact and
-    saturation are counts of pixels and pass a value in steps: the bracket ends where its loads
+    saturation are counts of pixels and cross a value in steps: the bracket ends where its loads
     differ by one pixel, or by 1e-6, or where both are within 1e-4 of the value, and the answer is
-    the smaller load at which the value is reached. The part of the contact that is saturated need
-    not grow with the load; where it passes the value several times the answer is the passage at
-    the largest load that was seen.
+    the smaller load at which the value is reached. The saturated share of the contact need not
+    grow with the load; if it crosses the value several times, the answer is the crossing at the
+    largest evaluated load.
 
     Examples
     --------
@@ -395,7 +395,7 @@ class _Finder:
     convolutions: int = 0
 
     def check(self, target: Target) -> None:
-        """Raise errors that are known before the first solve."""
+        """Raise errors that can be detected before the first solve."""
         name, value = target
         check_holes(self.pair)
         check_problem(
@@ -436,7 +436,7 @@ class _Finder:
         return math.log(min(minimum, _LEAST * largest)), math.log(largest)
 
     def answer(self, target: Target, progress: Callable[[Step], None] | None) -> LoadAnswer:
-        """Return the load of one question."""
+        """Return the load of one target."""
         name, value = target
         first = self.initial_load(target, progress)
         known = [
@@ -467,7 +467,7 @@ class _Finder:
         return LoadAnswer(name, value, _values(result, name)[name], below, above, result)
 
     def initial_load(self, target: Target, progress: Callable[[Step], None] | None) -> float:
-        """Return the logarithm of a load to begin with."""
+        """Return the logarithm of the initial load."""
         name, value = target
         pair = self.pair
         ceiling = resolve_ceiling(self.terms.ceiling, pair)
@@ -489,7 +489,7 @@ class _Finder:
         return math.log(share * bears * pair.size[0] * pair.size[1])
 
     def slope(self, target: Target) -> float:
-        """Return how fast ln(quantity / value) grows with ln(load), about."""
+        """Return the approximate slope of ln(quantity / value) over ln(load)."""
         name, value = target
         if name == SATURATED:
             # Under any load the highest asperities are at the ceiling.
@@ -500,7 +500,7 @@ class _Finder:
         return 0.5 * float(np.nanstd(self.pair.initial_gap)) / value
 
     def excess(self, x: float, target: Target, progress: Callable[[Step], None] | None) -> float:
-        """Return ln(quantity / value) at the load exp(x), negative where it is not reached."""
+        """Return the excess of the quantity over the value at the load exp(x); see `_excess`."""
         name, value = target
         if x not in self.seen or name not in self.seen[x]:
             result = self.held.get(x) or self.contact_at(x, name, progress)
@@ -510,7 +510,7 @@ class _Finder:
         return _excess(name, self.seen[x], value)
 
     def drop_contacts(self, target: Target) -> None:
-        """Keep the contacts at the ends of the bracket, and no other."""
+        """Drop all contacts except the ends of the bracket."""
         name, value = target
         signed = sorted(
             (x, _excess(name, there, value)) for x, there in self.seen.items() if name in there
@@ -531,21 +531,21 @@ class _Finder:
         ]
         start = min(near, key=lambda r: abs(r.load / load - 1), default=None)
         if name in COUNTED:
-            # Which pixels touch next to a step depends on the start, within the tolerance.
+            # Near a step, the pixels in contact depend on the start, within the tolerance.
             start = None
         return self.solved(replace(self.terms, load=load, approach=None), start, progress)
 
     def solved(
         self, terms: LoadCase, start: ContactResult | None, progress: Callable[[Step], None] | None
     ) -> ContactResult:
-        """Return one more contact, and count it."""
+        """Solve a contact and count the solve."""
         self.last = solve_pair(self.pair, terms, start=start, progress=progress)
         self.solves += 1
         self.convolutions += self.last.convolutions
         return self.last
 
     def adjacent(self, name: str, low: float, high: float) -> bool:
-        """Return whether two loads differ by less than one pixel."""
+        """Return whether the contacts of two loads differ by at most one pixel."""
         pixels = self.pair.shape[0] * self.pair.shape[1]
         counts = [
             (round(there[CONTACT] * pixels), round(there["saturated_fraction"] * pixels))
@@ -574,7 +574,7 @@ def _text(name: str, value: float) -> str:
 
 
 def _values(result: ContactResult, name: str) -> dict[str, float]:
-    """Return the values of a contact, those that need a further solve on request only."""
+    """Return the quantities of a contact; the stress only if it is requested."""
     touching, saturated = (int(np.count_nonzero(m)) for m in (result.contact, result.saturated))
     answer = {
         CONTACT: touching / result.pressure.size,
@@ -589,7 +589,7 @@ def _values(result: ContactResult, name: str) -> dict[str, float]:
 
 
 def _yielding(pair: Pair) -> list[tuple[Material, float]]:
-    """Return the bodies that can yield, with their strengths."""
+    """Return the bodies that can yield, with their yield strengths."""
     return [
         (body, body.yield_strength)
         for body in (pair.material, pair.counter_material)
@@ -600,7 +600,7 @@ def _yielding(pair: Pair) -> list[tuple[Material, float]]:
 def _utilization(result: ContactResult) -> float:
     """Return the largest von Mises stress at or below the surface over the yield strength."""
     pair, pressure = result.pair, result.pressure
-    # No other load displaces the bodies: the largest stress is below or next to these pixels.
+    # The largest stress is below or next to loaded pixels: crop the map to these.
     for axis in pair.boundary.free_axes:
         loaded = np.flatnonzero(pressure.any(axis=1 - axis))
         first, end = max(int(loaded[0]) - _MARGIN, 0), int(loaded[-1]) + _MARGIN + 1
@@ -617,7 +617,7 @@ def _utilization(result: ContactResult) -> float:
 def _excess(name: str, there: dict[str, float], value: float) -> float:
     result = there[name]
     if name == GAP:
-        # Rough surfaces close by the logarithm of the load: this is what is straight in it.
+        # The gap of rough surfaces is about linear in the logarithm of the load.
         return 1 - result / value
     return math.log(result / value) if result > 0 else -math.inf
 
@@ -643,7 +643,7 @@ def _targets(
 
 
 def _shares(name: str, specified: Any) -> list[Target]:
-    """Return targets from one share or several."""
+    """Return the targets of one share or several."""
     argument = _ARGUMENTS[name]
     if isinstance(specified, str):
         specified = shares(specified, argument)
@@ -655,7 +655,7 @@ def _shares(name: str, specified: Any) -> list[Target]:
 
 
 def _lengths(name: str, specified: Any) -> list[Target]:
-    """Return targets from one length or several."""
+    """Return the targets of one length or several."""
     argument = _ARGUMENTS[name]
     values = to_si(specified, "length", argument)
     result = [] if values is None else list(values) if np.ndim(values) else [values]

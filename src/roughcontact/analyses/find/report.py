@@ -35,7 +35,7 @@ _NAMES = {
     search.YIELD: "first yield",
 }
 
-# Digits of a load that a bracket of a millionth shows.
+# Digits of a load, for brackets of 1e-6.
 _DIGITS = 7
 
 
@@ -86,7 +86,7 @@ def _answers(loads: search.LoadSearch) -> list[dict[str, Any]]:
 
 
 def _contact(result: Any) -> dict[str, Any]:
-    """Return the numbers of the contact under a load that was found."""
+    """Return the stored quantities of the contact under a load that was found."""
     return {key: quantity_of(contact_fields.CONTACT, key).value(result) for key in _KEPT}
 
 
@@ -130,7 +130,7 @@ FOUND: Table = (
     *CAUTIONS,
     of_largest("version"),
 )
-"""Of `LoadSearch`."""
+"""Quantities of a `LoadSearch`."""
 
 FOUND_COLUMNS: Columns = (
     Column("quantity", of=_each(lambda item: item.quantity)),
@@ -151,7 +151,7 @@ FOUND_COLUMNS: Columns = (
         "certificate", of=_each(lambda item: item.certificate), form=order_of_magnitude, brief=False
     ),
 )
-"""Of the answers of `LoadSearch`."""
+"""Columns of the answers of a `LoadSearch`."""
 
 
 # --- Headline ---
@@ -175,7 +175,7 @@ def _pressure(loads: search.LoadSearch, force: float) -> str:
 
 
 def _answer(loads: search.LoadSearch) -> str:
-    """Return the load of the first value that was wanted."""
+    """Return the load of the first target as a sentence."""
     first, unit = loads.answers[0], loads.largest.pair.load_unit
     force = phrases.format_short(first.load, unit)
     wanted = _wanted(first)
@@ -186,7 +186,7 @@ def _answer(loads: search.LoadSearch) -> str:
 
 
 def _numbers(loads: search.LoadSearch) -> CellTable:
-    """Return nominal pressure, load and bracket of each value that was wanted."""
+    """Return nominal pressure, load and bracket of each target."""
     unit = loads.largest.pair.load_unit
     rows = []
     for item in loads.answers:
@@ -198,7 +198,7 @@ def _numbers(loads: search.LoadSearch) -> CellTable:
 
 
 def _remarks(loads: search.LoadSearch) -> tuple[str, ...]:
-    """Return how uncertain the loads are by the ceiling, and how exactly they are solved."""
+    """Return the uncertainty of the load by the model, and the accuracy of the solution."""
     lines = []
     for item in loads.answers:
         interval = uncertainty.of_area(item.result) if item.quantity == search.CONTACT else None

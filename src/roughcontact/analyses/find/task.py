@@ -1,4 +1,4 @@
-"""The task ``find``: the loads at which a contact has wanted values."""
+"""The task ``find``: the loads at which a contact has requested values."""
 
 from __future__ import annotations
 

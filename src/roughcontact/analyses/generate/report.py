@@ -53,7 +53,7 @@ def generation_headline(surface: Surface) -> Headline:
 
 
 def missed_notes(surface: Surface) -> tuple[Caution, ...]:
-    """Return the notes on the parameter that is missed by most, and on a narrow spectrum."""
+    """Return the notes on missed parameters and on a narrow spectrum."""
     created = surface.provenance.origin
     assert created is not None
     missed = [item for item in compare_parameters(surface) if not item.met]
@@ -62,7 +62,7 @@ def missed_notes(surface: Surface) -> tuple[Caution, ...]:
 
 
 def record(surface: Surface) -> dict[str, Any]:
-    """Return the same as numbers in SI units."""
+    """Return grid, parameters and notes of a generated map as a record, in SI units."""
     created = surface.provenance.origin
     assert created is not None
     return {
@@ -89,12 +89,12 @@ def _value_text(name: str, value: float) -> str:
         return "not determined"
     if name in inputs.ROUGHNESS and inputs.ROUGHNESS[name][0] == "m":
         return format_engineering(value, "m")
-    # Of a skewness of 0 only what it is to the digits that it can be had to.
+    # A skewness near 0 is rounded to its tolerance.
     digits = round(value, 3) if abs(value) < PARAMETER_TOLERANCE / 2 else value
     return f"{digits + 0.0:.3g}".replace("-", "−")
 
 
-# Smaller differences are rounding to who reads them.
+# Relative differences below this are shown as rounding.
 _LEAST = 5e-4
 
 
@@ -107,12 +107,12 @@ def _missed_by(item: Parameter) -> str:
     return format_change(item.missed) if abs(item.missed) >= _LEAST else "below 0.05 %"
 
 
-# Longest wave over shortest below which a surface is rough on hardly more than one scale.
+# Ratio of longest to shortest wavelength below which a spectrum is narrow.
 _NARROW = 4.0
 
 
 def _narrow(result: Mapping[str, Any]) -> Iterator[Caution]:
-    """Yield the note on a spectrum of few scales."""
+    """Yield the note on a narrow spectrum."""
     short, long = (result[f"{name}_wavelength"] for name in ("cutoff", "rolloff"))
     if long < _NARROW * short * (1 - 1e-9):
         ends = f"{format_engineering(short, 'm', 3)} to {format_engineering(long, 'm', 3)}"
@@ -126,7 +126,7 @@ def _narrow(result: Mapping[str, Any]) -> Iterator[Caution]:
 
 
 def _missed_reason(item: Parameter, surface: Surface, result: Mapping[str, Any]) -> Caution:
-    """Return the note on a parameter that is missed."""
+    """Return the note on a missed parameter."""
     size, seed, cutoff = ArgumentRef("size"), ArgumentRef("rng"), ArgumentRef("cutoff_wavelength")
     text: tuple[Part, ...]
     said = (

@@ -1,4 +1,4 @@
-"""The command ``generate``: a surface made from its parameters."""
+"""The command ``generate``: a random surface with given roughness parameters."""
 
 from __future__ import annotations
 
@@ -170,7 +170,7 @@ _PARAMETERS: tuple[Option[Any], ...] = (
 
 
 def run_generate(specified: Given, say: Say) -> tuple[Surface, list[Path]]:
-    """Return the surface that text options specify, and the files it was written to."""
+    """Generate the surface of the given text options; return it and the written files."""
     from roughcontact.formats.source import pixel_of
     from roughcontact.surface.generation import generate
 
@@ -191,7 +191,7 @@ def run_generate(specified: Given, say: Say) -> tuple[Surface, list[Path]]:
 
 
 def _output_places(requested: ParsedOptions) -> list[tuple[Option[Any], Path]]:
-    """Return the files to write with their options; raise for files that cannot be written."""
+    """Return options and paths of the files to write; raise an error if one is unwritable."""
     places = [(OUTPUT, path) for path in requested[OUTPUT]]
     places += [] if requested[FIGURE] is None else [(FIGURE, requested[FIGURE])]
     for option, path in places:

@@ -1,1 +1,1 @@
-"""A contact that is loaded and unloaded."""
+"""Loading and unloading of a contact."""

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def passes(history: LoadHistory) -> str:
-    """Return how often the path of a history was followed, and why no more often."""
+    """Return the number of passes as text, with the reason if fewer than requested."""
     from roughcontact.analyses.history.model import NEGLIGIBLE_GROWTH
 
     count, requested = history.passes, history.requested_passes
@@ -67,7 +67,7 @@ HISTORY_COLUMNS: Columns = (
     Column("convolutions"),
     Column("seconds", unit="s"),
 )
-"""Of the steps of a `LoadHistory`."""
+"""Columns of the steps of a `LoadHistory`."""
 
 
 HISTORY: Table = (
@@ -109,4 +109,4 @@ HISTORY: Table = (
     Quantity("version", of=lambda _: __version__),
     certificates_of(),
 )
-"""Of a `LoadHistory`."""
+"""Quantities of a `LoadHistory`."""

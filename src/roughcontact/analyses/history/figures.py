@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def hysteresis(history: LoadHistory) -> Figure:
-    """Draw load against approach along a history, and what each step dissipates.
+    """Draw load against approach along a history, and the dissipated energy of each step.
 
     Parameters
     ----------
@@ -27,9 +27,9 @@ def hysteresis(history: LoadHistory) -> Figure:
     Returns
     -------
     Figure
-        The computed points, joined where they lie on one curve: those of one shape of the bodies
-        at one position are elastic, in one colour, and a new indentation has another. Below it the
-        dissipated energy of every step and the volume indented so far.
+        The computed points, joined by curves: elastic ones between points of the same shape and
+        position, in another colour than new indentation. Below them, the dissipated energy of
+        each step and the volume indented so far.
     """
     from matplotlib.ticker import MaxNLocator
 
@@ -46,7 +46,7 @@ def hysteresis(history: LoadHistory) -> Figure:
     lower.xaxis.set_major_locator(MaxNLocator(integer=True))
     lower.set_xlim(0.3, number[-1] + 0.7)
     lower.set_ylim(0, 1.15 * float(energy.max()) * factor or 1)
-    # Cubic micrometres: prefixes of m³ mislead.
+    # Cubic micrometres: SI prefixes of m³ are ambiguous.
     total = lower.twinx()
     total.plot(
         number, volume * 1e18, color=style.SERIES[0], marker="o", markersize=4, linewidth=1.8
@@ -65,7 +65,7 @@ def hysteresis(history: LoadHistory) -> Figure:
 
 
 class State(NamedTuple):
-    """A computed point of a path, or its first touch: where it is, and which shape it has."""
+    """Computed point of a path or first touch, with the index of the shape of the bodies."""
 
     approach: float
     load: float
@@ -74,11 +74,11 @@ class State(NamedTuple):
 
 
 def states(history: LoadHistory) -> list[State]:
-    """Return the points of a path in order; every new indentation gives a new shape."""
+    """Return the points of a path in order; each new indentation gives a new shape index."""
     indents = history.column("indentation_volume") > NEGLIGIBLE_GROWTH * history.indentation_volume
     result = []
     if not any(history.path[0].shift):
-        # The bodies touch at the first position before the first step.
+        # First touch at the first position, before the first step.
         result.append(State(0.0, 0.0, history.path[0].shift, 0))
     for step, stage, shape in zip(history.steps, history.path, np.cumsum(indents), strict=True):
         result.append(State(step.approach, step.load, stage.shift, int(shape)))
@@ -86,10 +86,10 @@ def states(history: LoadHistory) -> list[State]:
 
 
 def branches(points: list[State]) -> dict[str, list[list[State]]]:
-    """Return the indices of points on the same curve, in any order of the path.
+    """Return the curves through the points: elastic branches, and new indentations.
 
-    Elastic ones are those of one shape at one position, the way down that up again. A new
-    indentation goes on from where the shape before it was loaded most.
+    An elastic branch has the points of one shape at one position; unloading and reloading
+    coincide. A new indentation starts at the largest load of the previous shape.
     """
     elastic: dict[tuple[int, tuple[float, float]], list[State]] = {}
     indenting = []
@@ -124,7 +124,7 @@ def _draw_loop(axes: Axes, history: LoadHistory) -> None:
     ):
         if not lines[name]:
             continue
-        # One line with gaps, so that the legend names each kind once.
+        # One line with gaps gives one legend entry.
         points = [
             (state.approach * across, state.load * up) if state else (math.nan, math.nan)
             for branch in lines[name]

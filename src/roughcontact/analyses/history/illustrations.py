@@ -16,4 +16,4 @@ HISTORY: Illustrations = (
         HALF,
     ),
 )
-"""Of a `LoadHistory`."""
+"""Figures of a `LoadHistory`."""

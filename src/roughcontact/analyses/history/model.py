@@ -1,4 +1,4 @@
-"""Load history: what saturated pixels leave behind, along any path of loads and positions."""
+"""Load history: permanent indentation along any path of loads and positions."""
 
 from __future__ import annotations
 
@@ -53,22 +53,22 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class SlidingPair:
-    """Two bodies that face each other at changing positions; one of them is indented."""
+    """Two bodies at changing relative positions, one of which is indented."""
 
-    pair: Pair  # The bodies at the first position, not yet indented
-    counter: Surface | None  # The counter-body as it is moved
+    pair: Pair  # Bodies at the first position, not yet indented
+    counter: Surface | None  # Counter-body on its own grid
     on_counter: bool  # Whether the counter-body keeps the indentation
     origin: tuple[int, int]
 
     @property
     def indented(self) -> Surface:
-        """The body that keeps the indentation, before it."""
+        """Body that keeps the indentation, before the path."""
         body = self.counter if self.on_counter else self.pair.surface
         assert body is not None
         return body
 
     def pair_at(self, indentation: Array, shift: tuple[int, int]) -> Pair:
-        """Return the two bodies as they face each other, on the grid of the surface."""
+        """Return the two bodies at a shift, on the grid of the surface."""
         surface, counter = self.pair.surface, self.counter
         if not self.on_counter and indentation.any():
             surface = replace(surface, heights=surface.heights - indentation)
@@ -87,7 +87,7 @@ class SlidingPair:
         return replace(self.pair, share=surface, counter_surface=moved_counter)
 
     def indent(self, indentation: Array, new: Array, shift: tuple[int, int]) -> None:
-        """Add what was indented on the grid of the surface to the body that keeps it."""
+        """Add new indentation, on the grid of the surface, to that of the indented body."""
         if not self.on_counter:
             indentation += new
             return
@@ -102,7 +102,7 @@ class SlidingPair:
         return np.roll(values, [shift[axis] for axis in axes], axes) if axes else values
 
     def _overlap(self, shift: tuple[int, int]) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
-        """Return which part of the surface faces the counter-body, and which part of that."""
+        """Return the overlapping slices of the surface and of the counter-body."""
         assert self.counter is not None
         here, there = [], []
         for axis, (points, own) in enumerate(zip(self.pair.shape, self.counter.shape, strict=True)):
@@ -116,13 +116,13 @@ class SlidingPair:
 
 
 def sliding_pair(pair: Pair, shifts: list[tuple[int, int]]) -> SlidingPair:
-    """Return the two bodies of a path of shifts, the softer one ready to be indented."""
+    """Return the two bodies of a path of shifts; the softer one is indented."""
     body = pair.softer
     on_counter = pair.material.compliance == 0 if body is None else body is not pair.material
     counter = pair.counter_surface
     if not on_counter or counter is not None:
         return SlidingPair(pair, counter, on_counter, (0, 0))
-    # A flat without end: as much of it as will face the map.
+    # A flat without end: a map of the part that faces the surface along the path.
     shape, origin = list(pair.shape), [0, 0]
     for axis in pair.boundary.free_axes:
         along = [shift[axis] for shift in shifts]
@@ -141,7 +141,7 @@ def indented(body: Surface, indentation: Array) -> Surface:
     return replace(body, heights=body.heights - indentation, provenance=provenance)
 
 
-# --- What a contact leaves behind for unloading and the next loading ---
+# --- Surface after a contact, for unloading and the next loading ---
 
 
 @validate_arguments
@@ -156,10 +156,10 @@ def indented_surface(result: ContactResult) -> Surface:
     Returns
     -------
     Surface
-        Heights less `ContactResult.residual_indentation`; the surface itself where nothing is
-        saturated. Pressed under smaller loads it is elastic: unloading and loading again follow
-        `roughcontact.analyses.history.model`. All of the indentation is on the surface, whichever
-        body is softer, which changes no contact of the two at this position.
+        Heights less `ContactResult.residual_indentation`; the surface itself if nothing is
+        saturated. Under smaller loads its contact is elastic: unloading and loading again follow
+        `roughcontact.analyses.history.model`. All of the indentation is on the surface, even if
+        the counter-body is softer; this changes no contact of the two at this position.
 
     Examples
     --------
@@ -178,9 +178,9 @@ def indented_surface(result: ContactResult) -> Surface:
 
 
 NEGLIGIBLE_GROWTH = 1e-5
-"""Share of the whole indentation volume up to which a step is treated as elastic."""
+"""Share of the total indentation volume up to which a step is treated as elastic."""
 
-# A load or approach is reached again if it is missed by no more than this part.
+# Relative tolerance for a load or approach that is reached again.
 _REACHED = 1e-6
 
 VOLUME_ACCOUNT = (
@@ -193,7 +193,7 @@ VOLUME_ACCOUNT = (
 
 @dataclass(frozen=True)
 class Stage:
-    """Point of a load path: a load or an approach, at a lateral position.
+    """Stage of a load path: a load or an approach, at a lateral position.
 
     Parameters
     ----------
@@ -201,8 +201,8 @@ class Stage:
         Normal load W [N], 0 for first contact, or in any form that `solve` takes; give
         either this or ``approach``.
     approach : float, str or quantity of pint, optional
-        Approach ω from the first touch of the undeformed bodies at the first position [m]; where
-        they do not touch at it the load is 0.
+        Approach ω from the first touch of the undeformed bodies at the first position [m]; the
+        load is 0 if the bodies do not touch.
     shift : (float, float)
         Lateral shift ``(y, x)`` of the counter-body from its first position [m], a whole number
         of pixels.
@@ -230,7 +230,7 @@ class Stage:
         self._check()
 
     def _check(self) -> None:
-        """Raise `InputError` for an invalid point of a path."""
+        """Raise `InputError` for an invalid stage."""
         if (self.load is None) == (self.approach is None):
             raise InputError("a stage needs either a load or an approach, and only one of them")
         plain = self.load is not None and not isinstance(self.load, Load)
@@ -248,13 +248,13 @@ class Stage:
 
     @property
     def force(self) -> float:
-        """The load [N], after `on` has resolved its form."""
+        """Load [N], after `on` has converted it to a force."""
         assert self.load is not None
         assert not isinstance(self.load, Load)
         return self.load
 
     def on(self, pair: Pair) -> Stage:
-        """Return the stage with the force that its load is on two bodies."""
+        """Return the stage with its load converted to a force on two bodies."""
         if not isinstance(self.load, Load):
             return self
         return replace(self, load=load_case.force_on_pair(self.load, pair))
@@ -262,7 +262,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class HistoryStep:
-    """The scalars of one solved stage."""
+    """Scalars of one solved stage."""
 
     load: float  # W [N]
     approach: float  # ω from the first touch of the undeformed bodies at the first position [m]
@@ -274,9 +274,9 @@ class HistoryStep:
     indentation_volume: float  # Volume newly indented in this step [m³]
     dissipated_energy: float  # Ceiling times newly indented volume, summed over the pixels [J]
     elastic_energy: float  # Elastic energy stored at the end of the step, ½ Σ p u ΔxΔy [J]
-    certificate: float  # How exactly the step is solved
-    load_error: float  # How exactly the step is solved
-    convolutions: int  # On the full grid
+    certificate: float  # Certificate ε
+    load_error: float  # Relative error of the load
+    convolutions: int  # Number of convolutions on the full grid
     seconds: float  # Wall time of the solve
 
 
@@ -285,7 +285,7 @@ _FIELDS = tuple(field.name for field in fields(HistoryStep))
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LoadHistory(Result):
-    """A path of loads and positions, and what it left behind.
+    """Path of loads and positions, and its permanent indentation.
 
     Parameters
     ----------
@@ -298,28 +298,27 @@ class LoadHistory(Result):
     indentation : ndarray
         Permanent lowering d ≥ 0 of that body [m], on its own grid; read-only.
     origin : (int, int)
-        Pixel of ``indentation`` that faced pixel (0, 0) of the surface at the first position. It
-        is (0, 0) unless a counter-body without a map, a flat, was indented at several positions.
+        Pixel of ``indentation`` that faced pixel (0, 0) of the surface at the first position:
+        (0, 0) unless a flat counter-body without a map was indented at several positions.
     residual : Surface
-        That body with its indentation, unloaded.
+        The indented body, unloaded.
     last : ContactResult
-        The last stage. Its surfaces are those before the stage, its approach counts from their
-        first touch, and its ``residual_indentation`` is what the stage added.
+        Contact of the last stage, with the surfaces before the stage: its approach is from their
+        first touch, and its ``residual_indentation`` is the indentation that the stage added.
     largest : ContactResult
-        The stage with the largest load, the first of them if several have it.
+        Contact of the stage with the largest load, the first one if there are several.
     before : Pair
-        The bodies at the position of that stage, as they were before the path.
+        The bodies at the position of that stage, before the path.
     calibration : CalibrationRecord or None
-        How the ceiling of the path was found, if it is one that was recommended: that of a first
-        loading to the largest load.
+        Calibration of the ceiling, if it is calibrated: for a first loading to the largest load.
     extra_cautions : tuple of Caution
         Remarks on the measurement of the maps.
     specified_load : tuple of GivenLoad
-        The loads in the form in which they were given, those that were no forces.
+        The loads that were not given as forces, in their given form.
     passes : int
-        How often the path was followed.
+        Number of passes that were followed.
     requested_passes : int
-        How often it was to be followed; fewer passes suffice once one indents nothing.
+        Number of passes that were requested; passes end with one that adds no indentation.
     """
 
     path: tuple[Stage, ...]
@@ -339,9 +338,9 @@ class LoadHistory(Result):
 
     @property
     def under_largest(self) -> ContactResult:
-        """The contact under the largest load, on the bodies as they were before the path.
+        """Contact under the largest load, on the bodies before the path.
 
-        Its slopes and summits are those that were measured; pressure and gap are those of the
+        Slopes and summits are those of the measured bodies; pressure and gap are those of the
         stage.
         """
         return replace(
@@ -379,16 +378,16 @@ class LoadHistory(Result):
 
     @cached_property
     def indentation_volume(self) -> float:
-        """Volume of the whole indentation [m³]."""
+        """Volume of the total indentation [m³]."""
         dy, dx = self.residual.pixel
         return math.fsum(self.indentation.ravel()) * dy * dx
 
     @cached_property
     def is_elastic_now(self) -> bool:
-        """Whether going on along the path would stay elastic.
+        """Whether a further pass along the path would stay elastic.
 
-        True if no step indents, or if after the last step that does (more than 1e-5 of the whole
-        volume) every position of the path has seen its largest load, or its largest approach,
+        True if no step indents, or if after the last step that does (more than 1e-5 of the total
+        volume) every position of the path has reached its largest load, or its largest approach,
         again.
         """
         volume = self.column("indentation_volume")
@@ -417,7 +416,7 @@ class LoadHistory(Result):
 def repeat_stages(
     loads: Sequence[Stage | Quantity | Load], count: int, shift: Quantities = (0.0, 0.0)
 ) -> list[Stage]:
-    """Return the stages of a load cycle that is repeated, each time a step further."""
+    """Return the stages of a repeated load cycle, shifted by a step in each repetition."""
     require_count(1, most_passes(len(loads)), count=count)
     dy, dx = Stage(load=0.0, shift=shift).shift
     stages = [item if isinstance(item, Stage) else Stage(load=item) for item in loads]
@@ -429,7 +428,7 @@ def repeat_stages(
 
 
 def most_passes(stages: int) -> int:
-    """Return the largest number of repetitions of a path with this number of stages."""
+    """Return the maximum number of passes for a path with this number of stages."""
     return max(1, memory.STEPS // max(1, stages))
 
 
@@ -437,28 +436,31 @@ def _is_finite(value: Any) -> bool:
     return isinstance(value, Real) and math.isfinite(value)
 
 
-# --- Load history: what saturated pixels leave behind, along any path of loads and positions ---
+# --- Load history with permanent indentation ---
 
 
 TOLERANCE = 1e-9
-"""Certificate of every step by default.
+"""Default certificate of every step.
 
-With it a reloading meets the loading again to some 1e-11 of the approach, with 1e-6 to some 1e-8;
+At this certificate, reloading meets loading to some 1e-11 of the approach, at 1e-6 to some 1e-8;
 it costs a third more.
 """
 
 
 MAX_HELD_RESULTS = 10
-"""Maps held while a stage is solved: the indentation and none, what the last stage added, its
-pressure and gap and those of the largest, and the bodies as they face each other in all three."""
+"""Maps in memory while a stage is solved.
 
-# A load that every surface carries, to check the other arguments with.
+The indentation, a map of zeros, the indentation of the last stage, pressure and gap of the last
+and the largest stage, and the bodies of three stages.
+"""
+
+# Load that every surface carries [N], to check the other arguments.
 _LEAST = 1e-90
-# A shift this near to whole pixels is one, in pixels.
+# Tolerance of a shift by whole pixels, in pixels.
 _WHOLE = 1e-6
 
-# Part of the ceiling below which a pixel counts as at it: one that flowed comes back to it without
-# flowing, to within what the certificate leaves of a pixel.
+# Relative tolerance of a pixel at the ceiling: on reloading, a yielded pixel reaches the ceiling
+# elastically, up to the tolerance of the solution.
 _AT_CEILING = 1e-6
 
 
@@ -498,12 +500,12 @@ def history(
     tolerance : float
         Certificate ε of every step.
     folder : path, optional
-        Where every finished step is saved at once; made if it does not exist. The same call on
-        the same folder resumes after the last finished step with the same numbers, also with
-        more passes.
+        Folder in which every finished step is saved; created if missing. The same call with the
+        same folder resumes after the last finished step, with identical results, also with more
+        passes.
     progress : callable or bool, optional
         ``True`` draws a bar on standard error; a function is
-        called with a `Progress`: the number of the stage and the solver's `Step`.
+        called with a `Progress`: the number of the stage and the `Step` of the solver.
 
     Returns
     -------
@@ -513,7 +515,7 @@ def history(
     Raises
     ------
     InputError
-        If an argument cannot be used, a shift is no whole number of pixels or leaves the map.
+        If an argument cannot be used, or a shift is no whole number of pixels or leaves the map.
     CapacityError, InsufficientMemoryError
         As for `solve`. The whole path is checked before its first step.
     ConvergenceError
@@ -533,16 +535,16 @@ def history(
     a pixel leaves the ceiling again while others reach it.
 
     The energy that a step dissipates, ΔxΔy Σ p_lim Δd, is never negative, and with fine steps at
-    one position the work ∫W dω is what is stored and dissipated. Lateral shifts happen without
-    friction and between two stages; their work is not counted.
+    one position the work ∫W dω equals the stored and the dissipated energy. Lateral shifts are
+    frictionless and between two stages; their work is not included.
 
-    The indentation stays on the body with the smaller yield strength: on the surface where both
-    are equal or none is known, unless it is rigid. A ceiling per pixel stays with the pixels of
-    the surface. On a free boundary what is shifted off the map never touches; a counter-body
-    without a map is a flat without end. A periodic counter-body is rolled.
+    The indentation stays on the body with the smaller yield strength: on the surface if both are
+    equal or none is known, unless the surface is rigid. A ceiling per pixel stays with the pixels
+    of the surface. On a free boundary, points that are shifted off the map never touch; a
+    counter-body without a map is a flat without end. A periodic counter-body is shifted cyclically.
 
-    Volume: an indentation removes its volume. Saturated pixels are lowered, no pile-up is raised
-    in return, and all other pixels keep their height to the bit.
+    Volume: an indentation removes its volume. Saturated pixels are lowered without pile-up, and
+    all other pixels keep their height to the bit.
 
     Examples
     --------
@@ -572,7 +574,7 @@ def history(
 
 
 def _path_in_pixels(pair: Pair, requested: Sequence[Stage], terms: LoadCase, each: int) -> _Path:
-    """Return the path of two bodies in pixels, once it has passed all checks."""
+    """Check a path of two bodies; return it with shifts in pixels."""
     stages = tuple(stage.on(pair) for stage in requested)
     check_problem(pair, replace(terms, load=_LEAST), held=MAX_HELD_RESULTS)
     limit = resolve_ceiling(terms.ceiling, pair)
@@ -595,7 +597,7 @@ def _path_in_pixels(pair: Pair, requested: Sequence[Stage], terms: LoadCase, eac
 def _lock_folder(
     folder: str | os.PathLike[str] | None, way: _Path, terms: LoadCase
 ) -> Iterator[RunFolder | None]:
-    """Hold the folder of the steps alone, if there is one."""
+    """Lock the folder of the steps, if there is one."""
     if folder is None:
         yield None
         return
@@ -608,7 +610,8 @@ def _lock_folder(
         "boundary": str(way.bodies.pair.boundary),
         "tolerance": terms.tolerance,
         "max_iterations": terms.max_iterations,
-        # Further passes at one position may be requested later; a flat grows with their shifts.
+        # Without shifts only the first pass, so that more passes can be requested later; with
+        # shifts the map of a flat depends on the number of passes.
         "path": [asdict(stage) for stage in way.stages[: way.each if way.stays else None]],
     }
     with checkpoints.lock_folder(
@@ -618,7 +621,7 @@ def _lock_folder(
 
 
 def _given_loads(requested: Sequence[Stage], stages: Sequence[Stage]) -> tuple[GivenLoad, ...]:
-    """Return the loads of stages that were given in another form than as forces."""
+    """Return the loads of stages that were not given as forces."""
     return tuple(
         GivenLoad(item.load, stage.force)
         for item, stage in zip(requested, stages, strict=True)
@@ -627,14 +630,14 @@ def _given_loads(requested: Sequence[Stage], stages: Sequence[Stage]) -> tuple[G
 
 
 def _solve_largest(way: _Path) -> ContactResult:
-    """Return the contact at the largest load of a path, first loaded, under its own ceiling."""
+    """Return the contact at first loading to the largest load, with calibrated ceiling."""
     usual = [(_first_loaded(way, number, way.terms.ceiling), number) for number in way.largest()]
     result, number = max(usual, key=lambda item: item[0].load)
     return _first_loaded(way, number, CALIBRATED) if result.load else result
 
 
 def _first_loaded(way: _Path, number: int, ceiling: Any) -> ContactResult:
-    """Return the contact of a stage, by its number from 0, as if it were the first."""
+    """Return the contact of a stage, by its number from 0, at first loading."""
     pair = way.bodies.pair_at(np.zeros(way.bodies.indented.shape), way.shifts[number])
     terms = way.terms_of(way.stages[number], way.lowered(pair))
     return _solve_stage(pair, replace(terms, ceiling=ceiling), None)
@@ -642,7 +645,7 @@ def _first_loaded(way: _Path, number: int, ceiling: Any) -> ContactResult:
 
 @dataclass(frozen=True, eq=False)
 class _Path:
-    """A path of loads and positions of two bodies, in pixels."""
+    """Path of loads and positions of two bodies, in pixels."""
 
     bodies: SlidingPair
     terms: LoadCase
@@ -659,14 +662,14 @@ class _Path:
         )
 
     def is_settled(self, steps: Sequence[HistoryStep]) -> bool:
-        """Return whether these steps end with a pass that indented nothing."""
+        """Return whether these steps end with a pass without new indentation."""
         if len(steps) % self.each or not self.stays:
             return False
         volume = [step.indentation_volume for step in steps]
         return math.fsum(volume[-self.each :]) <= NEGLIGIBLE_GROWTH * math.fsum(volume)
 
     def largest(self) -> list[int]:
-        """Return which stages, from 0, have the largest load and the largest approach."""
+        """Return the stages, from 0, of the largest load and the largest approach."""
         result = []
         for control in ("load", "approach"):
             requested = {n: getattr(stage, control) for n, stage in enumerate(self.stages)}
@@ -676,18 +679,18 @@ class _Path:
         return result
 
     def lowered(self, pair: Pair) -> float:
-        """Return by how much later than at first the bodies touch [m]."""
+        """Return the delay of first touch compared with the first position, as an approach [m]."""
         return self.reference - pair.highest
 
     def terms_of(self, stage: Stage, lowered: float) -> LoadCase:
-        """Return the terms of a stage, the approach counted from the touch of the bodies."""
+        """Return the load case of a stage, with its approach from first touch of the bodies."""
         if stage.approach is None:
             return replace(self.terms, load=stage.force)
         return replace(self.terms, approach=stage.approach - lowered)
 
 
 def _check_way(way: _Path) -> None:
-    """Raise what any stage would raise; indentation changes nothing about that."""
+    """Raise the errors of all stages in advance; they do not depend on the indentation."""
     untouched = np.zeros(way.bodies.indented.shape)
     for shift in dict.fromkeys(way.shifts):
         pair = way.bodies.pair_at(untouched, shift)
@@ -696,7 +699,7 @@ def _check_way(way: _Path) -> None:
         requested = [(way.terms_of(way.stages[number - 1], lowered), number) for number in here]
         for control in ("load", "approach"):
             wanted = [(terms, number) for terms, number in requested if terms.control == control]
-            # The last of the largest.
+            # The last stage with the largest value.
             terms, number = max(
                 wanted, key=lambda item: (item[0].target, item[1]), default=(None, 0)
             )
@@ -710,7 +713,7 @@ def _check_way(way: _Path) -> None:
 
 
 def _run_path(way: _Path, place: RunFolder | None, progress: Tell) -> LoadHistory:
-    """Return the history of a path that has passed all checks."""
+    """Solve all stages of a checked path; return the load history."""
     bodies, largest = way.bodies, 0
     indentation = np.zeros(bodies.indented.shape)
     steps: list[HistoryStep] = []
@@ -728,7 +731,7 @@ def _run_path(way: _Path, place: RunFolder | None, progress: Tell) -> LoadHistor
         steps.append(step)
         if step.load > steps[largest].load:
             largest = number
-        # The others are not needed again.
+        # Keep only the largest and the last contact in memory.
         results = {n: result for n, result in results.items() if n == largest} | {number: result}
         if way.is_settled(steps):
             break
@@ -755,7 +758,7 @@ def _run_path(way: _Path, place: RunFolder | None, progress: Tell) -> LoadHistor
 def _solved(
     way: _Path, number: int, indentation: Array, place: RunFolder | None, progress: Tell
 ) -> tuple[HistoryStep, Array, ContactResult]:
-    """Return a stage, by its number from 0, what it indents, and its contact."""
+    """Solve a stage, by its number from 0; return its step, new indentation and contact."""
     count, stage = len(way.stages), way.stages[number]
     pair = way.bodies.pair_at(indentation, way.shifts[number])
     lowered = way.lowered(pair)
@@ -771,7 +774,7 @@ def _solved(
     return _step(result, stage, lowered, new), new, result
 
 
-# Steps on disk. Of a contact only what it indents is kept: solved again it has the same bits.
+# Steps on disk: only the new indentation of a contact is saved; solved again, its bits are equal.
 
 
 def _indented_before(way: _Path, number: int, place: RunFolder | None) -> Array:
@@ -785,7 +788,7 @@ def _indented_before(way: _Path, number: int, place: RunFolder | None) -> Array:
 
 
 def _place(way: _Path, number: int, place: RunFolder) -> tuple[Path, dict[str, Any]]:
-    """Return the file of a stage, by its number from 0, and what makes it one of this history."""
+    """Return the file of a stage, by its number from 0, and the record that identifies it."""
     stage = way.stages[number]
     requested = stage.force if stage.approach is None else stage.approach
     mark = {"problem": place.problem, "number": number + 1, "asked": requested}
@@ -805,7 +808,7 @@ def _save_step(
 def _cached_step(
     way: _Path, number: int, place: RunFolder | None
 ) -> tuple[HistoryStep, Array] | None:
-    """Return a stage, by its number from 0, and what it indented, if the folder has it."""
+    """Read a stage, by its number from 0, and its new indentation, if it is saved."""
     if place is None:
         return None
     file, mark = _place(way, number, place)
@@ -822,9 +825,9 @@ def _cached_step(
 def _solve_stage(
     pair: Pair, terms: LoadCase, progress: Callable[[Step], None] | None
 ) -> ContactResult:
-    """Return the contact of a stage; without load if the bodies do not come to touch."""
+    """Return the contact of a stage; without load if the bodies do not touch."""
     if terms.target > 0:
-        # Not from the last pressure: on large maps coarse grids find the next one sooner.
+        # Not from the last pressure: on large maps, coarse grids give a better start.
         return solve_pair(pair, terms, progress=progress)
     ceiling: Any = terms.ceiling
     approach = terms.target

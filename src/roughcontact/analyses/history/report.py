@@ -64,7 +64,7 @@ def _history_answer(history: LoadHistory) -> str:
 
 
 def _history_remarks(history: LoadHistory) -> tuple[str, ...]:
-    """Return the energy that is lost, and how exactly the steps are solved."""
+    """Return the dissipated energy, and the accuracy of the steps."""
     row = KIND.row(history, "dissipated_energy")
     most = max(step.certificate for step in history.steps)
     return (

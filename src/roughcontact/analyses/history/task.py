@@ -1,4 +1,4 @@
-"""The task ``history``: a path of loads."""
+"""The task ``history``: loading and unloading along a path."""
 
 from __future__ import annotations
 

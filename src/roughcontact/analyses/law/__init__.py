@@ -1,1 +1,1 @@
-"""Pressure over separation of an interface."""
+"""Interface law: pressure over separation."""

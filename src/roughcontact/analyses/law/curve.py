@@ -1,4 +1,4 @@
-"""Pressure over separation between solved points, and tables of it for other programs.
+"""Interpolation of pressure over separation, and its tables for other programs.
 
 `Asperities`: η = m₄/(6π√3 m₂) and R = 3√π/(8√m₄) are those of an isotropic Gaussian surface.
 
@@ -30,21 +30,21 @@ from roughcontact.units import format_engineering, format_percent
 Array = NDArray[np.float64]
 
 ERROR = 0.01
-"""Part of the pressure to which a straight line between two rows of a table is right."""
+"""Relative pressure error of straight lines between the rows of a table."""
 
-# Points between two solved ones among which the rows of a table are chosen.
+# Number of interpolated points per solved interval, from which table rows are selected.
 _FINE = 64
-# Points from which every second can be left out.
+# Minimum number of points for an error estimate, which leaves out every second point.
 _FEWEST = 3
-# Factor of the error for half the distance, with computed slopes and without.
+# Error reduction at half the point distance, with computed slopes and without.
 _COMPUTED, _FROM_NEIGHBORS = 8.0, 3.0
-# Two points whose separations differ by less than this part of the first touch are one.
+# Minimum difference in separation of two points, over the separation at first touch.
 _LEAST_STEP = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One branch of a law: nominal pressure over the separation of the mean planes."""
+    """Branch of a law: nominal pressure over the separation of the mean planes."""
 
     pressure: Array  # (n,) p̄ [Pa], ascending and positive
     separation: Array  # (n,) ū [m], descending
@@ -63,7 +63,7 @@ class Curve:
         return -np.gradient(self.separation, log, edge_order=1 if count == 2 else 2)
 
     def separation_at(self, pressure: ArrayLike) -> Array:
-        """Return ū [m] at nominal pressures [Pa] between the first and the last."""
+        """Return the separation ū [m] at nominal pressures [Pa] within the range."""
         x, y = np.log(self.pressure), self.separation
         slope = _monotone(x, y, -self.slope)
         logarithm = np.log(np.asarray(pressure, dtype=np.float64))
@@ -81,7 +81,7 @@ class Curve:
 
     @property
     def error(self) -> float:
-        """By what part the pressure between two solved ones may be off."""
+        """Relative pressure error between solved points; NaN for fewer than three points."""
         if self.pressure.size < _FEWEST:
             return math.nan
         inner = np.arange(1, self.pressure.size - 1)
@@ -115,17 +115,17 @@ class Curve:
 
 
 def refine_geometrically(values: Array, number: int = _FINE) -> Array:
-    """Return positive values with others in equal ratios between each two of them."""
+    """Return positive values, refined by values in equal ratios."""
     parts = [np.geomspace(first, last, number, endpoint=False) for first, last in pairwise(values)]
     return np.concatenate([*parts, values[-1:]])
 
 
 def thin_points(x: Array, y: Array, error: float) -> NDArray[np.int64]:
-    """Return which points of a curve a table needs, the first and the last among them."""
+    """Return the indices of the points that a table needs, including both ends."""
     chosen = [0]
     while chosen[-1] < x.size - 1:
         first = chosen[-1]
-        # The next point always holds; the longer a line, the less it does.
+        # Bisection: the next point is always within the error, which grows with the line length.
         holding, failing = first + 1, x.size
         while failing - holding > 1:
             middle = (holding + failing) // 2
@@ -143,7 +143,7 @@ def _is_within_error(x: Array, y: Array, error: float) -> bool:
 
 
 def _monotone(x: Array, y: Array, slope: Array) -> Array:
-    """Return slopes of a descending cubic, no steeper than keeps it monotone (Fritsch, Carlson)."""
+    """Return slopes limited for a monotone descending cubic (Fritsch, Carlson)."""
     if x.size < 2:
         return np.zeros_like(slope)
     secant = np.diff(y) / np.diff(x)
@@ -156,7 +156,7 @@ def _monotone(x: Array, y: Array, slope: Array) -> Array:
 
 @dataclass(frozen=True)
 class Asperities:
-    """Parameters of a rough surface for programs of mixed lubrication."""
+    """Greenwood-Tripp parameters of a rough surface, for programs of mixed lubrication."""
 
     m0: float  # Mean square of height [m²]
     m2: float  # Mean square of slope along profiles
@@ -169,7 +169,7 @@ class Asperities:
 
     @property
     def density(self) -> float:
-        """Summits per area η [1/m²]."""
+        """Summit density η [1/m²]."""
         return self.m4 / (6 * math.pi * math.sqrt(3) * self.m2)
 
     @property
@@ -179,17 +179,17 @@ class Asperities:
 
     @property
     def bandwidth(self) -> float:
-        """α = m₀ m₄/m₂², 1.5 of a single wavelength and growing with the breadth of a spectrum."""
+        """Nayak parameter α = m₀ m₄/m₂²: 1.5 for one wavelength, larger for broad spectra."""
         return self.m0 * self.m4 / self.m2**2
 
     @property
     def roughness_parameter(self) -> float:
-        """η R σ."""
+        """Roughness parameter η R σ."""
         return self.density * self.radius * self.deviation
 
 
 def asperities(heights: Array, pixel: tuple[float, float]) -> Asperities:
-    """Return the moments of a map."""
+    """Return the spectral moments of a map."""
     slopes, curvatures = [], []
     for axis, edge in enumerate(pixel):
         slopes.append(np.nanmean((np.diff(heights, axis=axis) / edge) ** 2))
@@ -197,19 +197,19 @@ def asperities(heights: Array, pixel: tuple[float, float]) -> Asperities:
     return Asperities(float(np.nanvar(heights)), float(np.mean(slopes)), float(np.mean(curvatures)))
 
 
-# How far the law of an interface can be trusted: what its maps resolve, and whether they do.
+# Resolved range of an interface law.
 
 
 LEAST_SPOTS = 10
-"""Contact spots below which the law is that of a few summits, and another map has another."""
+"""Minimum number of contact spots; with fewer, the law scatters between maps."""
 
 LEAST_POINTS = 100
-"""Points in contact, and points open, below which the pixel makes them."""
+"""Minimum numbers of points in contact and of open points; fewer depend on the pixel."""
 
 MOST_CONTACT = 0.9
-"""Contact fraction above which what stays open is the narrowest dales, which the pixel cuts."""
+"""Maximum contact fraction; above it, the open dales are not resolved by the pixel."""
 
-# Whole and parts that agree to this part of the pressure are alike.
+# Relative pressure difference up to which whole maps and parts agree.
 _ALIKE = 0.05
 
 SPOTS, POINTS, CONTACT, SLOPE = "spots", "points", "contact", "slope"
@@ -217,7 +217,7 @@ SPOTS, POINTS, CONTACT, SLOPE = "spots", "points", "contact", "slope"
 
 @dataclass(frozen=True)
 class Resolved:
-    """The range of nominal pressures that maps resolve."""
+    """Range of nominal pressures that maps resolve."""
 
     low: float  # Lowest [Pa]
     high: float  # Highest [Pa]
@@ -236,7 +236,7 @@ def resolved(pressures: Array, means: Mapping[str, Array], scatter: float) -> Re
         (POINTS, means["open_points"] >= LEAST_POINTS),
         (SLOPE, pressures <= scatter),
     )
-    # Where the contact closes, its spots become one again: the first pressure with enough counts.
+    # Spots merge as the contact closes: only the first pressure with enough spots is decisive.
     first = [
         (int(np.argmax(good)) if good.any() else pressures.size, by) for by, good in from_below
     ]
@@ -265,7 +265,7 @@ _ABOVE = {
 
 
 def cautions(maps: int, result: Resolved, rim: float) -> Iterator[Caution]:
-    """Yield what the number of maps, their range and their margin give cause for."""
+    """Yield cautions on the number of maps, the resolved range and the margin."""
     if math.isnan(result.low):
         yield as_warning(
             CautionTag.LAW_RANGE,
@@ -293,15 +293,15 @@ def cautions(maps: int, result: Resolved, rim: float) -> Iterator[Caution]:
 
 @dataclass(frozen=True)
 class PartSize:
-    """How far the law of the parts of the maps is from that of the whole maps."""
+    """Difference between the law of parts of the maps and the law of the whole maps."""
 
-    off: float  # Largest part of the pressure by which they differ at one separation
-    chance: float  # Part that chance explains
-    sufficient: bool  # Whether no difference exceeds what chance explains
+    off: float  # Largest relative pressure difference at one separation
+    chance: float  # Relative difference that is explained by chance
+    sufficient: bool  # Whether no difference exceeds chance
 
     @property
     def caution(self) -> Caution | None:
-        """The message on maps that are too small."""
+        """Caution on maps that are too small."""
         if self.sufficient:
             return None
         return as_caution(
@@ -315,12 +315,12 @@ class PartSize:
 
 
 def judge_part_size(whole: Curve, parts: Curve, error: Array, within: Resolved) -> PartSize | None:
-    """Return how far the law of parts is from that of the whole maps; None where none is known."""
+    """Return the difference of the laws of parts and whole maps; None without common range."""
     low = max(within.low, parts.pressure[0])
     high = min(within.high, parts.pressure[-1])
     inside = (whole.pressure >= low) & (whole.pressure <= high)
     pressures = whole.pressure[inside]
-    # A difference of separations as one of pressures, by the slope.
+    # Convert a difference of separations to a relative difference of pressures, by the slope.
     slope = 1 / np.maximum(whole.slope[inside], 1e-300)
     off = np.abs(parts.separation_at(pressures) - whole.separation[inside]) * slope
     chance = np.interp(np.log(pressures), np.log(parts.pressure), error) * slope

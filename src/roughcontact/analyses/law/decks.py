@@ -1,4 +1,4 @@
-"""Laws of interfaces for other programs: decks, tables, JSON, arrays."""
+"""Export of interface laws to other programs: decks, tables, JSON, arrays."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from roughcontact.units import format_engineering
 Array = NDArray[np.float64]
 
 MAX_ROWS = 200
-"""Rows of a table that CalculiX keeps; versions before 2.16 or so kept 20."""
+"""Maximum number of table rows in CalculiX; versions before about 2.16 had 20."""
 
-# Longest line of a comment.
+# Maximum length of a comment line.
 _WIDTH = 76
 
-# Rows closer than this CalculiX moves apart [mm]; it says so nowhere.
+# CalculiX silently moves apart rows that are closer than this [mm].
 _MIN_SPACING = 2e-10
 
-# The units of decks: mm, N, s, tonne, K; hence MPa, and mW = N mm/s; mA where there is a current.
+# Units of decks: mm, N, s, tonne, K; hence MPa, mW = N mm/s, and mA for currents.
 _LENGTH, _PRESSURE, _CONDUCTANCE = 1e3, 1e-6, 1e-3
 _SLOPE = _PRESSURE / _LENGTH
 _UNITS = "Units: mm, N, s, t, K; pressure in MPa, conductance in mW/(mm^2 K) and mA/(mm^2 V)"
@@ -50,7 +50,7 @@ def csv(law: InterfaceLaw) -> str:
 
 
 def abaqus(law: InterfaceLaw) -> str:
-    """Return the surface interactions of a deck for Abaqus."""
+    """Return the surface interactions for an Abaqus deck."""
     text = (
         "The faces stand for the mean planes of the rough surfaces. Overclosure 0: the mean "
         "planes meet. Negative overclosure: the faces are apart.",
@@ -82,7 +82,7 @@ def abaqus(law: InterfaceLaw) -> str:
 
 
 def calculix(law: InterfaceLaw) -> str:
-    """Return the surface interactions of a deck for CalculiX."""
+    """Return the surface interactions for a CalculiX deck."""
     text = (
         "The faces stand for planes at the highest summits of the rough surfaces. Overclosure 0: "
         "first touch. It is the distance by which the mean planes came closer since then.",
@@ -138,7 +138,7 @@ def ansys(law: InterfaceLaw) -> str:
             ((14, "TCC"), (19, "ECC")), _conductances(law, table.branch), strict=False
         ):
             constants[key] = (number, "PRESSURE", *item)
-        # Real constants hold one branch at a time.
+        # Real constants describe one branch.
         mark = "! " if table.branch == UNLOADING else ""
         for key, (number, variable, first, second) in constants.items():
             lines += [
@@ -196,7 +196,7 @@ def moose(law: InterfaceLaw) -> str:
 
 
 def freecad(law: InterfaceLaw) -> str:
-    """Return a macro that gives the selected contact constraints of FreeCAD their constants."""
+    """Return a FreeCAD macro that sets the constants of the selected contact constraints."""
     branch = law.branches[0]
     table = _thin_table(law, branch)
     slope = float(np.diff(table.pressure)[-1] / np.diff(_overclosure(table))[-1]) * _SLOPE
@@ -230,7 +230,7 @@ def freecad(law: InterfaceLaw) -> str:
 
 
 def lubrication(law: InterfaceLaw) -> str:
-    """Return asperity pressure over separation, and Greenwood and Tripp's parameters, as text."""
+    """Return asperity pressure over separation and Greenwood-Tripp parameters as text."""
     result, table = law.asperities, law.table()
     sigma = result.deviation
     lines = [
@@ -282,7 +282,7 @@ _TEXTS: dict[str, Callable[[InterfaceLaw], str]] = {
 
 
 def save(law: InterfaceLaw, path: str | os.PathLike[str]) -> None:
-    """Write a law in the format that the suffix of the file names; see `formats.export`."""
+    """Write a law in the format of the file suffix; see `formats.export`."""
     suffix = Path(path).suffix.lower()
     if suffix == ".npz":
         with atomic_write(path) as stream:
@@ -318,7 +318,7 @@ def _make_deck(
     conductance: Callable[[str], list[str]],
     friction: Callable[[str], list[str]],
 ) -> str:
-    """Return a surface interaction for each branch, with what else is known of it."""
+    """Return a surface interaction for each branch, with friction and conductance if known."""
     lines = [
         *_comment_head(law, "**"),
         f"** {_UNITS}",
@@ -347,7 +347,7 @@ def _words(table: LawTable) -> str:
 
 
 def _overclosure(table: LawTable) -> Array:
-    """Return the distance by which the mean planes came closer since first touch [m]."""
+    """Return the approach of the mean planes since first touch [m]."""
     closure: Array = table.separation[0] - table.separation
     return closure
 
@@ -357,7 +357,7 @@ def _comments(text: str, mark: str = "**") -> list[str]:
 
 
 def _thin_table(law: InterfaceLaw, branch: str) -> LawTable:
-    """Return a table with no more rows than CalculiX keeps, at a greater error if need be."""
+    """Return a table within the row limit of CalculiX, if necessary with a larger error."""
     table = law.table(branch)
     while table.pressure.size > MAX_ROWS:
         table = law.table(branch, 1.5 * table.error)
@@ -365,20 +365,20 @@ def _thin_table(law: InterfaceLaw, branch: str) -> LawTable:
 
 
 def _stick_slopes(law: InterfaceLaw, branch: str) -> tuple[Array, Array]:
-    """Return pressures and tangential stiffness per area of a branch, in the units of decks."""
+    """Return pressures and tangential stiffness per area of a branch, in deck units."""
     steps = law.of_branch(branch)
     slopes = np.array([step.tangential_stiffness for step in steps])
     return np.array([step.pressure for step in steps]) * _PRESSURE, slopes * _SLOPE
 
 
 def _shear_strength(law: InterfaceLaw) -> float | None:
-    """Return the shear stress at which the softer body yields, in the units of decks."""
+    """Return the shear strength of the softer body in deck units, or None."""
     strength = math.inf if law.friction is None else law.friction.shear_strength
     return strength * _PRESSURE if math.isfinite(strength) else None
 
 
 def _conductances(law: InterfaceLaw, branch: str) -> list[tuple[Array, Array]]:
-    """Return pressure and conductance of heat, then of current, as far as these are known."""
+    """Return pressure with thermal, then electrical conductance, as far as known."""
     pressure, tables = law.pressures(branch), []
     for values in (law.thermal_conductance(branch), law.electrical_conductance(branch)):
         there = np.isfinite(values)

@@ -37,8 +37,8 @@ def interface_law(law: InterfaceLaw) -> Figure:
     Returns
     -------
     Figure
-        Pressure over separation, areas, stiffness and gap over pressure. Thick lines are means of
-        the maps, thin ones single maps; Persson's theory of the elastic joint is dashed, and
+        Pressure over separation, and areas, stiffness and gap over pressure. Thick lines are means
+        of the maps, thin lines single maps; Persson's theory of the elastic joint is dashed, and
         pressures that the maps do not resolve are grey.
     """
     figure, grid = style.panels(11.0, 9.4, 2, 2)

@@ -1,4 +1,4 @@
-"""Formats that interface laws are written in."""
+"""File formats of interface laws."""
 
 from __future__ import annotations
 

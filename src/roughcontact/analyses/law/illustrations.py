@@ -16,4 +16,4 @@ LAW: Illustrations = (
         WIDE,
     ),
 )
-"""Of an `InterfaceLaw`."""
+"""Figures of an `InterfaceLaw`."""

@@ -1,4 +1,4 @@
-"""Interface law of a nominally flat joint: pressure, separation, contact area, stiffness."""
+"""Interface law of a nominally flat joint: pressure, contact area, stiffness."""
 
 from __future__ import annotations
 
@@ -45,23 +45,23 @@ from roughcontact.units import Quantity, to_si
 Array = NDArray[np.float64]
 
 LOADING, UNLOADING = "loading", "unloading"
-"""Branches of a law: first loading, and unloading from it or loading again up to it."""
+"""Branches of a law: first loading, and unloading (or reloading to the largest load)."""
 
-# Pressures of two maps that differ by less than this part are one.
+# Relative difference up to which pressures of two maps are treated as equal.
 _SAME = 1e-6
 
 
 @dataclass(frozen=True)
 class LawPoint:
-    """One map under one nominal pressure; all means are over the part inside its rim."""
+    """State of one map under one nominal pressure; means are over the part inside its rim."""
 
     pressure: float  # Nominal pressure p̄: mean of the contact pressure [Pa]
-    separation: float  # [m]
+    separation: float  # Separation ū of the mean planes [m]
     mean_gap: float  # Mean open gap [m]
     contact_fraction: float  # Contact area over nominal area
     saturated_fraction: float  # Area at the ceiling over nominal area
-    stiffness: float  # -dp̄/dū as the load grows [Pa/m]
-    unloading_stiffness: float  # -dp̄/dū as it begins to fall [Pa/m]
+    stiffness: float  # -dp̄/dū on further loading [Pa/m]
+    unloading_stiffness: float  # -dp̄/dū on unloading [Pa/m]
     spots: int  # Number of contact spots
     contact_points: int  # Points of the map in contact
     open_points: int  # Points of the map without contact
@@ -69,17 +69,17 @@ class LawPoint:
 
 @dataclass(frozen=True, eq=False)
 class MapLaw:
-    """The law that one map shows."""
+    """Interface law of one map."""
 
     name: str  # Name of the map
     pair: Pair  # The bodies
     window: Window | None  # The part inside the rim
-    first_touch: float  # Separation ū at first contact [m]
-    unloading_touch: float  # The same of the unloading branch [m]
+    first_touch: float  # Separation ū at first touch [m]
+    unloading_touch: float  # Separation ū at first touch, of the unloading branch [m]
     loading: tuple[LawPoint, ...]  # By ascending pressure
     unloading: tuple[LawPoint, ...]  # By ascending pressure
-    wave_numbers: Array  # Of the spectrum of the gap, see `theory.persson`
-    variances: Array  # Of the gap at these wave numbers
+    wave_numbers: Array  # Wave numbers of the gap spectrum, see `theory.persson`
+    variances: Array  # Variances of the gap at these wave numbers
 
     def points(self, branch: str) -> tuple[LawPoint, ...]:
         """Return the points of a branch."""
@@ -90,7 +90,7 @@ class MapLaw:
         return np.array([getattr(point, name) for point in self.points(branch)], dtype=float)
 
     def curve(self, branch: str) -> Curve:
-        """Return pressure over separation."""
+        """Return pressure over separation of a branch."""
         touch = self.first_touch if branch == LOADING else self.unloading_touch
         flows = branch == LOADING and any(point.saturated_fraction for point in self.loading)
         stiffness = None if flows else self.column(branch, "unloading_stiffness")
@@ -99,7 +99,7 @@ class MapLaw:
         )
 
     def interpolated(self, branch: str, name: str, pressures: Array) -> Array:
-        """Return a field at nominal pressures between the first and the last of a branch."""
+        """Return a field at nominal pressures within the range of a branch."""
         own = self.column(branch, "pressure")
         if own.size == pressures.size and np.allclose(own, pressures, rtol=_SAME, atol=0):
             return self.column(branch, name)
@@ -116,7 +116,7 @@ class MapLaw:
 
 @dataclass(frozen=True)
 class LawStep:
-    """All maps under one nominal pressure: means over the maps and how they scatter."""
+    """State of all maps under one nominal pressure: means, deviations and intervals."""
 
     branch: str  # `LOADING` or `UNLOADING`
     pressure: float  # p̄ [Pa]
@@ -133,23 +133,23 @@ class LawStep:
     contact_half: float
     stiffness_half: float
     persson_separation: float  # [m]
-    resolved: bool  # Whether the maps resolve the law under this pressure
-    thermal_conductance: float  # Of the contact per area [W/(m² K)]
+    resolved: bool  # Whether the maps resolve the law at this pressure
+    thermal_conductance: float  # Conductance of the contact per area [W/(m² K)]
     tangential_stiffness: float  # dτ/dδ of a joint that sticks, mean over x and y [Pa/m]
 
 
 @dataclass(frozen=True)
 class Friction:
-    """How a joint resists a tangential force."""
+    """Resistance of a joint to a tangential force."""
 
     coefficient: float  # μ
     ratios: tuple[float, float]
-    shear_strength: float  # σ_Y/√3 of the softer body [Pa]; infinite where no strength is known
-    sliding: float  # Shear stress over pressure at which the joint slides; less than μ by yield
+    shear_strength: float  # σ_Y/√3 of the softer body [Pa]; infinite without a yield strength
+    sliding: float  # Shear stress over pressure at sliding; less than μ where shear yields
 
     @property
     def ratio(self) -> float:
-        """Mean of ``ratios``, which are tangential over unloading stiffness along y and along x."""
+        """Mean of ``ratios``: tangential over unloading stiffness along y and x."""
         return sum(self.ratios) / 2
 
 
@@ -165,19 +165,19 @@ class Backbone:
 
 @dataclass(frozen=True)
 class LawChange:
-    """How a law under the largest load changes from one grid to a coarser one."""
+    """Change of a law under the largest load on a coarser grid."""
 
-    pixel: float  # Larger edge of its pixels [m]
-    closing: float  # Relative change of what the faces approach from the smallest load on
-    stiffness: float  # Relative change
+    pixel: float  # Larger pixel edge of the coarser grid [m]
+    closing: float  # Relative change of the approach from the smallest load on
+    stiffness: float  # Relative change of the stiffness
 
 
 @dataclass(frozen=True)
 class LawTable:
-    """A branch as rows for other programs, straight lines between which are right to an error."""
+    """Branch as rows for other programs, interpolated linearly within an error."""
 
     branch: str  # `LOADING` or `UNLOADING`
-    error: float  # Part of the pressure that a straight line between two rows may be off
+    error: float  # Relative pressure error of a straight line between two rows
     pressure: Array  # (n,) p̄ [Pa], strictly ascending
     separation: Array  # (n,) ū [m], strictly descending
     mean_gap: Array  # (n,) [m]
@@ -186,7 +186,7 @@ class LawTable:
 
     @property
     def overclosure(self) -> Array:
-        """-ū, as finite-element programs have it [m], shape (n,)."""
+        """Overclosure -ū, as in finite-element programs [m], shape (n,)."""
         return -self.separation
 
 
@@ -199,7 +199,7 @@ class InterfaceLaw(Result):
     maps : tuple of MapLaw
         Points of each map.
     rim : float
-        Width of the rim that is left out along free edges [m]; the mean over the maps.
+        Width of the rim that is excluded along free edges [m]; the mean over the maps.
     largest : ContactResult
         The contact of the first map under its largest load.
     messages : tuple of Caution
@@ -207,17 +207,17 @@ class InterfaceLaw(Result):
     extra_cautions : tuple of Caution
         Remarks on the measurement of the maps.
     parts : InterfaceLaw or None
-        Law of equal parts of the maps, if requested; it shows if the maps are large enough.
+        Law of equal parts of the maps, if requested, to check whether the maps are large enough.
     bodies : (Conductor, Conductor) or None
-        Conductivities of both bodies, for decks that hold a conductance.
+        Conductors of both bodies, for decks with a conductance.
     thermal_film : float
         Thermal resistance of a film on the contact times its area [m² K/W].
     friction : Friction or None
-        How it resists a tangential force, where a coefficient of friction was given.
+        Tangential resistance, if a coefficient of friction was given.
     coarser : LawChange or None
-        How the first map changes on a coarser grid, where that is known; see `with_coarser_grid`.
+        Change of the first map on a coarser grid, if known; see `with_coarser_grid`.
     calibrated : CalibratedChange or None
-        How its closing and its stiffness change under the calibrated ceiling, where that is known;
+        Change of closing and stiffness of the first map under the calibrated ceiling, if known;
         see `with_calibrated_ceiling`.
     """
 
@@ -234,7 +234,7 @@ class InterfaceLaw(Result):
     calibrated: CalibratedChange | None = None
 
     def with_coarser_grid(self, contact: ContactResult) -> InterfaceLaw:
-        """Return the same with what changes on a coarser grid.
+        """Return the law with its change on a coarser grid.
 
         Parameters
         ----------
@@ -244,7 +244,7 @@ class InterfaceLaw(Result):
         return replace(self, coarser=LawChange(max(contact.pair.pixel), *self._changes(contact)))
 
     def with_calibrated_ceiling(self, contact: ContactResult) -> InterfaceLaw:
-        """Return the same with what changes under the calibrated ceiling.
+        """Return the law with its change under the calibrated ceiling.
 
         Parameters
         ----------
@@ -280,25 +280,25 @@ class InterfaceLaw(Result):
 
     @property
     def contact_modulus(self) -> float:
-        """E* [Pa]."""
+        """Contact modulus E* [Pa]."""
         return self.largest.contact_modulus
 
     @property
     def is_elastic(self) -> bool:
-        """Whether nothing was saturated, so that unloading is the way of loading back."""
+        """Whether no point was saturated, so that unloading follows loading."""
         return not any(p.saturated_fraction for law in self.maps for p in law.loading)
 
     @property
     def branches(self) -> tuple[str, ...]:
-        """The branches that differ and were solved."""
+        """Branches that were solved and are different."""
         both = not self.is_elastic and all(law.unloading for law in self.maps)
         return (LOADING, UNLOADING) if both else (LOADING,)
 
     def pressures(self, branch: str = LOADING) -> Array:
         """Return the nominal pressures at which the maps are averaged [Pa], shape (n,).
 
-        Those that were solved where all maps have the same; inside rims each map has its own, and
-        these are as many in equal ratios over what all of them cover.
+        The solved pressures if they are the same for all maps. Otherwise, as inside rims, pressures
+        in equal ratios over the common range, in the largest number that a map has.
         """
         own = [law.column(branch, "pressure") for law in self.maps]
         first = own[0]
@@ -306,7 +306,7 @@ class InterfaceLaw(Result):
             return first
         low, high = max(p[0] for p in own), min(p[-1] for p in own)
         result: Array = np.geomspace(low, high, max(p.size for p in own))
-        # Exactly, so that no map has to extend beyond its range.
+        # Set exactly: rounding must not exceed the range of a map.
         result[0], result[-1] = low, high
         return result
 
@@ -321,7 +321,7 @@ class InterfaceLaw(Result):
 
     @cached_property
     def steps(self) -> tuple[LawStep, ...]:
-        """Columns of each branch and pressure."""
+        """Steps of all branches, by pressure."""
         return tuple(step for branch in self.branches for step in self._steps(branch))
 
     def of_branch(self, branch: str) -> list[LawStep]:
@@ -365,7 +365,7 @@ class InterfaceLaw(Result):
             )
 
     def curve(self, branch: str = LOADING) -> Curve:
-        """Return the mean of the maps as a curve; see `Curve`."""
+        """Return the mean of the maps as a `Curve`."""
         flows = branch == LOADING and not self.is_elastic
         stiffness = None if flows else self.values(branch, "unloading_stiffness")
         touch = [law.first_touch if branch == LOADING else law.unloading_touch for law in self.maps]
@@ -373,7 +373,7 @@ class InterfaceLaw(Result):
         return _curve(self.pressures(branch), separation, stiffness, math.fsum(touch) / len(touch))
 
     def table(self, branch: str = LOADING, error: float = ERROR) -> LawTable:
-        """Return a branch as rows for other programs; see `LawTable`."""
+        """Return a branch as a `LawTable` for other programs."""
         pressure, separation = self.curve(branch).table(error)
         log, own = np.log(pressure[1:]), np.log(self.pressures(branch))
         more = []
@@ -386,7 +386,7 @@ class InterfaceLaw(Result):
 
     @cached_property
     def resolved(self) -> Resolved:
-        """The range of nominal pressures that the maps resolve, and what ends it."""
+        """Range of nominal pressures that the maps resolve, with the limits at both ends."""
         return law_curve.resolved(
             self.pressures(),
             {
@@ -398,13 +398,13 @@ class InterfaceLaw(Result):
 
     @cached_property
     def rms_gradient(self) -> float:
-        """h′ of the gap at first touch, mean over the maps."""
+        """Root-mean-square gradient h′ of the gap at first touch, mean over the maps."""
         result = [roughness.rms_gradient(law.gap, law.pair.pixel) for law in self.maps]
         return math.fsum(result) / len(result)
 
     @cached_property
     def asperities(self) -> Asperities:
-        """Moments of the gap at first touch after Greenwood and Tripp, means over the maps."""
+        """Greenwood-Tripp moments of the gap at first touch, means over the maps."""
         result = [asperities(law.gap, law.pair.pixel) for law in self.maps]
         means = (
             math.fsum(getattr(item, name) for item in result) / len(result)
@@ -415,7 +415,7 @@ class InterfaceLaw(Result):
     def persson(self, pressures: Array) -> Array:
         """Return the separation by Persson's theory of the elastic joint [m], shape (n,).
 
-        The mean over the maps; NaN where one has missing points.
+        The mean over the maps; NaN if a map has missing points.
         """
         if not all(law.wave_numbers.size for law in self.maps):
             return np.full(np.shape(pressures), math.nan)
@@ -440,7 +440,7 @@ class InterfaceLaw(Result):
     def thermal_conductance(self, branch: str = LOADING) -> Array:
         """Return the conductance of the contact per area at `pressures` [W/(m² K)], shape (n,).
 
-        From the unloading stiffness of the contacts of the branch, as that of
+        From the unloading stiffness of the contacts of the branch, as in
         `analyses.conductance.model.conductance`; the mean over the maps. NaN without `bodies`,
         infinite where a map is closed.
         """
@@ -451,7 +451,7 @@ class InterfaceLaw(Result):
     def electrical_conductance(self, branch: str = LOADING) -> Array:
         """Return the electrical conductance per area at `pressures` [S/m²], shape (n,).
 
-        As `thermal_conductance`, without a film; NaN where a resistivity is not known.
+        Like `thermal_conductance`, without a film; NaN if a resistivity is not known.
         """
         bodies = self.bodies or ()
         return self._conductance(
@@ -472,9 +472,10 @@ class InterfaceLaw(Result):
         return mean
 
     def elastic_slip(self, branch: str = LOADING) -> Array:
-        """Return μ p̄/k_t at `pressures` [m], shape (n,): shift at which a joint would slide.
+        """Return the elastic slip μ p̄/k_t at `pressures` [m], shape (n,).
 
-        Its stiffness stays until then; k_t is about proportional to p̄, so this is about constant.
+        This is the shift at which a joint of constant stiffness slides; it is about constant, as
+        k_t is about proportional to p̄.
         """
         steps = self.of_branch(branch)
         friction = math.nan if self.friction is None else self.friction.sliding
@@ -483,9 +484,9 @@ class InterfaceLaw(Result):
     def backbone(self, axis: int = 1) -> Backbone:
         """Return shear stress over shift along y (0) or x (1) under the largest pressure.
 
-        Superposition: τ = μ (p̄ - p*), δ = μ c (ū(p*) - ū(p̄)), the separation that of the unloading
-        branch, c over the normal that of the tangential compliance (Ciavarella 1998, Jäger 1998).
-        The Iwan density is how much of the joint begins to slip at each shift (Iwan 1966).
+        Superposition: τ = μ (p̄ - p*), δ = μ c (ū(p*) - ū(p̄)), with the separation of the unloading
+        branch and the ratio c of tangential to normal compliance (Ciavarella 1998, Jäger 1998).
+        The Iwan density is the part of the joint that begins to slip at each shift (Iwan 1966).
         """
         if self.friction is None:
             raise InputError("is needed for a backbone, such as 0.15", argument="friction")
@@ -506,13 +507,13 @@ class InterfaceLaw(Result):
         )
 
     def _conductance_between(self, branch: str, log: Array) -> Array:
-        """Return `thermal_conductance` at some ln p̄, a power of p̄ between two that were solved."""
+        """Return `thermal_conductance` at given ln p̄, by power laws between solved pressures."""
         own, values = np.log(self.pressures(branch)), self.thermal_conductance(branch)
         there = np.isfinite(values)
         if not there.any():
             return np.full(log.shape, values[0])
         result = np.exp(np.interp(log, own[there], np.log(values[there])))
-        # A map that is closed resists no more.
+        # A closed map has no resistance.
         return np.where(log > own[there][-1], values[-1], result)
 
     @property
@@ -536,7 +537,7 @@ class InterfaceLaw(Result):
 
     @property
     def part_size(self) -> law_curve.PartSize | None:
-        """How far the law of the parts is from that of the whole maps, where it was requested."""
+        """Difference of the laws of parts and whole maps; None if not requested."""
         if self.parts is None:
             return None
         half = np.array([item.high - item.value for item in self.parts.mean(LOADING, "separation")])
@@ -544,7 +545,7 @@ class InterfaceLaw(Result):
 
 
 def _curve(pressure: Array, separation: Array, stiffness: Array | None, touch: float) -> Curve:
-    """Return a curve with the slopes that were computed, of one map or the mean of several."""
+    """Return a curve with its computed slopes, of one map or the mean of several."""
     if stiffness is None:
         return Curve(pressure, separation, None, touch)
     with np.errstate(divide="ignore"):
@@ -553,19 +554,19 @@ def _curve(pressure: Array, separation: Array, stiffness: Array | None, touch: f
 
 
 def _mean(values: Array) -> Mean:
-    # A map that is closed does not yield: its stiffness has no bound, and no scatter either.
+    # A closed map has infinite stiffness, hence a mean without scatter.
     if not np.isfinite(values).all():
         return Mean(values.size, float(values.mean()), math.nan, math.nan, math.nan)
     return statistics.mean_with_interval(values)
 
 
-# --- The law of an interface from contacts that were solved ---
+# --- Interface law from solved contacts ---
 
 
 OF = "an interface law"
 """Name of the analysis in messages on missing maps."""
 
-# Heights that were lowered by this part of the largest gap are no rounding.
+# Relative height difference up to which heights are treated as equal.
 _ROUNDING = 1e-9
 
 
@@ -579,17 +580,17 @@ def interface_law(
     thermal_film: Quantity = 0.0,
     friction: float | None = None,
 ) -> InterfaceLaw:
-    """Return the law of a nominally flat joint: pressure, contact and stiffness over separation.
+    """Return the law of a nominally flat joint: pressure and stiffness over separation.
 
     Parameters
     ----------
     contacts : iterable of ContactResult
-        Solutions of one map or several of one surface, each under two loads at least, one map
-        after the other. One at a time is used.
+        Solutions of one map or several maps of one surface, each under two loads at least, one map
+        after the other. An iterator needs memory for one contact at a time.
     unloading : iterable of ContactResult
-        Solutions under loads up to the largest of the maps as that left them
-        (`roughcontact.indented_surface`), the maps in the same order. Without them, the law has no
-        second branch; where nothing was saturated it needs none.
+        Solutions of the maps as the largest load left them (`roughcontact.indented_surface`),
+        under loads up to the largest, the maps in the same order. Without these, the law has no
+        second branch; if nothing was saturated, none is needed.
     conductor, counter_conductor : Conductor or str, optional
         Conductors of the bodies, or their names in the catalog of materials, for the thermal
         conductance over pressure.
@@ -601,7 +602,7 @@ def interface_law(
     Returns
     -------
     InterfaceLaw
-        Each map's law, their mean and scatter, what they resolve, tables for other programs.
+        Law of each map, mean and scatter, resolved range, and tables for other programs.
 
     Raises
     ------
@@ -614,21 +615,21 @@ def interface_law(
     Notes
     -----
     The *separation* ū is the distance of the mean planes of the two rough surfaces, each displaced
-    by its elastic deformation: the mean of the gap where what is indented counts as negative. Far
-    above and below the joint, bodies move towards each other by as much as ū falls and by their own
-    compression. At *first touch*, under no load, ū is the height of the highest summit above the
-    mean plane. *Overclosure*, as finite-element programs have it, is -ū: zero where the mean planes
-    meet, negative before.
+    by its elastic deformation: the mean of the gap, negative where a surface is indented. Far above
+    and below the joint, the bodies approach each other by the decrease of ū and by their bulk
+    compression. At *first touch*, without load, ū is the height of the highest summit above the
+    mean plane. The *overclosure* of finite-element programs is -ū: zero where the mean planes meet,
+    negative before.
 
-    The tangential stiffness is the unloading stiffness, that of all of the contact, times the ratio
-    of the two of the first map under its largest load, where all of it sticks.
+    The tangential stiffness is the unloading stiffness of the whole contact times the ratio of
+    tangential to unloading stiffness of the first map under its largest load at full stick.
 
-    On first loading the stiffness is that of the elastic contact alone, saturated points going on
-    to flow; in unloading, and loading again up to the largest load, all of the contact resists.
+    On first loading, the stiffness is that of the elastic contact alone, as saturated points yield
+    further; on unloading, and reloading up to the largest load, the whole contact resists.
 
-    With a periodic boundary all of the map counts. On a free one, a rim along its edges is left
-    out (`roughcontact.contact.series`), and p̄ and ū are means inside it, which follow the same
-    local relation although the pressure of a flat body rises towards its edges.
+    With a periodic boundary, means are over the whole map. On a free boundary, a rim along the
+    edges is excluded (`roughcontact.contact.series`), and p̄ and ū are means inside the rim; these
+    follow the same local relation although the pressure of a flat body rises towards its edges.
 
     Examples
     --------
@@ -680,7 +681,7 @@ def _friction(result: ContactResult, coefficient: float) -> Friction:
 
 @dataclass(eq=False)
 class _Samples:
-    """Points collected from one map."""
+    """Points of the law collected from one map."""
 
     pair: Pair
     window: Window | None
@@ -692,7 +693,7 @@ class _Samples:
 
     @property
     def loads(self) -> list[float]:
-        """The loads that were seen [N]."""
+        """Loads of the contacts of the map [N]."""
         return [load for load, _ in self.judged]
 
     def add(self, result: ContactResult) -> None:
@@ -705,10 +706,10 @@ class _Samples:
 
 
 def _collect_points(contacts: Iterable[ContactResult]) -> list[_Samples]:
-    """Return the points of the law from the contacts, map by map."""
+    """Return the points of the law, map by map."""
     answer: list[_Samples] = []
     for result in [contacts] if isinstance(contacts, ContactResult) else contacts:
-        # Under a load that a map has had, it is another that is the same.
+        # A repeated load starts another map, even one with the same heights.
         known = (item for item in answer if result.load not in item.loads)
         _check(result, answer[0].largest if answer else result)
         samples = next((item for item in known if same_heights(item.pair, result.pair)), None)
@@ -724,7 +725,7 @@ def _collect_points(contacts: Iterable[ContactResult]) -> list[_Samples]:
 def _unloading_points(
     unloading: Iterable[ContactResult], collected: Sequence[_Samples]
 ) -> list[list[tuple[LawPoint, float]]]:
-    """Return the points of the second branch of each map, with the separation of first touch."""
+    """Return the unloading points of each map, with the separation at first touch."""
     pairs: list[Pair] = []
     points: list[list[tuple[LawPoint, float]]] = []
     loads: set[float] = set()
@@ -758,7 +759,7 @@ def _unloading_points(
 
 
 def _indentation_inside(samples: _Samples, pair: Pair, number: int) -> float:
-    """Return the mean depth by which the largest load of a map indented it inside its rim [m]."""
+    """Return the mean indentation depth of a map inside its rim [m]."""
     depth = samples.pair.heights - pair.heights
     scale = float(np.nanmax(np.abs(samples.pair.heights)))
     if np.nanmin(depth) < -_ROUNDING * scale:
@@ -775,7 +776,7 @@ def _unlike_error(number: int) -> InputError:
 
 
 def _point(result: ContactResult, window: Window | None, lowered: float) -> LawPoint:
-    """Return the point of the law from one contact inside its rim."""
+    """Return the point of the law of one contact, inside its rim."""
     pressure, gap = _inside(result.pressure, window), _inside(result.gap, window)
     contact = pressure > 0
     loading, whole = local_stiffness(result, window)
@@ -786,7 +787,7 @@ def _point(result: ContactResult, window: Window | None, lowered: float) -> LawP
         mean_gap=float(np.nanmean(np.maximum(gap, 0))),
         contact_fraction=float(contact.mean()),
         saturated_fraction=float(_inside(result.saturated, window).mean()),
-        # Saturated points resist like all others.
+        # On the unloading branch, all contact points are elastic.
         stiffness=whole if lowered else loading,
         unloading_stiffness=whole,
         spots=spots.find_spots(np.ascontiguousarray(pressure), result.pair.pixel, axes).count,
@@ -845,7 +846,7 @@ def _spectrum(pair: Pair, window: Window | None) -> dict[str, Array]:
 
 
 def _check(result: ContactResult, first: ContactResult) -> None:
-    """Raise `InputError` for a map without a law, or without overlap with the first."""
+    """Raise `InputError` for a map without a law, or one that does not match the first."""
     pair, other = result.pair, first.pair
     pair.require_map(OF, coated=False)
     if shape_of(pair) is not None:
@@ -874,7 +875,7 @@ def _merge_cautions(collected: Sequence[_Samples]) -> tuple[Caution, ...]:
         )
         for number, samples in enumerate(collected, start=1)
     ]
-    # That a flat body is loaded up to its edges is why a margin is excluded.
+    # The excluded margin makes the caution on loaded edges redundant.
     result = tuple(c for c in merge_cautions(maps, "maps") if c.kind != CautionTag.EDGE)
     if collected[0].pair.counter_surface is not None:
         return result

@@ -138,11 +138,11 @@ LAW: Table = (
     Quantity("thermal_conductance", of=lambda law: law.conductance.tolist()),
     *CAUTIONS,
 )
-"""Of an `InterfaceLaw`."""
+"""Quantities of an `InterfaceLaw`."""
 
 
 def _separations(law: InterfaceLaw) -> list[str]:
-    """Return halves of the intervals of ū, which may itself be near zero, as lengths."""
+    """Return the half-widths of the intervals of ū as lengths, because ū may be near zero."""
     return [format_engineering(step.separation_half, "m", 2) for step in law.steps]
 
 
@@ -202,11 +202,11 @@ LAW_COLUMNS: Columns = (
     Column("persson_separation", "Persson", unit="m", digits=3, stored=False, when=_elastic),
     Column("resolved", "resolved", form=lambda value: "yes" if value else "no", brief=False),
 )
-"""Of the steps of an `InterfaceLaw`."""
+"""Columns of the steps of an `InterfaceLaw`."""
 
 
 def _known(law: InterfaceLaw) -> str:
-    """Return how well the law is known between the pressures; nothing where that is not known."""
+    """Return the interpolation error of the law as text; a full stop if unknown."""
     error = max(law.curve(branch).error for branch in law.branches)
     if math.isnan(error):
         return "."
@@ -261,7 +261,7 @@ def sentences(law: InterfaceLaw) -> tuple[str, ...]:
 
 # --- Headline ---
 
-# Pressures on the screen.
+# Maximum number of pressures in the headline table.
 _MOST = 5
 
 
@@ -288,7 +288,7 @@ def _intervals(law: InterfaceLaw) -> tuple[Interval, Interval]:
 
 
 def _answer(law: InterfaceLaw) -> str:
-    """Return how far the faces approach over the pressures, and how stiff the joint is then."""
+    """Return approach and final stiffness over the range of pressures as a sentence."""
     steps = law.of_branch(law.branches[0])
     first, last = steps[0].pressure, steps[-1].pressure
     ends = phrases.between(first, last, lambda value: phrases.format_short(value, "Pa"))
@@ -299,7 +299,7 @@ def _answer(law: InterfaceLaw) -> str:
 
 
 def _numbers(law: InterfaceLaw) -> CellTable:
-    """Return separation, contact and stiffness at some pressures while loading."""
+    """Return separation, contact and stiffness at some pressures of first loading."""
     steps = law.of_branch(law.branches[0])
     several, flows = _several(law), _flows(law)
     heads = ["pressure", "separation", *([f"± {100 * LEVEL:.0f} %"] * several), "contact"]
@@ -319,7 +319,7 @@ def _numbers(law: InterfaceLaw) -> CellTable:
 
 
 def _remarks(law: InterfaceLaw) -> tuple[str, ...]:
-    """Return where the maps resolve the law, and how well it is known between the pressures."""
+    """Return resolved range, interpolation error, and tangential and unloading results."""
     _, stiffness = _intervals(law)
     lines: list[str] = []
     if uncertainty.has_ends(stiffness):

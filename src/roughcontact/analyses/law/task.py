@@ -52,7 +52,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
 
 
 def _law_of(request: Request, maps: Sequence[JointContacts]) -> InterfaceLaw:
-    """Return the law of some maps; where they flow, with the branch of unloading."""
+    """Return the law of some maps, with an unloading branch if points are saturated."""
     from roughcontact.analyses.history.model import indented_surface
     from roughcontact.analyses.law.model import interface_law
 
@@ -62,7 +62,7 @@ def _law_of(request: Request, maps: Sequence[JointContacts]) -> InterfaceLaw:
 
     def loading() -> Iterator[ContactResult]:
         for item in maps:
-            # The first is that under the largest load.
+            # The first contact is under the largest load.
             for number, result in enumerate(item.solve_loads(loads)):
                 if number == 0:
                     remaining.append(item.of(indented_surface(result)))

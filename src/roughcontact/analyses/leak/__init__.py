@@ -1,1 +1,1 @@
-"""Leakage of liquids and gases."""
+"""Leakage of liquids and gases through a contact."""

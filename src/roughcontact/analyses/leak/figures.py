@@ -1,4 +1,4 @@
-"""Figures of a leak: where the fluid flows, and flow factors."""
+"""Figures of a leakage: flow through the gap, and flow factors."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ Array = NDArray[np.float64]
 
 
 _DECADES = 4
-# Of the flow density, from the largest down: less is no part of what leaks.
+# Decades of flow density in the figure; smaller flow densities are negligible for the leak rate.
 
 
 def leak(result: Leakage) -> Figure:
-    """Draw the gap under the largest load, and where the fluid flows through it.
+    """Draw the gap under the largest load, and the flow density in it.
 
     Parameters
     ----------
@@ -35,8 +35,8 @@ def leak(result: Leakage) -> Figure:
     Returns
     -------
     Figure
-        The open gap with the contact, and the flow density over its mean in each direction that
-        percolates, over four decades. A cross marks the narrowest constriction. A cell of several
+        The open gap with the contact, and the flow density over its mean, over four decades, for
+        each direction that percolates. A cross marks the narrowest constriction. A cell of several
         points shows its largest flow density.
     """
     flows = [flow for flow in result.flows if flow.percolates]
@@ -50,7 +50,7 @@ def leak(result: Leakage) -> Figure:
 
 
 def flow_factors(result: Leakage) -> Figure:
-    """Draw the flow factors over the mean gap, and the narrowest place over the load.
+    """Draw the flow factors over the mean gap, and the narrowest gap over the load.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def _draw_flow(axes: Axes, answer: Leakage, flow: Flow) -> None:
 
 
 def _mark(axes: Axes, result: Leakage, axis: int) -> None:
-    """Mark the narrowest place under the largest load."""
+    """Mark the narrowest constriction under the largest load."""
     place = result.steps[-1].constriction[axis]
     if place is None:
         return

@@ -1,27 +1,27 @@
-"""Thin-film flow through a gap that contact interrupts, on the pixels of a map.
+"""Thin-film flow through a gap with contact, on the pixels of a map.
 
-`percolating_points`: Exact on the pixels: those that share an edge are joined, those that share
-a corner are not, as in the flow. Parts of the map that meet across its seams are joined with
-the number of periods that lie between them; a part winds around where two ways to it differ in
-that number.
+`percolating_points`: Exact on the pixels: pixels with a common edge are connected, pixels with a
+common corner are not, as in the flow. Parts of the map that meet across a periodic seam are joined
+with the number of periods between them; a part percolates if two paths to it differ in that
+number.
 
-`constriction`: The largest gap at which the points that are at least as wide still lead
-through, by bisection among the gaps that occur. In two dimensions nearly all of the pressure
-falls over a few of such places (Persson and Yang 2008, doi:10.1088/0953-8984/20/31/315011).
+`constriction`: The largest gap at which the points with at least this gap still percolate, by
+bisection among the gaps of the map. In two dimensions nearly all of the pressure drop is at a few
+such constrictions (Persson and Yang 2008, doi:10.1088/0953-8984/20/31/315011).
 
-`flow`: ∇·(g³ ∇p) = 0 by finite volumes on the pixels, g³ at the face of two pixels their
-harmonic mean, half a pixel of its own at a side with given pressure. A fluid of viscosity η
-flows at 1/(12 η) of this.
+`flow`: ∇·(g³ ∇p) = 0 by finite volumes on the pixels; g³ at the face of two pixels is their
+harmonic mean, and a side with given pressure is half a pixel away. The flow of a fluid of viscosity
+η is 1/(12 η) of this.
 
-Near the threshold of percolation all of the pressure falls at one place, and in the pools at
-both ends the pressure differs by less than its last digit. It is therefore held as the sum of
-two numbers, the second of which is found from what the first leaves unbalanced.
+Near the percolation threshold the whole pressure drop is at one constriction, and in the pools on
+both sides the pressure differs by less than its last digit. The pressure is therefore stored as the
+sum of two numbers, the second of which is computed from the imbalance of the first.
 
-What a smooth face drags along that slides past the rough one follows by reciprocity from the mean
-of g ∂p (``Flow.sheared_gap``): no second flow is computed for it.
+The flow that is dragged along by a smooth sliding face follows by reciprocity from the mean of g ∂p
+(``Flow.sheared_gap``), without a second flow solution.
 
-A gas flows more easily where its molecules are rare: the conductances depend on the pressure, and
-the network is solved again with those at its last pressure until the flow balances.
+The conductances of a rarefied gas depend on the pressure: the network is solved again with the
+conductances at the last pressure until the flow balances.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Constriction:
-    """The narrowest place of the widest way through a gap."""
+    """Narrowest place of the widest path through a gap."""
 
-    gap: float  # Its gap [m]: the largest that any way through has at its narrowest point
-    place: tuple[int, int]  # Its pixel `(y, x)`
+    gap: float  # Critical gap [m]: the largest of the narrowest gaps of all paths
+    place: tuple[int, int]  # Pixel `(y, x)`
 
 
 def percolating_points(opened: Mask, axis: int, periodic_axes: tuple[int, ...] = ()) -> Mask:
-    """Return the open points that are connected with a path through the map."""
+    """Return the open points that belong to a percolating part of the map."""
     label, parts = _labelled(opened, axis, periodic_axes)
     root = parts.roots()
     leads = np.zeros(root.size, bool)
@@ -70,7 +70,7 @@ def components(opened: Mask, periodic_axes: tuple[int, ...] = ()) -> NDArray[np.
 
 
 def constriction(gap: Array, axis: int, periodic_axes: tuple[int, ...] = ()) -> Constriction | None:
-    """Return the narrowest place of the widest way through a gap; None without a way."""
+    """Return the narrowest place of the widest path through a gap; None without a path."""
     gaps = np.unique(gap[percolating_points(gap > 0, axis, periodic_axes)])
     if gaps.size == 0:
         return None
@@ -89,7 +89,7 @@ def constriction(gap: Array, axis: int, periodic_axes: tuple[int, ...] = ()) -> 
 def _labelled(
     opened: Mask, axis: int, periodic_axes: tuple[int, ...]
 ) -> tuple[NDArray[np.int32], _Parts]:
-    """Return the parts inside the map, and how they are joined across its seams."""
+    """Return labels of the parts inside the map, and their connections across seams."""
     from scipy import ndimage
 
     label = np.empty(opened.shape, np.int32)
@@ -102,7 +102,7 @@ def _labelled(
 
 
 def _seam_neighbors(label: NDArray[np.int32], axis: int) -> Iterator[tuple[int, int]]:
-    """Yield the parts that meet across the seam of an axis, the one before it first."""
+    """Yield pairs of parts that meet across the seam of an axis: last row, first row."""
     pairs = np.stack([label.take(-1, axis), label.take(0, axis)], axis=1)
     pairs = pairs[(pairs > 0).all(axis=1)]
     if pairs.size:
@@ -110,7 +110,7 @@ def _seam_neighbors(label: NDArray[np.int32], axis: int) -> Iterator[tuple[int, 
 
 
 class _Parts:
-    """Parts of a map that are joined across its seams, each with the index of its period."""
+    """Union-find of parts that are joined across seams, with their period indices."""
 
     def __init__(self, count: int) -> None:
         self._parent = list(range(count))
@@ -118,7 +118,7 @@ class _Parts:
         self.winding: set[int] = set()
 
     def find(self, part: int) -> tuple[int, int]:
-        """Return the part that stands for all that are joined, and the periods from it to this."""
+        """Return the root of a part, and the number of periods from the root to the part."""
         periods = 0
         while self._parent[part] != part:
             periods += self._period[part]
@@ -126,7 +126,7 @@ class _Parts:
         return part, periods
 
     def roots(self) -> NDArray[np.int32]:
-        """Return for each part the one that stands for all that are joined with it."""
+        """Return the root of each part."""
         return np.array([self.find(part)[0] for part in range(len(self._parent))], np.int32)
 
     def join(self, item: int, two: int, periods: int) -> None:
@@ -142,42 +142,42 @@ class _Parts:
             self.winding.add(first)
 
 
-# --- Thin-film flow through a gap that contact interrupts, on the pixels of a map ---
+# --- Thin-film flow through a gap with contact, on the pixels of a map ---
 
 
 TOLERANCE = 1e-8
-"""Flow that appears or vanishes anywhere, over the flow through the gap."""
+"""Maximum imbalance, summed over all nodes, over the flow through the gap."""
 
 _TARGET_IMBALANCE = 1e-9
-"""Target of the solver for its recursive residual."""
+"""Target imbalance of the solver, below `TOLERANCE`."""
 
 _REDUCTION = 1e-6
-"""Reduction of the imbalance per round; rounding limits smaller values."""
+"""Reduction of the imbalance per round; rounding prevents smaller values."""
 
 _ROUNDS = 8
 _MOST_STEPS = 300
 _MOST_SETTINGS = 30
 
 Mobility = Callable[[Array], Array]
-"""Factors of g³ at the nodes, from the pressure there: 1 at the inlet, 0 at the outlet."""
+"""Factors of g³ at the nodes, from their pressure: 1 at the inlet, 0 at the outlet."""
 
 
 @dataclass(frozen=True, eq=False)
 class Flow:
-    """Flow through a gap per unit of viscosity and of pressure gradient."""
+    """Flow through a gap per unit mean pressure gradient, without the factor 1/(12 η)."""
 
-    axis: int  # Along which the mean pressure gradient points: 0 y, 1 x
+    axis: int  # Direction of the mean pressure gradient: 0 y, 1 x
     permeability: tuple[float, float]  # Mean of g³ ∂p along y and x per unit mean gradient [m³]
     pressure: NDArray[np.float32]  # (ny, nx)
-    density: NDArray[np.float32]  # (ny, nx) Amount of g³ ∇p over the mean gradient [m³]
+    density: NDArray[np.float32]  # (ny, nx) Magnitude of g³ ∇p over the mean gradient [m³]
     sheared_gap: float  # Mean of g ∂p along the axis per unit mean gradient [m]
     unbalanced: float
     steps: int  # Steps of conjugate gradients
-    nodes: int  # Pixels connected with a path through
+    nodes: int  # Number of percolating pixels
 
     @property
     def percolates(self) -> bool:
-        """Whether there is a way through."""
+        """Whether there is an open path."""
         return self.nodes > 0
 
 
@@ -211,7 +211,7 @@ def flow(
             problem = _problem(moved, part, pixel, axis, periodic_axes)
             solved = _Solved.of_pressure(problem, solved.pressure, solved.small, solved.steps)
             total = float(np.abs(solved.unbalanced(problem)).sum())
-            # Not balanced after the last one, the flow is refused where it is measured.
+            # If the last iteration does not balance, `_flow_from_pressure` raises an error.
             if total <= TOLERANCE * solved.power or not left:
                 break
             solved = _solve_pressure(problem, solved)
@@ -221,7 +221,7 @@ def flow(
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """A network with what drives the flow: sides of given pressure, or a jump at a seam."""
+    """Flow network and its drive: sides of given pressure, or a pressure jump at a seam."""
 
     network: Network
     along: NDArray[np.int8]
@@ -233,7 +233,7 @@ class _Problem:
 
     @property
     def driven(self) -> NDArray[np.bool_]:
-        """Links over which the pressure falls by 1 more than from node to node."""
+        """Links across the seam, with an additional pressure drop of 1."""
         if self.axis not in self.periodic_axes:
             return np.zeros(self.along.size, bool)
         return (self.along == self.axis) & (self.forward < 0)
@@ -246,7 +246,7 @@ def _problem(
     axis: int,
     periodic_axes: tuple[int, ...],
 ) -> _Problem:
-    """Return the network of the pixels that are part of a way, of cubes of their gaps."""
+    """Return the network of the percolating pixels from the cubes of their gaps."""
     number = np.full(part.shape, -1, np.int32)
     nodes = int(np.count_nonzero(part))
     number[part] = np.arange(nodes, dtype=np.int32)
@@ -257,8 +257,8 @@ def _problem(
     )
     inlet, outlet, held = np.zeros(nodes), np.zeros(nodes), np.zeros(nodes)
     if axis in periodic_axes:
-        # The pressure is up to a constant on each part: one pixel is tied to the ground, through
-        # which nothing flows.
+        # The pressure of each part is known up to a constant: one pixel is grounded, without flow
+        # to the ground.
         for y, x in _widest_pixels(cube, components(part, periodic_axes)):
             held[int(number[y, x])] = cube[y, x]
     else:
@@ -273,7 +273,7 @@ def _problem(
 def _links(
     cube: Array, number: Indices, pixel: tuple[float, float], axis: int, wraps: bool
 ) -> tuple[Indices, Indices, Array, NDArray[np.int8]]:
-    """Return nodes, conductance and direction of the links along an axis."""
+    """Return both nodes, conductance and direction of the links along an axis."""
     ends = [(slice(None, -1), slice(1, None), 1)]
     if wraps and number.shape[axis] > 1:
         ends.append((slice(None, 1), slice(-1, None), -1))
@@ -284,7 +284,7 @@ def _links(
         )
         joined = (number[item] >= 0) & (number[two] >= 0)
         k, other = cube[item][joined], cube[two][joined]
-        # The harmonic mean, in an order in which no product of small numbers is lost.
+        # Harmonic mean, in an order without underflow of products of small numbers.
         other /= k + other
         other *= 2 * _shape(pixel, axis) * k
         first, second = number[item][joined], number[two][joined]
@@ -311,7 +311,7 @@ def _widest_pixels(cube: Array, label: NDArray[np.int32]) -> list[tuple[int, int
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
-    """Pressure at the nodes as a sum of two numbers, and what it drives through links and sides."""
+    """Pressure at the nodes as a sum of two numbers, and flow through links and sides."""
 
     pressure: Array
     small: Array
@@ -342,10 +342,10 @@ class _Solved:
 
 
 def _solve_pressure(problem: _Problem, start: _Solved | None = None) -> _Solved:
-    """Return the pressure at which the flow balances, found in rounds."""
+    """Return the pressure at which the flow balances, by iterative refinement."""
     nodes = problem.network.nodes
     inverse = Multigrid(problem.network)
-    # Flow at the nodes takes memory: only its sums are stored between iterations.
+    # To save memory, the flow through links is not stored between iterations.
     pressure, small, steps = np.zeros(nodes), np.zeros(nodes), 0
     if start is not None:
         pressure, steps = start.pressure + start.small, start.steps
@@ -373,10 +373,10 @@ def _imbalance(problem: _Problem, pressure: Array, small: Array) -> tuple[Array,
 def _solve_correction(
     inverse: Multigrid, residual: Array, total: float, power: float
 ) -> tuple[Array, int]:
-    """Return the change of pressure that balances what is left, to a part of it."""
+    """Return the pressure change that balances the residual flow, up to `_REDUCTION`."""
 
     def enough(change: Array, unbalanced: float) -> bool:
-        # The power of the flow over the pressure difference, 1, is the flow.
+        # Power over pressure difference (1) is the flow.
         flow = max(power - _dot(residual, change), 0.0)
         return unbalanced <= max(_REDUCTION * total, _TARGET_IMBALANCE * flow)
 
@@ -391,7 +391,7 @@ def _flow_from_pressure(
     scale: float,
     sheared: float,
 ) -> Flow:
-    """Return the flow in units of a scale of g³ [m³]."""
+    """Return the flow of a solution in units of the scale of g³ [m³]."""
     axis = problem.axis
     sides = [edge * points for edge, points in zip(pixel, part.shape, strict=True)]
     unbalanced = float(np.abs(solved.unbalanced(problem)).sum()) / solved.power
@@ -426,9 +426,9 @@ def _flow_from_pressure(
 
 
 def _sheared_gap(problem: _Problem, solved: _Solved, gap: Array, cube: Array) -> float:
-    """Return the gap times the fall of the pressure along the flow, over all links and sides [m].
+    """Return the sum of gap times pressure drop along the flow, over links and sides [m].
 
-    In a link the pressure falls in each of its two pixels by a part in the ratio of 1/g³.
+    The pressure drop of a link is split between its two pixels in the ratio of 1/g³.
     """
     network, along = problem.network, problem.along == problem.axis
     first, second = network.first[along], network.second[along]
@@ -444,7 +444,7 @@ def _sheared_gap(problem: _Problem, solved: _Solved, gap: Array, cube: Array) ->
 def _amount(
     problem: _Problem, solved: _Solved, forward: Array, pixel: tuple[float, float]
 ) -> Array:
-    """Return the amount of the flow density at the nodes, the mean of that at the faces."""
+    """Return the magnitude of the flow density at the nodes, from means over the faces."""
     network = problem.network
     square = np.zeros(network.nodes)
     for axis in (0, 1):
@@ -462,5 +462,5 @@ def _amount(
 
 
 def _dot(first: Array, second: Array) -> float:
-    # Not by BLAS, whose threads would change the last digits.
+    # Not by BLAS, whose last digits depend on the number of threads.
     return float(np.einsum("i,i->", first, second))

@@ -1,15 +1,15 @@
 """Isothermal flow of a gas through a gap, from viscous to free molecular.
 
-Per width a gap g lets g³ G p ∇p/(12 η) pass [Pa m³/s], with G = 6 Q(D)/D by the local rarefaction
-D = √π g p/(2 λ p) of `roughcontact.theory.rarefied_gas.channel_flow`; G is 1 where the gas is
-viscous. Of the potential Φ = ∫ p G dp of the narrowest constriction, all gaps as wide as it let
-g³ ∇Φ/(12 η) pass, and any other G/G_c times as much. This factor depends little on the pressure,
-and not at all where the gas is viscous or free molecular everywhere.
+The throughput of a gap g per width is g³ G p ∇p/(12 η) [Pa m³/s], with G = 6 Q(D)/D by the local
+rarefaction D = √π g p/(2 λ p) of `roughcontact.theory.rarefied_gas.channel_flow`; G is 1 where the
+gas is viscous. In terms of the potential Φ = ∫ p G dp of the narrowest constriction, the throughput
+is g³ ∇Φ/(12 η) for gaps of the same width, and G/G_c times this for others. This factor depends
+little on the pressure, and not at all if the gas is viscous or free molecular everywhere.
 
-Along an axis that is periodic the sample is short compared with the land: its permeability is that
-at one pressure, and Φ falls evenly over the land by Gauss's points. Along a free one the sample is
-the land, its inlet the first row or column: the pressure of each pixel decides
-(`roughcontact.analyses.leak.flow.flow` with a mobility).
+Along a periodic axis the sample is short compared with the land: its permeability is computed at
+one pressure, and averaged by Gauss quadrature over the land, along which Φ falls linearly. Along a
+free axis the sample is the land, with the inlet at the first row or column: the mobility depends on
+the pressure of each pixel (`roughcontact.analyses.leak.flow.flow` with a mobility).
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ from roughcontact.theory.rarefied_gas import channel_flow, mean_free_path
 Array = NDArray[np.float64]
 
 STANDARD_TEMPERATURE, STANDARD_PRESSURE = 273.15, 101325.0
-"""Of a standard cubic centimeter [K], [Pa]: 0 °C and one atmosphere (SEMI E12)."""
+"""Standard state [K], [Pa] of a cubic centimeter: 0 °C and one atmosphere (SEMI E12)."""
 
-# Points of pressure at which a sample of a land is solved, and of the table of the potential.
+# Number of quadrature points over the land, and of points in the table of the potential.
 _POINTS, _TABLE = 2, 4001
 
 
 @dataclass(frozen=True)
 class GasState:
-    """A gas between two pressures."""
+    """Gas between two pressures."""
 
     name: str
     molar_mass: float  # M [kg/mol]
     viscosity: float  # η [Pa s]
     temperature: float  # T [K]
-    inlet: float  # Absolute pressure [Pa]
-    outlet: float  # Absolute pressure [Pa]
+    inlet: float  # Absolute inlet pressure [Pa]
+    outlet: float  # Absolute outlet pressure [Pa]
 
     @property
     def mean_pressure(self) -> float:
@@ -50,17 +50,17 @@ class GasState:
         return (self.inlet + self.outlet) / 2
 
     def knudsen(self, gap: float, pressure: float) -> float:
-        """Return Kn = λ/g."""
+        """Return the Knudsen number Kn = λ/g."""
         path = mean_free_path(self.viscosity, pressure, self.molar_mass, self.temperature)
         return path / gap
 
     def mobility(self, gap: Array | float, pressure: Array | float) -> Array:
-        """Return G: how many times more passes than of a viscous gas."""
+        """Return the mobility G: the flow over the flow of a viscous gas."""
         rarefaction = math.sqrt(math.pi) / 2 * gap * pressure / self.knudsen(1.0, 1.0)
         return 6 * channel_flow(rarefaction) / rarefaction
 
     def throughput_in(self, unit: str) -> float:
-        """Return one Pa m³/s of this gas in another unit."""
+        """Return the throughput of one Pa m³/s of this gas in another unit."""
         warmth = STANDARD_TEMPERATURE / self.temperature
         return {
             "Pa m³/s": 1.0,
@@ -79,7 +79,7 @@ def gas_factor(
     periodic_axes: tuple[int, ...] = (),
     points: int = _POINTS,
 ) -> float:
-    """Return the throughput of a gas over that of the same gas if it were viscous everywhere."""
+    """Return the throughput of a gas over its throughput in purely viscous flow."""
     pressures = np.geomspace(state.outlet, state.inlet, _TABLE)
     # dΦ = p G dp = p² G d(ln p)
     slope = pressures**2 * state.mobility(narrowest, pressures)

@@ -41,7 +41,7 @@ from roughcontact.theory.rarefied_gas import mean_free_path
 from roughcontact.units import Quantity, format_change, format_percent
 
 THRESHOLD = 0.42
-"""Contact fraction at which isotropic self-affine contact closes all ways.
+"""Contact fraction at the percolation threshold of isotropic self-affine contact.
 
 Dapp, Lücke, Persson and Müser 2012, doi:10.1103/PhysRevLett.108.244301.
 """
@@ -52,7 +52,7 @@ _NEAR = 0.1
 _GRID_TOLERANCE = 0.1
 
 MIN_FLUID_SHARE = 0.05
-"""Share of the load from which on the pressure of the fluid is subtracted from the load."""
+"""Share of the load above which the load on the fluid is subtracted from the load."""
 
 LEAK_CLASSES = (
     (1e-11, "technically tight"),
@@ -64,21 +64,21 @@ LEAK_CLASSES = (
     (1e-4, "vapor-tight"),
     (1e-3, "watertight"),
 )
-"""Throughputs [Pa m³/s] below which a seal has a class, from the tightest on.
+"""Leak classes: maximum throughput [Pa m³/s] and name, from the tightest on.
 
 Rottländer, Umrath and Voss 2016, Fundamentals of leak detection, Leybold, cat. no. 199 79: common
-classes, ten times as many mbar l/s, of helium from one bar into vacuum.
+classes for helium from one bar into vacuum; 1 Pa m³/s is 10 mbar l/s.
 """
 
 MIN_GAS_GAP = 5e-5
-"""Viscosity [Pa s] below which a fluid is a gas: those have 9 to 35 µPa s, liquids 200 and more."""
+"""Viscosity [Pa s] below which a fluid is a gas (9 to 35 µPa s; liquids 200 or more)."""
 
-# Slip factor of helium above which slip is reported; Knudsen number of a warning.
+# Slip factor of helium above which slip has a caution; Knudsen number above which, a warning.
 _SLIPS, _RAREFIED = 1.05, 0.05
 
 
 def step_cautions(result: ContactResult, closed: bool) -> Iterator[Caution]:
-    """Yield the cautions on the leakage of one contact, whose gap is closed or not."""
+    """Yield the cautions on the leakage of one contact, with a closed or an open gap."""
     if result.counter_surface is None:
         yield ONE_ROUGH_FACE
     if not result.contact.any():
@@ -98,11 +98,11 @@ def step_cautions(result: ContactResult, closed: bool) -> Iterator[Caution]:
 def slip_caution(
     gap: NDArray[np.float64], flows: Sequence[Flow], viscosity: float, pressure_difference: float
 ) -> Iterator[Caution]:
-    """Yield the excess leakage of gases by slip, for the lightest gas and for air."""
+    """Yield the caution on excess leakage of gases by slip, for helium and air."""
     open_flows = [flow for flow in flows if flow.percolates]
     if viscosity >= MIN_GAS_GAP or not open_flows:
         return
-    # The outlet at the atmosphere, and in vacuum.
+    # Mean pressures with the outlet at atmospheric pressure, and in vacuum.
     outer, inner = ATMOSPHERE + pressure_difference / 2, pressure_difference / 2
     air, helium = (
         max(
@@ -116,7 +116,7 @@ def slip_caution(
     )
     if helium < _SLIPS:
         return
-    # Of the plane gap that lets as much through.
+    # Knudsen number of the plane gap with the same slip factor.
     knudsen = (air - 1) / 6
     yield (as_warning if knudsen > _RAREFIED else as_caution)(
         CautionTag.RAREFIED,
@@ -129,7 +129,7 @@ def slip_caution(
 
 
 def fluid_load_caution(fluid_load: float, load: float) -> Iterator[Caution]:
-    """Yield the message on a fluid that carries a share of the load."""
+    """Yield the caution on a fluid that carries a share of the load."""
     share = fluid_load / load if load > 0 else math.inf
     if share > MIN_FLUID_SHARE:
         yield as_caution(
@@ -142,7 +142,7 @@ def fluid_load_caution(fluid_load: float, load: float) -> Iterator[Caution]:
 
 
 def grid_caution(changes: tuple[float, float]) -> Iterator[Caution]:
-    """Yield the message on permeabilities that change on a grid of twice the pixel."""
+    """Yield the caution on permeabilities that change on a grid of twice the pixel."""
     worst: float = max(
         (change for change in changes if not math.isnan(change)), key=abs, default=0.0
     )
@@ -155,7 +155,7 @@ def grid_caution(changes: tuple[float, float]) -> Iterator[Caution]:
         )
 
 
-# --- What leaks through the gap of a contact, and the flow factors of its roughness ---
+# --- Leakage through the gap of a contact, and flow factors of the roughness ---
 
 
 Array = NDArray[np.float64]
@@ -164,34 +164,34 @@ OF = "the leakage of a contact"
 """Name of the analysis in messages on missing maps."""
 
 AXES = ("y", "x")
-"""Directions of the flow by the number of their axis."""
+"""Names of the flow directions by axis."""
 
 
 @dataclass(frozen=True)
 class Seal:
-    """A fluid, the pressure that drives it, and the face that it leaks through."""
+    """Fluid, pressure difference and sealing face."""
 
     viscosity: float  # η [Pa s]
     pressure_difference: float  # From inlet to outlet [Pa]
-    width: float | None = None  # Of the face across the flow [m]
-    length: float | None = None  # Of the face along the flow [m]
+    width: float | None = None  # Width of the face, across the flow [m]
+    length: float | None = None  # Length of the face, along the flow [m]
     ring: float | None = None  # Mean diameter of a ring-shaped face [m]
-    gas: GasState | None = None  # None of a liquid, and of a gas that is taken for viscous
+    gas: GasState | None = None  # None for a liquid, and for a gas that is treated as viscous
 
     @property
     def mean_pressure(self) -> float:
-        """Mean pressure over the land above that at the outlet [Pa], of a viscous fluid."""
+        """Mean excess of the pressure over the outlet pressure [Pa], for a viscous fluid."""
         if self.gas is None:
             return self.pressure_difference / 2
         inlet, outlet = self.gas.inlet, self.gas.outlet
-        # p² falls evenly.
+        # p² falls linearly along the land.
         return 2 / 3 * (inlet**3 - outlet**3) / (inlet**2 - outlet**2) - outlet
 
     def face(self, size: tuple[float, float], axis: int) -> tuple[float, float]:
-        """Return width and length of the face [m], by default those of a map of a size (y, x)."""
+        """Return width and length of the face [m], by default from the map size (y, x)."""
         length = size[axis] if self.length is None else self.length
         if self.ring is not None:
-            # Flow along radii: the logarithm of outer over inner radius is 2 artanh(l/d).
+            # Radial flow: the logarithm of outer over inner radius is 2 artanh(l/d).
             return math.pi * length / math.atanh(length / self.ring), length
         return size[1 - axis] if self.width is None else self.width, length
 
@@ -203,21 +203,21 @@ class LeakageStep:
     load: float  # W [N]
     contact_area: float  # Real contact area [m²]
     saturated_area: float  # Area at the ceiling [m²]
-    mean_gap: float  # ū [m], over all of the map
+    mean_gap: float  # ū [m], over the whole map
     permeability: tuple[tuple[float, float], tuple[float, float]]  # [m³]
     constriction: tuple[Constriction | None, Constriction | None]
     unbalanced: float  # Larger relative imbalance of the two flows
-    steps: int  # Steps of the solver, both flows together
-    gas_factor: tuple[float, float] = (1.0, 1.0)  # Flow of the gas over that without slip
+    steps: int  # Solver steps of both flows
+    gas_factor: tuple[float, float] = (1.0, 1.0)  # Gas flow over viscous flow
     sheared_gap: tuple[float, float] = (math.nan, math.nan)  # Mean of g ∂p per unit gradient [m]
     inverse_gap: float = math.nan  # Mean of 1/g where g exceeds σ/100 [1/m]
 
 
 @dataclass(frozen=True)
 class Change:
-    """How numbers change from one grid to a coarser one."""
+    """Change of the results on a coarser grid."""
 
-    pixel: float  # Larger edge of its pixels [m]
+    pixel: float  # Larger pixel edge of the coarser grid [m]
     permeability: tuple[float, float]  # Relative changes of k along y and x
 
 
@@ -238,19 +238,19 @@ class Leakage(Result):
     largest : ContactResult
         The contact under the largest load.
     flows : tuple of Flow
-        Pressure and flow density of the gap under the largest load, one a direction.
+        Pressure and flow density of the gap under the largest load, one flow per direction.
     messages : tuple of Caution
         Cautions on the contacts.
     extra_cautions : tuple of Caution
         Remarks on the measurement of the maps.
     coarser : Change or None
-        How the numbers under the largest load change on a coarser grid, where that is known; see
+        Change of the results under the largest load on a coarser grid, if known; see
         `with_coarser_grid`.
     calibrated : CalibratedChange or None
-        How the permeabilities along y and x change under the calibrated ceiling, where that is
-        known; see `with_calibrated_ceiling`.
+        Change of the permeabilities along y and x under the calibrated ceiling, if known; see
+        `with_calibrated_ceiling`.
     fluid_load : float
-        Load that the pressure of the fluid carries, in the loads of the steps [N]; see
+        Part of the loads of the steps that the fluid pressure carries [N]; see
         `with_fluid_load`.
     draws : tuple of Mean
         Permeability along y and x [m³] under the largest load over pairs of faces, times the
@@ -290,7 +290,7 @@ class Leakage(Result):
         return size[0] * size[1]
 
     def with_calibrated_ceiling(self, contact: ContactResult) -> Leakage:
-        """Return the same with what changes under the calibrated ceiling.
+        """Return the leakage with its change under the calibrated ceiling.
 
         Parameters
         ----------
@@ -304,7 +304,7 @@ class Leakage(Result):
         return replace(self, calibrated=change)
 
     def with_coarser_grid(self, coarser: ContactResult) -> Leakage:
-        """Return the same with what changes on a coarser grid.
+        """Return the leakage with its change on a coarser grid.
 
         Parameters
         ----------
@@ -317,24 +317,25 @@ class Leakage(Result):
         return replace(self, coarser=change, messages=(*self.messages, *change_of))
 
     def with_fluid_load(self, load: float) -> Leakage:
-        """Return the same of contacts that were solved under what the fluid leaves of the loads.
+        """Return the leakage with total loads, from contacts under the load on the solid.
 
         Parameters
         ----------
         load : float
-            Load that the pressure of the fluid carries [N].
+            Load that the fluid pressure carries [N].
 
         Notes
         -----
-        A uniform pressure in the gap of two half-spaces deforms neither of them. The pressure of
-        the solid beyond it is that of a dry contact under the rest of the load (Kuznetsov 1985).
+        A uniform pressure in the gap of two half-spaces deforms neither of them. The excess of the
+        contact pressure over the fluid pressure is the pressure of a dry contact under the rest of
+        the load (Kuznetsov 1985).
         """
         steps = tuple(replace(step, load=step.load + load) for step in self.steps)
         messages = tuple(text for text in self.messages if text.kind != CautionTag.FLUID_PRESSURE)
         return replace(self, steps=steps, fluid_load=load, messages=messages)
 
     def _changes(self, step: LeakageStep) -> tuple[float, float]:
-        """Return how what flows along y and x changes from the largest load to a step."""
+        """Return the relative change of the flow along y and x at a step."""
         along_y, along_x = (
             relative_change(
                 *(
@@ -355,18 +356,18 @@ class Leakage(Result):
         return share
 
     def column(self, name: str) -> Array:
-        """Return one number of all steps, shape (n,); see `LeakageStep`."""
+        """Return one field of all steps, shape (n,); see `LeakageStep`."""
         return np.array([getattr(step, name) for step in self.steps], dtype=float)
 
     def permeability(self, axis: int, along: int | None = None) -> Array:
-        """Return k of all steps [m³], shape (n,).
+        """Return the permeability k of all steps [m³], shape (n,).
 
         Parameters
         ----------
         axis : {0, 1}
             Direction of the flow: 0 y, 1 x.
         along : {0, 1}, optional
-            Direction of the pressure gradient; by default that of the flow.
+            Direction of the pressure gradient; by default the direction of the flow.
         """
         other = axis if along is None else along
         return np.array([step.permeability[axis][other] for step in self.steps])
@@ -374,7 +375,7 @@ class Leakage(Result):
     def flow_factor(self, axis: int) -> Array:
         """Return the pressure-flow factor φ = k/ū³ of Patir and Cheng, shape (n,).
 
-        It is 1 for smooth plates with the same mean gap.
+        The factor is 1 for smooth plates with the same mean gap.
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             factor: Array = self.permeability(axis) / self.column("mean_gap") ** 3
@@ -383,8 +384,8 @@ class Leakage(Result):
     def shear_flow_factor(self, axis: int) -> Array:
         """Return the shear-flow factor φ_s of Patir and Cheng, shape (n,).
 
-        Sliding at U of the smooth face adds U (ū - σ φ_s)/2 to the mean flow per width, of the
-        rough one U (ū + σ φ_s)/2. NaN where both faces are rough.
+        Sliding of the smooth face at U adds U (ū - σ φ_s)/2 to the mean flow per width, sliding of
+        the rough face U (ū + σ φ_s)/2. NaN if both faces are rough.
         """
         if self.largest.counter_surface is not None:
             return np.full(len(self.steps), math.nan)
@@ -393,9 +394,9 @@ class Leakage(Result):
 
     @property
     def shear_stress_factor(self) -> Array:
-        """Shear-stress factor φ_f = ū ⟨1/g⟩ of Patir and Cheng over gaps above σ/100, shape (n,).
+        """Shear-stress factor φ_f = ū ⟨1/g⟩ of Patir and Cheng, g > σ/100, shape (n,).
 
-        The mean shear stress of the fluid is η U φ_f/ū; it is zero at closed points.
+        The mean shear stress of the fluid is η U φ_f/ū; closed points contribute zero.
         """
         return self.column("mean_gap") * self.column("inverse_gap")
 
@@ -407,15 +408,15 @@ class Leakage(Result):
         return ratio
 
     def critical_gap(self, axis: int) -> Array:
-        """Return the gap at the narrowest place of the widest way [m], shape (n,); 0 without."""
+        """Return the gap at the narrowest constriction [m], shape (n,); 0 without open path."""
         places = (step.constriction[axis] for step in self.steps)
         return np.array([0.0 if place is None else place.gap for place in places])
 
     def rate(self, axis: int) -> Array:
         """Return the leak rate k Δp w/(12 η l) [m³/s], shape (n,); NaN without a fluid.
 
-        Of a gas it is the volume at the mean of the pressures at inlet and outlet, slip included
-        where the gas was named.
+        For a gas this is the volume at the mean of inlet and outlet pressure; slip is included for
+        a named gas.
         """
         if self.seal is None:
             return np.full(len(self.steps), math.nan)
@@ -440,9 +441,9 @@ class Leakage(Result):
 
     @property
     def leak_class(self) -> tuple[str, float] | None:
-        """Class of the larger leak rate of a gas under the largest load, and its limit [Pa m³/s].
+        """Class of the larger gas leak rate under the largest load, and its limit [Pa m³/s].
 
-        A class is that of a whole seal: None where the width of the face is not known.
+        A class applies to a whole seal: None if the width of the face is not known.
         """
         seal = self.seal
         if seal is None or seal.gas is None or (seal.ring is None and seal.width is None):
@@ -479,14 +480,13 @@ def leakage(
     viscosity : float, str or quantity of pint, optional
         η of the fluid [Pa s].
     pressure_difference : float, str or quantity of pint, optional
-        Between inlet and outlet [Pa].
+        Pressure difference between inlet and outlet [Pa].
     seal_width, seal_length : float, str or quantity of pint, optional
-        Dimensions of the sealing face across the flow and along it [m]; by default those of the
-        map.
+        Dimensions of the sealing face across and along the flow [m]; by default the map size.
     ring : float, str or quantity of pint, optional
-        Mean diameter of a ring-shaped sealing face [m], in place of its width.
+        Mean diameter of a ring-shaped sealing face [m], instead of its width.
     gas : {"air", "nitrogen", "helium", "argon"}, optional
-        Gas that leaks, in place of viscosity and pressure difference.
+        Gas that leaks, instead of viscosity and pressure difference.
     inlet, outlet : float, str or quantity of pint, optional
         Absolute pressures of the gas [Pa].
     temperature : float, str or quantity of pint, optional
@@ -508,29 +508,28 @@ def leakage(
 
     Notes
     -----
-    Reynolds' equation for a thin film at rest, ∇·(g³ ∇p) = 0, where the bodies do not touch;
-    nothing flows through contact, and the fluid does not push the bodies apart. Along an axis
-    that is periodic the pressure falls by the same amount over each period; along a free one it
-    is given on the two sides of the map. An open path is searched first: without one nothing
-    flows.
+    Reynolds' equation for a thin film at rest, ∇·(g³ ∇p) = 0, where the bodies do not touch; there
+    is no flow through contact, and the fluid does not deform the bodies. Along a periodic axis the
+    pressure falls by the same amount over each period; along a free axis the pressure is given on
+    the two sides of the map. An open path is searched first: without one there is no flow.
 
-    A liquid leaks k Δp w/(12 η l). An ideal gas at one temperature leaks the same volume, counted
-    at the mean of both pressures, as p ∇p is ∇p²/2. Where the gap is not much wider than the free
-    path of its molecules it slips, and the rate is higher: a caution gives the factor, see
-    `roughcontact.analyses.conductance.model.slip_factor`. Of a named ``gas`` the flow is computed
+    The leak rate of a liquid is k Δp w/(12 η l). For an isothermal ideal gas, this is the volume at
+    the mean of both pressures, as p ∇p is ∇p²/2. If the gap is not much wider than the mean free
+    path, the gas slips and the rate is higher: a caution gives the factor, see
+    `roughcontact.analyses.conductance.model.slip_factor`. The flow of a named ``gas`` is computed
     from viscous to free molecular, by the local Knudsen number: see
     `roughcontact.analyses.leak.gas_flow`.
 
-    The mean pressure of the fluid over the land takes its share of the load off the solid; a
-    caution shows it from 5 % on.
+    The mean pressure of the fluid over the land carries a share of the load; a caution shows this
+    share from 5 % on.
 
     References
     ----------
     Patir and Cheng 1978, J. Lubr. Technol. 100, 12, doi:10.1115/1.3453103: flow factors, there over
-    the distance of the mean planes, here over the mean gap, as the continuity of flow requires
+    the distance of the mean planes, here over the mean gap, as required by the continuity of flow
 
     Patir and Cheng 1979, J. Lubr. Technol. 101, 220, doi:10.1115/1.3453329: sliding. The flow that
-    a sliding face drags along follows from the pressure flow by reciprocity.
+    is dragged along by a sliding face follows from the pressure flow by reciprocity.
 
     Examples
     --------
@@ -596,7 +595,7 @@ def _flow_of(step: LeakageStep) -> tuple[float, float]:
 
 def _mean_step(steps: Sequence[LeakageStep]) -> LeakageStep:
     mean = mean_step(steps, ("constriction", "gas_factor"))
-    # The flows of the pairs add up, not their factors.
+    # Average the flows of the pairs, not their factors.
     flows = np.mean([_flow_of(step) for step in steps], axis=0)
     along_y, along_x = (
         float(flow / mean.permeability[axis][axis]) if mean.permeability[axis][axis] else 1.0
@@ -606,7 +605,7 @@ def _mean_step(steps: Sequence[LeakageStep]) -> LeakageStep:
 
 
 _MIN_FILM_RATIO = 100.0
-"""σ over the thinnest film that shears, as Patir and Cheng 1979 have it."""
+"""σ over the thinnest film with shear stress (Patir and Cheng 1979)."""
 
 
 def _step(
@@ -650,7 +649,7 @@ def _step(
 
 
 def flow_gap(result: ContactResult) -> Array:
-    """Return the gap that fluid may flow through [m], 0 where the bodies touch, shape (ny, nx)."""
+    """Return the gap for the fluid [m], 0 where the bodies touch, shape (ny, nx)."""
     return np.where(result.contact, 0.0, np.fmax(result.gap, 0.0))
 
 

@@ -137,7 +137,7 @@ def _gas_column(axis: int, key: str, unit: str) -> Column:
 
 
 def _along(axis: int) -> Columns:
-    """Return the columns of a direction; shown is the rate of a fluid, or the permeability."""
+    """Return the columns of a flow direction, with leak rate or permeability."""
     name, requested = AXES[axis], _has_axis(axis)
     return (
         Column(
@@ -351,7 +351,7 @@ def _gas_rate(throughput: float) -> str:
 
 
 def _answer(result: Leakage) -> str:
-    """Return the leak rate under the largest load as a sentence, or that nothing leaks."""
+    """Return the leak rate or permeability under the largest load as a sentence."""
     at = phrases.load(result.largest)
     closed = [AXES[axis] for axis in result.axes if not _flows(result, axis)]
     if len(closed) == len(result.axes):
@@ -408,7 +408,7 @@ def _numbers(result: Leakage) -> CellTable:
 
 
 def _remarks(result: Leakage) -> tuple[str, ...]:
-    """Return the remarks on the scaling of the rate, the narrowest place, and the accuracy."""
+    """Return remarks on the scaling of the rate, the narrowest constriction and accuracy."""
     lines: list[str] = []
     seal = result.seal
     if seal is not None and (seal.length is None or (seal.width is None and seal.ring is None)):
@@ -435,7 +435,7 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
 
 
 def _fluid_lines(result: Leakage) -> Iterator[str]:
-    """Yield the gas flow in other units, its regime, and the share of the load on the fluid."""
+    """Yield gas flow in other units, Knudsen numbers, and the load share of the fluid."""
     seal = result.seal
     flowing = [axis for axis in result.axes if _flows(result, axis)]
     if seal is None or not flowing:

@@ -1,4 +1,4 @@
-"""The task ``leak``: what leaks through the gap of a contact."""
+"""The task ``leak``: leakage through the gap of a contact."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
 
 
 def _fluid_load(request: Request, maps: Sequence[Surface], loads: Sequence[Any]) -> float:
-    """Return the load that the fluid carries [N]; 0 where it is a negligible share."""
+    """Return the load that the fluid carries [N]; 0 if it is a negligible share."""
     from roughcontact.analyses.leak.model import MIN_FLUID_SHARE
 
     seal = _seal(request)
@@ -136,9 +136,9 @@ def _fluid_load(request: Request, maps: Sequence[Surface], loads: Sequence[Any])
 
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:
-    """Refuse flows that need more memory than there is."""
-    # Maps that the flows along both axes take beside the contact, at most 250 bytes a point each;
-    # those of a gas 330.
+    """Raise an error if the flows need more than the available memory."""
+    # Maps in addition to the contact: the flow along each axis needs at most 250 bytes per point,
+    # the flow of a gas 330.
     request.require_contact(shape, 64 if request[GAS] is None else 84)
 
 

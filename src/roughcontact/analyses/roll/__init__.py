@@ -1,1 +1,1 @@
-"""Repeated passes over a yielding body."""
+"""Repeated passes of a counter-body over a yielding body."""

@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 
-# Passes with a separate line over the depth, and the lightest of their blues.
+# Maximum number of passes in the depth profiles, and the lightest blue of their lines.
 _LINES = 6
 _LIGHTEST = 0.3
 
-# Part of the largest value down to which profiles are drawn, and how much deeper.
+# Share of the largest value down to which profiles are drawn, and factor of the depth.
 _LEAST, _MORE = 0.03, 1.4
 
 _STYLES = ("o-", "s--", "^:")
 
 
 def passes(rolling: RollingResult) -> Figure:
-    """Draw what each pass adds to the strain, its largest pressure and area, and the roughness.
+    """Draw strain, largest pressure, contact area and roughness pass by pass.
 
     Parameters
     ----------
@@ -44,8 +44,8 @@ def passes(rolling: RollingResult) -> Figure:
     Returns
     -------
     Figure
-        Plastic strain that each pass adds and what is left of it, on a logarithmic scale with the
-        strain that counts as none; largest pressure; contact area; Sq and Spk of the rough body.
+        Plastic strain that each pass adds, and its net part, on a logarithmic scale with the
+        threshold of strain; largest pressure; contact area; Sq and Spk of the rough body.
     """
     from matplotlib.ticker import MaxNLocator
 
@@ -89,7 +89,7 @@ def _draw_strains(axes: Axes, rolling: RollingResult, number: Array) -> None:
         ([item.strain_net for item in rolling.passes], "s--", style.SERIES[1], "left of it"),
         (shear, "^:", style.SERIES[2], "mean shear left of it"),
     ):
-        # Zero has no place on a logarithmic scale.
+        # A logarithmic scale has no zero.
         held = np.array(values)
         axes.plot(number, np.where(held > 0, held, np.nan), line, color=colour, label=name)
     axes.axhline(
@@ -102,7 +102,7 @@ def _draw_strains(axes: Axes, rolling: RollingResult, number: Array) -> None:
 
 
 def heights(rolling: RollingResult) -> Figure:
-    """Draw the heights of the rough body before the passes and after them.
+    """Draw the heights of the rough body before and after the passes.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def heights(rolling: RollingResult) -> Figure:
     Returns
     -------
     Figure
-        Along x and y through the deepest residual displacement.
+        Height profiles along x and y through the deepest residual displacement.
     """
     result = rolling.result
     before, after = result.solution.surface, rolling.rolled_surface
@@ -168,20 +168,20 @@ def _sq(rolling: RollingResult) -> str:
 
 
 def depths(rolling: RollingResult, body: int = 0) -> Figure:
-    """Draw the shear strain that passes add over the depth, and the residual stress after them.
+    """Draw depth profiles of the added shear strain and of the residual stress.
 
     Parameters
     ----------
     rolling : RollingResult
         The passes.
     body : int
-        Which of the bodies that yield, the rough one first.
+        Index of the yielding body, the rough body first.
 
     Returns
     -------
     Figure
-        Shear strain towards where the counter-body moved on the first pass; residual stress along
-        the pass and across it. A line a pass, the later the darker.
+        Shear strain in the direction of the first pass; residual stress along and across the
+        pass. One line per pass, darker for later passes.
     """
     from matplotlib.ticker import MaxNLocator
 
@@ -219,7 +219,7 @@ def depths(rolling: RollingResult, body: int = 0) -> Figure:
 
 
 def _shown(rolling: RollingResult, body: int, faces: Array) -> float:
-    """Return how deep to draw [m]: somewhat below where values have died out."""
+    """Return the depth of the profiles [m], slightly below the last large value."""
     deepest = 0
     for key in ("shear", "residual_along", "residual_across"):
         values = np.abs(getattr(rolling.passes[-1 if "res" in key else 0], key)[body])
@@ -229,7 +229,7 @@ def _shown(rolling: RollingResult, body: int, faces: Array) -> float:
 
 
 def _chosen(count: int) -> Sequence[tuple[int, Any]]:
-    """Return some passes, the first and the last among them, with their colours."""
+    """Return the indices of the drawn passes, including first and last, with their colours."""
     from matplotlib import colormaps
 
     numbers = np.unique(np.geomspace(1, count, min(count, _LINES)).round().astype(int)) - 1
@@ -250,10 +250,10 @@ def _counted(rolling: RollingResult) -> str:
     return f"{count} {'pass' if count == 1 else 'passes'}{style.doubt_suffix(rolling.result)}"
 
 
-# --- A movie of repeated passes: the pressure and the strain below it, step by step ---
+# --- Movie of repeated passes: pressure and strain below it, step by step ---
 
 
-# Pictures of a movie at most, the time of each [ms] and of the last, and their dots an inch.
+# Maximum number of frames of a movie, duration of each and of the last [ms], and resolution [dpi].
 MOST_FRAMES = 240
 _SHOWN, _LAST = 100, 1500
 _DPI = 72
@@ -262,14 +262,14 @@ _DPI = 72
 def save(
     rolling: RollingResult, frames: Sequence[MovieFrame], path: str | os.PathLike[str]
 ) -> None:
-    """Write a movie of passes as an animated GIF, which every browser plays.
+    """Write a movie of passes as an animated GIF.
 
     Parameters
     ----------
     rolling : RollingResult
         The passes.
-    frames : sequence of Frame
-        One for each step; of more than 240 some are left out, at equal distances.
+    frames : sequence of MovieFrame
+        One frame per step; more than 240 frames are thinned evenly.
     path : str or path
         File to write; it must end in ``.gif``.
 
@@ -298,7 +298,7 @@ def save(
 
 
 def _pictures(rolling: RollingResult, frames: Sequence[MovieFrame]) -> list[Any]:
-    """Return the pictures, in the colours of one scale for all of them."""
+    """Return the images of the frames, with a common colour scale."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from PIL import Image
@@ -321,16 +321,16 @@ def _pictures(rolling: RollingResult, frames: Sequence[MovieFrame]) -> list[Any]
         strain.set_array(np.ma.masked_equal(values, 0))
         title.set_text(f"pass {frame.number} of {count}, step {frame.step}")
         canvas.draw()
-        # Laid out once: nothing moves from one picture to the next.
+        # Freeze the layout after the first frame, so that the axes do not move.
         figure.set_layout_engine("none")
         dots = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
-        # One palette for all, or colours would flicker.
+        # A common palette prevents flicker.
         pictures.append(dots.quantize(palette=pictures[0]) if pictures else _with_palette(dots))
     return pictures
 
 
 def _with_palette(picture: Any) -> Any:
-    """Return the first picture with colours for those after it, too."""
+    """Return the first image, with a palette for all images."""
     from matplotlib import colormaps
     from PIL import Image
 
@@ -403,5 +403,5 @@ def _draw_strain(axes: Any, rolling: RollingResult, frames: Sequence[MovieFrame]
 
 
 def along_of(direction: float) -> str:
-    """Return the axis of the map that a direction [degrees] is closest to."""
+    """Return the axis of the map that is closest to a direction [degrees]."""
     return "x" if abs(np.cos(np.radians(direction))) >= np.sqrt(0.5) - 1e-9 else "y"

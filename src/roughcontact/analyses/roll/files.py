@@ -12,7 +12,7 @@ from roughcontact.formats.vtk import save_vtk, save_vtr
 
 
 def save_pvd(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
-    """Write every step that is kept of repeated passes as a series for ParaView."""
+    """Write all saved steps of repeated passes as a series for ParaView."""
     require_suffix(path, ".pvd")
     target = Path(path)
     folder = target.with_suffix("")

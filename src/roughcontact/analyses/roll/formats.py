@@ -1,4 +1,4 @@
-"""Formats that repeated passes are written in."""
+"""File formats of repeated passes."""
 
 from __future__ import annotations
 

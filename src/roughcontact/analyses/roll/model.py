@@ -1,4 +1,4 @@
-"""Repeated passes of a counter-body over bodies that yield, and whether they shake down."""
+"""Repeated passes of a counter-body over yielding bodies: shakedown or ratcheting."""
 
 from __future__ import annotations
 
@@ -50,30 +50,30 @@ class Pass(RenamedAttributes):
     """Summary of one pass."""
 
     strain_added: (
-        float  # Largest equivalent plastic strain that it added anywhere, there and back counted
+        float  # Largest added accumulated plastic strain: forward and backward strain add up
     )
-    strain_net: float  # Largest equivalent of the plastic strain that is left of that
-    max_pressure: float  # Largest pressure on the way [Pa]
-    max_plastic_strain: float  # Largest accumulated plastic strain after it
-    max_residual_stress: float  # Largest von Mises stress by the plastic strain alone after it [Pa]
+    strain_net: float  # Largest equivalent of the net plastic strain of the pass
+    max_pressure: float  # Largest pressure during the pass [Pa]
+    max_plastic_strain: float  # Largest accumulated plastic strain after the pass
+    max_residual_stress: float  # Largest residual von Mises stress after the pass [Pa]
     max_residual_displacement: float  # [m]
-    steps: int = 0  # Increments that it took
+    steps: int = 0  # Number of increments
     contact_area: float = 0.0  # Largest during the pass [m²]
     approach: float = 0.0  # Largest during the pass [m]
-    Sq: float = 0.0  # Of the heights after it [m]
-    Spk: float = 0.0  # Of the heights after it [m]
+    Sq: float = 0.0  # Sq of the rough body after the pass [m]
+    Spk: float = 0.0  # Spk of the rough body after the pass [m]
     shear: Array = field(default_factory=_nothing, compare=False, repr=False)  # (bodies, nz)
     residual_along: Array = field(default_factory=_nothing, compare=False, repr=False)
     residual_across: Array = field(default_factory=_nothing, compare=False, repr=False)
 
     @property
     def largest_shear(self) -> float:
-        """The largest of ``shear``, with its sign."""
+        """Value of ``shear`` with the largest magnitude."""
         return _largest(self.shear)
 
     @property
     def in_plane_stress(self) -> float:
-        """The largest of ``residual_along`` and ``residual_across`` [Pa]; tension is positive."""
+        """Largest value by magnitude of both residual stresses [Pa]; tension is positive."""
         return _largest(np.concatenate([self.residual_along, self.residual_across]))
 
 
@@ -92,7 +92,7 @@ def pass_result(
         )
         strain = body.plastic_strain - _resample_layers(old, body, "plastic_strain")
         gain = max(gain, 2 / 3 * float(tensors.equivalent(strain.swapaxes(0, 1)).max()))
-        # A step aside of what lies above is a shear into the body.
+        # The sign makes shear positive if the layers above move in the direction.
         shear.append(_over_depth(result, body, -_shear(strain, direction)))
         for answer, angle in ((along, direction), (across, direction + 90)):
             answer.append(_over_depth(result, body, _normal(body, angle)))
@@ -117,22 +117,22 @@ def pass_result(
 
 
 def rolled_surface(result: ElastoplasticResult) -> Surface:
-    """Return the heights of the rough body after a path, free of load."""
+    """Return the heights of the rough body after a path, without load."""
     return indented(result.solution.surface, result.residual_displacement)
 
 
 @dataclass(frozen=True, eq=False)
 class MovieFrame:
-    """A picture of a step."""
+    """Fields of one step for a movie."""
 
-    number: int  # Of the pass
-    step: int  # Of the pass
+    number: int  # Number of the pass
+    step: int  # Number of the step in the pass
     pressure: Array  # (ny, nx) Contact pressure [Pa]
-    strain: Array  # (nz, n)
+    strain: Array  # (nz, n) Largest accumulated plastic strain across the pass
 
 
 def make_frame(result: ElastoplasticResult, number: int, step: int, along: str) -> MovieFrame:
-    """Return the picture of a state, in seven digits."""
+    """Return the movie frame of a state, in single precision."""
     body = result.whole_bodies[0]
     strain = _on_map(result, body, body.accumulated).max(axis=1 if along == "x" else 2)
     return MovieFrame(
@@ -141,7 +141,7 @@ def make_frame(result: ElastoplasticResult, number: int, step: int, along: str) 
 
 
 def _resample_layers(old: PlasticBody | None, new: PlasticBody, name: str) -> Array:
-    """Return a field of a state before, on the layers and points that there are by now."""
+    """Return a field of an earlier state on the layers and points of the present one."""
     wide: Array = np.zeros_like(getattr(new, name))
     if old is not None:
         values = getattr(old, name)
@@ -152,13 +152,13 @@ def _resample_layers(old: PlasticBody | None, new: PlasticBody, name: str) -> Ar
 
 
 def _shear(strain: Array, direction: float) -> Array:
-    """Return γ between the depth and a direction, shape (nz, ny, nx)."""
+    """Return the shear strain γ between depth and a direction, shape (nz, ny, nx)."""
     angle = math.radians(direction)
     return 2 * (strain[:, 3] * math.cos(angle) + strain[:, 4] * math.sin(angle))
 
 
 def _normal(body: PlasticBody, direction: float) -> Array:
-    """Return the residual stress normal to planes across a direction [Pa]."""
+    """Return the residual normal stress along a direction [Pa]."""
     angle, stress = math.radians(2 * direction), body.residual_stress
     mean: Array = body.mean_residual_stress - stress[:, 0] / 2
     return mean + stress[:, 1] * math.cos(angle) + stress[:, 2] * math.sin(angle)
@@ -171,7 +171,7 @@ def _on_map(result: ElastoplasticResult, body: PlasticBody, values: Array) -> Ar
 
 
 def _over_depth(result: ElastoplasticResult, body: PlasticBody, values: Array) -> Array:
-    """Return one value a layer: the mean along periodic axes, the largest along others."""
+    """Return one value per layer: the mean along periodic, the largest along free axes."""
     axes = tuple(1 + axis for axis in result.solution.boundary.periodic_axes)
     mean = _on_map(result, body, values).mean(axis=axes, keepdims=True, dtype=float)
     lines = mean.reshape(len(values), -1)
@@ -182,13 +182,13 @@ def _largest(values: Array) -> float:
     return float(values.ravel()[np.abs(values).argmax()]) if values.size else 0.0
 
 
-# --- Repeated passes of a counter-body over bodies that yield, and whether they shake down ---
+# --- Repeated passes of a counter-body over yielding bodies ---
 
 
-# Strain that a pass adds, over the yield strain σ_Y/3μ, up to which it counts as none; and what is
-# left of it after the pass, over it, up to which it has gone to and fro.
+# Strain that a pass adds, over the yield strain σ_Y/3μ, up to which it is treated as zero; and net
+# over added strain of a pass up to which the strain is treated as alternating.
 _NONE, _LEFT = 0.01, 0.02
-# Change between passes up to which they are treated as equal.
+# Relative change between passes up to which they are treated as equal.
 _STEADY_TOLERANCE = 0.1
 
 
@@ -205,26 +205,26 @@ class Shakedown(StrEnum):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RollingResult(Result):
-    """Bodies after repeated passes.
+    """Result of repeated passes.
 
     Parameters
     ----------
     result : ElastoplasticResult
         The state at the end of the last pass.
     passes : tuple of Pass
-        One after the other.
+        Summaries of the passes, in order.
     direction : float
-        Where the counter-body moved on the first of them [degrees].
+        Travel direction of the counter-body on the first pass [degrees].
     reciprocating : bool
-        Whether every other pass went back.
+        Whether the travel direction alternates.
     folder : path, optional
-        Where the state after every step is kept.
+        Folder of the saved states.
     step : float
-        Distance between the places of a pass [m]; 0 where it is not known.
+        Distance between the positions of a pass [m]; 0 if not known.
     axis : float, optional
-        Where the axis of a nominal cylinder lies that passes [degrees].
+        Direction of the axis of a nominal cylinder that passes [degrees].
     requested : int
-        How many passes were requested; they end with one that adds no plastic strain.
+        Number of requested passes; passes end with one that adds no plastic strain.
     """
 
     result: ElastoplasticResult
@@ -240,10 +240,11 @@ class RollingResult(Result):
     def shakedown(self) -> Shakedown:
         """Response to repeated passes.
 
-        Shaken down where the last pass adds less than 1 % of the yield strain σ_Y/3μ. Alternating
-        where it adds as much as that before, to 10 %, and less than 2 % of that is left, or 1 % of
-        the yield strain; ratcheting where more is left, and as much as of that before. Not
-        resolved where the steps of a pass are longer than the half-width of the contact.
+        Elastic shakedown if the last pass adds less than 1 % of the yield strain σ_Y/3μ. Plastic
+        shakedown if the last pass adds the same strain as the pass before, to 10 %, and the net
+        strain is less than 2 % of it or 1 % of the yield strain; ratcheting if the net strain is
+        larger, and the same as that of the pass before. Not resolved if the steps of a pass are
+        longer than the half-width of the contact.
         """
         minimum = self.strain_threshold
         flows, gains = (
@@ -277,12 +278,12 @@ class RollingResult(Result):
 
     @property
     def strain_threshold(self) -> float:
-        """Plastic strain of a pass up to which it is treated as none."""
+        """Plastic strain of a pass up to which it is treated as zero."""
         return _NONE * min(map(_yield_strain, self.result.whole_bodies))
 
     @property
     def outcome_text(self) -> str:
-        """The ``shakedown`` as text, with its number."""
+        """The ``shakedown`` as text, with the number of passes or the strain per pass."""
         kind = self.shakedown
         if kind is Shakedown.ELASTIC_SHAKEDOWN:
             count = self.settled_after
@@ -297,7 +298,7 @@ class RollingResult(Result):
 
     @property
     def converged(self) -> bool:
-        """Whether the last pass was followed to its end."""
+        """Whether the last pass converged to its end."""
         return self.result.converged
 
     @property
@@ -314,14 +315,14 @@ class RollingResult(Result):
         return rolled_surface(self.result)
 
     def states(self) -> Iterator[tuple[int, int, ElastoplasticResult]]:
-        """Yield number of the pass, number of the step and state of each step that is kept whole.
+        """Yield number of the pass, number of the step and state of each complete saved step.
 
-        Those are the last ones of passes, and all of them where ``on_step`` of `roll` was given.
+        These are the last steps of the passes, or all steps if ``on_step`` of `roll` was given.
 
         Raises
         ------
         InputError
-            If nothing is kept.
+            If there is no folder of saved states.
         """
         if self.folder is None:
             raise InputError("is needed: the steps of the passes are kept there", argument="folder")
@@ -363,16 +364,16 @@ def roll(
     surface, boundary, depth, layers, tolerance, max_iterations, precision, progress
         As for `roughcontact.solve_elastoplastic`.
     material, counter_material : Material
-        A body without a law of hardening is perfectly plastic, whatever its hardness.
+        A body without a hardening law is perfectly plastic, independent of its hardness.
     counter_surface : Surface or nominal body
-        Heights of the counter-body at the start of a pass, or its form.
+        Heights of the counter-body at the start of a pass, or a nominal body.
     load : float, str or quantity of pint
         Normal load during the whole pass [N].
     passes : int
-        Maximum number; forward and backward count as two. Passes end with the first that adds no
-        plastic strain, or with the second in a row if reciprocating.
+        Maximum number of passes; forward and backward are two passes. Passes end with the first
+        that adds no plastic strain, or with the second in a row if reciprocating.
     steps : int
-        Steps of a pass.
+        Number of steps of a pass.
     travel : float, str or quantity of pint
         Length of a pass [m]; by default one period of the map along ``direction``.
     direction : float
@@ -387,7 +388,7 @@ def roll(
         direction.
     folder : path, optional
         Folder for the state after every step, one folder per pass; the same call resumes from
-        there and ends with the same numbers.
+        there with identical results.
     on_step : callable, optional
         ``on_step(number, step, state)`` is called after each step of each pass, and for the
         complete states of an earlier run. The folder then keeps every state complete.
@@ -400,7 +401,8 @@ def roll(
     Raises
     ------
     InputError
-        If an argument cannot be used, or no way is given on a map that ends along the direction.
+        If an argument cannot be used, or ``travel`` is missing on a map that is not periodic along
+        the direction.
     ConvergenceError, CapacityError, InsufficientMemoryError, FormatError
         As for `roughcontact.solve_elastoplastic`.
 
@@ -454,7 +456,10 @@ def roll(
 
 
 def _perfectly_plastic(body: Material) -> Material:
-    """Return a body that does not harden unless a law was given: one that hardens shakes down."""
+    """Return a body with perfect plasticity unless a law was given.
+
+    The default hardening would lead to shakedown.
+    """
     if body.yield_strength is None or body.hardening is not None:
         return body
     return replace(body, hardening=Perfect(body.yield_strength))
@@ -463,7 +468,7 @@ def _perfectly_plastic(body: Material) -> Material:
 def _pass_paths(
     there: list[PathPoint], passes: int, direction: float, reciprocating: bool
 ) -> list[list[PathPoint]]:
-    """Return the points of all passes, of which every other may go back."""
+    """Return the points of all passes; every second one is reversed if reciprocating."""
     both = there, [replace(point, direction=direction + 180) for point in reversed(there)]
     return [both[n % 2 * reciprocating] for n in range(passes)]
 
@@ -476,7 +481,7 @@ def _run_passes(
     tell: Callable[[int], Tell],
     each: Callable[[int, int, ElastoplasticResult], object] | None,
 ) -> tuple[ElastoplasticResult, tuple[Pass, ...]]:
-    """Compute the passes one after the other; the first needs its volume."""
+    """Solve the passes one after the other; only the first needs the volume arguments."""
     result: ElastoplasticResult | None = None
     done: list[Pass] = []
     alike = len({path[0].direction for path in ways})
@@ -493,7 +498,7 @@ def _run_passes(
         )
         seconds += result.seconds
         done.append(pass_result(result, before, ways[0][0].direction))
-        # Of those to and fro the way back may flow where the way there does not.
+        # If reciprocating, the backward pass may yield although the forward pass does not.
         if not any(item.strain_added for item in done[-alike:]) and len(done) >= alike:
             break
     assert result is not None
@@ -501,7 +506,7 @@ def _run_passes(
 
 
 def _label_steps(progress: Tell, count: int, steps: int) -> Callable[[int], Tell]:
-    """Return a function from the number of a pass to its progress callback."""
+    """Return a factory of the progress callback of a pass."""
 
     def tell(number: int, state: Progress) -> None:
         assert callable(progress)
@@ -512,7 +517,7 @@ def _label_steps(progress: Tell, count: int, steps: int) -> Callable[[int], Tell
 
 
 def _pass_folder(folder: str | os.PathLike[str], number: int) -> Path:
-    """Return where the steps of a pass are kept."""
+    """Return the folder of the steps of a pass."""
     return Path(folder, f"pass-{number:04d}")
 
 
@@ -534,7 +539,7 @@ def _pass_length(travel: Quantity | None, pair: Pair, direction: float) -> float
 
 
 def _step_positions(length: float, steps: int, centered: bool) -> list[float]:
-    """Return the places of a pass [m]; half a step lies before and behind a way with two ends."""
+    """Return the positions of a pass [m]; a centered pass has half a step at both ends."""
     first = (0.5 / steps - 0.5) * centered
     return [length * (step / steps + first) for step in range(steps)]
 
@@ -542,7 +547,7 @@ def _step_positions(length: float, steps: int, centered: bool) -> list[float]:
 def _pass(
     load: float, stops: Sequence[float], direction: float, friction: float
 ) -> list[PathPoint]:
-    # Values that are not finite are rejected.
+    # `PathPoint` rejects values that are not finite.
     start = PathPoint(load, (0.0, 0.0), friction, direction)
     angle = math.radians(direction)
     y, x = round(math.sin(angle), 15), round(math.cos(angle), 15)
@@ -568,25 +573,25 @@ def shakedown_load(
     passes: int = 6,
     **options: Any,
 ) -> tuple[float, float]:
-    """Return a bracket of the largest load of elastic shakedown.
+    """Return a bracket of the elastic shakedown limit.
 
     Parameters
     ----------
     surface : Surface
         Heights of the rough body.
     low, high : float, str or quantity of pint
-        Loads [N] between which the limit is sought.
+        Loads [N] between which the limit is searched.
     rel_tol : float
-        Width of the bracket over its middle at which the search ends.
+        Relative width of the bracket at which the search ends.
     passes : int
-        Of each trial.
+        Number of passes of each trial.
     **options
         Further arguments of `roll`.
 
     Returns
     -------
     (float, float)
-        Loads [N]: the passes shake down under the first, or stay elastic, and not under the second.
+        Loads [N]: under the first the passes shake down or stay elastic, under the second not.
 
     Raises
     ------
@@ -622,7 +627,7 @@ def shakedown_load(
     return ends[0], ends[1]
 
 
-# --- Repeated passes on disk: the last state, and what each pass did ---
+# --- Storage of repeated passes: last state and summaries ---
 
 
 _NUMBERS = {
@@ -638,7 +643,7 @@ _NUMBERS = {
     "Sq": ("m", "root-mean-square height of the rough body after the pass"),
     "Spk": ("m", "reduced peak height of the rough body after the pass"),
 }
-# Name in files since 0.2.
+# Names in files since version 0.2.
 _STORED = {"strain_added": "flow", "strain_net": "gain"}
 _PROFILES = {
     "shear": ("1", "shear strain along the first pass that the pass added"),
@@ -654,7 +659,7 @@ def save_rolling(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
 
 
 def to_dataset(rolling: RollingResult) -> tuple[netcdf.Dataset, dict[str, Any]]:
-    """Return passes and their last state as a dataset, and how its variables are packed."""
+    """Return passes and their last state as a dataset, and the packing of its variables."""
     dataset, packed = archive.to_dataset(rolling.result)
     for name, (unit, text) in _NUMBERS.items():
         values = np.array([getattr(item, name) for item in rolling.passes])
@@ -665,7 +670,7 @@ def to_dataset(rolling: RollingResult) -> tuple[netcdf.Dataset, dict[str, Any]]:
         )
     layers = rolling.result.bodies[0].thickness.size
     for name, (unit, text) in _PROFILES.items():
-        # The volume may have become deeper on the way.
+        # The volume may become deeper during the passes.
         profiles = np.zeros((len(rolling.passes), len(rolling.result.bodies), layers))
         for number, item in enumerate(rolling.passes):
             values = getattr(item, name)
@@ -703,7 +708,7 @@ def load_rolling(
             for number, row in enumerate(rows)
         )
         result, axis = archive.from_dataset(dataset), dataset.attrs.get("rolling_axis")
-        # The passes of a resumed run come first.
+        # In a resumed run, increments of earlier passes come first.
         if not 0 < sum(steps) <= len(result.increments):
             raise InputError("must be those of the increments", argument="steps")
         return RollingResult(
@@ -711,7 +716,7 @@ def load_rolling(
             passes=passes,
             direction=float(dataset.attrs["rolling_direction"]),
             reciprocating=bool(dataset.attrs["rolling_to_and_fro"]),
-            # Earlier files contain none of them.
+            # Earlier versions did not write these attributes.
             requested=int(dataset.attrs.get("rolling_requested", 0)),
             step=float(dataset.attrs.get("rolling_step", 0.0)),
             axis=None if axis is None else float(axis),

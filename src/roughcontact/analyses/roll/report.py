@@ -52,7 +52,7 @@ _SMALL, _TINY = 1e-4, 1e-5
 
 
 def strain(value: float) -> str:
-    """Return a strain in per cent, of which those of shakedown are small."""
+    """Return a strain in per cent; strains at shakedown are small."""
     if 0 < abs(value) < _TINY:
         return "<0.001 %"
     return f"{100 * value:.{2 if abs(value) < _SMALL else 3}g} %"
@@ -143,7 +143,7 @@ ROLLING: Table = (
     Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
     Quantity("version", of=lambda _: __version__),
 )
-"""Of a `RollingResult`."""
+"""Quantities of a `RollingResult`."""
 
 
 def _column(key: str, name: str = "", unit: str = "1", **text: Any) -> Column:
@@ -166,7 +166,7 @@ PASSES: Columns = (
     _column("max_residual_displacement", "deepest", "m", brief=False),
     _column("steps", "steps", brief=False),
 )
-"""Of the passes of a `RollingResult`."""
+"""Columns of the passes of a `RollingResult`."""
 
 
 _CRITERIA = {
@@ -195,7 +195,7 @@ _CRITERIA = {
 
 
 def criterion(rolling: RollingResult) -> str:
-    """Return by what the passes are judged, in one sentence."""
+    """Return the criterion of the outcome as a sentence."""
     return _CRITERIA[rolling.shakedown].format(least=strain(rolling.strain_threshold))
 
 
@@ -232,7 +232,7 @@ FIGURES: Illustrations = (
     ),
     *map(_of_last_state, figures.VOLUME),
 )
-"""Of a `RollingResult`, and of its last state."""
+"""Figures of a `RollingResult`, and of its last state."""
 
 
 # --- Presentation of repeated passes ---
@@ -277,7 +277,7 @@ def _problem(rolling: RollingResult) -> str:
 
 
 def _answer(rolling: RollingResult) -> str:
-    """Return whether the passes come to an end of plastic strain."""
+    """Return the outcome of the passes as a sentence."""
     count, last = len(rolling.passes), rolling.passes[-1]
     added = strain(last.strain_added)
     match rolling.shakedown:
@@ -297,7 +297,7 @@ def _answer(rolling: RollingResult) -> str:
 
 
 def _numbers(rolling: RollingResult) -> CellTable:
-    """Return the increments of the passes; of many passes the first and the last ones."""
+    """Return strain, pressure, residual stress and Sq of the first and last passes."""
     rows = [
         (
             str(number),
@@ -314,7 +314,7 @@ def _numbers(rolling: RollingResult) -> CellTable:
 
 
 def _remarks(rolling: RollingResult) -> tuple[str, ...]:
-    """Return the threshold of strain, and the accuracy of the passes."""
+    """Return the strain threshold, and the accuracy of the passes."""
     state = rolling.result
     count = count_noun(len(state.increments), "increment")
     least = strain(rolling.strain_threshold)

@@ -1,4 +1,4 @@
-"""The task ``roll``: repeated passes of a counter-body."""
+"""The task ``roll``: repeated passes of a counter-body over a yielding body."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ MOVIE = file_option("movie", "FILE.gif", "Animated GIF of pressure and plastic s
 YES = flag_option("yes", Panel.OUTPUT, "Run for more than a day.", whole_map=False)
 _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 
-# A run that takes longer [s] than this has to be wanted.
+# Run time [s] above which a run needs confirmation.
 _LONG = 86400.0
 
 
@@ -137,7 +137,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
         if request[MOVIE] is not None:
             frames.append(make_frame(state, number, step, along))
 
-    # All steps are stored, as a series for ParaView needs them.
+    # A series for ParaView needs all steps: the callback makes `roll` store them.
     shown = request[MOVIE] is not None or _leaves_series(request)
     with work.report_saved_steps_on_interrupt("pass-*/step-*.nc", "step") as (watch, reused):
         result = roll(
@@ -164,7 +164,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
 
 
 def _limited(look: OnProgress) -> OnProgress:
-    """Return a callback that stops a run after its first step if the whole would take long."""
+    """Return a callback that stops a run if its estimated time is too long."""
     forecast = Forecast()
 
     def watch(state: Progress) -> None:

@@ -1,1 +1,1 @@
-"""One contact."""
+"""Solution of one contact."""

@@ -50,11 +50,11 @@ SPOTS: Table = (
         of=lambda s: load_bearing_spot_pixels(s.result, s.spots),
     ),
 )
-"""Of the contact spots, `ContactWithSpots`."""
+"""Quantities of the contact spots of a `ContactWithSpots`."""
 
 
 def spot_rows(result: ContactResult) -> list[Cells]:
-    """Return number, size and load of the spots, in rows."""
+    """Return the rows of number, size and load of the spots."""
     found = result.spots()
     if found.count == 0:
         return [("Contact spots", "none", "the bodies do not touch")]
@@ -64,7 +64,7 @@ def spot_rows(result: ContactResult) -> list[Cells]:
 
 
 def hertz_blocks(result: ContactResult) -> list[Block]:
-    """Return the blocks on Hertz's contact of the nominal bodies; none where none is given."""
+    """Return the blocks that compare with Hertz; none without nominal bodies."""
     contact = result.hertz
     if contact is None or not smooth.applies(result):
         return []

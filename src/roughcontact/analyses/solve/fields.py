@@ -1,7 +1,7 @@
 """Quantities and columns of contacts, maps, profiles and volumes.
 
-Console, report, JSON and CSV are made from these tables: a quantity that is added to one appears
-in all of them, with the same digits.
+Console, report, JSON and CSV are generated from these tables: a new quantity appears in all of
+them, with the same digits.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from roughcontact.units import count_noun, format_engineering, format_percent, o
 
 
 def ceiling_stored(result: Any) -> Any:
-    """Return the ceiling as files keep it."""
+    """Return the ceiling as stored in files."""
     return "per pixel" if isinstance(result.ceiling, np.ndarray) else result.ceiling
 
 
@@ -76,7 +76,7 @@ def _area_and_share(result: ContactResult) -> str:
 
 
 def up_to(value: float) -> str:
-    """Return the text of a largest length."""
+    """Return a maximum length as text."""
     return f"up to {format_engineering(value, 'm')}" if value else "none"
 
 
@@ -299,7 +299,7 @@ CONTACT: Table = (
     ),
     Quantity("version"),
 )
-"""Of a `ContactResult`."""
+"""Quantities of a `ContactResult`."""
 
 SHARED: Table = (
     *CONTACT,
@@ -313,7 +313,7 @@ SHARED: Table = (
     ),
     Quantity("sent"),
 )
-"""Of a `ContactResult` whose map several ranks hold."""
+"""Quantities of a `ContactResult` with a map on several ranks."""
 
 HEADLINES = ("contact_fraction", "mean_pressure", "saturated_fraction", "mean_gap")
 """Headline quantities of the report of a contact."""
@@ -345,7 +345,7 @@ def _is_raised(result: ElastoplasticResult) -> float:
 
 
 def _of_contact(key: str, **changes: Any) -> Quantity:
-    """Return a quantity of the contact as one of the volume model."""
+    """Return a quantity of the contact as a quantity of the volume model."""
     return delegated("solution", quantity_of(CONTACT, key), **changes)
 
 
@@ -476,7 +476,7 @@ VOLUME: Table = (
     Quantity("seconds", "time of the solve", unit="s", part=TRUST),
     Quantity("version"),
 )
-"""Of an `ElastoplasticResult`."""
+"""Quantities of an `ElastoplasticResult`."""
 
 
 def _offset(axis: int) -> Callable[[ElastoplasticResult], list[float]]:
@@ -507,7 +507,7 @@ INCREMENTS: Columns = (
     Column("residual", "residual", steps="increments", stored=False, form=order_of_magnitude),
     Column("iterations", "iterations", steps="increments", stored=False),
 )
-"""Of the increments of an `ElastoplasticResult`."""
+"""Columns of the increments of an `ElastoplasticResult`."""
 
 
 # Stress below the surface
@@ -516,21 +516,21 @@ INCREMENTS: Columns = (
 # Many loads
 
 
-# --- Bodies of contacts under several loads: those of the largest load ---
+# --- Bodies of contacts under several loads ---
 
 
 def of_largest(key: str) -> Quantity:
-    """Return a quantity of the contact under the largest load as one of all; in files alone."""
+    """Return a quantity of the contact under the largest load, which is only in files."""
     return delegated("largest", quantity_of(CONTACT, key), name="", part=PROBLEM)
 
 
 PAIR: Table = tuple(
     of_largest(key) for key in ("source", "preparation", "boundary", "contact_modulus")
 )
-"""Bodies of the contact."""
+"""Quantities of the bodies, from the contact under the largest load."""
 
 
-# --- Contacts of profiles: the quantities of maps, per meter of width ---
+# --- Contacts of profiles: quantities per meter of width ---
 
 
 LOAD = "N/m"
@@ -552,7 +552,7 @@ REFERENCE = (
 
 
 def edge_condition(result: ContactResult) -> str:
-    """Return the name of the boundary condition at the ends of a profile."""
+    """Return the name of the boundary condition at the ends of a profile: free or periodic."""
     return BOUNDARY[result.boundary][0]
 
 
@@ -617,7 +617,7 @@ PROFILE_CONTACT: Table = (
     _of("convolutions", name="convolutions"),
     *pick_quantities(CONTACT, "seconds", "precision", "version"),
 )
-"""Of a `ContactResult` of profiles."""
+"""Quantities of a `ContactResult` of profiles."""
 
 
 # Stress below a profile
@@ -630,7 +630,7 @@ PROFILE_CONTACT: Table = (
 
 
 def segments(result: ContactResult, spots: Spots) -> list[tuple[str, str, str]]:
-    """Return number, length and load of the contact segments, in rows of name, text and meaning."""
+    """Return the rows of the contact segments: name, text and meaning."""
     largest, load = float(spots.area[0]), float(spots.load[0])
     share = format_percent(min(load / float(spots.load.sum()), 1.0))
     return [
@@ -647,7 +647,7 @@ def segments(result: ContactResult, spots: Spots) -> list[tuple[str, str, str]]:
 
 
 def shares(name: str) -> Callable[[Any], list[str]]:
-    """Return a formatter of the area of each step of a joint as a share of the nominal area."""
+    """Return a formatter of an area of each step as a share of the nominal area."""
     return lambda joint: [
         format_percent(v) for v in (joint.column(name) / joint.nominal_area).tolist()
     ]

@@ -1,4 +1,4 @@
-"""Contact of the smooth nominal bodies (Hertz), compared with that of the rough ones."""
+"""Comparison of rough contact with the Hertz contact of the smooth nominal bodies."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from roughcontact.report.kind import ABSENT
 from roughcontact.units import format_engineering
 
 HEADS = ("compared with Hertz", "smooth (Hertz)", "rough", "ratio")
-"""Of the columns of `rows`."""
+"""Heads of the columns of `rows`."""
 
 _SIDES = {
     CIRCLE: ("radius of contact",),
@@ -26,7 +26,7 @@ SIZE = (
 
 
 def applies(result: ContactResult) -> bool:
-    """Return whether a contact of nominal bodies is reported."""
+    """Return whether a comparison with Hertz is reported."""
     known = result.hertz is not None and not result.pair.is_shared
     return result.converged and known and result.contact_area > 0
 
@@ -45,7 +45,7 @@ def bodies(smooth: SmoothContact) -> str:
 
 
 def rows(result: ContactResult) -> list[tuple[str, ...]]:
-    """Return smooth and rough contact: name, both values, and their ratio."""
+    """Return the rows of smooth and rough contact: name, both values, and their ratio."""
     smooth = result.hertz
     assert smooth is not None
     names = _SIDES[smooth.shape.kind]
@@ -80,7 +80,7 @@ def _row(name: str, unit: str, there: float | None, here: float) -> tuple[str, .
 
 
 def record(result: ContactResult) -> dict[str, Any] | None:
-    """Return the smooth contact by name, in SI units, ready for JSON; None where there is none."""
+    """Return the smooth contact as a JSON record in SI units; None if not reported."""
     if not applies(result):
         return None
     smooth = result.hertz

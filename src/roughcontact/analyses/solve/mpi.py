@@ -1,4 +1,4 @@
-"""Carry out a request on several ranks: one map that all share, or a volume with it."""
+"""Execution of a request on several ranks, which share one map or volume."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def run(request: Request, ranks: Ranks, say: Say, look: OnProgress) -> Outcome:
-    """Read, prepare, solve, and write a request; all ranks call it."""
+    """Read, prepare, solve and write a request; collective call of all ranks."""
     is_volume = request.get(solve.MODEL) == solve.VOLUME_MODEL
     _check(request, is_volume)
     outcome, work = (_volume if is_volume else _map)(request, ranks, say, look)
@@ -31,7 +31,7 @@ def run(request: Request, ranks: Ranks, say: Say, look: OnProgress) -> Outcome:
             return replace(
                 outcome, written=tuple(outputs.write_files(runs.files(outcome, work), say))
             )
-        # The fields by all, pictures and report by the first, which has the maps whole.
+        # All ranks write the fields; the root rank has whole maps and writes figures and report.
         fields = [(path, outcome.result.save) for path in request.outputs]
 
         def drawn() -> list[Path]:
@@ -45,7 +45,7 @@ def run(request: Request, ranks: Ranks, say: Say, look: OnProgress) -> Outcome:
 
 
 def _check(request: Request, is_volume: bool) -> None:
-    """Raise `InputError` for what is not known on several ranks."""
+    """Raise `InputError` for options that are not available on several ranks."""
     if is_volume and request[solve.FOLDER] is not None:
         raise InputError(
             "keeps the states of one process and is not available on several ranks; leave it out, "
@@ -88,10 +88,10 @@ def _check_map(request: Request) -> None:
 
 
 def _map(request: Request, ranks: Ranks, say: Say, look: OnProgress) -> tuple[Outcome, TaskContext]:
-    """Read, level and solve a map of which each rank holds some rows."""
+    """Read, level and solve a map in slabs of rows, one per rank."""
     from roughcontact.contact import solve as solving
 
-    # The others need not see where the first writes.
+    # Only the root rank needs access to the output folder.
     ranks.run_on_all(lambda: request.check_places() if ranks.is_root else None)
     slab = _read(request, ranks, say)
     result = solving.solve(
@@ -108,13 +108,13 @@ def _map(request: Request, ranks: Ranks, say: Say, look: OnProgress) -> tuple[Ou
 def _volume(
     request: Request, ranks: Ranks, say: Say, look: OnProgress
 ) -> tuple[Outcome, TaskContext]:
-    """Solve the elastoplastic model, whose layers the ranks share."""
+    """Solve the elastoplastic model, with layers distributed over the ranks."""
 
     def prepared() -> list[Surface]:
         request.check_places()
         return runs.prepare_maps(request, say)
 
-    # The others need not see what the first reads, nor where it writes.
+    # Only the root rank needs access to input and output files.
     maps = ranks.broadcast_from_first(prepared)
     work = TaskContext(request, lambda: maps, say, look, ranks=ranks)
     return request.task.run(request, work), work

@@ -1,6 +1,6 @@
-"""Report of a contact, and its part of the reports on other results.
+"""Report of a contact, and its blocks in the reports of other results.
 
-Everything in it comes from the result, except the elastic solution.
+All blocks are from the result, except the elastic solution, which is computed for the report.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def question(result: ContactResult) -> str:
 
 
 def uncertainty_of(result: ContactResult, study: ResolutionStudy | None) -> list[Block]:
-    """Return the blocks on the intervals of a contact and what contributes to them."""
+    """Return the blocks on the intervals of a contact and their contributions."""
     if not (result.converged and result.load):
         return []
     measured, known = result.measurement, uncertainty.intervals_by_key(result, study)
@@ -87,7 +87,7 @@ def uncertainty_of(result: ContactResult, study: ResolutionStudy | None) -> list
 
 
 def details(result: ContactResult, scene: Any, **more: Any) -> list[Block]:
-    """Return the blocks with all results of a contact; the elastic column only with figures."""
+    """Return the blocks with all results of a contact, with an elastic column if drawn."""
     kind, elastic = kind_of(result), None
     if scene is not None and result.saturated_fraction > 0 and not result.pair.is_shared:
         elastic = _elastic_or_best(result.elastic)
@@ -106,7 +106,7 @@ def details(result: ContactResult, scene: Any, **more: Any) -> list[Block]:
 
 
 def short_blocks(result: ContactResult) -> list[Block]:
-    """Return the blocks on the contact under the largest load of other results."""
+    """Return the blocks on the contact under the largest load, for other results."""
     kind = kind_of(result)
     keys = [key for key in headlines(result) if quantity_of(kind.table, key).when(result)]
     rows = [*chapters.headlines(kind, result, keys), *spot_rows(result)]
@@ -116,7 +116,7 @@ def short_blocks(result: ContactResult) -> list[Block]:
     scene = figures.ContactScene(result)
     front = chapters.figure_blocks(kind.figures, scene, FRONT)
     if not (result.pair.is_profile or scene.is_sparse):
-        # Its gap is that of the deformed bodies, if they have a history.
+        # The gap is that of the deformed bodies, also after a load history.
         front += chapters.figure_blocks(kind.figures, scene)
     count = 1 if result.pair.is_profile or scene.is_sparse else 2
     shown = [*chapters.table(rows, style="key"), *front[:count], *hertz_blocks(result)]
@@ -149,21 +149,21 @@ def _ceiling_head(result: ContactResult) -> str:
 
 
 def headlines(result: ContactResult) -> tuple[str, ...]:
-    """Return the keys of the key numbers."""
+    """Return the keys of the main quantities."""
     other = "approach" if result.control == "load" else "load"
     return (*contact_fields.HEADLINES, other, "max_residual_indentation")
 
 
 @dataclass(frozen=True, eq=False)
 class SharedScene:
-    """Reduced maps of a contact whose map several ranks hold."""
+    """Reduced maps of a contact with a map on several ranks."""
 
     size: tuple[float, float]
-    blocks: Sequence[Any]  # Of the first rank; None on others
+    blocks: Sequence[Any]  # Blocks on the root rank; None on other ranks
 
     @classmethod
     def of(cls, result: ContactResult) -> SharedScene:
-        """Reduce the maps; all ranks that hold them call it."""
+        """Reduce the maps of a contact; collective call of all ranks."""
         share, gap, pressure = result.share, result.gap, result.pressure
         assert isinstance(share, Slab)
         return cls(
@@ -191,14 +191,14 @@ _SHARED = (
 
 
 def _elastic_or_best(solve: Callable[[], ContactResult]) -> ContactResult | None:
-    """Return the same problem under another ceiling, or the best that was found of it."""
+    """Return the elastic solution, the best iterate without convergence, or None."""
     try:
         return solve()
     except ConvergenceError as error:
-        # The report shows it as what it is.
+        # The report marks the column as not converged.
         return error.result if isinstance(error.result, ContactResult) else None
     except InsufficientMemoryError:
-        # The report stays worth having without it.
+        # The elastic column is optional.
         return None
 
 
@@ -221,7 +221,7 @@ def calibrated_numbers(result: Any) -> dict[str, str]:
 
 
 def _ceilings(result: ContactResult) -> tuple[str, str]:
-    """Return the heads of two columns: the ceiling of a result, and the calibrated one."""
+    """Return the heads of two columns: ceiling of the result, and calibrated ceiling."""
     assert result.calibrated is not None
     if result.calibrated.is_of_base:
         return "ceiling of the coating", "of the base"
@@ -236,7 +236,7 @@ def _ceilings(result: ContactResult) -> tuple[str, str]:
 def with_calibrated_column(
     kind: Presentation, result: Any, brief: bool = False
 ) -> tuple[Cells, list[tuple[Row, Cells]]]:
-    """Return heads and rows of an answer, with a second column where another ceiling changes it."""
+    """Return heads and rows, with a second column if the calibrated ceiling differs."""
     answer, calibrated = kind.rows(result, brief=brief), calibrated_numbers(result)
     if not calibrated:
         return (), [(row, (row.text,)) for row in answer]
@@ -245,12 +245,12 @@ def with_calibrated_column(
 
 # --- Headline ---
 
-# Contact areas of rough and smooth bodies that are the same within this.
+# Relative difference up to which rough and smooth contact areas are treated as equal.
 _ALIKE = 0.05
 
 
 def answer(result: ContactResult, study: ResolutionStudy | None = None) -> str:
-    """Return how much of a face touches, with its interval, and whether it yields."""
+    """Return contact area with its interval, and yielding, as a sentence."""
     if not result.converged:
         return "No solution: do not use these numbers."
     if not result.contact_area:
@@ -308,13 +308,13 @@ def _yields(result: ContactResult) -> str:
 
 
 def _known(result: ContactResult, name: str) -> float:
-    """Return a number of a contact, corrected where that is known."""
+    """Return a quantity of a contact, corrected for the instrument if known."""
     item = result.measurement and result.measurement.of(name)
     return float(item.value if item else getattr(result, name))
 
 
 def numbers(result: ContactResult, study: ResolutionStudy | None = None) -> CellTable:
-    """Return the numbers of a contact that are said first."""
+    """Return the main quantities of a contact."""
     if not result.contact_area:
         return (), [("Load", phrases.format_short(result.load, result.pair.load_unit))]
     if result.measurement is not None:
@@ -352,7 +352,7 @@ def numbers(result: ContactResult, study: ResolutionStudy | None = None) -> Cell
 
 
 def _upper(result: ContactResult) -> str:
-    """Return the ceiling that is reached, or the largest pressure below it."""
+    """Return the ceiling if it is reached, else the largest pressure, as text."""
     if not result.saturated_fraction or isinstance(result.ceiling, np.ndarray):
         edge = result.ceiling is None and result.totals.edge_load is not None
         limit = ", no limit at the map edge" if edge else ""
@@ -369,7 +369,7 @@ def _in_strengths(result: ContactResult) -> str:
 
 
 def remarks(result: ContactResult, study: ResolutionStudy | None = None) -> tuple[str, ...]:
-    """Return the source of the interval, the quantities at the other ceiling, and the status."""
+    """Return the sources of the interval, the calibrated results, and the status."""
     if not result.converged:
         return (phrases.status(result),)
     interval = uncertainty.of_area(result, study) if result.load else None
@@ -383,7 +383,7 @@ def remarks(result: ContactResult, study: ResolutionStudy | None = None) -> tupl
 
 
 def _calibrated(result: ContactResult) -> str:
-    """Return contact and gap under the calibrated ceiling; nothing where they are the same."""
+    """Return contact and gap under the calibrated ceiling; empty without a difference."""
     other = result.calibrated
     if other is None or not other.differs:
         return ""
@@ -450,7 +450,7 @@ SHARED_KIND = replace(
 
 
 def kind_of(result: ContactResult) -> Presentation:
-    """Return the kind of a contact: of a map in one place or on several ranks, or of a profile."""
+    """Return the presentation of a contact of a map, a distributed map or a profile."""
     if result.pair.is_shared:
         return SHARED_KIND
     return PROFILE_KIND if result.pair.is_profile else KIND

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 SURFACE_MODEL, VOLUME_MODEL = "ceiling", "elastoplastic"
 RESULTS = {SURFACE_MODEL: export.CONTACT.suffixes, VOLUME_MODEL: export.VOLUME.suffixes}
-"""How files of results may end, by model."""
+"""File suffixes of results, by model."""
 
 UNCALIBRATED = flag_option(
     "uncalibrated", Panel.BODIES, "Omit the second column (calibrated ceiling)."
@@ -99,9 +99,9 @@ _STUDY_SOLVER = (options.TOLERANCE, options.PRECISION)
 def contact(
     request: Request, work: TaskContext, *, calibrated: bool, load: tuple[Any, str] | None = None
 ) -> ContactResult:
-    """Return the contact that a request asks for, or the best found; under another load if given.
+    """Solve the contact of a request; return the best iterate if it does not converge.
 
-    A load comes with the argument that it is from.
+    Another ``load`` than that of the request is given with the name of its argument.
     """
     from roughcontact.contact.solve import add_calibrated, solve
 
@@ -166,7 +166,7 @@ def _volume(request: Request, work: TaskContext) -> Outcome:
     solution = replace(
         result.solution, specified_load=specified, extra_cautions=work.extra_cautions
     )
-    # The last reused step is reported.
+    # Number of the last reused step.
     extras = {"reused": max(reused, default=0)}
     return Outcome(request, replace(result, solution=solution), solution, extras)
 
@@ -185,7 +185,7 @@ def _check(request: Request) -> None:
 
 
 def record(outcome: Outcome) -> dict[str, Any]:
-    """Return all numbers of a contact by name, in SI units."""
+    """Return all quantities of a contact by name, in SI units."""
     from roughcontact.formats import tables
     from roughcontact.uncertainty import intervals as uncertainty
 
@@ -213,11 +213,11 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
         request.require_contact(shape)
 
 
-# --- A contact on other grids, with other filters and ceilings ---
+# --- Study of a contact with other grids, filters and ceilings ---
 
 
 def resolution_study_of(request: Request, work: TaskContext, load: float) -> ResolutionStudy:
-    """Return the study of a contact under a load [N], of its pieces where these are known."""
+    """Return the study of a contact under a load [N], merged from subtasks if known."""
     from roughcontact.uncertainty import resolution as resolution_study
 
     if work.known:
@@ -231,7 +231,7 @@ def resolution_study_of(request: Request, work: TaskContext, load: float) -> Res
 
 
 def part_names(request: Request) -> tuple[str, ...]:
-    """Return a word for each part of the study that can be solved by itself; none for no study."""
+    """Return the subtask names of the resolution study; none without one."""
     from roughcontact.contact.result import CALIBRATED
 
     later = request.load[0] is None or request[options.CEILING] == CALIBRATED
@@ -243,7 +243,7 @@ def part_names(request: Request) -> tuple[str, ...]:
 
 
 def solve_study_part(request: Request, word: str, say: Say, look: OnProgress) -> ResolutionStudy:
-    """Return one part of the study, from maps that are read for it; see `resolution_study_of`."""
+    """Read the maps and solve one part of the study; see `resolution_study_of`."""
     from roughcontact.contact.load_case import LoadCase
     from roughcontact.request.preparation import surfaces
     from roughcontact.uncertainty.resolution import study_part

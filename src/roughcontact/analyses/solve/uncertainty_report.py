@@ -36,7 +36,7 @@ STUDY: Table = (
     Quantity("at_ceiling"),
     Quantity("sentences", of=lambda study: list(study.sentences)),
 )
-"""Of a `ResolutionStudy`."""
+"""Quantities of a `ResolutionStudy`."""
 
 
 def _cases(key: str) -> Callable[[ResolutionStudy], list[float]]:
@@ -56,16 +56,16 @@ STUDY_COLUMNS: Columns = (
     Column("max_pressure", "largest pressure", unit="Pa", of=_cases("max_pressure")),
     Column("mean_pressure", "mean pressure", unit="Pa", of=_cases("mean_pressure")),
 )
-"""Of the solves of a `ResolutionStudy`."""
+"""Columns of the solves of a `ResolutionStudy`."""
 
 
-# Its papers are those of the contact in the same report.
+# Without references: those of the contact are in the same report.
 KIND = Presentation(
     ResolutionStudy, STUDY, STUDY_COLUMNS, answer=lambda study: "".join(study.sentences[:1])
 )
 
 
-# --- How sure the headline numbers are, in rows ---
+# --- Rows of the intervals of the main quantities ---
 
 
 NOT_INCLUDED = (
@@ -85,7 +85,7 @@ _SHOWN_SHARE = 0.05
 def uncertainty_rows(
     result: ContactResult, study: ResolutionStudy | None = None
 ) -> list[tuple[str, str, str]]:
-    """Return name, ends and causes of what a result says first."""
+    """Return name, interval and contributions of the main quantities of a result."""
     return [
         (quantity.name, _ends(quantity, interval), "; ".join(filter(None, _parts(interval))))
         for quantity, interval in _named(result, study)
@@ -105,10 +105,10 @@ CORRECTED = ("", "corrected", "in 95 of 100", "as measured")
 
 
 def corrected_rows(result: ContactResult) -> list[tuple[str, ...]]:
-    """Return name, value and ends of each corrected number, and what the map as measured gives."""
+    """Return name, corrected value, interval and uncorrected value of each quantity."""
     rows: list[tuple[str, ...]] = []
     for quantity, item in _named(result, None):
-        # The area includes both.
+        # Both follow from the contact area.
         if item.name in ("mean_pressure", "constriction_length"):
             continue
         is_share = item.name.endswith("fraction")
@@ -122,7 +122,7 @@ def corrected_rows(result: ContactResult) -> list[tuple[str, ...]]:
 
 
 def of_area(result: ContactResult, study: ResolutionStudy | None = None) -> Interval | None:
-    """Return the interval of the contact area; None where nothing touches."""
+    """Return the interval of the contact area; None without contact."""
     intervals = uncertainty.uncertainty_intervals(result, study)
     return next((item for item in intervals if item.name == "contact_fraction"), None)
 
@@ -138,14 +138,14 @@ _SHORT = {
 
 
 STUDY_REF = ArgumentRef("rc.resolution_study")
-"""Option that studies the pixel."""
+"""Reference to the option that studies the pixel."""
 
 INSTRUMENT_REF = ArgumentRef("result.uncertainty")
-"""Options that include the instrument."""
+"""Reference to the options that include the instrument."""
 
 
 def is_correctable(result: ContactResult) -> bool:
-    """Return whether the instrument that measured its map can be given."""
+    """Return whether the result can be corrected for a measuring instrument."""
     pair = result.pair
     is_measured = not str(result.share.provenance.source).startswith(("nominal ", "generated "))
     alone = pair.counter_surface is None and not pair.is_profile
@@ -153,7 +153,7 @@ def is_correctable(result: ContactResult) -> bool:
 
 
 def sources(interval: Interval, hint: bool = True, instrument: bool = False) -> Sentence:
-    """Return in one line what an interval comes from."""
+    """Return the contributions to an interval in one line."""
     known, other = _parts(interval)
     if hint and Cause.GRID in interval.unknown:
         other += f" ({STUDY_REF})"
@@ -191,7 +191,7 @@ def _parts(interval: Interval) -> tuple[str, str]:
 def of_joint(
     joint: Any, name: str, value: float, index: int, coarser: float, over: Mean | None = None
 ) -> Interval:
-    """Return the interval of one number of a joint under its largest load, a mean over maps."""
+    """Return the interval of a quantity of a joint under its largest load."""
     known = joint.calibrated
     calibrated = (math.nan, math.nan)
     if known is not None:
@@ -205,19 +205,19 @@ def of_joint(
 
 
 def under_calibrated(joint: Any, index: int) -> str:
-    """Return how one of the numbers of a joint changes under the calibrated ceiling."""
+    """Return the change of a quantity of a joint under the calibrated ceiling as text."""
     known = joint.calibrated
     change = format_change(known.numbers[index])
     return f"calibrated ceiling ({format_engineering(known.ceiling, 'Pa', 3)}) {change}"
 
 
 def has_ends(interval: Interval) -> bool:
-    """Return whether an interval is known."""
+    """Return whether both ends of an interval are known and finite."""
     return not interval.unknown and interval.low < interval.high < math.inf
 
 
 def with_interval(interval: Interval, form: Callable[[float], str]) -> str:
-    """Return a number in some form, with its interval where that is known."""
+    """Return a formatted value, with its interval if known."""
     text = form(interval.value)
     if not has_ends(interval):
         return text
@@ -225,7 +225,7 @@ def with_interval(interval: Interval, form: Callable[[float], str]) -> str:
 
 
 def intervals_by_key(result: ContactResult, study: ResolutionStudy | None = None) -> dict[str, str]:
-    """Return the intervals of the key numbers of a contact, by key."""
+    """Return the known intervals of the main quantities of a contact as text, by key."""
     if result.pair.is_shared or not (result.converged and result.load):
         return {}
     return {
@@ -236,7 +236,7 @@ def intervals_by_key(result: ContactResult, study: ResolutionStudy | None = None
 
 
 def brief_ends(result: ContactResult) -> dict[str, str]:
-    """Return the finite intervals of the key numbers, by key, without what is not in them."""
+    """Return the finite intervals of the main quantities, by key, without remarks."""
     if result.pair.is_shared or not (result.converged and result.load):
         return {}
     return {
@@ -274,7 +274,7 @@ MEASURED: Table = (
     Quantity("closing", of=lambda known: dict(known.closing)),
     Quantity("intervals", of=lambda known: {i.name: i.summary() for i in known.intervals}),
 )
-"""Of an `Uncertainty`."""
+"""Quantities of an `Uncertainty`."""
 
 MEASURED_COLUMNS: Columns = (
     Column("name", "quantity", steps="intervals"),
@@ -283,7 +283,7 @@ MEASURED_COLUMNS: Columns = (
     Column("low", "lower end", steps="intervals"),
     Column("high", "upper end", steps="intervals"),
 )
-"""Of its intervals."""
+"""Columns of the intervals of an `Uncertainty`."""
 
 
 def measurement_text(known: Uncertainty) -> str:
@@ -310,7 +310,7 @@ def measurement_text(known: Uncertainty) -> str:
 
 
 def budget_block(result: ContactResult, study: ResolutionStudy | None) -> list[page.Block]:
-    """Return the block of the figure of the sources of each interval."""
+    """Return the figure block of the uncertainty budget; none without known intervals."""
     rows = [
         (capitalize_first(quantity.name), interval.budget)
         for quantity, interval in _named(result, study)

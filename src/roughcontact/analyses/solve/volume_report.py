@@ -42,7 +42,7 @@ def question(result: ElastoplasticResult) -> str:
 
 
 def inputs_of(result: ElastoplasticResult, specified: Sequence[Row], drawn: bool) -> list[Block]:
-    """Return the blocks on what went into an elastoplastic contact."""
+    """Return the blocks on the inputs of an elastoplastic contact."""
     contact = result.solution
     return [
         *chapters.map_blocks(contact, drawn),
@@ -63,7 +63,7 @@ def _details(result: ElastoplasticResult, scene: Any, **more: Any) -> list[Block
         if len(result.bodies) > 1:
             blocks.append(Block("head", f"Plastic strain and stress{body.where}"))
         blocks += chapters.quantities(rows_of(YIELDING, Yielding(result, number)))
-        # That of the first is on the first page.
+        # The section of the first body is on the first page.
         if scene is not None:
             blocks += chapters.figure_blocks(
                 (figures.SECTION,) if number else (), body, figures.FRONT
@@ -76,7 +76,7 @@ def _details(result: ElastoplasticResult, scene: Any, **more: Any) -> list[Block
 
 
 def method(result: ElastoplasticResult) -> list[Block]:
-    """Return the blocks on how an elastoplastic contact is solved."""
+    """Return the blocks on the method of the volume model."""
     texts = (
         "Plastic strain follows from J2 plasticity with radial return, layer by layer. It is "
         "iterated with the contact until both agree. Each increment starts from the one before; "
@@ -93,7 +93,7 @@ def method(result: ElastoplasticResult) -> list[Block]:
 
 
 def _answer(result: ElastoplasticResult) -> str:
-    """Return how much touches, and how deep plastic strain reaches."""
+    """Return contact area or residual indentation, and plastic depth, as a sentence."""
     if not result.converged:
         return "No solution: the numbers are those of the last load that was reached."
     depth = f"plastic strain reaches {phrases.format_short(result.plastic_depth, 'm')} deep"
@@ -109,7 +109,7 @@ def _answer(result: ElastoplasticResult) -> str:
 
 
 def _numbers(result: ElastoplasticResult) -> CellTable:
-    """Return the numbers that are said first."""
+    """Return the main quantities of an elastoplastic contact."""
     contact, rows = result.solution, []
     if contact.load:
         area, mean = contact.contact_area, contact.load / contact.contact_area
@@ -134,7 +134,7 @@ def _numbers(result: ElastoplasticResult) -> CellTable:
 
 
 def _remarks(result: ElastoplasticResult) -> tuple[str, ...]:
-    """Return the error of the load steps, and how exactly it is solved."""
+    """Return the error of the load steps, and the accuracy of the solution."""
     status = (
         f"Solved: residual {order_of_magnitude(result.residual)} (limit {result.tolerance:.0e}), "
         f"{count_noun(len(result.increments), 'increment')}"
@@ -183,7 +183,7 @@ KIND = Presentation(
 
 
 class Yielding:
-    """One body that yields, and what its layers hold at most."""
+    """Yielding body of an elastoplastic contact, with the largest values of its layers."""
 
     def __init__(self, result: ElastoplasticResult, number: int) -> None:
         self.result = result
@@ -197,7 +197,7 @@ class Yielding:
 
     @property
     def loaded(self) -> bool:
-        """Whether there is a load in the end."""
+        """Whether the final state is under load."""
         return bool(self.result.solution.load)
 
 
@@ -267,4 +267,4 @@ YIELDING: Table = (
     ),
     Quantity("layers", "layers", of=lambda b: b.body.thickness.size, text=_layers),
 )
-"""Of one body that yields, `Yielding`."""
+"""Quantities of one yielding body, `Yielding`."""

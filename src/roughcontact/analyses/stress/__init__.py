@@ -1,1 +1,1 @@
-"""Stress below the surface."""
+"""Stress below the surface of a contact."""

@@ -1,4 +1,4 @@
-"""Quantities of the stress below the surface, and its works."""
+"""Quantities and references of the stress below the surface."""
 
 from __future__ import annotations
 
@@ -148,7 +148,7 @@ STRESS: Table = (
     Quantity("precision"),
     Quantity("version"),
 )
-"""Of a `StressResult`."""
+"""Quantities of a `StressResult`."""
 
 
 FIRST_YIELD: Table = (
@@ -157,7 +157,7 @@ FIRST_YIELD: Table = (
         "max_pressure", "largest pressure at first yield", unit="Pa", of="solution.max_pressure"
     ),
 )
-"""Of the `StressResult` at which the first point yields."""
+"""Quantities of the `StressResult` at first yield."""
 
 
 def _profile_place(stress: StressResult) -> str:
@@ -189,18 +189,18 @@ PROFILE_STRESS: Table = (
     ),
     *pick_quantities(STRESS, "depths", "warnings", "cautions", "precision", "version"),
 )
-"""Of a `StressResult` of profiles."""
+"""Quantities of a `StressResult` of profiles."""
 
 
 PROFILE_FIRST_YIELD: Table = (
     replace(FIRST_YIELD[0], name="load of first yield per length", unit=LOAD),
     *FIRST_YIELD[1:],
 )
-"""Of the `StressResult` at which the first point yields."""
+"""Quantities of the `StressResult` of profiles at first yield."""
 
 
 def of_stress(result: StressResult) -> Uses:
-    """Yield the works of the stress, besides the contact."""
+    """Yield the references of the stress, without those of the contact."""
     yield stress_references(result.solution.boundary)
     if result.friction or result.traction is not None:
         yield make_use("stress by friction", "Johnson1985", "Hamilton1983")

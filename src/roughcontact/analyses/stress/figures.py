@@ -1,4 +1,4 @@
-"""Stress below a contact: against the depth, on a plane, from above."""
+"""Figures of the stress below a contact: depth profile, section, map."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 
 SECTION_ROWS = 400
-"""Rows of a section that is drawn."""
+"""Number of rows of a drawn section."""
 
-# Stress counts as strong down to this part of the largest. A section is so many times as wide as
-# what is strong without a break around the maximum, no fewer pixels, all of the map where that is
-# most of it, and no less deep than this part of its width.
+# Share of the largest stress from which on stress is strong; width of a section over the connected
+# strong part around the maximum; minimum width in pixels; share of the map from which on the whole
+# map is drawn; minimum depth over width.
 _STRONG = 0.25
 _AROUND = 2.5
 _FEWEST_PIXELS = 24
@@ -44,15 +44,15 @@ def stress_depth(result: StressResult) -> Figure:
     -------
     Figure
         Largest von Mises and Tresca stress and amplitude of the orthogonal shear stress against
-        the depth, with the yield strength where it is known. The depth axis is logarithmic, but
-        for its beginning, if the largest stress would else drown at the surface.
+        the depth, with the yield strength if known. The depth axis is logarithmic, except at its
+        beginning, if the largest stress is close to the surface.
     """
     profile = result.profile
     figure, axes = style.panels(7.2, 6.0)
     strength = profile.yield_strength or 0.0
     factor, unit = style.prefixed(max(profile.max_tresca, strength), "Pa")
     near = profile.depths.size > 2 and profile.depth_of_max < 0.05 * profile.depths[-1]
-    # On a logarithmic axis the unit is that of its middle.
+    # The unit of a logarithmic axis is that of its center.
     ends = (
         math.sqrt(float(profile.depths[profile.depths > 0][0] * profile.depths[-1])) if near else 0
     )
@@ -97,7 +97,7 @@ def stress_depth(result: StressResult) -> Figure:
     return figure
 
 
-# Small labels at lines of a figure, shifted by points.
+# Style of small labels at lines, with an offset in points.
 _LABEL: dict[str, Any] = {
     "textcoords": "offset points",
     "fontsize": style.TICK,
@@ -131,23 +131,23 @@ def stress_section(
     along : {"x", "y"}
         The horizontal axis of the plane.
     depth : float, optional
-        How deep to draw [m]; by default to where a quarter of the largest stress is left, but no
-        less than two fifths of the width; never deeper than there are depths.
+        Depth of the section [m]; by default down to a quarter of the largest stress, but at least
+        two fifths of the width; limited by the depths of the result.
     width : float, optional
-        Length that is drawn [m], around the maximum but within the map; by default two and a half
-        times that over which a quarter of the largest stress is reached without a break, and all
-        of the map where that is more than half of it.
+        Width of the section [m], around the maximum but within the map; by default two and a half
+        times the connected part with at least a quarter of the largest stress, or the whole map
+        if this is more than half of the map.
 
     Returns
     -------
     Figure
-        The stress, true to scale, with a cross on its maximum. What exceeds the yield strength
-        is black.
+        The stress, true to scale, with a cross on its maximum. Stress above the yield strength is
+        black.
 
     Raises
     ------
     InputError
-        If ``along`` is something else, depth or width is not positive, or there is but one depth.
+        If ``along`` is unknown, depth or width is not positive, or there is only one depth.
     """
     values = result.von_mises_section(along)
     axis = 1 if along == "x" else 0
@@ -186,7 +186,7 @@ def stress_section(
 
 
 def _draw_section(axes: Axes, across: Any, depth: float, rows: Any) -> Any:
-    """Draw rows of stress down to a depth, true to scale, and return what a colour bar needs."""
+    """Draw rows of stress down to a depth, true to scale; return the mesh."""
     mesh = axes.pcolormesh(
         across,
         np.linspace(0, depth, SECTION_ROWS + 1),
@@ -202,7 +202,7 @@ def _draw_section(axes: Axes, across: Any, depth: float, rows: Any) -> Any:
 
 
 def shown_columns(result: StressResult, values: Any, edge: float, width: float | None) -> slice:
-    """Return the pixels of a section that are drawn."""
+    """Return the drawn pixels of a section."""
     strongest = values.max(axis=0)
     middle, points = int(strongest.argmax()), values.shape[1]
     if width is None:
@@ -218,7 +218,7 @@ def shown_columns(result: StressResult, values: Any, edge: float, width: float |
 
 
 def shown_depth(result: StressResult, values: Any, depth: float | None, width: float) -> float:
-    """Return how deep a section is drawn [m]; `InputError` where it cannot be."""
+    """Return the depth of a drawn section [m]; raise `InputError` if it is invalid."""
     depths = result.profile.depths
     if depths.size < 2:
         raise InputError("a section needs two depths or more, and the result has one")
@@ -234,8 +234,8 @@ def shown_depth(result: StressResult, values: Any, depth: float | None, width: f
 
 
 def section_rows(cells: Any, depths: Any, depth: float) -> Any:
-    """Return the cells of a section in rows of one height down to a depth [m]."""
-    # Depths are graded: straight lines lead from one to the next.
+    """Return the cells of a section, resampled to rows of equal height down to a depth [m]."""
+    # Depths are graded: interpolate linearly.
     fine = depth / SECTION_ROWS * (np.arange(SECTION_ROWS) + 0.5)
     return np.array([np.interp(fine, depths, column) for column in cells.T]).T
 
@@ -251,7 +251,7 @@ def stress_map(result: StressResult) -> Figure:
     Returns
     -------
     Figure
-        Maximum over the depth, with a cross where it is largest. What exceeds the yield strength
+        Maximum over the depth, with a cross at its largest value. Stress above the yield strength
         is black.
     """
     peak, size = result.profile.peak, result.solution.surface.size
@@ -300,7 +300,7 @@ def _stress_title(result: StressResult, scale: tuple[float, str], length: tuple[
 
 
 def stress_scale(result: StressResult) -> tuple[float, tuple[float, str]]:
-    """Return the top of the colours [Pa], which end at the yield strength, and factor and unit."""
+    """Return the end of the colour scale [Pa], at most the yield strength, and its unit."""
     strength = result.profile.yield_strength
     top = result.max_von_mises if strength is None else min(result.max_von_mises, strength)
     return top or 1.0, style.prefixed(top, "Pa")

@@ -29,4 +29,4 @@ STRESS: Illustrations = (
         HALF,
     ),
 )
-"""Of a `StressResult`."""
+"""Figures of a `StressResult`."""

@@ -1,4 +1,4 @@
-"""The elastic stress below a contact: what was found, and its file."""
+"""Elastic stress below a contact, and the load of first yield."""
 
 from __future__ import annotations
 
@@ -44,23 +44,23 @@ from roughcontact.units import Quantities, Quantity, format_engineering, to_si
 
 
 class Part(NamedTuple):
-    """A layer of a coated body, or its base."""
+    """Largest stress of a layer of a coated body, or of its base."""
 
     name: str
-    max_von_mises: float  # [Pa]
-    depth: float  # Of it [m]
+    max_von_mises: float  # Largest von Mises stress [Pa]
+    depth: float  # Depth of the largest von Mises stress [m]
     strength: float | None  # Yield strength, or a third of the hardness [Pa]
-    of_hardness: bool  # Whether it is a third of the hardness
+    of_hardness: bool  # Whether the strength is a third of the hardness
 
     @property
     def use(self) -> float:
-        """Largest von Mises stress over the strength; NaN where that is unknown."""
+        """Largest von Mises stress over the strength; NaN if unknown."""
         return math.nan if self.strength is None else self.max_von_mises / self.strength
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StressResult(Result):
-    """Elastic stress below a contact, with everything that went in.
+    """Elastic stress below a contact, with its inputs.
 
     Arrays are read-only and in SI units; tensors hold xx, yy, zz, yz, xz, xy along their first
     axis, tension positive, z from the surface into the body.
@@ -77,19 +77,19 @@ class StressResult(Result):
     direction : float
         Angle from x [degrees], counter-clockwise as seen in the map.
     traction : ndarray, shape (2, ny, nx), optional
-        Traction on the rough body instead [Pa], components (y, x).
+        Traction on the rough body [Pa], components (y, x), instead of friction.
     precision : {"double", "single"}
         Arithmetic of the transforms.
     profile : stress_summary.Summary
-        Largest stresses over the depths, their places, what exceeds the yield strength.
+        Largest stresses over the depths, their positions, and yielded areas.
     section_x : ndarray, shape (6, nz, nx)
         Tensors on the plane along x through the largest von Mises stress [Pa].
     section_y : ndarray, shape (6, nz, ny)
-        Tensors on the plane along y through it [Pa].
+        Tensors on the plane along y through the largest von Mises stress [Pa].
     version : str
         Version of the program.
     faces : tuple of coating_stress.Face
-        Of a coated body: the largest stresses of its surface and of both sides of its interfaces.
+        Largest stresses of the surface and of both sides of the interfaces of a coated body.
     """
 
     solution: ContactResult
@@ -102,7 +102,7 @@ class StressResult(Result):
     section_y: NDArray[Any]
     version: str = field(default="")
     traction: NDArray[Any] | None = None
-    faces: tuple[coating_stress.Face, ...] = ()  # Of the layers of a coated body
+    faces: tuple[coating_stress.Face, ...] = ()
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
@@ -113,7 +113,7 @@ class StressResult(Result):
 
     @property
     def contact(self) -> ContactResult:
-        """The ``solution``, by its old name."""
+        """The ``solution``, under its former name."""
         return self.solution
 
     @property
@@ -128,27 +128,27 @@ class StressResult(Result):
 
     @property
     def max_von_mises_at(self) -> tuple[float, float, float]:
-        """Where it is: depth, y and x of its pixel [m], counted from the corner of the map."""
+        """Position of the largest von Mises stress: depth, y, x [m] from the map corner."""
         return self.profile.depth_of_max, *self.center(self.profile.pixel_of_max)
 
     def center(self, pixel: tuple[int, int]) -> tuple[float, float]:
-        """Return y and x of the center of a pixel [m], counted from the corner of the map."""
+        """Return y and x of the center of a pixel [m], from the corner of the map."""
         (row, column), (dy, dx) = pixel, self.solution.surface.pixel
         return (row + 0.5) * dy, (column + 0.5) * dx
 
     @property
     def max_tension(self) -> float | None:
-        """Largest principal stress in the surface [Pa]; ``None`` where the depths leave it out."""
+        """Largest principal stress in the surface [Pa]; ``None`` if depths exclude the surface."""
         return self.profile.max_tension
 
     @property
     def max_tension_at(self) -> tuple[float, float]:
-        """Where it is: y and x of its pixel [m], counted from the corner of the map."""
+        """Position of the largest tension: y and x [m] from the corner of the map."""
         return self.center(self.profile.tension_pixel)
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
-        """The layers of a coated body, the outermost first, and its base; else none."""
+        """Layers of a coated body, the outermost first, and its base; else empty."""
         body, depths = self.material, self.profile.depths
         if not body.coating:
             return ()
@@ -171,10 +171,10 @@ class StressResult(Result):
 
     @property
     def yield_factor(self) -> float | None:
-        """Yield strength over the largest von Mises stress; ``None`` if it is unknown.
+        """Yield strength over the largest von Mises stress; ``None`` if unknown.
 
-        The whole pressure may grow by this factor until the first point yields. The load may
-        only where the contact area is unchanged; see `first_yield_load`.
+        The first point yields if the pressure grows by this factor everywhere. The load may grow
+        by it only if the contact area is unchanged; see `first_yield_load`.
         """
         return self.profile.yield_factor
 
@@ -190,7 +190,7 @@ class StressResult(Result):
 
     @property
     def own_cautions(self) -> tuple[Caution, ...]:
-        """Those of the stress itself."""
+        """Cautions on the stress, without those on the contact."""
         result = []
         if self.yielded_volume:
             result.append(
@@ -217,7 +217,7 @@ class StressResult(Result):
         return tuple(result)
 
     def _placed(self) -> Iterator[Caution]:
-        """Yield that the largest stress is where the depths, or the pixels, end."""
+        """Yield cautions on a largest stress at the ends of the depths or at the pixel scale."""
         depth, depths = self.profile.depth_of_max, self.profile.depths
         text = format_engineering(depth, "m", 3)
         if depth == depths[-1]:
@@ -263,19 +263,19 @@ class StressResult(Result):
         Raises
         ------
         InputError
-            If ``along`` is something else.
+            If ``along`` is unknown.
         """
         if along not in ("x", "y"):
             raise input_error("along", along, "must be 'x' or 'y'")
         return von_mises(self.section_x if along == "x" else self.section_y)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write everything to a NetCDF file.
+        """Write stress and contact to a NetCDF file.
 
         Parameters
         ----------
         path : str or path
-            File to write, ``.nc``; it appears only once it is complete. The dataset is that of
+            File to write, ``.nc``; it appears only once it is complete. The dataset is from
             `to_dataset`.
 
         Raises
@@ -326,7 +326,7 @@ def to_dataset(result: StressResult) -> netcdf.Dataset:
 
 
 def add_profile(dataset: netcdf.Dataset, profile: stress_summary.Summary) -> None:
-    """Add the largest stresses over the depth, and over the map."""
+    """Add the largest stresses over depth and map to a dataset."""
     about = {"units": "m", "long_name": "depth below the surface"}
     dataset["depth"] = ("depth", profile.depths, about)
     dataset["component"] = ("component", list(COMPONENTS))
@@ -346,7 +346,7 @@ def add_profile(dataset: netcdf.Dataset, profile: stress_summary.Summary) -> Non
         "largest amplitude of the orthogonal shear stress in a pass along an axis",
     )
     if profile.yielded_area is not None:
-        # Of a profile the pixels are one metre wide.
+        # Pixels of a profile are one metre wide, so that areas are lengths.
         extent, unit = ("length", "m") if profile.peak.shape[0] == 1 else ("area", "m2")
         dataset["yielded_area"] = _variable(
             ("depth",),
@@ -365,10 +365,10 @@ def _variable(
     return axes, values, {"units": unit, "long_name": long_name}
 
 
-# Stress below a solved contact: where each body is strained most, and when it first yields.
+# Stress below a solved contact.
 
 
-# Bytes of the blocks that a thread works on, beyond those of a solve.
+# Additional memory of the blocks of a thread [bytes], compared with a solve.
 _THREAD = 2**23
 
 
@@ -392,21 +392,21 @@ def subsurface_stress(
     result : ContactResult
         The contact; its boundary is kept.
     depths : array_like, or sequence of str or quantity of pint, optional
-        Depths z > 0 [m]; by default the surface and from half a pixel to three contact radii, with
-        more around the largest stress (`stress_summary.summarize`).
+        Depths z > 0 [m]; by default the surface, and from half a pixel to three contact radii,
+        finer around the largest stress (`stress_summary.summarize`).
     in_body : {"body", "counter_body"}
         The rough body, or its counter-body. Both have the same pressure; the stress differs by
         Poisson's ratio and by the sign of the friction.
     friction : float
-        Coefficient μ of the traction μ p on the rough body. That it alters the pressure a little
+        Coefficient μ of the traction μ p on the rough body. Its small effect on the pressure
         between unlike bodies is neglected.
     direction : float
         Angle of that traction from x [degrees], counter-clockwise as seen in the map, whose first
         row is drawn on top: 90 points to smaller y.
     traction : array_like, shape (2, ny, nx), optional
-        Traction on the rough body instead [Pa], components (y, x): that of a partial slip.
+        Traction of partial slip on the rough body [Pa], components (y, x), instead of friction.
     precision : {"double", "single"}
-        Arithmetic of the transforms; single is good to 1e-6 of the largest pressure.
+        Arithmetic of the transforms; single is accurate to 1e-6 of the largest pressure.
     progress : callable or bool, optional
         ``True`` draws a bar on standard error; a function is called with a `Progress`, the number
         of the depth.
@@ -414,14 +414,14 @@ def subsurface_stress(
     Returns
     -------
     StressResult
-        Largest stresses, their places, and the planes through the largest.
+        Largest stresses, their positions, and the planes through the largest.
 
     Raises
     ------
     InputError
         If an argument cannot be used, the body is rigid, or there is no pressure.
     InsufficientMemoryError
-        If the memory that is free does not hold a few layers.
+        If the free memory is too small for a few layers.
 
     Examples
     --------
@@ -472,7 +472,7 @@ def subsurface_stress(
 def _bulk_stress(
     result: ContactResult, material: Material, depths: Any, options: dict[str, Any]
 ) -> tuple[Any, tuple[coating_stress.Face, ...]]:
-    """Return the summary of a body with its sections; it has no faces."""
+    """Return the summary of a homogeneous body with its sections, without faces."""
     return stress_summary.summarize_with_sections(
         result.pressure,
         result.pair.pixel,
@@ -486,7 +486,7 @@ def _bulk_stress(
 def _layered_stress(
     result: ContactResult, material: Material, depths: Any, options: dict[str, Any]
 ) -> tuple[Any, tuple[coating_stress.Face, ...]]:
-    """Return the summary of a coated body, its sections, and the tractions of its faces."""
+    """Return the summary of a coated body with its sections, and stresses at its faces."""
     if options["friction"] or "traction" in options:
         raise InputError("is not available for a coated body; leave it out", argument="friction")
     pressure, pixel, boundary = result.pressure, result.pair.pixel, result.boundary
@@ -530,7 +530,7 @@ def surface_loads(pair: Pair, body: str, friction: float, direction: float) -> d
     return {
         "boundary": pair.boundary,
         "friction": friction if body == "body" else -friction,
-        # A map is drawn with y downwards. Zero minus zero has no sign.
+        # y points down on a map. ``0.0 - direction`` avoids a negative zero.
         "direction": math.radians(0.0 - direction),
     }
 
@@ -543,10 +543,10 @@ def memory_estimate(
     friction: float = 0.0,
     partial_slip: bool = False,
 ) -> int:
-    """Return the memory that `subsurface_stress` needs beyond the contact itself."""
+    """Return the memory need of `subsurface_stress` in addition to the contact [bytes]."""
     ny, nx = shape
     pixels, real = ny * nx, 4 if precision == "single" else 8
-    # Of a traction map three loads have a spectrum and a place in memory.
+    # With a traction map, three load components have a spectrum and a map.
     loads = 3 if partial_slip else 1
     friction = friction or float(partial_slip)
     # Scaled pressure and largest stress over depth; row spectra of six components.
@@ -554,13 +554,13 @@ def memory_estimate(
         8 * (3 * loads - 2) * pixels + real * pixels + fixed_bytes() + _THREAD * default_workers()
     )
     if friction != 0:
-        # For the rims: scaled pressure, displacement, and the stress along the surface.
+        # For friction: scaled pressure, displacement, and the stress along the surface.
         maps += (8 + 8 + 3 * real) * pixels
         maps += max(Boundary(boundary).operator_memory(shape, "double") - 6 * real * pixels, 0)
     if not Boundary(boundary).free_axes:
         return maps + (6 + loads) * real * ny * (nx + 2)
     padded = (2 * ny) * (2 * nx + 2)
-    # Spectra of the pressure, the second with room to blend kernels; samples of the kernels.
+    # Spectra of the pressure, the second with memory to blend kernels; samples of the kernels.
     spectra = real * padded + (real * padded * 25 // 16 if precision == "single" else 0)
     spectra *= loads
     kernels = 6 if friction == 0 else 12
@@ -575,7 +575,7 @@ def require_memory(
     friction: float = 0.0,
     partial_slip: bool = False,
 ) -> None:
-    """Raise `InsufficientMemoryError` unless the stress below a map fits into what is free."""
+    """Raise `InsufficientMemoryError` unless the stress below a map fits into free memory."""
     needed = memory_estimate(
         shape, boundary=boundary, precision=precision, friction=friction, partial_slip=partial_slip
     )
@@ -586,10 +586,10 @@ def require_memory(
     )
 
 
-# --- First yield below a contact: the load at which the first point of a body yields ---
+# --- First yield below a contact ---
 
 
-# Largest step of the search for first yield, and most contacts that it solves.
+# Maximum load factor of a step in the search for first yield, and maximum number of solves.
 _MAX_LOAD_FACTOR = 1000.0
 _MAX_SOLVES = 40
 
@@ -617,9 +617,9 @@ def first_yield_load(
     body, friction, direction
         As for `subsurface_stress`.
     initial_load : float, optional
-        Load to begin with [N]; by default that of one pixel at 1.6 times the yield strength.
+        Initial load [N]; by default the load of one pixel at 1.6 times the yield strength.
     tolerance : float
-        How close the largest von Mises stress must come to the yield strength, relatively.
+        Relative tolerance of the largest von Mises stress at the yield strength.
 
     Returns
     -------
@@ -635,10 +635,10 @@ def first_yield_load(
 
     Notes
     -----
-    The largest stress grows with the load as a power that is 1/3 for a sphere and depends on the
-    shape else, so each step is a secant of their logarithms, kept between the loads known to be
-    too light and too heavy. A surface that is rough down to the pixel yields at its sharpest summit
-    under next to no load: the answer then is one of the resolution.
+    The largest stress is about a power of the load, with exponent 1/3 for a sphere; each step is
+    therefore a secant step of the logarithms, within the bracket of known loads. A surface with
+    roughness down to the pixel yields at its sharpest summit under almost no load: the result then
+    depends on the pixel.
     """
     pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     return solve_first_yield(
@@ -655,7 +655,7 @@ def solve_first_yield(
     start: Quantity | None = None,
     tolerance: float = 1e-3,
 ) -> StressResult:
-    """Return the contact of two bodies at which the first point of one yields."""
+    """Return the stress below the contact of two bodies at the load of first yield."""
     require_positive(tolerance=tolerance)
     pair.require_uncoated("the stress below the surface")
     if not pair.is_profile:
@@ -696,7 +696,7 @@ def _yield_strength(pair: Pair, body: str) -> float:
 
 
 def _next_load(known: list[tuple[float, float]]) -> float:
-    """Return where an increasing function should vanish, from points of it."""
+    """Return the estimated root of an increasing function from some of its points."""
     light = max((x for x, y in known if y < 0), default=-math.inf)
     heavy = min((x for x, y in known if y > 0), default=math.inf)
     (index, value), *others = sorted(known, key=lambda point: abs(point[1]))
@@ -705,7 +705,7 @@ def _next_load(known: list[tuple[float, float]]) -> float:
         slope = max((others[0][1] - value) / (others[0][0] - index), 0.0) or slope
     maximum = math.log(_MAX_LOAD_FACTOR)
     guess = index + min(max(-value / slope, -maximum), maximum)
-    # A secant that leaves the bracket, or creeps along it from one side, is halved instead.
+    # Bisect if the secant leaves the bracket, or approaches from one side only.
     stuck = len(known) > 3 and len({y > 0 for _, y in known[-3:]}) == 1
     if light < heavy < math.inf and light > -math.inf and (stuck or not light < guess < heavy):
         return 0.5 * (light + heavy)

@@ -49,7 +49,7 @@ def _method(_: StressResult) -> list[Block]:
 # --- Headline ---
 
 
-# As close to the yield strength as `first_yield_load` comes.
+# Relative tolerance of the yield strength, as in `first_yield_load`.
 _AT_YIELD = 1e-3
 
 
@@ -60,7 +60,7 @@ def _load(stress: StressResult) -> str:
 
 
 def _answer(stress: StressResult, onset: StressResult | None = None) -> str:
-    """Return whether the material yields, and where the stress is largest."""
+    """Return largest stress, its depth, and whether the material yields, as a sentence."""
     depth = stress.max_von_mises_at[0]
     reached = phrases.format_short(stress.max_von_mises, "Pa")
     where = f"{phrases.format_short(depth, 'm')} deep" if depth else "at the surface"
@@ -81,7 +81,7 @@ def _answer(stress: StressResult, onset: StressResult | None = None) -> str:
 
 
 def _layered(stress: StressResult) -> str:
-    """Return which layer, or the base, is nearest to its strength."""
+    """Return the layer (or base) closest to its strength, as a sentence."""
     known = [part for part in stress.parts if part.strength]
     if not known:
         largest = max(stress.parts, key=lambda part: part.max_von_mises)
@@ -124,7 +124,7 @@ def _layer_rows(stress: StressResult) -> list[tuple[str, str]]:
 
 
 def _numbers(stress: StressResult, onset: StressResult | None = None) -> CellTable:
-    """Return where the stress is largest, the shear of a pass, and the load of first yield."""
+    """Return largest stress, its position, load of first yield and orthogonal shear."""
     kind = _kind(stress)
     if stress.parts:
         return (), _layer_rows(stress)
@@ -144,7 +144,7 @@ def _numbers(stress: StressResult, onset: StressResult | None = None) -> CellTab
 
 
 def _remarks(stress: StressResult, onset: StressResult | None = None) -> tuple[str, ...]:
-    """Return how exactly the contact is solved, and the command for what yields."""
+    """Return the accuracy of the contact, and a hint for the plastic depth if it yields."""
     strength = None if stress.parts else stress.material.yield_strength
     lines = [phrases.status(stress.solution)]
     if strength is not None and stress.max_von_mises > strength * (1 + _AT_YIELD):
@@ -172,7 +172,7 @@ PROFILE_KIND = replace(
     KIND,
     table=stress_fields.PROFILE_STRESS,
     when=lambda stress: stress.solution.pair.is_profile,
-    # A profile is not seen from above.
+    # A profile has no map.
     figures=stress_illustrations.STRESS[:2],
     plots=KIND.plots[:2],
 )

@@ -75,7 +75,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
 
 @contextmanager
 def _naming_body() -> Iterator[None]:
-    """Name the option that selects the body in errors."""
+    """Replace the argument of errors on ``body`` by the option that selects the body."""
     try:
         yield
     except InputError as error:

@@ -1,1 +1,1 @@
-"""Contacts under rising loads."""
+"""Load curves: contact under ascending loads."""

@@ -1,4 +1,4 @@
-"""Quantities and columns of a load curve, and its works."""
+"""Quantities, columns and references of a load curve."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from roughcontact.units import format_percent, order_of_magnitude
 
 
 def share_of(key: str) -> Callable[[Any], list[float]]:
-    """Return an area of each step as a share of the nominal one."""
+    """Return a formatter of an area of each step as a share of the nominal area."""
     return lambda result: [getattr(step, key) / _nominal(result) for step in result.steps]
 
 
@@ -43,7 +43,7 @@ def _worst(result: Any) -> float:
 
 
 def certificates_of() -> Quantity:
-    """Return the row of the worst certificate."""
+    """Return the quantity of the largest certificate."""
     return Quantity(
         "worst_certificate",
         "certificates",
@@ -63,7 +63,7 @@ def _slope(curve: LoadCurve) -> str:
 
 
 def given_loads_of(unit: Callable[[Any], str] = lambda _: "N") -> Quantity:
-    """Return the row of the loads as they were given."""
+    """Return the quantity of the loads in the form in which they were given."""
     return Quantity(
         "given_loads",
         "loads given as",
@@ -94,7 +94,7 @@ CURVE: Table = (
     *CAUTIONS,
     certificates_of(),
 )
-"""Of a `LoadCurve`."""
+"""Quantities of a `LoadCurve`."""
 
 
 def _ends(curve: LoadCurve, name: str, end: str) -> list[float]:
@@ -135,7 +135,7 @@ _INTERVALS: Columns = (
         for end in ("value", "low", "high")
     ),
 )
-"""Of the intervals of each step of a `LoadCurve`, where it has them."""
+"""Columns of the intervals of each step of a `LoadCurve`, if computed."""
 
 
 CURVE_COLUMNS: Columns = (
@@ -175,7 +175,7 @@ CURVE_COLUMNS: Columns = (
     Column("persson_saturated_area", unit="m²", of=lambda c: c.persson[1].tolist()),
     *_INTERVALS,
 )
-"""Of the steps of a `LoadCurve`."""
+"""Columns of the steps of a `LoadCurve`."""
 
 
 def _column(key: str, new: str = "", **changes: Any) -> Column:
@@ -192,7 +192,7 @@ PROFILE_CURVE: Table = (
     *pick_quantities(CURVE, "contact_modulus", "rms_gradient", "ceiling", "warnings", "cautions"),
     quantity_of(CURVE, "worst_certificate"),
 )
-"""Of a `LoadCurve` of profiles."""
+"""Quantities of a `LoadCurve` of profiles."""
 
 
 PROFILE_CURVE_COLUMNS: Columns = (
@@ -208,11 +208,11 @@ PROFILE_CURVE_COLUMNS: Columns = (
     *(_column(key) for key in ("certificate", "load_error", "pressure_ceiling")),
     *(_column(key) for key in ("convolutions", "seconds")),
 )
-"""Of the steps of a `LoadCurve` of profiles."""
+"""Columns of the steps of a `LoadCurve` of profiles."""
 
 
 def of_curve(curve: LoadCurve) -> Uses:
-    """Yield the works of a load curve."""
+    """Yield the references of a load curve."""
     known = curve.softer is not None and curve.softer.yield_strength is not None
     yield from of_maps(curve.origins, curve.is_profile)
     yield from solved_of(curve.boundary, curve.is_profile, known)

@@ -1,4 +1,4 @@
-"""Curves over many loads: a load curve, a load history."""
+"""Figure of a load curve."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def load_curve(curve: LoadCurve) -> Figure:
     Returns
     -------
     Figure
-        Four panels over the load. Beside the areas stand Persson's theory and simple laws: the
-        line A = κ W/(E* h') through the low loads, see `LoadCurve.low_load_slope`, or load over
-        ceiling, where a ceiling is reached.
+        Four panels over the load. The areas are compared with Persson's theory and simple laws:
+        the line A = κ W/(E* h') through the low loads, see `LoadCurve.low_load_slope`, or load
+        over ceiling, if a ceiling is reached.
     """
     figure, grid = style.panels(11.0, 9.4, 2, 2)
     load = curve.column("load")
@@ -46,7 +46,7 @@ def load_curve(curve: LoadCurve) -> Figure:
         grid[0, 1], y=f"approach, mean gap [{length_unit}]", title="Approach and mean open gap"
     )
     stiffness = curve.column("stiffness")
-    # Nothing but saturated pixels has none, full periodic contact has no bound.
+    # Fully saturated contact has zero stiffness, full periodic contact an infinite one.
     stiffness[~(np.isfinite(stiffness) & (stiffness > 0))] = np.nan
     grid[1, 0].plot(load * factor, stiffness, "o-", color=style.SERIES[0])
     if np.isfinite(stiffness).any():
@@ -68,7 +68,7 @@ def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
     load, nominal, slope = curve.column("load"), curve.nominal_area, curve.low_load_slope
     contact, saturated = curve.column("contact_area"), curve.column("saturated_area")
     contact_theory, saturated_theory = curve.persson
-    # The law is one of elastic contact; the area of a saturated one is load over ceiling.
+    # The linear law is for elastic contact; the area of saturated contact is load over ceiling.
     law = slope * load / (curve.contact_modulus * curve.rms_gradient)
     low = curve.low_loads.any()
     lines = [(law, "--", style.NEUTRAL, f"κ W/(E* h′), κ = {slope:.2f}")] if low else []
@@ -82,7 +82,7 @@ def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
     ]
     computed = 100 * np.concatenate([contact, saturated]) / nominal
     computed = computed[computed > 0]
-    # The computed points set the limits of the axis: theory has area shares down to 1e-300.
+    # Axis limits from the computed points, as theory has area shares down to 1e-300.
     lowest = 0.5 * float(computed.min(initial=100.0))
     for values, marker, colour, name in lines:
         share = 100 * values / nominal

@@ -17,7 +17,7 @@ CURVE: Illustrations = (
         WIDE,
     ),
 )
-"""Of a `LoadCurve`."""
+"""Figures of a `LoadCurve`."""
 
 
 PROFILE_CURVE: Illustrations = (
@@ -29,4 +29,4 @@ PROFILE_CURVE: Illustrations = (
         WIDE,
     ),
 )
-"""Of a `LoadCurve` of profiles."""
+"""Figures of a `LoadCurve` of profiles."""

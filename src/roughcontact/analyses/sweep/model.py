@@ -1,4 +1,4 @@
-"""Load curves: the same contact under one load after the other."""
+"""Load curves: contact under ascending loads."""
 
 from __future__ import annotations
 
@@ -42,31 +42,31 @@ from roughcontact.units import Quantities, Quantity, to_si
 Array = NDArray[np.float64]
 
 LOW_LOAD = 0.05
-"""Contact fraction up to which the area is taken as proportional to the load."""
+"""Contact fraction up to which the area is treated as proportional to the load."""
 
 LOW_SATURATION = 0.1
-"""Saturated part of the contact area up to which it is taken for that of an elastic contact."""
+"""Saturated share of the contact area up to which a contact is treated as elastic."""
 
 
 @dataclass(frozen=True)
 class LoadStep(RenamedAttributes):
-    """The scalars of one solved load."""
+    """Scalars of one solved load."""
 
     load: float  # W [N]
     approach: float  # ω [m]
     contact_area: float  # Real contact area [m²]: the pixels with pressure
-    perimeter_corrected_area: float  # The same without the excess of its rim
+    perimeter_corrected_area: float  # Contact area without the excess of spot perimeters [m²]
     saturated_area: float  # Area at the ceiling [m²]
     max_pressure: float  # Largest pressure [Pa]
     mean_gap: float  # Mean open gap [m]
-    stiffness: float  # dW/dω [N/m] as the load grows
-    unloading_stiffness: float  # The same as the load begins to fall [N/m]
+    stiffness: float  # dW/dω on further loading [N/m]
+    unloading_stiffness: float  # dW/dω on unloading [N/m]
     spots: int  # Number of contact spots
     mean_spot_area: float  # [m²]
     largest_spot_area: float  # [m²]
-    certificate: float  # How exactly the step is solved
-    load_error: float  # Relative
-    convolutions: int  # On the full grid
+    certificate: float  # Certificate ε
+    load_error: float  # Relative error of the load
+    convolutions: int  # Number of convolutions on the full grid
     seconds: float  # Wall time of the solve
     ceiling: float = math.nan  # Largest pressure allowed [Pa]
 
@@ -76,29 +76,28 @@ _FIELDS = tuple(item.name for item in fields(LoadStep))
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LoadCurve(Result):
-    """Contact over load, with the fitted simple laws.
+    """Contact over load, with simple laws.
 
     Parameters
     ----------
     steps : tuple of LoadStep
         The solved loads, ascending.
     control : {"load", "approach"}
-        Which of the two was given.
+        Whether loads or approaches were given.
     nominal_area : float
         Area of the whole map [m²].
     contact_modulus : float
-        NaN of coated bodies, which no theory here is for.
-        E* [Pa].
+        E* [Pa]; NaN for coated bodies, for which the theories here do not hold.
     rms_gradient : float
         h′ of the gap at first touch.
     ceiling : float, ndarray of shape (ny, nx), "calibrated" or None
-        Largest pressure allowed [Pa]; where each load has its own, the steps hold it.
+        Largest pressure allowed [Pa]; a calibrated ceiling of each load is in the steps.
     boundary : Boundary
         Boundary condition.
     origins : tuple of Provenance
-        Where the maps came from and what was done to them, the counter-body's last.
+        Origin and preparation of the maps, the counter-body last.
     softer : Material or None
-        The body with the smaller ceiling; None where no strength is known.
+        The body with the smaller ceiling; None without a known strength.
     messages : tuple of Caution
         Cautions on the contacts under these loads.
     extra_cautions : tuple of Caution
@@ -106,11 +105,11 @@ class LoadCurve(Result):
     is_profile : bool
         Whether the bodies are profiles: loads are per length [N/m], areas lengths [m].
     specified_load : tuple of GivenLoad
-        The loads in the form in which they were given, those that were no forces.
+        The loads that were not given as forces, in their given form.
     intervals : tuple of Uncertainty
-        Intervals of each load that include the instrument, where they were computed.
+        Intervals of each load that include the instrument, if computed.
     _solve_largest : callable, optional
-        Solves the contact under the last load again, for a report.
+        Function that solves the contact under the last load again, for a report.
     """
 
     steps: tuple[LoadStep, ...]
@@ -131,14 +130,14 @@ class LoadCurve(Result):
 
     @cached_property
     def largest(self) -> ContactResult:
-        """The contact under the last load, solved again from its pressure."""
+        """Contact under the last load, solved again from its pressure."""
         if self._solve_largest is None:
             raise InputError("this load curve does not hold its contacts: sweep again")
         return self._solve_largest()
 
     @property
     def source(self) -> str:
-        """Where the map came from."""
+        """Origin of the map."""
         return self.origins[0].source
 
     @property
@@ -159,17 +158,18 @@ class LoadCurve(Result):
 
     @property
     def constriction_length(self) -> Array:
-        """Length 2 (dW/dω)/E* of the whole contact, its saturated pixels included [m], shape (n,).
+        """Constriction length 2 (dW/dω)/E* of the whole contact [m], shape (n,).
 
-        Divided by the sum of the resistivities of the two bodies it is the electrical conductance
-        of the contact, and likewise the thermal one (Barber 2003, doi:10.1098/rspa.2002.1038); a
-        circle of radius a has 4 a, elastic or saturated: yielded metal conducts.
+        Saturated pixels are included. The constriction length over the sum of the resistivities of
+        the two bodies is the electrical conductance of the contact, and likewise the thermal one
+        (Barber 2003, doi:10.1098/rspa.2002.1038). A circle of radius a has 4 a, elastic or
+        saturated: yielded metal conducts.
         """
         return 2 * self.column("unloading_stiffness") / self.contact_modulus
 
     @cached_property
     def low_loads(self) -> NDArray[np.bool_]:
-        """Which loads touch no more than a twentieth of the map and hardly saturate, shape (n,)."""
+        """Whether a load has little contact (5 %) and little saturation (10 %), shape (n,)."""
         area, load = self.column("perimeter_corrected_area"), self.column("load")
         return (
             (area <= LOW_LOAD * self.nominal_area)
@@ -179,13 +179,13 @@ class LoadCurve(Result):
 
     @cached_property
     def low_load_slope(self) -> float:
-        """κ of A = κ W/(E* h′), where no more than a twentieth of the map touches.
+        """Low-load slope κ of A = κ W/(E* h′), up to 5 % contact.
 
-        Least squares through the origin on the corrected contact area of the `low_loads`, at which
-        no more than a tenth of it is saturated; without any, the secant from the origin to the
-        smallest load, which is that of no theory. NaN without load. Theory: √(2π) = 2.5 (Bush,
-        Gibson and Thomas 1975), √(8/π) = 1.6 (Persson 2001); boundary elements: 1.8 to 2.3 (Hyun
-        et al. 2004). It means something where there are many spots.
+        Least squares through the origin on the perimeter-corrected contact area of the `low_loads`,
+        at which no more than a tenth of it is saturated; without low loads, the secant from the
+        origin to the smallest load, for which there is no theory. NaN without load. Theory:
+        √(2π) = 2.5 (Bush, Gibson and Thomas 1975), √(8/π) = 1.6 (Persson 2001); boundary elements:
+        1.8 to 2.3 (Hyun et al. 2004). The slope is meaningful only with many contact spots.
         """
         area, load = self.column("perimeter_corrected_area"), self.column("load")
         taken = self.low_loads
@@ -200,8 +200,8 @@ class LoadCurve(Result):
     def persson(self) -> tuple[Array, Array]:
         """Contact and saturated area by Persson's theory [m²], each of shape (n,).
 
-        With a ceiling that differs from pixel to pixel its mean is taken. NaN where the mean
-        pressure exceeds the ceiling.
+        The mean of a ceiling per pixel is used. NaN where the mean pressure exceeds the ceiling,
+        and for coated bodies.
         """
         ceiling = self.ceiling
         fixed = None if ceiling is None or isinstance(ceiling, str) else float(np.mean(ceiling))
@@ -220,11 +220,11 @@ class LoadCurve(Result):
         return table[:, 0], table[:, 1]
 
 
-# --- Load curves: the same contact under one load after the other ---
+# --- Load curves ---
 
 
 MAX_HELD_RESULTS = 5
-"""Maps held while a step is prepared: pressure and gap of that before, their rates, the start."""
+"""Maps in memory while a step is prepared: last pressure and gap, their rates, start."""
 
 
 @shows_progress_bar
@@ -251,18 +251,18 @@ def sweep(
     ----------
     surface, material, counter_material, counter_surface, ceiling, boundary, tolerance, \
 max_iterations, precision
-        As for `solve`. With ``"calibrated"`` every load has its own ceiling.
+        As for `solve`. With ``"calibrated"`` the ceiling is calibrated for each load.
     loads : sequence of float, str, quantity of pint, or `Load`
-        Normal loads W, ascending: numbers in N, or in any form that `solve` takes, as ``"1 N"`` or
-        ``"20 MPa, 50 MPa"``; give either this or ``approaches``.
+        Normal loads W, ascending: numbers in N, or any form that `solve` takes, such as ``"1 N"``
+        or ``"20 MPa, 50 MPa"``; give either this or ``approaches``.
     approaches : sequence of float, str or quantity of pint
         Approaches ω [m], ascending.
     folder : path, optional
         Folder in which every step is saved; created if missing. The same call resumes after the
-        last finished step, with the same numbers.
+        last finished step, with identical results.
     progress : callable or bool, optional
         ``True`` draws a bar on standard error; a function is
-        called with a `Progress`: the number of the load and the solver's `Step`.
+        called with a `Progress`: the number of the load and the `Step` of the solver.
 
     Returns
     -------
@@ -274,7 +274,7 @@ max_iterations, precision
     InputError
         If an argument cannot be used, or the folder is in use or holds another sweep.
     FormatError
-        If a step in the folder is damaged, or of another load.
+        If a step in the folder is damaged, or belongs to another load.
     CapacityError, InsufficientMemoryError
         As for `solve`; the largest load is checked before the first step.
     ConvergenceError
@@ -282,9 +282,9 @@ max_iterations, precision
 
     Notes
     -----
-    Each solve starts from the load before it, whose pressure and gap are extrapolated where the
-    stiffness is known. The model keeps no history: every step is the same as if it were solved
-    alone, within its certificate.
+    Each solve starts from the pressure and gap of the previous load, extrapolated if the stiffness
+    is known. The model has no history: every step is the same as a separate solve, within its
+    certificate.
 
     Examples
     --------
@@ -327,7 +327,7 @@ def contact_curve(
     boundary: str = "free",
     **terms: Any,
 ) -> LoadCurve:
-    """Return a load curve without stiffnesses, which take more than the contacts; see `sweep`."""
+    """Return a load curve without stiffness, whose cost exceeds the solves; see `sweep`."""
     pair = Pair.of(surface, material, None, counter_material, boundary)
     sweep = _Sweep(
         pair, LoadCase(**terms), "load", _require_ascending(pair, loads, None), has_stiffness=False
@@ -338,7 +338,7 @@ def contact_curve(
 
 @dataclass(frozen=True, eq=False)
 class _Sweep:
-    """The loads or approaches wanted of two bodies."""
+    """Requested loads or approaches of two bodies."""
 
     pair: Pair
     terms: LoadCase
@@ -348,19 +348,19 @@ class _Sweep:
     has_stiffness: bool = True
 
     def terms_at(self, value: float) -> LoadCase:
-        """Return the terms of one load or approach."""
+        """Return the load case of one load or approach."""
         if self.control == "load":
             return replace(self.terms, load=value)
         return replace(self.terms, approach=value)
 
     @property
     def own(self) -> bool:
-        """Whether the ceiling differs between the loads."""
+        """Whether the ceiling is calibrated for each load."""
         ceiling = self.terms.ceiling
         return isinstance(ceiling, str) and ceiling == CALIBRATED
 
     def check(self) -> None:
-        """Raise the errors of all steps; the largest load needs the most."""
+        """Raise the errors of all steps in advance; the largest load is the most demanding."""
         check_profile(self.pair, self.terms)
         largest = self.terms_at(self.values[-1])
         check_problem(self.pair, largest, held=MAX_HELD_RESULTS, series=len(self.values) > 1)
@@ -381,7 +381,7 @@ class _Sweep:
         }
 
     def curve(self, solved: Iterable[tuple[LoadStep, Array]]) -> LoadCurve:
-        """Return the solved steps with what they have in common."""
+        """Return the load curve of the solved steps."""
         pair, steps, judged = self.pair, [], []
         for step, pressure in solved:
             steps.append(step)
@@ -406,7 +406,7 @@ class _Sweep:
         )
 
     def step_as_result(self, step: LoadStep, pressure: Array) -> ContactResult:
-        """Return a step as the result that it is judged by; of its gap only the holes count."""
+        """Return a step as a contact result for its cautions; only holes of its gap are used."""
         return ContactResult(
             pair=self.pair,
             ceiling=step.ceiling if self.own else resolve_ceiling(self.terms.ceiling, self.pair),
@@ -425,7 +425,7 @@ class _Sweep:
         )
 
     def _agreed(self, step: LoadStep) -> CalibrationRecord | None:
-        """Return the recommendation of a stored ceiling; its details are not stored."""
+        """Return the calibration record of a stored ceiling, without its details."""
         body = softer_material(self.pair.material, self.pair.counter_material)
         if body is None or not body.ceiling or not step.ceiling:
             return None
@@ -438,12 +438,12 @@ class _Sweep:
 def _steps(
     sweep: _Sweep, place: RunFolder | None, progress: Tell
 ) -> Iterator[tuple[LoadStep, Array]]:
-    """Yield the steps with their pressures, each read from the folder or solved and kept there."""
+    """Yield the steps with their pressures, each read from the folder or solved and saved."""
     start: Array | None = None
-    # Steps are named by their number, and each is complete once it is there.
+    # File names have the step number; an existing file is complete.
     for number, value in enumerate(sweep.values, start=1):
         path = None if place is None else place.folder / f"step-{number:04d}.npz"
-        # A step belongs to this sweep if it has this load and these inputs.
+        # Load and inputs identify a step of this sweep.
         mark = {} if place is None else {"problem": place.problem, "asked": value}
         if path is not None and path.exists():
             step, pressure, start = _read_step(path, sweep.pair.shape, mark)
@@ -462,7 +462,7 @@ def _steps(
 def _solved_step(
     sweep: _Sweep, number: int, start: Array | None, progress: Tell
 ) -> tuple[LoadStep, Array, Array]:
-    """Return a step and its pressure, and the pressure from which the next one starts."""
+    """Solve a step; return it, its pressure, and the initial pressure of the next step."""
     result = solve_pair(
         sweep.pair,
         sweep.terms_at(sweep.values[number - 1]),
@@ -471,7 +471,7 @@ def _solved_step(
     )
     if not sweep.has_stiffness:
         return _step(result, math.nan, None), result.pressure, result.pressure
-    # First, so that what it takes is free again.
+    # Computed first, so that its memory is free again before the growth is computed.
     whole = unloading_stiffness(result) if result.saturated.any() else None
     grown = contact_growth(result)
     following = result.pressure
@@ -493,7 +493,7 @@ def _unsolved(
 
 
 def _list_loads(pair: Pair, loads: Any) -> list[Any]:
-    """Return loads one by one; a text or a quantity of pint may hold all of them."""
+    """Return a list of loads from a text, a quantity of pint or a sequence."""
     if isinstance(loads, str):
         return [part.strip() for part in loads.split(",")]
     if not hasattr(loads, "m_as"):

@@ -56,7 +56,7 @@ def _problem(curve: LoadCurve) -> str:
 
 
 def _answer(curve: LoadCurve) -> str:
-    """Return how the contact grows from the first load to the last."""
+    """Return the growth of the contact from first to last load as a sentence."""
     first, last = (curve.steps[n].contact_area / curve.nominal_area for n in (0, -1))
     what = "profile" if curve.is_profile else "face"
     ends = phrases.between(first, last, phrases.format_share)
@@ -64,7 +64,7 @@ def _answer(curve: LoadCurve) -> str:
 
 
 def _remarks(curve: LoadCurve) -> tuple[str, ...]:
-    """Return the limits of the intervals, and how exactly the steps are solved."""
+    """Return the remarks on the intervals, and the accuracy of the steps."""
     most = max(step.certificate for step in curve.steps)
     limits = curve.intervals[-1].remarks if curve.intervals else ()
     return (

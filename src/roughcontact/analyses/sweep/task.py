@@ -1,4 +1,4 @@
-"""The task ``sweep``: the contact under one load after the other."""
+"""The task ``sweep``: the contact under ascending loads."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ _RANGE = (FROM, TO, STEPS, SPACING)
 
 
 def _steps(request: Request) -> tuple[str, list[Any]]:
-    """Return whether a sweep is over loads or approaches, and which, in the form of its ends."""
+    """Return the control (load or approach) and the values, in the form of the ends."""
     from roughcontact.contact.load_case import spaced
 
     (control, first), (_, last) = _ends(request)

@@ -15,7 +15,7 @@ from roughcontact.uncertainty.measurement import check, uncertainty
 def curve_uncertainty(curve: LoadCurve, *how: Any, **more: Any) -> LoadCurve:
     """Return a load curve with the intervals of each load; see `ContactResult.uncertainty`.
 
-    Equal seeds give equal draws: all loads press the same surfaces.
+    Equal seeds give equal draws, so that the surfaces are the same for all loads.
     """
     largest = curve.largest
     check(largest)

@@ -1,1 +1,1 @@
-"""Stick, slip and fretting."""
+"""Tangential loading: stick, slip and fretting."""

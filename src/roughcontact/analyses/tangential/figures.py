@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from roughcontact.analyses.tangential.model import Tangential
 
 
-# Colors of contact that sticks and that slips.
+# Colors of sticking and slipping contact.
 _STICK, _SLIP = style.ELASTIC, style.SATURATED
 
 
@@ -32,9 +32,9 @@ def tangential(result: Tangential) -> Figure:
     Returns
     -------
     Figure
-        Maps of the traction and of stick and slip, of a profile the traction and its bound along
-        it; and force over shift: the steps, the curve of superposition, and its loop (Masing). A
-        cell of several points shows the largest traction, and the shares that stick and slip.
+        Maps of the traction and of stick and slip (for a profile, the traction and its bound along
+        x); and force over shift: the steps, the curve by superposition, and its loop (Masing). A
+        cell of several points shows the largest traction, and the shares of stick and slip.
     """
     pair = result.solution.pair
     aspect = 0.8 if pair.is_profile else style.shown_aspect(pair.size)
@@ -98,13 +98,13 @@ def _draw_curve(axes: Axes, result: Tangential) -> None:
     curve = result.superposition
     if curve is not None:
         points = np.array(curve.shift) * length, np.array(curve.force) * factor
-        # As smooth as it is, through all points.
+        # Interpolate with a polynomial, as the curve is smooth.
         through = np.polynomial.Polynomial.fit(*points, points[0].size - 1)
         along = np.linspace(0, points[0][-1], 50)
         up = through(along)
         sign = np.sign(result.last.force)
         axes.plot(sign * along, sign * up, color=style.SERIES[0], label="superposition")
-        # Masing: the loop is the curve at twice its size, from either end.
+        # Masing: the branches of the loop are the curve at twice its size, from both ends.
         for end in (1, -1):
             label = "cycle" if end == 1 else None
             axes.plot(
@@ -130,7 +130,7 @@ def _draw_curve(axes: Axes, result: Tangential) -> None:
 
 
 def fretting(result: Tangential) -> Figure:
-    """Draw the tension at the surface, and Ruiz' parameter.
+    """Draw the tension at the surface and Ruiz' parameter.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def fretting(result: Tangential) -> Figure:
     Returns
     -------
     Figure
-        Maps of both, of a profile lines. A cell of several points shows the largest value in it.
+        Maps of both, or lines for a profile. A cell of several points shows its largest value.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Fretting of a contact that slips in part: stress below it, tension at its surface, damage."""
+"""Fretting of a contact in partial slip: stress, surface tension, damage parameters."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ Array = NDArray[np.float64]
 class Fretting:
     """Stress and fretting parameters of the rough body under the last force.
 
-    δ is the amplitude of the slip in a cycle between that force and its opposite: half of what the
-    last step slips at the end of a cycle, else all of the slip. Ruiz, Boddington and Chen 1984,
+    δ is the slip amplitude in a cycle between that force and its opposite: half of the slip of the
+    last step at the end of a cycle, else the total slip. Ruiz, Boddington and Chen 1984,
     Exp. Mech. 24, 208.
     """
 
-    stress: StressResult  # Below the contact, with the largest tension at the surface
+    stress: StressResult  # Stress below the contact, with the largest tension at the surface
     tension: Array  # Larger principal stress in the surface at the pixel centers [Pa], (ny, nx)
     work: Array  # Traction times slip τδ [J/m²], (ny, nx); a cycle dissipates four times as much
     ruiz: Array  # σ_t τδ [Pa²·m], (ny, nx), σ_t the stress along the traction; 0 under compression
-    # Force from zero on at which the body yields first [N]: 0 where it does without, infinite where
-    # the contact slides before; None where the load changes, or without a yield strength.
+    # Tangential force of first yield [N]: 0 if the body yields under the load alone, infinite if
+    # the contact slides before; None if the load changes, or without a yield strength.
     yield_force: float | None = None
 
     def __post_init__(self) -> None:
@@ -50,13 +50,13 @@ class Fretting:
 
     @property
     def max_ruiz_at(self) -> tuple[float, float]:
-        """Where it is: y and x of its pixel [m], counted from the corner of the map."""
+        """Position of the largest σ_t τδ: y and x [m] from the corner of the map."""
         row, column = np.unravel_index(self.ruiz.argmax(), self.work.shape)
         return self.stress.center((int(row), int(column)))
 
 
 def fretting(contact: ContactResult, traction: Array, slip: Array) -> Fretting:
-    """Return stress and fretting parameters under traction [Pa] and slip [m], components (y, x)."""
+    """Return the fretting result of traction [Pa] and slip [m], components (y, x)."""
     below = subsurface_stress(contact, traction=traction)
     surface = next(
         slices(

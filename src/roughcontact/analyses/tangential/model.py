@@ -1,4 +1,4 @@
-"""Tangential loading of a solved contact: stick, slip and traction under Coulomb's friction."""
+"""Tangential loading of a solved contact under Coulomb friction: stick and slip."""
 
 from __future__ import annotations
 
@@ -36,51 +36,51 @@ from roughcontact.units import Quantities, Quantity, format_engineering, format_
 Array = NDArray[np.float64]
 
 MAX_DUNDURS = 0.05
-"""Dundurs' β above which the coupling of pressure and traction has a caution."""
+"""Dundurs' β above which neglected coupling of pressure and traction has a caution."""
 
-# Forces of the superposition's curve, and the certificate of all but the last.
+# Number of forces of the superposition curve, and the certificate of all but the last.
 _POINTS, _DRAWN = 2, 1e-4
-# Error of the force of first yield, over that which slides.
+# Error of the force of first yield, over the force at sliding.
 _YIELD = 1e-3
 
 
 @dataclass(frozen=True)
 class TangentialStep:
-    """One point of a path; force and shift are along the direction of loading."""
+    """Step of a path; force and shift are along the direction of loading."""
 
     load: float  # W [N]
     force: float  # Q [N]
     shift: float  # δ [m], rigid shift of the body against its counter-body
-    cross_shift: float  # Shift 90° counter-clockwise of it [m]
-    stick_fraction: float  # Of the contact area
+    cross_shift: float  # Shift at 90° counter-clockwise from the direction [m]
+    stick_fraction: float  # Sticking share of the contact area
     max_slip: float  # Largest total slip [m]
     mean_slip: float  # Mean total slip over the contact [m]
-    energy: float  # Dissipated in this step [J]
-    certificate: float  # ε_t
-    force_error: float  # Over the largest force that friction carries
-    newton_steps: int  # Of the solver
-    applications: int  # Of the displacement operator; each transforms two fields there and back
+    energy: float  # Energy dissipated in this step [J]
+    certificate: float  # Certificate ε_t
+    force_error: float  # Error of the force, over the force at sliding
+    newton_steps: int  # Newton steps of the solver
+    applications: int  # Applications of the displacement operator, each on two fields
 
 
 @dataclass(frozen=True)
 class Superposition:
-    """Partial slip from pressures alone (Ciavarella, Jäger): exact where ν is 0, and of profiles.
+    """Partial slip by superposition (Ciavarella, Jäger): exact for ν = 0 and for profiles.
 
     The traction is μ (p(P) - p(P - Q/μ)), the shift μ c (ω(P) - ω(P - Q/μ)).
     """
 
-    force: tuple[float, ...]  # Q, ascending from 0 to that of the largest force [N]
-    shift: tuple[float, ...]  # δ of each [m]
-    stick_fraction: tuple[float, ...]  # Of each
-    cycle_energy: tuple[float, ...]  # Of a cycle between ±Q [J]
-    traction_difference: float  # ‖q - q_s‖/‖q‖ of the last one; NaN after more than one step
+    force: tuple[float, ...]  # Q, ascending from 0 to the largest force [N]
+    shift: tuple[float, ...]  # δ of each force [m]
+    stick_fraction: tuple[float, ...]  # Sticking share of the contact area at each force
+    cycle_energy: tuple[float, ...]  # Energy of a cycle between ±Q [J]
+    traction_difference: float  # ‖q - q_s‖/‖q‖ at the largest force; NaN after several steps
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tangential(Result):
-    """Traction, slip and stiffness of a contact under a tangential force.
+    """Result of tangential loading: traction, slip and stiffness.
 
-    Vector maps have the components (y, x); those of the last step are kept.
+    Vector maps have the components (y, x), and are those of the last step.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class Tangential(Result):
     direction : float
         Angle of the force from x [degrees], counter-clockwise as seen in the map.
     steps : tuple of TangentialStep
-        Points of the path, in order.
+        Steps of the path, in order.
     traction : ndarray, shape (2, ny, nx)
         Traction on the body [Pa].
     slip : ndarray, shape (2, ny, nx)
@@ -99,15 +99,15 @@ class Tangential(Result):
     bound : ndarray, shape (ny, nx)
         Largest traction of each pixel [Pa].
     initial_stiffness : float
-        dQ/dδ where all of the contact sticks [N/m].
+        dQ/dδ at full stick [N/m].
     tangent_stiffness : float
-        dQ/dδ as the force grows from the last one [N/m].
+        dQ/dδ on a further increase of the last force [N/m].
     superposition : Superposition or None
-        The curve from pressures alone, under a constant load without shear yield.
+        Curve by superposition, under a constant load without shear yield.
     messages : tuple of Caution
         Cautions on the tangential loading.
     fretting : Fretting or None
-        Stress below the surface, tension and Ruiz' parameters under the last force, if wanted.
+        Stress below the surface, tension and Ruiz' parameters under the last force, if requested.
     """
 
     solution: ContactResult
@@ -136,7 +136,7 @@ class Tangential(Result):
 
     @property
     def last(self) -> TangentialStep:
-        """The last step."""
+        """Last step."""
         return self.steps[-1]
 
     @property
@@ -156,10 +156,10 @@ class Tangential(Result):
 
     @property
     def cycle_energy(self) -> float:
-        """Energy that a cycle between ±Q dissipates [J].
+        """Energy dissipated in a cycle between ±Q [J].
 
-        Of a path that ends in Q, -Q, Q that of its last two steps; of a single step four times its
-        own (Masing); NaN of other paths.
+        The energy of the last two steps if the path ends in Q, -Q, Q; four times the energy of a
+        single step (Masing); NaN for other paths.
         """
         if len(self.steps) == 1:
             return math.nan if self.superposition is None else 4 * self.last.energy
@@ -167,7 +167,7 @@ class Tangential(Result):
 
     @property
     def loss_factor(self) -> float:
-        """Dissipated energy of a cycle over 2π times its elastic energy ½ Q δ; NaN as there."""
+        """Energy of a cycle over 2π times its elastic energy ½ Q δ; NaN like `cycle_energy`."""
         amplitude = self.last.shift
         if self.is_cycle:
             amplitude = 0.5 * (self.last.shift - self.steps[-2].shift)
@@ -185,7 +185,7 @@ class Tangential(Result):
         return sum(step.applications for step in self.steps)
 
     def column(self, name: str) -> Array:
-        """Return one number of all steps, shape (n,); see `TangentialStep`."""
+        """Return one field of all steps, shape (n,); see `TangentialStep`."""
         return np.array([getattr(step, name) for step in self.steps], dtype=float)
 
 
@@ -223,30 +223,30 @@ def to_dataset(result: Tangential) -> netcdf.Dataset:
 
 
 def _norm(field: Array) -> float:
-    # Not by BLAS, whose bits depend on its threads.
+    # Not by BLAS, whose last digits depend on the number of threads.
     return math.sqrt(float(np.square(field).sum()))
 
 
-# --- Elastic constants of both bodies together ---
+# --- Elastic constants of the pair ---
 
 
 def joint_poisson(pair: Pair) -> float:
-    """Return ν of both bodies together, Σ(ν/G)/Σ(1/G)."""
+    """Return the equivalent Poisson's ratio of the pair, Σ(ν/G)/Σ(1/G)."""
     bodies = _shear(pair)
     return sum(poisson * shear for poisson, shear in bodies) / sum(shear for _, shear in bodies)
 
 
 def tangential_compliance(pair: Pair) -> float:
-    """Return the tangential over the normal compliance c of a contact that sticks.
+    """Return the ratio c of tangential to normal compliance at full stick.
 
-    (2 - ν)/(2 (1 - ν)), which is exact for a circle; 1 of profiles (Mindlin 1949).
+    (2 - ν)/(2 (1 - ν)), which is exact for a circle; 1 for profiles (Mindlin 1949).
     """
     poisson = joint_poisson(pair)
     return 1.0 if pair.is_profile else (2 - poisson) / (2 * (1 - poisson))
 
 
 def dundurs(pair: Pair) -> float:
-    """Return Dundurs' β: how much pressure and tangential displacement are coupled."""
+    """Return Dundurs' β, the coupling of pressure and tangential displacement."""
     bodies = _shear(pair)
     first, second = ((1 - 2 * poisson) * shear for poisson, shear in bodies)
     return (first - second) / (2 * sum((1 - poisson) * shear for poisson, shear in bodies))
@@ -259,7 +259,7 @@ def _shear(pair: Pair) -> list[tuple[float, float]]:
 
 
 def shear_strength(result: ContactResult) -> float:
-    """Return the shear yield stress σ_Y/√3 of the softer body [Pa]; infinite without a ceiling."""
+    """Return the shear strength σ_Y/√3 of the softer body [Pa]; infinite without a ceiling."""
     if result.ceiling is None:
         return math.inf
     softer = result.pair.softer
@@ -269,9 +269,9 @@ def shear_strength(result: ContactResult) -> float:
 
 
 def stick_ratios(result: ContactResult) -> tuple[float, float]:
-    """Return tangential over unloading stiffness of a contact that sticks, along y and along x.
+    """Return tangential over unloading stiffness at full stick, along y and along x.
 
-    2 (1 - ν)/(2 - ν) of a circle (Mindlin 1949); less along a lay, 1 across long narrow spots.
+    2 (1 - ν)/(2 - ν) for a circle (Mindlin 1949); less along a lay, 1 across long narrow spots.
     """
     result.boundary.require_tangential()
     result.pair.require_uncoated("tangential loading")
@@ -290,7 +290,7 @@ def _operator(pair: Pair) -> TangentialOperator:
     )
 
 
-# --- The public function ---
+# --- Public function ---
 
 
 @validate_arguments
@@ -310,47 +310,47 @@ def tangential(
     Parameters
     ----------
     result : ContactResult
-        The contact, without tilt; on a free or periodic map, or of profiles.
+        The contact, without tilt, on a free or periodic map or of profiles.
     friction : float
-        Coefficient μ of Coulomb's law: the traction is at most μ p. Under a ceiling it is at most
-        σ_Y/√3 of the softer body, too.
+        Coefficient μ of Coulomb's law: the traction is at most μ p, and under a ceiling also at
+        most σ_Y/√3 of the softer body.
     force : float, str, quantity of pint, or several of them
-        Tangential force Q on the body along ``direction`` [N], of profiles [N/m]; several are
-        applied one after the other. Give ``force``, ``shift`` or ``stages``.
+        Tangential force Q on the body along ``direction`` [N], for profiles [N/m]; several forces
+        are applied one after the other. Give ``force``, ``shift`` or ``stages``.
     shift : float, str or quantity of pint
-        Rigid shift δ of the body along ``direction`` [m] instead.
+        Rigid shift δ of the body along ``direction`` [m], instead of a force.
     direction : float
         Angle from x [degrees], counter-clockwise as seen in the map, whose first row is drawn on
         top: 90 points to smaller y.
     stages : sequence of (load, force)
-        Loads and tangential forces that change together, from no contact on.
+        Loads and tangential forces that change together, starting without contact.
     stress : bool
-        Whether to compute the stress below the surface under the last force, too, and from it
-        tension, Ruiz' parameters and the force of first yield (``fretting`` of the result).
+        Whether to compute also the stress below the surface under the last force, tension, Ruiz'
+        parameters and the force of first yield (``fretting`` of the result).
     tolerance : float
         Certificate of each step.
 
     Returns
     -------
     Tangential
-        Traction and slip of the last step, and the numbers of all.
+        Traction and slip of the last step, and the scalars of all steps.
 
     Raises
     ------
     InputError
         If an argument cannot be used, the bodies tilt, or the map is a strip.
     CapacityError
-        If friction does not carry the force: the contact slides.
+        If friction cannot carry the force, so that the contact slides.
     ConvergenceError
         If a step does not reach the tolerance.
 
     Notes
     -----
-    Quasi-static, elastic half-spaces, small slip. The pressure is not altered by the traction
-    (Goodman 1962), which is exact where Dundurs' β is 0. In each step the slip
+    Quasi-static, elastic half-spaces, small slip. The effect of the traction on the pressure is
+    neglected (Goodman 1962), which is exact if Dundurs' β is 0. In each step the slip
     Δs = Δδ - K Δq vanishes where ``|q|`` < μ p, and is along q elsewhere; q has both components.
-    Where the load grows, pixels that come into contact slip only from then on: their slip in a
-    step is less by (Δδ/Δω) g, g their gap before it.
+    On an increase of the load, pixels slip only after they come into contact: their slip in a step
+    is less by (Δδ/Δω) g, with their gap g before the step.
 
     References
     ----------
@@ -388,7 +388,7 @@ def tangential(
 
 
 def _check(result: ContactResult, friction: float, direction: float) -> None:
-    """Raise `InputError` for contacts without tangential loading."""
+    """Raise an error for contacts that cannot be loaded tangentially."""
     result.require_whole("tangential loading")
     result.pair.require_uncoated("tangential loading")
     require_friction(friction)
@@ -421,7 +421,7 @@ def _number(value: Any, dimension: str, argument: str) -> float:
 def _stages(
     result: ContactResult, force: Any, stages: Sequence[Any] | None
 ) -> list[tuple[float, float]]:
-    """Return loads and tangential forces [N] of a path."""
+    """Return loads and tangential forces of a path [N], or [N/m] for profiles."""
     dimension = result.pair.load_dimension
     if force is not None:
         single = isinstance(force, (str, int, float)) or getattr(force, "shape", None) == ()
@@ -439,7 +439,7 @@ def _stages(
 
 
 class _Path:
-    """A contact on its way through loads and tangential forces."""
+    """State of a contact along a path of loads and tangential forces."""
 
     def __init__(
         self, result: ContactResult, friction: float, direction: float, tolerance: float
@@ -461,7 +461,7 @@ class _Path:
         self.steps: list[TangentialStep] = []
 
     def contact_under(self, load: float) -> ContactResult:
-        """Return the contact under a load: elastic on the indented surface where it has fallen."""
+        """Return the contact under a load; unloading is elastic on the indented surface."""
         heaviest, result = self.heaviest, self.result
         if heaviest is not None and load < heaviest.load:
             return _unloaded(heaviest, load)
@@ -470,7 +470,7 @@ class _Path:
     def advance(
         self, contact: ContactResult, force: float | None = None, shift: float | None = None
     ) -> None:
-        """Take one step."""
+        """Solve one step and append it to the path."""
         index, bound = self._bound(contact)
         area = contact.pixel_area
         before = self.steps[-1].force if self.steps else 0.0
@@ -488,7 +488,7 @@ class _Path:
                 offset,
                 total=goal,
                 shift=None if shift is None else shift * self.along,
-                # After a reversal the traction is that before it, reversed (Masing).
+                # At full reversal the traction is that before the step with opposite sign (Masing).
                 start=-earlier if reverses else None,
                 scale=_norm(earlier),
             ),
@@ -521,7 +521,7 @@ class _Path:
         )
 
     def _offset(self, contact: ContactResult, index: NDArray[np.int64], growth: float) -> Array:
-        """Return K q before the step, less the shift at which new pixels come into contact."""
+        """Return K q before the step, less the shift before new pixels come into contact."""
         offset = np.zeros((2, index.size))
         if self.traction.any():
             union = np.union1d(index, np.flatnonzero(self.traction.any(axis=0)))
@@ -543,7 +543,7 @@ class _Path:
         bound: Array,
         solution: partial_slip.PartialSlipSolution,
     ) -> None:
-        """Add a solved step."""
+        """Append a solved step and update the state."""
         area, size = contact.pixel_area, np.hypot(*solution.traction)
         slips = size >= bound * (1 - STICK)
         slip = solution.slip * slips
@@ -574,7 +574,7 @@ class _Path:
         )
 
     def outcome(self) -> Tangential:
-        """Return the outcome so far."""
+        """Return the result of the steps so far."""
         contact = self.contact
         assert contact is not None
         shape = contact.pressure.shape
@@ -598,7 +598,7 @@ class _Path:
         )
 
     def _superposition(self) -> Superposition | None:
-        """Return the curve up to the largest force, if the load stays and no shear yields."""
+        """Return the superposition curve; None if the load changes, at sliding or shear yield."""
         contact = self.contact
         assert contact is not None
         constant = all(step.load == self.result.load for step in self.steps)
@@ -610,7 +610,7 @@ class _Path:
 
 
 def _yield_force(path: _Path) -> float | None:
-    """Return the force at which the body yields first; see `Fretting`."""
+    """Return the tangential force of first yield of the body; see `Fretting`."""
     contact, bound = path.result, path.bound
     strength = contact.material.yield_strength
     if strength is None or any(step.load != contact.load for step in path.steps):
@@ -651,7 +651,7 @@ def _case(result: ContactResult, load: float) -> LoadCase:
 def _unloaded(
     heaviest: ContactResult, load: float, start: Any = None, tolerance: float = 0.0
 ) -> ContactResult:
-    """Return the contact under a smaller load, elastic on the surface that the larger one left."""
+    """Return the contact under a smaller load, elastic on the indented surface."""
     pair = replace(heaviest.pair, share=indented_surface(heaviest))
     case = replace(
         _case(heaviest, load), ceiling=None, tolerance=max(heaviest.tolerance, tolerance)
@@ -660,7 +660,7 @@ def _unloaded(
 
 
 def _superpose_partial_slip(path: _Path, contact: ContactResult, force: float) -> Superposition:
-    """Return partial slip from the pressures under smaller loads on the unloading branch."""
+    """Return partial slip by superposition of pressures on the unloading branch."""
     friction, area = path.friction, contact.pixel_area
     compliance = tangential_compliance(contact.pair)
     full = contact

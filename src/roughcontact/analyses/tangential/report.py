@@ -50,7 +50,7 @@ def _energy(result: Tangential) -> str:
 
 
 def _stiffness(value: float, unit: str) -> str:
-    """Return N/µm of a map, and N/µm per mm of a profile."""
+    """Return a stiffness as text, in N/µm for a map and N/µm/mm for a profile."""
     return f"{1e-6 * value:.4g} N/µm" if unit == "N" else f"{1e-9 * value:.4g} N/µm/mm"
 
 
@@ -64,13 +64,13 @@ def _has_stress(result: Tangential) -> bool:
 
 
 def _of_stress(attribute: str) -> Callable[[Tangential], Any]:
-    """Return a getter of an attribute of the fretting; None without it."""
+    """Return a getter of an attribute of the fretting result; None without fretting."""
     get = attrgetter(attribute)
     return lambda result: None if result.fretting is None else get(result.fretting)
 
 
 def _ruiz(value: float) -> str:
-    """Return σ_t τδ in the unit of fretting maps."""
+    """Return σ_t τδ as text, in the unit of fretting maps."""
     return f"{1e-9 * value:.4g} MPa²·mm"
 
 
@@ -178,7 +178,7 @@ _COLUMNS: Columns = (
 
 
 def _answer(result: Tangential) -> str:
-    """Return shift and stick under the last force."""
+    """Return shift and stick under the last force as a sentence."""
     last, unit = result.last, result.solution.pair.load_unit
     force, shift = phrases.format_short(last.force, unit), phrases.format_short(last.shift, "m")
     if not last.stick_fraction:
@@ -188,7 +188,7 @@ def _answer(result: Tangential) -> str:
 
 
 def _numbers(result: Tangential) -> CellTable:
-    """Return the steps of a path, or the numbers of a single step."""
+    """Return the steps of a path, or the main quantities of a single step."""
     unit, last = result.solution.pair.load_unit, result.last
     if len(result.steps) > 1:
         changes = len({step.load for step in result.steps}) > 1
@@ -217,7 +217,7 @@ def _numbers(result: Tangential) -> CellTable:
 
 
 def _remarks(result: Tangential) -> tuple[str, ...]:
-    """Return the check by superposition, and how exactly it is solved."""
+    """Return cycle, fretting, the comparison with superposition, and the accuracy."""
     curve, last = result.superposition, result.last
     lines = [f"Cycle: {_energy(result)}"] if result.is_cycle else []
     lines += _below(result)
@@ -235,7 +235,7 @@ def _remarks(result: Tangential) -> tuple[str, ...]:
 
 
 def _below(result: Tangential) -> Iterator[str]:
-    """Yield where the stress is largest, and Ruiz' parameters."""
+    """Yield largest stress, first yield, tension and Ruiz' parameters."""
     if result.fretting is None:
         return
     stress, works = result.fretting.stress, result.fretting
@@ -258,7 +258,7 @@ def _below(result: Tangential) -> Iterator[str]:
 
 
 def _first_yield(force: float, unit: str) -> str:
-    """Return under which tangential force the body yields."""
+    """Return the tangential force of first yield as text."""
     if not force:
         return "under the load alone"
     if math.isinf(force):
@@ -272,7 +272,7 @@ def _place(center: tuple[float, float], stress: StressResult) -> str:
 
 
 def _sentences(result: Tangential) -> tuple[str, ...]:
-    """Return the model in a few sentences."""
+    """Return the sentences on the model."""
     return (
         "Coulomb friction on elastic half-spaces: traction is at most friction times pressure, and "
         "slip is along the traction.",
@@ -341,7 +341,7 @@ _ASSUMPTIONS = (
 
 
 def _works(result: Tangential) -> Iterator[tuple[str, tuple[Reference, ...]]]:
-    """Yield the works behind the stress and what is made of it."""
+    """Yield the references of the stress and of the fretting parameters."""
     if result.fretting is not None:
         yield from stress_fields.of_stress(result.fretting.stress)
         yield make_use("fretting parameters", "Ruiz1984")

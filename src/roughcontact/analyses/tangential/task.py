@@ -31,13 +31,13 @@ from roughcontact.units import parse
 if TYPE_CHECKING:
     from roughcontact.contact.load_case import Load
 
-# Maps that the tangential solver needs in addition to the contact: two spectra, two sets of
-# symbols, the symbols of coarser grids, some fields.
+# Maps of the tangential solver in addition to the contact: two spectra, two sets of symbols, the
+# symbols of coarser grids, some fields.
 _HELD = 21
 
 
 def _force(text: str, argument: str) -> str:
-    """Return a force, or a line load of a profile, as a text that has been read once."""
+    """Check the text of a force, or of a line load of a profile, and return it."""
     with suppress(InputError):
         parse(text, "line load", argument, positive=False)
         return text
@@ -50,7 +50,7 @@ def _forces(text: str, argument: str) -> tuple[str, ...]:
 
 
 def _stages(text: str, argument: str) -> tuple[tuple[float | Load, str], ...]:
-    """Return loads, each with its tangential force."""
+    """Return the stages of a text: pairs of a load and a tangential force."""
     result = []
     for part in text.split(","):
         load, colon, force = part.partition(":")
