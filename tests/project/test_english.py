@@ -15,7 +15,7 @@ from paths import ROOT
 
 # Most hits allowed: lower a number when fewer are left, so that none comes back.
 LIMITS = {
-    "text of src": 271,
+    "text of src": 188,
     "text of docs": 7,
     "text of CHANGELOG.md": 167,
     "changelog": 49,
