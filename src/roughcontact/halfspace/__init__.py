@@ -1,1 +1,1 @@
-"""The elastic half-space: arrays in, arrays out."""
+"""Elastic half-space: operators and stresses on arrays."""

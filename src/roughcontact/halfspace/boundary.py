@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
 
 class Boundary(StrEnum):
-    """Along which axes the map is one period of an endless surface; along others it ends.
+    """Boundary condition of a map: periodic or free along each axis.
 
-    A member equals the text that names it, as do the values that arguments take.
+    A member is a string and equals its value, so that arguments accept either.
 
     Raises
     ------
     InputError
-        If a text names none of them.
+        If a text is not the value of a member.
 
     Examples
     --------
@@ -62,17 +62,17 @@ class Boundary(StrEnum):
 
     @property
     def works(self) -> tuple[str, ...]:
-        """Keys of the works that its response of the half-space is from."""
+        """Keys of the references of the response of the half-space."""
         return _MODELS[self].works
 
     @property
     def of_profile(self) -> Boundary:
-        """Boundary of a profile: one row of a body that is uniform along y.
+        """Boundary of a profile, one row of a body that is uniform along y.
 
         Raises
         ------
         InputError
-            If it is not known for profiles.
+            If the boundary is not available for profiles.
         """
         name = _MODELS[self].of_profile
         if not name:
@@ -80,19 +80,19 @@ class Boundary(StrEnum):
         return Boundary(name)
 
     def require_stress(self) -> None:
-        """Raise `InputError` unless the stress below such a map is known."""
+        """Raise `InputError` unless the stress below the surface is available."""
         self._require_known_below("the stress below the surface")
 
     def require_volume(self) -> None:
-        """Raise `InputError` unless plasticity of the volume below such a map is known."""
+        """Raise `InputError` unless the plasticity of the volume is available."""
         self._require_known_below("the volume model")
 
     def require_tangential(self) -> None:
-        """Raise `InputError` unless the tangential displacement of such a map is known."""
+        """Raise `InputError` unless the tangential displacement is available."""
         self._require_known_below("tangential loading")
 
     def _require_known_below(self, what: str) -> None:
-        """Raise `InputError` if the half-space below such a map is not known, as ``what`` needs."""
+        """Raise `InputError` if ``what`` is not available with this boundary."""
         if not _MODELS[self].known_below:
             raise self._not_known(what, [b for b in Boundary if _MODELS[b].known_below])
 
@@ -126,9 +126,9 @@ class Boundary(StrEnum):
         contact_modulus : float
             E* [Pa].
         datum : float, optional
-            As for `convolution.strip`; of no account where both axes are alike.
+            As for `convolution.strip`; ignored if both axes are free or both are periodic.
         coatings : Coatings, optional
-            Of the bodies.
+            Coatings of the bodies.
         precision : {"double", "single"}
             Arithmetic of the transforms.
         workspace : Workspace, optional
@@ -163,7 +163,7 @@ class Boundary(StrEnum):
         precision: str = "double",
         workspace: Workspace | None = None,
     ) -> Callable[[tuple[int, int], tuple[int, int]], Convolution]:
-        """Return a factory of the operator of a map, of coarser grids, and of parts of it.
+        """Return a factory of the operators of a map, of coarser grids, and of its parts.
 
         Parameters
         ----------
@@ -175,17 +175,17 @@ class Boundary(StrEnum):
         Returns
         -------
         callable
-            ``operator(shape, (ky, kx))`` as `bounded.solve` wants it.
+            ``operator(shape, (ky, kx))`` as required by `bounded.solve`.
         """
         from roughcontact.halfspace.fft import Workspace
 
         workspace = workspace or Workspace()
-        # The zero of the displacement depends on the whole map, also if only a part is evaluated.
+        # The zero of the displacement depends on the whole map, even if only a part is evaluated.
         datum = longer_side(shape, pixel)
 
         def operator(shape: tuple[int, int], coarsening: tuple[int, int]) -> Convolution:
             coarse = (coarsening[0] * pixel[0], coarsening[1] * pixel[1])
-            # On coarse grids the error of the grid outweighs that of the arithmetic.
+            # On coarse grids the discretization error exceeds the rounding error.
             arithmetic = precision if coarsening == (1, 1) else "single"
             return self.operator(
                 shape,
@@ -211,7 +211,7 @@ class Boundary(StrEnum):
         precision: str = "double",
         workspace: Workspace,
     ) -> Callable[[tuple[int, int], tuple[int, int]], SlabConvolution]:
-        """Return a factory of the operator of a map on several ranks, and of coarser grids.
+        """Return a factory of the operators of a map on several ranks, and of coarser grids.
 
         Parameters
         ----------
@@ -223,7 +223,7 @@ class Boundary(StrEnum):
         Returns
         -------
         callable
-            ``operator(shape, (ky, kx))`` as `bounded.solve` wants it; all ranks call it together.
+            ``operator(shape, (ky, kx))`` as required by `bounded.solve`; a collective call.
         """
         from roughcontact.halfspace import distributed
 
@@ -246,7 +246,7 @@ class Boundary(StrEnum):
         )
 
     def operator_memory(self, shape: tuple[int, int], precision: str) -> int:
-        """Return the memory of `operator` at work, in bytes.
+        """Return the memory that `operator` needs, in bytes.
 
         Parameters
         ----------
@@ -258,7 +258,7 @@ class Boundary(StrEnum):
         Returns
         -------
         int
-            Spectra of the rows, and a quarter of that of the kernel.
+            Memory of the row spectra and of one quadrant of the kernel spectrum.
         """
         ny, nx = shape
         real = 8 if precision == "double" else 4
@@ -269,7 +269,7 @@ class Boundary(StrEnum):
         return 2 * real * ny * (nx * padded_x // 2 + 1) + kernel
 
     def kernel_memory(self, shape: tuple[int, int]) -> int:
-        """Return the memory of a quarter of the kernel's spectrum in double precision, in bytes.
+        """Return the bytes of one quadrant of the kernel spectrum in double precision.
 
         Parameters
         ----------
@@ -284,33 +284,35 @@ class Boundary(StrEnum):
 
 
 def longer_side(shape: tuple[int, int], pixel: tuple[float, float]) -> float:
-    """Return the longer side of a map [m]; of a single row its length."""
+    """Return the longer side of a map, or the length of a single row [m]."""
     ny, nx = shape
     return nx * pixel[1] if ny == 1 else max(ny * pixel[0], nx * pixel[1])
 
 
 class _BoundaryModel(NamedTuple):
-    """All that depends on a boundary: who adds one adds its name and one of these.
+    """Model of a boundary: everything that depends on the boundary condition.
+
+    A new boundary needs a member of `Boundary` and a model.
 
     Parameters
     ----------
     periodic_axes : tuple of int
-        Axes along which the map goes on beyond an edge on the opposite side: 0 y, 1 x.
+        Axes along which the map is periodic: 0 y, 1 x.
     meaning : str
-        In a few words.
+        Short description.
     works : tuple of str
-        Keys, in `roughcontact.references`, of the works that the response is from.
+        Keys of the references of the response in `roughcontact.references`.
     operator : callable
         ``operator(shape, pixel, contact_modulus, datum=, coatings=, precision=, workspace=)``.
     known_below : bool
-        Whether stress and plasticity below such a map are known.
+        Whether stress, plasticity and tangential loading are available.
     of_profile : str
-        Name of the boundary that it is for a profile; empty if it is none.
+        Value of the boundary of a profile; empty if profiles are not available.
     slab_symbol : callable, optional
-        Kernel of the rows of one rank, such as `distributed.free`.
+        Share of a rank of the symbol, such as `distributed.free`.
     kernel_memory : callable, optional
-        ``kernel_memory(shape)``, bytes of a quarter of the kernel's spectrum in double precision;
-        by default that of a kernel on the map, twice as long along free axes.
+        ``kernel_memory(shape)``, bytes of one quadrant of the kernel spectrum in double precision;
+        by default of a kernel on the map, twice as long along free axes.
     """
 
     periodic_axes: tuple[int, ...]
@@ -323,7 +325,7 @@ class _BoundaryModel(NamedTuple):
     kernel_memory: Callable[[tuple[int, int]], int] | None = None
 
 
-# Arrays are for who makes an operator: to name a boundary, or to list them, takes none.
+# Operators are imported lazily: naming or listing boundaries does not need NumPy.
 
 
 def _free_operator(*problem: Any, datum: float | None, **options: Any) -> Convolution:

@@ -1,13 +1,13 @@
-"""Response of a coated half-space: displacement, and stress, under waves and pixels of pressure.
+"""Response of a coated half-space to waves and pixels of pressure.
 
 A wave of pressure ``p cos(q x)`` on a stack of bonded layers displaces its surface by
 ``2/(E₁* q) (1 + F(q h₁)) p cos(q x)``, E₁* and h₁ of the outermost layer. F falls as
-exp(-2 q h₁), so that on a free map all that the stack changes is smooth on the scale of h₁:
+exp(-2 q h₁), so that on a free map the effect of the stack is smooth on the scale of h₁:
 
     K = Love's coefficients of the layer + Δ,  Δ(r) = D(r/h₁)/(π E₁* h₁),  D(ρ) = ∫ F(H) J₀(H ρ) dH.
 
-D and the corner integral M(ρ) = ∫ D ρ dρ are tabulated once for a stack, whatever the pixel. What
-it changes on a strip is a sum over waves across it, and on a profile a table again.
+D and the corner integral M(ρ) = ∫ D ρ dρ are tabulated once for a stack and all pixel sizes. On a
+strip the effect is a sum over waves across the strip, and on a profile another table.
 """
 
 from __future__ import annotations
@@ -27,25 +27,25 @@ from roughcontact.material.material import Material
 
 Array = NDArray[np.float64]
 
-# Integrals over waves of D, on a ray of this angle to the real axis, where nothing oscillates:
-# places in H ρ from and up to which panels reach, growing by a factor, and the nodes of one. No
-# wave of a stack has a pole below 30 degrees; bending, the lowest, has one at 60.
+# Integrals over waves for D, on a ray at this angle to the real axis, where the integrand does not
+# oscillate: first and last end of the panels in H ρ, their growth, and the nodes of one panel. F
+# has no pole below 30 degrees; its lowest one, of bending, is at 60.
 _ANGLE = math.pi / 6
 _FIRST, _LAST, _GROWTH, _NODES = 1e-8, 75.0, 3.0, 16
-# Chebyshev nodes in one unit of asinh ρ, and points of the table there.
+# Chebyshev nodes, and points of the table, per unit of asinh ρ.
 _PIECE, _DENSE = 16, 4096
-# Pixels from the origin up to which corners are integrated, and the nodes of their angles.
+# Distance in pixels within which corners are integrated, and the nodes of their angles.
 _NEAR, _ANGLES = 10, 32
-# Part of the thickness up to which D hardly changes within a pixel.
+# Pixel edge over thickness up to which D hardly changes within a pixel.
 _SMALL = 0.1
-# Waves in a factor of e between which the response is interpolated, up to a depth of exp(4), where
-# no base is felt; depth in waves that is none.
+# Interpolation points of the response per factor of e in H, up to H = exp(4), where the base has no
+# effect; q times the total thickness in the limit of uniform pressure.
 _WAVES, _DEEPEST, _LONGEST = 2048, 4, 1e-3
-# Depth in waves below which F is a straight line, and more digits of it are rounding.
+# H below which F is linear to rounding.
 _STRAIGHT = 1e-5
-# How much softer than the outermost layer the bodies are where it bends.
+# Excess compliance of the bodies over their outermost layers above which these bend.
 _SOFT = 2.0
-# Exponent beyond which a wave has died out; terms of a sum over waves shorter than two pixels.
+# Exponent beyond which a wave has decayed; terms of a sum over waves shorter than two pixels.
 _DEAD, _TERMS = 40.0, 12
 
 
@@ -53,7 +53,7 @@ _DEAD, _TERMS = 40.0, 12
 
 
 def layer_excess(material: Material, waves: NDArray[Any]) -> NDArray[Any]:
-    """Return the contribution of the layers below the outermost one to its response.
+    """Return F, the relative contribution of what is below the outermost layer.
 
     Parameters
     ----------
@@ -70,13 +70,13 @@ def layer_excess(material: Material, waves: NDArray[Any]) -> NDArray[Any]:
     Notes
     -----
     In each layer two waves fall and two rise, each written as exp(-distance from the face where it
-    starts), so that no exponential grows. With φ = a exp(s ζ)/q² and ψ = b exp(s ζ)/q, s = -1 of
-    those that fall (ζ from the upper face) and +1 of those that rise (ζ ≤ 0 from the lower one)::
+    starts), so that no exponential grows. With φ = a exp(s ζ)/q² and ψ = b exp(s ζ)/q, s = -1 for
+    falling waves (ζ from the upper face) and +1 for rising waves (ζ ≤ 0 from the lower face)::
 
         2 μ q u_x = a + ζ b             2 μ q u_z = (3 - 4ν - s ζ) b - s a
         σ_xz = s a + (s ζ - 1 + 2ν) b   σ_zz = -a + (2 (1 - ν) s - ζ) b
 
-    From the base up, each layer turns the compliance of what is below into that of its upper face.
+    From the base up, each layer transfers the compliance at its lower face to its upper face.
 
     References
     ----------
@@ -101,10 +101,10 @@ def _inverse(matrix: NDArray[Any]) -> NDArray[Any]:
 def _state(
     sign: int, depth: NDArray[Any], distance: NDArray[Any], poisson: float, shear: float
 ) -> NDArray[Any]:
-    """Return displacements and stresses of the two waves, shape (5, 2, n).
+    """Return displacements and stresses of the two waves of one direction, shape (5, 2, n).
 
-    The rows are u_x, u_z, σ_xz, σ_zz and σ_xx; displacements times 2 q and the shear modulus that
-    ``shear`` is over. ``distance`` is that from the face where the waves start.
+    The rows are u_x, u_z, σ_xz, σ_zz and σ_xx; displacements times 2 q and the reference modulus
+    of ``shear``. ``distance`` is measured from the face where the waves start.
     """
     one = np.ones_like(depth)
     waves = np.array(
@@ -121,15 +121,15 @@ def _state(
 
 @dataclass(frozen=True)
 class _Layer:
-    """A layer, or the elastic base, under waves of each of n lengths."""
+    """Layer, or elastic base, under waves of n lengths."""
 
     poisson: float
-    shear: float  # Shear modulus over that of the outermost layer
-    thickness: NDArray[Any] | None  # q h, shape (n,); None of the base, which has no end
-    rising: NDArray[Any]  # Amplitudes of rising waves over those of falling ones, (2, 2, n)
+    shear: float  # Ratio of the shear modulus to the outermost layer
+    thickness: NDArray[Any] | None  # q h, shape (n,); None for the base, which is infinite
+    rising: NDArray[Any]  # Amplitudes of rising waves over falling waves, (2, 2, n)
 
     def state(self, depth: NDArray[Any]) -> NDArray[Any]:
-        """Return the state of decaying waves of unit amplitude at a depth q ζ, shape (5, 2, n)."""
+        """Return the state by falling waves of unit amplitude at depth q ζ, shape (5, 2, n)."""
         result = _state(-1, depth, depth, self.poisson, self.shear)
         if self.thickness is not None:
             above = self.thickness - depth
@@ -138,11 +138,11 @@ class _Layer:
         return result
 
     def falling(self) -> NDArray[Any]:
-        """Return the amplitudes under unit tractions σ_xz and σ_zz of the upper face."""
+        """Return the amplitudes of falling waves under unit σ_xz and σ_zz on the upper face."""
         return _inverse(self.state(np.zeros_like(self.rising[0, 0]))[2:4])
 
     def compliance(self) -> NDArray[Any]:
-        """Return the displacements of the upper face under unit tractions."""
+        """Return the displacements of the upper face under unit tractions on it."""
         return _product(self.state(np.zeros_like(self.rising[0, 0]))[:2], self.falling())
 
 
@@ -181,7 +181,7 @@ def _layers(material: Material, waves: NDArray[Any]) -> list[_Layer]:
 
 
 def waves_below(material: Material, waves: Array, depth: float) -> NDArray[Any]:
-    """Return the stress below a wave of unit pressure.
+    """Return the stress at a depth below waves of unit pressure.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def waves_below(material: Material, waves: Array, depth: float) -> NDArray[Any]:
     waves : ndarray, shape (n,)
         Wave numbers q > 0 [1/m].
     depth : float
-        [m].
+        Depth [m].
 
     Returns
     -------
@@ -217,14 +217,14 @@ def waves_below(material: Material, waves: Array, depth: float) -> NDArray[Any]:
 
 @dataclass(frozen=True)
 class Table:
-    """D and M of a stack over asinh ρ, at equal steps."""
+    """Table of D and M of a stack at equal steps of asinh ρ."""
 
     kernel: Array  # D
     corner: Array  # M
 
 
 def _lookup(table: Array, rho: Array) -> Array:
-    """Return D or M at distances over the thickness of the outermost layer."""
+    """Return D or M at distances ρ in units of the thickness of the outermost layer."""
     return np.interp(np.arcsinh(rho) * _DENSE, np.arange(table.size), table)
 
 
@@ -232,9 +232,9 @@ def _lookup(table: Array, rho: Array) -> Array:
 def tabulate(material: Material, pieces: int, *, line: bool = False) -> Table:
     """Return D and M of a coated body up to ``asinh ρ = pieces``.
 
-    J₀ is the real part of a Hankel function, which falls as ``exp(-|H| ρ/2)`` where the path is
-    turned by 30 degrees; in H ρ, one set of nodes that crowd towards 0 serves all distances.
-    Below a line D is ``∫ (F - F(0) exp(-H)) cos(H ρ)/H dH`` and M is ``∫ D dρ``.
+    J₀ is the real part of a Hankel function, which falls as ``exp(-|H| ρ/2)`` on a path at 30
+    degrees; in H ρ, one set of nodes, graded towards 0, serves all distances. For a line load D is
+    ``∫ (F - F(0) exp(-H)) cos(H ρ)/H dH`` and M is ``∫ D dρ``.
     """
     from scipy.special import hankel1
 
@@ -266,12 +266,12 @@ def _beyond_log(material: Material, waves: NDArray[Any]) -> NDArray[Any]:
 
 
 def _base_softness(material: Material) -> float:
-    """Return F(0): how much softer the base is than the outermost layer, -1 if it is rigid."""
+    """Return F(0), the excess compliance of the base over the outermost layer; -1 if rigid."""
     return material.uncoated.compliance / material.compliance - 1
 
 
 def _ray_quadrature() -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return nodes H ρ on the ray, and their weights."""
+    """Return the nodes H ρ on the ray, and their weights."""
     panels = math.ceil(math.log(_LAST / _FIRST) / math.log(_GROWTH))
     ends = np.append(0.0, _LAST * _GROWTH ** np.arange(-panels, 1.0))
     nodes, weights = leggauss(_NODES)
@@ -295,24 +295,24 @@ def pixel_response(
     material : Material
         A coated body.
     shape : (int, int)
-        Offsets ``(ny, nx)`` wanted: ``nx`` from 0 on in x, ``ny`` from ``first_row`` on in y.
+        Number of offsets ``(ny, nx)``: ``nx`` from 0 in x, ``ny`` from ``first_row`` in y.
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
     first_row : int
         Offset in y of the first row.
     table : Table
-        As far as the offsets reach.
+        Table that covers the offsets.
 
     Returns
     -------
     ndarray, shape (ny, nx)
-        π E₁* times the displacement under unit pressure on the pixel ``[0, 0]`` [m], less that of
-        a homogeneous body of the outermost layer, ``π E₁* kernels.love``.
+        π E₁* times the displacement under unit pressure on the pixel ``[0, 0]`` [m], minus the
+        displacement of a homogeneous body of the outermost layer, ``π E₁* kernels.love``.
 
     Notes
     -----
     Near the origin D is integrated over the corners of pixels, ∫∫ D dA = ∫ M(x/cos θ) dθ over each
-    of the two triangles of a rectangle; beyond, by 2 × 2 Gauss points.
+    of the two triangles of a rectangle; farther away, by 2 × 2 Gauss points.
     """
     thickness = material.coating[0].thickness
     dy, dx = (edge / thickness for edge in pixel)
@@ -351,13 +351,13 @@ def _corner(table: Table, y: Array, x: Array) -> Array:
 class Coatings:
     """Contribution of the layers of two bodies to the response of their surfaces."""
 
-    bodies: tuple[Material, ...]  # Those that are coated
-    shares: tuple[float, ...]  # Their parts of 1/E*, E* of both surfaces
+    bodies: tuple[Material, ...]  # The coated bodies
+    shares: tuple[float, ...]  # Their shares of 1/E*, with E* of both surfaces
     grounded: bool  # Whether every deformable body is on a rigid base
 
     @classmethod
     def from_bodies(cls, *bodies: Material) -> Coatings | None:
-        """Return the coatings of two bodies, None if neither has any."""
+        """Return the coatings of two bodies, or None if neither is coated."""
         total = sum(body.compliance for body in bodies)
         coated = tuple(body for body in bodies if body.coating)
         if not coated:
@@ -367,12 +367,12 @@ class Coatings:
 
     @property
     def is_long_wave_soft(self) -> bool:
-        """Whether long waves move them far more than short ones do: stiff films on soft bodies."""
+        """Whether long waves are far more compliant than short ones: stiff films, soft bodies."""
         softer = map(_base_softness, self.bodies)
         return sum(s * more for s, more in zip(self.shares, softer, strict=True)) > _SOFT
 
     def tables(self, reach: float) -> list[Table]:
-        """Return the tables up to a distance [m], to be made once before threads share them."""
+        """Return the tables up to a distance [m]; call it before threads share the tables."""
         return [
             tabulate(body, math.ceil(math.asinh(reach / body.coating[0].thickness)) + 1)
             for body in self.bodies
@@ -385,7 +385,7 @@ class Coatings:
         first_row: int,
         tables: list[Table],
     ) -> Array:
-        """Return π E* times what they add to `kernels.love` of E* [m]."""
+        """Return π E* times the contribution of the coatings to `kernels.love` of E* [m]."""
         added = np.zeros(shape)
         for body, share, table in zip(self.bodies, self.shares, tables, strict=True):
             added += share * pixel_response(body, shape, pixel, first_row, table)
@@ -401,7 +401,7 @@ class Coatings:
         return result
 
     def uniform(self) -> float:
-        """Return E*/2 times the displacement under a uniform pressure [m]; 0 if there is none."""
+        """Return E*/2 times the displacement under uniform pressure [m]; 0 unless grounded."""
         if not self.grounded:
             return 0.0
         wave = _LONGEST / sum(layer.thickness for body in self.bodies for layer in body.coating)
@@ -410,14 +410,14 @@ class Coatings:
     def strip(
         self, shape: tuple[int, int], pixel: tuple[float, float], datum: float, waves: slice
     ) -> Array:
-        """Return E* times what they add to `kernels.strip`, whose arguments these are.
+        """Return E* times the contribution of the coatings to `kernels.strip`; same arguments.
 
         Notes
         -----
-        Below a wave q it is the transform across the strip of F over the wave number,
-        ``∫ F(κ h₁)/κ cos(k y) dk`` with κ² = q² + k², over the pixel; below a line of uniform
-        pressure, ``-F(0)/2 ln((y² + h₁²)/(d² + h₁²)) + D(y/h₁) - D(d/h₁)`` with the datum d. Where
-        all that deforms lies on a rigid base displacement has a natural zero, and d goes out.
+        For a wave q the contribution is the transform across the strip of F over the wave number,
+        ``∫ F(κ h₁)/κ cos(k y) dk`` with κ² = q² + k², over the pixel; for a uniform line load,
+        ``-F(0)/2 ln((y² + h₁²)/(d² + h₁²)) + D(y/h₁) - D(d/h₁)`` with the datum d. If every
+        deformable body is on a rigid base, displacement has a natural zero, and d cancels.
         """
         (ny, nx), (dy, dx) = shape, pixel
         q: Array = 2 * math.pi * np.arange(nx // 2 + 1, dtype=np.float64)[waves] / (nx * dx)
@@ -432,7 +432,7 @@ class Coatings:
         return added * (2 / math.pi)
 
     def _below_line(self, offsets: int, width: float, datum: float) -> Array:
-        """Return the displacement below a line load, summed over the bodies [m]."""
+        """Return the contribution under a uniform line load, summed over the bodies [m]."""
         added = np.zeros(offsets)
         for body, share in zip(self.bodies, self.shares, strict=True):
             thickness = body.coating[0].thickness
@@ -451,13 +451,13 @@ class Coatings:
         return added
 
     def _row_response(self, offsets: int, width: float, waves: Array) -> Array:
-        """Return π E*/2 times what waves along rows of pixels add at offsets from 0 on [m²]."""
-        # So far apart that the images, which a sum over waves brings, do not matter.
+        """Return π E*/2 times the contribution under waves along rows, at offsets from 0 [m²]."""
+        # The period of the sum over waves is so long that the images have decayed.
         far = offsets + math.ceil(_DEAD / (waves[0] * width))
         half = fft.fast_length(max(offsets, far // 2 + 1))
         k = math.pi / (half * width) * np.arange(half + 1.0)[:, None]
         symbol = self._over_wave(k, waves) * width * np.sinc(k * width / (2 * math.pi))
-        # Waves that the pixels fold back: from turn to turn they change sign.
+        # Waves that the pixels alias; their signs alternate.
         folded = np.zeros_like(symbol)
         thinnest = min(body.coating[0].thickness for body in self.bodies)
         for turn, weight in enumerate(_alternating(_TERMS), 1):
@@ -478,7 +478,7 @@ class Coatings:
 
 @lru_cache(maxsize=16)
 def _interpolant(material: Material, lowest: int) -> tuple[Array, Array]:
-    """Return ln H from an exponent on, and ln(1 + F) there."""
+    """Return ln H from an exponent up, and ln(1 + F) at these values."""
     known = np.linspace(lowest, _DEEPEST, (_DEEPEST - lowest) * _WAVES + 1)
     return known, np.log1p(layer_excess(material, np.exp(known)))
 
@@ -496,7 +496,7 @@ def _row_means(table: Table, offsets: int, width: float) -> Array:
 
 
 def _alternating(terms: int) -> list[float]:
-    """Return weights of the first terms of an alternating series that sum all of it.
+    """Return weights of the first terms of an alternating series for the sum of all terms.
 
     Cohen, Rodriguez Villegas and Zagier, Exp. Math. 9 (2000) 3: an error of 5.8 to the -terms.
     """

@@ -1,4 +1,4 @@
-"""Elastic stress below a pressure in a coated body: in its layers, its base, and at their faces."""
+"""Elastic stress in a coated body under pressure: layers, base and interfaces."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from roughcontact.material.material import Material
 Array = NDArray[np.float64]
 
 FACE = 1e-9
-"""Part of its depth by which a face of a layer lies above, or below, an interface."""
+"""Distance of a face of a layer from its interface over the depth of the interface."""
 
-# Waves in a factor of e between which stresses are interpolated; depth in waves that is none.
+# Interpolation points of the stress per factor of e in q; q times depth in the long-wave limit.
 _WAVES, _LONGEST = 512, 1e-4
 
 
@@ -33,7 +33,7 @@ def interfaces(material: Material) -> Array:
 
 
 def depths_with_faces(material: Material, depths: Array) -> Array:
-    """Return depths [m] and, of each layer, the surface and both sides of what is below it."""
+    """Return depths [m] together with the surface and both sides of each interface."""
     between = interfaces(material)
     listed = np.concatenate([[0.0], depths, between * (1 - FACE), between * (1 + FACE)])
     # There is no stress in a rigid base.
@@ -48,7 +48,7 @@ def poisson_at(material: Material, depth: float) -> float:
 
 
 def part_of(material: Material, depth: float) -> int:
-    """Return the number of the layer at a depth; the base has that of all layers."""
+    """Return the index of the layer at a depth; for the base, the number of layers."""
     return int(np.searchsorted(interfaces(material), depth))
 
 
@@ -65,7 +65,7 @@ def field_of(
     Parameters
     ----------
     pressure : ndarray, shape (ny, nx)
-        Pressure on its surface [Pa].
+        Pressure on the surface [Pa].
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
     material : Material
@@ -87,7 +87,7 @@ def field_of(
     Periodic: each wave has its exact stress. Free: the stress of a homogeneous body of the
     material at that depth is exact (`stress.slices`). The effect of the layers is added wave by
     wave on a padded period. Its long-range part, of the orders q⁰ and q¹, is replaced by the stress
-    of homogeneous bodies at two depths; the rest falls as 1/r⁵, so images of the map hardly count.
+    of homogeneous bodies at two depths; the rest falls as 1/r⁵, so that images hardly contribute.
     """
     boundary.require_stress()
     unit = float(pressure.max()) or 1.0
@@ -121,7 +121,7 @@ def field_of(
 
 
 class _Grid(NamedTuple):
-    """The waves of a period: their numbers [1/m], and what a pixel makes of each."""
+    """Wave numbers of a period [1/m], and the factor of a pixel for each wave."""
 
     period: tuple[int, int]
     qy: Array
@@ -130,7 +130,7 @@ class _Grid(NamedTuple):
 
     @classmethod
     def of(cls, period: tuple[int, int], pixel: tuple[float, float]) -> _Grid:
-        """Return the depths of a grid."""
+        """Return the waves of a period with this pixel."""
         numbers = [np.arange(points // 2 + 1, dtype=np.float64) for points in period]
         qy, qx = (
             2 * math.pi / (points * edge) * number
@@ -141,14 +141,14 @@ class _Grid(NamedTuple):
 
 
 def _prestressed(responses: Responses, material: Material, depth: float, unit: float) -> Streams:
-    """Return responses to a pressure, with the residual stress of the layer at a depth."""
+    """Return responses to a pressure, plus the residual stress of the layer at a depth."""
     part = part_of(material, depth)
     residual = material.coating[part].residual_stress if part < len(material.coating) else 0.0
     return _Prestressed(responses, residual / unit) if residual else responses
 
 
 class _Prestressed(NamedTuple):
-    """Responses to which a stress in the plane is added."""
+    """Responses plus a residual stress in the plane."""
 
     responses: Responses
     residual: float
@@ -156,7 +156,7 @@ class _Prestressed(NamedTuple):
     def stream(
         self, symbols: Symbols, visit: Callable[[slice, NDArray[Any]], None], first_row: int = 0
     ) -> None:
-        """Show the stress as `Responses` does."""
+        """Pass the stress to a callback in row blocks; see `Responses.stream`."""
 
         def show(rows: slice, block: NDArray[Any]) -> None:
             block[: YY + 1] += self.residual
@@ -168,7 +168,7 @@ class _Prestressed(NamedTuple):
 def _free_period(
     material: Material, shape: tuple[int, int], pixel: tuple[float, float]
 ) -> tuple[int, int]:
-    """Return a period in which the images of a map are beyond the bending of its layers."""
+    """Return a period in which the bending of the layers does not reach the images."""
     base = material.young if math.isfinite(material.young) else material.coating[0].young
     stiffest = max(layer.young for layer in material.coating)
     bent = float(interfaces(material)[-1]) * max(1.0, stiffest / base) ** (1 / 3)
@@ -184,9 +184,9 @@ class _Body(NamedTuple):
 
     depth: float
     poisson: float
-    in_plane: float  # Of xx, yy and xy
-    shear: float  # Of xz and yz
-    normal: float  # Of zz
+    in_plane: float  # Factor of xx, yy and xy
+    shear: float  # Factor of xz and yz
+    normal: float  # Factor of zz
 
     def on_pixels(self, pixel: tuple[float, float], rows: Any, columns: Any) -> Iterator[Array]:
         """Yield kernels of the stress under unit pressure on the pixel at the origin."""
@@ -196,7 +196,7 @@ class _Body(NamedTuple):
             yield kernel * factors.get(number, self.in_plane)
 
     def waves(self, waves: Array) -> tuple[Array, Array, Array, Array]:
-        """Return its stress along the waves, across them, into the body, and the shear."""
+        """Return the stress along the waves, across them, into the body, and the shear."""
         qz = waves * self.depth
         damping = np.exp(-qz)
         return (
@@ -208,7 +208,7 @@ class _Body(NamedTuple):
 
 
 def _bodies(material: Material, depth: float) -> tuple[_Body, ...]:
-    """Return the homogeneous body of a depth, and two for the long-range part of the layers."""
+    """Return the homogeneous body at a depth, and two for the long-range part of layers."""
     poisson = poisson_at(material, depth)
     own, reach = _Body(depth, poisson, 1.0, 1.0, 1.0), float(interfaces(material)[-1])
     waves = np.array([1.0, 2.0]) * _LONGEST / max(depth, reach)
@@ -238,10 +238,10 @@ def _kernels(
 
 @dataclass(frozen=True)
 class _Waves:
-    """The stress of waves of unit pressure at a depth, over the logarithm of the wave number."""
+    """Stress of waves of unit pressure at a depth, over the logarithm of the wave number."""
 
     waves: Array  # Logarithms, ascending
-    along: Array  # σ along the wave, across it, into the body, and the shear σ_lz
+    along: Array  # σ along the wave; then σ across the wave, σ into the body, and the shear σ_lz
     across: Array
     normal: Array
     shear: Array
@@ -251,7 +251,7 @@ class _Waves:
     def of_depth(
         cls, material: Material, depth: float, grid: _Grid, bodies: tuple[_Body, ...]
     ) -> _Waves:
-        """Return the waves without those of homogeneous bodies."""
+        """Return the stress of waves minus the stress of homogeneous bodies."""
         qy, qx = grid.qy, grid.qx
         least = min(qy[1] if qy.size > 1 else math.inf, qx[1] if qx.size > 1 else math.inf)
         most = math.hypot(qy[-1], qx[-1])
@@ -269,7 +269,7 @@ class _Waves:
         return cls(np.log(waves), along, across, normal, shear, uniform)
 
     def components(self, grid: _Grid, columns: slice, terms: Sequence[Term]) -> Array:
-        """Return xx, yy, zz, yz, xz, xy as `stress_kernels.waves` does."""
+        """Return xx, yy, zz, yz, xz, xy in the convention of `stress_kernels.waves`."""
         qy, qx = grid.qy[:, None], grid.qx[columns]
         q = np.hypot(qy, qx)
         still = q == 0
@@ -293,7 +293,7 @@ class _Waves:
         )
         result[:, still] = 0
         result[:2, still], result[2, still] = self.uniform
-        # The wave of two points a period has no sine. Along x the transform knows.
+        # The wave at Nyquist has no sine. Along x the real transform drops it.
         if grid.period[0] % 2 == 0:
             for term, symbol in zip(terms, result, strict=True):
                 symbol[-1] *= not term.odd[0]
@@ -301,7 +301,7 @@ class _Waves:
 
 
 class Peak(NamedTuple):
-    """The largest of a stress at a depth, and where."""
+    """Largest value of a stress at a depth, and its pixel."""
 
     value: float  # [Pa]
     pixel: tuple[int, int]  # Row and column
@@ -309,13 +309,13 @@ class Peak(NamedTuple):
 
 @dataclass(frozen=True)
 class Face:
-    """The largest stresses of one side of the surface or of an interface."""
+    """Largest stresses on one side of the surface or of an interface."""
 
     depth: float  # [m]
-    part: int  # Number of the layer that it belongs to; the base has that of all layers
+    part: int  # Index of the layer; for the base, the number of layers
     tension: Peak  # Largest principal stress
     shear: Peak  # Traction along the face
-    pull: Peak  # Traction that pulls on the face; negative where all is pressed
+    pull: Peak  # Largest normal stress on the face; negative if all of it is in compression
 
 
 def faces(field: Field, material: Material) -> tuple[Face, ...]:

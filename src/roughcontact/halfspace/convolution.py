@@ -1,9 +1,9 @@
-"""Convolution of pressure maps with influence coefficients, on threads and by FFT.
+"""Convolution of pressure maps with influence coefficients, by FFT on several threads.
 
-One application visits the memory three times: rows forward, columns forward and back with the
+One application passes over the memory three times: rows forward, columns forward and back with the
 multiplication in between, rows back. Rows without load are not transformed, columns are handled
-in blocks that stay in cache, and whoever wants the result sees it row block by row block while it
-is still in cache, so that no whole-array pass is needed around the transforms.
+in blocks that stay in cache, and a callback receives the result row block by row block while it is
+still in cache, so that no whole-array pass is needed around the transforms.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from roughcontact.halfspace.fft import Workspace, default_workers
 Array = NDArray[np.float64]
 
 MAX_CACHE_BYTES = 2**27
-"""Bytes that are kept at most, in a process; a map of 2900 × 2900 points needs half of it."""
+"""Maximum cache of a process in bytes; a map of 2900 × 2900 points needs half of it."""
 
 
 class ArrayCache:
-    """Arrays by what they depend on, the last used ones within a memory.
+    """Cache of arrays by key, limited to the most recently used ones.
 
     Parameters
     ----------
     limit : int
-        Bytes that are kept at most. What is larger is made each time.
+        Maximum bytes of cached arrays; a larger array is not cached.
 
     Examples
     --------
@@ -52,7 +52,7 @@ class ArrayCache:
 
     @property
     def nbytes(self) -> int:
-        """Bytes that are kept now."""
+        """Bytes of the cached arrays."""
         return sum(array.nbytes for array in self._arrays.values())
 
     def get(self, key: Hashable, make: Callable[[], Array]) -> Array:
@@ -61,7 +61,7 @@ class ArrayCache:
             if key in self._arrays:
                 self._arrays.move_to_end(key)
                 return self._arrays[key]
-        # Two threads may make the same array, which is the same either way.
+        # Two threads may make the same array at the same time; either result is valid.
         array = make()
         array.flags.writeable = False
         if array.nbytes <= self._limit:
@@ -72,7 +72,7 @@ class ArrayCache:
         return array
 
 
-# The one thing that outlives a call. It changes no result: an array depends on its key alone.
+# The only state that outlives a call. It changes no result: an array depends only on its key.
 SPECTRA = ArrayCache(MAX_CACHE_BYTES)
 
 
@@ -83,50 +83,50 @@ Found = TypeVar("Found")
 
 
 class LocalSums:
-    """Sums over all pixels of a map that this process holds alone.
+    """Sums over all pixels of a map in a single process.
 
-    A map on several processes takes the same from an object of its own, which adds up what each
-    of them finds; see `roughcontact.solvers.operator.Sums`.
+    A map on several processes uses another class, which reduces the local results; both follow
+    `roughcontact.solvers.operator.Sums`.
     """
 
     def size(self, values: NDArray[Any]) -> int:
-        """Return how many there are."""
+        """Return the number of values."""
         return values.size
 
     def total(self, values: NDArray[Any]) -> float:
-        """Return their sum."""
+        """Return the sum of the values."""
         return float(values.sum())
 
     def dot(self, first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-        """Return the inner product of two rows."""
+        """Return the inner product of two vectors."""
         # Not by BLAS: its threads spin for a while after each call, and the transforms need the
         # cores.
         return float(np.einsum("i,i->", first, second))
 
     def count(self, chosen: NDArray[np.bool_]) -> int:
-        """Return how many are true."""
+        """Return the number of true values."""
         return int(np.count_nonzero(chosen))
 
     def largest(self, values: NDArray[Any], floor: float = -math.inf) -> float:
-        """Return the largest, or ``floor`` where none is larger."""
+        """Return the largest value, or ``floor`` if none is larger."""
         return max(float(values.max()), floor) if values.size else floor
 
     def smallest(self, values: NDArray[Any], limit: float = math.inf) -> float:
-        """Return the smallest, or ``limit`` where none is smaller."""
+        """Return the smallest value, or ``limit`` if none is smaller."""
         return min(float(values.min()), limit) if values.size else limit
 
     def allreduce(self, parts: NDArray[Any]) -> NDArray[Any]:
         """Return the entrywise sums over all processes."""
         return parts
 
-    # Further operations for maps that several processes hold.
+    # Further operations for maps on several processes.
 
     def run_on_all(self, task: Callable[[], Found]) -> Found:
         """Return the result of a task, or raise its error on all processes."""
         return task()
 
     def next_rows(self, rows: NDArray[Any]) -> NDArray[Any]:
-        """Return the same rows of the next process, and of the first one after the last."""
+        """Return the corresponding rows of the next process, cyclically."""
         return rows
 
     def thread_count(self) -> int:
@@ -134,7 +134,7 @@ class LocalSums:
         return default_workers()
 
     def communication_cost(self) -> NDArray[np.float64]:
-        """Return time in communication [s] and bytes sent, up to now, mean of all processes."""
+        """Return communication time [s] and bytes sent so far, averaged over all processes."""
         return np.zeros(2)
 
 
@@ -145,19 +145,19 @@ Visit = Callable[[int, slice, NDArray[Any]], None]
 Part = tuple[slice, NDArray[Any]]
 
 BAND = 64
-"""Rows of the kernel that one thread makes at a time.
+"""Rows of the kernel that one thread computes at a time.
 
-Where a band begins decides which of its pixels count as near, hence their last digits: so it must
-not depend on the number of threads.
+The first row of a band decides which of its pixels are treated as near, and hence their last
+digits: it must not depend on the number of threads.
 """
 
 MIN_BLOCK_GAP = 4
-"""Half the rows and columns of zeros that keep the opposite edges of a map apart."""
+"""Half the number of zero rows and columns that separate the opposite edges of a map."""
 
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """The pixels of a map that matter, and where they lie in each row block.
+    """Selected pixels of a map, and their positions in each row block.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ class Support:
     position : ndarray of int, shape (n,)
         Flat indices of the same pixels in a map whose rows have the padded length.
     starts : ndarray of int
-        First entry of each row block, and ``n`` behind the last.
+        First entry of each row block, and ``n`` at the end.
     """
 
     index: NDArray[np.int64]
@@ -175,7 +175,7 @@ class Support:
 
 
 class Convolution:
-    """A circular convolution of real maps with a kernel that is even in x and in y.
+    """Circular convolution of real maps with a kernel that is even in x and in y.
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ class Convolution:
     padded : (int, int)
         Period ``(my, mx)`` of the convolution, at least ``shape``; maps are padded with zeros.
     workspace : Workspace
-        Threads and memory; no other operator on it may be at work at the same time.
+        Threads and memory; no other operator may use them at the same time.
     precision : {"double", "single"}
         Arithmetic of the transforms.
     softness : float
@@ -197,10 +197,10 @@ class Convolution:
     self_displacement : float
         Displacement of a pixel under unit pressure on itself, K₀₀ [m/Pa].
     surface : ndarray, optional
-        Spectrum of the outermost layers alone, where what is below is much softer; it has the
-        better `approximate_inverse`, as long waves are those of blocks of pixels.
+        Spectrum of the outermost layers alone, if the bodies below are much softer; it gives the
+        better `approximate_inverse`, because blocks of pixels represent the long waves.
     rows : slice
-        Rows of the map that this process holds: all of them.
+        Local rows of the map: all of them.
     sums : LocalSums
         Sums over all pixels.
     """
@@ -232,7 +232,7 @@ class Convolution:
 
     @property
     def is_long_wave_soft(self) -> bool:
-        """Whether it moves far more in long waves than in short ones, as a plate on a soft bed."""
+        """Whether long waves are far more compliant than short ones: a plate on a soft bed."""
         return self.surface is not None
 
     @property
@@ -241,10 +241,10 @@ class Convolution:
         return self.padded[0] == self.shape[0], self.padded[1] == self.shape[1]
 
     def support(self, index: NDArray[np.int64]) -> Support:
-        """Return the places in the row blocks of pixels with these ascending flat indices."""
+        """Return the support of the pixels with these ascending flat indices."""
         nx = self.shape[1]
         tops = [rows.start * nx for rows in self._blocks] + [self.shape[0] * nx]
-        # Rows that are not padded are as long as those of the map.
+        # Without padding along x, rows are as long as in the map.
         position = index
         if self.padded[1] > nx:
             position = index // nx
@@ -258,7 +258,7 @@ class Convolution:
         self.workspace.each(lambda number: task(number, self._blocks[number]), numbers)
 
     def spread(self, support: Support, pressure: NDArray[Any], visit: Visit) -> None:
-        """Show the displacement of the whole map under pressure on some pixels.
+        """Pass the displacement of the whole map under pressure on some pixels to a callback.
 
         Parameters
         ----------
@@ -267,8 +267,8 @@ class Convolution:
         pressure : ndarray, shape (n,)
             Pressure on them [Pa].
         visit : callable
-            ``visit(number, rows, displacement)`` gets each row block, shape ``(rows, nx)``, from
-            one of several threads; the array is only valid during the call.
+            ``visit(number, rows, displacement)`` receives each row block, shape ``(rows, nx)``,
+            from one of several threads; the array is only valid during the call.
         """
 
         def show(number: int, rows: slice, padded: NDArray[Any]) -> None:
@@ -277,7 +277,7 @@ class Convolution:
         self._apply(support, pressure, show, range(len(self._blocks)))
 
     def gather(self, support: Support, pressure: NDArray[Any]) -> NDArray[Any]:
-        """Return the displacement of the loaded pixels themselves, shape ``(n,)``."""
+        """Return the displacement of the loaded pixels, shape ``(n,)``."""
         displacement = np.empty(support.index.size)
         starts = support.starts
 
@@ -301,9 +301,9 @@ class Convolution:
         return displacement
 
     def to_single_precision(self) -> Convolution:
-        """Return the same in single precision; itself where it is so.
+        """Return the operator in single precision; the same object if it already is.
 
-        The buffer is shared: the two operators must not be at work at the same time.
+        The buffer is shared: the two operators must not be used at the same time.
         """
         if self.real is np.float32:
             return self
@@ -319,13 +319,13 @@ class Convolution:
         return single
 
     def approximate_inverse(self) -> Convolution:
-        """Return ``displacement / K₀₀ → pressure`` with next to no padding, in single precision.
+        """Return ``displacement / K₀₀ → pressure`` with little padding, in single precision.
 
         The inverse of a circular convolution divides by the spectrum. A few rows and columns of
-        zeros keep opposite edges of a map that ends there apart; the symbol of each wave is that
-        of the nearest wave of the padded map. A wave that the spectrum does not move is
-        taken for the softest of the others: one left out could not be inverted under a given
-        approach. The buffer is shared: the two operators must not be at work at the same time.
+        zeros separate opposite free edges; each wave has the symbol of the nearest wave of the
+        padded map. A wave whose symbol is not positive gets the largest symbol: without it, a
+        given approach could not be inverted. The buffer is shared: the two operators must not be
+        used at the same time.
         """
         period, waves = self.inverse_grid()
         of = self.spectrum if self.surface is None else self.surface
@@ -337,7 +337,7 @@ class Convolution:
         )
 
     def inverse_grid(self) -> tuple[tuple[int, int], list[NDArray[np.int64]]]:
-        """Return the period of `approximate_inverse`, and the padded waves nearest to its own."""
+        """Return the period of `approximate_inverse`, and the nearest waves of the padded map."""
         period = [
             points if wrapped else 2 * fft.fast_length(points // 2 + MIN_BLOCK_GAP)
             for points, wrapped in zip(self.shape, self.periodic_axes, strict=True)
@@ -397,18 +397,18 @@ class Convolution:
 def multiply_columns(
     coming: Iterable[Part], outgoing: Iterable[Part], symbol: NDArray[Any], scratch: NDArray[Any]
 ) -> None:
-    """Transform columns, multiply them by a symbol that is even, and transform them back.
+    """Transform columns, multiply by an even symbol, and transform back.
 
     Parameters
     ----------
     coming : iterable of (slice, ndarray)
-        Rows that are not zero, ascending, and what stands on them; the others are zero.
+        Nonzero rows, ascending, and their values; the other rows are zero.
     outgoing : iterable of (slice, ndarray)
-        Rows that are wanted, and where to put what stands on them, unnormalised.
+        Requested rows, and the arrays to fill with their values, unnormalised.
     symbol : ndarray, shape (my//2 + 1, columns)
-        Of the waves from 0 to half the period.
+        Symbol of the waves from 0 to half the period.
     scratch : ndarray of complex, shape (my, columns)
-        Memory to work in.
+        Work memory.
     """
     end = 0
     for rows, part in coming:
@@ -426,7 +426,7 @@ def multiply_columns(
 
 
 def join_blocks(blocks: Sequence[slice], numbers: Iterable[int]) -> list[slice]:
-    """Return the rows of some blocks, joined where they touch."""
+    """Return the rows of some blocks, with adjacent blocks joined."""
     runs: list[slice] = []
     for number in numbers:
         rows = blocks[number]
@@ -439,7 +439,7 @@ def join_blocks(blocks: Sequence[slice], numbers: Iterable[int]) -> list[slice]:
 
 def _value_at_origin(spectrum: NDArray[np.float64], padded: tuple[int, int]) -> float:
     """Return the kernel at the origin: the mean of its spectrum over all wave vectors."""
-    # Waves of the other quadrants count again; those at 0 and at Nyquist have no other.
+    # Waves have mirrors in the other quadrants, except at 0 and at Nyquist.
     rows = 2 * spectrum.sum(axis=1) - spectrum[:, 0]
     if padded[1] % 2 == 0:
         rows -= spectrum[:, -1]
@@ -468,9 +468,9 @@ def free(
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
     contact_modulus : float
-        E* [Pa]; of coated bodies that of their outermost layers.
+        E* [Pa]; for coated bodies, of their outermost layers.
     coatings : Coatings, optional
-        Of the bodies.
+        Coatings of the bodies.
     workers : int, optional
         Threads; by default one for each core that the process may use.
     precision : {"double", "single"}
@@ -487,7 +487,7 @@ def free(
     require_positive(contact_modulus=contact_modulus)
     work = workspace or Workspace(workers)
     half = (fft.fast_length(shape[0]), fft.fast_length(shape[1]))
-    # Pixels of one size or another, of one body or another, differ by a factor.
+    # Without coatings, the size of the pixels and the modulus only enter as a factor.
     edges = (1.0, pixel[1] / pixel[0])
 
     def make() -> NDArray[np.float64]:
@@ -532,10 +532,10 @@ def periodic(
     Returns
     -------
     Convolution
-        Circular convolution with the symbol ``2/(E* |q|)``, zero at q = 0 but for coatings on a
+        Circular convolution with the symbol ``2/(E* |q|)``, zero at q = 0 except for coatings on a
         rigid base.
     """
-    # Made as fast as it could be fetched.
+    # Not cached: it is computed as fast as it would be read.
     symbol = periodic_symbol(shape, pixel, contact_modulus, coatings)
     workspace = workspace or Workspace(workers)
     return Convolution(symbol, shape, shape, workspace=workspace, precision=precision)
@@ -553,29 +553,30 @@ def strip(
     precision: str = "double",
     workspace: Workspace | None = None,
 ) -> Convolution:
-    """Return the operator ``pressure → displacement`` of a half-space that repeats along one axis.
+    """Return the operator ``pressure → displacement``, periodic along one axis.
 
     Parameters
     ----------
     shape, pixel, contact_modulus, coatings, workers, precision, workspace
         As for `free`.
     axis : {0, 1}
-        Along which the map is one period: 0 for y, 1 for x.
+        Axis along which the map is periodic: 0 for y, 1 for x.
     datum : float, optional
-        Distance from a uniform line load at which the surface counts as not displaced [m]; by
-        default the longer side of the map. Of no account for coatings on a rigid base.
+        Distance from a uniform line load at which the displacement is zero [m]; by default the
+        longer side of the map. Without effect for coatings on a rigid base.
 
     Returns
     -------
     Convolution
-        Circular along that axis, in whose waves the pressure is developed as by `periodic`, and
-        linear along the other one, exact to rounding by zero padding.
+        Circular along that axis, with the pressure expanded in waves as by `periodic`, and linear
+        along the other one, exact to rounding by zero padding.
 
     Notes
     -----
-    The kernel falls and is convex along the free axis (`kernels.strip`), and positive as far as
-    the datum: so no wave of the padded map has a negative symbol. Where a stiff coating bends it
-    is not convex, and some have; those of the map itself have none.
+    The kernel decreases and is convex along the free axis (`kernels.strip`), and is positive up to
+    the datum: so no wave of the padded map has a negative symbol. With a stiff coating that bends,
+    the kernel is not convex, and some of these symbols are negative; those of the map itself are
+    not.
     """
     require_pixel(pixel)
     if datum is None:
@@ -584,7 +585,7 @@ def strip(
     work = workspace or Workspace(workers)
     # The kernel has x as the periodic axis.
     period, across = shape[axis], (pixel[1 - axis], pixel[axis])
-    # Of homogeneous bodies strips of one size or another differ by a factor.
+    # For homogeneous bodies, the size of the strip only enters as a factor.
     known = (across[1] / across[0], datum / across[0]) if coatings is None else (across, datum)
     half = fft.fast_length(shape[1 - axis])
 
@@ -594,7 +595,7 @@ def strip(
         def fill(waves: slice) -> None:
             table[:, waves] = strip_rows((half + 1, period), across, datum, waves, coatings)
 
-        # As much work each: from one to the next, waves die out at half the distance.
+        # Equal work for each octave: from one to the next, waves decay over half the distance.
         ends = [0, *(1 << n for n in range((period // 2).bit_length() + 1))]
         work.each(fill, [slice(*pair) for pair in pairwise(ends)])
         fft.even_spectrum(table, work, axes=(0,))
@@ -610,7 +611,7 @@ def strip(
     )
 
 
-# Of bodies of E* = 1 Pa, over the edge of a pixel; `periodic_symbol` of any.
+# Kernels for E* = 1 Pa, over the pixel edge dy; `periodic_symbol` is for any E*.
 
 
 def free_rows(
@@ -620,7 +621,7 @@ def free_rows(
     coatings: Coatings | None,
     tables: list[Table],
 ) -> Array:
-    """Return rows of coefficients of a free map, over its pixel edge dy; see `kernels.love`."""
+    """Return rows of coefficients of a free map over the pixel edge dy; see `kernels.love`."""
     rows = kernels.love(shape, (1.0, pixel[1] / pixel[0]), 1.0, first_row)
     if coatings is not None:
         rows += coatings.pixels(shape, pixel, first_row, tables) / (math.pi * pixel[0])
@@ -634,7 +635,7 @@ def strip_rows(
     waves: slice,
     coatings: Coatings | None,
 ) -> Array:
-    """Return coefficients of a strip, over its pixel edge dy; see `kernels.strip`."""
+    """Return coefficients of a strip, over the pixel edge dy; see `kernels.strip`."""
     edges, far = (1.0, pixel[1] / pixel[0]), datum / pixel[0]
     rows = kernels.strip(shape, edges, 1.0, far, waves)
     if coatings is not None:
@@ -649,7 +650,7 @@ def periodic_symbol(
     coatings: Coatings | None,
     waves: slice = slice(None),
 ) -> Array:
-    """Return the symbol of a period; see `kernels.periodic`."""
+    """Return the symbol of a periodic map; see `kernels.periodic`."""
     symbol = kernels.periodic(shape, pixel, contact_modulus, waves)
     if coatings is not None:
         moved = symbol > 0

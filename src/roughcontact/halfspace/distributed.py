@@ -1,10 +1,9 @@
-"""The displacement operator of a map whose rows lie on several ranks.
+"""Displacement operator of a map whose rows are distributed over several ranks.
 
-Each rank transforms its own rows. Then columns are shared out: every rank gets the same columns of
-all rows, for which the waves along y are its own affair, and gives them back. Rows without load
-are neither transformed nor sent. Columns travel in blocks, the next while one is transformed, so
-that the memory for what is on its way does not grow with the map; what came back stands where it
-was taken from.
+Each rank transforms its local rows. Then columns are distributed: each rank receives its columns of
+all rows, transforms them along y without communication, and returns them. Rows without load are
+neither transformed nor sent. Columns are sent in blocks, the next while one is transformed, so that
+the message buffers do not grow with the map; returned columns replace those that were sent.
 """
 
 from __future__ import annotations
@@ -54,34 +53,34 @@ class SlabSums:
     Parameters
     ----------
     ranks : Ranks
-        Those that hold the map.
+        Ranks that hold the map.
     """
 
     def __init__(self, ranks: Ranks) -> None:
         self.ranks, self._here = ranks, LocalSums()
 
     def size(self, values: NDArray[Any]) -> int:
-        """Return how many there are."""
+        """Return the number of values."""
         return int(self.ranks.allreduce_scalar(values.size))
 
     def total(self, values: NDArray[Any]) -> float:
-        """Return their sum."""
+        """Return the sum of the values."""
         return self.ranks.allreduce_scalar(self._here.total(values))
 
     def dot(self, first: Array, second: Array) -> float:
-        """Return the inner product of two rows."""
+        """Return the inner product of two vectors."""
         return self.ranks.allreduce_scalar(self._here.dot(first, second))
 
     def count(self, chosen: NDArray[np.bool_]) -> int:
-        """Return how many are true."""
+        """Return the number of true values."""
         return int(self.ranks.allreduce_scalar(self._here.count(chosen)))
 
     def largest(self, values: NDArray[Any], floor: float = -math.inf) -> float:
-        """Return the largest, or ``floor`` where none is larger."""
+        """Return the largest value, or ``floor`` if none is larger."""
         return float(self.ranks.allgather(self._here.largest(values, floor)).max())
 
     def smallest(self, values: NDArray[Any], limit: float = math.inf) -> float:
-        """Return the smallest, or ``limit`` where none is smaller."""
+        """Return the smallest value, or ``limit`` if none is smaller."""
         return float(self.ranks.allgather(self._here.smallest(values, limit)).min())
 
     def allreduce(self, parts: NDArray[Any]) -> NDArray[Any]:
@@ -89,25 +88,25 @@ class SlabSums:
         return self.ranks.allreduce(parts)
 
     def run_on_all(self, task: Callable[[], Found]) -> Found:
-        """Return the result of a task of each rank, or raise the error of one on all."""
+        """Return the local result of a task, or raise an error of one rank on all ranks."""
         return self.ranks.run_on_all(task)
 
     def next_rows(self, rows: NDArray[Any]) -> NDArray[Any]:
-        """Return the same rows of the next rank, and of the first one after the last."""
+        """Return the corresponding rows of the next rank, cyclically."""
         return self.ranks.shift(rows)
 
     def thread_count(self) -> int:
-        """Return the number of threads of this rank: its part of the cores of its machine."""
+        """Return the number of threads of this rank: its share of the cores of its node."""
         return max(1, fft.default_workers() // self.ranks.node_size())
 
     def communication_cost(self) -> Array:
-        """Return time in communication [s] and bytes sent, up to now, mean of all ranks."""
+        """Return communication time [s] and bytes sent so far, averaged over all ranks."""
         return self.allreduce(np.array([self.ranks.seconds, self.ranks.sent])) / self.ranks.count
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Who holds what of a map.
+    """Distribution of the rows and the waves of a map over ranks.
 
     Parameters
     ----------
@@ -131,7 +130,7 @@ class Layout:
         return slice(self.edges[rank], self.edges[rank + 1])
 
     def waves(self, rank: int, block: slice = slice(None)) -> slice:
-        """Return the columns of a rank, or the block of them that travels together."""
+        """Return the columns of a rank, or one block of them."""
         first, last = self.columns[rank], self.columns[rank + 1]
         if block.stop is None:
             return slice(first, last)
@@ -140,14 +139,14 @@ class Layout:
 
 @dataclass(frozen=True, eq=False)
 class SlabSupport:
-    """The pixels of a map that matter, and which rows of all ranks hold them.
+    """Selected local pixels of a map, and the rows of all ranks with selected pixels.
 
     Parameters
     ----------
     index, position, starts
-        As for `roughcontact.halfspace.convolution.Support`, of this rank.
+        As for `roughcontact.halfspace.convolution.Support`, on this rank.
     runs : tuple of list of slice
-        Of each rank the rows of its row blocks that hold any, joined where they touch.
+        Rows of the row blocks of each rank with selected pixels, with adjacent blocks joined.
     """
 
     index: NDArray[np.int64]
@@ -157,16 +156,16 @@ class SlabSupport:
 
 
 class SlabConvolution:
-    """`Convolution` of a map on several ranks; it keeps the protocol of the solvers.
+    """`Convolution` of a map on several ranks, with the operator protocol of the solvers.
 
     Parameters
     ----------
     spectrum : ndarray, shape (my//2 + 1, columns)
-        Transform of the kernel, of the waves along x that this rank handles.
+        Transform of the kernel for the local waves along x.
     layout : Layout
-        Who holds what.
+        Distribution over the ranks.
     ranks : Ranks
-        Those that hold the map.
+        Ranks that hold the map.
     workspace : Workspace
         Threads and memory of this rank.
     precision : {"double", "single"}
@@ -174,7 +173,7 @@ class SlabConvolution:
     softness : float
         Factor of the spectrum.
     self_displacement : float, optional
-        K₀₀ [m/Pa]; without it it is taken from the spectrum.
+        K₀₀ [m/Pa]; by default computed from the spectrum.
     """
 
     periodic_axes = (True, True)
@@ -215,7 +214,7 @@ class SlabConvolution:
 
     @property
     def is_long_wave_soft(self) -> bool:
-        """As of `Convolution`."""
+        """Whether long waves are far more compliant than short ones; see `Convolution`."""
         return self.surface is not None
 
     @property
@@ -227,7 +226,7 @@ class SlabConvolution:
         return self._height, self.layout.columns[-1]
 
     def support(self, index: NDArray[np.int64]) -> SlabSupport:
-        """Return where the pixels with these ascending flat indices of this rank lie."""
+        """Return the support of local pixels with these ascending flat indices."""
         nx, mx = self.shape[1], self.layout.padded[1]
         tops = [rows.start * nx for rows in self._blocks] + [self._height * nx]
         position = index
@@ -252,7 +251,7 @@ class SlabConvolution:
         self.workspace.each(lambda number: task(number, self._blocks[number]), numbers)
 
     def spread(self, support: SlabSupport, pressure: NDArray[Any], visit: Visit) -> None:
-        """Show the displacement of the rows of this rank; see `Convolution.spread`."""
+        """Pass the displacement of the local rows to a callback; see `Convolution.spread`."""
 
         def show(number: int, rows: slice, padded: NDArray[Any]) -> None:
             visit(number, rows, padded[:, : self.shape[1]])
@@ -261,7 +260,7 @@ class SlabConvolution:
         self._apply(support, pressure, show, range(len(self._blocks)), everything)
 
     def gather(self, support: SlabSupport, pressure: NDArray[Any]) -> NDArray[Any]:
-        """Return the displacement of the loaded pixels of this rank themselves."""
+        """Return the displacement of the local loaded pixels."""
         displacement = np.empty(support.index.size)
         starts = support.starts
 
@@ -274,7 +273,7 @@ class SlabConvolution:
         return displacement
 
     def __call__(self, pressure: NDArray[Any]) -> NDArray[Any]:
-        """Return the displacement of a small map, which every rank holds as a whole."""
+        """Return the displacement of a small map that every rank holds completely."""
         displacement: NDArray[Any] = np.empty((self._height, self.shape[1]), self.real)
 
         def visit(number: int, rows: slice, block: NDArray[Any]) -> None:
@@ -286,7 +285,7 @@ class SlabConvolution:
         return self.ranks.allgatherv(displacement, np.diff(self.layout.edges).tolist())
 
     def to_single_precision(self) -> SlabConvolution:
-        """Return the same in single precision; itself where it is so."""
+        """Return the operator in single precision; the same object if it already is."""
         if self.real is np.float32:
             return self
         single = SlabConvolution(
@@ -304,7 +303,7 @@ class SlabConvolution:
     def approximate_inverse(self) -> SlabConvolution:
         """Return ``displacement / K₀₀ → pressure``; see `Convolution.approximate_inverse`.
 
-        The waves along x stay where the spectrum of their nearest waves is.
+        Each wave along x is on the rank that holds the nearest wave of the padded map.
         """
         layout = self.layout
         period = [
@@ -362,7 +361,7 @@ class SlabConvolution:
         loaded: tuple[list[slice], ...],
         wanted: tuple[list[slice], ...],
     ) -> None:
-        """Put in place of the spectra of rows those of their displacement."""
+        """Replace the spectra of the rows by the spectra of their displacement."""
         returning: PendingExchange | None = None
         ahead = self._send(spectra, loaded, 0)
         for number in range(len(self._travels)):
@@ -379,7 +378,7 @@ class SlabConvolution:
     def _send(
         self, spectra: NDArray[Any], loaded: tuple[list[slice], ...], number: int
     ) -> PendingExchange:
-        """Send the columns of a block to those who transform them, from the loaded rows."""
+        """Send the loaded rows of a block of columns to the ranks that transform them."""
         block, me = self._travels[number], self.ranks.number
         own = loaded[me]
         widths = [self._width(rank, block) for rank in range(self.ranks.count)]
@@ -405,7 +404,7 @@ class SlabConvolution:
         wanted: tuple[list[slice], ...],
         number: int,
     ) -> PendingExchange:
-        """Transform the columns of a block, multiply, transform back, and return some rows."""
+        """Transform the columns of a block, multiply, transform back, and send the rows back."""
         block, me = self._travels[number], self.ranks.number
         columns, width = self.layout.waves(me, block), self._width(me, block)
         parts = [_height(rows) * width * (rank != me) for rank, rows in enumerate(wanted)]
@@ -435,7 +434,7 @@ class SlabConvolution:
         wanted: tuple[list[slice], ...],
         number: int,
     ) -> None:
-        """Put what came back where it was taken from."""
+        """Store the returned columns of a block in the local rows."""
         block, me, copies = self._travels[number], self.ranks.number, []
         for rank, part in enumerate(returning.wait()):
             columns, width, index = self.layout.waves(rank, block), self._width(rank, block), 0
@@ -451,7 +450,7 @@ class SlabConvolution:
         columns: slice,
         parts: list[NDArray[Any]],
     ) -> list[Part]:
-        """Return the rows of some columns from the exchanged buffer, or from local memory."""
+        """Return the rows of some columns, from received buffers or from local memory."""
         result: list[Part] = []
         width = columns.stop - columns.start
         for rank, (own, part) in enumerate(zip(runs, parts, strict=True)):
@@ -468,11 +467,11 @@ class SlabConvolution:
         return _height([self.layout.waves(rank, block)])
 
     def _here(self, rows: slice) -> slice:
-        """Return where rows of the map lie among those of this rank."""
+        """Return the local indices of rows of the map."""
         return _copy_block(rows, -self.rows.start)
 
     def _memory(self, name: str, number: int, size: int) -> NDArray[Any]:
-        """Return an array for what travels; that of the block before is still on its way."""
+        """Return a message buffer; the buffer of the previous block is still in use."""
         return self.workspace.scratch(f"{name}{number % 2}", (1, size), self._complex)[0]
 
     def _copy(self, copies: list[tuple[NDArray[Any], NDArray[Any]]]) -> None:
@@ -480,7 +479,7 @@ class SlabConvolution:
 
 
 def cut_up(points: int, step: int) -> list[slice]:
-    """Return slices of equal size, the last of them shorter."""
+    """Return slices of equal size; the last one may be shorter."""
     return [slice(first, min(first + step, points)) for first in range(0, points, step)]
 
 
@@ -493,20 +492,20 @@ def _height(runs: Sequence[slice]) -> int:
 
 
 def _cut(flat: NDArray[Any], index: int, rows: slice, width: int) -> tuple[NDArray[Any], int]:
-    """Return the part of what travels that belongs to some rows, and where the next begins."""
+    """Return the part of a message for some rows, and the start of the next part."""
     height = rows.stop - rows.start
     end = index + height * width
     return flat[index:end].reshape(height, width), end
 
 
 def _pieces(target: NDArray[Any], source: NDArray[Any]) -> list[tuple[NDArray[Any], NDArray[Any]]]:
-    """Return the pieces to copy, in parts for several threads."""
+    """Return pairs of row blocks to copy, for several threads."""
     return [(target[rows], source[rows]) for rows in cut_up(len(source), _ROWS)]
 
 
 def _part_at_origin(spectrum: Array, padded: tuple[int, int], columns: slice) -> float:
     """Return the contribution of some waves along x to the kernel at the origin."""
-    # Waves of the other quadrants count again; those at 0 and at Nyquist have no other.
+    # Waves have mirrors in the other quadrants, except at 0 and at Nyquist.
     weights = []
     for points, waves in zip(padded, (slice(0, padded[0] // 2 + 1), columns), strict=True):
         number = np.arange(waves.start, waves.stop)
@@ -515,7 +514,7 @@ def _part_at_origin(spectrum: Array, padded: tuple[int, int], columns: slice) ->
     return float(np.einsum("j,j->", lines, weights[1])) / (padded[0] * padded[1])
 
 
-# Factory of displacement operators of a map on several ranks: each computes its own waves.
+# Factory of displacement operators of a map on several ranks: each computes its local waves.
 
 
 def operators(
@@ -532,19 +531,19 @@ def operators(
     precision: str = "double",
     workspace: Workspace,
 ) -> Callable[[tuple[int, int], tuple[int, int]], SlabConvolution]:
-    """Return a factory of the operator of a map on several ranks, and of coarser grids.
+    """Return a factory of the operators of a map on several ranks, and of coarser grids.
 
     Parameters
     ----------
     symbol : callable
-        ``symbol(grid)`` makes the share of a rank: `free`, `periodic`, `strip_x` or `strip_y`.
+        ``symbol(grid)`` returns the share of a rank: `free`, `periodic`, `strip_x` or `strip_y`.
     free_axes : sequence of int
         Axes along which the map ends at its edges.
     datum : float
-        Where strips take the displacement as zero [m].
+        Distance at which the displacement of strips is zero [m].
     edges : sequence of int
-        First row of each rank, and ``ny``; they stay rows on coarser grids where they are
-        multiples of the coarsening.
+        First row of each rank, and ``ny``; divided by the coarsening on coarser grids, exactly if
+        they are multiples.
     shape : (int, int)
         Grid points ``(ny, nx)`` of the whole map.
     pixel : (float, float)
@@ -552,9 +551,9 @@ def operators(
     contact_modulus : float
         E* [Pa].
     ranks : Ranks
-        Those that hold the map.
+        Ranks that hold the map.
     coatings : Coatings, optional
-        Of the bodies.
+        Coatings of the bodies.
     precision : {"double", "single"}
         Arithmetic on the grid of the map.
     workspace : Workspace
@@ -563,7 +562,7 @@ def operators(
     Returns
     -------
     callable
-        ``operator(shape, (ky, kx))`` as `bounded.solve` wants it; all ranks call it together.
+        ``operator(shape, (ky, kx))`` as required by `bounded.solve`; a collective call.
     """
     require_pixel(pixel)
     require_positive(contact_modulus=contact_modulus)
@@ -582,7 +581,7 @@ def operators(
             layout,
             ranks,
             workspace,
-            # On coarse grids the error of the grid outweighs that of the arithmetic.
+            # On coarse grids the discretization error exceeds the rounding error.
             precision=precision if coarsening == (1, 1) else "single",
             softness=softness / contact_modulus,
         )
@@ -606,22 +605,22 @@ def _period(free_axes: Sequence[int], shape: tuple[int, int]) -> tuple[int, int]
     return ny, nx
 
 
-# Part of the symbol on this rank: its own columns, for E* = 1 Pa and without a factor.
+# Part of the symbol on this rank: the local columns, for E* = 1 Pa and without the factor.
 
 
 class Grid(NamedTuple):
-    """A grid whose operator several ranks share."""
+    """Grid of an operator on several ranks."""
 
     layout: Layout
     pixel: tuple[float, float]  # Edges (dy, dx) [m]
-    datum: float  # Where strips take the displacement as zero [m]
+    datum: float  # Distance at which the displacement of strips is zero [m]
     coatings: Coatings | None
     ranks: Ranks
     workspace: Workspace
 
 
 def free(grid: Grid) -> tuple[Array, float]:
-    """Return the share of a rank of the symbol of a free map, and the factor before it."""
+    """Return the local share of the symbol of a free map, and its factor."""
     layout, pixel, _, coatings, ranks, work = grid
     points, width = layout.padded[0] // 2 + 1, layout.padded[1] // 2 + 1
     bands = -(-points // BAND)
@@ -643,13 +642,13 @@ def free(grid: Grid) -> tuple[Array, float]:
 
 
 def periodic(grid: Grid) -> tuple[Array, float]:
-    """Return the share of a rank of the symbol of a period, and the factor before it."""
+    """Return the local share of the symbol of a periodic map, and its factor."""
     waves = grid.layout.waves(grid.ranks.number)
     return periodic_symbol(grid.layout.shape, grid.pixel, 1.0, grid.coatings, waves), 1.0
 
 
 def strip_x(grid: Grid) -> tuple[Array, float]:
-    """Return the share of a rank for a strip along x, and the factor before it."""
+    """Return the local share of the symbol of a strip along x, and its factor."""
     shape = (grid.layout.padded[0] // 2 + 1, grid.layout.padded[1])
     own = grid.layout.waves(grid.ranks.number)
     table = strip_rows(shape, grid.pixel, grid.datum, own, grid.coatings)
@@ -657,7 +656,7 @@ def strip_x(grid: Grid) -> tuple[Array, float]:
 
 
 def strip_y(grid: Grid) -> tuple[Array, float]:
-    """Return the share of a rank for a strip along y, and the factor before it."""
+    """Return the local share of the symbol of a strip along y, and its factor."""
     layout, ranks = grid.layout, grid.ranks
     # The kernel has x as the periodic axis.
     shape = (layout.padded[1] // 2 + 1, layout.padded[0])
@@ -672,7 +671,7 @@ def strip_y(grid: Grid) -> tuple[Array, float]:
 def _transpose_columns(
     rows: Array, tops: Sequence[int], columns: Sequence[int], ranks: Ranks
 ) -> Array:
-    """Return all rows of the columns of this rank, from its rows of all columns."""
+    """Return all rows of the local columns from the local rows of all columns."""
     me = ranks.number
     first, last = columns[me], columns[me + 1]
     result = np.empty((tops[-1], last - first))

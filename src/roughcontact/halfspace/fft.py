@@ -1,9 +1,9 @@
 """FFT, its threads and work memory: the only module that calls FFT libraries.
 
-ducc0 where it is installed, else SciPy, transform maps for the displacement and the stress of a
-half-space: blocks of rows or columns, each on one thread of a `Workspace`. What prepares and
-judges surfaces takes `rfft`, `rfft2` and their like, which are NumPy's always: a filtered map
-does not depend on what else is installed, and SciPy's, of the same bits, takes a quarter of a
+ducc0, or SciPy if ducc0 is not installed, transforms maps for the displacement and the stress of a
+half-space, in blocks of rows or columns, each on one thread of a `Workspace`. The processing of
+surfaces uses `rfft`, `rfft2` and similar functions, which are always NumPy's: a filtered map does
+not depend on the installed packages, and SciPy, with bitwise equal results, takes a quarter of a
 second to import.
 """
 
@@ -27,15 +27,15 @@ try:
 except ImportError:
     _ducc0 = None
 
-# What one thread works on at a time: a usual second-level cache for the columns, which are read
-# twice and transformed twice, half of one for the rows.
+# Bytes that one thread transforms at a time: a typical second-level cache for columns, which are
+# read twice and transformed twice, and half of it for rows.
 COLUMN_BYTES = 1 << 20
 ROW_BYTES = 1 << 19
-# Lines that a library may take at a time; blocks of lines are a multiple of it.
+# Lines that a library may transform together; blocks of lines are a multiple of this number.
 _LINES = 8
 
 
-# Set by `limit_threads` alone, for what its block calls.
+# Set only by `limit_threads`, for the calls in its block.
 _thread_limit: ContextVar[int | None] = ContextVar("most", default=None)
 
 
@@ -52,7 +52,7 @@ def limit_threads(threads: int) -> Iterator[None]:
     Parameters
     ----------
     threads : int
-        Cores; the others are for whatever else runs here at the same time.
+        Maximum number of threads; the other cores are left to other tasks.
     """
     token = _thread_limit.set(threads)
     try:
@@ -61,7 +61,7 @@ def limit_threads(threads: int) -> Iterator[None]:
         _thread_limit.reset(token)
 
 
-# SciPy's FFT is imported where needed: most of the time of `import roughcontact` would be its.
+# SciPy's FFT is imported lazily: it would take most of the time of `import roughcontact`.
 
 
 def rfft_rows(rows: NDArray[Any], out: NDArray[Any]) -> None:
@@ -75,7 +75,7 @@ def rfft_rows(rows: NDArray[Any], out: NDArray[Any]) -> None:
 
 
 def irfft_rows(spectrum: NDArray[Any], length: int, out: NDArray[Any]) -> NDArray[Any]:
-    """Return the unnormalised inverse, in ``out`` where the library can."""
+    """Return the unnormalised inverse of `rfft_rows`, in ``out`` if supported."""
     if _ducc0 is not None:
         _ducc0.fft.c2r(
             spectrum,
@@ -93,7 +93,7 @@ def irfft_rows(spectrum: NDArray[Any], length: int, out: NDArray[Any]) -> NDArra
 
 
 def fft_columns(columns: NDArray[Any], forward: bool) -> NDArray[Any]:
-    """Return the transform along axis 0, in place where the library can; inverse unnormalised."""
+    """Return the transform along axis 0, in place if supported; inverse unnormalised."""
     if _ducc0 is not None:
         _ducc0.fft.c2c(columns, axes=(0,), forward=forward, out=columns, nthreads=1)
         return columns
@@ -108,7 +108,7 @@ def fft_columns(columns: NDArray[Any], forward: bool) -> NDArray[Any]:
 
 
 def half_line_transform(columns: NDArray[Any], odd: bool) -> None:
-    """Transform, in place along axis 0, sequences of which 0 to half the period are given.
+    """Transform even or odd sequences, given over half a period, in place along axis 0.
 
     Even ones give their discrete Fourier transform, odd ones (0 at both ends) i times it.
     """
@@ -126,7 +126,7 @@ def half_line_transform(columns: NDArray[Any], odd: bool) -> None:
 
 
 def free_period(shape: tuple[int, ...]) -> tuple[int, int]:
-    """Return the period to which zeros must pad a map so that its images do not meet it.
+    """Return the period of a zero-padded map without an effect of its periodic images.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def free_period(shape: tuple[int, ...]) -> tuple[int, int]:
     Returns
     -------
     (int, int)
-        Even lengths, at least twice the shape, that transform fast.
+        Even lengths, at least twice the shape, with fast transforms.
     """
     return 2 * fast_length(shape[0]), 2 * fast_length(shape[1])
 
@@ -144,14 +144,14 @@ def free_period(shape: tuple[int, ...]) -> tuple[int, int]:
 def half_spectrum(
     values: NDArray[Any], rows: slice, padded: tuple[int, int], out: NDArray[Any]
 ) -> NDArray[Any]:
-    """Return the transform of a real map that is padded with zeros.
+    """Return the half spectrum of a real map padded with zeros.
 
     Parameters
     ----------
     values : ndarray, shape (ny, nx)
         The map.
     rows : slice
-        Its rows that are not zero; the others are not read.
+        Nonzero rows of the map; the others are not read.
     padded : (int, int)
         Points ``(my, mx)`` of the transform.
     out : ndarray of complex, shape (my, mx//2 + 1)
@@ -160,8 +160,8 @@ def half_spectrum(
     Returns
     -------
     ndarray of complex, shape (my, mx//2 + 1)
-        The sum over the map times ``exp(-i(qy·y + qx·x))`` for qx ≥ 0: ``out`` where the library
-        can work in place. One thread.
+        The sum over the map times ``exp(-i(qy·y + qx·x))`` for qx ≥ 0: ``out`` if the library
+        works in place. One thread.
     """
     out[: rows.start] = 0
     out[rows.stop :] = 0
@@ -181,14 +181,14 @@ def from_half_spectrum(
     spectrum : ndarray of complex, shape (my, mx//2 + 1)
         Half spectrum; it is overwritten.
     shape : (int, int)
-        Points ``(ny, nx)`` wanted, from the first on.
+        Number of points ``(ny, nx)`` to return, from the first.
     padded : (int, int)
         Points ``(my, mx)`` of the transform.
 
     Returns
     -------
     ndarray, shape (ny, nx)
-        ``my·mx`` times the map whose transform this is. One thread.
+        ``my·mx`` times the map with this half spectrum. One thread.
     """
     columns = fft_columns(spectrum, forward=False)
     wide = np.empty((shape[0], padded[1]), spectrum.real.dtype)
@@ -196,7 +196,7 @@ def from_half_spectrum(
 
 
 def fast_length(points: int) -> int:
-    """Return the smallest length ≥ ``points`` that transforms fast."""
+    """Return the smallest length ≥ ``points`` with a fast transform."""
     if _ducc0 is not None:
         return int(_ducc0.fft.good_size(points, True))
     import scipy.fft
@@ -220,7 +220,7 @@ class Workspace:
         self._local = threading.local()
 
     def each(self, task: Callable[[Any], None], items: Iterable[Any]) -> None:
-        """Call a task for every item, on all threads and this one."""
+        """Call a task for every item, on all threads including the calling one."""
         items = list(items)
         # One iterator for all: an idle thread takes the next item, and nothing is queued.
         remaining = iter(items)
@@ -233,8 +233,8 @@ class Workspace:
         try:
             work()
         finally:
-            # A thread that has not woken up by now is not waited for: there is nothing left to do.
-            # result() hands an error inside a thread to the caller.
+            # A thread that has not started yet is cancelled: no item is left.
+            # result() raises an error of a thread in the caller.
             for helper in helpers:
                 if not helper.cancel():
                     helper.result()
@@ -245,13 +245,13 @@ class Workspace:
             self._memory = np.empty(size, np.uint8)
 
     def shared(self, shape: tuple[int, int], dtype: type) -> NDArray[Any]:
-        """Return the one array that all operators share; its content is anything."""
+        """Return the array that all operators share; its content is undefined."""
         size = shape[0] * shape[1] * np.dtype(dtype).itemsize
         self.reserve(size)
         return self._memory[:size].view(dtype).reshape(shape)
 
     def scratch(self, name: str, shape: tuple[int, int], dtype: type) -> NDArray[Any]:
-        """Return an array of this thread: fresh memory would cost a page fault every 4 KiB."""
+        """Return a reused array of this thread: new memory costs a page fault per 4 KiB."""
         size = shape[0] * shape[1] * np.dtype(dtype).itemsize
         memory = getattr(self._local, name, None)
         if memory is None or memory.size < size:
@@ -263,11 +263,11 @@ class Workspace:
 def even_spectrum(
     quadrant: NDArray[np.float64], workspace: Workspace, axes: tuple[int, ...] = (0, 1)
 ) -> NDArray[np.float64]:
-    """Return the transform of what is even along these axes, from and as one quadrant.
+    """Return the transform of an array that is even along these axes, both as one quadrant.
 
-    In place, on all threads of the workspace, in blocks that do not depend on their number: a
-    library that shares out the lines itself gives those left over at the end of each share other
-    last digits than the rest, which it takes several at a time.
+    In place, on all threads of the workspace, in blocks that do not depend on the number of
+    threads: a library that distributes the lines itself transforms several lines together, and the
+    remaining lines of each share get other last digits.
     """
     for axis in axes:
         lines, bytes_of_line = quadrant.shape[1 - axis], 8 * quadrant.shape[axis]
@@ -292,7 +292,7 @@ def _even_lines(part: NDArray[np.float64], axis: int) -> None:
     part[...] = scipy.fft.dct(part, type=1, axis=axis, workers=1)
 
 
-# NumPy's own transforms, whichever library is installed; see the head of this module.
+# NumPy's transforms, independent of the installed libraries; see the docstring of this module.
 
 
 def rfft(
@@ -312,31 +312,31 @@ def irfft(
 def ifft(
     spectrum: NDArray[np.complex128], axis: int = -1, norm: Norm = "backward"
 ) -> NDArray[np.complex128]:
-    """Return the inverse transform of complex values along an axis, in their place."""
+    """Return the inverse transform of complex values along an axis, in place."""
     return np.fft.ifft(spectrum, axis=axis, norm=norm, out=spectrum)
 
 
 def rfft2(values: NDArray[np.float64]) -> NDArray[np.complex128]:
     """Return the transform of a real map."""
-    # Axis by axis: `numpy.fft.rfft2` holds two spectra.
+    # Axis by axis, because `numpy.fft.rfft2` holds two spectra.
     spectrum = np.fft.rfft(values)
     return np.fft.fft(spectrum, axis=0, out=spectrum)
 
 
 def irfft2(spectrum: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.float64]:
-    """Return the inverse of `rfft2`, of that shape; the spectrum is overwritten."""
+    """Return the inverse of `rfft2` with a given shape; the spectrum is overwritten."""
     np.fft.ifft(spectrum, axis=0, norm="forward", out=spectrum)
     values = np.fft.irfft(spectrum, n=shape[1], norm="forward")
-    # One factor for both axes, and to the bit the one that the library takes for a whole map.
+    # One factor for both axes, bitwise equal to the factor of the library for a whole map.
     values *= float(1 / np.longdouble(shape[0] * shape[1]))
     return values
 
 
 def frequencies(points: int, spacing: float = 1.0) -> NDArray[np.float64]:
-    """Return the frequencies of a transform: cycles per length in which ``spacing`` is given."""
+    """Return the frequencies of a transform, in cycles per unit of ``spacing``."""
     return np.fft.fftfreq(points, spacing).astype(np.float64, copy=False)
 
 
 def half_frequencies(points: int, spacing: float = 1.0) -> NDArray[np.float64]:
-    """Return the frequencies of the transform of real values, from 0 on."""
+    """Return the frequencies of the transform of real values, from 0."""
     return np.fft.rfftfreq(points, spacing).astype(np.float64, copy=False)

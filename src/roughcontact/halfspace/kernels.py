@@ -1,6 +1,6 @@
 """Influence coefficients of the elastic half-space: normal displacement per pressure.
 
-All functions return one quadrant, because all kernels are even in x and in y.
+All functions return one quadrant, because each kernel is even or odd in x and in y.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 _BLOCK_BYTES = 1 << 18
 # Distance in long pixel edges from which moments up to the fourth are exact to 1e-12.
 _NEAR = 64
-# Exponent beyond which a wave has died out, and the step of the trapezoidal rule for K₀.
+# Exponent beyond which a wave has decayed, and the step of the trapezoidal rule for K₀.
 _DEAD = 40.0
 _STEP = 0.25
 
@@ -30,13 +30,13 @@ def love(
     Parameters
     ----------
     shape : (int, int)
-        Offsets ``(ny, nx)`` wanted: ``nx`` from 0 on in x, ``ny`` from ``first_row`` on in y.
+        Number of offsets ``(ny, nx)``: ``nx`` from 0 in x, ``ny`` from ``first_row`` in y.
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
     contact_modulus : float
         E* [Pa], from 1/E* = (1 - ν₁²)/E₁ + (1 - ν₂²)/E₂.
     first_row : int
-        Offset in y of the first row, for a table that is made in bands.
+        Offset in y of the first row, for a table computed in bands.
 
     Returns
     -------
@@ -155,14 +155,14 @@ def periodic(
     contact_modulus : float
         E* [Pa].
     waves : slice
-        Wave numbers along x wanted of ``0 … nx//2``, for a symbol that is made in parts.
+        Requested wave numbers along x of ``0 … nx//2``, for a symbol computed in parts.
 
     Returns
     -------
     ndarray, shape (ny//2 + 1, waves)
         Symbol ``2/(E* |q|)`` [m/Pa] for wave numbers q ≥ 0 in both directions, and 0 at q = 0: the
-        mean displacement of a periodic half-space is not defined, so the approach counts from
-        the mean plane of the deformed surface.
+        mean displacement of a periodic half-space is not defined, so the approach is measured
+        from the mean plane of the deformed surface.
 
     Raises
     ------
@@ -196,15 +196,15 @@ def strip(
     Parameters
     ----------
     shape : (int, int)
-        Offsets in y wanted, from 0 on, and grid points of one period in x.
+        Number of offsets in y, from 0, and grid points of one period in x.
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
     contact_modulus : float
         E* [Pa].
     datum : float
-        Distance from a line load along x at which the surface counts as not displaced [m].
+        Distance from a line load along x at which the displacement is zero [m].
     waves : slice
-        Wave numbers wanted of ``0 … nx//2``, for a table that is made in parts.
+        Requested wave numbers of ``0 … nx//2``, for a table computed in parts.
 
     Returns
     -------
@@ -226,7 +226,7 @@ def strip(
 
         ∫ K₀ over the m-th pixel = 1/q ∫ exp(-(m - ½) w c) (1 - exp(-w c)) / c dt,  c = cosh t,
 
-    and twice that with w/2 for w and without the first factor where m = 0. No term cancels, and
+    and twice this with w/2 for w and without the first factor if m = 0. No term cancels, and
     the trapezoidal rule converges as ``exp(-π²/step)``: all digits with a step of 1/4.
 
     References
@@ -242,7 +242,7 @@ def strip(
     uniform = q == 0
     if uniform.any():
         coefficients[:, uniform] = -dy * _mean_logarithm(ny, dy / datum)[:, None]
-    # Waves within a factor of two die out at about the same offset.
+    # Waves within a factor of two decay over about the same distance.
     first = int(np.count_nonzero(uniform))
     while first < q.size:
         last = int(np.searchsorted(q, 2 * q[first]))
@@ -263,7 +263,7 @@ def _mean_logarithm(offsets: int, edge: float) -> Array:
 def _bessel_pixels(offsets: int, edges: Array) -> Array:
     """Return the integral of K₀(|z|) over pixels at consecutive offsets from 0.
 
-    The edges are ascending and much alike; the result has the shape ``(offsets, edges)``.
+    The edges are ascending and of similar size; the result has the shape ``(offsets, edges)``.
     """
     integrals = np.zeros((offsets, edges.size))
     cosh, weight = _nodes(math.log(4 / (1e-18 * edges[0])))
@@ -299,7 +299,7 @@ def cerruti(
     poisson: float,
     first_row: int = 0,
 ) -> Array:
-    """Return the tangential displacement of pixels under unit traction on the pixel ``[0, 0]``.
+    """Return the tangential displacement by unit traction on the pixel ``[0, 0]``.
 
     Parameters
     ----------
@@ -361,12 +361,12 @@ def periodic_tangential(
     Returns
     -------
     ndarray, shape (3, ny//2 + 1, nx//2 + 1)
-        Symbols of K_yy, K_xx and K_xy [m/Pa], 0 at q = 0; those of the third at Nyquist are 0.
+        Symbols of K_yy, K_xx and K_xy [m/Pa], 0 at q = 0; the third is also 0 at Nyquist.
 
     Notes
     -----
-    ``2/(E* q) [1 + κ (1 - q̂ q̂ᵀ)]``, κ = ν/(1 - ν): along a wave the normal symbol, across it
-    1/(1 - ν) times that, which is the antiplane 1/G q of both bodies.
+    ``2/(E* q) [1 + κ (1 - q̂ q̂ᵀ)]``, κ = ν/(1 - ν): the normal symbol along a wave, and 1/(1 - ν)
+    times it across the wave, which is the antiplane 1/G q of both bodies.
 
     References
     ----------

@@ -1,12 +1,13 @@
-"""Layers of plastic strain in a laterally periodic half-space: strain and pressure in, stress out.
+"""Response of a laterally periodic half-space to plastic strain and pressure.
 
 Fourier in the plane, analytic in depth. A layer of plastic strain sends three kinds of decaying
-waves up and three down. One sweep from the bottom to the top collects what arrives at the surface,
-the free surface reflects it, and a sweep back down gives the stress; the pressure enters with the
-reflection. Strain is constant and stress is averaged over the thickness of each layer, so the
-discrete operators are exact restrictions of one quadratic form: the stress operator S is symmetric
-with 0 ≤ -S ≤ 2μ, and the displacement by strain is the adjoint of the stress by pressure
-(Betti). Time and memory grow linearly with the number of layers, whatever their thickness.
+waves up and three down. One sweep from the bottom to the top collects the waves that arrive at the
+surface, the free surface reflects them, and a sweep back down gives the stress; the stress by
+pressure is tabulated and added. Strain is constant and stress is averaged over the thickness of
+each layer, so the discrete operators are exact restrictions of one quadratic form: the stress
+operator S is symmetric with 0 ≤ -S ≤ 2μ, and the displacement by strain is the adjoint of the
+stress by pressure (Betti). Time and memory grow linearly with the number of layers, independent of
+their thickness.
 
 Axes: z points into the body and is 0 at its surface, pressure is positive and pushes along z,
 displacement is positive into the body. Strain and the deviator of the stress have the five
@@ -39,7 +40,7 @@ Pair = tuple[Array, Array]
 
 @dataclass(frozen=True, eq=False)
 class LayerStack:
-    """Properties of a half-space of layers.
+    """Layers and elastic constants of a half-space.
 
     Parameters
     ----------
@@ -56,14 +57,14 @@ class LayerStack:
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """Wave vectors that are swept together.
+    """Wave vectors of one sweep.
 
     Parameters
     ----------
     angles : ndarray, shape (4, ...)
         cos θ, sin θ, cos 2θ, sin 2θ of the wave vectors.
     q : ndarray
-        Their lengths [1/m].
+        Wave numbers [1/m].
     decay, mean : ndarray, shape (nz, ...)
         e^-x and its mean over each layer.
     """
@@ -75,7 +76,7 @@ class Band:
 
 
 class Sweep:
-    """The waves of one band on their way through the layers.
+    """Sweep of the waves of one band through the layers.
 
     Parameters
     ----------
@@ -99,19 +100,20 @@ class Sweep:
     ) -> None:
         self._body, self._band, self._spectra = body, band, spectra
         shape, nz = (2, *band.q.shape), body.thickness.size
-        # Layers whose work but for the waves is one call: threads wait for the interpreter else.
+        # Layers are handled in groups, except for the waves: with a call for each layer, threads
+        # would wait for the interpreter.
         step = min(nz, max(1, 2 * SWEEP_POINTS // band.q.size))
         self._parts = [slice(top, min(top + step, nz)) for top in range(0, nz, step)]
         self._state, self._temp = array("state", (3, *shape)), array("temp", shape)
-        # The waves that come up to each layer from below, and down to some from above.
+        # Waves that arrive at each layer from below, and at the layers of one group from above.
         self._risen = array("up", (nz, 3, *shape))
         self._fallen = array("down", (step, 3, *shape))
-        # Contribution of the layers to the waves and to their stress; scratch.
+        # Contributions of the layers to the waves and to the stress; work memory.
         self._memory = array("sweep", (9, step, *shape))
         self._weights = array("weights", (4, step, *shape[1:]))
 
     def sweep_up(self) -> None:
-        """Sweep from the bottom to the top; turn the strain into the axes of its wave vector."""
+        """Rotate the strain to the axes of its wave vectors, and sweep from bottom to top."""
         cosine, sine, cosine2, sine2 = self._band.angles
         self._state[...] = 0
         for part in reversed(self._parts):
@@ -125,9 +127,9 @@ class Sweep:
                 self._propagate(layer, layer - part.start)
 
     def reflect_at_surface(self, surface: Array | None) -> None:
-        """Throw back what arrives at the surface, and write the displacement that it causes.
+        """Reflect the waves at the surface, and write the displacement that they cause.
 
-        The free surface moves by (a + (1-2ν) b)/q and sends down ::
+        The free surface is displaced by (a + (1-2ν) b)/q and reflects ::
 
             a' = -(3-4ν) a - 4(1-ν)(1-2ν) b      b' = (3-4ν) b + 2a      g' = g
         """
@@ -149,12 +151,12 @@ class Sweep:
         np.add(b, temp, out=b)
 
     def sweep_down(self, trace: Array | None) -> None:
-        """Sweep from the top to the bottom and leave the stress in place of the strain.
+        """Sweep from top to bottom, and replace the strain by the deviator of the stress.
 
         Parameters
         ----------
         trace : ndarray, shape (nz, 2, ...), optional
-            Where to write the mean stress.
+            Array to fill with the mean stress.
         """
         cosine, sine, cosine2, sine2 = self._band.angles
         for part in self._parts:
@@ -174,7 +176,7 @@ class Sweep:
             self._rotate((xz, yz), (shear13, shear23), cosine, sine, back=True)
 
     def _strain(self, part: slice) -> Array:
-        """Return the components of some layers, each of shape (layers, 2, ...)."""
+        """Return the strain components of some layers, each of shape (layers, 2, ...)."""
         return self._spectra[part].swapaxes(0, 1)
 
     def _scratch(self, part: slice) -> Array:
@@ -182,23 +184,23 @@ class Sweep:
         return self._memory[:4, : part.stop - part.start]
 
     def _stress(self, part: slice) -> Array:
-        """Return where the thrust, the bend, and the shear stresses 12, 13 and 23 are kept."""
+        """Return the arrays of the thrust, the bend, and the shear stresses 12, 13 and 23."""
         return self._memory[4:, : part.stop - part.start]
 
     def _waves(self, part: slice) -> tuple[Array, Array]:
-        """Return the waves a, b, g that come to some layers from above, and from below."""
+        """Return the waves a, b, g that arrive at some layers from above, and from below."""
         fallen = self._fallen[: part.stop - part.start]
         return fallen.swapaxes(0, 1), self._risen[part].swapaxes(0, 1)
 
     def _tables(self, part: slice) -> tuple[Array, ...]:
-        """Return decay, its mean, x, weight, pull and tail of some layers."""
+        """Return decay, mean, x, weight, pull and tail of some layers."""
         weights = self._weights[:, : part.stop - part.start, None]
         return self._band.decay[part, None], self._band.mean[part, None], *weights
 
     def _rotate(
         self, into: Pair, these: Pair, cosine: Array, sine: Array, *, back: bool = False
     ) -> None:
-        """Turn a pair of components (f, h) by an angle: (c f + s h, c h - s f), or back."""
+        """Rotate a pair of components (f, h) by an angle: (c f + s h, c h - s f), or back."""
         first, second, third, temp = self._memory[:4, : these[0].shape[0]]
         np.multiply(cosine, these[0], out=first)
         np.multiply(sine, these[1], out=temp)
@@ -212,7 +214,7 @@ class Sweep:
             np.subtract(second, third, out=into[1])
 
     def _layer_weights(self, part: slice) -> None:
-        """Work out x, weight, pull and tail of some layers."""
+        """Compute x, weight, pull and tail of some layers."""
         decay, mean, x, weight, pull, tail = (table[:, 0] for table in self._tables(part))
         thickness = self._body.thickness[part].astype(x.dtype)
         np.multiply(self._band.q, thickness.reshape(-1, *[1] * self._band.q.ndim), out=x)
@@ -221,9 +223,9 @@ class Sweep:
         np.multiply(x, weight, out=tail)
 
     def _layer_sources(self, part: slice, *, upwards: bool) -> None:
-        """Work out what some layers add to the waves.
+        """Compute the contributions of some layers to the waves.
 
-        Upper signs upwards, with the push r = 3/2 zz - p ± 2·13::
+        Upper signs for the sweep up, with the push r = 3/2 zz - p ± 2·13::
 
             a' = (a - x b) d - (2-4ν)(zz ± 13) pull - r tail
             b' = b d + r pull
@@ -247,7 +249,7 @@ class Sweep:
         np.multiply(turn, pull, out=turn)
 
     def _propagate(self, layer: int, number: int) -> None:
-        """Propagate the waves through layer ``number`` of its part; see `_layer_sources`."""
+        """Propagate the waves through a layer, ``number`` in its group; see `_layer_sources`."""
         (a, b, g), temp = self._state, self._temp
         near, far, push, turn = self._memory[:4, number]
         np.multiply(self._weights[0, number], b, out=temp)
@@ -259,7 +261,7 @@ class Sweep:
         np.add(g, turn, out=g)
 
     def _layer_thrust(self, part: slice) -> None:
-        """Work out what the waves through layers and their own strain press, averaged over each.
+        """Compute thrust and bend by the waves and the local strain, averaged over each layer.
 
         With the sums a, b of the waves from above and from below::
 
@@ -287,7 +289,7 @@ class Sweep:
         np.subtract(bend, both, out=bend)
 
     def _layer_shear(self, part: slice) -> None:
-        """Work out the shear stresses, averaged over each layer.
+        """Compute the shear stresses, averaged over each layer.
 
         With the sum (Σ) and the difference (Δ) of the waves from above and from below::
 
@@ -295,7 +297,7 @@ class Sweep:
             σ₂₃ = -μ [m (Δg - 2·23) + 2·23]
             σ₁₂ = μ m (Σg - 2·12)
 
-        the first two of them times i, as the strain is.
+        the first two times i, like the strain.
         """
         mu, nu = self._body.shear_modulus, self._body.poisson
         _, _, in_plane, shear, cross = self._strain(part)
@@ -327,7 +329,7 @@ class Sweep:
         np.multiply(flat, mu, out=flat)
 
     def _write_mean(self, part: slice, out: Array) -> None:
-        """Write the mean stress of layers, -μ (1+ν)/(3(1-ν)) (thrust + zz - 2p)."""
+        """Write the mean stress of some layers, -μ (1+ν)/(3(1-ν)) (thrust + zz - 2p)."""
         mu, nu, temp = self._body.shear_modulus, self._body.poisson, self._scratch(part)[0]
         zz, p, *_ = self._strain(part)
         np.subtract(self._stress(part)[0], p, out=temp)
@@ -336,9 +338,9 @@ class Sweep:
         np.multiply(temp, -2 * (1 + nu) / 3 * (mu / (2 * (1 - nu))), out=out)
 
     def _write_normal(self, part: slice) -> None:
-        """Write the deviator zz of layers, and (11 - 22)/2 in place of their bend.
+        """Write the deviator zz of some layers, and replace their bend by (11 - 22)/2.
 
-        Over μ/(2(1-ν))::
+        In units of μ/(2(1-ν))::
 
             s_zz = -(10-8ν)/3 zz - 4/3 (1-2ν) p - bend + ((1-2ν) + 2/3 (1+ν)) thrust
             (s₁₁ - s₂₂)/2 = -(1-2ν) zz - 2p + (bend - (3-4ν) thrust)/2
@@ -364,7 +366,7 @@ class Sweep:
         np.multiply(second, unit, out=bend)
 
 
-# Layers of plastic strain in a laterally periodic half-space: strain and pressure in, stress …
+# --- Operators of a laterally periodic half-space ---
 
 
 Fill = Callable[[int, Array], slice | None]
@@ -375,31 +377,31 @@ Pull = tuple[float, float]
 NO_PULL: Pull = (0.0, 0.0)
 """No traction."""
 
-# Enough to hide the cost of a call, few enough that what one layer needs stays in a second-level
-# cache.
+# Large enough to hide the cost of a call, small enough to keep the data of one layer in a
+# second-level cache.
 SWEEP_POINTS = 16384
-"""Wave vectors that one thread sweeps at a time, at most."""
+"""Maximum number of wave vectors that one thread sweeps at a time."""
 
 MIN_SWEEP_POINTS = 2048
-"""Wave vectors that one thread sweeps at a time, at least: fewer take no less time."""
+"""Minimum number of wave vectors that one thread sweeps at a time: fewer take the same time."""
 
-# Short waves fade out of the coarse operators: the response to them jumps at the Nyquist frequency,
-# so that periods of different length differ by tails that alternate from cell to cell. Those do
-# not cancel, and would cost the operator its sign as well.
+# Short waves are damped in the coarse operators: their response jumps at the Nyquist frequency, so
+# that periods of different length differ by tails that alternate from cell to cell. These tails do
+# not cancel, and would make the operator indefinite.
 _DECAY_LIMIT = 6.0
 
 
 def graded_layers(first: float, depth: float, ratio: float = 1.1) -> NDArray[np.float64]:
-    """Return thicknesses of layers that grow with depth.
+    """Return the thicknesses of layers that grow with depth.
 
     Parameters
     ----------
     first : float
         Thickness of the layer at the surface [m].
     depth : float
-        Depth that they reach at least [m].
+        Minimum depth of the lowest layer [m].
     ratio : float
-        Thickness of each layer over that of the one above.
+        Ratio of the thickness of each layer to the layer above.
 
     Returns
     -------
@@ -419,7 +421,7 @@ def graded_layers(first: float, depth: float, ratio: float = 1.1) -> NDArray[np.
 
 
 class PeriodicHalfSpace:
-    """The operators of a laterally periodic half-space, on one grid.
+    """Operators of a laterally periodic half-space on one grid.
 
     Parameters
     ----------
@@ -434,16 +436,16 @@ class PeriodicHalfSpace:
     padded : (int, int)
         Points ``(my, mx)`` of one period.
     isolated : bool
-        Whether the period stands for an infinite surface, see Notes.
+        Whether the period represents an infinite surface; see Notes.
     workspace : Workspace
         Threads.
     precision : {"double", "single"}
         Arithmetic of transforms and sweeps.
     smooth : bool
-        Whether short waves are left out, fading from half the Nyquist frequency on.
+        Whether short waves are damped, from half the Nyquist frequency up.
     share : VolumePartition, optional
-        Which of the layers and of the waves along x are here; by default all. Callbacks count the
-        layers that are here.
+        Local layers and local waves along x; by default all. Callbacks receive the local index of
+        a layer.
 
     Notes
     -----
@@ -451,9 +453,9 @@ class PeriodicHalfSpace:
     strain is local, s = -2μ/(1-ν) [e₁₁ + ν e₂₂, e₂₂ + ν e₁₁] and -2μ e₁₂. Pressure p gives
     σ_zz = -p and, isolated, σ_xx = σ_yy = -p (1 + 2ν)/2, the mean of the limit over all
     directions; periodic, -p ν/(1 - ν), no mean strain in the plane. The mean displacement by
-    strain is the adjoint of that. Waves at the Nyquist frequency run in two mirrored directions
-    that the grid cannot tell apart; they get the mean of the operators of both. At the corner
-    of the spectrum, Nyquist along both axes, s = -2μ e and nothing reaches the surface.
+    strain is the adjoint of this stress. Waves at the Nyquist frequency have two mirrored
+    directions that the grid cannot distinguish; they get the mean of both operators. At the corner
+    of the spectrum, Nyquist along both axes, s = -2μ e and the surface is not displaced.
     """
 
     def __init__(
@@ -481,7 +483,7 @@ class PeriodicHalfSpace:
         self._half, self._all_waves = my // 2 + 1, mx // 2 + 1
         self._waves = self.share.waves(self._all_waves)
         self._width = self._waves.stop - self._waves.start
-        # Whether the longest wave is among those here, and those at Nyquist along x and along y.
+        # Whether the longest wave, and the waves at Nyquist along x, are local.
         self._has_longest = self._waves.start == 0
         self._has_shortest = mx % 2 == 0 and self._waves.stop == self._all_waves
         qy = 2 * math.pi * frequencies(my, dy)[:, None]
@@ -495,7 +497,7 @@ class PeriodicHalfSpace:
             [cosine, sine, cosine**2 - sine**2, 2 * cosine * sine], dtype=self.real
         )[..., self._waves]
         q[0, 0] = 0
-        # The mirrors of a wave at Nyquist: what they turn in opposite ways has no mean.
+        # Mirrored waves at Nyquist: components with opposite signs have a mean of zero.
         self._turns = self._angles.copy()
         if self._has_shortest:
             self._turns[[0, 3], :, -1] = 0
@@ -517,7 +519,7 @@ class PeriodicHalfSpace:
         self._trace: Array | None = None
 
     def _fill_tables(self, q: NDArray[np.float64]) -> None:
-        """Tabulate what depends on |q| alone, for the rows with qy ≥ 0."""
+        """Tabulate the factors that depend only on |q|, for the rows with qy ≥ 0."""
         nz, nu = self.thickness.size, self.body.poisson
         shape = (nz, *q.shape)
         self._decay, self._mean = np.empty(shape, self.real), np.empty(shape, self.real)
@@ -541,8 +543,8 @@ class PeriodicHalfSpace:
             table[1] = (bent - flat) / 2 + nu * flat
             table[2] = -bent
             table[3] = -2 * (1 + nu) / 3 * flat
-            # Of the entries with q = 0 the longest wave has a pressure, the corner of the spectrum
-            # none.
+            # Of the entries with q = 0, the longest wave has pressure, the corner of the spectrum
+            # has none.
             first = table[:, 0, :1].copy()
             table[:, ~waves] = 0
             if not self._has_longest:
@@ -558,23 +560,23 @@ class PeriodicHalfSpace:
     def displacement(
         self, fill: Fill, *, trace: bool = False, see: Visit | None = None
     ) -> NDArray[np.float64]:
-        """Take in a plastic strain and return the surface displacement that it causes.
+        """Set the plastic strain and return the surface displacement that it causes.
 
         Parameters
         ----------
         fill : callable
             ``fill(layer, out)`` writes the strain of one layer into ``out``, shape
-            ``(5, ny, nx)``, and returns the rows that are not zero, or ``None`` if none is;
-            called from several threads, with the number of the layer among those here.
+            ``(5, ny, nx)``, and returns the nonzero rows, or ``None`` if there are none; called
+            from several threads, with the local index of the layer.
         trace : bool
-            Whether `mean_stress` will be asked for.
+            Whether `mean_stress` will be called.
         see : callable, optional
-            Called with each layer that has strain and that strain.
+            ``see(layer, strain)`` is called for each layer with strain.
 
         Returns
         -------
         ndarray, shape (ny, nx)
-            Normal displacement [m], positive into the body, without the elastic one by pressure.
+            Normal displacement [m], positive into the body, without the displacement by pressure.
         """
         nz, my = self.thickness.size, self.padded[0]
         if not self._spectra.size:
@@ -582,7 +584,7 @@ class PeriodicHalfSpace:
         if trace and self._trace is None:
             self._trace = np.empty((nz, 2, my, self._width), self.real)
         # Components of the waves at Nyquist whose mirrors have the opposite sign, along x then
-        # along y, which are swept on their own; and all components at the corner.
+        # along y, which are swept separately; and all components at the corner.
         self._odd: Array = np.zeros((nz, 5, 2, 1, my + self._width), self.real)
         self._corner: Array = np.zeros((nz, 5, 2), self.real)
         self._quiet = not self._transform(fill, see)
@@ -598,7 +600,7 @@ class PeriodicHalfSpace:
         return from_half_spectrum(surface, self.shape, self.padded).astype(np.float64)
 
     def _transform(self, fill: Fill, see: Visit | None) -> bool:
-        """Keep the spectra of the strain in all layers; return whether there is any."""
+        """Store the spectra of the strain of all layers; return whether any layer has strain."""
         (my, mx), (ny, nx) = self.padded, self.shape
         scale = 1 / (my * mx)
 
@@ -614,7 +616,7 @@ class PeriodicHalfSpace:
                 spectrum = half_spectrum(strain[component], rows, self.padded, scratch)
                 if self._fade is not None:
                     spectrum *= self._fade
-                # Strains xz and yz are kept times i: then every coefficient is real.
+                # Strains xz and yz are stored times i, so that every coefficient is real.
                 if component < 3:
                     np.multiply(spectrum.real, scale, out=plane[0])
                     np.multiply(spectrum.imag, scale, out=plane[1])
@@ -636,12 +638,12 @@ class PeriodicHalfSpace:
         return float(weights @ self._spectra[:, 0, 0, 0, 0])
 
     def _sweep(self, trace: Array | None) -> Array:
-        """Leave the stress in place of the strain; return the spectrum of the displacement."""
+        """Replace the strain by the stress; return the spectrum of the displacement."""
         my = self.padded[0]
         surface: Array = np.empty((my, self._width), self._complex)
         step = max(my // (2 * self._workspace.workers), MIN_SWEEP_POINTS // self._width)
         step = max(1, min(SWEEP_POINTS // self._width, step))
-        # A band of rows is on one side of the tables' fold.
+        # A band of rows must be on one side of the fold of the tables.
         bands = [slice(i, min(i + step, self._half)) for i in range(0, self._half, step)]
         bands += [slice(i, min(i + step, my)) for i in range(self._half, my, step)]
 
@@ -663,7 +665,7 @@ class PeriodicHalfSpace:
         return surface
 
     def _take_nyquist(self, layer: int) -> None:
-        """Move what mirrored waves at Nyquist have with opposite signs out of the sweep's way."""
+        """Move components with opposite signs in mirrored waves at Nyquist to a separate sweep."""
         my = self.padded[0]
         for component, plane in enumerate(self._spectra[layer]):
             if my % 2 == 0 and self._has_shortest:
@@ -678,7 +680,7 @@ class PeriodicHalfSpace:
 
     @property
     def _at_nyquist(self) -> Band:
-        """The waves at Nyquist, along x then along y."""
+        """Waves at Nyquist, along x then along y."""
         my = self.padded[0]
         angles = np.concatenate([self._angles[:, :, -1], self._angles[:, my // 2]], axis=1)
         fold = np.minimum(np.arange(my), my - np.arange(my))
@@ -689,17 +691,17 @@ class PeriodicHalfSpace:
         return Band(angles[:, None], *tables)
 
     def stress(self, pressure: Array, visit: Visit, pull: Pull = NO_PULL) -> None:
-        """Show the deviator of the stress by the strain taken in last and by a pressure.
+        """Pass the deviator of the stress by the current strain and a pressure to a callback.
 
         Parameters
         ----------
         pressure : ndarray, shape (ny, nx)
             Pressure on the surface [Pa].
         visit : callable
-            ``visit(layer, stress)`` gets the layer averages, shape ``(5, ny, nx)`` [Pa], from one
-            of several threads; the array is only valid during the call.
+            ``visit(layer, stress)`` receives the layer averages, shape ``(5, ny, nx)`` [Pa], from
+            one of several threads; the array is only valid during the call.
         pull : (float, float)
-            Traction on the surface along x and y over the pressure.
+            Traction on the surface along x and y, per pressure.
         """
         load, loaded = self._pressure_spectrum(pressure)
         pulled = self._pulled(load, pull) if loaded and any(pull) else None
@@ -738,7 +740,7 @@ class PeriodicHalfSpace:
         self.share.collect(write, read, shape, self.real)
 
     def _show_nothing(self, visit: Visit, shape: tuple[int, ...]) -> None:
-        """Show layers without stress."""
+        """Pass zero stress of all local layers to a callback."""
 
         def nothing(layer: int) -> None:
             stress = self._array("stress", shape)
@@ -748,9 +750,9 @@ class PeriodicHalfSpace:
         self._workspace.each(nothing, range(len(self.share.layers(self.thickness.size))))
 
     def mean_stress(self, pressure: Array, visit: Visit, pull: Pull = NO_PULL) -> None:
-        """Show the mean stress, a third of the trace; see `stress`.
+        """Pass the mean stress, a third of the trace, to a callback; see `stress`.
 
-        The strain must have been taken in with ``trace=True``; arrays have shape ``(ny, nx)``.
+        The strain must have been set with ``trace=True``; arrays have shape ``(ny, nx)``.
         """
         load, loaded = self._pressure_spectrum(pressure)
         along = self._along(load, pull) if loaded and any(pull) else None
@@ -781,7 +783,7 @@ class PeriodicHalfSpace:
         return along
 
     def _pulled(self, load: Array, pull: Pull) -> list[tuple[Array, Array]]:
-        """Return the waves that tables of `_fading` multiply, for each component of the stress.
+        """Return the factors of the tables of `_fading`, for each component of the stress.
 
         A wave of traction T₁ along its vector and T₂ across it gives (Airy's function z e^(-qz))::
 
@@ -821,7 +823,7 @@ class PeriodicHalfSpace:
                     if my % 2 == 0 and component in odd[1]:
                         factor[my // 2] = 0
                     if self._has_longest:
-                        # A shear stress alone.
+                        # Only a shear stress.
                         factor[0, 0] = -share if part is of_flat and component == 3 + axis else 0
                     total[component] += waves * factor
         if self._has_longest:
@@ -829,7 +831,7 @@ class PeriodicHalfSpace:
         return list(zip(flat, bent, strict=True))
 
     def _fading(self, layer: int) -> tuple[Array, Array]:
-        """Return averages over a layer of e^(-qz) and qz e^(-qz); none at the corner."""
+        """Return averages over a layer of e^(-qz) and qz e^(-qz); zero at the corner."""
         table = self._elastic[layer]
         return table[3] / self.real(-2 / 3 * (1 + self.body.poisson)), -table[2]
 
@@ -849,7 +851,7 @@ class PeriodicHalfSpace:
         return parts, True
 
     def _add(self, parts: Array, table: Array, wave: Array) -> None:
-        """Add a wave times a table whose rows fold over at the middle."""
+        """Add a wave times a table whose rows are mirrored at the middle."""
         half = self._half
         product = self._array("product", parts.shape)
         np.multiply(wave[:, :half], table, out=product[:, :half])
@@ -858,7 +860,7 @@ class PeriodicHalfSpace:
         np.add(parts, product, out=parts)
 
     def _put_nyquist(self, parts: Array, layer: int, component: int) -> None:
-        """Put back what was moved by `_take_nyquist`."""
+        """Write the stress of the components moved by `_take_nyquist`."""
         my = self.padded[0]
         odd = self._odd[layer, component, :, 0]
         if self._has_shortest and component in (2, 3):

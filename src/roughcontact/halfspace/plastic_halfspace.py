@@ -1,4 +1,4 @@
-"""How a free surface differs from a periodic one: its images, removed on coarse cells."""
+"""Half-space with plastic strain and a free or a periodic boundary."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ Array = NDArray[Any]
 # Periods of the three transforms of a free boundary, over the edge of the map.
 _NEAR = 1.5
 _FAR = 6.0
-# Coarse cells along the shorter edge of the map, at most; cells beyond the map on each side, so
-# that the interpolation stays central: an extrapolating one costs the operator its sign.
+# Maximum number of coarse cells along the shorter edge of the map; guard cells on each side, so
+# that the interpolation stays central: extrapolation would make the operator indefinite.
 _COARSE = 20
 _GUARD = 2
-# Coarse layers over coarse cells, at least.
+# Minimum thickness of coarse layers over the shorter edge of coarse cells.
 _COARSE_DEPTH = 0.5
 
 
 def coarse_grid(shape: tuple[int, int]) -> tuple[int, tuple[int, int]]:
-    """Return points per coarse cell, and the cells ``(my, mx)`` with guards around the map."""
+    """Return the points per coarse cell, and the cells ``(my, mx)`` including guard cells."""
     coarse = -(-min(shape) // _COARSE)
     cells = [-(-n // coarse) + 2 * _GUARD for n in shape]
     return coarse, (cells[0], cells[1])
@@ -37,9 +37,9 @@ def coarse_grid(shape: tuple[int, int]) -> tuple[int, tuple[int, int]]:
 def periods(
     shape: tuple[int, int], coarse: int, cells: tuple[int, int]
 ) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return the coarse cells of the near and of the far period.
+    """Return the numbers of coarse cells of the near and of the far period.
 
-    The near one is a whole number of coarse cells, and the same on both grids.
+    The near period is a whole number of coarse cells, and the same on both grids.
     """
     near = [
         fast_length(max(cell, math.ceil(_NEAR * n / coarse)))
@@ -50,8 +50,8 @@ def periods(
 
 
 def _cubic(points: int, coarse: int, cells: int) -> NDArray[np.float64]:
-    """Return the matrix, shape (points, cells), of the interpolation by cubics (Lagrange)."""
-    # Where the points lie, counted in cells from the centre of the first one.
+    """Return the matrix of cubic Lagrange interpolation, shape (points, cells)."""
+    # Positions of the points, in cells from the centre of the first one.
     place = (np.arange(points) + 0.5) / coarse - 0.5 + _GUARD
     left = np.floor(place).astype(int)
     t = place - left
@@ -68,7 +68,7 @@ def _cubic(points: int, coarse: int, cells: int) -> NDArray[np.float64]:
 
 
 def _linear(fine: NDArray[np.float64], coarse: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the matrix (nz, mz) that interpolates between the centres of two sets of layers."""
+    """Return the matrix (nz, mz) of interpolation between the centres of layers."""
     below = np.cumsum(coarse) - coarse / 2
     middle = np.cumsum(fine) - fine / 2
     left = np.clip(np.searchsorted(below, middle) - 1, 0, max(0, below.size - 2))
@@ -84,7 +84,7 @@ def _linear(fine: NDArray[np.float64], coarse: NDArray[np.float64]) -> NDArray[n
 
 
 def _merge_layers(thickness: NDArray[np.float64], minimum: float) -> NDArray[np.float64]:
-    """Return sums of neighbouring layers, all but the last of at least some thickness."""
+    """Return the thicknesses of merged layers, all but the last of at least ``minimum``."""
     merged, current = [], 0.0
     for layer in thickness:
         current += layer
@@ -97,7 +97,7 @@ def _merge_layers(thickness: NDArray[np.float64], minimum: float) -> NDArray[np.
 
 
 class Images:
-    """How an infinite surface differs from a periodic one, on coarse cells."""
+    """Difference between an infinite and a periodic surface, on coarse cells."""
 
     def __init__(
         self,
@@ -129,7 +129,7 @@ class Images:
         # The transpose under the inner products of both grids: cells times thickness.
         self._down_z = (self._up_z * fine.thickness[:, None]).T / thickness[:, None] / coarse**2
         self._scale = 1 / coarse**2
-        # Which of the fine layers are here.
+        # The local fine layers.
         self._here = fine.share.layers(fine.thickness.size)
         self._parts: Array = np.zeros((len(self._here), 5, *cells), fine.real)
         self._strain: Array = np.zeros((thickness.size, 5, *cells), fine.real)
@@ -145,12 +145,12 @@ class Images:
         return (self._down_x @ halfway.T).T
 
     def add_layer_strain(self, layer: int, strain: Array) -> None:
-        """Restrict the strain of one layer of those here."""
+        """Restrict the strain of one local layer to the coarse cells."""
         for component, values in enumerate(strain):
             self._parts[layer, component] = self._restricted(values)
 
     def displacement(self, *, trace: bool) -> Array:
-        """Return the correction of the displacement by the strain taken."""
+        """Return the correction of the displacement by the restricted strain."""
         self._strain[...] = 0
         parts = self._fine.share.gather_layers(self._parts, self._fine.thickness.size)
         for layer in np.flatnonzero(parts.any(axis=(1, 2, 3))):
@@ -168,7 +168,7 @@ class Images:
         return self._prolonged(far.astype(self._fine.real))
 
     def stress(self, pressure: Array, pull: Pull) -> None:
-        """Work out the correction of the stress on the coarse layers."""
+        """Compute the correction of the stress on the coarse layers."""
         coarse = self._restricted(pressure.astype(self._fine.real)) * self._scale
         self._far.stress(coarse, lambda layer, values: np.copyto(self._stress[layer], values), pull)
 
@@ -178,7 +178,7 @@ class Images:
         self._near.stress(coarse, subtract, pull)
 
     def mean_stress(self, pressure: Array, pull: Pull) -> None:
-        """Work out the correction of the mean stress on the coarse layers."""
+        """Compute the correction of the mean stress on the coarse layers."""
         coarse = self._restricted(pressure.astype(self._fine.real)) * self._scale
         first = self._stress[:, 0]
         self._far.mean_stress(coarse, lambda layer, values: np.copyto(first[layer], values), pull)
@@ -189,7 +189,7 @@ class Images:
         self._near.mean_stress(coarse, subtract, pull)
 
     def on_layer(self, layer: int, component: int) -> Array:
-        """Return the correction on one fine layer of those here."""
+        """Return the correction on one local fine layer."""
         weights = self._up_z[self._here[layer]]
         near = np.flatnonzero(weights)
         coarse = np.einsum("z,zyx->yx", weights[near], self._stress[near, component])
@@ -200,11 +200,11 @@ class Images:
         return (self._up_x @ halfway.T).T
 
 
-# The elastic half-space with plastic strain, free or periodic: strain and pressure in, stress …
+# --- Half-space with plastic strain, free or periodic ---
 
 
 class PlasticHalfSpace:
-    """A half-space that deforms plastically: strain and pressure in, displacement and stress out.
+    """Half-space with plastic strain: displacement and stress by strain and pressure.
 
     Parameters
     ----------
@@ -219,7 +219,7 @@ class PlasticHalfSpace:
     poisson : float
         ν.
     boundary : {"free", "periodic"}
-        Whether the map is all there is, or one period of an endless surface.
+        Whether the map is isolated, or one period of an infinite surface.
     workspace : Workspace, optional
         Threads to use instead of new ones.
     precision : {"double", "single"}
@@ -234,11 +234,11 @@ class PlasticHalfSpace:
 
     Notes
     -----
-    With a free boundary the map is padded with zeros to 1.5 times its edges. What its
-    periodic images still add, which falls with the third power of the period and varies on its
-    scale, is removed by the difference of two operators on coarse cells and coarse layers, one
-    of the same period and one of six times the edge of the map, both of long waves only.
-    Restriction is the transpose of the interpolation, which keeps the symmetries.
+    With a free boundary the map is padded with zeros to 1.5 times its edges. The remaining effect
+    of its periodic images, which falls with the third power of the period and varies on the scale
+    of the period, is removed by the difference of two operators on coarse cells and coarse layers,
+    one of the same period and one of six times the edge of the map, both of long waves only.
+    Restriction is the transpose of the interpolation, which preserves the symmetries.
     """
 
     def __init__(
@@ -287,7 +287,7 @@ class PlasticHalfSpace:
             self._images = Images(self._fine, pixel, coarse, cells, near, far, precision)
 
     def displacement(self, fill: Fill, *, trace: bool = False) -> NDArray[np.float64]:
-        """Take in a plastic strain and return the surface displacement that it causes.
+        """Set the plastic strain and return the surface displacement that it causes.
 
         Parameters
         ----------
@@ -306,7 +306,7 @@ class PlasticHalfSpace:
         return displacement + self._images.displacement(trace=trace)
 
     def stress(self, pressure: Array, visit: Visit, pull: Pull = NO_PULL) -> None:
-        """Show the deviator of the stress, layer by layer; see `PeriodicHalfSpace.stress`."""
+        """Pass the deviator of the stress to a callback; see `PeriodicHalfSpace.stress`."""
         images = self._images
         if images is None:
             self._fine.stress(pressure, visit, pull)
@@ -321,7 +321,7 @@ class PlasticHalfSpace:
         self._fine.stress(pressure, corrected, pull)
 
     def mean_stress(self, pressure: Array, visit: Visit, pull: Pull = NO_PULL) -> None:
-        """Show the mean stress, layer by layer, after ``displacement(..., trace=True)``."""
+        """Pass the mean stress to a callback, after ``displacement(..., trace=True)``."""
         images = self._images
         if images is None:
             self._fine.mean_stress(pressure, visit, pull)
@@ -333,7 +333,7 @@ class PlasticHalfSpace:
 
 
 def points_transformed(shape: tuple[int, int], boundary: str) -> int:
-    """Return the points of all periods in which a `PlasticHalfSpace` transforms a layer.
+    """Return the number of points that a `PlasticHalfSpace` transforms per layer.
 
     Parameters
     ----------
@@ -345,7 +345,7 @@ def points_transformed(shape: tuple[int, int], boundary: str) -> int:
     Returns
     -------
     int
-        Points; those of the coarse grids of a free boundary too, as if it had all the layers.
+        Points, including the coarse grids of a free boundary as if these had all layers.
     """
     if not Boundary(boundary).free_axes:
         return shape[0] * shape[1]

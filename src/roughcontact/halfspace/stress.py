@@ -6,9 +6,9 @@ carries the normal pressure p, so that σ_zz = -p there, and a traction q on the
 σ_xz = -q_x and σ_yz = -q_y: with friction μ p in one direction of the plane, or any map. The effect
 of q on the pressure is neglected, as usual (Goodman's approximation; exact for equal bodies).
 
-A depth is computed on its own: a few kernels are sampled, transformed and multiplied with the one
-spectrum of the pressure, and a visitor sees the stress row block by row block. Nothing ever holds
-the volume.
+Each depth is computed separately: a few kernels are sampled, transformed and multiplied with the
+spectrum of the pressure, and a callback receives the stress row block by row block. The volume is
+never stored.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from roughcontact.halfspace.fft import Workspace, free_period
 
 
 class Term(NamedTuple):
-    """A kernel of `Responses`.
+    """Kernel of `Responses`.
 
     Parameters
     ----------
     odd : (bool, bool)
         Whether the kernel is odd in y, and in x; else it is even.
     shares : sequence of (int, float)
-        The responses that it adds to, with factors.
+        Responses to which the kernel contributes, with factors.
     """
 
     odd: tuple[bool, bool]
@@ -45,7 +45,7 @@ class Term(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Symbols:
-    """The kernels of `Responses` as functions of the wave vector.
+    """Kernels of `Responses` as functions of the wave vector.
 
     Parameters
     ----------
@@ -53,9 +53,9 @@ class Symbols:
         Highest wave numbers along y and x; waves beyond have no response.
     block : callable
         ``block(columns)`` returns an array of shape ``(terms, highest[0] + 1, columns)`` of real
-        numbers S that the caller may overwrite, from one of several threads. The transform of a
-        term for wave numbers ≥ 0 is S if it is even, -i S if it is odd in one direction, and -S
-        if it is odd in both.
+        numbers S that the caller may overwrite; called from several threads. The transform of a
+        term for wave numbers ≥ 0 is S if the term is even, -i S if it is odd in one direction, and
+        -S if it is odd in both.
     """
 
     highest: tuple[int, int]
@@ -63,23 +63,23 @@ class Symbols:
 
 
 class Responses:
-    """Several responses to real maps: sums of circular convolutions with kernels of parity.
+    """Responses to real maps: sums of circular convolutions with even or odd kernels.
 
-    The spectra of the maps are made once; each set of kernels then costs one inverse transform a
-    response, and nobody but the visitor keeps a response.
+    The spectra of the maps are computed once; each set of kernels then costs one inverse transform
+    per response. Responses are passed to a callback and not stored.
 
     Parameters
     ----------
     source : ndarray, shape (ny, nx) or (m, ny, nx)
-        The map, or several. A response is the sum of what all do: of n responses, those to the
-        first map have the numbers 0 to n - 1 in `Term`, those to the next n to 2 n - 1.
+        One map or several. A response is the sum over all maps: of n responses, those to the first
+        map have the indices 0 to n - 1 in `Term`, those to the second n to 2 n - 1.
     padded : (int, int)
         Period ``(my, mx)`` of the convolutions, at least the shape of the map, which is padded
         with zeros.
     terms : sequence of Term
-        The kernels; each response has one at least.
+        The kernels; at least one for each response.
     workspace : Workspace
-        Threads and memory; no other operator on it may be at work at the same time.
+        Threads and memory; no other operator may use them at the same time.
     precision : {"double", "single"}
         Arithmetic of the transforms.
     """
@@ -100,7 +100,7 @@ class Responses:
         self.padded, self.terms, self.workspace = padded, tuple(terms), workspace
         numbers = 1 + max(response for term in self.terms for response, _ in term.shares)
         self.count = numbers // len(sources)
-        # Kernels of each response, by their parity in y, and whether that in x differs.
+        # Kernels of each response, by their parity in y, and by whether the parity in x differs.
         self._shares = {
             (response, in_y, mixed): [
                 (number, -factor if all(term.odd) else factor)
@@ -115,7 +115,7 @@ class Responses:
         (ny, _), (my, mx) = self.shape, padded
         self._width = mx // 2 + 1
         itemsize = np.dtype(self._complex).itemsize
-        # A block of columns is held about four times, of rows once for every response.
+        # About four copies of a block of columns are in use, and one of rows for each response.
         self._column_step = max(4, fft.COLUMN_BYTES // (4 * my * itemsize))
         step = max(1, min(ny, 2 * fft.ROW_BYTES // (self.count * mx * itemsize // 2)))
         self._rows = [slice(top, min(top + step, ny)) for top in range(0, ny, step)]
@@ -130,18 +130,17 @@ class Responses:
         sample: Callable[[NDArray[np.int64], NDArray[np.int64]], Iterable[NDArray[np.float64]]],
         every: tuple[int, int] = (1, 1),
     ) -> Symbols:
-        """Return the symbols of kernels that are known at points.
+        """Return the symbols of kernels from their samples.
 
         Parameters
         ----------
         sample : callable
-            ``sample(rows, columns)`` gives one kernel after the other at these offsets ≥ 0, in
-            steps of ``every``, each of shape ``(columns, rows)``, from one of several threads.
-            Periods are even; at half a period, where no offset on the map lies, a kernel may have
-            any value.
+            ``sample(rows, columns)`` yields the kernels one by one at these offsets ≥ 0, in steps
+            of ``every``, each of shape ``(columns, rows)``; called from several threads. Periods
+            are even; at half a period, beyond the offsets of the map, a kernel may have any value.
         every : (int, int)
             Steps along y and x, divisors of half the period. Kernels that are smooth on this
-            scale need no more samples: waves beyond are left out.
+            scale need no more samples: shorter waves are omitted.
 
         Returns
         -------
@@ -185,17 +184,17 @@ class Responses:
     def stream(
         self, symbols: Symbols, visit: Callable[[slice, NDArray[Any]], None], first_row: int = 0
     ) -> None:
-        """Show the responses of the whole map, block by block.
+        """Pass the responses of the whole map to a callback, block by block.
 
         Parameters
         ----------
         symbols : Symbols
             The kernels.
         visit : callable
-            ``visit(rows, responses)`` gets each row block, shape ``(responses, rows, nx)``, from
-            one of several threads; the array is only valid during the call.
+            ``visit(rows, responses)`` receives each row block, shape ``(responses, rows, nx)``,
+            from one of several threads; the array is only valid during the call.
         first_row : int
-            A row of the block to begin with.
+            A row of the first block.
         """
         (ny, nx), (_, mx) = self.shape, self.padded
         width = symbols.highest[1] + 1
@@ -253,7 +252,7 @@ class Responses:
         self.workspace.each(columns, self._columns(self._width))
 
     def _products(self, symbols: Symbols, part: slice) -> Iterator[tuple[int, NDArray[Any]]]:
-        """Yield, one after the other, the spectra of the responses on some columns."""
+        """Yield the spectra of the responses on some columns, one by one."""
         my, size = self.padded[0], part.stop - part.start
         # Wave numbers 0 to `lower` - 1 come first, the negative ones last.
         lower = symbols.highest[0] + 1
@@ -290,9 +289,10 @@ class Responses:
     def _symbol(
         self, block: NDArray[Any], response: int, mixed: bool
     ) -> tuple[NDArray[Any], NDArray[Any]] | None:
-        """Return the effect of a response on waves of q_y ≥ 0 and < 0, each from q_y = 0 on.
+        """Return the symbol of a response for waves of q_y ≥ 0 and < 0, each from q_y = 0.
 
-        By its kernels that are odd in one direction, or by the others; None without any.
+        If ``mixed``, by the kernels that are odd in one direction only, else by the others; None if
+        the response has no such kernel.
         """
         even, odd = (
             self._sum(block, self._shares[response, in_y, mixed], f"odd {in_y}")
@@ -310,7 +310,7 @@ class Responses:
     def _sum(
         self, block: NDArray[Any], shares: list[tuple[int, float]], name: str
     ) -> NDArray[Any] | None:
-        """Return the sum of arrays of the block times factors; None without any."""
+        """Return the sum of arrays of the block times factors, or None without shares."""
         if not shares:
             return None
         number, factor = shares[0]
@@ -326,30 +326,31 @@ class Responses:
 
 
 def _stride(length: int) -> int:
-    # Rows a power of two apart share a few lines of the cache: SciPy's and ducc0's transforms of
-    # 16 rows at once take four times as long there.
+    # Rows a power of two apart share a few cache lines: the transforms of 16 rows at once by SciPy
+    # and ducc0 would take four times as long.
     return length + 16
 
 
-# --- The stress field below one map of pressure: which kernels to sample at which depth ---
+# --- Stress field below one map of pressure: kernels and their sampling at each depth ---
 
 
 Array = NDArray[np.float64]
 Offsets = NDArray[np.int64]
 
-# Which components a normal load makes odd, in y and in x; a traction flips one of the two.
+# Whether each component by a normal load is odd in y, and in x; a traction flips one of the two.
 _ODD = ((False, False),) * 3 + ((True, False), (False, True), (True, True))
-# In single precision a kernel is sampled at least this often over its depth: waves of two samples
-# are damped to e^(-5π) = 2e-7. It needs room beyond the map where it goes over into its image: a
-# quarter of the map, in which an error function is smooth to the same degree at so many samples.
+# Minimum number of samples of a kernel per depth in single precision: waves of two samples are
+# damped to e^(-5π) = 2e-7. Beyond the map, over a quarter of its edge, a kernel blends into its
+# periodic image by an error function, which is equally smooth with this number of samples.
 _SAMPLES = 5
 _COARSEST = 16
 _BLEND = 1.25
 _BLEND_SAMPLES = 0.1
 _STEEPNESS = 3.8
-# Pixels of a profile over its length: stress differs from plane strain by the inverse of it.
+# Pixel edge of a profile along y over its length: the relative deviation from plane strain is the
+# inverse of this number.
 _LONG = 1e6
-# Waves on a periodic map are left out where e^(-qz) falls below rounding.
+# Waves on a periodic map are omitted where e^(-qz) is below rounding.
 _DAMPED = {"single": 18.0, "double": 40.0}
 
 
@@ -359,13 +360,13 @@ class Streams(Protocol):
     def stream(
         self, symbols: Symbols, visit: Callable[[slice, NDArray[Any]], None], first_row: int = 0
     ) -> None:
-        """Show them; see `Responses.stream`."""
+        """Pass the responses to a callback; see `Responses.stream`."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """The stress of one pressure map, in units of its largest pressure.
+    """Stress field of one pressure map, in units of its largest pressure.
 
     ``in_depth(depth)`` returns the operator and the kernels to stream.
     """
@@ -389,8 +390,8 @@ def field_of(
 ) -> Field:
     """Return the stress field below a pressure; arguments as for `stress.slices`.
 
-    A single row that is periodic along y is a profile: its pixels are made so long that what lies
-    beyond their ends is not felt, which is plane strain.
+    A single row that is periodic along y is a profile in plane strain: its pixels are so long that
+    their ends have no effect.
     """
     require_pixel(pixel)
     stress_kernels.require_poisson(poisson)
@@ -450,7 +451,7 @@ def _checked_source(pressure: ArrayLike) -> Array:
 
 
 def checked_traction(traction: ArrayLike, shape: tuple[int, int], friction: float) -> Array:
-    """Return a traction map with components (y, x); `InputError` unless it can be used."""
+    """Return a valid traction map with components (y, x), or raise `InputError`."""
     try:
         values = np.asarray(traction, dtype=np.float64)
     except (OverflowError, ValueError):
@@ -466,7 +467,7 @@ def checked_traction(traction: ArrayLike, shape: tuple[int, int], friction: floa
 
 
 def pulls_of(friction: float, direction: float) -> list[tuple[str, float]]:
-    """Return the tractions along x and y per pressure, those that are none left out.
+    """Return the nonzero tractions along x and y, per pressure.
 
     Parameters
     ----------
@@ -476,12 +477,12 @@ def pulls_of(friction: float, direction: float) -> list[tuple[str, float]]:
     Raises
     ------
     InputError
-        If one of them is not finite.
+        If friction or direction is not finite.
     """
     for name, number in (("friction", friction), ("direction", direction)):
         if not math.isfinite(number):
             raise input_error(name, number, "must be finite")
-    # A right angle has a cosine of 6e-17, which is no traction.
+    # The cosine of a right angle is 6e-17, which must not become a traction.
     return [
         (axis, friction * share)
         for axis, share in (("x", math.cos(direction)), ("y", math.sin(direction)))
@@ -493,8 +494,7 @@ def pulls_of(friction: float, direction: float) -> list[tuple[str, float]]:
 class _UnitLoads:
     """Unit pressure and tractions; arrays of offsets are in pixels.
 
-    Each traction has its axis, its size, and the number of the map that it goes with: 0 is the
-    pressure.
+    Each traction has an axis, a size, and the index of its map: 0 is the pressure.
     """
 
     pixel: tuple[float, float]
@@ -514,7 +514,7 @@ class _UnitLoads:
         return [Term(*term) for term in zip(stress_kernels.PARTS_ODD, shares, strict=True)]
 
     def wave_terms(self) -> list[Term]:
-        """Return `stress_kernels.waves` of a pressure, then of each traction."""
+        """Return the terms of `stress_kernels.waves`: of the pressure, then of each traction."""
         flips = [(0, False, False), *((of, axis == "y", axis == "x") for axis, _, of in self.pulls)]
         return [
             Term((odd[0] != in_y, odd[1] != in_x), [(len(_ODD) * source + number, 1.0)])
@@ -548,7 +548,7 @@ def unit_loads(pixel: tuple[float, float], poisson: float) -> _UnitLoads:
 
 
 def _spread(symbols: Symbols, pixel: tuple[float, float], period: tuple[int, int]) -> Symbols:
-    """Return the kernels of forces spread over pixels: the transform of a rectangle is exact."""
+    """Return the symbols of forces spread over pixels, exact in the wave vector."""
     wave_y, wave_x = (
         edge * np.sinc(np.arange(highest + 1) / length)
         for edge, highest, length in zip(pixel, symbols.highest, period, strict=True)
@@ -563,7 +563,7 @@ def _spread(symbols: Symbols, pixel: tuple[float, float], period: tuple[int, int
 
 
 def steps(shape: tuple[int, int], pixel: tuple[float, float], depth: float) -> tuple[int, int]:
-    """Return how many pixels lie from one sample of the kernels to the next, at most."""
+    """Return the steps between samples of the kernels along y and x, in pixels."""
     y, x = (
         min(depth / (_SAMPLES * edge), _BLEND_SAMPLES * (_BLEND - 1) * n, _COARSEST)
         for n, edge in zip(shape, pixel, strict=True)
@@ -574,14 +574,14 @@ def steps(shape: tuple[int, int], pixel: tuple[float, float], depth: float) -> t
 
 
 def _blending_period(shape: tuple[int, int]) -> tuple[int, int]:
-    """Return a period that leaves room to blend kernels, and is a multiple of all steps."""
+    """Return a period long enough to blend kernels, and a multiple of all steps."""
     y, x = (math.ceil(_BLEND * n / _COARSEST) for n in shape)
     period = free_period((y, x))
     return _COARSEST * period[0], _COARSEST * period[1]
 
 
 class _Image(NamedTuple):
-    """Offsets at which a kernel counts, with what weight, and for which sample."""
+    """Offsets and weights of a kernel or its image, for some samples."""
 
     sample: slice
     offsets: Offsets
@@ -592,8 +592,8 @@ class _Image(NamedTuple):
 def _images(offsets: Offsets, points: int, period: int) -> list[_Image]:
     """Return the parts of a periodic kernel with a smooth transition to its periodic image.
 
-    Half-way between the last offset on the map and its image, the kernel is half itself, half
-    its image. The weight is an error function, the smoothest step for its width.
+    Halfway between the last offset on the map and its image, the kernel and its image have equal
+    weight. The weight is an error function, the smoothest step for its width.
     """
 
     def weight(distance: Offsets) -> Array:
@@ -616,7 +616,7 @@ def blended(
     rows: Offsets,
     columns: Offsets,
 ) -> list[Array]:
-    """Return kernels that are smooth where they meet their images, beyond the map's offsets."""
+    """Return kernels that blend smoothly into their images beyond the offsets of the map."""
     result = [np.zeros((columns.size, rows.size)) for _ in terms]
     for y in _images(rows, shape[0], period[0]):
         for x in _images(columns, shape[1], period[1]):
@@ -633,7 +633,7 @@ def blended(
 def _waves(
     loads: _UnitLoads, terms: list[Term], shape: tuple[int, int], z: float, damped: float
 ) -> Symbols:
-    """Return the stress of waves of pressure, up to those with q z = ``damped``."""
+    """Return the stress of waves of pressure and traction, up to q z = ``damped``."""
     (ny, nx), (dy, dx) = shape, loads.pixel
     highest = ny // 2, nx // 2
     if z > 0:
@@ -647,7 +647,7 @@ def _waves(
     def block(columns: slice) -> Array:
         qx: Array = 2 * math.pi / (nx * dx) * np.arange(columns.start, columns.stop)
         symbols = np.stack(loads.waves(qy, qx, z))
-        # The wave of two points a period has no sine. Along x the transform of a real map knows.
+        # The wave at Nyquist has no sine. Along x the transform of a real map drops it.
         if 2 * highest[0] == ny:
             for term, symbol in zip(terms, symbols, strict=True):
                 symbol[-1] *= not term.odd[0]
@@ -659,7 +659,7 @@ def _waves(
 # --- Elastic stress below a loaded surface, slice by slice ---
 
 
-# Depths per octave of an automatic list, its ends in pixels and contact radii.
+# Depths per octave of the default list; its first depth in pixels, its last in contact radii.
 _PER_OCTAVE = 3
 _SHALLOWEST = 0.5
 _DEEPEST = 3.0
@@ -677,13 +677,13 @@ def graded_depths(
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
     boundary : {"free", "periodic"}
-        Whether the map is all there is, or one period.
+        Whether the map is isolated, or one period.
 
     Returns
     -------
     ndarray, shape (nz,)
-        0, then a geometric series with three depths an octave, from half the shorter pixel edge,
-        below which the stress only shows that pressure is constant on a pixel, to three contact
+        0, then a geometric series with three depths per octave, from half the shorter pixel edge,
+        below which the stress only reflects the constant pressure on a pixel, to three contact
         radii [m].
 
     Raises
@@ -694,18 +694,18 @@ def graded_depths(
     Notes
     -----
     The stress under a spot of radius r peaks at about r/2 (0.48 r under a Hertz contact) and
-    changes by little within a third of an octave. Spots of all sizes from a pixel up may be there,
-    so the series is graded alike for all. The contact radius is √5 times the larger standard
-    deviation of the pressure's distribution over x and y: a under a Hertz contact, about as much
-    as the loaded region measures otherwise. On a periodic map the list ends one side deep, where
-    the longest wave is damped to e^(-2π).
+    changes little within a third of an octave. Spots may have any size from a pixel up, so the
+    series is geometric. The contact radius is √5 times the larger standard deviation of the
+    distribution of pressure over x and y: equal to a under a Hertz contact, and about the size of
+    the loaded region otherwise. On a periodic map the list ends at a depth of one side, where the
+    longest wave is damped to e^(-2π).
     """
     require_pixel(pixel)
     total = float(pressure.sum())
     if not total > 0:
         raise InputError("is zero everywhere: there is no stress to look at", argument="pressure")
     if pressure.shape[0] == 1:
-        # How wide a profile is does not matter.
+        # The width of a profile has no effect.
         pixel = (pixel[1], pixel[1])
     reach = 0.0
     for axis, edge in enumerate(pixel):
@@ -717,7 +717,7 @@ def graded_depths(
     if not Boundary(boundary).free_axes:
         reach = min(reach, max(n * edge for n, edge in zip(pressure.shape, pixel, strict=True)))
     first = _SHALLOWEST * min(pixel)
-    # A single loaded pixel has no spread; its stress is gone a few pixels below.
+    # A single loaded pixel has no spread; its stress decays within a few pixels.
     reach = max(reach, _DEEPEST * max(pixel))
     count = math.ceil(_PER_OCTAVE * math.log2(reach / first)) + 1
     return np.concatenate([[0.0], np.geomspace(first, reach, count)])
@@ -725,7 +725,7 @@ def graded_depths(
 
 @dataclass(frozen=True, eq=False)
 class Slice:
-    """The stress at one depth.
+    """Stress at one depth.
 
     Parameters
     ----------
@@ -752,7 +752,7 @@ def slices(
     precision: str = "single",
     workers: int | None = None,
 ) -> Iterator[Slice]:
-    """Return the stress depth by depth.
+    """Return an iterator over the stress at each depth.
 
     Parameters
     ----------
@@ -765,22 +765,23 @@ def slices(
     poisson : float
         Poisson's ratio ν of the body; its other constants do not matter.
     boundary : {"free", "periodic"}
-        Whether the map is all there is, or one period.
+        Whether the map is isolated, or one period.
     friction : float
-        Coefficient μ of the traction μ p on this body; the other body carries the opposite.
+        Coefficient μ of the traction μ p on this body; the other body carries the opposite
+        traction.
     direction : float
-        Angle of that traction from x towards y [rad].
+        Angle of the traction from x towards y [rad].
     traction : array_like, shape (2, ny, nx), optional
-        Traction on this body instead [Pa], components (y, x).
+        Traction on this body [Pa], components (y, x), instead of friction.
     precision : {"double", "single"}
-        Arithmetic of the transforms. Single is good to about 1e-6 of the largest pressure.
+        Arithmetic of the transforms. Single is accurate to about 1e-6 of the largest pressure.
     workers : int, optional
         Threads; by default one for each core that the process may use.
 
     Returns
     -------
     iterator of Slice
-        One for each depth, computed when it is asked for; the caller owns it.
+        One slice for each depth, computed during iteration; the caller may modify it.
 
     Raises
     ------
@@ -794,7 +795,7 @@ def slices(
     sampled at fewer points, which keeps the stress within 1e-6 of the largest pressure.
 
     Periodic: pressure is the trigonometric polynomial through the pixel centres, and each of its
-    waves has its exact stress (`stress_kernels.waves`). The mean pressure presses on a body that
+    waves has its exact stress (`stress_kernels.waves`). The mean pressure acts on a body that
     cannot expand sideways: σ_xx = σ_yy = -ν/(1-ν) p̄.
     """
     field = field_of(
@@ -875,7 +876,7 @@ def sections(
 
 
 class CrossSection:
-    """The stress of one depth on the row and on the column through a pixel.
+    """Stress at one depth along the row and the column through a pixel.
 
     Parameters
     ----------
@@ -891,7 +892,7 @@ class CrossSection:
         self.along_y: NDArray[Any] = np.empty((6, ny), field.real)
 
     def store_block(self, rows: slice, stress: NDArray[Any]) -> None:
-        """Keep what a row block holds; a visitor of `Responses.stream`."""
+        """Store the stress of a row block; a callback of `Responses.stream`."""
         row, column = self.point
         self.along_y[:, rows] = stress[:, :, column]
         if rows.start <= row < rows.stop:
@@ -899,7 +900,7 @@ class CrossSection:
 
 
 def cross_section(field: Field, depth: float, point: tuple[int, int]) -> CrossSection:
-    """Return the stress of one depth on the row and on the column through a pixel."""
+    """Return the stress at one depth along the row and the column through a pixel."""
     cross = CrossSection(field, point)
     responses, symbols = field.in_depth(depth)
     responses.stream(symbols, cross.store_block)
@@ -907,7 +908,7 @@ def cross_section(field: Field, depth: float, point: tuple[int, int]) -> CrossSe
 
 
 def planes(field: Field, crosses: list[CrossSection]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return the results of `sections` from the crosses of all depths."""
+    """Return the results of `sections` from the cross sections at all depths."""
     along_x = np.stack([cross.along_x for cross in crosses], axis=1)
     along_y = np.stack([cross.along_y for cross in crosses], axis=1)
     return along_x * field.unit, along_y * field.unit

@@ -1,4 +1,4 @@
-"""Stress in an elastic half-space under elementary loads on its surface, in closed form.
+"""Stress in an elastic half-space under elementary surface loads, in closed form.
 
 The body fills z > 0 and tension is positive. Tensors hold xx, yy, zz, yz, xz, xy, in this order.
 A pressure pushes into the body, σ_zz = -p at the surface; a traction q pulls on it along x or y,
@@ -31,7 +31,7 @@ def coefficients(
     Parameters
     ----------
     shape : (int, int)
-        Offsets ``(ny, nx)`` wanted, from 0 on.
+        Number of offsets ``(ny, nx)``, from 0.
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
     depth : float
@@ -39,7 +39,7 @@ def coefficients(
     poisson : float
         Poisson's ratio ν of the body.
     direction : {"z", "x", "y"}
-        Of the traction on the body: "z" is a pressure.
+        Direction of the traction on the body; "z" is a pressure.
 
     Returns
     -------
@@ -55,11 +55,11 @@ def coefficients(
 
     Notes
     -----
-    Closed forms: those of `uniform_pressure` and of `uniform_parts`.
+    For the closed forms see `uniform_pressure` and `uniform_parts`.
 
     Every derivative is a signed sum over the corners of an elementary function. The functions
-    here are odd in each corner coordinate as far as the sum can tell, and free of 0/0 and of
-    cancelling logarithms at the surface. The limits at z = 0 are exact: σ_zz = -1 on the loaded
+    here are odd in each corner coordinate, up to terms that cancel in the sum, and free of 0/0 and
+    of cancelling logarithms at the surface. The limits at z = 0 are exact: σ_zz = -1 on the loaded
     pixel and 0 elsewhere. Errors are about 1e-15 of the unit traction.
 
     References
@@ -90,7 +90,7 @@ def uniform_pressure(x_edges: Array, y_edges: Array, z: float, poisson: float) -
     Parameters
     ----------
     x_edges, y_edges : ndarray, shape (nx + 1,) and (ny + 1,)
-        Edges of consecutive pixels [m], relative to the centre of the loaded one.
+        Edges of consecutive pixels [m], relative to the centre of the loaded pixel.
     z : float
         Depth [m].
     poisson : float
@@ -130,7 +130,7 @@ def uniform_pressure(x_edges: Array, y_edges: Array, z: float, poisson: float) -
 
 
 def uniform_parts(x_edges: Array, y_edges: Array, z: float, poisson: float) -> Iterator[Array]:
-    """Yield what the stress under a uniform pressure and traction on the pixel is made of.
+    """Yield the parts of the stress under a uniform pressure and traction on the pixel.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def uniform_parts(x_edges: Array, y_edges: Array, z: float, poisson: float) -> I
 
     Notes
     -----
-    With V and χ as in `uniform_pressure`, and Ω = ∫∫ (z ln(ρ + z) - ρ), they are::
+    With V and χ as in `uniform_pressure`, and Ω = ∫∫ (z ln(ρ + z) - ρ), the parts are::
 
         χ_xx, χ_yy, -z V_xx, -z V_yy, -z V_yz, -z V_xz, χ_xy, -z V_xy,
         V_x, A = 2ν Ω_xyy - z χ_xyy, V_y, B = 2ν Ω_xxy - z χ_xxy
@@ -221,8 +221,8 @@ def shares_of_parts(
         σ_yy = 2ν V_x + A                             σ_xz = -χ_xx - χ_yy - z V_xx
         σ_xy = V_y + B                                σ_yz = -z V_xy
 
-    What is left follows with x and y swapped. So tractions in any direction need no more
-    parts than one along an axis does.
+    The other components follow with x and y swapped. So tractions in any direction need no more
+    parts than a traction along one axis.
     """
     p, nu, across = pressure, poisson, dict(pulls)
     qx, qy = across.get("x", 0.0), across.get("y", 0.0)
@@ -246,7 +246,7 @@ def shares_of_parts(
 def of_parts(
     parts: Iterable[Array], poisson: float, pressure: float, pulls: Sequence[tuple[str, float]]
 ) -> list[Array]:
-    """Return the six components of the stress that is made of these parts.
+    """Return the six components of the stress from its parts.
 
     Parameters
     ----------
@@ -314,7 +314,7 @@ def normal_force(x: Array, y: Array, z: float, poisson: float) -> Iterator[Array
 
 
 def force_parts(x: Array, y: Array, z: float, poisson: float) -> Iterator[Array]:
-    """Yield what the stress under a unit force at the origin, normal or tangential, is made of.
+    """Yield the parts of the stress under a unit normal or tangential force at the origin.
 
     Parameters
     ----------
@@ -351,7 +351,7 @@ def force_parts(x: Array, y: Array, z: float, poisson: float) -> Iterator[Array]
     yield -x * (z * far)
     yield -xy * bend
     yield -xy * far
-    # In units of 1/ρ³: (1-2ν) ρ²/(ρ+z)², and what differs along and across.
+    # In units of 1/ρ³: (1-2ν) ρ²/(ρ+z)², and the factor of y² and of x².
     outer *= rho
     first = (1 - 2 * poisson) * outer * outer
     both = (first * (1 + 2 * outer) - 3) / rho2
@@ -364,7 +364,7 @@ def force_parts(x: Array, y: Array, z: float, poisson: float) -> Iterator[Array]
 def waves(
     qy: Array, qx: Array, z: float, poisson: float, pulls: Sequence[tuple[str, float]]
 ) -> list[Array]:
-    """Return the components of the stress of waves of unit pressure, then of tractions.
+    """Return the components of the stress by waves of unit pressure, then of tractions.
 
     Parameters
     ----------
@@ -380,9 +380,9 @@ def waves(
     Returns
     -------
     list of ndarray, shape (ny, nx)
-        xx, yy, zz, yz, xz, xy for the pressure and for each traction: real amplitudes S, where
-        that of exp(i (q_x x + q_y y)) is S if a component is even in both directions, -i S if it
-        is odd in one and -S if it is odd in both.
+        xx, yy, zz, yz, xz, xy for the pressure and for each traction: real numbers S, where the
+        amplitude of exp(i (q_x x + q_y y)) is S for a component that is even in both directions,
+        -i S if it is odd in one and -S if it is odd in both.
 
     Notes
     -----
@@ -427,7 +427,7 @@ def waves(
 
 
 def _pulled(axis: str, c: Array, s: Array, qz: Array, poisson: float) -> tuple[Array, ...]:
-    """Return the amplitudes of `waves` for a unit traction along an axis, not damped yet."""
+    """Return the amplitudes of `waves` for a unit traction along an axis, without damping."""
     # Direction cosines along the traction and across it.
     m, n = (c, s) if axis == "x" else (s, c)
     along = -m * (2 + 2 * poisson * n * n - m * m * qz)
@@ -447,6 +447,6 @@ def _require_load(depth: float, direction: str) -> None:
 
 
 def require_poisson(poisson: float) -> None:
-    """Raise `InputError` unless Poisson's ratio is that of a stable isotropic body."""
+    """Raise `InputError` unless Poisson's ratio is in the range of stable isotropic bodies."""
     if not -1 < poisson <= 0.5:
         raise input_error("poisson", poisson, "must lie in (-1, 0.5]")

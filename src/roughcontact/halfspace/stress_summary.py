@@ -1,4 +1,4 @@
-"""The largest stresses of a volume and their places, from slices that are not kept."""
+"""Largest stresses of a volume and their places, from slices that are not stored."""
 
 from __future__ import annotations
 
@@ -40,27 +40,29 @@ from roughcontact.halfspace.tensors import (
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-# Where the traction runs nearly along a rim, little happens, and the slope across the rim is not to
-# be had from that along the traction.
+# Minimum cosine between the traction and the normal of a rim. Where the traction is nearly along a
+# rim, the effect is small, and the slope across the rim does not follow from the slope along the
+# traction.
 _ACROSS = 0.5
-# Least cosine between the normal of a rim and the axis along which its place is sought.
+# Minimum cosine between the normal of a rim and the axis along which the rim is located.
 _ALONG = 0.6
-# The slope is that of the parabola through the pixels in contact of 5 × 5. No conic goes through so
-# many of them, so there is one. Smaller spots are not resolved, and are left as they are.
+# The slope is taken from a parabola fitted to the pixels in contact of 5 × 5. No conic goes through
+# this minimum number of pixels, so the fit is unique. Smaller spots are not resolved, and get no
+# correction.
 _HALF, _FEWEST = 2, 15
 _WINDOW = list(itertools.product(range(-_HALF, _HALF + 1), repeat=2))
 _PARABOLA = np.array([(1, y, x, y * y, x * x, x * y) for y, x in _WINDOW], dtype=np.float64)
-# Rims whose stress is below this part of the largest, as pixels of constant pressure give it, need
-# not be looked at again.
+# Rims whose stress, by pixels of constant pressure, is below this fraction of the largest are not
+# evaluated again.
 _WORTHWHILE = 0.9
-# Reach of the difference between two ways to tell the pressure between pixels, and the period on
-# which it is found.
+# Reach of the difference between two interpolations of the pressure between pixels, and the period
+# on which the difference is computed, in pixels.
 _REACH, _PERIOD = 12, 128
 _IN_PLANE = (XX, YY, XY)
 
 
 class Rim(NamedTuple):
-    """The largest stresses at the rims, in the unit of the pressure, and the pixels that hold them.
+    """Largest stresses at the rims, in the unit of the pressure, and their pixels.
 
     ``pixel`` has the largest von Mises stress, ``tension_pixel`` the largest principal stress.
     """
@@ -74,15 +76,15 @@ class Rim(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Sliding:
-    """A sliding contact, sampled at the pixel centres of its surface.
+    """Sliding contact, sampled at the pixel centres of its surface.
 
     Parameters
     ----------
     pressure : ndarray, shape (ny, nx)
         Pressure p in any unit; positive where there is contact.
     displacement : ndarray, shape (1, ny, nx) or (2, ny, nx)
-        Normal displacement times E* under the pressure, per unit of it [m]; with a ``traction``
-        under each of its components, as if they were pressures.
+        Normal displacement times E* under the pressure, per unit of pressure [m]; with a
+        ``traction``, under each of its components as if it were a pressure.
     stress : ndarray, shape (3, ny, nx)
         xx, yy and xy at the surface.
     pixel : (float, float)
@@ -92,7 +94,7 @@ class Sliding:
     pulls : sequence of (axis, float)
         Tractions on the body along "x" or "y", per pressure; not all zero.
     periodic : bool
-        Whether the map is one period, and its pressure a sum of waves; else it is all there is,
+        Whether the map is one period, and its pressure a sum of waves; else the map is isolated,
         and the pressure is constant on each pixel.
     traction : ndarray, shape (2, ny, nx), optional
         Traction on the body with the components (y, x), in the unit of the pressure; without
@@ -110,7 +112,7 @@ class Sliding:
 
     @property
     def friction(self) -> float:
-        """Traction over what ``displacement`` is of: coefficient μ > 0, or 1 of a map."""
+        """Traction over the load of ``displacement``: coefficient μ > 0, or 1 for a map."""
         return math.hypot(*(share for _, share in self.pulls)) if self.traction is None else 1.0
 
     def direction_at(self, rows: Index, columns: Index) -> Any:
@@ -142,7 +144,7 @@ class Sliding:
 
 
 class _Points(NamedTuple):
-    """Points of rims, each looked for from a pixel along an axis of the map.
+    """Points of rims, each located from a pixel along an axis of the map.
 
     ``ahead`` is the distance from the centre of the pixel in steps, ``normal`` points out of the
     contact, components along y and x.
@@ -155,7 +157,7 @@ class _Points(NamedTuple):
     normal: Array
 
     def where(self, chosen: NDArray[Any]) -> _Points:
-        """Return some of the points."""
+        """Return the selected points."""
         return _Points(
             self.rows[chosen],
             self.columns[chosen],
@@ -166,7 +168,7 @@ class _Points(NamedTuple):
 
 
 def largest(contact: Sliding) -> Rim | None:
-    """Return the largest stress at the rims of resolved spots; none if there are none.
+    """Return the largest stresses at the rims of resolved spots, or None without these.
 
     Parameters
     ----------
@@ -175,9 +177,9 @@ def largest(contact: Sliding) -> Rim | None:
 
     Notes
     -----
-    Where pressure is constant on each pixel, its waves of a few pixels have a stress of their own
-    that is not that of plane strain across the rim. So for rims that matter, the stress is first
-    made that of the sum of waves through the pixel centres.
+    A pressure that is constant on each pixel has waves of a few pixels, whose stress is not in
+    plane strain across the rim. So for relevant rims, the stress is first replaced by the stress
+    of the sum of waves through the pixel centres.
     """
     points = _with_slope(contact, _points(contact))
     if points is None:
@@ -206,7 +208,7 @@ def _largest_of(
         near = near + _of_waves(contact, points)
         stress = _at_rim(contact, points, slope, pressure, near)
     place = int(measure(stress).argmax())
-    # The pixel that holds the point: the one in contact, or the next.
+    # The pixel that contains the point: the one in contact, or the next one.
     beyond = int(points.ahead[place] > 0.5) * points.step[:, place]
     row, column = int(points.rows[place] + beyond[0]), int(points.columns[place] + beyond[1])
     ny, nx = contact.pressure.shape
@@ -214,7 +216,7 @@ def _largest_of(
 
 
 def _points(contact: Sliding) -> _Points:
-    """Return the rims between pixels in contact, three in a row, and one that is not."""
+    """Return the rims between three pixels in contact in a row and one without contact."""
     touching = contact.pressure > 0
     result = []
     for step in ((0, 1), (0, -1), (1, 0), (-1, 0)):
@@ -222,7 +224,7 @@ def _points(contact: Sliding) -> _Points:
         for distance in (-1, -2):
             rim &= _next_pixels(touching, step, distance, contact.periodic)
         if not contact.periodic:
-            # The stress around is needed.
+            # The stress of all neighbours is needed.
             rim[[0, -1]] = rim[:, [0, -1]] = False
         rows, columns = np.nonzero(rim)
         steps = np.repeat(np.array(step)[:, None], rows.size, axis=1)
@@ -231,7 +233,7 @@ def _points(contact: Sliding) -> _Points:
 
 
 def _next_pixels(values: NDArray[Any], step: tuple[int, int], distance: int, periodic: bool) -> Any:
-    """Return the pixels some steps ahead of each pixel; zero beyond a free edge."""
+    """Return the values some steps ahead of each pixel; zero beyond a free edge."""
     shift = [-distance * part for part in step]
     rolled = np.roll(values, shift, axis=(0, 1))
     if not periodic:
@@ -242,16 +244,16 @@ def _next_pixels(values: NDArray[Any], step: tuple[int, int], distance: int, per
 
 
 def _locate_rims(contact: Sliding, rows: Index, columns: Index, step: Index) -> _Points:
-    """Return where the rims are, and how they lie; those across another axis are left out."""
+    """Return positions and normals of the rims that are across the step and the traction."""
 
     def squared(forward: int, right: int = 0) -> Array:
-        """Return p², which goes straight to zero, some steps ahead and aside."""
+        """Return p², which falls linearly to zero at the rim, some steps ahead and aside."""
         down, along = forward * step + right * step[::-1]
         pressure: Array = contact.values_at(contact.pressure, rows + down, columns + along)
         return pressure**2
 
     near, far = squared(-1), squared(-2)
-    # Pixels at the rim are in contact as a whole or not at all: the two behind them tell.
+    # A pixel at the rim is in contact completely or not at all: extrapolate from the two behind it.
     falling = far > near
     ahead = np.where(falling, near / np.where(falling, far - near, 1) - 1, 0.5)
     forward = squared(1) - squared(-1)
@@ -266,10 +268,10 @@ def _locate_rims(contact: Sliding, rows: Index, columns: Index, step: Index) -> 
 
 
 def _with_slope(contact: Sliding, points: _Points) -> tuple[_Points, Array] | None:
-    """Return the points of resolved spots, with the slope along the traction in the contact.
+    """Return the points of resolved spots, and the slope along the traction in contact.
 
-    Of a traction map it is the divergence of what both components displace: along the traction
-    that of one displacement times the unit vector.
+    For a traction map the slope is the divergence of the displacements by both components, which
+    for a fixed direction is the slope along the traction.
     """
     # Two steps behind the rim, most of 5 × 5 pixels are in contact.
     rows, columns = points.rows - 2 * points.step[0], points.columns - 2 * points.step[1]
@@ -302,7 +304,7 @@ def _with_slope(contact: Sliding, points: _Points) -> tuple[_Points, Array] | No
 
 
 def _around(contact: Sliding, points: _Points) -> tuple[Array, Array]:
-    """Return pressure and stress on the planes through 3 × 3 pixels, taken at the rims."""
+    """Return pressure and stress at the rims, from planes fitted to 3 × 3 pixels."""
     pressure, stress = np.zeros(points.rows.size), np.zeros((3, points.rows.size))
     for rows, columns, weight in _plane(points):
         pressure += weight * contact.values_at(contact.pressure, rows, columns)
@@ -311,7 +313,7 @@ def _around(contact: Sliding, points: _Points) -> tuple[Array, Array]:
 
 
 def _plane(points: _Points) -> Iterator[tuple[Index, Index, Array]]:
-    """Yield 3 × 3 pixels around, and their weight for a plane fitted to them at the rims."""
+    """Yield the 3 × 3 pixels around each point, and their weights in a plane at the rim."""
     for y, x in itertools.product((-1, 0, 1), repeat=2):
         forward = y * points.step[0] + x * points.step[1]
         yield points.rows + y, points.columns + x, 1 / 9 + points.ahead * forward / 6
@@ -320,11 +322,11 @@ def _plane(points: _Points) -> Iterator[tuple[Index, Index, Array]]:
 def _at_rim(
     contact: Sliding, points: _Points, slope: Array, pressure: Array, stress: Array
 ) -> Array:
-    """Return the stress at the rims, with pressure and slope of the contact for those sampled."""
+    """Return the stress at the rims, corrected to the pressure and slope in the contact."""
     nu, mu = contact.poisson, contact.friction
     local = (1 + 2 * nu) * pressure
     if contact.periodic:
-        # The mean pressure presses on a body that cannot expand sideways.
+        # The mean pressure acts on a body that cannot expand sideways.
         local -= (1 + 2 * nu - 2 * nu / (1 - nu)) * float(contact.pressure.mean())
     sampled = (stress[0] + stress[1] + local) / ((1 + nu) * mu)
     (n_y, n_x), (e_y, e_x) = points.normal, contact.direction_at(points.rows, points.columns)
@@ -343,7 +345,7 @@ def _at_rim(
 
 
 def _of_waves(contact: Sliding, points: _Points) -> Array:
-    """Return the change of the stress at the rims where pressure is a sum of waves."""
+    """Return the change of the stress at the rims if the pressure is a sum of waves."""
     reach = np.arange(-_REACH - 1, _REACH + 2)
     change = np.zeros((3, points.rows.size))
     for load, pressure, pulls in contact.loads():
@@ -359,9 +361,10 @@ def _of_waves(contact: Sliding, points: _Points) -> Array:
 
 
 def _between_pixels(contact: Sliding, pressure: float, pulls: Sequence[tuple[str, float]]) -> Array:
-    """Return the stress of a wave through one pixel, less that of the pixel, shape (3, ny, nx).
+    """Return the stress by waves through one pixel minus the stress by the pixel.
 
-    Offsets go from ``-_REACH`` to ``_REACH``. Both fall off alike, the difference falls off fast.
+    Shape (3, ny, nx), offsets from ``-_REACH`` to ``_REACH``. Both stresses have the same far
+    field, so that the difference decays fast.
     """
     (dy, dx), offsets = contact.pixel, np.arange(-_REACH, _REACH + 1)
     edges: Array = np.arange(-_REACH, _REACH + 2, dtype=np.float64) - 0.5
@@ -374,7 +377,7 @@ def _between_pixels(contact: Sliding, pressure: float, pulls: Sequence[tuple[str
     pixels = stress_kernels.of_parts(parts, contact.poisson, pressure, pulls)
     difference = np.empty((3, offsets.size, offsets.size))
     for result, component in zip(difference, _IN_PLANE, strict=True):
-        # A pressure has xy odd in both directions; a traction makes each odd in one of them.
+        # Under pressure xy is odd in both directions; a traction makes each odd in one of them.
         symbol = waves[component].astype(np.complex128) * (-1 if component == XY else 1) * pressure
         for traction in waves[6 + component :: 6]:
             symbol -= 1j * traction
@@ -391,37 +394,37 @@ def _von_mises_squared(stress: Array) -> Array:
 
 
 def larger_principal(stress: NDArray[Any]) -> NDArray[Any]:
-    """Return the larger principal stress in the surface, of its components xx, yy, xy."""
+    """Return the larger principal stress in the surface from its components xx, yy, xy."""
     xx, yy, xy = stress
     return 0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), xy)
 
 
-# --- The largest stresses of a volume and their places, from slices that are not kept ---
+# --- Largest stresses of a volume and their places, from slices that are not stored ---
 
 
-# Number of refinements of the neighborhood of the largest stress.
+# Maximum number of further depths near the largest stress.
 _REFINEMENTS = 4
 
 
 @dataclass(frozen=True, eq=False)
 class Summary:
-    """The largest stresses of a volume, depth by depth, and their places.
+    """Largest stresses of a volume, depth by depth, and their places.
 
-    They are those at the pixel centres; with friction, those at the surface are also looked for
-    between them, at the rims of spots (`stress_summary.largest`).
+    Stresses are evaluated at the pixel centres; with friction, at the surface also between the
+    centres, at the rims of spots (`stress_summary.largest`).
 
     Parameters
     ----------
     depths : ndarray, shape (nz,)
-        Depths looked at [m], ascending.
+        Evaluated depths [m], ascending.
     von_mises, tresca : ndarray, shape (nz,)
         Largest equivalent stress at each depth [Pa].
     pixels : ndarray of int, shape (nz, 2)
         Row and column of the largest von Mises stress at each depth.
     orthogonal_shear : ndarray, shape (nz, 2)
         Amplitude of the orthogonal shear stress at each depth [Pa], for passes along y and
-        along x: half the range that σ_yz (σ_xz) runs through on the worst line in that direction,
-        while the pressure passes by unchanged.
+        along x: half the range of σ_yz (σ_xz) on the worst line in this direction, while the
+        unchanged pressure passes.
     peak : ndarray, shape (ny, nx)
         Largest von Mises stress over all depths [Pa].
     yield_strength : float or None
@@ -429,9 +432,9 @@ class Summary:
     yielded_area : ndarray, shape (nz,), or None
         Area where the von Mises stress exceeds σ_Y at each depth [m²].
     max_tension : float or None
-        Largest principal stress in the surface [Pa]; None where the depths leave it out.
+        Largest principal stress in the surface [Pa]; None if the depths do not include the surface.
     tension_pixel : (int, int)
-        Row and column of it.
+        Row and column of the largest principal stress.
     """
 
     depths: Array
@@ -476,8 +479,8 @@ class Summary:
     def yield_factor(self) -> float | None:
         """Factor by which the whole pressure may grow until the first point yields.
 
-        σ_Y over the largest von Mises stress. A contact whose area grows with the load does not
-        simply scale its pressure: its load at first yield takes new solutions.
+        σ_Y over the largest von Mises stress. If the area of a contact grows with the load, its
+        pressure does not simply scale: its load at first yield requires further solutions.
         """
         if self.yield_strength is None:
             return None
@@ -506,22 +509,22 @@ def summarize(
     precision: str = "single",
     workers: int | None = None,
 ) -> Summary:
-    """Return the equivalent stresses of a volume, without ever holding it.
+    """Return the largest stresses of a volume without storing the volume.
 
     Parameters
     ----------
     pressure, pixel, poisson, boundary, friction, direction, traction, precision, workers
         As for `slices`.
     depths : array_like, optional
-        Depths z ≥ 0 [m]; by default those of `graded_depths`, and up to four more that close in
-        on the largest von Mises stress.
+        Depths z ≥ 0 [m]; by default those of `graded_depths`, and up to four more near the largest
+        von Mises stress.
     yield_strength : float, optional
         σ_Y [Pa].
 
     Returns
     -------
     Summary
-        Largest stresses, their places, and what exceeds the yield strength.
+        Largest stresses, their places, and the area and volume above the yield strength.
 
     Raises
     ------
@@ -557,7 +560,7 @@ def summarize(
 def summarize_with_sections(
     pressure: ArrayLike, pixel: tuple[float, float], poisson: float, **options: Any
 ) -> tuple[Summary, NDArray[Any], NDArray[Any]]:
-    """Return the summary, and the stress on the planes through its largest von Mises stress.
+    """Return the summary, and the stress on planes through its largest von Mises stress.
 
     Parameters
     ----------
@@ -585,7 +588,7 @@ def summarize_field(
     cell: float,
     tell: Callable[[int, int], None] | None = None,
 ) -> tuple[Summary, NDArray[Any], NDArray[Any]]:
-    """Summarize any field as `summarize_with_sections` does, with pixels of this area [m²]."""
+    """Summarize any field like `summarize_with_sections`, with pixels of a given area [m²]."""
     passage = _DepthScan(field, None, pressure, None, tell)
     passage.scan_depths(depths)
     summary = passage.summary(cell)
@@ -607,7 +610,7 @@ def _stream_depths(
     workers: int | None = None,
     tell: Callable[[int, int], None] | None = None,
 ) -> _DepthScan:
-    """Return the depths of `summarize` after they have passed."""
+    """Return the completed depth scan of `summarize`."""
     workspace = Workspace(workers)
     field = field_of(
         pressure, pixel, poisson, boundary, friction, direction, precision, workspace, traction
@@ -618,7 +621,7 @@ def _stream_depths(
     rim = partial(
         _rim, field, pressure, traction, pixel, poisson, Boundary(boundary), pulls, workspace
     )
-    # No maximum is sought between the points of a profile.
+    # The maximum is not searched between the points of a profile.
     looked = (pulls or traction is not None) and field.shape[0] > 1
     passage = _DepthScan(field, yield_strength, np.asarray(pressure), rim if looked else None, tell)
     if depths is None:
@@ -632,7 +635,7 @@ def _stream_depths(
 
 
 class _DepthScan:
-    """The depths of one stress field as they pass, and what is kept of them."""
+    """Scan of one stress field over depths, and its results."""
 
     def __init__(
         self,
@@ -647,19 +650,19 @@ class _DepthScan:
         self._limit = None if yield_strength is None else (yield_strength / field.unit) ** 2
         self._peak: NDArray[Any] = np.zeros(field.shape, field.real)
         self._layers: dict[float, _Layer] = {}
-        # Where the largest stress of a layer is thought to be, and that of all.
+        # Expected row of the largest stress of the next layer; pixel and value of all layers.
         self._row = int(np.abs(pressure).max(axis=1).argmax())
         self._pixel, self._largest = (self._row, 0), 0.0
 
     def scan_depths(self, depths: Array, more: int = 0) -> None:
-        """Process some depths, one after the other; a number of further ones may follow."""
+        """Evaluate depths one after the other; up to ``more`` further depths may follow."""
         self._count = depths.size + more
         for depth in depths.tolist():
             self._layers[depth] = self._layer(depth)
             self._row = self._layers[depth].pixel[0]
 
     def refine_maximum(self) -> None:
-        """Look a few times more where the largest stress should be."""
+        """Evaluate a few more depths at the expected depth of the largest stress."""
         for _ in range(_REFINEMENTS):
             depth = _refined_depth(self._layers)
             if depth is None:
@@ -679,7 +682,7 @@ class _DepthScan:
         return layer
 
     def _with_rim(self, layer: _Layer, rim: Rim) -> _Layer:
-        """Return the layer at the surface with values between its pixels."""
+        """Return the layer at the surface, with the stresses between its pixel centres."""
         squared = rim.von_mises**2
         self._peak[rim.pixel] = max(self._peak[rim.pixel], squared)
         if self._limit is not None and squared > self._limit:
@@ -693,7 +696,7 @@ class _DepthScan:
         return replace(layer, von_mises=rim.von_mises, pixel=rim.pixel)
 
     def sections(self, point: tuple[int, int]) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Return the stress on the planes through a pixel, mostly kept from the layers."""
+        """Return the stress on the planes through a pixel, stored with most of the layers."""
         crosses = [
             layer.cross if layer.cross.point == point else cross_section(self._field, depth, point)
             for depth, layer in sorted(self._layers.items())
@@ -701,7 +704,7 @@ class _DepthScan:
         return planes(self._field, crosses)
 
     def summary(self, cell: float) -> Summary:
-        """Return the summary for pixels of this area; the scan is finished afterwards."""
+        """Return the summary for pixels of a given area [m²], which ends the scan."""
         depths, unit, peak = sorted(self._layers), self._field.unit, self._peak
         layers = [self._layers[depth] for depth in depths]
         np.sqrt(peak, out=peak)
@@ -772,7 +775,7 @@ def _displacement(
 
 
 def _along_surface(field: Field) -> NDArray[Any]:
-    """Return xx, yy and xy at the surface, per largest pressure."""
+    """Return xx, yy and xy at the surface, in units of the largest pressure."""
     result: NDArray[Any] = np.empty((3, *field.shape), field.real)
 
     def keep(rows: slice, stress: NDArray[Any]) -> None:
@@ -803,9 +806,9 @@ def _layer(
     row: int,
     cross: CrossSection,
 ) -> _Layer:
-    """Look at one depth: squared von Mises stress into ``peak``, and what the layer adds.
+    """Evaluate one depth, and update the squared von Mises stress in ``peak``.
 
-    ``row`` is where the largest stress is thought to be.
+    ``row`` is the expected row of the largest stress.
     """
     ny, nx = field.shape
     result: list[tuple[float, int, int]] = []
@@ -853,7 +856,7 @@ def _layer(
 
 
 def _refined_depth(layers: dict[float, _Layer]) -> float | None:
-    """Return the depth where the largest stress should be, or nothing if it is known."""
+    """Return the expected depth of the largest stress, or None if it is close enough."""
     depths = sorted(layers)
     values = [layers[depth].von_mises for depth in depths]
     place = int(np.argmax(values))
@@ -861,7 +864,7 @@ def _refined_depth(layers: dict[float, _Layer]) -> float | None:
         return None
     (left, middle, right) = depths[place - 1 : place + 2]
     (low, top, high) = values[place - 1 : place + 2]
-    # Vertex of the parabola through the three.
+    # Vertex of the parabola through the three depths.
     before, behind = middle - left, right - middle
     fall_before, fall_behind = (top - low) / before, (top - high) / behind
     if not fall_before + fall_behind > 0:

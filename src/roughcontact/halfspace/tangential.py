@@ -1,7 +1,7 @@
 """Tangential displacement of a half-space under tractions, both components at once.
 
-Fields have the components (y, x). The operator follows `roughcontact.solvers.operator`, with two
-rows of values in place of one.
+Fields have the components (y, x). The operator follows the protocol of
+`roughcontact.solvers.operator`, with two rows of values instead of one.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 class TangentialConvolution(Convolution):
-    """A circular convolution of two-component fields with a symmetric kernel.
+    """Circular convolution of two-component fields with a symmetric kernel.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class TangentialConvolution(Convolution):
     shape, padded, **options
         As for `Convolution`.
     coarser : callable, optional
-        ``coarser((ky, kx))`` returns the same on pixels that are ``ky × kx`` as large.
+        ``coarser((ky, kx))`` returns the operator on pixels ``ky × kx`` times as large.
     """
 
     def __init__(
@@ -111,7 +111,7 @@ class TangentialConvolution(Convolution):
                 spectrum[rows] = displaced[rows]
 
     def to_single_precision(self) -> TangentialConvolution:
-        """Return the same in single precision, with the buffer in common."""
+        """Return the operator in single precision, with a shared buffer."""
         return TangentialConvolution(
             self.spectra,
             self.shape,
@@ -123,12 +123,12 @@ class TangentialConvolution(Convolution):
         )
 
     def coarser(self, times: tuple[int, int]) -> TangentialConvolution:
-        """Return the same on pixels that are ``times[0] × times[1]`` as large."""
+        """Return the operator on pixels ``times[0] × times[1]`` times as large."""
         assert self._coarser is not None
         return self._coarser(times)
 
     def approximate_inverse(self) -> TangentialConvolution:
-        """Return ``displacement / K₀₀ → traction`` with next to no padding.
+        """Return ``displacement / K₀₀ → traction`` with little padding.
 
         See `Convolution.approximate_inverse`; the matrix of each wave is inverted.
         """
@@ -158,7 +158,7 @@ def operator(
     Parameters
     ----------
     boundary : Boundary
-        What lies beyond the edges: free or periodic along both axes; of a profile any.
+        Boundary condition: free or periodic along both axes; any for a profile.
     shape, pixel, contact_modulus
         As for `Boundary.operator`.
     poisson : float
@@ -217,12 +217,12 @@ def operator(
 
 
 def _odd_spectrum(quadrant: Array, workspace: Workspace) -> None:
-    """Transform, in place, what is odd along both axes."""
+    """Transform an array that is odd along both axes, in place."""
     for lines in (quadrant, quadrant.T):
 
         def transform(start: int, lines: Array = lines) -> None:
             fft.half_line_transform(lines[:, start : start + BAND], odd=True)
 
         workspace.each(transform, range(0, lines.shape[1], BAND))
-    # Each transform is i times that of the sequence.
+    # Each of the two transforms has a factor i.
     quadrant *= -1

@@ -1,7 +1,7 @@
 """Stress and strain tensors: their components, equivalent and principal stresses.
 
-A tensor is an array whose first axis holds xx, yy, zz, yz, xz, xy, in this order. A traceless one
-needs five components, in this order::
+A tensor is an array whose first axis holds xx, yy, zz, yz, xz, xy, in this order. A traceless
+tensor needs five components, in this order::
 
     zz,  (xx - yy)/2,  xy,  xz,  yz
 
@@ -40,7 +40,7 @@ def von_mises(stress: ArrayLike) -> NDArray[Any]:
     Returns
     -------
     ndarray, shape (...)
-        Equivalent stress [Pa]; √2/3 of it is the octahedral shear stress.
+        Equivalent stress [Pa]; the octahedral shear stress is √2/3 of it.
 
     Examples
     --------
@@ -93,9 +93,9 @@ def principal(stress: ArrayLike) -> Array:
     -----
     With the deviator s, J₂ = ½ s:s and J₃ = det s, the roots are
     ``σ_m + 2 √(J₂/3) cos(φ - 2πk/3)`` with ``tan 3φ = √Δ / (√27 J₃)`` and the discriminant
-    Δ = 4 J₂³ - 27 J₃². That difference loses half of the digits where two roots meet, which they
-    do on every axis of symmetry. Δ is also the Gram determinant of 1, s and s², hence a sum of
-    squares of their minors (Cauchy and Binet), which is what is summed here.
+    Δ = 4 J₂³ - 27 J₃². This difference loses half of the digits where two roots coincide, as on
+    every axis of symmetry. Δ is also the Gram determinant of 1, s and s², hence a sum of squares
+    of their minors (Cauchy and Binet), and is computed as this sum.
 
     Examples
     --------
@@ -119,7 +119,7 @@ def tresca(stress: ArrayLike) -> Array:
     Returns
     -------
     ndarray, shape (...)
-        Equivalent stress [Pa], between one and 2/√3 times that of von Mises.
+        Equivalent stress [Pa], between one and 2/√3 times the von Mises stress.
 
     Notes
     -----
@@ -135,7 +135,7 @@ def tresca(stress: ArrayLike) -> Array:
 
 
 def may_reach_tresca(stress: NDArray[Any], bound: float) -> NDArray[np.bool_]:
-    """Return where the Tresca stress is at least √bound, or below it by rounding alone.
+    """Return where the Tresca stress is at least √bound, up to rounding.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Distribution of layers and waves over processes: one process, or several ranks.
 
-A layer is transformed where it lies. Then waves are shared out: every rank gets the same columns
-of the spectra of all layers, sweeps them over the depth, which exchanges nothing, and gives them
-back. Layers lie on the ranks by turns, so that those that yield, which are neighbours, are spread
-over all.
+A layer is transformed on its rank. Then waves are distributed: every rank receives its columns of
+the spectra of all layers, sweeps them over the depth without communication, and returns them.
+Layers are assigned to the ranks cyclically, so that yielding layers, which are neighbours, are
+spread over all ranks.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ Array = NDArray[Any]
 Found = TypeVar("Found")
 
 Write = Callable[[int, int, Array], None]
-"""``write(layer, component, parts)`` writes the spectrum of the waves that are here."""
+"""``write(layer, component, parts)`` writes the spectrum of the local waves."""
 
 Parts = Callable[[int], Array]
 """``parts(component)`` returns the spectrum of all waves; it may be overwritten."""
 
 MAX_MESSAGE_BYTES = 1 << 23
-"""Bytes of the spectra of layers that travel from a rank at a time, if one layer has no more."""
+"""Bytes of the spectra of layers that a rank sends at a time, unless one layer needs more."""
 
 
 class VolumePartition(Protocol):
-    """Which layers and which waves a process holds, and how it comes to those of others.
+    """Local layers and waves of a process, and their exchange with other processes.
 
     Attributes
     ----------
     workspace : Workspace
-        Its threads.
-    count, beside : int
-        Processes that hold the volume together, and those of them on this machine.
+        Threads of the process.
+    count, here : int
+        Number of processes that hold the volume, and of those on this node.
     """
 
     workspace: Workspace
@@ -56,23 +56,23 @@ class VolumePartition(Protocol):
     def spread(
         self, transform: Callable[[int, Array], bool], spectra: Array, width: int
     ) -> NDArray[np.bool_]:
-        """Transform the layers that are here, and give everyone the waves that it holds.
+        """Transform the local layers, and send each process its waves.
 
         Parameters
         ----------
         transform : callable
-            ``transform(number, out)`` writes the spectrum of a layer that is here, of all waves,
-            shape ``(components, 2, my, width)``, and returns whether there is any; called from
+            ``transform(number, out)`` writes the spectrum of a local layer for all waves, shape
+            ``(components, 2, my, width)``, and returns whether the layer has strain; called from
             several threads.
         spectra : ndarray, shape (nz, components, 2, my, columns)
-            Takes on the waves that are here, of all layers; those without any get zeros.
+            Array to fill with the local waves of all layers; zero for layers without strain.
         width : int
-            Waves along x.
+            Number of waves along x.
 
         Returns
         -------
         ndarray of bool, shape (nz,)
-            The layers that have any.
+            Whether each layer has strain.
         """
 
     def collect(
@@ -82,44 +82,44 @@ class VolumePartition(Protocol):
         shape: tuple[int, int, int, int],
         dtype: type,
     ) -> None:
-        """Give everyone the spectra of its layers, of all waves.
+        """Send each process the spectra of its layers for all waves.
 
         Parameters
         ----------
         write : callable
-            See `Write`; of all layers, called from several threads.
+            See `Write`; for all layers, called from several threads.
         read : callable
-            ``read(number, parts)`` takes them in for a layer that is here; see `Parts`.
+            ``read(number, parts)`` receives the spectra of a local layer; see `Parts`.
         shape : (int, int, int, int)
             Layers, components, rows and waves along x.
         dtype : type
-            Of the numbers.
+            Real type of the spectra.
         """
 
     def gather_columns(self, spectrum: Array, width: int) -> Array:
-        """Return a spectrum of all waves, shape (my, width), of the columns that are here."""
+        """Return a spectrum of all waves, shape (my, width), from the local columns."""
 
     def gather_layers(self, values: Array, count: int) -> Array:
         """Return an array over all layers from one over the local layers."""
 
     def any(self, value: bool) -> bool:
-        """Return whether any process has found something."""
+        """Return whether the value is true on any process."""
 
     def require(self, layers: int, shape: tuple[int, int]) -> None:
-        """Raise `InputError` where there is not a layer and a wave for everyone."""
+        """Raise `InputError` unless each process gets at least one layer and one wave."""
 
     def largest(self, value: float) -> float:
-        """Return the largest value that a process gives."""
+        """Return the largest value of all processes."""
 
     def run_on_all(self, task: Callable[[], Found]) -> Found:
-        """Return the result of a task of each process, or raise the error of one on all."""
+        """Return the local result of a task, or raise an error of one process on all."""
 
     def broadcast_from_first(self, task: Callable[[], Found]) -> Found:
-        """Return on all what a task gives that the first does."""
+        """Return on all processes the result of a task of the first process."""
 
 
 class SingleProcess:
-    """All layers and waves are here.
+    """Partition of a single process: all layers and waves are local.
 
     Parameters
     ----------
@@ -133,11 +133,11 @@ class SingleProcess:
         self.workspace = workspace
 
     def layers(self, count: int) -> range:
-        """Return the local layers: all."""
+        """Return all layers."""
         return range(count)
 
     def waves(self, width: int) -> slice:
-        """Return the local waves along x: all."""
+        """Return all waves along x."""
         return slice(0, width)
 
     def spread(
@@ -161,7 +161,7 @@ class SingleProcess:
         shape: tuple[int, int, int, int],
         dtype: type,
     ) -> None:
-        """Give the spectra of all layers; see `VolumePartition.collect`."""
+        """Pass the spectra of all layers to ``read``; see `VolumePartition.collect`."""
         layers, _, my, width = shape
 
         def backward(layer: int) -> None:
@@ -183,14 +183,14 @@ class SingleProcess:
         return values
 
     def require(self, layers: int, shape: tuple[int, int]) -> None:
-        """Make no request."""
+        """Accept any volume."""
 
     def any(self, result: bool) -> bool:
-        """Return the flag."""
+        """Return the local value."""
         return bool(result)
 
     def largest(self, value: float) -> float:
-        """Return the value."""
+        """Return the local value."""
         return value
 
     def run_on_all(self, task: Callable[[], Found]) -> Found:
@@ -203,12 +203,12 @@ class SingleProcess:
 
 
 class DistributedPartition:
-    """Layers and waves that lie on several ranks, which all call the same in the same order.
+    """Partition over several ranks; all ranks make the same calls in the same order.
 
     Parameters
     ----------
     ranks : Ranks
-        Those that hold the volume.
+        Ranks that hold the volume.
     workspace : Workspace
         Threads of this rank.
     """
@@ -218,7 +218,7 @@ class DistributedPartition:
         self.count, self.here = ranks.count, ranks.node_size()
 
     def layers(self, count: int) -> range:
-        """Return the local layers: every n-th of n processes."""
+        """Return the local layers: with n ranks, every n-th layer."""
         return self._layers(self.ranks.number, count)
 
     def _layers(self, rank: int, count: int) -> range:
@@ -232,7 +232,7 @@ class DistributedPartition:
         return slice(rank * width // self.count, (rank + 1) * width // self.count)
 
     def require(self, layers: int, shape: tuple[int, int]) -> None:
-        """Raise `InputError` where a volume has less than a layer and a wave for each rank."""
+        """Raise `InputError` unless each rank gets at least one layer and one wave."""
         maximum = min(layers, shape[1] // 2)
         if self.count > maximum:
             raise InputError(
@@ -243,7 +243,7 @@ class DistributedPartition:
     def spread(
         self, transform: Callable[[int, Array], bool], spectra: Array, width: int
     ) -> NDArray[np.bool_]:
-        """Transform the layers that are here, and share out waves; see `VolumePartition.spread`."""
+        """Transform the local layers and distribute waves; see `VolumePartition.spread`."""
         batches = self._batches(len(spectra), 10 * spectra.shape[-2] * width * spectra.itemsize)
         loud = np.zeros(len(spectra), bool)
         spectra[...] = 0
@@ -258,9 +258,9 @@ class DistributedPartition:
         return loud
 
     def _batches(self, layers: int, size: int) -> list[list[list[int]]]:
-        """Return for each round the layers of each rank that travel."""
+        """Return, for each round, the layers that each rank sends."""
         step = max(self.workspace.workers, MAX_MESSAGE_BYTES // size, 1)
-        # The same on all ranks, whose threads may differ.
+        # The same on all ranks, whose thread counts may differ.
         step = int(self.largest(step))
         rounds = -(-len(self._layers(0, layers)) // step)
         return [
@@ -280,7 +280,7 @@ class DistributedPartition:
         width: int,
         number: int,
     ) -> tuple[PendingExchange, list[list[int]]]:
-        """Transform the layers of a round, and send off those that have any strain."""
+        """Transform the local layers of a round, and send those with strain."""
         own = batch[self.ranks.number]
         shape = spectra.shape[1:-1]
         planes: Array = self._memory("planes", 0, (len(own), *shape, width), spectra.dtype)
@@ -323,7 +323,7 @@ class DistributedPartition:
     def _store_received(
         self, exchange: PendingExchange, moving: list[list[int]], spectra: Array
     ) -> None:
-        """Put what has arrived into its place."""
+        """Store the received spectra of a round."""
         arrived = exchange.wait()
         tasks = [
             (layer, plane)
@@ -346,7 +346,7 @@ class DistributedPartition:
         shape: tuple[int, int, int, int],
         dtype: type,
     ) -> None:
-        """Give everyone the spectra of its layers; see `VolumePartition.collect`."""
+        """Send each rank the spectra of its layers; see `VolumePartition.collect`."""
         layers, components, my, width = shape
         size = 2 * components * my * width * np.dtype(dtype).itemsize
         before: tuple[PendingExchange, Array] | None = None
@@ -366,7 +366,7 @@ class DistributedPartition:
         dtype: type,
         number: int,
     ) -> tuple[PendingExchange, Array]:
-        """Write the waves that are here of the layers of a round, and send off those of others."""
+        """Write the local waves of the layers of a round, and send those of remote layers."""
         (components, my, width), me = shape, self.ranks.number
         here, own = self._width(me, width), batch[me]
         entries = 2 * components * my
@@ -401,7 +401,7 @@ class DistributedPartition:
         read: Callable[[int, Parts], None],
         width: int,
     ) -> None:
-        """Show the layers of a round that have arrived, with what was kept of them."""
+        """Pass the layers of a round to ``read``, from received and from local waves."""
         own, (my, _) = batch[self.ranks.number], own_part.shape[-2:]
         blocks = [
             own_part
@@ -425,17 +425,17 @@ class DistributedPartition:
         return len(range(*self._waves(rank, width).indices(width)))
 
     def _memory(self, name: str, number: int, shape: Sequence[int], dtype: np.dtype[Any]) -> Array:
-        """Return message buffers, one for this round and one for the next."""
+        """Return a message buffer; ``number`` separates this round from the next."""
         flat = self.workspace.scratch(f"{name} {number}", (1, math.prod(shape)), dtype.type)
         return flat.reshape(shape)
 
     def gather_columns(self, spectrum: Array, width: int) -> Array:
-        """Return a spectrum of all waves of the columns that are here."""
+        """Return a spectrum of all waves from the local columns."""
         counts = [self._width(rank, width) for rank in range(self.count)]
         return np.ascontiguousarray(self.ranks.allgatherv(spectrum.T, counts).T)
 
     def gather_layers(self, values: Array, count: int) -> Array:
-        """Return an array over all layers of one over those that are here."""
+        """Return an array over all layers from one over the local layers."""
         layers = [self._layers(rank, count) for rank in range(self.count)]
         by_rank = self.ranks.allgatherv(values, [len(own) for own in layers])
         ordered = np.empty_like(by_rank)
@@ -443,19 +443,19 @@ class DistributedPartition:
         return ordered
 
     def any(self, result: bool) -> bool:
-        """Return whether any rank has found something."""
+        """Return whether the value is true on any rank."""
         return bool(self.ranks.allgather(float(result)).any())
 
     def largest(self, value: float) -> float:
-        """Return the largest value that a rank gives."""
+        """Return the largest value of all ranks."""
         return float(self.ranks.allgather(value).max())
 
     def run_on_all(self, task: Callable[[], Found]) -> Found:
-        """Return the result of a task of each rank, or raise the error of one on all."""
+        """Return the local result of a task, or raise an error of one rank on all ranks."""
         return self.ranks.run_on_all(task)
 
     def broadcast_from_first(self, task: Callable[[], Found]) -> Found:
-        """Return on all ranks what a task gives that the first does."""
+        """Return on all ranks the result of a task of the first rank."""
         return self.ranks.broadcast_from_first(task)
 
 

@@ -1,7 +1,7 @@
-"""Materials of machines, each value with its source, from ``catalog.toml``.
+"""Catalogue of engineering materials with the sources of values, from ``catalog.toml``.
 
-The values are typical ones of the condition named, not guaranteed ones: heat treatment, size and
-supplier move a yield strength by a tenth and more.
+The values are typical of the named condition and not guaranteed: heat treatment, size and supplier
+change a yield strength by a tenth and more.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ _PROOF = 2000.0
 
 
 class Value(NamedTuple):
-    """A number in SI units and where it was found."""
+    """Value in SI units and its source."""
 
     value: float
     source: str
 
 
 class Number(NamedTuple):
-    """A hardness as `hardness.parse` reads it, and where it was found."""
+    """Hardness as text for `hardness.parse`, and its source."""
 
     text: str
     source: str
@@ -39,11 +39,11 @@ class Number(NamedTuple):
 
 @dataclass(frozen=True)
 class Entry:
-    """A material of the catalogue."""
+    """Material of the catalogue."""
 
-    key: str  # Its name in reports: the European designation where there is one
+    key: str  # Name in reports: the European designation if there is one
     names: tuple[str, ...]  # Other names
-    condition: str  # Heat treatment or form that the values belong to
+    condition: str  # Heat treatment or form of the material
     young: Value  # Young's modulus E [Pa]
     poisson: Value  # Poisson's ratio ν
     yield_strength: Value | None = None  # [Pa]
@@ -58,7 +58,7 @@ class Entry:
 
     @property
     def material(self) -> Material:
-        """The constants alone, for a calculation."""
+        """Constants for a calculation, without sources."""
         strength, number = self.yield_strength, self.hardness
         return Material(
             young=self.young.value,
@@ -71,7 +71,7 @@ class Entry:
         )
 
     def layer(self, thickness: float) -> Layer:
-        """Return a layer of it."""
+        """Return a layer of the material."""
         bulk = self.material
         return Layer(
             bulk.young,
@@ -84,7 +84,7 @@ class Entry:
 
     @property
     def hardening(self) -> Swift | None:
-        """The law of hardening, if its exponent is known."""
+        """Hardening law, if yield strength and exponent are known."""
         if self.yield_strength is None or self.exponent is None:
             return None
         strength, exponent = self.yield_strength.value, self.exponent.value
@@ -92,7 +92,7 @@ class Entry:
 
     @property
     def conductor(self) -> Conductor:
-        """Conductivities, as far as they are known."""
+        """Electrical and thermal constants, as far as known."""
         names = ("resistivity", "conductivity", "softening_voltage", "melting_voltage")
         known = {name: value for name in names if (value := getattr(self, name)) is not None}
         return Conductor(name=self.key, **{name: value.value for name, value in known.items()})
@@ -100,17 +100,17 @@ class Entry:
 
 @dataclass(frozen=True)
 class Film:
-    """A coating of the catalogue."""
+    """Coating of the catalogue."""
 
-    key: str  # Its name in reports
+    key: str  # Name in reports
     names: tuple[str, ...]  # Other names
     young: Value  # Young's modulus E [Pa]
     poisson: Value  # Poisson's ratio ν
     hardness: Value | None = None  # [Pa]
-    note: str = ""  # How far values scatter
+    note: str = ""  # Scatter of the values
 
     def layer(self, thickness: float) -> Layer:
-        """Return a layer of it."""
+        """Return a layer of the coating."""
         hard = None if self.hardness is None else self.hardness.value
         return Layer(self.young.value, self.poisson.value, thickness, hardness=hard, name=self.key)
 
@@ -122,9 +122,9 @@ def films() -> tuple[Film, ...]:
 
 
 def layer(name: str, thickness: float) -> Layer:
-    """Return a layer of a film of the catalogue, or of a material of it."""
+    """Return a layer of a coating or a material of the catalogue."""
     rows: tuple[Film | Entry, ...] = (*films(), *entries())
-    # TiN is no tin.
+    # Exact names first: TiN (titanium nitride) is not tin.
     same = [row for row in rows if name in (row.key, *row.names)] or [
         row for row in rows if _plain(name) in map(_plain, (row.key, *row.names))
     ]
@@ -141,7 +141,7 @@ def layer(name: str, thickness: float) -> Layer:
 
 @cache
 def entries() -> tuple[Entry, ...]:
-    """Return all entries of the catalogue."""
+    """Return all materials of the catalogue."""
     return _rows("material", Entry)
 
 
@@ -166,7 +166,7 @@ def entry(name: str) -> Entry:
     if not isinstance(name, str):
         raise input_error("material", name, "must be a name")
     if name in [film.key for film in films()]:
-        # TiN is no tin.
+        # TiN (titanium nitride) is not tin.
         raise InputError(
             f"{name!r} is a coating; give it as ",
             ArgumentRef("coating", f"{name} 2 um"),
@@ -191,7 +191,7 @@ def entry(name: str) -> Entry:
 
 
 def material(name: str) -> Material:
-    """Return the constants of a material."""
+    """Return the constants of a material by its name."""
     return entry(name).material
 
 

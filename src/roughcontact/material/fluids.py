@@ -1,4 +1,4 @@
-"""Gases and liquids in a gap, each value with its source, from ``fluids.toml``."""
+"""Catalogue of gases and liquids in a gap, with sources, from ``fluids.toml``."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from roughcontact.material.catalog import Value
 STORED = Path(__file__).with_name("fluids.toml")
 
 GAS_CONSTANT = 8.314462618
-"""R [J/(mol K)]."""
+"""Gas constant R [J/(mol K)]."""
 
 _TABLE_TEMPERATURE = 300.0
 
 
 @dataclass(frozen=True)
 class Gas:
-    """An ideal gas."""
+    """Ideal gas."""
 
     name: str
     molar_mass: Value  # M [kg/mol]
     viscosity: Value  # η at 300 K [Pa s]
     conductivity: Value  # k at 300 K [W/(m K)]
-    exponent: Value  # Of the temperature, in viscosity and conductivity
+    exponent: Value  # Exponent of the temperature, in viscosity and conductivity
     heat_capacity_ratio: Value  # γ
-    accommodation: Value  # Share a of its molecules that take on the temperature of a metal
+    accommodation: Value  # Share a of the molecules that reach the temperature of a metal
 
     def viscosity_at(self, temperature: float) -> float:
-        """Return η at a temperature [Pa s]."""
+        """Return the viscosity η at a temperature [Pa s]."""
         return self.viscosity.value * self._growth(temperature)
 
     def conductivity_at(self, temperature: float) -> float:
-        """Return k at a temperature [W/(m K)]."""
+        """Return the thermal conductivity k at a temperature [W/(m K)]."""
         return self.conductivity.value * self._growth(temperature)
 
     def _growth(self, temperature: float) -> float:
@@ -52,7 +52,7 @@ class Gas:
 
 @dataclass(frozen=True)
 class Liquid:
-    """A liquid or a paste."""
+    """Liquid or paste."""
 
     name: str
     conductivity: Value  # k at room temperature [W/(m K)]

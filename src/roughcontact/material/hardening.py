@@ -1,8 +1,8 @@
-"""Von Mises plasticity: laws of the yield strength, their back stress, and radial return.
+"""Von Mises plasticity: hardening laws, back stress, and radial return.
 
-A law is a frozen dataclass with two methods: ``strength(strain)`` gives the yield strength [Pa]
+A law is a frozen dataclass with two methods: ``strength(strain)`` returns the yield strength [Pa]
 at an accumulated plastic strain, ``slope(strain)`` its derivative [Pa]. `Kinematic` adds a back
-stress to one of the others, which remembers the direction of flow.
+stress to one of the others, which depends on the direction of plastic strain.
 
 `plastic_increment`: Simo and Hughes, Computational Inelasticity (1998), boxes 3.1 and 3.2,
 doi:10.1007/b98904; as "universal algorithm" Fotiu and Nemat-Nasser, Int. J. Plast. 12 (1996),
@@ -27,13 +27,13 @@ from roughcontact.units import Quantities, Quantity, to_si
 
 Array = NDArray[Any]
 
-# Newton steps of one return; concave laws need three to six.
+# Maximum number of Newton steps of a return mapping; concave laws need three to six.
 _STEPS = 50
 
 
 @dataclass(frozen=True)
 class Perfect:
-    """A yield strength that does not change.
+    """Perfect plasticity: constant yield strength.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Perfect:
     Raises
     ------
     InputError
-        If it is not positive and finite.
+        If the yield strength is not positive and finite.
     """
 
     initial: float
@@ -64,15 +64,15 @@ class Perfect:
 
 @dataclass(frozen=True)
 class Linear:
-    """A yield strength σ_Y + H e that grows in proportion to the plastic strain e.
+    """Linear hardening: yield strength σ_Y + H e at the plastic strain e.
 
     Parameters
     ----------
     initial : float
-        σ_Y [Pa].
+        Initial yield strength σ_Y [Pa].
     modulus : float
-        Hardening modulus H [Pa]: slope of stress over *plastic* strain. A tangent modulus E_t of
-        the whole curve gives ``H = E_t/(1 - E_t/E)``.
+        Hardening modulus H [Pa]: slope of stress over *plastic* strain. From a tangent modulus
+        E_t of the stress-strain curve, ``H = E_t/(1 - E_t/E)``.
 
     Raises
     ------
@@ -106,7 +106,7 @@ class Linear:
 
 @dataclass(frozen=True)
 class Swift:
-    """A yield strength B (C + 10⁶ e)ⁿ.
+    """Swift's hardening law: yield strength B (C + 10⁶ e)ⁿ.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ class Swift:
     Raises
     ------
     InputError
-        If B or C is not positive and finite, or n outside [0, 1].
+        If B or C is not positive and finite, or n is outside [0, 1].
 
     References
     ----------
@@ -164,14 +164,14 @@ class Swift:
 
 @dataclass(frozen=True)
 class Tabulated:
-    """A yield strength between measured points, constant beyond the last.
+    """Yield strength interpolated between measured points, constant beyond the last one.
 
     Parameters
     ----------
     strain : tuple of float
-        Plastic strains, from 0 on, increasing.
+        Plastic strains, increasing from 0.
     stress : tuple of float
-        Yield strengths at these [Pa], never decreasing.
+        Yield strengths at these strains [Pa], never decreasing.
 
     Raises
     ------
@@ -232,7 +232,7 @@ class Tabulated:
         return np.interp(strain, self.strain, self.stress).astype(strain.dtype)
 
     def slope(self, strain: Array) -> Array:
-        """Return the derivative of the yield strength [Pa], to the right at a point."""
+        """Return the derivative of the yield strength [Pa], from the right at a point."""
         steps = np.append(np.diff(self.stress) / np.diff(self.strain), 0.0)
         place = np.searchsorted(self.strain, strain, side="right") - 1
         return steps[place].astype(strain.dtype)
@@ -243,24 +243,24 @@ Isotropic = Perfect | Linear | Swift | Tabulated
 
 @dataclass(frozen=True)
 class Kinematic:
-    """A yield strength around a back stress that grows in proportion to the plastic strain.
+    """Kinematic hardening: yield strength around a back stress linear in plastic strain.
 
-    Metal that has flowed one way yields earlier on its way back (Bauschinger effect), and under
-    loads to and fro the strain ends in a closed cycle.
+    After plastic strain in one direction, metal yields earlier in the opposite direction
+    (Bauschinger effect), and under alternating loads the strain ends in a closed cycle.
 
     Parameters
     ----------
     isotropic : Perfect, Linear, Swift or Tabulated
-        How the yield strength grows with the accumulated plastic strain.
+        Growth of the yield strength with the accumulated plastic strain.
     modulus : float
         C [Pa]: the back stress is 2/3 C times the tensor of plastic strain (Prager's linear law),
-        so that a bar in tension carries σ_Y + C e on its first way. A part of a measured slope
-        that reversals take back belongs here, the rest into ``isotropic``.
+        so that a bar carries σ_Y + C e in its first tension. The part of a measured slope that is
+        recovered at reversals belongs here, the rest in ``isotropic``.
 
     Raises
     ------
     InputError
-        If ``isotropic`` is none of the laws, or the modulus is negative.
+        If ``isotropic`` is not one of the laws, or the modulus is negative.
 
     References
     ----------
@@ -293,7 +293,7 @@ class Kinematic:
         return self.isotropic.strength(strain)
 
     def slope(self, strain: Array) -> Array:
-        """Return the derivative of that [Pa]."""
+        """Return the derivative of the yield strength around the back stress [Pa]."""
         return self.isotropic.slope(strain)
 
 
@@ -301,12 +301,12 @@ Hardening = Isotropic | Kinematic
 
 
 def back_modulus(law: Hardening) -> float:
-    """Return C [Pa] of the back stress 2/3 C ε_p; zero for laws without one."""
+    """Return C [Pa] of the back stress 2/3 C ε_p; zero for laws without back stress."""
     return law.modulus if isinstance(law, Kinematic) else 0.0
 
 
 def flow_stress(law: Hardening, strain: Array) -> Array:
-    """Return the stress [Pa] of a bar that has only ever been strained in one direction."""
+    """Return the stress [Pa] of a bar under monotonic plastic strain."""
     return law.strength(strain) + back_modulus(law) * strain
 
 
@@ -333,7 +333,7 @@ def _named(law: Hardening) -> dict[str, Any]:
 
 
 def from_text(text: str) -> Hardening:
-    """Return the hardening law that `to_text` wrote."""
+    """Return the hardening law from the result of `to_text`."""
     try:
         return _law(json.loads(text))
     except (KeyError, TypeError, AttributeError, json.JSONDecodeError):
@@ -351,7 +351,7 @@ def _law(constants: dict[str, Any]) -> Hardening:
 
 
 def plastic_increment(trial: Array, strain: Array, law: Hardening, shear_modulus: float) -> Array:
-    """Return the plastic strain that brings trial stresses back to the yield surface."""
+    """Return the plastic strain increment that returns trial stresses to the yield surface."""
     stiffness = 3 * shear_modulus + back_modulus(law)
     law = law.isotropic if isinstance(law, Kinematic) else law
     excess = trial - law.strength(strain)
@@ -360,7 +360,7 @@ def plastic_increment(trial: Array, strain: Array, law: Hardening, shear_modulus
         step = excess / (stiffness + (law.modulus if isinstance(law, Linear) else 0.0))
         return np.maximum(step, 0)
     step = np.zeros_like(trial)
-    # The corners of a table can throw Newton's step to and fro: a bracket keeps it in order.
+    # Newton steps may oscillate at the corners of a table: a bracket ensures convergence.
     low, high = np.zeros_like(trial), np.maximum(excess, 0) / stiffness
     small = 4 * float(np.finfo(trial.dtype).eps)
     for _ in range(_STEPS):

@@ -1,41 +1,40 @@
-"""Hardness numbers: the pressure that they stand for, and conversion between scales for steel.
+"""Hardness numbers: their mean pressure, and conversion between scales for steel.
 
 A Vickers or Brinell number is the load over the *curved or slanted* area of the indentation
-[kgf/mm²]. What the surface carries is the load over the *projected* area, the mean pressure under
-the indenter; that pressure is the ceiling of a contact. Tabor (1951) found it to be about three
-times the yield stress of a metal that does not harden. In one that does, the stress meant is the
-flow stress at a strain of about 8 %, which is what both indenters bring: the hardness of annealed
-stainless steel or of cast iron is five times its 0.2 % proof stress and more, and three times the
-proof stress is a low estimate of the ceiling.
+[kgf/mm²]. The load over the *projected* area is the mean pressure under the indenter, which is the
+ceiling of a contact. Tabor (1951) found about three times the yield stress of a metal that does not
+harden. In a metal that hardens, this yield stress is the flow stress at a strain of about 8 %, the
+strain under both indenters: the hardness of annealed stainless steel or of cast iron is at least
+five times its 0.2 % proof stress, and three times the proof stress underestimates the ceiling.
 
 References
 ----------
 Tabor, The Hardness of Metals (1951), ISBN 978-0-19-850776-5
 ISO 6507-1 (Vickers), ISO 6506-1 (Brinell), ISO 18265:2013 (conversion)
 
-`vickers`: The table holds for unalloyed and low-alloy steel and cast steel. ASTM E140-12, table
-1, whose scope includes tool steel, differs from it by at most 0.4 % in the C scale and 1.4 % in
-HBW; its table 2 by up to 5.3 % in the B scale. Austenitic steel and all other metals need a
-table of their own. Conversion scatters by ±25 HV.
+`vickers`: The table is for unalloyed and low-alloy steel and cast steel. ASTM E140-12, table 1,
+whose scope includes tool steel, differs by at most 0.4 % in the C scale and 1.4 % in HBW; its
+table 2 by up to 5.3 % in the B scale. Austenitic steel and all other metals need separate tables.
+Conversion scatters by ±25 HV.
 
-ISO 18265:2013, Metallic materials - Conversion of hardness values, table A.1 ASTM E140-12b,
+ISO 18265:2013, Metallic materials - Conversion of hardness values, table A.1; ASTM E140-12b,
 Standard hardness conversion tables for metals, tables 1 and 2
 
 `pressure`: Opposite faces of the pyramid enclose 136°, so that the projected area is sin 68° =
-0.927 of that of the faces.
+0.927 of the area of the faces.
 
-ISO 6507-1:2018, Metallic materials - Vickers hardness test - Part 1 Tabor, The Hardness of
+ISO 6507-1:2018, Metallic materials - Vickers hardness test - Part 1; Tabor, The Hardness of
 Metals (1951), ch. VII
 
 `brinell_pressure`: The cap of a ball of diameter D and depth h has the area πDh = F/HBW and the
 projected area πh(D - h), so that the pressure is HBW / (1 - F/(π D² HBW)). Under a pyramid the
-same steel carries 3 % more at 100 HBW and 11 % at 600 (by the table of `vickers`).
+same steel carries 3 % more at 100 HBW and 11 % more at 600 HBW (by the table of `vickers`).
 
-ISO 6506-1:2014, Metallic materials - Brinell hardness test - Part 1 Tabor, The Hardness of
+ISO 6506-1:2014, Metallic materials - Brinell hardness test - Part 1; Tabor, The Hardness of
 Metals (1951), ch. II
 
-`ceiling`: HV and HBW are pressures by definition and need no conversion, whatever the material.
-HRB and HRC are depths: they are converted by the table for steel (`vickers`).
+`ceiling`: HV and HBW are pressures by definition and need no conversion for any material. HRB and
+HRC are depths: they are converted by the table for steel (`vickers`).
 """
 
 from __future__ import annotations
@@ -51,14 +50,14 @@ from roughcontact._tools.arguments import validate_arguments
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
 
 STANDARD_GRAVITY = 9.80665
-"""Force of one kilogram-force [N]."""
+"""Standard gravity [m/s²]: one kilogram-force in newtons."""
 
 _HALF_ANGLE = math.radians(68)
 _WIDEST = 0.6
 
 # ISO 18265:2013, table A.1: unalloyed and low-alloy steel and cast steel. HBW is measured with a
-# hard-metal ball and 0.102 F/D² = 30. Values the table sets in brackets are left out for HRB, as
-# the Rockwell scale is not defined there; of HRB, only rows that two prints of the table share.
+# hard-metal ball and 0.102 F/D² = 30. Values in brackets in the table are omitted for HRB, as the
+# Rockwell scale is not defined there; for HRB, only rows that are in two prints of the table.
 _VICKERS_OF_HBW = (*range(80, 300, 5), *range(300, 651, 10))
 _HBW = (
     76.0,
@@ -248,15 +247,15 @@ _VALUE_LAST = re.compile(rf"{_SCALE}{_TEST}\s+(?P<value>{_NUMBER})", re.IGNORECA
 
 
 class Reading(NamedTuple):
-    """A hardness number with its scale."""
+    """Hardness number with its scale."""
 
     value: float  # The number
     scale: str  # Vickers, Brinell with a hard-metal ball, Rockwell B or C
-    force_index: float = 30.0  # Of a Brinell test, load over squared diameter of the ball [kgf/mm²]
+    force_index: float = 30.0  # Brinell test: load over squared diameter of the ball [kgf/mm²]
 
 
 def parse(text: str) -> Reading:
-    """Return the number and the scale of a hardness as engineers write it."""
+    """Return the number and the scale of a hardness in common notation."""
     wanted = "needs a number and a scale (HV, HBW, HRB or HRC) such as '62 HRC'"
     if not isinstance(text, str):
         raise input_error("hardness", text, f"{wanted}")
@@ -306,17 +305,17 @@ def vickers(value: float, scale: str) -> float:
 
 @validate_arguments
 def pressure(vickers: float) -> float:
-    """Return the mean pressure under a Vickers pyramid, ``g HV / sin 68°``."""
+    """Return the mean pressure under a Vickers pyramid, ``g HV / sin 68°`` [Pa]."""
     require_positive(vickers=vickers)
     return vickers * STANDARD_GRAVITY * 1e6 / math.sin(_HALF_ANGLE)
 
 
 @validate_arguments
 def brinell_pressure(brinell: float, force_index: float = 30.0) -> float:
-    """Return the mean pressure under a Brinell ball (Meyer's hardness)."""
+    """Return the mean pressure under a Brinell ball (Meyer hardness) [Pa]."""
     require_positive(brinell=brinell, force_index=force_index)
     depth = force_index / (math.pi * brinell)
-    # d² = 4h(D - h); depths are in units of D.
+    # d² = 4h(D - h), with lengths in units of D.
     if depth >= 0.5 or 2 * math.sqrt(depth * (1 - depth)) > _WIDEST:
         raise InputError(
             f"{brinell:g} HBW at a force index of {force_index:g} kgf/mm² is an indentation wider "
@@ -326,7 +325,7 @@ def brinell_pressure(brinell: float, force_index: float = 30.0) -> float:
 
 
 def stress(value: Any, name: str) -> Any:
-    """Return a pressure that may be given as a hardness, in the scale of a test."""
+    """Return a pressure [Pa] from a pressure or a hardness with its scale."""
     if not isinstance(value, str):
         return units.to_si(value, "pressure", name)
     if not _SCALED.search(value):
@@ -340,7 +339,7 @@ def stress(value: Any, name: str) -> Any:
 
 @validate_arguments
 def ceiling(hardness: str | float) -> float:
-    """Return the pressure ceiling of a body from its hardness."""
+    """Return the pressure ceiling of a body from its hardness [Pa]."""
     if not isinstance(hardness, str):
         return pressure(hardness)
     value, scale, force_index = parse(hardness)

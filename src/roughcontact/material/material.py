@@ -1,4 +1,4 @@
-"""Materials: elastic constants, yield strength, hardness, and what a pair of them gives."""
+"""Materials: elastic constants, yield strength, hardness, and properties of pairs."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from roughcontact.units import Quantity, to_si
 CEILING_FACTOR = 3.0
 """Pressure ceiling over yield strength of the softer body (Tabor 1951: H ≈ 3 σ_Y)."""
 
-# Bounds of moduli and strengths [Pa]: the powers of them that enter anywhere are numbers, too.
+# Bounds of moduli and strengths [Pa], so that no power of them overflows or underflows.
 _LEAST, _MOST = 1e-50, 1e50
 
 # Poisson's ratio up to which a cylinder first yields at its surface.
 _AT_SURFACE = 0.1938
 
 MAX_STRENGTH_MISMATCH = 0.15
-"""Excess of three yield strengths over the hardness from which they are not of one condition."""
+"""Relative excess of three yield strengths over the hardness that excludes one condition."""
 
 PROOF_STRAIN, TABOR_STRAIN = 0.002, 0.08
-"""Plastic strains of a proof stress, and of a hardness test (Tabor 1951)."""
+"""Plastic strains of a proof stress and of a hardness test (Tabor 1951)."""
 
 
 BASES = ("bonded", "frictionless")
@@ -43,7 +43,7 @@ BASES = ("bonded", "frictionless")
 
 @dataclass(frozen=True)
 class Layer:
-    """A layer of a coating: isotropic, linearly elastic, bonded to what is above and below.
+    """Layer of a coating: isotropic, linearly elastic, bonded to its neighbours.
 
     Parameters
     ----------
@@ -104,13 +104,13 @@ class Layer:
 
     @property
     def bulk(self) -> Material:
-        """A body all of the same material."""
+        """Body of the same material, without coating."""
         return Material(self.young, self.poisson, self.yield_strength, self.name, self.hardness)
 
 
 @dataclass(frozen=True)
 class Material(RenamedAttributes):
-    """An isotropic, linearly elastic material with an optional yield strength or hardness.
+    """Isotropic, linearly elastic material with an optional yield strength or hardness.
 
     Parameters
     ----------
@@ -122,17 +122,17 @@ class Material(RenamedAttributes):
     yield_strength : float, str or quantity of pint, optional
         Uniaxial yield strength σ_Y [Pa]; ``None`` if unknown or if the body never yields.
     name : str
-        A name for reports.
+        Name for reports.
     hardness : float, str or quantity of pint, optional
         Mean pressure under an indenter over its projected area [Pa], or the number of a test
-        such as ``"62 HRC"``, see `hardness.ceiling`; the ceiling where there is no yield strength,
-        as for ceramics.
+        such as ``"62 HRC"``, see `hardness.ceiling`; the ceiling without a yield strength, as for
+        ceramics.
     hardening : Perfect, Linear, Swift, Tabulated or Kinematic, optional
-        Growth of the yield strength with the plastic strain; its first value is the
-        ``yield_strength``. Without it see ``law``.
+        Growth of the yield strength with the plastic strain; its initial value is the
+        ``yield_strength``. For the default see ``law``.
     caveat : str
         Behavior that the model does not include, such as ``viscoelastic``; every result has a
-        caution about it.
+        caution about this behavior.
     coating : sequence of Layer
         Layers on the body, the outermost first; the other constants are those of the base.
     base : {"bonded", "frictionless"}
@@ -185,7 +185,7 @@ class Material(RenamedAttributes):
         return presentation().material(name)
 
     def _check(self) -> None:
-        """Refuse constants that no material has."""
+        """Raise `InputError` for invalid constants, and set the yield strength by hardening."""
         for name in ("young", "poisson", "yield_strength", "hardness"):
             value = getattr(self, name)
             optional = name in ("yield_strength", "hardness")
@@ -235,7 +235,7 @@ class Material(RenamedAttributes):
 
     @property
     def uncoated(self) -> Material:
-        """The body below its coating."""
+        """Body without its coating."""
         return replace(self, coating=(), base="bonded") if self.coating else self
 
     @property
@@ -248,8 +248,8 @@ class Material(RenamedAttributes):
     def ceiling(self) -> float | None:
         """Largest contact pressure of the material [Pa].
 
-        Three yield strengths (Tabor 1951), or the hardness where no yield strength is known;
-        ``None`` without either, and of a coated body, which no single number is right for.
+        Three yield strengths (Tabor 1951), or the hardness if no yield strength is known; ``None``
+        without either, and for a coated body, for which no single value is valid.
         """
         if self.coating:
             return None
@@ -259,11 +259,11 @@ class Material(RenamedAttributes):
 
     @property
     def law(self) -> Hardening:
-        """How a body that yields hardens: one rule for yield strength, hardness and law.
+        """Hardening law from ``hardening``, yield strength and hardness.
 
-        The law of ``hardening`` if there is one. Of a body whose hardness H exceeds 3 σ_Y, Swift's
-        law through the yield strength and H/3 at the strain of a hardness test,
-        σ = σ_Y (1 + e/0.002)ⁿ with n = ln(H/3σ_Y)/ln(41). Else perfect plasticity.
+        The law of ``hardening`` if there is one. If the hardness H exceeds 3 σ_Y, Swift's law
+        through the yield strength and H/3 at the strain of a hardness test,
+        σ = σ_Y (1 + e/0.002)ⁿ with n = ln(H/3σ_Y)/ln(41), at most 1. Else perfect plasticity.
 
         References
         ----------
@@ -281,15 +281,15 @@ class Material(RenamedAttributes):
 
     @property
     def hardens(self) -> bool:
-        """Whether its yield strength grows with the plastic strain."""
+        """Whether the yield strength grows with the plastic strain."""
         return self.yield_strength is not None and not isinstance(self.law, Perfect)
 
     @property
     def tabor_ratio(self) -> float | None:
-        """Three yield strengths over the hardness where they exceed it by more than 15 %.
+        """Three yield strengths over the hardness, if the ratio exceeds 1 by more than 15 %.
 
-        The two are not of one condition then. ``None`` elsewhere, and where a law of hardening is
-        given.
+        Strength and hardness are then not of one condition. ``None`` otherwise, and if a hardening
+        law is given.
         """
         if self.yield_strength is None or self.hardness is None or self.hardening is not None:
             return None
@@ -301,7 +301,7 @@ class Material(RenamedAttributes):
         """Peak Hertz pressure of a sphere at first yield below the surface [Pa].
 
         ``1.295 exp(0.736 ν) σ_Y`` (Jackson and Green 2005, doi:10.1115/1.1866166), which is
-        1.615 σ_Y at ν = 0.3. ``None`` without a yield strength, and of a coated body.
+        1.615 σ_Y at ν = 0.3. ``None`` without a yield strength, and for a coated body.
         """
         if self.yield_strength is None or self.coating:
             return None
@@ -311,9 +311,10 @@ class Material(RenamedAttributes):
     def line_yield_pressure(self) -> float | None:
         """Peak Hertz pressure of a cylinder at first yield, in plane strain [Pa].
 
-        ``σ_Y/(1 - 2 ν)`` up to ν = 0.1938, where it yields at the surface, and beyond it
-        ``(1.164 + 2.975 ν - 2.906 ν²) σ_Y``, 1.795 σ_Y at ν = 0.3: right to 0.2 % (Green, Int. J.
-        Appl. Mech. Eng. 10 (2005) 451). ``None`` without a yield strength, and of a coated body.
+        ``σ_Y/(1 - 2 ν)`` up to ν = 0.1938, where yield starts at the surface, and beyond
+        ``(1.164 + 2.975 ν - 2.906 ν²) σ_Y``, 1.795 σ_Y at ν = 0.3: accurate to 0.2 % (Green, Int.
+        J. Appl. Mech. Eng. 10 (2005) 451). ``None`` without a yield strength, and for a coated
+        body.
         """
         if self.yield_strength is None or self.coating:
             return None
@@ -324,7 +325,7 @@ class Material(RenamedAttributes):
 
 
 RIGID = Material(young=math.inf, poisson=0.0, name="rigid")
-"""A body that neither deforms nor yields."""
+"""Body that neither deforms nor yields."""
 
 
 @validate_arguments
@@ -363,14 +364,14 @@ def contact_modulus(material: Material, counter_material: Material) -> float:
 
 
 def softer_material(first: Material, second: Material) -> Material | None:
-    """Return the body with the smaller ceiling, or ``None`` if none is known or one is coated."""
+    """Return the body with the smaller ceiling; ``None`` if unknown or a body is coated."""
     if first.coating or second.coating:
         return None
     known = [body for body in (first, second) if body.ceiling is not None]
     return min(known, key=lambda body: body.ceiling or math.inf, default=None)
 
 
-# --- What a body conducts: electricity and heat ---
+# --- Conduction of electricity and heat ---
 
 
 @dataclass(frozen=True)
@@ -384,7 +385,7 @@ class Conductor:
     conductivity : float, str or quantity of pint, optional
         Thermal conductivity k: a number in W/(m K), or with its unit, as ``"46 W/m/K"``.
     name : str
-        A name for reports.
+        Name for reports.
     softening_voltage, melting_voltage : float, str or quantity of pint, optional
         Contact voltages at which spots soften and melt [V].
 

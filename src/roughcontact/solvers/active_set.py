@@ -1,4 +1,4 @@
-"""One active-set step: the linear problem on the free pixels, by conjugate gradients."""
+"""Active-set step: the linear problem on the free pixels, by conjugate gradients."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from roughcontact.solvers.problem import (
     shift_to_sum,
 )
 
-# A load that differs by no more is the same.
+# Relative difference up to which loads are treated as equal.
 _MIN_LOAD_SHARE = 1e-12
-# Number of bins of gaps in which load-bearing pixels are sought.
+# Number of bins of the gaps of pixels that can carry the load.
 _BINS = 4096
-# Certificate above which single precision is good enough, in itself and over the tolerance; and
-# the part of it that rounding may make up.
+# Certificate above which single precision suffices, absolute and over the tolerance; and the
+# largest part of the certificate due to rounding.
 _FAR, _TOLERANCES, _BLURRED = 3e-4, 30, 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class Iterate:
-    """A pressure that keeps bounds and load, with what it does; only pixels that matter.
+    """Admissible pressure with its gap and certificate, on the active pixels.
 
-    ``index`` holds all pixels with pressure and all that want some, ascending; ``pressure`` and
-    ``gap`` their values.
+    ``index`` holds all pixels with pressure or with a negative gap, ascending; ``pressure`` and
+    ``gap`` are their values.
     """
 
     index: NDArray[np.int64]
@@ -44,35 +44,35 @@ class Iterate:
     gap: NDArray[np.float64]
     approach: float
     certificate: float
-    # Part of the certificate that rounding alone may cause; in single precision it is included.
+    # Part of the certificate that rounding alone may cause; included in single precision.
     floor: float
-    # Whether in the arithmetic of the problem, not a coarser one.
+    # Whether evaluated in the arithmetic of the problem, and not in a coarser one.
     sharp: bool
-    # Tilt that is part of the gap.
+    # Tilt included in the gap.
     tilt: tuple[float, float]
 
 
 class Evaluator:
-    """Evaluates pressures on the whole map.
+    """Evaluator of pressures on the whole map.
 
-    Far from the solution in single precision: what such a look shows is off in its last digits,
-    and good enough to come nearer.
+    Far from the solution it uses single precision, which is accurate enough to approach the
+    solution.
     """
 
     def __init__(self, problem: BoundedProblem, operator: Operator, tolerance: float) -> None:
         if problem.moments is not None:
             problem = replace(problem, moments=problem.moments.within(operator.rows))
         self.problem, self.operator = problem, operator
-        # Of this size there is one: patches work with it too.
+        # The only single-precision operator of this size: patches use it too.
         self.rough = operator.to_single_precision()
         self._tolerance = tolerance
-        # Where single precision is still good enough, and how far away the last look was.
+        # Certificate above which single precision suffices, and certificate of the last evaluation.
         self._far = max(_FAR, _TOLERANCES * tolerance)
         self._distance = math.inf if self.rough is not operator else 0.0
         self.unit, self.sums = operator.self_displacement, operator.sums
         self.convolutions = 0
-        # The last look: displacement plus initial gap before the approach is taken off, and the
-        # pixels that matter.
+        # Last evaluation: displacement plus initial gap without the approach, and the active
+        # pixels.
         self.open: NDArray[Any] = np.empty(problem.initial_gap.shape, operator.real)
         self._tilt = np.zeros(2)
         self.seen: Iterate | None = None
@@ -83,7 +83,7 @@ class Evaluator:
         return limit.ravel()[index] if isinstance(limit, np.ndarray) else limit
 
     def evaluate(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Iterate:
-        """Return the effect of a pressure, evaluated on the whole map."""
+        """Return the iterate of a pressure, evaluated on the whole map."""
         self.seen = None
         pressure = remove_rounding(pressure, self.limit(index), self.sums)
         index, pressure = select_entries(pressure > 0, index, pressure)
@@ -99,7 +99,7 @@ class Evaluator:
         return self.seen
 
     def confirm(self, now: Iterate) -> Iterate:
-        """Return an earlier pressure as the last iterate, to all digits."""
+        """Return an earlier iterate, evaluated last and in the arithmetic of the problem."""
         if self.seen is now and now.sharp:
             return now
         self._distance = 0.0
@@ -112,7 +112,7 @@ class Evaluator:
         starts = self._displaced(operator, index, pressure)
         approach = self.problem.approach or 0.0
         if total is not None:
-            # More pixels can only lower the approach that carries the load: this one is a bound.
+            # More pixels can only lower the approach that carries the load: this is a bound.
             approach = self._multiplier(index, pressure, total)
         loaded_pixels = self.sums.size(index)
         index, pressure = self._add_penetrating(operator, index, pressure, starts, approach)
@@ -121,7 +121,7 @@ class Evaluator:
         gap, moved, floor = self._pixel_residual(operator, index, pressure, approach)
         size = norm(pressure, self.sums)
         if operator.real is not np.float64:
-            # Double precision would see it.
+            # Double precision would resolve this part.
             moved = math.hypot(moved, floor)
         return Iterate(
             index=index,
@@ -137,7 +137,7 @@ class Evaluator:
     def _displaced(
         self, operator: Operator, index: NDArray[np.int64], pressure: NDArray[np.float64]
     ) -> NDArray[np.int64]:
-        """Keep displacement plus initial gap of the map; return where its row blocks begin."""
+        """Store displacement plus initial gap of the map; return the starts of the row blocks."""
         initial_gap = self.problem.initial_gap
 
         def visit(number: int, rows: slice, displacement: NDArray[Any]) -> None:
@@ -150,11 +150,12 @@ class Evaluator:
         return support.starts
 
     def scaled_to_load(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Loaded:
-        """Return a pressure that can carry the load, near to that of another load.
+        """Return a pressure that can carry the load, near the pressure of another load.
 
-        Changed in proportion; where the ceiling of these pixels is too low for it, or pixels would
-        leave the ceiling alike as the load falls, by one step down the gradient, in which the
-        pixels with the least gap take what is added, and those deepest in contact stay.
+        The pressure is scaled. If the ceiling of these pixels is too low, or if all saturated
+        pixels would leave the ceiling as the load falls, it takes one gradient step instead, in
+        which the pixels with the smallest gap receive the added load, and those deepest in contact
+        stay at the ceiling.
         """
         total, sums = self.problem.total, self.sums
         carried = sums.total(pressure)
@@ -175,7 +176,7 @@ class Evaluator:
         return index, pressure if carrying is None else carrying
 
     def _deep_enough(self, total: float) -> float:
-        """Return an approach at which the pixels without gap can carry the load, hardly more."""
+        """Return an approach at which the pixels without gap can just carry the load."""
         limit, opened = self.problem.limit, self.open.ravel()
         touchable = np.isfinite(opened)
         opened = opened[touchable]
@@ -194,10 +195,10 @@ class Evaluator:
         pressure: NDArray[np.float64],
         approach: float,
     ) -> tuple[NDArray[np.float64], float, float]:
-        """Return the gap on some pixels, how far their pressure would move, and rounding's part.
+        """Return the gap on some pixels, the norm of their step, and its rounding error.
 
-        Norms of ``p - clip(p - g/K₀₀, 0, limit)``, and of how far the last digit of displacement
-        and initial gap may change that step, which does not matter on pixels far beyond a bound.
+        The step is ``p - clip(p - g/K₀₀, 0, limit)``. Its rounding error follows from the last
+        digit of displacement and initial gap, which has no effect on pixels far beyond a bound.
         """
         bound, doubt = self.limit(index), self.displacement_plus_gap(index)
         gap = doubt - approach
@@ -206,7 +207,7 @@ class Evaluator:
         step = np.clip(reach, 0, bound)
         np.subtract(pressure, step, out=step)
         moved = norm(step, self.sums)
-        # In place: where all of the map touches, every array is as large as the map.
+        # In place: in full contact every array is as large as the map.
         np.abs(doubt, out=doubt)
         initial = self.problem.initial_gap.ravel()[index]
         doubt += np.abs(initial, out=initial)
@@ -220,14 +221,14 @@ class Evaluator:
         return gap, moved, 0.5 * norm(step, self.sums)
 
     def displacement_plus_gap(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return displacement plus initial gap of the last look on some pixels."""
+        """Return displacement plus initial gap of the last evaluation on some pixels."""
         return self.open.ravel()[index].astype(np.float64)
 
     def _multiplier(
         self, index: NDArray[np.int64], pressure: NDArray[np.float64], total: float
     ) -> float:
         values = self.displacement_plus_gap(index)
-        # Offset first, so that the root find works on numbers of the size of the pressure.
+        # Subtract an offset first, so that the root finder works on values of the size of pressure.
         offset = self.sums.total(values) / self.sums.size(values)
         values -= offset
         values /= self.unit
@@ -272,7 +273,7 @@ class Evaluator:
 
 
 def project_admissible(problem: BoundedProblem, start: Loaded, sums: Sums) -> Loaded:
-    """Return a pressure that keeps bounds and load, near the one given."""
+    """Return a pressure within bounds and load near the given one."""
     index, pressure = start
     touchable = np.isfinite(problem.initial_gap)
     if isinstance(problem.limit, np.ndarray):
@@ -298,16 +299,16 @@ def project_admissible(problem: BoundedProblem, start: Loaded, sums: Sums) -> Lo
 def select_entries(
     wanted: NDArray[np.bool_], index: NDArray[np.int64], pressure: NDArray[np.float64]
 ) -> Loaded:
-    """Return the entries that are wanted: the arrays themselves where all are."""
+    """Return the selected entries, or the arrays themselves if all are selected."""
     if wanted.all():
         return index, pressure
     return index[wanted], pressure[wanted]
 
 
 def slopes(now: Iterate, moved: NDArray[np.float64], viewer: Evaluator) -> tuple[float, float]:
-    """Return the slopes of the energy at both ends of the step that was looked at last.
+    """Return the slopes of the energy at both ends of the last evaluated step.
 
-    The energy is quadratic: its change is the mean of the two, its curvature their difference.
+    The energy is quadratic: its change is the mean of the slopes, its curvature their difference.
     """
     direction = moved - now.pressure
     # A shift of the approach cancels under a given load, as the step sums to zero.
@@ -317,7 +318,7 @@ def slopes(now: Iterate, moved: NDArray[np.float64], viewer: Evaluator) -> tuple
 
 
 def projected(now: Iterate, viewer: Evaluator, rate: float) -> NDArray[np.float64]:
-    """Return the admissible pressure nearest to a step down the gradient."""
+    """Return the projection of a gradient step onto the admissible pressures."""
     bound, problem = viewer.limit(now.index), viewer.problem
     target = now.pressure - rate * now.gap
     if problem.total is None:
@@ -327,11 +328,11 @@ def projected(now: Iterate, viewer: Evaluator, rate: float) -> NDArray[np.float6
 
 
 def snap_to_bounds(now: Iterate, viewer: Evaluator, tolerance: float) -> Iterate:
-    """Return a solution whose pixels are on the bounds that they belong to.
+    """Return a solution with its pixels exactly on their bounds.
 
-    The certificate does not tell a pixel at the ceiling from one a hair's breadth below it, nor
-    where a pixel with a tiny ceiling belongs; the counted areas do. The last active-set step
-    settles nearly all pixels, a good start need not.
+    The certificate does not distinguish a pixel at the ceiling from one just below the ceiling,
+    and is insensitive to pixels with a tiny ceiling; areas are not. The last active-set step puts
+    nearly all pixels on their bounds, a good start may not.
     """
     bound = viewer.limit(now.index)
     target = projected(now, viewer, 1 / viewer.unit)
@@ -343,35 +344,35 @@ def snap_to_bounds(now: Iterate, viewer: Evaluator, tolerance: float) -> Iterate
     return settled if settled.certificate <= tolerance else now
 
 
-# --- One active-set step: the linear problem on the free pixels, by conjugate gradients ---
+# --- Active-set step: the linear problem on the free pixels, by conjugate gradients ---
 
 
-# A linear solve stops at this reduction unless the set of free pixels is already right.
+# Reduction at which a linear solve stops unless the set of free pixels is already right.
 _REDUCTION = 0.3
-# Part of the forces moved by the bounds that blocks may miss, and the most shifts to find them.
+# Relative tolerance of the forces of blocks within the bounds, and maximum number of shifts.
 _MISSING, _SHIFTS = 1e-3, 20
-# How a way along the bounds is shortened, and down to where.
+# Factor that shortens a step along the bounds, and its length below which the step is straight.
 _SHORTER, _SHORTEST = 0.4, 0.1
-# Curvature over K₀₀ below which the uniform pressure of a periodic map is not resisted.
+# Curvature over K₀₀ below which there is no resistance (uniform pressure on a periodic map).
 _FLAT = 1e-12
-# Part of the mean square lever below which pixels are collinear.
+# Part of the largest mean square below which levers are treated as collinear.
 _ALIKE = 1e-13
 
 
 class _Free(NamedTuple):
-    """Values found on the free pixels, which may lie outside their bounds."""
+    """Solution on the free pixels, which may be outside their bounds."""
 
     free: NDArray[np.bool_]
     x: NDArray[np.float64]
     limit: Limit
-    # Of each the block whose force is to stay; None where that does not matter.
+    # Block of each pixel, if the force of each block is to be preserved.
     block: NDArray[np.int64] | None = None
 
 
 def active_set_step(
     now: Iterate, viewer: Evaluator, patches: Patches, tolerance: float, max_iterations: int
 ) -> NDArray[np.float64]:
-    """Solve on the free pixels by conjugate gradients; return the pressure, kept admissible."""
+    """Return the admissible pressure after a linear solve on the free pixels."""
     result = _solve_free(now, viewer, patches, tolerance, max_iterations)
     return now.pressure if result is None else _restore_feasible(now, result, viewer)
 
@@ -379,12 +380,12 @@ def active_set_step(
 def step_along_arc(
     now: Iterate, viewer: Evaluator, patches: Patches, tolerance: float, max_iterations: int
 ) -> Iterate:
-    """Solve on the free pixels, bounds or not, and go that way along the bounds.
+    """Return the iterate after a step along the bounds to the unbounded solution.
 
-    As far as the energy, or the certificate, falls: the solution itself may be far outside of the
-    bounds where pixels are so narrow that hardly anything resists what differs between them.
-    Straight on, in the end: a step that short goes down (Moré and Toraldo 1991,
-    doi:10.1137/0801008).
+    The step on the free pixels is shortened until the energy or the certificate falls: the
+    solution may be far outside the bounds if pixels are so narrow that differences between them
+    meet hardly any resistance. The shortest step is taken straight to the minimum along its line
+    (Moré and Toraldo 1991, doi:10.1137/0801008).
     """
     result = _solve_free(now, viewer, patches, tolerance, max_iterations, bounded=False)
     if result is None:
@@ -415,17 +416,17 @@ def _solve_free(
     *,
     bounded: bool = True,
 ) -> _Free | None:
-    """Return the solution of conjugate gradients on the free pixels; None if there are none.
+    """Return the solution on the free pixels by conjugate gradients, or None without these.
 
-    Where ``bounded``, they end as soon as the bounds matter more than the residual.
+    If ``bounded``, the iteration ends when the violation of the bounds exceeds the residual.
     """
     pressure, gap, unit, sums = now.pressure, now.gap, viewer.unit, viewer.sums
     bound = viewer.limit(now.index)
-    # Pixels with pressure stay free even where the gap opens: the solve will empty them.
+    # Pixels with pressure stay free even where the gap opens: the solve removes their pressure.
     free = np.where(pressure > 0, (pressure < bound) | (gap > 0), gap < 0)
     if not sums.count(free):
         return None
-    # From here on in place where that can be: in full contact every array is as large as the map.
+    # In place where possible: in full contact every array is as large as the map.
     limit = bound[free] if isinstance(bound, np.ndarray) else bound
     centred = _centering(viewer, now.index[free])
     x = pressure[free]
@@ -450,7 +451,7 @@ def _solve_free(
         if direction is None:
             direction = z
         else:
-            # The inverse is not quite linear: what z shares with the residual before is taken off
+            # Flexible conjugate gradients, because the inverse is not quite linear
             # (Golub and Ye 1999, doi:10.1137/S1064827597323415).
             direction *= -sums.dot(response, z) / previous
             direction += z
@@ -460,7 +461,7 @@ def _solve_free(
         viewer.convolutions += 1
         curvature = sums.dot(direction, response)
         if curvature <= _FLAT * unit * sums.dot(direction, direction):
-            # A wave that nothing resists: only the bounds end the step.
+            # A wave without resistance: only the bounds end the step.
             x += _feasible_length(x, direction, limit, sums) * direction
             break
         length = product / curvature
@@ -479,7 +480,7 @@ def _solve_free(
 
 
 def _remove_mean(values: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
-    """Return values, changed to be less their mean: what changes the load is the approach's."""
+    """Subtract the mean in place, since the approach controls the load; return the values."""
     values -= sums.total(values) / sums.size(values)
     return values
 
@@ -487,7 +488,7 @@ def _remove_mean(values: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]
 def _centering(
     viewer: Evaluator, index: NDArray[np.int64]
 ) -> Callable[[NDArray[np.float64], Sums], NDArray[np.float64]]:
-    """Return a function that subtracts the contribution of approach and tilt on some pixels."""
+    """Return a function that subtracts the parts of approach and tilt on some pixels."""
     if viewer.problem.total is None:
         return _identity
     if viewer.problem.moments is None:
@@ -498,7 +499,7 @@ def _centering(
 
 
 def _orthonormal(rows: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
-    """Return orthonormal rows that span the same."""
+    """Return orthonormal rows with the same span."""
     products = np.array([[sums.dot(one, two) for two in rows] for one in rows])
     squares, axes = np.linalg.eigh(products)
     apart = squares > _ALIKE * squares[-1]
@@ -513,7 +514,7 @@ def _orthonormal(rows: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
 def _remove_projection(
     rows: NDArray[np.float64], values: NDArray[np.float64], sums: Sums
 ) -> NDArray[np.float64]:
-    """Return values after subtraction of approach and tilt."""
+    """Subtract the parts of approach and tilt in place; return the values."""
     for row in rows:
         values -= sums.dot(row, values) * row
     return values
@@ -524,7 +525,7 @@ def _identity(values: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
 
 
 def _excess(x: NDArray[np.float64], limit: Limit, sums: Sums) -> float:
-    """Return how far values lie outside their bounds."""
+    """Return the norm of the violation of the bounds."""
     outside = np.clip(x, 0, limit)
     np.subtract(x, outside, out=outside)
     return norm(outside, sums)
@@ -533,7 +534,7 @@ def _excess(x: NDArray[np.float64], limit: Limit, sums: Sums) -> float:
 def _feasible_length(
     x: NDArray[np.float64], direction: NDArray[np.float64], limit: Limit, sums: Sums
 ) -> float:
-    """Return how far values within their bounds can move before the first of them meets one."""
+    """Return the length of a step at which the first value reaches a bound."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ways = np.where(direction > 0, limit - x, -x) / direction
     way = sums.smallest(ways[ways > 0])
@@ -541,7 +542,7 @@ def _feasible_length(
 
 
 def _restore_feasible(now: Iterate, result: _Free, viewer: Evaluator) -> NDArray[np.float64]:
-    """Return the pressure with the values found back within the bounds and the load."""
+    """Return the pressure with the solution projected onto the bounds and the load."""
     total, sums = viewer.problem.total, viewer.sums
     free, x, limit, block = result
     if block is not None:
@@ -565,10 +566,10 @@ def _restore_feasible(now: Iterate, result: _Free, viewer: Evaluator) -> NDArray
 def _kept_by_block(
     x: NDArray[np.float64], limit: Limit, block: NDArray[np.int64], sums: Sums
 ) -> NDArray[np.float64]:
-    """Return the values within the bounds that are nearest and keep the force of each block.
+    """Return the nearest values within the bounds that keep the force of each block.
 
-    About: where a force moved far away displaces much more than it does nearby, a load that the
-    bounds cost some pixels is to be taken off their neighbors, not off all pixels alike.
+    Approximate: if a force displaces the surface much more when moved far away than when moved
+    nearby, neighbors must balance the load that the bounds change, and not all pixels alike.
     """
     number = int(sums.largest(block, floor=0)) + 1
 

@@ -1,9 +1,9 @@
 """Multigrid by aggregation: conjugate gradients for networks of conductances.
 
-A network has nodes, conductances between them, and conductances from nodes to the ground. What
-couples strongly is taken together, pair by pair and thrice a level, whatever the shape of the
-network: conductances of twenty orders of magnitude, holes, narrow channels and dead ends are
-followed, where a coarse grid of squares would bridge the barriers.
+A network has nodes, conductances between them, and conductances from nodes to the ground. Strongly
+coupled nodes are aggregated in pairs, three times per level, so that coarse levels follow the
+network: conductances over twenty orders of magnitude, holes, narrow channels and dead ends, where
+a coarse grid of squares would bridge the barriers.
 """
 
 from __future__ import annotations
@@ -23,40 +23,40 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
 _COARSEST = 2000
-"""Nodes that are solved for directly."""
+"""Maximum number of nodes of a direct solution."""
 
 _MOST_LEVELS = 30
 
 _PAIRINGS = 3
-"""Rounds of pairing from level to level: with two, coarse levels take most of the time."""
+"""Pairings from level to level: with two, coarse levels take most of the time."""
 
 _STRONG = 0.1
-"""Conductance over the smaller sum at its ends from which two nodes may be taken together."""
+"""Minimum conductance over the smaller sum at its ends for which two nodes may be paired."""
 
 _RANDOM_FACTOR = 0.5
-"""Part of a coupling that chance adds at most, in the choice of a partner."""
+"""Maximum relative random increase of a coupling in the choice of a partner."""
 
 _ROUNDS = 6
 _ENOUGH = 0.25
-"""Residual after the first step on a coarse level, over that before, that needs no second one."""
+"""Reduction of the residual by the first step on a coarse level that needs no second step."""
 
 _FIRST, _SECOND = 48 / 41, 32 / 41
-"""Two Chebyshev steps as one sum: eigenvalues of 1 - B from 0.5 to 2 shrink, none is above 2."""
+"""Coefficients of two Chebyshev steps for eigenvalues of 1 - B from 0.5 to 2, their maximum."""
 
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """Nodes joined by conductances.
+    """Network of nodes and conductances.
 
     Parameters
     ----------
     first, second : ndarray of int32, shape (m,)
         The two nodes of each link, first < second.
     conductance : ndarray, shape (m,)
-        Of each link, positive.
+        Conductance of each link, positive.
     ground : ndarray, shape (n,)
-        Conductance from each node to the ground, zero or positive. Each part of the network that
-        hangs together needs one that is positive.
+        Conductance from each node to the ground, zero or positive. Each connected part of the
+        network needs a positive one.
     """
 
     first: Indices
@@ -75,21 +75,21 @@ class Network:
         Parameters
         ----------
         flow : ndarray, shape (m,)
-            Through each link, from its first to its second node.
+            Flow through each link, from its first to its second node.
         """
         leaving = _sum_by_group(self.first, flow, self.nodes)
         leaving -= _sum_by_group(self.second, flow, self.nodes)
         return leaving
 
     def drop(self, potential: Array) -> Array:
-        """Return the potential of the first less that of the second node, shape (m,)."""
+        """Return the drop of potential from the first to the second node, shape (m,)."""
         drop: Array = potential[self.first]
         drop -= potential[self.second]
         return drop
 
 
 class Level:
-    """A network as the solver takes it: its matrix is D (1 - B), each row of B averages.
+    """Matrix of a network in the form D (1 - B), where each row of B averages.
 
     Parameters
     ----------
@@ -111,25 +111,25 @@ class Level:
         self._average.data /= np.repeat(self.diagonal, np.diff(self._average.indptr))
 
     def excess(self, potential: Array) -> Array:
-        """Return the outflow of each node at this potential, over D."""
+        """Return the outflow of each node at a potential, over D."""
         average: Array = self._average @ potential
         return np.subtract(potential, average, out=average)
 
     def apply(self, potential: Array) -> Array:
-        """Return the outflow of each node at this potential."""
+        """Return the outflow of each node at a potential."""
         leaving = self.excess(potential)
         leaving *= self.diagonal
         return leaving
 
     def smoothed(self, residual: Array) -> Array:
-        """Return two Chebyshev steps from zero for a residual over D."""
+        """Return the result of two Chebyshev steps from zero for a residual over D."""
         result: Array = self._average @ residual
         result *= _SECOND
         result += _FIRST * residual
         return result
 
     def factors(self) -> SuperLU:
-        """Return the factors of the matrix."""
+        """Return the LU factors of the matrix."""
         from scipy.sparse import diags_array, eye_array
         from scipy.sparse.linalg import splu
 
@@ -138,7 +138,7 @@ class Level:
 
 
 class Multigrid:
-    """An approximate inverse of a network, the same whatever its size to within a few steps.
+    """Approximate inverse of a network, of nearly the same quality for all sizes.
 
     Parameters
     ----------
@@ -147,11 +147,11 @@ class Multigrid:
 
     Notes
     -----
-    Pairs of nodes that couple strongly are taken together, pairs of pairs, and pairs of those; the
-    coarser network has one node for each, its conductances are the sums. On every level two
-    Chebyshev steps smooth before and after; a coarse network is solved by one or two steps of
-    conjugate gradients with the still coarser ones as preconditioner, which is why it does not
-    matter that the corrections are constant on an aggregate.
+    Pairs of strongly coupled nodes are aggregated, then pairs of pairs, and pairs of those; the
+    coarser network has one node for each aggregate, its conductances are the sums. On every level
+    two Chebyshev steps smooth before and after; a coarse network is solved by one or two steps of
+    conjugate gradients with the coarser levels as preconditioner, so that corrections that are
+    constant on an aggregate suffice.
 
     References
     ----------
@@ -170,8 +170,8 @@ class Multigrid:
                 break
             group, network = _pair_nodes(network, level.diagonal, random)
             for _ in range(_PAIRINGS - 1):
-                # A pool with narrow ends is not taken together with what lies beyond them: of
-                # its links, those inside count as well.
+                # Include the links inside a group, so that a pool with narrow ends is not merged
+                # with the nodes beyond.
                 inner = _sum_by_group(group, level.diagonal, network.nodes)
                 second, network = _pair_nodes(network, inner, random)
                 group = second[group]
@@ -179,11 +179,11 @@ class Multigrid:
         self._factors = self.levels[-1].factors()
 
     def __call__(self, residual: Array) -> Array:
-        """Return the potential that about balances a residual, shape (n,)."""
+        """Return the potential that approximately balances a residual, shape (n,)."""
         return self._cycle(0, residual / self.levels[0].diagonal)
 
     def _cycle(self, depth: int, residual: Array) -> Array:
-        """Return the potential that about balances a residual over D, changed to what is left."""
+        """Return the potential that approximately balances a residual over D, overwriting it."""
         level = self.levels[depth]
         if depth == len(self._groups):
             return np.asarray(self._factors.solve(residual * level.diagonal))
@@ -200,7 +200,7 @@ class Multigrid:
         return result
 
     def _solved(self, depth: int, residual: Array) -> Array:
-        """Return one or two steps of conjugate gradients on a coarse level."""
+        """Return the result of one or two conjugate-gradient steps on a coarse level."""
         if depth == len(self._groups):
             return self._cycle(depth, residual)
         level = self.levels[depth]
@@ -216,7 +216,7 @@ class Multigrid:
             first *= step
             return first
         second = self._cycle(depth, remaining / level.diagonal)
-        # The direction that is conjugate to the first.
+        # Make the second direction conjugate to the first.
         common = _dot(second, through) / energy
         second -= common * first
         rest = _dot(second, level.apply(second))
@@ -234,19 +234,19 @@ def conjugate_gradients(
     Parameters
     ----------
     inverse : Multigrid
-        The network and its approximate inverse, which is not linear.
+        Network and approximate inverse, which is not linear.
     residual : ndarray, shape (n,)
-        What flows into each node.
+        Inflow of each node.
     enough : callable
-        ``enough(potential, unbalanced)`` says whether to stop, the second the sum of the amounts
-        that are left at all nodes.
+        ``enough(potential, unbalanced)`` returns whether to stop; ``unbalanced`` is the sum of the
+        absolute residuals of all nodes.
     max_steps : int
-        Number of steps after which to stop.
+        Maximum number of steps.
 
     Returns
     -------
     potential : ndarray, shape (n,)
-        What balances it.
+        Potential that balances the residual.
     steps : int
         Number of steps.
     """
@@ -260,8 +260,8 @@ def conjugate_gradients(
             return result, step
         better = inverse(remaining)
         if energy > 0:
-            # Against the last direction itself: the recurrence of the residuals asks for an
-            # inverse that is linear.
+            # Orthogonalize against the last direction itself: the recurrence of the residuals
+            # requires a linear inverse.
             better -= _dot(better, through) / energy * direction
         direction = better
         through = level.apply(direction)
@@ -277,7 +277,7 @@ def conjugate_gradients(
 def _pair_nodes(
     network: Network, diagonal: Array, random: np.random.Generator
 ) -> tuple[Indices, Network]:
-    """Return the group that each node belongs to, and the network of the groups."""
+    """Return the group of each node, and the network of the groups."""
     nodes = network.nodes
     group = np.full(nodes, -1, np.int32)
     first, second, weight = _strong_links(network, diagonal, random)
@@ -304,20 +304,20 @@ def _pair_nodes(
 def _strong_links(
     network: Network, diagonal: Array, random: np.random.Generator
 ) -> tuple[Indices, Indices, Array]:
-    """Return the links along which nodes may be taken together, and how well that would do."""
+    """Return the links along which nodes may be paired, and their weights."""
     first, second = network.first, network.second
     weight = diagonal[first]
     np.minimum(weight, diagonal[second], out=weight)
     np.divide(network.conductance, weight, out=weight)
     strong = weight >= _STRONG
     weight = weight[strong]
-    # A slope of conductances would else be one long chain, each node preferring the next.
+    # Otherwise a slope of conductances would be one long chain, each node preferring the next.
     weight *= 1 + _RANDOM_FACTOR * random.random(weight.size)
     return first[strong], second[strong], weight
 
 
 def _merge_network(network: Network, group: Indices, count: int) -> Network:
-    """Return the network of groups of nodes; links inside a group are gone."""
+    """Return the network of groups of nodes, without links inside a group."""
     from scipy.sparse import coo_array
 
     first, second = group[network.first], group[network.second]

@@ -1,4 +1,4 @@
-"""Anderson's acceleration of a fixed point."""
+"""Anderson acceleration of a fixed point."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from roughcontact.halfspace.tensors import WEIGHTS
 Array = NDArray[Any]
 Parts = list[Array]
 
-# Iterates that Anderson's acceleration remembers; growth of the defect at which it forgets.
+# Number of stored steps; growth of the defect at which they are cleared.
 _MEMORY = 6
 _GROWTH = 3.0
-# Iterations without a smaller defect after which plain steps take over, and how many of these.
+# Iterations without a smaller defect before plain steps follow, and the number of plain steps.
 _PATIENCE = 10
 _PLAIN_STEPS = 8
 # Relative size below which directions of the memory are treated as linearly dependent.
@@ -30,22 +30,22 @@ def _here(rows: Array) -> Array:
 
 
 class Mixer:
-    """Anderson's acceleration of a fixed point y = x(y) whose unknowns may grow in number.
+    """Anderson acceleration of a fixed point y = x(y) with a growing number of unknowns.
 
     The next iterate is the combination of the last ones whose defect f = x - y would be the
     smallest if x were linear (Anderson 1965, doi:10.1145/321296.321305; Walker and Ni 2011,
-    doi:10.1137/10078356X), in the norm of the energy: tensor product, thickness, modulus. Where
-    the defect grows the memory is cleared and a plain step follows; where it has not fallen for a
-    while, several. Plain steps never raise the defect: they are averaged nonexpansive.
+    doi:10.1137/10078356X), in the norm of the energy: tensor product, thickness, modulus. If the
+    defect grows, the memory is cleared and a plain step follows; if it has not fallen for several
+    iterations, several plain steps. These never raise the defect: they are averaged nonexpansive.
 
     Parameters
     ----------
     weights : list of float
-        What a square of strain counts in each part of the vectors.
+        Weight of a squared strain in each part of the vectors.
     workspace : Workspace
         Threads.
     whole : callable, optional
-        Makes of rows for the parts that are here those for all, where others are elsewhere.
+        Gathers rows of the local parts into rows of all parts, if other processes hold some.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class Mixer:
         self._fruitless = self._plain = 0
 
     def grow(self, part: int, old: Array, new: Array) -> None:
-        """Make room for the unknowns that a part has gained."""
+        """Extend the stored vectors by the new unknowns of a part, with values of zero."""
         place = np.searchsorted(new, old)
         pairs = list(self._steps) if self._last is None else [*self._steps, self._last]
         for pair in pairs:
@@ -129,14 +129,14 @@ class Mixer:
 
 
 def embedded(values: Array, place: Array, size: int) -> Array:
-    """Return columns moved to some places among more of them, the new ones zero."""
+    """Return the columns at given places of a wider array that is zero elsewhere."""
     wider = np.zeros((5, size), values.dtype)
     wider[:, place] = values
     return wider
 
 
 def _least_squares(gram: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Solve normal equations, leaving out directions that depend on others."""
+    """Solve normal equations without linearly dependent directions."""
     scale = np.sqrt(np.diag(gram))
     scale[scale == 0] = 1
     value, vector = np.linalg.eigh(gram / scale / scale[:, None])

@@ -1,21 +1,21 @@
-"""The bounded contact problem: which pressures close the gap without passing the ceiling.
+"""Bounded contact problem: pressures that close the gap without exceeding the ceiling.
 
 Minimise ½⟨p, K p⟩ + ⟨h₀, p⟩ over 0 ≤ p ≤ limit, with a given sum of p or a given approach ω.
-How the method differs from its textbook parents (Polonsky and Keer 1999,
+Differences from the textbook methods (Polonsky and Keer 1999,
 doi:10.1016/S0043-1648(99)00113-1; Hintermüller, Ito and Kunisch 2002,
 doi:10.1137/S1052623401383558):
 
-- The set of free pixels is read off the pressure and the gap (active-set, or semi-smooth Newton,
-  step); the linear problem on it is solved by preconditioned conjugate gradients just far enough
-  that the error of the set and the error on the set are alike. One convolution each.
+- The set of free pixels follows from the pressure and the gap (active-set, or semi-smooth Newton,
+  step); the linear problem on the set is solved by preconditioned conjugate gradients just far
+  enough that the error of the set and the error on the set are similar. One convolution each.
 - The approach is the multiplier of an exact projection, never the mean gap over the free pixels:
   with a ceiling there may be few of them, or none.
 - A step that raises the energy is cut at the minimum along its line and followed by projected
-  gradient steps, which find the set of free pixels more slowly but surely. Where that leads no
-  further, solutions on the free pixels are approached along the bounds that they violate.
+  gradient steps, which find the set of free pixels more slowly but reliably. If these stall,
+  solutions on the free pixels are approached along the bounds that they violate.
 - Everything but the transforms works on the pixels in or near contact; the only whole-map passes
-  ride on the transforms, while a block of rows is in cache.
-- The first pressure comes from the same problem on a grid of half the points, and so on down.
+  are part of the transforms, while a block of rows is in cache.
+- The first pressure comes from the same problem with half the points along each axis, recursively.
 """
 
 from __future__ import annotations
@@ -45,12 +45,12 @@ from roughcontact.solvers.preconditioner import Patches
 from roughcontact.solvers.problem import BoundedProblem, Loaded, coarsen_problem, prolong_pressure
 from roughcontact.solvers.progress import Status, Step
 
-# Reached on coarse grids: below it the error of the grid outweighs that of the solver.
+# Tolerance on coarse grids: below it the discretization error exceeds the solver error.
 _COARSE_TOLERANCE = 3e-3
 _COARSEST = 32
-# Steps without a better certificate before projected gradients and steps along an arc take over,
-# in turn; the number of the former after a step that overshoots, doubled every time that they take
-# over; how often before giving up; over how many the energy may rise.
+# Steps without a better certificate before bursts of projected gradients and steps along an arc
+# alternate; number of projected-gradient steps after an overshoot, doubled with every burst;
+# maximum number of bursts; number of steps over which the energy may rise.
 _MAX_STALLS = 3
 _BURST = 6
 _BURSTS = 20
@@ -66,9 +66,9 @@ class BoundedSolution:
     index : ndarray of int, shape (n,)
         Flat indices of the pixels with pressure, ascending.
     pressure : ndarray, shape (n,)
-        Pressure on them [Pa].
+        Pressure on these pixels [Pa].
     gap : ndarray, shape (ny, nx)
-        Gap computed afresh from this pressure [m]; ``inf`` where the bodies never touch.
+        Gap recomputed from this pressure [m]; ``inf`` where the bodies never touch.
     approach : float
         ω [m].
     certificate : float
@@ -76,11 +76,11 @@ class BoundedSolution:
     status : Status
         Why the solver stopped.
     iterations, convolutions : int
-        On the finest grid.
+        Numbers on the finest grid.
     history : tuple of Step
-        Every look at the whole map, coarse grids included.
+        Every evaluation of the whole map, including coarse grids.
     tilt : (float, float)
-        What the gap grows by per lever along y and x, where the bodies tilt [m].
+        Increase of the gap per lever along y and x, if the bodies tilt [m].
     """
 
     index: NDArray[np.int64]
@@ -110,26 +110,26 @@ def solve(
     Parameters
     ----------
     problem : BoundedProblem
-        What to solve; it must be feasible.
+        Problem to solve; it must be feasible.
     family : callable
         ``family(shape, (ky, kx))`` returns the `Operator` ``pressure → displacement`` on a map of
-        that shape whose pixels are as large as ``ky × kx`` pixels of this one.
+        this shape whose pixels are as large as ``ky × kx`` pixels of the finest map.
     tolerance : float
-        Certificate ε at which the solution counts as converged.
+        Certificate ε at which the solution is converged.
     max_iterations : int
-        Most convolutions on any one grid.
+        Maximum number of convolutions on each grid.
     start : (ndarray of int, ndarray), shapes (n,), optional
         Pixels, ascending, and pressure [Pa] to start from, such as those of a neighbouring
-        load; without it the first pressure comes from coarser grids.
+        load; by default the first pressure comes from coarser grids.
     progress : callable, optional
         Called with each `Step`.
     interruptible : bool
-        Whether a ``KeyboardInterrupt`` ends the search with what was found.
+        Whether a ``KeyboardInterrupt`` ends the solve and returns the best result.
 
     Returns
     -------
     BoundedSolution
-        The solution, or the best approximation with a status that says why it is none.
+        The solution, or the best approximation with a status that gives the reason.
     """
     history: list[Step] = []
     levels = [problem] if start is not None else _levels(problem)
@@ -140,9 +140,9 @@ def solve(
         if progress is not None:
             progress(history[-1])
 
-    # Made and let go where it is needed: in full contact it is as large as the map twice.
+    # Created and released where needed: in full contact it is twice as large as the map.
     first: Callable[[], Loaded] = partial(_initial_pressure, levels[-1], start)
-    # The largest operator first: the coarse ones then work in its memory.
+    # The largest operator first: coarse operators then use its memory.
     finest_operator = family(problem.shape, (1, 1))
     for depth in range(len(levels) - 1, -1, -1):
         level = levels[depth]
@@ -162,7 +162,7 @@ def solve(
             interruptible=interruptible,
         )
         if solution.status is Status.INTERRUPTED:
-            max_iterations = 0  # On finer grids it is only evaluated
+            max_iterations = 0  # Only evaluate the pressure on finer grids
         if not finest:
             loaded = solution.index, solution.pressure
             finer = levels[depth - 1].initial_gap.shape
@@ -176,7 +176,7 @@ def solve(
 def _share_done(
     history: Sequence[Step], shapes: Sequence[tuple[int, int]], tolerance: float
 ) -> float:
-    """Return the share of a solve that is done: points of each grid times digits to gain on it."""
+    """Return the completed share of a solve, from points and digits gained on each grid."""
     now = history[-1]
     first = next(step.certificate for step in history if step.shape == now.shape)
     gained = 1.0
@@ -194,7 +194,7 @@ def _share_done(
 
 
 def coarser_grids(shape: tuple[int, int]) -> int:
-    """Return how often the pixels of a map are doubled in edge for the first pressure."""
+    """Return the number of coarser grids, each with doubled pixel edges."""
     # A profile of this number of points is treated as a small map.
     minimum = 2 * (_COARSEST if shape[0] > 1 else _COARSEST**2)
     points, number = min(shape[shape[0] == 1 :]), 0
@@ -204,7 +204,7 @@ def coarser_grids(shape: tuple[int, int]) -> int:
 
 
 def _levels(problem: BoundedProblem) -> list[BoundedProblem]:
-    """Return the problem and what it is on coarser and coarser grids."""
+    """Return the problem on its grid and on successively coarser grids."""
     levels = [problem]
     for _ in range(coarser_grids(problem.shape)):
         levels.append(coarsen_problem(levels[-1]))
@@ -212,7 +212,7 @@ def _levels(problem: BoundedProblem) -> list[BoundedProblem]:
 
 
 def _initial_pressure(problem: BoundedProblem, start: Loaded | None) -> Loaded:
-    """Return a pressure to start from: that given, or else a uniform one."""
+    """Return the given initial pressure, or else a uniform one."""
     if start is not None:
         return start
     pixels = problem.initial_gap.size
@@ -221,7 +221,7 @@ def _initial_pressure(problem: BoundedProblem, start: Loaded | None) -> Loaded:
 
 
 def _is_stagnant(certificate: float, floor: float, bursts: int) -> bool:
-    """Return whether rounding may be all that is left, or every burst has been tried."""
+    """Return whether the certificate is near its rounding error, or no burst is left."""
     return certificate <= 10 * floor or bursts == _BURSTS
 
 
@@ -306,7 +306,7 @@ def _next_iterate(
         start, end = slopes(now, moved, viewer)
         # Where the set of free pixels is far off, the step overshoots: the energy rises.
         if start < 0 < start + end:
-            # Nothing is kept that is no longer needed: each look holds three arrays of the contact.
+            # Release the iterate: each holds three arrays of the contact.
             del after
             moved = _interpolate_iterates(now.pressure, moved, start / (start - end))
             return projected_gradient(
@@ -318,7 +318,7 @@ def _next_iterate(
 def _interpolate_iterates(
     start: NDArray[np.float64], end: NDArray[np.float64], cut: float
 ) -> NDArray[np.float64]:
-    """Return the point at a part of the way, in the memory of its end."""
+    """Return the point at a fraction of a step, in the memory of its end."""
     end -= start
     end *= cut
     end += start
@@ -326,11 +326,11 @@ def _interpolate_iterates(
 
 
 def projected_gradient(now: Iterate, viewer: Evaluator, steps: int, max_iterations: int) -> Iterate:
-    """Follow projected gradients with Barzilai–Borwein lengths; return the best pressure seen.
+    """Return the best iterate of projected gradient steps with Barzilai–Borwein lengths.
 
-    A step may raise the energy above that before, but not above the highest of the last few, else
-    it is cut at the minimum along its line; so pressures cannot be visited in a circle (Birgin,
-    Martínez and Raydan 2000, doi:10.1137/S1052623497330963).
+    A step may raise the energy, but not above the highest of the last few values; otherwise it is
+    cut at the minimum along its line, so that iterates cannot cycle (Birgin, Martínez and Raydan
+    2000, doi:10.1137/S1052623497330963).
     """
     best = now
     rate = 1 / viewer.unit
@@ -344,7 +344,7 @@ def projected_gradient(now: Iterate, viewer: Evaluator, steps: int, max_iteratio
         if not start < end:
             if not start < 0:
                 break
-            # Nothing resists this step.
+            # A step without resistance.
             rate *= 10
             energies.append(energies[-1] + 0.5 * (start + end))
         else:

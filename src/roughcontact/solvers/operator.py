@@ -1,9 +1,9 @@
 """Protocols of the displacement operator, and of sums over all pixels.
 
-A map may lie on several processes, each with a band of its rows: they then run the same solver
-side by side, on arrays of their own pixels. Whatever depends on the pixels of all of them passes
-through the `Sums` of the operator, so that all come to the same decisions; nothing else in this
-wing sums over a map.
+A map may be distributed over several processes, each with a slab of its rows: they then run the
+same solver in parallel, on arrays of their local pixels. All quantities that depend on all pixels
+pass through the `Sums` of the operator, so that all processes take the same decisions; nothing
+else in `roughcontact.solvers` sums over a map.
 """
 
 from __future__ import annotations
@@ -15,54 +15,53 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-# Squares below it, or above its inverse, may have lost digits.
+# Squares below this value, or above its inverse, may have lost digits.
 _SMALLEST = 1e-280
 
 Visit = Callable[[int, slice, NDArray[Any]], None]
 
 
 class Sums(Protocol):
-    """Sums and extremes over all pixels, those of other processes included.
+    """Sums and extremes over all pixels, including those of other processes.
 
-    Arrays hold the entries of this process alone, of which there may be none; all processes call
-    the same methods in the same order. `roughcontact.halfspace.convolution.LocalSums` serves where
-    there is one process.
+    Arrays hold only the local entries, possibly none; all processes call the same methods in the
+    same order. `roughcontact.halfspace.convolution.LocalSums` is for a single process.
     """
 
     def size(self, values: NDArray[Any]) -> int:
-        """Return how many there are."""
+        """Return the number of values."""
 
     def total(self, values: NDArray[Any]) -> float:
-        """Return their sum."""
+        """Return the sum of the values."""
 
     def dot(self, first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-        """Return the inner product of two rows."""
+        """Return the inner product of two vectors."""
 
     def count(self, chosen: NDArray[np.bool_]) -> int:
-        """Return how many are true."""
+        """Return the number of true values."""
 
     def largest(self, values: NDArray[Any], floor: float = ...) -> float:
-        """Return the largest, or ``floor`` where none is larger."""
+        """Return the largest value, or ``floor`` if none is larger."""
 
     def smallest(self, values: NDArray[Any], limit: float = ...) -> float:
-        """Return the smallest, or ``limit`` where none is smaller."""
+        """Return the smallest value, or ``limit`` if none is smaller."""
 
     def allreduce(self, parts: NDArray[Any]) -> NDArray[Any]:
         """Return the entrywise sums over all processes."""
 
 
 class Support(Protocol):
-    """Some pixels, prepared by an operator for its own use."""
+    """Pixels prepared by an operator for its methods."""
 
     @property
     def starts(self) -> NDArray[np.int64]:
-        """First entry of each row block of this process, and their number behind the last."""
+        """First entry of each local row block, and the number of entries at the end."""
 
 
 class Operator(Protocol):
-    """A map of pressures to the displacement of the same map, linear and symmetric.
+    """Linear and symmetric operator from pressure to displacement on a map.
 
-    Flat indices count the pixels of this process from 0 on, row by row.
+    Flat indices number the local pixels from 0, row by row.
     """
 
     @property
@@ -71,7 +70,7 @@ class Operator(Protocol):
 
     @property
     def rows(self) -> slice:
-        """Rows of the whole map that this process holds."""
+        """Local rows of the whole map."""
 
     @property
     def sums(self) -> Sums:
@@ -79,7 +78,7 @@ class Operator(Protocol):
 
     @property
     def real(self) -> type:
-        """Kind of number of displacements: that of its arithmetic."""
+        """Floating-point type of the displacement."""
 
     @property
     def self_displacement(self) -> float:
@@ -87,48 +86,48 @@ class Operator(Protocol):
 
     @property
     def is_long_wave_soft(self) -> bool:
-        """Whether it moves far more in long waves than in short ones, as a plate on a soft bed."""
+        """Whether long waves are far more compliant than short ones: a plate on a soft bed."""
 
     @property
     def periodic_axes(self) -> tuple[bool, bool]:
-        """Axes ``(y, x)`` along which no shorter map can stand for this one.
+        """Whether no shorter map can replace this map, along y and along x.
 
-        Those along which it repeats itself; both where several processes hold it.
+        True along periodic axes; along both axes if several processes hold the map.
         """
 
     def support(self, index: NDArray[np.int64]) -> Support:
         """Prepare the pixels with these ascending flat indices for `spread` and `gather`."""
 
     def each_block(self, task: Callable[[int, slice], None]) -> None:
-        """Call ``task(number, rows)`` for every row block of this process, on all threads.
+        """Call ``task(number, rows)`` for every local row block, on all threads.
 
-        Rows count from the first of this process on.
+        Rows are numbered from the first local row.
         """
 
     # Result of `support`; an operator may require a specific type.
     def spread(self, support: Any, pressure: NDArray[Any], visit: Visit) -> None:
-        """Show the displacement under pressure [Pa] on some pixels, row block by row block.
+        """Pass the displacement under pressure [Pa] on some pixels to a callback.
 
-        ``visit(number, rows, displacement)`` gets the blocks of `each_block`, from one of several
-        threads; the array is only valid during the call.
+        ``visit(number, rows, displacement)`` receives the blocks of `each_block`, from one of
+        several threads; the array is only valid during the call.
         """
 
     def gather(self, support: Any, pressure: NDArray[Any]) -> NDArray[Any]:
-        """Return the displacement of the loaded pixels themselves."""
+        """Return the displacement of the loaded pixels."""
 
     def __call__(self, pressure: NDArray[Any]) -> NDArray[Any]:
-        """Return the displacement of a small map, which every process holds as a whole."""
+        """Return the displacement of a small map that every process holds completely."""
 
     def to_single_precision(self) -> Operator:
-        """Return the same in single precision; itself where it is so."""
+        """Return the operator in single precision; the same object if it already is."""
 
     def approximate_inverse(self) -> Operator:
-        """Return ``displacement / K₀₀ → pressure``, about, of which only `gather` is used."""
+        """Return an approximate ``displacement / K₀₀ → pressure``; only `gather` is used."""
 
 
 Family = Callable[[tuple[int, int], tuple[int, int]], Operator]
-"""``family(shape, (ky, kx))``: the operator on a map of that shape whose pixels are as large as
-``ky × kx`` pixels of the finest one."""
+"""``family(shape, (ky, kx))``: the operator on a map of this shape whose pixels are as large as
+``ky × kx`` pixels of the finest map."""
 
 
 def norm(values: NDArray[Any], sums: Sums) -> float:
@@ -137,7 +136,7 @@ def norm(values: NDArray[Any], sums: Sums) -> float:
     square = sums.dot(values, values)
     if _SMALLEST < square < 1 / _SMALLEST:
         return math.sqrt(square)
-    # Squares that vanish or overflow, under a ceiling that is next to none for one.
+    # Squares that underflow or overflow, for example under a ceiling near zero.
     largest = max(sums.largest(values, floor=0.0), -sums.smallest(values, limit=0.0))
     if not 0 < largest < math.inf:
         return largest

@@ -1,15 +1,15 @@
-"""Tangential traction under Coulomb's friction: a convex problem with one disc per pixel.
+"""Tangential traction with Coulomb friction: a convex problem with one disc per pixel.
 
 Minimize ½⟨q, K q⟩ - ⟨t + f, q⟩ over ``|q|`` ≤ b, where the rigid shift t is given, or the
 multiplier of a given sum of q. The slip is s = t + f - K q: zero where ``|q|`` < b, along q where
 ``|q|`` = b.
 
 On the coarsest grid a few projected-gradient steps find stick and slip roughly; each finer grid
-starts from the part of its bound that a pixel carries on the grid before. Semi-smooth Newton steps
-finish: pixels that slip go to the rim of their disc and move along it, all others move freely. The
+starts from the ratio of traction to bound on the coarser grid. Semi-smooth Newton steps follow:
+slipping pixels go to the rim of their disc and move along the rim, all others move freely. The
 linear problem of each step is solved by preconditioned conjugate gradients, with the sum of q as a
-constraint, no further than stick and slip are known. K q is computed in single precision, but once
-near the solution and for the certificate.
+constraint, no further than stick and slip are known. K q is computed in single precision, except
+once near the solution and for the certificate.
 
 References
 ----------
@@ -36,29 +36,29 @@ from roughcontact.solvers.progress import Status
 Array = NDArray[np.float64]
 
 STICK = 1e-9
-"""Relative distance from its bound below which the traction of a pixel slips."""
+"""Relative distance of the traction from its bound below which a pixel slips."""
 
 FORCE_TOLERANCE = 1e-10
 """Largest force error of a converged solution, over the largest force."""
 
-# Projected-gradient steps on the coarsest grid, and where a Newton step fails.
+# Projected-gradient steps on the coarsest grid, and after a failed Newton step.
 _GRADIENT_STEPS = 10
-# Rounds of a solve, Newton steps of a round, and conjugate-gradient steps of each.
+# Maximum rounds of a solve, Newton steps of a round, and conjugate-gradient steps of each.
 _ROUNDS, _NEWTON, _INNER = 4, 30, 200
-# Residual of the linear problem of a step, over its first: the least, and the most where stick and
-# slip are off by more than so many times the residual.
+# Reduction of the residual of the linear problem: in general, and if the error of stick and slip
+# exceeds the residual by the third factor.
 _FORCING, _ROUGH, _SETS = 0.05, 0.3, 1.5
-# Error of the energy that a stiffness follows from, about.
+# Approximate relative error of the energy of a stiffness.
 _RESPONSE = 1e-5
-# Certificate on coarse grids, and that below which a sum of displacements in single precision is
-# replaced.
+# Certificate on coarse grids, and the certificate below which a sum of displacements in single
+# precision is recomputed.
 _COARSE, _NEAR = 1e-2, 1e-3
-# Answer of the inverse to a uniform displacement, at least.
+# Minimum response of the inverse to a uniform displacement.
 _STIFFEST = 1e-6
 
 
 class TangentialOperator(Protocol):
-    """A map of tractions, shape (2, n), to the tangential displacement of the same pixels."""
+    """Operator from tractions, shape (2, n), to the tangential displacement of the pixels."""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -76,47 +76,47 @@ class TangentialOperator(Protocol):
         """Prepare the pixels with these ascending flat indices for `gather`."""
 
     def gather(self, support: Any, traction: Array) -> Array:
-        """Return the displacement of the loaded pixels themselves."""
+        """Return the displacement of the loaded pixels."""
 
     def to_single_precision(self) -> TangentialOperator:
         """Return the operator in single precision."""
 
     def approximate_inverse(self) -> TangentialOperator:
-        """Return ``displacement / K₀₀ → traction``, about."""
+        """Return an approximate ``displacement / K₀₀ → traction``."""
 
     def coarser(self, times: tuple[int, int], /) -> TangentialOperator:
-        """Return the same on pixels that are ``times[0] × times[1]`` as large."""
+        """Return the operator on pixels ``times[0] × times[1]`` times as large."""
 
 
 @dataclass(frozen=True, eq=False)
 class PartialSlipProblem:
-    """Bounds, and what drives the traction; fields have the shape (2, n), components (y, x)."""
+    """Bounds and driving terms of a traction; fields have shape (2, n), components (y, x)."""
 
     index: NDArray[np.int64]  # Flat indices of the pixels, ascending
-    bound: Array  # Largest traction of each [Pa], positive, shape (n,)
+    bound: Array  # Largest traction of each pixel [Pa], positive, shape (n,)
     offset: Array  # f [m]
     total: Array | None = None  # Sum of the traction over the pixels [Pa], shape (2,)
-    shift: Array | None = None  # t [m], shape (2,), where the sum is not given
-    start: Array | None = None  # Traction to start from [Pa]
-    scale: float = 0.0  # Norm of an earlier traction that this one is compared with [Pa]
+    shift: Array | None = None  # t [m], shape (2,), if the sum is not given
+    start: Array | None = None  # Initial traction [Pa]
+    scale: float = 0.0  # Minimum of the norm that residuals are compared with [Pa]
 
 
 @dataclass(frozen=True, eq=False)
 class PartialSlipSolution:
-    """A traction with its certificate."""
+    """Traction with its certificate."""
 
     traction: Array  # q [Pa], shape (2, n)
     slip: Array  # s = t + f - K q [m], shape (2, n)
     shift: Array  # t [m], shape (2,)
     certificate: float  # ‖q - Π(q + s/K₀₀)‖ over the larger of ‖q‖ and the scale
-    force_error: float  # |Σq - total| over Σb; 0 where the shift is given
+    force_error: float  # |Σq - total| over Σb; 0 if the shift is given
     status: Status
     steps: int  # Newton steps
-    applications: int  # Of the operator: two transforms forward and back each
+    applications: int  # Operator applications: two transforms forward and back each
 
 
 def project_to_discs(values: Array, bound: Array) -> Array:
-    """Return the nearest values in the discs, shape (2, n)."""
+    """Return the projection of values onto the discs, shape (2, n)."""
     size = np.hypot(*values)
     outside = size > bound
     factor = np.ones_like(size)
@@ -125,9 +125,9 @@ def project_to_discs(values: Array, bound: Array) -> Array:
 
 
 def project_with_sum(values: Array, bound: Array, total: Array, sums: Sums) -> tuple[Array, Array]:
-    """Return the nearest values in the discs with a given sum, and the shift that makes them so.
+    """Return the projection onto the discs with a given sum, and its shift.
 
-    The shift c of Π(v + c) is the minimum of a smooth convex function: damped Newton steps.
+    The shift c of Π(v + c) minimizes a smooth convex function, by damped Newton steps.
     """
     shift = np.zeros(2)
     limit = sums.total(bound)
@@ -154,7 +154,7 @@ def project_with_sum(values: Array, bound: Array, total: Array, sums: Sums) -> t
 def _dual(
     values: Array, bound: Array, total: Array, shift: Array, sums: Sums
 ) -> tuple[Array, Array, float, Array]:
-    """Return Π(v + c), what its sum lacks, the dual function of c and its second derivative."""
+    """Return Π(v + c), its missing sum, the dual function of c and its second derivative."""
     moved = values + shift[:, None]
     size = np.hypot(*moved)
     outside = size > bound
@@ -186,25 +186,25 @@ def solve(
     Parameters
     ----------
     operator : TangentialOperator
-        Traction to displacement.
+        Operator from traction to displacement.
     problem : PartialSlipProblem
-        Bounds, offset, and the sum or the shift. A sum must be below that of the bounds.
+        Bounds, offset, and the sum or the shift. A sum must be less than the sum of the bounds.
     tolerance : float
         Certificate to reach.
 
     Returns
     -------
     PartialSlipSolution
-        The traction, with a certificate that is computed from it alone.
+        The traction, with a certificate computed from the traction alone.
     """
     return _Solver(operator, problem).solve(tolerance)
 
 
 class _Iterate(NamedTuple):
-    """A solution of the linear problem of a step, about."""
+    """Approximate solution of the linear problem of a step."""
 
     step: Array  # z
-    moved: Array  # K z, with that of the change to the rim
+    moved: Array  # K times z and the change to the rim
     shift: Array  # t
     residual: Array
     square: float  # ⟨residual, M residual⟩
@@ -212,14 +212,14 @@ class _Iterate(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _State:
-    """A traction, its displacement and the shift, in the units of the solver."""
+    """Traction, its displacement and the shift, in the units of the solver."""
 
     traction: Array
     displacement: Array
     shift: Array
 
     def after(self, rim: Array, iterate: _Iterate, part: float = 1.0) -> _State:
-        """Return the state after a part of a Newton step."""
+        """Return the state after a fraction of a Newton step."""
         return _State(
             self.traction + part * (rim + iterate.step),
             self.displacement + part * iterate.moved,
@@ -228,7 +228,7 @@ class _State:
 
 
 class _Space:
-    """Admissible tractions of a step: stick moves freely, slip along the rim of its disc."""
+    """Admissible changes of traction: free if a pixel sticks, along the rim if it slips."""
 
     def __init__(self, target: Array, bound: Array) -> None:
         size = np.hypot(*target)
@@ -240,7 +240,7 @@ class _Space:
         self.weight = 1 / np.sqrt(1 + self.stiffness)
 
     def along(self, values: Array) -> Array:
-        """Return the component of a field in the space."""
+        """Return the projection of a field onto the space."""
         across: Array = (values * self.normal).sum(axis=0)
         return values - across * self.normal
 
@@ -248,7 +248,7 @@ class _Space:
 class _Blocks:
     """Interaction of spots, which the wrapped inverse neglects.
 
-    See `roughcontact.solvers.preconditioner.FreePixelInverse`; D is that of each component.
+    See `roughcontact.solvers.preconditioner.FreePixelInverse`; D is separate for each component.
     """
 
     def __init__(self, operator: TangentialOperator, index: NDArray[np.int64]) -> None:
@@ -269,7 +269,7 @@ class _Blocks:
         Parameters
         ----------
         weight : ndarray, shape (2, n)
-            Its answer to a uniform displacement, component by component.
+            Response of the wrapped inverse to a uniform displacement, by component.
         """
         yielding = 1 / self.added(weight)
         own, itself = yielding * self.own, self.softness * self.blocks.self_displacement
@@ -284,7 +284,7 @@ class _Blocks:
         return shared
 
     def added(self, values: Array) -> Array:
-        """Return the sums of both components over the pixels of each block that touches."""
+        """Return the sums of both components over the pixels of each block in contact."""
         parts = [np.bincount(self.block, row, minlength=self.number) for row in values]
         return self.sums.allreduce(np.stack(parts))[:, self.touching]
 
@@ -312,20 +312,20 @@ class _Inverse:
             ]
 
     def __call__(self, values: Array) -> Array:
-        """Return z."""
+        """Return the approximate solution z."""
         return self.apply_corrected(self.apply_wrapped(values), values)
 
     def apply_wrapped(self, values: Array) -> Array:
-        """Return z as the wrapped inverse has it."""
+        """Return z by the wrapped inverse alone."""
         return self.space.along(self.space.weight * self.wrapped(self.space.weight * values))
 
     def apply_corrected(self, answer: Array, values: Array) -> Array:
-        """Return z less what spots do to each other."""
+        """Return z corrected for the interaction of spots."""
         return answer if self.shared is None else answer - self.space.along(self.shared(values))
 
 
 class _Solver:
-    """The problem in units of its largest bound, K₀₀ = 1."""
+    """Solver in units of the largest bound, with K₀₀ = 1."""
 
     def __init__(self, operator: TangentialOperator, problem: PartialSlipProblem) -> None:
         self.operator, self.problem, self.sums = operator, problem, operator.sums
@@ -368,13 +368,13 @@ class _Solver:
         return state.shift[:, None] + self.offset - state.displacement
 
     def projected(self, values: Array) -> tuple[Array, Array]:
-        """Return the nearest admissible traction, and the shift that makes it so."""
+        """Return the nearest admissible traction, and its shift."""
         if self.total is None:
             return project_to_discs(values, self.bound), np.zeros(2)
         return project_with_sum(values, self.bound, self.total, self.sums)
 
     def merit(self, state: _State) -> float:
-        """Return the residual of the conditions, with that of the force."""
+        """Return the residual of the friction conditions and of the force."""
         change = state.traction - project_to_discs(state.traction + self.slip(state), self.bound)
         square = self.dot(change, change)
         if self.total is not None:
@@ -390,7 +390,7 @@ class _Solver:
             for _ in range(_NEWTON):
                 merit = self.merit(state)
                 if not near and merit <= max(_NEAR, tolerance) * size:
-                    # Rounding of what comes on top is as small as that.
+                    # Later changes are small, and so is their rounding in single precision.
                     state, near = self.placed(state.traction, state.shift), True
                     continue
                 if merit <= 0.5 * tolerance * size:
@@ -401,16 +401,16 @@ class _Solver:
             solution = self.certified(state, newton)
             if solution.certificate <= tolerance and solution.force_error <= FORCE_TOLERANCE:
                 return replace(solution, status=Status.CONVERGED)
-            # The projection to the discs has moved it.
+            # The projection onto the discs has moved the traction.
             state = self.placed(solution.traction / self.pressure, state.shift)
         return solution
 
     def norm(self, state: _State) -> float:
-        """Return the norm that a residual is compared with."""
+        """Return the reference norm of residuals."""
         return max(norm(state.traction.ravel(), self.sums), self.problem.scale / self.pressure)
 
     def start(self) -> _State:
-        """Return where to start from."""
+        """Return the initial state."""
         given = self.problem.shift
         shift = np.zeros(2) if given is None else given / self.length
         rough = self.problem.start is None and self.blocks is None
@@ -425,13 +425,13 @@ class _Solver:
         if rough:
             return self.descend(state)
         if self.total is not None:
-            # Near it first: far away the projection does not find it.
+            # Estimate the shift first: from far away the projection does not find it.
             shift = -self.sum(self.bound * self.slip(state)) / self.sums.total(self.bound)
             state = replace(state, shift=shift)
         return replace(state, shift=shift + self.projected(traction + self.slip(state))[1])
 
     def from_coarser(self) -> Array:
-        """Return the traction that carries as much of each bound as on half the grid."""
+        """Return the traction with the ratio to its bound from a grid of doubled pixels."""
         problem, shape = self.problem, self.operator.shape
         times = (min(2, shape[0]), 2)
         coarse = self.operator.coarser(times)
@@ -461,7 +461,7 @@ class _Solver:
         return part[:, block] * self.bound
 
     def placed(self, traction: Array, shift: Array) -> _State:
-        """Return the state of a traction."""
+        """Return the state of a traction, in the precision of the operator."""
         return _State(traction, self.apply(traction), shift)
 
     def descend(self, state: _State) -> _State:
@@ -481,7 +481,7 @@ class _Solver:
         return state
 
     def newton_step(self, state: _State, merit: float, enough: float) -> _State | None:
-        """Return the state after a Newton step, none better than enough; None if none is better."""
+        """Return the state after a Newton step, or None if no fraction of it is better."""
         slip = self.slip(state)
         space = _Space(state.traction + slip, self.bound)
         rim = np.where(space.slips, self.bound * space.normal - state.traction, 0.0)
@@ -510,18 +510,18 @@ class _Solver:
     def iterates(
         self, space: _Space, driving: Array, rim: Array, lack: Array | None
     ) -> Iterator[_Iterate]:
-        """Yield z in the space with (K + Λ) z = driving + t - K rim, nearer and nearer.
+        """Yield improving solutions z in the space of (K + Λ) z = driving + t - K rim.
 
         Parameters
         ----------
         space : _Space
-            Where z lies, and Λ.
+            Space of z, with Λ.
         driving : ndarray, shape (2, n)
-            Slip to take away.
+            Slip to remove.
         rim : ndarray, shape (2, n)
-            Change of the traction that comes before z.
+            Change of the traction before z.
         lack : ndarray, shape (2,), or None
-            Sum of z, with t as its multiplier; t is 0 without it.
+            Required sum of z, with t as its multiplier; without it t is 0.
         """
         invert = _Inverse(self.wrapped, self.blocks, space)
         step, inverse, shift = np.zeros_like(driving), np.zeros((2, 2)), np.zeros(2)
@@ -554,7 +554,7 @@ class _Solver:
             residual = residual - response
 
     def certified(self, state: _State, steps: int) -> PartialSlipSolution:
-        """Return the nearest admissible traction with its certificate, computed from it alone."""
+        """Return the nearest admissible traction and the certificate computed from it."""
         traction, _ = self.projected(state.traction)
         final = self.placed(traction, state.shift)
         slip = self.slip(final)
@@ -576,7 +576,7 @@ class _Solver:
 
 
 def _combine_fields(fields: list[Array], factors: Array) -> Array:
-    """Return the sum of two fields with these factors."""
+    """Return the sum of two fields times factors."""
     return factors[0] * fields[0] + factors[1] * fields[1]
 
 
@@ -586,18 +586,18 @@ def stiffness(
     direction: Array,
     solution: tuple[Array, Array, Array] | None = None,
 ) -> float:
-    """Return how fast the sum of the traction grows with the shift along a direction [Pa/m].
+    """Return the derivative of the traction sum by the shift along a direction [Pa/m].
 
     Parameters
     ----------
     operator : TangentialOperator
-        Traction to displacement.
+        Operator from traction to displacement.
     index : ndarray of int, shape (n,)
         Flat indices of the pixels in contact.
     direction : ndarray, shape (2,)
         Unit vector of the growing force.
     solution : (traction, slip, bound), optional
-        A solved state; without it all of the contact sticks.
+        A solved state; by default the whole contact sticks.
     """
     bound = np.ones(index.size)
     traction = slip = np.zeros((2, index.size))

@@ -1,10 +1,10 @@
-"""Approximate inverse of the displacement operator on the pixels that are free to move.
+"""Approximate inverse of the displacement operator on the free pixels.
 
-Two parts. Within a contact spot, the inverse wrapped around a map that is hardly padded, about
-``|q| E*/2``: spectrally as good as any known, at the cost of a small pair of transforms. Between
-spots, what that part cannot see: it takes the surface around the spots for held where it is, but
-the spots press it down. This is smooth on the scale of the spots, and so is handled in blocks of
-pixels.
+Two parts. Within a contact spot, the inverse wrapped around a map with little padding, about
+``|q| E*/2``: spectrally as good as any known inverse, at the cost of a small pair of transforms.
+Between spots, the interaction that this part neglects: it treats the surface around the spots as
+fixed, but the spots press it down. This effect is smooth on the scale of the spots, and so is
+handled in blocks of pixels.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from roughcontact.solvers.operator import Family, Operator
 
 Array = NDArray[np.float64]
 
-# Share of pixels that may be new, or gone, before m is computed again.
+# Share of new or removed pixels above which m is computed again.
 _STALE = 0.01
-# What the forces on the blocks are solved to, and the most steps; both are cheap and rough.
+# Relative tolerance of the forces on the blocks, and maximum number of steps; both are rough.
 _ROUGHLY, _MOST_STEPS = 0.1, 30
-# A block that touches all over yields to the others alone; some of its own keeps it finite.
+# Minimum of (1 - θ)²: in full contact a block would respond only to the forces on other blocks.
 _STIFFEST = 0.01
-# Blocks of which each response is kept: a transform of so few takes longer than their sum.
+# Maximum number of blocks with stored responses: for fewer, a transform takes longer than a sum.
 _FEW = 576
 
 
@@ -34,18 +34,18 @@ class FreePixelInverse:
     """Approximate inverse of K restricted to changing sets of pixels.
 
     With M the wrapped inverse on the pixels, m = M 1, R the sum over the pixels of each block and
-    D = R diag(m) Rᵀ: to displace the pixels of a block alike, while the surface around them is
-    held, takes the force D. If it is not, part θ of a block touches, and C is the displacement of
-    a block by the force on another one, the force f displaces them by::
+    D = R diag(m) Rᵀ: a uniform displacement of the pixels of a block, with the surface around them
+    fixed, requires the force D. If the surface is free, a fraction θ of a block is in contact, and
+    C is the displacement of a block by the force on another one, the force f displaces them by::
 
         C f + (1 - θ)² D⁻¹ f
 
-    M answers all of a displacement as if the surface around were held. Its answer to what blocks
-    have in common is replaced by that force; with m D⁻¹ R m for the part that is replaced::
+    M responds to a displacement as if the surface around were fixed. Its response to the common
+    displacement of a block is replaced by this force; with m D⁻¹ R m for the replaced part::
 
         M - diag(m) Rᵀ (D⁻¹ - D⁻¹ (C + (1 - θ)² D⁻¹)⁻¹ D⁻¹) R diag(m)
 
-    m and D are kept while the next sets differ by few pixels: where m counts more than M gives,
+    m and D are reused while the next sets differ by few pixels: if m exceeded the response of M,
     the inverse would not be positive. The forces are found by a few steps of conjugate gradients,
     so that the inverse is not quite linear, nor quite symmetric.
 
@@ -63,8 +63,8 @@ class FreePixelInverse:
 
     Notes
     -----
-    Where the spots are displaced by w_I and the surface around by w_J, both smooth, D couples
-    them, and the half-space as a whole resists their mean θ w_I + (1-θ) w_J. No force acts on the
+    If the spots are displaced by w_I and the surface around by w_J, both smooth, D couples them,
+    and the half-space as a whole resists their mean θ w_I + (1-θ) w_J. No force acts on the
     surface around: D (w_I - w_J) = (1-θ) f and θ w_I + (1-θ) w_J = C f, hence w_I above.
     """
 
@@ -78,9 +78,9 @@ class FreePixelInverse:
         self._wrapped, self._blocks, self._edges = wrapped, blocks, edges
         here = (wrapped.rows.stop - wrapped.rows.start) * wrapped.shape[1]
         self._weights = np.full(here, np.nan, np.float16)
-        # C displaces by force, in pixels under unit pressure.
+        # Factor of C for forces in units of unit pressure on a pixel.
         self._softness = 1 / (unit * edges[0] * edges[1])
-        # Of each block: D⁻¹, 0 where nothing touches, and how much of it is its own softness.
+        # For each block: D⁻¹, 0 without contact, and (1 - θ)² D⁻¹.
         self._yielding = self._own = np.zeros(0)
         self._size = 0
         self._coupling: Array | None = None
@@ -88,7 +88,7 @@ class FreePixelInverse:
             self._coupling = _coupling(blocks)
 
     def on(self, index: NDArray[np.int64]) -> Callable[[Array], Array]:
-        """Return the inverse on some pixels, ``displacement / K₀₀ → pressure``, shapes ``(n,)``.
+        """Return the inverse ``displacement / K₀₀ → pressure`` on some pixels, shape ``(n,)``.
 
         Parameters
         ----------
@@ -104,9 +104,9 @@ class FreePixelInverse:
         unknown = np.isnan(weight)
         size, new = sums.size(index), sums.count(unknown)
         stale = new + (self._size - (size - new)) > _STALE * size
-        # Where long waves move far more, what is left of M is smaller than what m may be off by.
+        # If long waves are far more compliant, the remainder of M is smaller than the error of m.
         if stale or self._blocks.is_long_wave_soft:
-            # Positive but for rounding: a pixel is stiffer than its neighbours are soft.
+            # Positive except for rounding: a pixel is stiffer than its neighbours are soft.
             weight = np.maximum(self._wrapped.gather(support, np.ones(index.size)), 1e-6)
             self._weights[...] = np.nan
             self._weights[index], self._size = weight, size
@@ -122,7 +122,7 @@ class FreePixelInverse:
         def apply(displacement: Array) -> Array:
             pressure = self._wrapped.gather(support, displacement)
             force = sums.allreduce(np.bincount(block, weight * displacement, minlength=number))
-            # As M sees it; where no pixel touched when D was made, M is left alone.
+            # Mean displacement weighted by M; without contact when D was made, M is unchanged.
             common = yielding * force
             common -= yielding * forces_on_blocks(self._displaced, common, own, itself)
             shared: Array = common[block]
@@ -153,22 +153,22 @@ class FreePixelInverse:
 def block_of(
     index: NDArray[np.int64], width: int, edges: tuple[int, int], across: int, first_row: int = 0
 ) -> NDArray[np.int64]:
-    """Return the flat index of the block that each pixel of a map lies in.
+    """Return the flat index of the block of each pixel of a map.
 
     Parameters
     ----------
     index : ndarray of int, shape (n,)
         Flat indices of the pixels.
     width : int
-        Pixels in a row of the map.
+        Number of pixels in a row of the map.
     edges : (int, int)
         Pixels along the edges ``(y, x)`` of a block.
     across : int
-        Blocks in a row.
+        Number of blocks in a row.
     first_row : int
-        Row of the whole map that the indices count from.
+        Row of the whole map at which the indices start.
     """
-    # In place: where all of the map touches, these are the largest arrays of all.
+    # In place: in full contact these are the largest arrays.
     row, block = np.divmod(index, width)
     row += first_row
     row //= edges[0]
@@ -179,7 +179,7 @@ def block_of(
 
 
 def own_part(touching: NDArray[Any], edges: tuple[int, int]) -> Array:
-    """Return (1 - θ)² of blocks with a number of contacting pixels."""
+    """Return (1 - θ)² of blocks from their number of pixels in contact."""
     part: Array = np.maximum((1 - touching / (edges[0] * edges[1])) ** 2, _STIFFEST)
     return part
 
@@ -187,21 +187,21 @@ def own_part(touching: NDArray[Any], edges: tuple[int, int]) -> Array:
 def forces_on_blocks(
     displaced: Callable[[Array], Array], displacement: Array, own: Array, itself: float
 ) -> Array:
-    """Return the forces on the blocks that touch which displace them so, about.
+    """Return the approximate forces that displace the blocks in contact.
 
     Parameters
     ----------
     displaced : callable
-        C times the forces.
+        Returns C times the forces.
     displacement : ndarray
-        What the blocks are displaced by.
+        Displacement of the blocks.
     own : ndarray, of the same shape
-        How much each yields to its own force beside C; 0 where nothing touches.
+        Compliance of each block to its force in addition to C; 0 without contact.
     itself : float
-        What a block does to itself in C.
+        Self-displacement of a block in C.
     """
     touching = own > 0
-    # Alone, a block moves by what it does to itself.
+    # Preconditioner: inverse compliance of each block without the others.
     alone = np.divide(1, own + itself, out=np.zeros(own.shape), where=touching)
     force = np.zeros(own.shape)
     residual = displacement.copy()
@@ -242,13 +242,13 @@ def _dot(first: Array, second: Array) -> float:
 # --- Parts of the map that contain the contact, each with a separate operator ---
 
 
-# Pixels along the edge of a block, and the points along each side of a map that has blocks: on
-# smaller ones the wrapped inverse does as well, and better where pixels are far from square.
+# Pixels along the edge of a block, and minimum points along each side of a map with blocks: on
+# smaller maps the wrapped inverse is as good, and better if pixels are far from square.
 _BLOCK, _SMALL = 8, 64
 
 
 def block_edges(shape: tuple[int, int]) -> tuple[int, int] | None:
-    """Return the edges of the blocks of a map, None where it is too small for them."""
+    """Return the edges of the blocks of a map, or None if the map is too small."""
     # A profile has a single row.
     if min(points for points in (*shape, _SMALL) if points > 1) < _SMALL:
         return None
@@ -283,10 +283,10 @@ class Patch:
 
 
 class Patches:
-    """The smallest patch worth having that holds the pixels of a linear solve.
+    """Smallest useful patch that contains the pixels of a linear solve.
 
-    A pressure displaces a pixel alike on any map that holds both, and reaches along the whole of
-    an axis that is wrapped: where the contact is confined, so are the transforms.
+    A pressure causes the same displacement of a pixel on any map that contains both, and acts
+    along the whole of a periodic axis: if the contact is confined, so are the transforms.
     """
 
     def __init__(self, operator: Operator, family: Family, pixel: tuple[int, int]) -> None:
@@ -295,12 +295,12 @@ class Patches:
         self._last = self._whole
 
     def around(self, index: NDArray[np.int64]) -> Patch:
-        """Return a patch that holds these pixels."""
+        """Return a patch that contains these pixels."""
         whole = self._whole.operator
         (ny, nx), sums = whole.shape, whole.sums
         if all(whole.periodic_axes) or not sums.size(index):
             return self._whole
-        # Indices ascend: the rows of the first and of the last are the lowest and the highest.
+        # Indices ascend: the first pixel is in the lowest row, the last one in the highest.
         row, column = index[[0, -1]] // nx, index % nx
         low = int(sums.smallest(row)), int(sums.smallest(column))
         high = int(sums.largest(row)), int(sums.largest(column))
@@ -310,7 +310,7 @@ class Patches:
         for start, end, maximum, wrapped in zip(
             low, high, whole.shape, whole.periodic_axes, strict=True
         ):
-            # Room for the contact to grow by a few pixels from step to step.
+            # Margin for the contact to grow by a few pixels from step to step.
             margin = maximum if wrapped else 2 + (end - start) // 32
             first.append(max(0, start - margin))
             points.append(min(maximum, end + 1 + margin) - first[-1])

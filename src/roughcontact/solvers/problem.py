@@ -1,4 +1,4 @@
-"""The bounded contact problem on one grid, and on coarser ones."""
+"""Bounded contact problem on one grid, and on coarser grids."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ Loaded = tuple[NDArray[np.int64], NDArray[np.float64]]
 
 @dataclass(frozen=True, eq=False)
 class Moments:
-    """Where the load acts on bodies that tilt until the pressure balances it.
+    """Point of action of a load on bodies that tilt until the pressure balances the load.
 
     Parameters
     ----------
     arms : (ndarray, ndarray), shapes (ny,) and (nx,)
         Levers of the rows and of the columns.
     target : (float, float)
-        Mean lever (y, x) of the pressure wanted.
+        Required mean lever (y, x) of the pressure.
     """
 
     arms: tuple[NDArray[np.float64], NDArray[np.float64]]
     target: tuple[float, float]
 
     def within(self, rows: slice) -> Moments:
-        """Return the problem of some rows."""
+        """Return the moments for some rows."""
         return replace(self, arms=(self.arms[0][rows], self.arms[1]))
 
     def rows(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -45,7 +45,7 @@ class Moments:
 
 @dataclass(frozen=True, eq=False)
 class BoundedProblem:
-    """A bounded contact problem on one grid.
+    """Bounded contact problem on one grid.
 
     Parameters
     ----------
@@ -54,14 +54,14 @@ class BoundedProblem:
     limit : float or ndarray, shape (ny, nx)
         Ceiling of the pressure [Pa]; ``inf`` without one.
     total : float, optional
-        Sum of the pressures wanted [Pa]: load over pixel area.
+        Required sum of the pressures [Pa]: load over pixel area.
     approach : float, optional
         ω [m]; exactly one of ``total`` and ``approach`` is given.
     whole : (int, int), optional
-        Grid points of the whole map, where other processes hold a part of it; the maps above have
-        the rows of this process.
+        Grid points of the whole map, if other processes hold a part of it; the maps above have
+        the local rows.
     moments : Moments, optional
-        Where ``total`` acts; the bodies then tilt.
+        Point of action of ``total``; the bodies then tilt.
     """
 
     initial_gap: NDArray[Any]
@@ -82,8 +82,8 @@ class BoundedProblem:
     ) -> NDArray[np.float64] | None:
         """Return the nearest pressure on some pixels that keeps bounds, load and moments.
 
-        Beside pressures ``held`` on other pixels; None where no pressure does, which of a load
-        alone is looked at only where it is ``doubtful``.
+        The pressures ``held`` on other pixels contribute to load and moments. None if there is no
+        such pressure; with a load alone, this is checked only if ``doubtful``.
         """
         assert self.total is not None
         if self.moments is not None:
@@ -106,7 +106,7 @@ class BoundedProblem:
 
 
 def coarsen_problem(problem: BoundedProblem) -> BoundedProblem:
-    """Return the problem on pixels of twice the length; odd edges are repeated."""
+    """Return the problem on pixels of twice the edge length; odd edges are repeated."""
     gap, limit = problem.initial_gap, problem.limit
     touchable = np.isfinite(gap)
     if touchable.all():
@@ -118,7 +118,7 @@ def coarsen_problem(problem: BoundedProblem) -> BoundedProblem:
             gap = np.where(weight > 0, gap / weight, np.inf)
         if not isinstance(limit, np.ndarray):
             limit = np.full(touchable.shape, limit)
-        # Infinite times zero is not zero: where nothing touches nothing is carried.
+        # Infinity times zero is not zero: pixels that never touch carry no load.
         limit = np.where(touchable, limit, 0)
     if isinstance(limit, np.ndarray):
         limit = _block_mean(limit)
@@ -134,12 +134,12 @@ def coarsen_problem(problem: BoundedProblem) -> BoundedProblem:
 
 
 def prolong_pressure(start: Loaded, width: int, shape: tuple[int, ...]) -> Loaded:
-    """Return each pressure on the four pixels that make up its coarse pixel."""
+    """Return the pressure of each coarse pixel on its four fine pixels."""
     coarse_index, coarse_pressure = start
     row, column = np.divmod(coarse_index, width)
     count = np.bincount(row)
     first = np.cumsum(count) - count
-    # A coarse row becomes two fine rows: this is where its pixels begin in ascending order.
+    # A coarse row becomes two fine rows: positions of its pixels in ascending order.
     place = 4 * first[row] + 2 * (np.arange(row.size) - first[row])
     index = np.empty(4 * row.size, np.int64)
     pressure = np.empty(4 * row.size)
@@ -157,7 +157,7 @@ def prolong_pressure(start: Loaded, width: int, shape: tuple[int, ...]) -> Loade
 
 
 def _thin_pixels(moments: Moments, shape: tuple[int, ...]) -> Moments:
-    """Return the problem on fewer pixels; blocks end at the edges, so that balance is kept."""
+    """Return the moments on a coarser grid with the same outermost levers."""
     y, x = (
         np.linspace(arms[0], arms[-1], points)
         for arms, points in zip(moments.arms, shape, strict=True)
@@ -180,21 +180,21 @@ def _block_mean(values: NDArray[Any]) -> NDArray[np.float64]:
     return mean
 
 
-# --- Projection on the admissible pressures: between zero and the ceiling, with a given sum ---
+# --- Projection onto the admissible pressures: between zero and the ceiling, with a given sum ---
 
 
-# Enough to halve the largest number, every other step, down to the smallest.
+# Enough to halve the largest number down to the smallest, every other step.
 _MAX_STEPS = 4300
 _ROUNDING = 1e-15
-# Part of the sum that may be left after a shift, and how often one is added to another.
+# Relative error of the sum after a shift, and maximum number of added shifts.
 _BALANCE_TOLERANCE = 1e-12
 _MOST_PASSES = 4
-# Steps of Newton's method for load and moments that may gain nothing, the least slope relatively;
-# what may be missing of the load before the last digits, and how fast values grow.
+# Newton's method for load and moments: maximum steps without gain, minimum relative slope, relative
+# error before the last digits, and growth of scaled values per step.
 _MOST_FRUITLESS, _FLATTEST, _ROUGH, _STEEPER = 10, 1e-13, 1e-6, 4.0
-# Part of the slope left at the end of a step, and the longest step.
+# Relative slope at the end of a step, and the longest step.
 _NEARLY, _LONGEST = 0.1, 1e60
-# Relative to the limit, or to the largest value: values this near to a bound are put on it.
+# Relative to the limit, or to the largest value: values closer to a bound are set to the bound.
 _ROUNDING_SHARE = 1e-12
 
 
@@ -208,11 +208,11 @@ def shift_to_sum(
     values : ndarray, shape (n,)
         Any real numbers.
     limit : float or ndarray, shape (n,)
-        Upper bounds, positive; ``inf`` where there is none.
+        Upper bounds, positive; ``inf`` without a bound.
     total : float
-        Sum wanted, between 0 and the sum of the limits.
+        Required sum, between 0 and the sum of the limits.
     sums : Sums
-        Sums over all values, those of other processes included.
+        Sums over all values, including those of other processes.
 
     Returns
     -------
@@ -245,7 +245,7 @@ def shift_to_sum(
             low = shift
         free = sums.count((moved > 0) & (moved < limit))
         step = shift - excess / free if free and not halve else np.nan
-        # Newton's steps may creep along a staircase of values: then halve the bracket in between.
+        # Newton steps may creep along a staircase of values: then halve the bracket in between.
         halve = not halve and high - low > 0.5 * width
         usable = low <= step <= high and step not in tried
         shift = step if usable else 0.5 * (low + high)
@@ -270,7 +270,7 @@ def _bracket(
 def project(
     values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float, sums: Sums
 ) -> NDArray[np.float64]:
-    """Return the point nearest to ``values`` with entries in ``[0, limit]`` and sum ``total``.
+    """Return the nearest point to ``values`` in ``[0, limit]`` with the sum ``total``.
 
     Parameters
     ----------
@@ -286,7 +286,7 @@ def project(
         shift = shift_to_sum(values, limit, total, sums)
         projected = values + shift
         np.clip(projected, 0, limit, out=projected)
-        # Resolution limit of the shift, if the values dwarf the limit.
+        # Resolution limit of the shift, if the values are much larger than the limit.
         missing = total - sums.total(projected)
         free = (projected > 0) & (projected < limit)
         count = sums.count(free)
@@ -299,8 +299,8 @@ def project(
         )
         if not off:
             break
-        # Where they dwarf the total, it may leave everything. Once they are shifted, the values
-        # that matter lie near their bounds: among them a second shift is resolved.
+        # If the values are much larger than the total, one shift may leave all of it. After the
+        # shift, the relevant values are near their bounds, where a second shift is resolved.
         values = values + shift
     return projected
 
@@ -312,7 +312,7 @@ def shift_to_balance(
     rest: NDArray[np.float64],
     sums: Sums,
 ) -> tuple[NDArray[np.float64] | None, NDArray[np.float64]]:
-    """Return the nearest point with entries in ``[0, limit]`` and given sums, and its multipliers.
+    """Return the nearest point in ``[0, limit]`` with given sums, and its multipliers.
 
     Parameters
     ----------
@@ -321,20 +321,20 @@ def shift_to_balance(
     rows : ndarray, shape (3, n)
         Weights of the entries in the three sums; those of the first are one.
     rest : ndarray, shape (3,)
-        The sums wanted.
+        Required sums.
 
     Returns
     -------
     ndarray, shape (n,), or None
-        ``clip(values + λ rows, 0, limit)``; None where it does not have these sums.
+        ``clip(values + λ rows, 0, limit)``; None if it does not have these sums.
     ndarray, shape (3,)
         λ.
 
     Notes
     -----
     The sums are the gradient of a convex function of λ, piecewise quadratic, whose minimum is
-    found by Newton's method. Where the values dwarf what the entries may be, hardly an entry is
-    between its bounds: then values of the size of the entries come first, and grow.
+    found by Newton's method. If the values are much larger than the sums, hardly any entry is
+    between its bounds: then the values are scaled down first, and grow in steps.
     """
     kept, enough = np.zeros(3), _BALANCE_TOLERANCE * rest[0]
     if not (sums.size(values) and rest[0] > 0):
@@ -353,7 +353,7 @@ def shift_to_balance(
             shift = _balance_multipliers(values / steep, limit, rows, rest, sums, shift)[0]
     for _ in range(_MOST_PASSES):
         kept += shift
-        # Where the values dwarf the sums, only among those shifted before a shift is resolved.
+        # If the values are much larger than the sums, a shift is resolved only after a first one.
         values = values + _combined(rows, shift)
         shift, error = _balance_multipliers(values, limit, rows, rest, sums, np.zeros(3))
         if error <= enough:
@@ -371,7 +371,7 @@ def _balance_multipliers(
     sums: Sums,
     shift: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], float]:
-    """Return the multipliers of `shift_to_balance` by Newton's method, and what is missing."""
+    """Return the multipliers of `shift_to_balance` by Newton's method, and their error."""
     best, least, fruitless = shift, math.inf, 0
     while fruitless < _MOST_FRUITLESS:
         moved = values + _combined(rows, shift)
@@ -386,7 +386,7 @@ def _balance_multipliers(
             break
         free = rows[:, (clipped == moved) & (moved > 0)]
         slope = np.array([[sums.dot(one, two) for two in free] for one in free])
-        # Flatter than this nothing is resolved; no entry may be free.
+        # A smaller slope is not resolved, and there may be no free entry.
         slope[np.diag_indices(3)] += _FLATTEST * max(float(np.trace(slope)), 1.0)
         step = -np.linalg.solve(slope, error)
         length = _length(float(step @ error), moved, _combined(rows, step), limit, sums)
@@ -406,9 +406,9 @@ def _combined(rows: NDArray[np.float64], factors: NDArray[np.float64]) -> NDArra
 def _length(
     start: float, moved: NDArray[np.float64], along: NDArray[np.float64], limit: Limit, sums: Sums
 ) -> float:
-    """Return where the slope along a step is nearly zero, ``start`` at its beginning.
+    """Return the length of a step at which its slope is nearly zero.
 
-    It never falls along the step; infinite where it stays below zero.
+    The slope is ``start`` at zero length and never decreases; infinite if it stays negative.
     """
     beginning = sums.dot(along, np.clip(moved, 0, limit))
     low, high = 0.0, math.inf
@@ -428,7 +428,7 @@ def _length(
 def remove_rounding(
     pressure: NDArray[np.float64], limit: float | NDArray[np.float64], sums: Sums
 ) -> NDArray[np.float64]:
-    """Return the pressure with what rounding left near a bound put on the bound.
+    """Return the pressure with values within rounding of a bound set to the bound.
 
     Parameters
     ----------
@@ -437,12 +437,12 @@ def remove_rounding(
     limit : float or ndarray, shape (n,)
         Upper bounds.
     sums : Sums
-        Sums over all pixels, those of other processes included.
+        Sums over all pixels, including those of other processes.
 
     Returns
     -------
     ndarray, shape (n,)
-        The values, in which rounding no longer decides whether a pixel touches or is saturated.
+        The values, in which rounding does not decide whether a pixel is in contact or saturated.
     """
     dust = _ROUNDING_SHARE * np.minimum(limit, sums.largest(pressure, floor=0))
     cleaned = np.where(pressure > limit - dust, limit, pressure)

@@ -14,7 +14,7 @@ from roughcontact.errors import ArgumentRef, Sentence
 
 
 class Status(Enum):
-    """Why the solver stopped; each value is its own advice."""
+    """Reason why the solver stopped; each value is a message for the user."""
 
     CONVERGED = "converged"
     CONVOLUTION_LIMIT = Sentence(
@@ -34,17 +34,17 @@ class Step:
     Parameters
     ----------
     shape : (int, int)
-        Grid of the level at work; coarser than the map while the first pressure is sought.
+        Grid of the current level; coarser than the map while the first pressure is computed.
     iteration : int
         Active-set steps on this level so far.
     convolutions : int
         Convolutions on this level so far.
     certificate : float
-        ε of the pressure at hand.
+        ε of the current pressure.
     tolerance : float
         ε at which this level ends.
     done : float
-        Share of the work of the solve that is done.
+        Completed share of the solve.
     """
 
     shape: tuple[int, int]
@@ -62,15 +62,15 @@ class Progress:
     Parameters
     ----------
     number : int
-        The load, stage or variant at work, from 1 on.
+        Number of the current load, stage or variant, from 1.
     count : int
-        How many there are.
+        Number of all loads, stages or variants.
     step : Step, IterationInfo or None
         Last check of its solver.
     label : str
         Name of the part.
     kept : bool
-        Whether this part, and earlier ones that are not reported, were already in the folder.
+        Whether this part, and earlier ones without a report, were already in the folder.
     """
 
     number: int
@@ -81,32 +81,32 @@ class Progress:
 
     @property
     def done(self) -> float:
-        """The share of this part that is done; 0 where that is not known."""
+        """Completed share of this part; 0 if unknown."""
         if self.kept:
             return 1.0
         if isinstance(self.step, Step):
             return self.step.done
-        # The only part of a path that steps towards its load.
+        # The load of a single part increases in steps towards its target.
         known = self.count == 1 and self.step is not None and self.step.target
         return min(self.step.load / self.step.target, 1.0) if known else 0.0
 
 
 class Forecast:
-    """How long a calculation will still take; called with every `Progress`.
+    """Estimate of the remaining time of a calculation, called with every `Progress`.
 
-    Parts are taken to be alike. The share of a part that is done tells its time before it ends;
-    every grid has its own pace.
+    Parts are assumed to take the same time. The completed share of a part gives an estimate before
+    the part ends; each grid has a separate pace.
     """
 
     def __init__(self) -> None:
         self._state = Progress(0, 0, None)
-        # The first part that was not kept; when it began, and when the present one did.
+        # First part that was not kept, its start time, and the start time of the current part.
         self._first, self._start, self._begun = 1, 0.0, 0.0
-        # Since when there is one grid, the share then, and when the part ends by the pace on it.
+        # Start time on the current grid, the share at that time, and the estimated end of the part.
         self._since, self._share, self._end = 0.0, 0.0, 0.0
 
     def __call__(self, state: Progress) -> float:
-        """Return the time that is left [s], 0 where nothing is known."""
+        """Return the remaining time [s], or 0 if unknown."""
         now, before = time.monotonic(), self._state
         other_grid = _grid(state) != _grid(before)
         again = other_grid and state.number == before.number and state.done < before.done
@@ -149,7 +149,7 @@ Tell = Callable[[Progress], None] | bool | None
 def progress_callback(
     progress: Tell, number: int, count: int, label: str = ""
 ) -> Callable[[Step], None] | None:
-    """Return a solver callback that turns each `Step` into a `Progress`; or ``None``.
+    """Return a solver callback that converts each `Step` to a `Progress`, or ``None``.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def progress_callback(
 
 
 def each_part(progress: Tell, label: str) -> Callable[[int, int], None] | None:
-    """Return a callback with the number and the count of parts that need no solver.
+    """Return a callback for the number and the count of parts without a solver.
 
     Parameters
     ----------
@@ -181,14 +181,14 @@ def each_part(progress: Tell, label: str) -> Callable[[int, int], None] | None:
 def one_of_several(
     progress: Callable[[Progress], None], number: int, count: int
 ) -> Callable[[Progress], None]:
-    """Return the progress callback of one of several calculations with equal numbers of parts.
+    """Return the progress callback of one of several calculations with equal part counts.
 
     Parameters
     ----------
     progress : callable
-        Called with the `Progress` of all of them.
+        Called with the `Progress` of all calculations.
     number, count : int
-        Which of them it is, from 1 on, and how many there are.
+        Number of this calculation, from 1, and number of all calculations.
     """
 
     def tell(state: Progress) -> None:
@@ -208,12 +208,12 @@ _WIDTH = 24
 
 
 class ProgressBar:
-    """Draws a `Progress` on one line, over the one before.
+    """Progress bar on one line, redrawn for each `Progress`.
 
     Parameters
     ----------
     stream : file
-        Where to; carriage returns begin the line anew in a terminal as in a notebook.
+        Output; carriage returns restart the line in terminals and notebooks.
 
     Examples
     --------
@@ -226,7 +226,7 @@ class ProgressBar:
         self._stream, self._length = stream, 0
 
     def __call__(self, state: Progress) -> None:
-        """Draw the line again."""
+        """Redraw the line."""
         done = (state.number - 1 + state.done) / max(state.count, 1)
         parts = [state.label] if state.label else []
         if state.count > 1:
@@ -239,7 +239,7 @@ class ProgressBar:
         self._draw(f"{'█' * filled:{_WIDTH}} {', '.join(parts)}")
 
     def close(self) -> None:
-        """Leave the line as it is, and the next one to others."""
+        """End the line."""
         if self._length:
             self._write("\n")
         self._length = 0

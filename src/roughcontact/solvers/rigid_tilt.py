@@ -1,8 +1,8 @@
-"""Tilt of one body on another: which angles let the contact pressure balance given moments.
+"""Tilt of one body on another at which the contact pressure balances given moments.
 
-Everything here is dimensionless but for lengths: a lever is a distance from the centre of the
-map over its longer side, a moment the mean lever of the pressure, and a tilt the difference in
-gap over the longer side [m].
+All quantities are dimensionless except lengths: a lever is a distance from the centre of the map
+over its longer side, a moment the mean lever of the pressure, and a tilt the difference in gap
+over the longer side [m].
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from roughcontact.solvers.preconditioner import Patches
 from roughcontact.solvers.problem import BoundedProblem, Moments
 from roughcontact.solvers.progress import Status
 
-# Curvature over K₀₀ below which nothing resists a pressure.
+# Curvature over K₀₀ below which a pressure meets no resistance.
 _FLAT = 1e-12
-# Part of the load that the last step may have added: what is left to add is far less.
+# Relative increase of the load in the last step: the remaining increase is far smaller.
 _GAIN = 1e-7
 _MOST_STEPS = 2000
 
 
 @dataclass(frozen=True, eq=False)
 class Punch:
-    """Punch that displaces some pixels alike, by a unit length.
+    """Flat punch that displaces some pixels by a unit length.
 
     Parameters
     ----------
     total : float
-        Sum of the pressures [Pa/m]; infinite where nothing resists, as on all of a periodic map.
+        Sum of the pressures [Pa/m]; infinite without resistance, as on a whole periodic map.
     pressure : ndarray, shape (n,)
         Pressure on the pixels [Pa/m].
     displacement : ndarray, shape (ny, nx)
@@ -58,20 +58,20 @@ def flat_punch(shape: tuple[int, int], index: NDArray[np.int64], family: Family)
     shape : (int, int)
         Grid points ``(ny, nx)`` of the map.
     index : ndarray of int, shape (n,)
-        Flat indices of the pixels, ascending, one at least.
+        Flat indices of the pixels, ascending, at least one.
     family : callable
         As for `roughcontact.solvers.bounded.solve`.
 
     Returns
     -------
     Punch or None
-        None where the search ends too early.
+        None if the iteration does not converge.
 
     Notes
     -----
-    Conjugate gradients from no pressure on, in single precision. The total is a maximum,
-    ``(Σp)² / ⟨p, K p⟩``, and so off by the square of what the pressure is off by: taken once in
-    the arithmetic of the problem, it is good to more digits than the pressure.
+    Conjugate gradients from zero pressure, in single precision. The total is a maximum,
+    ``(Σp)² / ⟨p, K p⟩``, so its error is the square of the pressure error: evaluated once in the
+    arithmetic of the problem, it has more digits than the pressure.
     """
     operator = family(shape, (1, 1))
     patch = Patches(operator, family, (1, 1)).around(index)
@@ -85,7 +85,7 @@ def flat_punch(shape: tuple[int, int], index: NDArray[np.int64], family: Family)
         z = precondition(residual)
         product = sums.dot(residual, z)
         if not product > 0:
-            # Hardly more than rounding is left, or the inverse is none there: straight down.
+            # Only rounding is left, or the inverse is not positive: steepest descent.
             z, product = residual.copy(), sums.dot(residual, residual)
         first = first or product
         if product <= _GAIN**2 * first:
@@ -118,14 +118,14 @@ def flat_punch(shape: tuple[int, int], index: NDArray[np.int64], family: Family)
     return Punch(sums.total(pressure) ** 2 / work, pressure, displacement, unit)
 
 
-# How two rigid bodies come to rest on each other, under a ceiling of the pressure or without …
+# --- Tilt of two rigid bodies at rest on each other, with or without a pressure ceiling ---
 
 
 Array = NDArray[np.float64]
 
-# On more points than these the steps of the staircase have become too small to matter.
+# Maximum number of points: with more, the steps of the staircase are negligible.
 _MOST_POINTS = 1 << 20
-# Parts of the load this near to a bound are on it.
+# Distance from a bound up to which parts of the load are at the bound.
 _BOUND = 1e-12
 
 
@@ -135,22 +135,22 @@ def rigid_tilt(problem: BoundedProblem, levers: tuple[Array, Array], target: Arr
     Parameters
     ----------
     problem : BoundedProblem
-        A problem under a given load; ``initial_gap`` is that without tilt.
+        Problem under a given load; ``initial_gap`` is without tilt.
     levers : (ndarray, ndarray), shapes (ny, 1) and (nx,)
-        As `roughcontact.solvers.rigid_tilt.moment_arms` gives them.
+        Result of `roughcontact.solvers.rigid_tilt.moment_arms`.
     target : ndarray, shape (2,)
         Mean lever (y, x) of the pressure.
 
     Returns
     -------
     ndarray, shape (2,), or None
-        Differences in gap over the longer side [m], along y and x; None where none was found.
+        Differences in gap over the longer side [m], along y and x; None if no tilt was found.
 
     Notes
     -----
-    Of all parts q of the load that lie between 0 and what the ceiling allows, sum to 1 and have
-    the mean lever wanted, those that lie lowest, ``min ⟨h₀, q⟩``: the multipliers of the three
-    sums are the plane that touches the body from above, which is the counter-body at rest.
+    Among all parts q of the load between 0 and the ceiling, with a sum of 1 and the required mean
+    lever, the lowest ones, ``min ⟨h₀, q⟩``, are found: the multipliers of the three sums are the
+    plane that touches the body from above, which is the counter-body at rest.
     """
     from scipy.optimize import linprog
 
@@ -167,7 +167,7 @@ def rigid_tilt(problem: BoundedProblem, levers: tuple[Array, Array], target: Arr
         [np.ones(gap.size), *((a - t) / s for a, t, s in zip(arms, target, spans, strict=True))]
     )
     deepest = float(gap.max()) or 1.0
-    # An array of bounds is what its documentation shows, but its types do not know.
+    # An array of bounds is documented by SciPy, but missing in its types.
     bounds: Any = np.stack([np.zeros(gap.size), maximum], axis=1)
     result = linprog(
         gap / deepest, A_eq=sums, b_eq=np.array([1.0, 0, 0]), bounds=bounds, method="highs-ds"
@@ -175,7 +175,7 @@ def rigid_tilt(problem: BoundedProblem, levers: tuple[Array, Array], target: Arr
     if result.status != 0:
         return None
     plane, parts = result.eqlin.marginals * deepest, np.asarray(result.x)
-    # To the last digit: through the points that are neither empty nor full.
+    # Refine to the last digit: the plane through the points that are neither empty nor full.
     between = (parts > _BOUND) & (parts < maximum * (1 - _BOUND))
     on = sums[:, between].T
     plane = plane + np.linalg.lstsq(on, gap[between] - on @ plane, rcond=_BOUND)[0]
@@ -183,10 +183,10 @@ def rigid_tilt(problem: BoundedProblem, levers: tuple[Array, Array], target: Arr
     return tilt if np.isfinite(tilt).all() else None
 
 
-# --- Tilt of one body on another: which angles let the contact pressure balance given moments ---
+# --- Tilt of one body on another at which the contact pressure balances given moments ---
 
 
-# A moment this far outside what can be balanced is taken as rounding.
+# Distance outside the admissible moments that is treated as rounding.
 _EDGE = 1e-9
 _MOST_CUTS = 60
 
@@ -220,12 +220,12 @@ def moment_arms(shape: tuple[int, ...], pixel: tuple[float, float]) -> tuple[Arr
 
 
 def excess(target: Array, y: Array, x: Array, share: float | Array) -> float:
-    """Return how far a moment lies outside what admissible pressures can balance.
+    """Return the distance of a moment from those that admissible pressures can balance.
 
     Parameters
     ----------
     target : ndarray, shape (2,)
-        Moment (y, x) wanted.
+        Required moment (y, x).
     y, x : ndarray, shape (n,)
         Levers of the pixels that can touch.
     share : float or ndarray, shape (n,)
@@ -234,13 +234,13 @@ def excess(target: Array, y: Array, x: Array, share: float | Array) -> float:
     Returns
     -------
     float
-        Distance of the moment from the nearest that can be balanced; 0 where it can be.
+        Distance of the moment from the nearest one that can be balanced; 0 if it can be balanced.
 
     Notes
     -----
-    The moments that can be balanced are convex. Their outermost points in one direction after
-    the other, found by loading the pixels furthest that way up to the ceiling, span more and
-    more of them: towards the moment, until it is inside, or a direction has no point as far out
+    The moments that can be balanced form a convex set. Its outermost points in successive
+    directions, found by loading the furthest pixels up to the ceiling, span a growing part of the
+    set towards the moment, until the moment is inside, or no point is as far out in a direction
     (Gilbert, Johnson and Keerthi 1988, doi:10.1109/56.2083).
 
     Examples
@@ -258,7 +258,7 @@ def excess(target: Array, y: Array, x: Array, share: float | Array) -> float:
         if distance <= _EDGE or len(cuts) == _MOST_CUTS:
             return 0.0
         cut = _outermost(-nearest, y, x, share) - target
-        # No point lies closer than this along the way.
+        # No point of the set is closer in this direction.
         if float(cut @ nearest) >= (distance - _EDGE) * distance:
             return distance
         cuts.append(cut)
@@ -266,7 +266,7 @@ def excess(target: Array, y: Array, x: Array, share: float | Array) -> float:
 
 
 def _outermost(direction: Array, y: Array, x: Array, share: float | Array) -> Array:
-    """Return the moment that lies furthest in a direction."""
+    """Return the furthest moment in a direction that can be balanced."""
     along = direction[0] * y + direction[1] * x
     if np.isinf(share).all():
         best = int(along.argmax())
@@ -279,7 +279,7 @@ def _outermost(direction: Array, y: Array, x: Array, share: float | Array) -> Ar
 
 
 def _nearest(points: Array) -> Array:
-    """Return the point nearest to the origin of the convex hull of some points."""
+    """Return the point of the convex hull of some points that is nearest to the origin."""
     angles = np.sort(np.arctan2(points[:, 0], points[:, 1]))
     if np.diff(angles, append=angles[0] + 2 * math.pi).max() <= math.pi:
         return np.zeros(2)
@@ -305,21 +305,20 @@ def solve(
     Parameters
     ----------
     problem : BoundedProblem
-        A problem under a given load on a map with free boundary; ``initial_gap`` is that
-        without tilt.
+        Problem under a given load on a map with free boundary; ``initial_gap`` is without tilt.
     family, max_iterations, **options
         As for `roughcontact.solvers.bounded.solve`.
     target : ndarray, shape (2,)
-        Mean lever (y, x) wanted; `excess` tells whether any pressure has it.
+        Required mean lever (y, x); `excess` returns whether a pressure can have it.
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
 
     Returns
     -------
     BoundedSolution
-        The solution at that tilt, from where rigid bodies rest if none is found otherwise.
+        The solution at this tilt; if the first solve stalls, started from the tilt of rigid bodies.
     (float, float)
-        Slopes of the gap along y and x that the tilt adds.
+        Slopes of the gap along y and x added by the tilt.
 
     Notes
     -----

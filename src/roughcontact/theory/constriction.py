@@ -1,7 +1,7 @@
 """Constriction of the flow from one half-space into another through contact spots.
 
-All is told as a length L: divided by the sum of the resistivities of the two bodies, or by the
-sum of 1/k of their thermal conductivities, it is the conductance.
+Results are given as a length L: divided by the sum of the resistivities of the two bodies, or by
+the sum of 1/k of their thermal conductivities, L is the conductance.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def ellipse(first: float, second: float) -> float:
     -------
     float
         2 π a / K(e), a the larger semi-axis and K the complete elliptic integral of the first
-        kind with the modulus e, e² = 1 - (b/a)²; 4 a of a circle.
+        kind with the modulus e, e² = 1 - (b/a)²; 4 a for a circle.
 
     References
     ----------
@@ -51,7 +51,7 @@ def ellipse(first: float, second: float) -> float:
     (4.0, 1.1215)
     """
     require_positive(first=first, second=second)
-    # π/(2 K) is the arithmetic-geometric mean of 1 and b/a: it converges in a few steps.
+    # π/(2 K) is the arithmetic-geometric mean of 1 and b/a, which converges in a few steps.
     large, small = max(first, second), min(first, second)
     while large - small > 1e-15 * large:
         large, small = (large + small) / 2, math.sqrt(large * small)
@@ -59,7 +59,7 @@ def ellipse(first: float, second: float) -> float:
 
 
 def plastic_joint(pressure: float, hardness: float, slope: float, roughness: float) -> float:
-    """Return the constriction length per nominal area of a rough joint whose spots yield [1/m].
+    """Return the constriction length per nominal area of a plastic rough joint [1/m].
 
     Parameters
     ----------
@@ -75,13 +75,13 @@ def plastic_joint(pressure: float, hardness: float, slope: float, roughness: flo
     Returns
     -------
     float
-        2.5 (m/σ) (p̄/H)^0.95: with the harmonic mean k_s of the conductivities, that is
+        2.5 (m/σ) (p̄/H)^0.95: with the harmonic mean k_s of the conductivities, this is
         h = 1.25 k_s (m/σ) (p̄/H)^0.95.
 
     Notes
     -----
-    The power law stands for the theory of Gaussian heights whose spots are scattered without
-    correlation, h σ/(k_s m) = exp(-λ²/2)/(2√(2π)) / (1 - √α)^1.5 with the share in contact
+    The power law approximates the theory of Gaussian heights with uncorrelated spots,
+    h σ/(k_s m) = exp(-λ²/2)/(2√(2π)) / (1 - √α)^1.5 with the contact fraction
     α = p̄/H = ½ erfc(λ/√2), from which it differs by less than 1.6 % for 2 ≤ λ ≤ 4.75, that is
     for p̄/H from 1e-6 to 0.023.
 
@@ -114,11 +114,11 @@ def elastic_joint(pressure: float, contact_modulus: float, slope: float, roughne
 
     Notes
     -----
-    The theory below it is that of `plastic_joint` with half of the area that the flat would cut
-    off in contact, α = √2 p̄/(E* m) = ¼ erfc(λ/√2), and h σ/(k_s m) = exp(-λ²/2)/(4√π) /
+    The underlying theory is that of `plastic_joint` with half of the truncated area in contact,
+    α = √2 p̄/(E* m) = ¼ erfc(λ/√2), and h σ/(k_s m) = exp(-λ²/2)/(4√π) /
     (1 - √α)^1.5; the power law differs from it by less than 3.5 % for α from 1e-5 to 0.011. This
-    α is √(2π) p̄/(E* h′) for a root-mean-square gradient h′ = √π m, as Bush, Gibson and Thomas
-    have it at small loads (1975, Wear 35, 87, doi:10.1016/0043-1648(75)90145-3).
+    α is √(2π) p̄/(E* h′) for a root-mean-square gradient h′ = √π m, the result of Bush, Gibson and
+    Thomas at small loads (1975, Wear 35, 87, doi:10.1016/0043-1648(75)90145-3).
 
     References
     ----------
@@ -136,7 +136,7 @@ LORENZ = 2.44e-8
 
 
 def hottest_spot(voltage: float, temperature: float) -> float:
-    """Return the highest temperature in a contact that carries a current, √(T² + V²/(4 L)) [K].
+    """Return the highest temperature in a contact under current, √(T² + V²/(4 L)) [K].
 
     Parameters
     ----------
@@ -147,8 +147,8 @@ def hottest_spot(voltage: float, temperature: float) -> float:
 
     Notes
     -----
-    Potential and temperature belong together, whatever the shape of the spots, where current and
-    heat flow through the same surfaces and k ρ = L T in both bodies.
+    Temperature is a function of the potential for any shape of the spots, if current and heat flow
+    through the same surfaces and k ρ = L T in both bodies.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""Greenwood and Williamson's theory of rough contact, from the spectral moments of a surface."""
+"""Theory of rough contact of Greenwood and Williamson, from the spectral moments."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from roughcontact.errors import InputError, require_positive
 
 Array = NDArray[np.float64]
 
-# Variance of the summits of a Gaussian surface: 1 - 0.8968/α of that of its heights.
+# The variance of the summits of a Gaussian surface is 1 - 0.8968/α of the variance of its heights.
 _SUMMITS = 0.8968
 LEAST_BANDWIDTH = 1.5
-"""Least α of an isotropic Gaussian surface, that of waves of one length (Nayak 1971)."""
+"""Minimum α of an isotropic Gaussian surface, for waves of one length (Nayak 1971)."""
 
 
 @dataclass(frozen=True)
 class Summits:
-    """The summits of an isotropic Gaussian surface, taken as spheres of one radius.
+    """Summits of an isotropic Gaussian surface, approximated by spheres of one radius.
 
     Parameters
     ----------
     density : float
         Summits per area η [1/m²].
     radius : float
-        R [m].
+        Radius R of the spheres [m].
     deviation : float
-        Standard deviation of their heights σ_s [m].
+        Standard deviation of the summit heights σ_s [m].
     mean_height : float
-        Height of their mean above that of the surface [m].
+        Height of the mean of the summits above the mean plane of the surface [m].
     """
 
     density: float
@@ -40,16 +40,16 @@ class Summits:
     mean_height: float
 
     def contact_fraction(self, separation: Array) -> Array:
-        """Return A/A₀ at separations of the flat from the mean of the summits, over σ_s."""
+        """Return A/A₀ at separations of the flat from the mean of the summits, in σ_s."""
         return math.pi * self.density * self.radius * self.deviation * excess(1, separation)
 
     def pressure(self, separation: Array) -> Array:
-        """Return p̄/E* at separations of the flat from the mean of the summits, over σ_s."""
+        """Return p̄/E* at separations of the flat from the mean of the summits, in σ_s."""
         strength = 4 / 3 * self.density * math.sqrt(self.radius) * self.deviation**1.5
         return strength * excess(1.5, separation)
 
     def gap(self, separation: Array) -> Array:
-        """Return the distance of the flat from the mean of the surface [m]; see `pressure`."""
+        """Return the distance of the flat from the mean plane [m]; see `pressure`."""
         return separation * self.deviation + self.mean_height
 
 
@@ -59,23 +59,24 @@ def summits(m0: float, m2: float, m4: float) -> Summits:
     Parameters
     ----------
     m0, m2, m4 : float
-        Mean squares of height [m²], slope [1] and curvature [1/m²] of a profile of it.
+        Mean squares of height [m²], slope [1] and curvature [1/m²] of a profile of the surface.
 
     Returns
     -------
     Summits
-        Their density, radius, standard deviation and mean height.
+        Density, radius, standard deviation and mean height of the summits.
 
     Raises
     ------
     InputError
-        If a moment is not positive, or no Gaussian surface has them: α = m₀ m₄/m₂² below 1.5.
+        If a moment is not positive, or no Gaussian surface has these moments: α = m₀ m₄/m₂² below
+        1.5.
 
     Notes
     -----
-    η = m₄/(6π√3 m₂), R = 3√π/(8√m₄), σ_s² = (1 - 0.8968/α) m₀, and their mean lies 4√(m₀/(πα))
-    above that of the surface. m₄ is set by the shortest wave, so that all but the last hang on the
-    pixel.
+    η = m₄/(6π√3 m₂), R = 3√π/(8√m₄), σ_s² = (1 - 0.8968/α) m₀, and the mean of the summits is
+    4√(m₀/(πα)) above the mean plane. m₄ is set by the shortest wave, so that η and R depend
+    strongly on the pixel size.
 
     References
     ----------
@@ -101,7 +102,7 @@ def summits(m0: float, m2: float, m4: float) -> Summits:
 
 
 def excess(power: float, separation: Array) -> Array:
-    """Return F_n(h) = ∫ (s - h)ⁿ φ(s) ds over s > h, φ the normal distribution.
+    """Return F_n(h) = ∫ (s - h)ⁿ φ(s) ds over s > h, with the normal density φ.
 
     Parameters
     ----------
@@ -112,7 +113,7 @@ def excess(power: float, separation: Array) -> Array:
 
     Notes
     -----
-    Γ(n+1)/√(2π) exp(-h²/4) D_{-n-1}(h), D the parabolic cylinder function.
+    Γ(n+1)/√(2π) exp(-h²/4) D_{-n-1}(h), with the parabolic cylinder function D.
 
     References
     ----------

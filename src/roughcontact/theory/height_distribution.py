@@ -1,7 +1,7 @@
-"""Distributions of heights of given skewness and kurtosis: Johnson's system.
+"""Height distributions with given skewness and kurtosis: the Johnson system.
 
-Heights are functions of a standard normal variable ``z``, so that a Gaussian map becomes one of
-the distribution by translation, point by point.
+Heights are functions of a standard normal variable ``z``, so that a Gaussian map gets the
+distribution by a pointwise transformation (translation).
 """
 
 from __future__ import annotations
@@ -20,31 +20,32 @@ from roughcontact.errors import InputError, input_error
 Array = NDArray[np.float64]
 
 STEP = 0.3
-"""Smallest excess of the kurtosis over its lower bound.
+"""Minimum excess of the kurtosis over its lower bound Ssk² + 1.
 
-Two heights alone have Ssk² + 1, and a cliff between them, which no spectrum of a rough surface has.
+A surface at the bound has only two heights with a cliff between them, which no spectrum of a rough
+surface has.
 """
 
 LARGEST_KURTOSIS = 60.0
-"""Beyond it a map of a million points holds too few of the peaks that make the kurtosis."""
+"""Maximum kurtosis: above, a map of a million points has too few of the peaks that set it."""
 
 # Normal variables and weights for averages over the distribution.
 _Z = np.linspace(-12, 12, 1201)
 _WEIGHTS = np.exp(-0.5 * _Z**2)
 _WEIGHTS /= _WEIGHTS.sum()
 
-# Shapes δ between those of two heights or of endless tails, and the normal distribution.
+# Shapes δ from two heights (bounded) or infinite tails (unbounded) to the normal distribution.
 _SHAPES = {"bounded": (0.02, 200.0), "unbounded": (0.35, 200.0)}
-# Largest γ/δ and γ that are tried: S_U and S_B are lognormal before the one, and S_B before the
-# other a peak of no width.
+# Largest γ/δ and γ of the search: S_U and S_B become lognormal below the first, and S_B a peak of
+# zero width below the second.
 _STEEPEST, _FARTHEST = 40.0, 8.0
-# Tolerance of the kurtosis for a family of one parameter.
+# Tolerance of skewness and kurtosis for a family of one parameter.
 _CLOSE = 1e-3
 
 
 @dataclass(frozen=True)
 class Johnson:
-    """A translation of the standard normal variable to a distribution of heights.
+    """Translation of the standard normal variable to a height distribution.
 
     Parameters
     ----------
@@ -54,7 +55,7 @@ class Johnson:
         Location and shape, for u = (z - γ)/δ: the height is u, exp u, sinh u or
         1/(1 + exp(-u)), up to a scale.
     mirrored : bool
-        Whether heights and z change their signs, as negative skewness needs.
+        Whether heights and z change their signs, for negative skewness.
 
     References
     ----------
@@ -67,28 +68,28 @@ class Johnson:
     mirrored: bool = False
 
     def heights(self, z: Array) -> Array:
-        """Return the heights of normal variables, rising with them, of no set mean or scale."""
+        """Return the heights of normal variables, increasing, of arbitrary mean and scale."""
         sign = -1.0 if self.mirrored else 1.0
         return sign * _FORMS[self.family]((sign * z - self.gamma) / self.delta)
 
 
 def least_kurtosis(skewness: float) -> float:
-    """Return the least kurtosis of any distribution of a skewness, that of two heights."""
+    """Return the minimum kurtosis of a distribution with a skewness, that of two heights."""
     return skewness**2 + 1
 
 
 def usual_kurtosis(skewness: float) -> float:
-    """Return the kurtosis of a gamma distribution of this skewness; 3 without any."""
+    """Return the kurtosis of a gamma distribution with this skewness; 3 at zero skewness."""
     return 3 + 1.5 * skewness**2
 
 
 def fitted(skewness: float, kurtosis: float) -> Johnson:
-    """Return the distribution of Johnson's system with given skewness and kurtosis.
+    """Return the distribution of the Johnson system with given skewness and kurtosis.
 
     Parameters
     ----------
     skewness, kurtosis : float
-        Ssk and Sku, which is 3 for a Gaussian surface; a pair that `require` lets pass.
+        Ssk and Sku, which is 3 for a Gaussian surface; a pair that `require` accepts.
 
     Returns
     -------
@@ -111,14 +112,14 @@ def fitted(skewness: float, kurtosis: float) -> Johnson:
 
 
 def require(skewness: float, kurtosis: float, families: int = 1) -> None:
-    """Raise `InputError` for a pair that no distribution has, or no rough surface.
+    """Raise `InputError` for a pair that no distribution or no rough surface has.
 
     Parameters
     ----------
     skewness, kurtosis : float
         Ssk and Sku.
     families : int
-        How many independent maps of one distribution add up to the map.
+        Number of independent maps of one distribution that are added to the map.
     """
     if not math.isfinite(skewness):
         raise input_error("Ssk", skewness, "must be finite")
@@ -154,19 +155,19 @@ def of_sum(kurtosis: float, families: int) -> float:
 
 
 def moments(values: Array, weights: Array | None = None) -> tuple[float, float]:
-    """Return skewness and kurtosis of values.
+    """Return the skewness and the kurtosis of values.
 
     Parameters
     ----------
     values : ndarray
         The values.
     weights : ndarray, optional
-        Of the same shape, with the sum 1; by default all count alike.
+        Weights of the same shape, with a sum of 1; equal by default.
 
     Returns
     -------
     (float, float)
-        About the mean; 3 is the kurtosis of a normal distribution.
+        Skewness and kurtosis about the mean; 3 is the kurtosis of a normal distribution.
     """
     deviation = values - np.average(values, weights=weights)
     square = deviation * deviation
@@ -177,7 +178,7 @@ def moments(values: Array, weights: Array | None = None) -> tuple[float, float]:
 
 
 def _sigmoid(u: Array) -> Array:
-    # Exact far below zero, too, where the skewed ones have most of their heights.
+    # Also exact far below zero, where skewed distributions have most of their heights.
     from scipy.special import expit
 
     return expit(u)
@@ -195,17 +196,17 @@ def _lognormal(skewness: float) -> tuple[float, float]:
     """Return the kurtosis of the lognormal distribution of a skewness ≥ 0, and its shape δ."""
     if skewness < _CLOSE:
         return 3.0, math.inf
-    # The one real root w > 1 of (w - 1)(w + 2)² = skewness².
+    # The only real root w > 1 of (w - 1)(w + 2)² = skewness².
     w = float(max(np.roots([1, 3, 0, -4 - skewness**2]).real))
     return w**4 + 2 * w**3 + 3 * w**2 - 3, 1 / math.sqrt(math.log(w))
 
 
 def _of_two_parameters(family: str, skewness: float, kurtosis: float) -> Johnson:
-    """Return the member of a family with skewness and kurtosis: a root in γ inside one in δ."""
+    """Return the member of a family with skewness and kurtosis, by nested roots in δ and γ."""
     strength = abs(skewness)
 
     def located(delta: float) -> Johnson:
-        # Skewness rises with -γ in S_U and with γ in S_B, from 0 at γ = 0.
+        # Skewness increases with -γ in S_U and with γ in S_B, from 0 at γ = 0.
         sign = -1.0 if family == "unbounded" else 1.0
 
         def beyond(gamma: float) -> float:
@@ -237,7 +238,7 @@ _SCORES = np.linspace(-9, 9, 7201)
 
 
 def gap_below_plane(material_ratio: Array, skewness: Array, kurtosis: Array) -> Array:
-    """Return the mean open gap between a plane and the surface that it cuts off, over Sq.
+    """Return the mean open gap between a truncating plane and the surface, over Sq.
 
     Parameters
     ----------
@@ -249,15 +250,15 @@ def gap_below_plane(material_ratio: Array, skewness: Array, kurtosis: Array) -> 
     Returns
     -------
     ndarray
-        Mean over the whole surface of how far it lies below the plane, 0 where it is above, over
+        Mean over the whole surface of the depth below the plane, 0 where the surface is above, over
         the root-mean-square height.
 
     Notes
     -----
     This is the gap of a surface whose asperities are flattened to the plane and displace nothing
-    else: the limit of a very low ceiling. Heights follow the distribution of Johnson's system that
-    has this skewness and kurtosis, h(z) of a standard normal variable z; the plane at z_p lies
-    ∫ max(h(z_p) - h(z), 0) φ(z) dz above them on average, by the trapezoidal rule.
+    else: the limit of a very low ceiling. Heights follow the distribution of the Johnson system
+    with this skewness and kurtosis, h(z) of a standard normal variable z; the mean gap below the
+    plane at z_p is ∫ max(h(z_p) - h(z), 0) φ(z) dz, by the trapezoidal rule.
 
     References
     ----------
@@ -281,13 +282,13 @@ def gap_below_plane(material_ratio: Array, skewness: Array, kurtosis: Array) -> 
 
 @lru_cache(maxsize=512)
 def _gaps(skewness: float, kurtosis: float) -> Array:
-    """Return the gap below planes at all scores."""
+    """Return the mean gap below planes at all normal scores, over Sq."""
     heights = fitted(skewness, kurtosis).heights(_SCORES)
     density = np.exp(-(_SCORES**2) / 2) / math.sqrt(2 * math.pi)
     step = float(_SCORES[1] - _SCORES[0])
     mean = float(np.sum(heights * density)) * step
     spread = math.sqrt(float(np.sum((heights - mean) ** 2 * density)) * step)
-    # The growth of the gap is the area below a plane times the rise of the plane.
+    # The gap grows by the area below a plane times the rise of the plane.
     below = np.cumsum(density) * step - density * step / 2
     rises = np.diff(heights) / spread
     return np.concatenate([[0.0], np.cumsum((below[1:] + below[:-1]) / 2 * rises)])

@@ -1,13 +1,13 @@
 """Hertz contact in closed form: circular, elliptic and line contacts.
 
-The functions without a word in front are those of a sphere (or paraboloid) on a half-space; those
-of a contact with two radii of curvature begin with ``elliptic``, those of a cylinder with ``line``.
+Functions without a prefix are for a sphere (or paraboloid) on a half-space, functions with the
+prefix ``elliptic`` for a contact with two radii of curvature, and with ``line`` for a cylinder.
 Radii ``r`` are measured from the axis; displacement is positive into the body, pressure
 positive in compression. Lengths [m], loads [N], line loads [N/m], pressures and moduli [Pa].
 
 References
 ----------
-Of a sphere with adhesion: Johnson, Kendall and Roberts, Proc. R. Soc. A 324 (1971) 301,
+For a sphere with adhesion: Johnson, Kendall and Roberts, Proc. R. Soc. A 324 (1971) 301,
 doi:10.1098/rspa.1971.0141; Derjaguin, Muller and Toporov, J. Colloid Interface Sci. 53 (1975) 314,
 doi:10.1016/0021-9797(75)90018-1; Tabor, ibid. 58 (1977) 2, doi:10.1016/0021-9797(77)90366-6;
 Maugis, ibid. 150 (1992) 243, doi:10.1016/0021-9797(92)90285-T; Carpick, Ogletree and Salmeron,
@@ -36,8 +36,7 @@ class EllipticContact:
     load : float
         Normal load W [N].
     semi_axes : (float, float)
-        Semi-axes of the ellipse of contact [m], each in the direction of the radius that was given
-        in its place.
+        Semi-axes of the contact ellipse [m], in the order of the given radii.
     max_pressure : float
         Peak pressure p_H [Pa].
     approach : float
@@ -63,7 +62,7 @@ class EllipticContact:
 def elliptic_contact(
     load: float, radii: tuple[float, float], contact_modulus: float
 ) -> EllipticContact:
-    """Return the contact of two bodies whose gap at first touch is ``x²/(2R₁) + y²/(2R₂)``.
+    """Return the contact of bodies with the gap ``x²/(2R₁) + y²/(2R₂)`` at first touch.
 
     Parameters
     ----------
@@ -89,8 +88,8 @@ def elliptic_contact(
     -----
     With semi-axes a ≥ b and k = b/a, complete elliptic integrals of parameter 1 - k²:
     ``p_H = 3W/(2πab)``, ``p_H E(k) = b E* (1/R₁ + 1/R₂)/2``, ``δ = p_H b K(k)/E*``, and k from
-    ``R_D(0, 1, k²)/R_D(0, k², 1)``, the ratio of the radii in Carlson's form, where what Johnson's
-    eq. (4.26) loses to cancellation next to a circle has gone.
+    ``R_D(0, 1, k²)/R_D(0, k², 1)``, the ratio of the radii in Carlson's form, without the
+    cancellation of Johnson's eq. (4.26) near a circle.
 
     References
     ----------
@@ -124,7 +123,7 @@ def elliptic_load(max_pressure: float, radii: tuple[float, float], contact_modul
     Returns
     -------
     float
-        Normal load W [N]; see `elliptic_contact`, whose inverse it is.
+        Normal load W [N]; the inverse of `elliptic_contact`.
 
     Raises
     ------
@@ -142,8 +141,8 @@ def _curvature(radii: tuple[float, float]) -> float:
 
 
 def _ellipse(radii: tuple[float, float]) -> tuple[float, float]:
-    """Return the ratio of the semi-axes, up to 1, and E of it."""
-    # Imported late: together they take longer than many a solve, which seldom needs them.
+    """Return the ratio k of the semi-axes, at most 1, and the elliptic integral E(k)."""
+    # Lazy import: it takes longer than many solves, which seldom need it.
     from scipy.special import ellipe, elliprd
 
     require_positive(**{"radii[0]": radii[0], "radii[1]": radii[1]})
@@ -246,7 +245,7 @@ def max_pressure(load: float, radius: float, contact_modulus: float) -> float:
 
 
 def approach(load: float, radius: float, contact_modulus: float) -> float:
-    """Return how far the distant parts of the bodies come together, ``δ = a²/R``.
+    """Return the approach of distant points of the bodies, ``δ = a²/R``.
 
     Parameters
     ----------
@@ -312,9 +311,9 @@ def pressure(r: ArrayLike, contact_radius: float, max_pressure: float) -> Array:
     r : array_like
         Distances from the axis [m].
     contact_radius : float
-        a [m].
+        Contact radius a [m].
     max_pressure : float
-        p_H [Pa].
+        Peak pressure p_H [Pa].
 
     Returns
     -------
@@ -345,9 +344,9 @@ def displacement(
     r : array_like
         Distances from the axis [m].
     contact_radius : float
-        a [m].
+        Contact radius a [m].
     max_pressure : float
-        p_H [Pa].
+        Peak pressure p_H [Pa].
     contact_modulus : float
         E* [Pa].
 
@@ -378,16 +377,16 @@ def displacement(
 
 
 def gap(r: ArrayLike, contact_radius: float, radius: float) -> Array:
-    """Return the gap left between the bodies, 0 inside the contact.
+    """Return the gap between the bodies, 0 inside the contact.
 
     Parameters
     ----------
     r : array_like
         Distances from the axis [m].
     contact_radius : float
-        a [m].
+        Contact radius a [m].
     radius : float
-        Radius of the sphere R [m]; its shape is the paraboloid r²/(2R).
+        Radius of the sphere R [m], with the shape of the paraboloid r²/(2R).
 
     Returns
     -------
@@ -402,7 +401,7 @@ def gap(r: ArrayLike, contact_radius: float, radius: float) -> Array:
     Notes
     -----
     ``(a²/(π R)) [(ρ² - 1)^(1/2) + (ρ² - 2) acos(1/ρ)]`` with ρ = r/a: displacement plus shape
-    minus approach, from Johnson eq. (3.42a), free of their cancellation near the rim.
+    minus approach, from Johnson eq. (3.42a), without their cancellation near the rim.
 
     References
     ----------
@@ -461,7 +460,7 @@ def first_yield_load(radius: float, contact_modulus: float, first_yield_pressure
     Returns
     -------
     float
-        Load [N]; it grows as the cube of the pressure.
+        Load [N], proportional to the cube of the pressure.
 
     Raises
     ------
@@ -488,7 +487,7 @@ def saturated_radius_ratio(ceiling_ratio: float) -> float:
     -------
     float
         Radius of a disc under the uniform ceiling that carries the load, over the Hertz radius:
-        the limit of the contact radius for low ceilings and a lower bound for every one.
+        the limit of the contact radius for low ceilings and a lower bound for every ceiling.
 
     Raises
     ------
@@ -517,7 +516,7 @@ class LineContact:
     line_load : float
         Load per length W' [N/m].
     half_width : float
-        Half-width of the strip of contact [m].
+        Half-width of the contact strip [m].
     max_pressure : float
         Peak pressure p_H [Pa].
     """
@@ -533,14 +532,14 @@ class LineContact:
 
 
 def line_contact(line_load: float, radius: float, contact_modulus: float) -> LineContact:
-    """Return the contact of a cylinder, ``a = (4 W' R/(π E*))^(1/2)``, ``p_H = 2 W'/(π a)``.
+    """Return the line contact, ``a = (4 W' R/(π E*))^(1/2)``, ``p_H = 2 W'/(π a)``.
 
     Parameters
     ----------
     line_load : float
         Load per length W' [N/m].
     radius : float
-        R [m]; for two parallel cylinders 1/R = 1/R₁ + 1/R₂.
+        Radius R [m]; for two parallel cylinders 1/R = 1/R₁ + 1/R₂.
     contact_modulus : float
         E* [Pa].
 
@@ -577,7 +576,7 @@ def line_load(max_pressure: float, radius: float, contact_modulus: float) -> flo
     max_pressure : float
         Peak pressure p_H [Pa].
     radius : float
-        R [m].
+        Radius R [m].
     contact_modulus : float
         E* [Pa].
 
@@ -607,11 +606,11 @@ def line_approach(line_load: float, radius: float, contact_modulus: float, datum
     line_load : float
         Load per length W' [N/m].
     radius : float
-        R [m].
+        Radius R [m].
     contact_modulus : float
         E* [Pa].
     datum : float
-        Distance d [m] from the line at which the surface is taken not to be displaced: a line load
+        Distance d [m] from the line at which the displacement of the surface is zero: a line load
         displaces a half-space without bound.
 
     Returns
@@ -622,7 +621,7 @@ def line_approach(line_load: float, radius: float, contact_modulus: float, datum
     Raises
     ------
     InputError
-        If an argument is not positive and finite, or the datum lies within the contact.
+        If an argument is not positive and finite, or the datum is inside the contact.
 
     References
     ----------
@@ -635,7 +634,7 @@ def line_approach(line_load: float, radius: float, contact_modulus: float, datum
 
 
 def _outside(rho: Array) -> Array:
-    # sqrt(ρ² - 1) outside, 0 inside; the product keeps its digits next to the rim.
+    # sqrt(ρ² - 1) outside, 0 inside; the product keeps its digits near the rim.
     rho = np.maximum(rho, 1)
     return np.sqrt((rho - 1) * (rho + 1))
 
@@ -648,7 +647,7 @@ ADHESION_RANGE = 0.2e-9
 
 
 def tabor(radius: Any, modulus: float, work: float) -> Any:
-    """Return Tabor's parameter, how far adhesion draws a sphere out over the range of the forces.
+    """Return the Tabor parameter: elastic deformation by adhesion over the force range.
 
     Parameters
     ----------
@@ -669,7 +668,7 @@ def tabor(radius: Any, modulus: float, work: float) -> Any:
 
 
 def pull_off(radius: Any, modulus: float, work: float) -> Any:
-    """Return the force that pulls a sphere off [N].
+    """Return the pull-off force of a sphere [N].
 
     Parameters
     ----------
@@ -679,15 +678,15 @@ def pull_off(radius: Any, modulus: float, work: float) -> Any:
     Returns
     -------
     float or array
-        1.5 π w R of soft and large spheres (Johnson, Kendall and Roberts 1971) to 2 π w R of hard
-        and small ones (Carpick, Ogletree and Salmeron 1999, eq. 12b).
+        From 1.5 π w R for soft and large spheres (Johnson, Kendall and Roberts 1971) to 2 π w R for
+        hard and small spheres (Carpick, Ogletree and Salmeron 1999, eq. 12b).
     """
     strength = 4.04 * _maugis(radius, modulus, work) ** 1.4
     return np.pi * work * radius * (7 / 4 - (strength - 1) / (strength + 1) / 4)
 
 
 def enlargement(load: Any, radius: Any, modulus: float, work: float) -> Any:
-    """Return the contact area of a sphere with adhesion over that without.
+    """Return the ratio of the contact areas of a sphere with and without adhesion.
 
     Parameters
     ----------
@@ -700,12 +699,12 @@ def enlargement(load: Any, radius: Any, modulus: float, work: float) -> Any:
     -------
     float or array
         At least 1. After Carpick, Ogletree and Salmeron (1999), eqs. 9, 12a and 13, with a factor
-        1.02 left out, so that it ends at (1 + 3 x + √(6 x + 9 x²))^(2/3) with x = π w R/W of
+        1.02 omitted, so that the limit is (1 + 3 x + √(6 x + 9 x²))^(2/3) with x = π w R/W for
         soft and large spheres (Johnson, Kendall and Roberts 1971); within 4 % of Maugis (1992).
     """
     strength = _maugis(radius, modulus, work)
     alpha = 1 - np.exp(-strength / 0.924)
-    # At zero load, over (π w R²/K)^(1/3) with K = 4 E*/3.
+    # Contact radius at zero load, over (π w R²/K)^(1/3) with K = 4 E*/3.
     grown = 2.28 * strength**1.3
     start = 1.54 + 0.279 * (grown - 1) / (grown + 1)
     ratio = load / pull_off(radius, modulus, work)
@@ -715,5 +714,5 @@ def enlargement(load: Any, radius: Any, modulus: float, work: float) -> Any:
 
 
 def _maugis(radius: Any, modulus: float, work: float) -> Any:
-    """Return Maugis' parameter λ, which is 1.157 times Tabor's."""
+    """Return the Maugis parameter λ, 1.157 times the Tabor parameter."""
     return 1.157 * tabor(radius, modulus, work)

@@ -1,4 +1,4 @@
-"""Flat punch and cone on a half-space, in closed form.
+"""Flat punch, cone and elastic-plastic sphere on a half-space, in closed form.
 
 Displacement is positive into the body, pressure positive in compression. Lengths [m], loads [N],
 pressures and moduli [Pa].
@@ -64,7 +64,7 @@ def punch_pressure(r: ArrayLike, load: float, contact_radius: float) -> Array:
     Returns
     -------
     ndarray, shape of r
-        Pressure [Pa], without bound towards the rim, 0 on and outside it.
+        Pressure [Pa], without bound towards the rim, 0 on and outside the rim.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def punch_pressure(r: ArrayLike, load: float, contact_radius: float) -> Array:
 
 
 def punch_displacement(r: ArrayLike, approach: float, contact_radius: float) -> Array:
-    """Return the surface displacement by a flat circular punch, ``(2δ/π) asin(a/r)`` outside.
+    """Return the displacement by a flat circular punch, ``(2δ/π) asin(a/r)`` outside.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def cone_contact_radius(load: float, slope: float, contact_modulus: float) -> fl
     Returns
     -------
     float
-        a [m].
+        Contact radius a [m].
 
     Raises
     ------
@@ -179,14 +179,14 @@ def cone_approach(contact_radius: float, slope: float) -> float:
     Parameters
     ----------
     contact_radius : float
-        a [m].
+        Contact radius a [m].
     slope : float
         Slope m of the shape m·r.
 
     Returns
     -------
     float
-        δ [m] from first touch.
+        Approach δ [m] from first touch.
 
     Raises
     ------
@@ -207,7 +207,7 @@ def cone_load(approach: float, slope: float, contact_modulus: float) -> float:
     Parameters
     ----------
     approach : float
-        δ [m] from first touch.
+        Approach δ [m] from first touch.
     slope : float
         Slope m of the shape m·r.
     contact_modulus : float
@@ -239,9 +239,9 @@ def cone_pressure(r: ArrayLike, contact_radius: float, mean_pressure: float) -> 
     r : array_like
         Distances from the axis [m].
     contact_radius : float
-        a [m].
+        Contact radius a [m].
     mean_pressure : float
-        p̄ [Pa], see `cone_mean_pressure`.
+        Mean pressure p̄ [Pa], see `cone_mean_pressure`.
 
     Returns
     -------
@@ -272,7 +272,7 @@ def cone_displacement(r: ArrayLike, contact_radius: float, slope: float) -> Arra
     r : array_like
         Distances from the axis [m].
     contact_radius : float
-        a [m].
+        Contact radius a [m].
     slope : float
         Slope m of the shape m·r.
 
@@ -299,17 +299,17 @@ def cone_displacement(r: ArrayLike, contact_radius: float, slope: float) -> Arra
     return slope * contact_radius * unit
 
 
-# An elastic, perfectly plastic sphere on a half-space, from first yield to full plasticity.
+# --- Elastic, perfectly plastic sphere on a half-space, from first yield to full plasticity ---
 
 
 PLATEAU = 3.0
 """Mean pressure in full plasticity over the yield strength (Tabor 1951)."""
 
-# How the distance to the plateau falls with the logarithm of the index: powers one to three;
-# benchmarks/ceiling_rule.py fits them again to solutions with plasticity of the volume.
+# Decrease of the distance to the plateau with the logarithm of the index: powers one to three;
+# benchmarks/ceiling_rule.py fits them to solutions with plasticity of the volume.
 _FIRST, _SECOND, _THIRD = 1.268, -0.182, 0.0722
 
-# The same of the ceiling model, whose plateau is the ceiling; fitted to its solutions there.
+# Second power for the ceiling model, whose plateau is the ceiling; fitted there to its solutions.
 _CEILING_SQUARE = 2.157
 
 
@@ -319,7 +319,7 @@ def mean_pressure(index: float, first_yield: float = 1.615) -> float:
     Parameters
     ----------
     index : float
-        E*a/(σ_Y R); E* of the sphere alone if what it is pressed on is rigid.
+        E*a/(σ_Y R); E* is that of the sphere alone on a rigid body.
     first_yield : float
         Hertz peak pressure at first yield over the yield strength C; 1.615 at ν = 0.3.
 
@@ -335,15 +335,15 @@ def mean_pressure(index: float, first_yield: float = 1.615) -> float:
 
     Notes
     -----
-    Hertz's 4 x/(3π) well beyond first yield, at the index x₁ = πC/2, up to about twice its load;
-    then the distance to the plateau falls from D = 3 - 2C/3 at first yield as
+    4 x/(3π) of the Hertz contact beyond first yield, at the index x₁ = πC/2, up to about twice the
+    load of first yield; then the distance to the plateau falls from D = 3 - 2C/3 at first yield as
 
         p̄/σ_Y = 3 - D exp(-a n l - b l² - c l³),   l = ln(x/x₁),   n = (2C/3)/D.
 
-    With a = 1 it would leave Hertz's line at first yield and without a kink. So Poisson's ratio
-    enters by the pressure at first yield alone, and is forgotten in full plasticity. a, b and c
-    are fitted to solutions with plasticity of the volume for ν from 0 to 0.49 and 4 to 200 times
-    the load of first yield, and within 2 % of them.
+    With a = 1 the curve would leave the Hertz line at first yield and without a kink. Poisson's
+    ratio enters only by the pressure at first yield, and has no effect in full plasticity. a, b and
+    c are fitted to solutions with plasticity of the volume for ν from 0 to 0.49 and 4 to 200 times
+    the load of first yield, within 2 %.
 
     Examples
     --------
@@ -363,7 +363,7 @@ def mean_pressure(index: float, first_yield: float = 1.615) -> float:
 
 
 def mean_under_ceiling(index: float) -> float:
-    """Return the mean contact pressure of a sphere under a pressure ceiling, over the ceiling.
+    """Return the mean pressure of a sphere under a pressure ceiling, over the ceiling.
 
     Parameters
     ----------
@@ -382,8 +382,8 @@ def mean_under_ceiling(index: float) -> float:
 
     Notes
     -----
-    Hertz's up to the index π/2, where the ceiling is reached; beyond it a fit to solutions, right
-    to 0.4 %.
+    The Hertz value up to the index π/2, where the ceiling is reached; beyond, a fit to solutions,
+    accurate to 0.4 %.
 
     Examples
     --------
@@ -403,12 +403,12 @@ def left_under_ceiling(load_ratio: float) -> tuple[float, float]:
     Parameters
     ----------
     load_ratio : float
-        Load P over the load P₁ at which Hertz's peak pressure is the ceiling.
+        Load P over the load P₁ at which the Hertz peak pressure equals the ceiling.
 
     Returns
     -------
     (float, float)
-        Largest permanent indentation over the approach ω₁ at P₁, and dissipated energy over
+        Largest residual indentation over the approach ω₁ at P₁, and dissipated energy over
         P₁ ω₁; both zero up to P₁.
 
     Raises
@@ -419,7 +419,7 @@ def left_under_ceiling(load_ratio: float) -> tuple[float, float]:
     Notes
     -----
     With λ = P/P₁ they are λ (1/3 - 0.377 λ^-½ + 0.0437 λ^-3.3) and λ² (1/6 - 0.2205 λ^-½ +
-    0.0538 λ^-2.6), fits to solutions that are right to 2 % from λ = 2 on.
+    0.0538 λ^-2.6), fits to solutions that are accurate to 2 % for λ ≥ 2.
 
     Examples
     --------
@@ -436,12 +436,12 @@ def left_under_ceiling(load_ratio: float) -> tuple[float, float]:
 
 
 def ceiling(index: float, mean: float, first_yield: float = 1.615) -> float:
-    """Return the ceiling that gives a sphere its mean pressure.
+    """Return the ceiling at which a sphere has a given mean pressure.
 
     Parameters
     ----------
     index : float
-        E*a/(σ_Y R); or E*a/R [Pa] with the pressures in Pa.
+        E*a/(σ_Y R), or E*a/R [Pa] if the pressures are in Pa.
     mean : float
         Mean pressure over the yield strength p̄/σ_Y.
     first_yield : float
@@ -450,7 +450,7 @@ def ceiling(index: float, mean: float, first_yield: float = 1.615) -> float:
     Returns
     -------
     float
-        Ceiling over the yield strength; that of first yield before it.
+        Ceiling over the yield strength; ``first_yield`` before first yield.
 
     Raises
     ------
@@ -459,9 +459,10 @@ def ceiling(index: float, mean: float, first_yield: float = 1.615) -> float:
 
     Notes
     -----
-    Soon after first yield the mean pressure is still Hertz's, and every ceiling above Hertz's peak
-    gives it. There the ceiling is bounded by p̄ (1 + (p̄₁/p̄)³/2), with p̄₁ the mean pressure at first
-    yield, so that it begins with Hertz's peak at first yield and grows with the load.
+    Shortly after first yield the mean pressure is still that of Hertz, and every ceiling above the
+    Hertz peak gives this value. There the ceiling is bounded by p̄ (1 + (p̄₁/p̄)³/2), with p̄₁ the
+    mean pressure at first yield, so that it starts from the Hertz peak at first yield and grows
+    with the load.
 
     Examples
     --------

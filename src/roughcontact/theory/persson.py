@@ -1,4 +1,4 @@
-"""Persson's theory of the contact of rough surfaces."""
+"""Persson theory of the contact of rough surfaces."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def persson_fractions(
     rms_gradient : float
         Root-mean-square gradient h′ of the gap between the bodies.
     ceiling : float, optional
-        Largest pressure p_lim [Pa]; without it the contact is elastic.
+        Pressure ceiling p_lim [Pa]; without a ceiling the contact is elastic.
 
     Returns
     -------
@@ -40,13 +40,13 @@ def persson_fractions(
 
     Notes
     -----
-    Magnified more and more, the distribution P(p) of the pressure spreads from p̄ by diffusion with
-    the variance V = (E* h′/2)² of a full contact, and is absorbed at p = 0 (detached) and at the
-    ceiling (yielded). Elastic: A/A₀ = erf(p̄/√(2V)), with the low-load slope √(8/π) ≈ 1.6 in
-    A = κ W/(E* h′). With a ceiling and s_n = nπ/p_lim, the elastic part is
-    Σ 2/(nπ) [1 - (-1)ⁿ] sin(s_n p̄) exp(-s_n² V/2) and the yielded one
+    With increasing magnification, the distribution P(p) of the pressure spreads from p̄ by
+    diffusion with the variance V = (E* h′/2)² of a full contact, and is absorbed at p = 0
+    (detached) and at the ceiling (yielded). Elastic: A/A₀ = erf(p̄/√(2V)), with the low-load slope
+    √(8/π) ≈ 1.6 in A = κ W/(E* h′). With a ceiling and s_n = nπ/p_lim, the elastic part is
+    Σ 2/(nπ) [1 - (-1)ⁿ] sin(s_n p̄) exp(-s_n² V/2) and the yielded part
     Σ 2/(nπ) (-1)ⁿ⁺¹ sin(s_n p̄) [1 - exp(-s_n² V/2)], which tends to p̄/p_lim for rough bodies.
-    The theory counts what has once yielded as saturated, and neglects correlations of the
+    The theory treats area that has yielded once as saturated, and neglects correlations of the
     contact spots: boundary elements give a low-load slope near 2 (Hyun et al. 2004; Yastrebov,
     Anciaux and Molinari 2015).
 
@@ -82,16 +82,16 @@ def persson_fractions(
 
 
 def diffused(pressure: Array, deviation: Array, ceiling: Array) -> tuple[Array, Array]:
-    """Return Persson's fractions of many contacts, as `persson_fractions` those of one.
+    """Return Persson's fractions of several contacts; see `persson_fractions`.
 
     Parameters
     ----------
     pressure : ndarray
         Load over nominal area p̄, in any unit.
     deviation : ndarray
-        √V = E* h′/2, the standard deviation of the pressure of a full contact, in that unit.
+        √V = E* h′/2, the standard deviation of the pressure of a full contact, in the same unit.
     ceiling : ndarray
-        Largest pressure, in that unit; infinite without one.
+        Pressure ceiling, in the same unit; infinite without one.
 
     Returns
     -------
@@ -100,9 +100,9 @@ def diffused(pressure: Array, deviation: Array, ceiling: Array) -> tuple[Array, 
 
     Notes
     -----
-    Two forms of the same sum: images of the start beyond both bounds where it has hardly spread to
-    them, the series of `persson_fractions` where it has. Where they meet, at √V = p_lim/2, either
-    is exact to rounding with the terms taken.
+    Two forms of the same sum: images of the initial distribution beyond both bounds if the spread
+    is small, the series of `persson_fractions` if it is large. At the transition, √V = p_lim/2,
+    both are exact to rounding with the included terms.
     """
     contact, saturated = np.empty_like(pressure), np.empty_like(pressure)
     near = 2 * deviation < ceiling
@@ -110,20 +110,20 @@ def diffused(pressure: Array, deviation: Array, ceiling: Array) -> tuple[Array, 
         if chosen.any():
             specified = (values[chosen] for values in (pressure, deviation, ceiling))
             contact[chosen], saturated[chosen] = form(*specified)
-    # Rounding takes either a little beyond what is possible.
+    # Rounding may exceed the possible range.
     np.clip(saturated, 0, 1, out=saturated)
     np.clip(contact, saturated, 1, out=contact)
     return contact, saturated
 
 
-# Terms beyond exp(-40) do not count.
+# Terms below exp(-40) are negligible.
 _IMAGES, _WAVES = np.arange(1, 5)[:, None], np.arange(1, 9)[:, None]
 
 
 def _by_images(pressure: Array, deviation: Array, ceiling: Array) -> tuple[Array, Array]:
-    """Return contact and saturated fractions of distributions that are narrow between the bounds.
+    """Return contact and saturated fractions of narrow distributions between the bounds.
 
-    What has been absorbed follows from the times of first passage, by the method of images
+    The absorbed fractions follow from the times of first passage, by the method of images
     (Redner, A Guide to First-Passage Processes (2001), doi:10.1017/CBO9780511606014).
     """
     from scipy.special import erf, erfc
@@ -139,7 +139,7 @@ def _by_images(pressure: Array, deviation: Array, ceiling: Array) -> tuple[Array
 
 
 def _by_waves(pressure: Array, deviation: Array, ceiling: Array) -> tuple[Array, Array]:
-    """Return the same of distributions that are wide; see `persson_fractions`."""
+    """Return both fractions of wide distributions, by the series of `persson_fractions`."""
     terms = (
         2
         / (_WAVES * math.pi)
@@ -147,18 +147,18 @@ def _by_waves(pressure: Array, deviation: Array, ceiling: Array) -> tuple[Array,
         * np.exp(-((_WAVES * math.pi * deviation / ceiling) ** 2) / 2)
     )
     sign = np.where(_WAVES % 2, 1.0, -1.0)
-    # The plain part of the yielded series is p̄/p_lim.
+    # The constant part of the yielded series is p̄/p_lim.
     saturated = pressure / ceiling - np.sum(sign * terms, axis=0)
     return np.sum((1 + sign) * terms, axis=0) + saturated, saturated
 
 
 GAMMA = 0.45
-"""γ of `persson_separation`: the elastic energy of partial contact over that of Persson's first
-form of 2001; 0.4 to 0.5 fit simulations."""
+"""γ of `persson_separation`: ratio of the elastic energy of partial contact to the first form of
+Persson of 2001; 0.4 to 0.5 fit simulations."""
 
 # Points of the quadratures: over the waves of a shell, and over the scaled pressure.
 _IN_SHELL, _TABLE = 16, 4096
-# Below and above this scaled pressure the integrand is its limit, or nothing.
+# Scaled pressures below which the integrand equals its limit, and above which it vanishes.
 _LEAST, _MOST = 1e-6, 6.5
 
 
@@ -182,12 +182,12 @@ def persson_separation(
     variances : array_like, shape (k,)
         Variance of height in each shell [m²]; their sum is Sq².
     gamma : float
-        γ: 1 for the first form of the theory, about 0.45 after comparison with simulations.
+        γ: 1 for the first form of the theory, about 0.45 by comparison with simulations.
 
     Returns
     -------
     ndarray, shape (n,)
-        ū [m]; infinite where p̄ is 0.
+        Separation ū [m]; infinite where p̄ is 0.
 
     Raises
     ------
@@ -201,9 +201,9 @@ def persson_separation(
         ū(p̄) = √π ∫ dq q² C w ∫_p̄^∞ dp/p [γ + 3 (1 - γ) erf²(w p/E*)] exp(-(w p/E*)²),
 
     w(q) = (½ ∫_0^q q² dm)^(-½). It follows from the elastic energy per area
-    U = (π/2) E* ∫ q² C W dq, W = P [γ + (1 - γ) P²] with P = erf(w p̄/E*), by p̄ = -dU/dū, which the
-    tests take apart and put together. At small p̄ it is ū = -u₀ ln p̄ + const with the u₀ of
-    `persson_decay`. The waves of a shell join one after the other, as if spread over it.
+    U = (π/2) E* ∫ q² C W dq, W = P [γ + (1 - γ) P²] with P = erf(w p̄/E*), by p̄ = -dU/dū. At small
+    p̄ it is ū = -u₀ ln p̄ + const with the u₀ of `persson_decay`. The variance of a shell is added
+    gradually, as if spread over the shell.
 
     References
     ----------
@@ -232,7 +232,7 @@ def persson_decay(wave_numbers: ArrayLike, variances: ArrayLike, gamma: float = 
     Returns
     -------
     float
-        u₀ = √π γ ∫ q² C w dq; about γ Sq where one decade or more of waves is there.
+        u₀ = √π γ ∫ q² C w dq; about γ Sq for a spectrum of at least one decade.
     """
     strengths, _ = _weights(wave_numbers, variances)
     return float(gamma * strengths.sum())

@@ -1,4 +1,4 @@
-"""Gases in gaps that are not much wider than the mean free path of their molecules."""
+"""Gases in gaps that are not much wider than the mean free path of the molecules."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 ROOM = 293.15
 """Room temperature [K]."""
 
-# Flow rate Q(D) of a plane channel: start of a range of D, and the factors of D, 1, 1/D and 1/D².
+# Flow rate Q(D) of a plane channel: start of each range of D, and factors of D, 1, 1/D and 1/D².
 _CHANNEL = (
     (0.01, -2.22919, 2.10673, 0.01653, -0.0000694),
     (0.15, 0.13852, 1.25087, 0.15653, -0.00969),
@@ -58,21 +58,21 @@ def mean_free_path(
 def jump_distance(
     path: float, accommodation: float, heat_capacity_ratio: float, prandtl: float
 ) -> float:
-    """Return by how much the jumps of temperature at both walls widen a gap for heat [m].
+    """Return the temperature-jump distance, the widening of a gap for heat flow [m].
 
     Parameters
     ----------
     path : float
         Mean free path λ [m].
     accommodation : float
-        Share a of the molecules that take on the temperature of a wall.
+        Share a of the molecules that reach the temperature of a wall.
     heat_capacity_ratio, prandtl : float
         γ and Pr of the gas.
 
     Returns
     -------
     float
-        M = 2 (2 - a)/a · 2γ/(γ + 1) · λ/Pr, with which a gap g conducts k/(g + M) per area.
+        M = 2 (2 - a)/a · 2γ/(γ + 1) · λ/Pr, for both walls; a gap g conducts k/(g + M) per area.
 
     References
     ----------
@@ -94,14 +94,14 @@ def channel_flow(rarefaction: ArrayLike) -> Array:
     Returns
     -------
     ndarray
-        Q(D), of the shape of D: a gap g lets Q g² √(R T/(2 M)) ∂p pass [Pa m³/s per width]. Its
-        viscous limit is D/6; it is smallest, 1.54, near D = 1.
+        Q(D), of the shape of D: the flow through a gap g is Q g² √(R T/(2 M)) ∂p [Pa m³/s per
+        width]. The viscous limit of Q is D/6; the minimum, 1.54, is near D = 1.
 
     Notes
     -----
-    Solutions of the linearized Boltzmann equation by Bhatnagar, Gross and Krook with walls that
-    reflect diffusely, as Fukui and Kaneko fitted them from D = 0.01 on, to 0.7 %. Below it Q
-    grows by -ln(D)/√π, as that of free molecules in an endless channel does.
+    Fits by Fukui and Kaneko to solutions of the linearized Boltzmann equation of Bhatnagar, Gross
+    and Krook with diffusely reflecting walls, accurate to 0.7 % for D ≥ 0.01. Below, Q grows by
+    -ln(D)/√π, like the flow of free molecules in an infinite channel.
 
     References
     ----------

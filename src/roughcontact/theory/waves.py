@@ -1,8 +1,8 @@
-"""Wavy surfaces in contact, in closed form.
+"""Contact of wavy surfaces in closed form.
 
 Pressure is positive in compression. Lengths [m], pressures and moduli [Pa]. A wavy surface has the
-heights ``Δ cos(2πx/λ)``, a crossed one ``Δ cos(2πx/λ) cos(2πy/λ)``, so that Δ is half its
-peak-to-valley height.
+heights ``Δ cos(2πx/λ)``, a surface of crossed waves ``Δ cos(2πx/λ) cos(2πy/λ)``, so that Δ is half
+the peak-to-valley height.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ def wavy_full_contact_pressure(
 
     Notes
     -----
-    The pressure p* cos(qx) displaces the surface by 2 p* cos(qx) / (E* q) with q = 2π/λ, and has
-    to flatten the wave.
+    The pressure p* cos(qx) displaces the surface by 2 p* cos(qx) / (E* q) with q = 2π/λ, which
+    must flatten the wave.
 
     References
     ----------
@@ -141,7 +141,7 @@ def wavy_gap(
     wavelength: float,
     amplitude: float,
 ) -> Array:
-    """Return the gap left between a wavy surface and a flat one.
+    """Return the gap between a wavy surface and a flat one.
 
     Parameters
     ----------
@@ -168,8 +168,8 @@ def wavy_gap(
 
     Notes
     -----
-    The pressure is the real part of a function that is analytic off the surface and whose
-    imaginary part is (E*/2) dg/dx. The root of `wavy_pressure` hence gives the slope
+    The pressure is the real part of a function that is analytic outside the surface and whose
+    imaginary part is (E*/2) dg/dx. So the root of `wavy_pressure` gives the slope
     ``(4 p*/E*) cos ψ (sin²ψ - sin²ψ_a)^(1/2)`` outside, whose integral is
     ``2Δ [s (s² - s_a²)^(1/2) - s_a² arcosh(s/s_a)]`` with ``s = |sin ψ|``.
     """
@@ -196,7 +196,7 @@ def wavy_mean_gap(mean_pressure: float, full_contact_pressure: float, amplitude:
     Returns
     -------
     float
-        Mean gap [m]; Δ minus it is the approach of the mean planes from first touch.
+        Mean gap [m]; Δ minus the mean gap is the approach of the mean planes from first touch.
 
     Raises
     ------
@@ -273,7 +273,7 @@ def crossed_contact_fraction_light(mean_pressure: float, full_contact_pressure: 
 
 
 def crossed_contact_fraction_heavy(mean_pressure: float, full_contact_pressure: float) -> float:
-    """Return the contact fraction of crossed waves for p̄ → p*, ``1 - (3/(2π)) (1 - p̄/p*)``.
+    """Return the contact fraction of crossed waves, p̄ → p*: ``1 - (3/(2π)) (1 - p̄/p*)``.
 
     Parameters
     ----------
@@ -302,6 +302,6 @@ def crossed_contact_fraction_heavy(mean_pressure: float, full_contact_pressure: 
 
 
 def _closing_ratio(mean_pressure: float, full_contact_pressure: float) -> float:
-    # p̄/p*, capped at 1: beyond full contact only the mean of the pressure still grows.
+    # p̄/p*, at most 1: beyond full contact only the mean of the pressure grows.
     require_positive(mean_pressure=mean_pressure, full_contact_pressure=full_contact_pressure)
     return min(mean_pressure / full_contact_pressure, 1.0)
