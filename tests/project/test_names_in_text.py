@@ -82,6 +82,8 @@ def is_known(name: str) -> bool:
         return True
     if len(parts) == 1:
         return name in defined
+    if parts[0] == "roughcontact" and ".".join(parts[1:]) + ".__init__" in house.rooms():
+        return True
     if parts[-2] not in members:
         return {parts[-2], parts[-1]} <= defined
     return bool(members[parts[-2]] & {parts[-1], "*"})

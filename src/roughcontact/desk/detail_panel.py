@@ -788,7 +788,7 @@ class TexturePanel:
         try:
             values = surface.roughness()
         except InputError:
-            # Missing points leave no point with both neighbours.
+            # Missing points leave no point with both neighbors.
             values = {}
         file = [(row.name, row.text, "") for row in rows_of(inputs.SURFACE, surface)]
         rows = [

@@ -224,7 +224,7 @@ def _points(contact: Sliding) -> _Points:
         for distance in (-1, -2):
             rim &= _next_pixels(touching, step, distance, contact.periodic)
         if not contact.periodic:
-            # The stress of all neighbours is needed.
+            # The stress of all neighbors is needed.
             rim[[0, -1]] = rim[:, [0, -1]] = False
         rows, columns = np.nonzero(rim)
         steps = np.repeat(np.array(step)[:, None], rows.size, axis=1)

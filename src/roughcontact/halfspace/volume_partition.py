@@ -2,7 +2,7 @@
 
 A layer is transformed on its rank. Then waves are distributed: every rank receives its columns of
 the spectra of all layers, sweeps them over the depth without communication, and returns them.
-Layers are assigned to the ranks cyclically, so that yielding layers, which are neighbours, are
+Layers are assigned to the ranks cyclically, so that yielding layers, which are neighbors, are
 spread over all ranks.
 """
 

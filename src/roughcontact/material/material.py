@@ -43,7 +43,7 @@ BASES = ("bonded", "frictionless")
 
 @dataclass(frozen=True)
 class Layer:
-    """Layer of a coating: isotropic, linearly elastic, bonded to its neighbours.
+    """Layer of a coating: isotropic, linearly elastic, bonded to its neighbors.
 
     Parameters
     ----------

@@ -106,7 +106,7 @@ class FreePixelInverse:
         stale = new + (self._size - (size - new)) > _STALE * size
         # If long waves are far more compliant, the remainder of M is smaller than the error of m.
         if stale or self._blocks.is_long_wave_soft:
-            # Positive except for rounding: a pixel is stiffer than its neighbours are soft.
+            # Positive except for rounding: a pixel is stiffer than its neighbors are soft.
             weight = np.maximum(self._wrapped.gather(support, np.ones(index.size)), 1e-6)
             self._weights[...] = np.nan
             self._weights[index], self._size = weight, size

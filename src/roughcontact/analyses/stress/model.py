@@ -113,7 +113,7 @@ class StressResult(Result):
 
     @property
     def contact(self) -> ContactResult:
-        """The ``solution``, under its former name."""
+        """Contact below which the stress is computed: the former name of `solution`."""
         return self.solution
 
     @property
