@@ -113,7 +113,7 @@ class StressResult(Result):
 
     @property
     def contact(self) -> ContactResult:
-        """Contact below which the stress is computed: the former name of `solution`."""
+        """Contact below which the stress is computed."""
         return self.solution
 
     @property
