@@ -184,8 +184,14 @@ class Seat:
         self.page.get_by_role("tab", name=name, exact=True).click()
 
     def ends(self) -> list[list[float]]:
-        """Return where the ends of the section stand on the screen."""
-        return [list(end) for end in self.page.evaluate(_ENDS)]
+        """Return the places of the ends of the section on the screen, when the page is at rest."""
+        self.page.get_by_role("status").get_by_text("up to date").wait_for()
+        before, now = None, self.page.evaluate(_ENDS)
+        # The layout moves with the last column of the result.
+        while before != now:
+            self.page.wait_for_timeout(500)
+            before, now = now, self.page.evaluate(_ENDS)
+        return [list(end) for end in now]
 
     def titles(self) -> list[str]:
         """Return the titles of all figures."""
