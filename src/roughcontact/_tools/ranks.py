@@ -26,6 +26,8 @@ _SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS")
 _PATIENCE, _NAP = 2e-4, 5e-5
 # Seconds within which other ranks must reach the same error.
 _GRACE = 5.0
+# Seconds in which the launcher forwards the last message of a rank; at an abort it drops the rest.
+_FORWARDING = 0.5
 # Errors with a message for the user, and no traceback.
 _REPORTED_ERRORS = (RoughcontactError, OSError, MemoryError)
 
@@ -201,6 +203,7 @@ class Ranks:
         return True
 
     def abort(self, status: int) -> NoReturn:
-        """Terminate all ranks immediately."""
+        """Terminate all ranks, once the launcher had time to forward the error message."""
+        time.sleep(_FORWARDING)
         self.communicator.Abort(status)
         raise SystemExit(status)
