@@ -33,7 +33,7 @@ import numpy as np
 import atlas_cases as cases
 import roughcontact as rc
 from roughcontact.analyses.estimate import model as estimate
-from roughcontact.analyses.estimate.model import LEAST_WAVES
+from roughcontact.analyses.estimate.model import MIN_WAVES
 from roughcontact.analyses.tasks import DASK, LOCAL
 from roughcontact.batch import runner
 from roughcontact.theory import height_distribution
@@ -125,7 +125,7 @@ def measurements(place: Path, name: str) -> str:
         if not low <= float(value) <= high:
             return f"{name} left out, {group} {value:.3g}"
     waves = float(about.pop("waves"))
-    if waves < LEAST_WAVES:
+    if waves < MIN_WAVES:
         return f"{name} left out, {waves:.1f} autocorrelation lengths a side"
     # Nothing is known of how it would be drawn; what it has are lengths of its correlation a side.
     drawn = cases.Map(name, surface.shape[0], 0.0, waves, 0.0, 0.0, 0.0, np.empty(0))

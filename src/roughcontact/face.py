@@ -152,7 +152,7 @@ def estimate(shown: ContactResult) -> Estimate | None:
     """Return the analytical estimate of a contact, if there is one."""
     from roughcontact.analyses.estimate import model as estimate
 
-    return estimate.of_result(shown)
+    return estimate.estimate_result(shown)
 
 
 def profile(shown: ElastoplasticResult, point: tuple[int, int] | None, body: int) -> DepthProfile:

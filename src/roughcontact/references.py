@@ -14,7 +14,7 @@ from roughcontact._tools.files import require_suffix, write_atomically
 
 STORED = Path(__file__).with_name("references.toml")
 
-_MOST_NAMES = 2  # Before "et al."
+_MAX_AUTHORS = 2  # Before "et al."
 _OTHERS = "others"  # As in BibTeX
 
 
@@ -38,7 +38,7 @@ class Reference:
         names = [author.partition(",")[0] for author in self.authors]
         if not names:
             return self.title.partition(",")[0]
-        if len(names) > _MOST_NAMES or names[-1] == _OTHERS:
+        if len(names) > _MAX_AUTHORS or names[-1] == _OTHERS:
             return f"{names[0]} et al. {self.year}"
         return f"{' and '.join(names)} {self.year}"
 

@@ -113,7 +113,7 @@ _PLAIN = {
 _UNGROUPED = 4
 
 # Smallest meaningful length [m]: a hundredth of an atom.
-_SMALLEST_LENGTH = 1e-12
+_MIN_LENGTH = 1e-12
 
 # Letter case decides in SI (mN, MN), yet some spellings can only mean one thing.
 _LIKELY_UNITS = {"pa": "Pa", "kpa": "kPa", "mpa": "MPa", "gpa": "GPa", "n": "N", "kn": "kN"}
@@ -219,7 +219,7 @@ def format_engineering(value: float, unit: str, digits: int = 4) -> str:
     """Return a quantity as text with an SI prefix."""
     if digits < 1:
         raise ValueError(f"digits must be at least 1, got {digits}")
-    return _prefixed(0.0 if unit == "m" and abs(value) < _SMALLEST_LENGTH else value, unit, digits)
+    return _prefixed(0.0 if unit == "m" and abs(value) < _MIN_LENGTH else value, unit, digits)
 
 
 def _prefixed(value: float, unit: str, digits: int = 4) -> str:

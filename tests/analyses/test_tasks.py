@@ -95,7 +95,7 @@ from roughcontact.desk.analysis_panel import OptionsForm
 from roughcontact.desk.session import SessionState
 (task, question), = (one for one in ANALYSES if one[0].name == "height")
 form = OptionsForm(task, question)
-form._give("factor", "3")
+form._set_option("factor", "3")
 state = SessionState(file=Path("map.npy"))
 for name, value in {"unit": "um", "size": "24 um", "material": "100Cr6", "load": "1 N"}.items():
     state = state.with_option(name, value)

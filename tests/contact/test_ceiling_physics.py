@@ -184,6 +184,6 @@ def test_the_interval_of_a_joint_holds_what_the_volume_gives(seed: int, load: fl
 
     area = other.contact_area / given.contact_area - 1
     for value, changed, right in zip(*map(numbers, (given, other, volume)), strict=True):
-        interval = uncertainty.of_joint("", value, given, 0.0, (changed / value - 1, area))
+        interval = uncertainty.joint_interval("", value, given, 0.0, (changed / value - 1, area))
         assert interval.low < right < interval.high
         assert abs(right / value - 1) > 0.02

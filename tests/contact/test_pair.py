@@ -101,10 +101,12 @@ def test_bodies_on_other_grids_are_told_in_few_digits_and_how_to_align_them() ->
 def test_a_nominal_counter_body_takes_the_grid_of_the_map() -> None:
     rough = surface()
     ball = rc.sphere("6 mm", shape=rough.shape, pixel=rough.pixel)
-    pairs = [Pair.of(rough, STEEL, body, SOFT, "free") for body in (ball, rc.sphere("6 mm"))]
+    pairs = [
+        Pair.from_arguments(rough, STEEL, body, SOFT, "free") for body in (ball, rc.sphere("6 mm"))
+    ]
     assert pairs[0].record() == pairs[1].record()
     with pytest.raises(rc.InputError, match="surface must be a Surface, got ndarray"):
-        Pair.of(HEIGHTS, STEEL, rc.sphere("6 mm"), SOFT, "free")
+        Pair.from_arguments(HEIGHTS, STEEL, rc.sphere("6 mm"), SOFT, "free")
 
 
 @pytest.mark.long
@@ -112,7 +114,7 @@ def test_every_task_takes_a_nominal_counter_body() -> None:
     ball = rc.sphere("6 mm")
     rough: dict = {"surface": surface(), "material": STEEL, "counter_surface": ball}
     once = rc.solve(**rough, load=0.01)
-    assert once.counter_surface.provenance.source == ball.on(surface()).provenance.source
+    assert once.counter_surface.provenance.source == ball.sample_body(surface()).provenance.source
     assert rc.sweep(**rough, loads=[0.01]).largest.pressure.tobytes() == once.pressure.tobytes()
     assert rc.first_yield_load(**rough).solution.counter_surface is not None
     assert rc.find_load(**rough, contact_fraction=0.05).largest.counter_surface is not None

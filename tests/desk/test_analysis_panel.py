@@ -84,7 +84,7 @@ def bench() -> Iterator[WorkerPool]:
 def test_a_joint_is_asked_and_tells_how_to_ask_again(tmp_path: Path, bench: WorkerPool) -> None:
     seat = Seat(tmp_path, bench)
     for name, text in RANGE.items():
-        seat.joint._give(name.strip("_"), text)
+        seat.joint._set_range_option(name.strip("_"), text)
     seat.start()
     assert seat.said.count("Done in") == 1, seat.said
     for task, question in JOINTS:
@@ -112,11 +112,11 @@ def test_formulas_stand_beside_a_nominally_flat_contact(tmp_path: Path, bench: W
         rng=np.random.default_rng(1),
     )
     seat = Seat(tmp_path, bench, heights, load="30 MPa")
-    seat.joint.show()
+    seat.joint.refresh()
     assert "Real contact by formula" in str(seat.joint._formulas.object)
     seat.session.set_option("boundary", "free")
     assert seat.session.wait(PATIENCE)
-    seat.joint.show()
+    seat.joint.refresh()
     assert "No estimate" in str(seat.joint._formulas.object)
     seat.session.close()
 
@@ -132,7 +132,7 @@ def test_what_is_wrong_is_said_in_a_sentence(tmp_path: Path, bench: WorkerPool) 
     seat.start()
     assert "Nothing is asked" in seat.said
     with pytest.raises(rc.InputError, match="from"):
-        seat.joint._give("from", "1 banana")
+        seat.joint._set_range_option("from", "1 banana")
     seat.session.close()
 
 
@@ -143,13 +143,13 @@ def test_all_that_is_asked_at_once_is_solved_once(
     # Elastic, so that the law has no second branch of its own.
     seat = Seat(tmp_path, bench, ceiling="none")
     solved: list[float] = []
-    fresh = contacts.solve_afresh
+    fresh = contacts.solve_uncalibrated
 
     def counted(surface: rc.Surface, **options: Any) -> Any:
         solved.append(options["load"])
         return fresh(surface, **options)
 
-    monkeypatch.setattr(contacts, "solve_afresh", counted)
+    monkeypatch.setattr(contacts, "solve_uncalibrated", counted)
     requests = [seat.session.state.request(task, **RANGE) for task, question in JOINTS]
     found = run_analyses(lambda _: None, *requests)
     assert len(found) == len(JOINTS)

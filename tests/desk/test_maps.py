@@ -34,7 +34,7 @@ def results(surface):
 
 def test_the_sources_hold_the_numbers_of_the_result(surface, results):
     shown = MapsView()
-    shown.show(surface, results[0])
+    shown.show_contact(surface, results[0])
     data = shown.sources[PRESSURE].data
     pressure = np.nan_to_num(data[PRESSURE][0]) / 1e3
     np.testing.assert_allclose(pressure, results[0].pressure * 1e-12, rtol=1e-6)
@@ -51,9 +51,9 @@ def test_the_sources_hold_the_numbers_of_the_result(surface, results):
 
 def test_another_result_changes_only_what_is_of_the_result(surface, results):
     shown = MapsView()
-    shown.show(surface, results[0])
+    shown.show_contact(surface, results[0])
     heights, pressure = (shown.sources[key].data for key in (HEIGHTS, PRESSURE))
-    shown.show(surface, results[1])
+    shown.show_contact(surface, results[1])
     assert shown.sources[HEIGHTS].data is heights
     assert shown.sources[PRESSURE].data is not pressure
     assert "largest 3 GPa" in shown.plot.title.text
@@ -61,12 +61,12 @@ def test_another_result_changes_only_what_is_of_the_result(surface, results):
 
 def test_it_is_told_whose_heights_are_shown(surface, results):
     shown = MapsView()
-    shown.show(surface, results[0])
+    shown.show_contact(surface, results[0])
     title = shown.plot.title
     shown.enlarge(HEIGHTS)
     assert title.text.startswith("Heights, Sq")
     both = rc.solve(surface, load=0.2, material=STEEL, counter_surface=surface)
-    shown.show(surface, both)
+    shown.show_contact(surface, both)
     assert title.text.startswith("Heights of the body, Sq")
     shown.clear()
     assert title.text == "Heights"
@@ -74,12 +74,12 @@ def test_it_is_told_whose_heights_are_shown(surface, results):
 
 def test_the_view_stays_while_the_map_keeps_its_size(surface, results):
     shown = MapsView()
-    shown.show(surface, results[0])
+    shown.show_contact(surface, results[0])
     shown.zoom(Box(5e-6, 10e-6, 15e-6, 30e-6))
     seen = shown.seen
-    shown.show(surface.leveled(), results[1])
+    shown.show_contact(surface.leveled(), results[1])
     assert shown.seen == seen
-    shown.show(surface.cropped((0, 20), (0, 20)), None)
+    shown.show_contact(surface.cropped((0, 20), (0, 20)), None)
     assert shown.seen.right == pytest.approx(20e-6)
 
 
@@ -87,7 +87,7 @@ def test_the_view_stays_while_the_map_keeps_its_size(surface, results):
 @pytest.mark.parametrize("box", [None, Box(5e-6, 10e-6, 15e-6, 30e-6), Box(0, 0, 29e-6, 3e-6)])
 def test_maps_are_true_to_scale_and_show_all_of_the_box(surface, box):
     shown = MapsView()
-    shown.show(surface)
+    shown.show_contact(surface)
     shown.zoom(box)
     wide = shown.x_range.end - shown.x_range.start
     tall = shown.y_range.start - shown.y_range.end
@@ -101,7 +101,7 @@ def test_maps_are_true_to_scale_and_show_all_of_the_box(surface, box):
 
 def test_moving_the_ranges_shows_the_points_there(results, surface):
     shown = MapsView()
-    shown.show(surface, results[0])
+    shown.show_contact(surface, results[0])
     shown.x_range.update(start=20, end=30)
     shown.y_range.update(start=18, end=10)
     told = shown.sources[HEIGHTS].data["told"][0]
@@ -121,8 +121,8 @@ def test_moving_the_ranges_shows_the_points_there(results, surface):
 
 def test_what_is_not_there_is_not_shown(surface, results):
     shown = MapsView()
-    shown.show(surface, results[0])
-    shown.show(surface, None)
+    shown.show_contact(surface, results[0])
+    shown.show_contact(surface, None)
     assert shown.sources[PRESSURE].data[PRESSURE] == []
     assert shown.plot.title.text.startswith("Heights, Sq")
     assert len(shown.sources[HEIGHTS].data[HEIGHTS]) == 1
@@ -133,7 +133,7 @@ def test_what_is_not_there_is_not_shown(surface, results):
 def test_a_contact_without_a_ceiling_leaves_nothing(surface):
     elastic = rc.solve(surface, load=0.1, material=rc.Material(210e9, 0.3))
     shown = MapsView()
-    shown.show(surface, elastic)
+    shown.show_contact(surface, elastic)
     shown.enlarge(RESIDUAL)
     assert shown.plot.title.text == "Residual indentation, none"
     assert np.isnan(shown.sources[RESIDUAL].data[RESIDUAL][0]).all()
@@ -144,15 +144,15 @@ def test_a_contact_without_a_ceiling_leaves_nothing(surface):
 @pytest.mark.long
 def test_a_profile_has_no_maps(surface):
     shown = MapsView()
-    shown.show(rc.Surface(surface.heights[:1], (1.0, 1e-6)))
+    shown.show_contact(rc.Surface(surface.heights[:1], (1.0, 1e-6)))
     assert not shown.root.visible
-    shown.show(surface)
+    shown.show_contact(surface)
     assert shown.root.visible
 
 
 def test_one_map_is_large_and_all_are_small(surface, results):
     shown = MapsView()
-    shown.show(surface, results[0])
+    shown.show_contact(surface, results[0])
     for key in (GAP, HEIGHTS, TOUCH):
         shown.enlarge(key)
         seen = [name for name, layers in shown._layers.items() if any(x.visible for x in layers)]
@@ -170,14 +170,14 @@ def test_one_map_is_large_and_all_are_small(surface, results):
 
 def test_the_colors_of_a_map_have_the_ends_that_one_gives(surface, results):
     shown = MapsView()
-    shown.show(surface, results[0])
+    shown.show_contact(surface, results[0])
     top = shown.limits(PRESSURE)[1]
     low, high = shown.range.ends
     high.value = "1.5 GPa"
     assert shown.limits(PRESSURE) == (0.0, 1.5e9)
     assert shown.mappers[PRESSURE].high == pytest.approx(1.5)
     # Another load keeps what is given, another map has ends of its own.
-    shown.show(surface, results[1])
+    shown.show_contact(surface, results[1])
     assert shown.limits(PRESSURE) == (0.0, 1.5e9)
     shown.enlarge(GAP)
     assert (low.value, high.value) == ("", "")
@@ -191,5 +191,5 @@ def test_the_colors_of_a_map_have_the_ends_that_one_gives(surface, results):
     low.value = high.value = ""
     assert shown.limits(PRESSURE)[1] != 1.5e9
     assert not shown.range._wrong.visible
-    shown.show(surface, results[0])
+    shown.show_contact(surface, results[0])
     assert shown.limits(PRESSURE) == (0.0, top)

@@ -18,13 +18,13 @@ from roughcontact.desk.rasters import Box
 @pytest.fixture
 def maps():
     shown = MapsView()
-    shown.show(rc.Surface(np.random.default_rng(1).normal(0, 1e-9, (30, 60)), (1e-6, 1e-6)))
+    shown.show_contact(rc.Surface(np.random.default_rng(1).normal(0, 1e-9, (30, 60)), (1e-6, 1e-6)))
     return shown
 
 
 def test_dragging_an_end_tells_the_line(maps):
     told = []
-    maps.on_section(told.append)
+    maps.set_section_listener(told.append)
     maps.section.set_line((10e-6, 10e-6, 20e-6, 50e-6))
     assert told == []
     assert maps.section.source.data["x"] == pytest.approx([10, 50])
@@ -44,7 +44,7 @@ def test_ends_stay_on_the_map(maps):
 
 def test_zooming_keeps_the_line_and_the_size_of_its_handles(maps):
     told = []
-    maps.on_section(told.append)
+    maps.set_section_listener(told.append)
     maps.section.set_line((10e-6, 10e-6, 20e-6, 50e-6))
     end = maps.section.ends[0]
     before = end.right - end.left
@@ -56,7 +56,7 @@ def test_zooming_keeps_the_line_and_the_size_of_its_handles(maps):
 
 def test_a_box_is_drawn_moved_and_taken_away(maps):
     told = []
-    maps.on_box(told.append)
+    maps.set_box_listener(told.append)
     plot = maps.plot
     geometry = {"type": "rect", "x0": 40.0, "x1": 10.0, "y0": -5.0, "y1": 20.2}
     plot._trigger_event(SelectionGeometry(plot, geometry=geometry, final=True))

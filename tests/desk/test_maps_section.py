@@ -71,7 +71,7 @@ def test_each_body_gives_way_by_its_compliance(two_bodies, surface):
 
 def test_the_sources_hold_the_numbers(result, surface):
     shown = SectionPlot()
-    shown.show(surface, result, (7e-6, 0, 7e-6, 40e-6))
+    shown.show_section(surface, result, (7e-6, 0, 7e-6, 40e-6))
     data = shown.source.data
     np.testing.assert_allclose(data["gap"], result.gap[3] * 1e9)
     np.testing.assert_allclose(data["pressure"], result.pressure[3] * 1e-9)
@@ -80,7 +80,7 @@ def test_the_sources_hold_the_numbers(result, surface):
     marked = shown.bars.data["colour"] == SATURATED
     np.testing.assert_array_equal(marked, result.saturated[3][touching])
     assert "nearest" not in shown.heights.title.text
-    shown.show(surface, None, (0, 0, 40e-6, 40e-6))
+    shown.show_section(surface, None, (0, 0, 40e-6, 40e-6))
     assert "nearest" in shown.heights.title.text
     assert shown.bars.data["top"].size == 0
     assert not shown.pressure.visible
@@ -93,7 +93,7 @@ def test_a_profile_has_one_section(surface):
     line = whole_line(profile)
     result = rc.solve(profile, load=1e3, material=STEEL)
     shown = SectionPlot()
-    shown.show(profile, result, line)
+    shown.show_section(profile, result, line)
     np.testing.assert_allclose(shown.source.data["gap"], result.gap[0] * 1e9)
     assert "nearest" not in shown.heights.title.text
 

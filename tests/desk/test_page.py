@@ -59,12 +59,12 @@ def test_a_page_asks_for_what_it_lacks_and_then_tells_the_contact(
     page: Page, tmp_path: Path
 ) -> None:
     assert lacking(page) == ["Map", "Material", "Extent", "Load"]
-    page._do(lambda: page.session.open_map(map_file(tmp_path), "<b>mine</b>.npz"))
+    page._run_action(lambda: page.session.open_map(map_file(tmp_path), "<b>mine</b>.npz"))
     settle(page)
     assert lacking(page) == ["Material", "Extent", "Load"]
     page._give_option("material", "100Cr6")
     assert lacking(page) == ["Extent", "Load"]
-    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
     assert "converged" in results_of(page)
     assert "10 mN" in numbers_of(page)
@@ -99,8 +99,8 @@ def is_old(page: Page) -> bool:
 def test_results_of_another_request_are_gray_until_the_last_is_answered(
     page: Page, tmp_path: Path
 ) -> None:
-    page._do(lambda: page.session.open_map(map_file(tmp_path)))
-    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
+    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
     assert is_old(page)
     settle(page)
     assert not is_old(page)
@@ -113,7 +113,7 @@ def test_results_of_another_request_are_gray_until_the_last_is_answered(
     settle(page)
     assert not is_old(page)
     assert "20 mN" in numbers_of(page)
-    page._do(page.session.undo)
+    page._run_action(page.session.undo)
     assert is_old(page)
     # What was solved meanwhile for another load is seen, and marked.
     late = page.session._wanted
@@ -138,8 +138,8 @@ def test_two_pages_on_one_work_follow_each_other(
     first = Page(visit)
     first._document = Loop()
     seen.append(page._visit)
-    first._do(lambda: first.session.open_map(map_file(tmp_path)))
-    first._do(lambda: first.session.give_all(dict(GIVEN)))
+    first._run_action(lambda: first.session.open_map(map_file(tmp_path)))
+    first._run_action(lambda: first.session.give_all(dict(GIVEN)))
     for one in (first, page):
         settle(one)
         assert "10 mN" in numbers_of(one)
@@ -152,8 +152,8 @@ def test_two_pages_on_one_work_follow_each_other(
 
 @pytest.mark.long
 def test_what_cannot_be_pressed_is_seen_and_said(page: Page, tmp_path: Path) -> None:
-    page._do(lambda: page.session.open_map(map_file(tmp_path, holes=3)))
-    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: page.session.open_map(map_file(tmp_path, holes=3)))
+    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
     assert "3 missing points" in text_of(page._notice)
     assert page.view.maps.sources[HEIGHTS].data["x"]
@@ -163,8 +163,8 @@ def test_what_cannot_be_pressed_is_seen_and_said(page: Page, tmp_path: Path) -> 
 def test_an_empty_file_is_refused_by_its_name_alone(page: Page, work: SavedProject) -> None:
     path = work.folder / "map-1.opd"
     path.touch()
-    page._do(lambda: page.session.open_map(path, "mine.opd"))
-    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: page.session.open_map(path, "mine.opd"))
+    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
     assert "mine.opd is empty" in text_of(page._notice)
     assert work.key not in text_of(page._notice)
@@ -183,7 +183,7 @@ def test_a_section_is_kept_and_not_drawn_while_no_map_is_seen(
 ) -> None:
     path = work.folder / "map-1.opd"
     path.touch()
-    page._do(lambda: page.session.open_map(path))
+    page._run_action(lambda: page.session.open_map(path))
     settle(page)
     page.view.detail._ends.value = "1 um, 0 um, 1 um, 9 um"
     assert page.session.state.line == pytest.approx((1e-6, 0.0, 1e-6, 9e-6))
@@ -192,8 +192,8 @@ def test_a_section_is_kept_and_not_drawn_while_no_map_is_seen(
 
 @pytest.mark.long
 def test_a_step_that_fails_can_be_taken_out(page: Page, tmp_path: Path) -> None:
-    page._do(lambda: page.session.open_map(map_file(tmp_path)))
-    page._do(lambda: page.session.give_all({**GIVEN, "crop": "0:9999,:"}))
+    page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
+    page._run_action(lambda: page.session.give_all({**GIVEN, "crop": "0:9999,:"}))
     settle(page)
     assert page.session.failure is not None
     steps = page._preparation._steps
@@ -206,14 +206,14 @@ def test_a_step_that_fails_can_be_taken_out(page: Page, tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_every_part_of_the_page_is_made_and_shows_the_contact(page: Page, tmp_path: Path) -> None:
-    page._do(lambda: page.session.open_map(map_file(tmp_path)))
-    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
+    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
     strip = page._views.strip
     for number in range(len(strip.names)):
         strip.active = number
-    page._do(page.session.pin)
-    page._do(lambda: page.session.set_option("load", "20 mN"))
+    page._run_action(page.session.pin)
+    page._run_action(lambda: page.session.set_option("load", "20 mN"))
     settle(page)
     made = page._views._created
     strip.active = 3
@@ -223,7 +223,7 @@ def test_every_part_of_the_page_is_made_and_shows_the_contact(page: Page, tmp_pa
     for number in range(4):
         page.view.detail._tabs.strip.active = number
     for number in range(5):
-        page._pressed(Pressed({"name": str(number + 1)}))
+        page._handle_shortcut(Pressed({"name": str(number + 1)}))
         assert page.view.maps.large == list(NAMES)[number]
 
 
@@ -232,10 +232,10 @@ def test_a_ceiling_is_given_as_a_multiple_of_the_yield_strength(page: Page, tmp_
     model = page._model
     model._factor.value = "2.8"
     assert "yield strength, and a map" in text_of(model._wrong)
-    page._do(lambda: page.session.open_map(map_file(tmp_path)))
-    page._do(lambda: page.session.give_all({**GIVEN, "young": "200 GPa", "poisson": "0.3"}))
-    page._do(lambda: page.session.set_option("material", ""))
-    page._do(lambda: page.session.set_option("yield-strength", "500 MPa"))
+    page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
+    page._run_action(lambda: page.session.give_all({**GIVEN, "young": "200 GPa", "poisson": "0.3"}))
+    page._run_action(lambda: page.session.set_option("material", ""))
+    page._run_action(lambda: page.session.set_option("yield-strength", "500 MPa"))
     settle(page)
     model._factor.value = "three"
     assert model._wrong.visible
@@ -246,7 +246,7 @@ def test_a_ceiling_is_given_as_a_multiple_of_the_yield_strength(page: Page, tmp_
     assert page.session.outcome is not None
     assert page.session.outcome.contact is not None
     assert page.session.outcome.contact.ceiling == pytest.approx(1.35e9, rel=1e-15)
-    page._do(lambda: page.session.set_option("ceiling", "none"))
+    page._run_action(lambda: page.session.set_option("ceiling", "none"))
     assert model._factor.value == ""
 
 
@@ -257,7 +257,7 @@ def test_what_waits_for_a_map_is_made_with_it(tmp_path: Path) -> None:
     sight = ContactView(lambda line: None, lambda rows, columns: None, lambda done: done(), start)
     sight.clear()
     assert sight.root.objects == [start]
-    sight.show(surface, None, None)
+    sight.show_contact(surface, None, None)
     assert start not in sight.root.objects
     assert sight.maps.large == HEIGHTS
     assert not sight.maps.strip.visible
@@ -266,8 +266,8 @@ def test_what_waits_for_a_map_is_made_with_it(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_the_slider_gives_the_load_it_tells(page: Page, tmp_path: Path) -> None:
-    page._do(lambda: page.session.open_map(map_file(tmp_path)))
-    page._do(lambda: page.session.give_all({**GIVEN, "load": "1 MPa"}))
+    page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
+    page._run_action(lambda: page.session.give_all({**GIVEN, "load": "1 MPa"}))
     settle(page)
     position = page._load.slider.value + 25
     page._load.slider.moved = {"value": position, "done": True, "count": 1}
@@ -284,8 +284,8 @@ def test_the_slider_gives_the_load_it_tells(page: Page, tmp_path: Path) -> None:
 def test_the_load_keeps_its_value_in_another_form(page: Page, tmp_path: Path) -> None:
     from roughcontact.desk import load_panel
 
-    page._do(lambda: page.session.open_map(map_file(tmp_path)))
-    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
+    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
     page._load.form.value = load_panel.NOMINAL
     assert page.session.state.specified["load"] == "13 MPa"
@@ -301,8 +301,8 @@ def test_a_drag_shows_previews_and_its_end_the_contact_of_the_command(
     heights = 1e-7 * np.random.default_rng(1).standard_normal((300, 320))
     path = tmp_path / "map.npz"
     rc.Surface(heights, (1e-6, 1e-6)).save(path)
-    page._do(lambda: page.session.open_map(path))
-    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: page.session.open_map(path))
+    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
     state = page.session.state
     page._load.slider.moved = {"value": 200, "done": False, "count": 1}
@@ -330,13 +330,13 @@ def test_a_drag_shows_previews_and_its_end_the_contact_of_the_command(
 
 @pytest.mark.long
 def test_a_load_that_is_found_becomes_that_of_the_contact(page: Page, tmp_path: Path) -> None:
-    page._do(lambda: page.session.open_map(map_file(tmp_path)))
-    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
+    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
     page._views.strip.active = 1
     ask = page._views._created[1]
     request = page.session.state.request(FIND, contact_fraction="5 %")
-    ask._show(analysis_jobs.run_analysis(lambda _: None, request))
+    ask._show_outcome(analysis_jobs.run_analysis(lambda _: None, request))
     lead, use = ask._answer[0], ask._answer[1]
     assert "5 % in contact needs" in text_of(lead)
     use.clicks += 1
@@ -350,8 +350,8 @@ def test_a_caution_is_remedied_by_its_button(page: Page, tmp_path: Path) -> None
     path = tmp_path / "hollow.npz"
     heights = 1e-7 * np.add.outer(np.linspace(-1, 1, 24) ** 2, np.linspace(-1, 1, 32) ** 2)
     rc.Surface(heights, (1e-6, 1e-6)).save(path)
-    page._do(lambda: page.session.open_map(path))
-    page._do(lambda: page.session.give_all({**GIVEN, "boundary": "free"}))
+    page._run_action(lambda: page.session.open_map(path))
+    page._run_action(lambda: page.session.give_all({**GIVEN, "boundary": "free"}))
     settle(page)
     assert "warning" in page._header.count.label
     page._header.count.clicks += 1
@@ -363,9 +363,9 @@ def test_a_caution_is_remedied_by_its_button(page: Page, tmp_path: Path) -> None
     assert "Use boundary periodic" not in {
         part.label for part in page._header.drawer if hasattr(part, "clicks")
     }
-    page._pressed(Pressed({"name": "Escape"}))
+    page._handle_shortcut(Pressed({"name": "Escape"}))
     assert not page._header.drawer.visible
-    page._pressed(Pressed({"name": "undo"}))
+    page._handle_shortcut(Pressed({"name": "undo"}))
     assert page.session.state.specified["boundary"] == "free"
 
 
@@ -407,13 +407,13 @@ def test_controls_show_defaults_as_one_types_them() -> None:
     shown = {}
     for name, task in (("friction", STRESS), ("shift", HISTORY), ("passes", HISTORY)):
         control = Control(name, lambda name, value: None, task=task)
-        control.show({})
+        control.show_options({})
         shown[name] = control.widget.value
     assert shown == {"friction": "0", "shift": "", "passes": "1"}
     box = Control("mirror", lambda name, value: None)
-    box.show({"mirror": True})
+    box.show_options({"mirror": True})
     assert box.widget.value is True
-    box.show({})
+    box.show_options({})
     assert box.widget.value is False
 
 
@@ -421,7 +421,7 @@ def test_controls_show_defaults_as_one_types_them() -> None:
 def test_a_form_has_an_order_and_the_last_step_is_undone_on_the_folded_line(
     page: Page, tmp_path: Path
 ) -> None:
-    page._do(lambda: page.session.open_map(map_file(tmp_path)))
+    page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
     settle(page)
     form, step = page._preparation._group.controls["form"], page._preparation.step
     assert not form._order.visible
@@ -448,8 +448,10 @@ def test_a_form_has_an_order_and_the_last_step_is_undone_on_the_folded_line(
 
 @pytest.mark.long
 def test_a_coated_body_is_pressed(page: Page, tmp_path: Path) -> None:
-    page._do(lambda: page.session.open_map(map_file(tmp_path)))
-    page._do(lambda: page.session.give_all({**GIVEN, "coating": "DLC 2 um", "ceiling": "base"}))
+    page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
+    page._run_action(
+        lambda: page.session.give_all({**GIVEN, "coating": "DLC 2 um", "ceiling": "base"})
+    )
     settle(page)
     contact = page.session.outcome.contact
     assert contact.material.coating

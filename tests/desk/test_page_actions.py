@@ -67,10 +67,10 @@ class Actions(RuleBasedStateMachine):
 
     @rule(number=st.integers(0, 2), complete=st.booleans())
     def bring(self, number: int, complete: bool) -> None:
-        self.page._do(lambda: self.page.session.bring(self.maps[number]))
+        self.page._run_action(lambda: self.page.session.bring(self.maps[number]))
         if complete:
             load = "1 N/m" if number == 2 else GIVEN["load"]
-            self.page._do(lambda: self.page.session.give_all({**GIVEN, "load": load}))
+            self.page._run_action(lambda: self.page.session.give_all({**GIVEN, "load": load}))
 
     @rule(place=st.integers(0, 300), done=st.booleans())
     def slide(self, place: int, done: bool) -> None:
@@ -108,7 +108,7 @@ class Actions(RuleBasedStateMachine):
 
     @rule(name=st.sampled_from(["undo", "redo", "?", "Escape", *"12345"]))
     def press(self, name: str) -> None:
-        self.page._pressed(Pressed({"name": name}))
+        self.page._handle_shortcut(Pressed({"name": name}))
 
     @rule()
     def undo_on_the_folded_line(self) -> None:
@@ -128,7 +128,7 @@ class Actions(RuleBasedStateMachine):
 
     @rule(do=st.sampled_from(["pin", "unpin"]))
     def pin(self, do: str) -> None:
-        self.page._do(getattr(self.page.session, do))
+        self.page._run_action(getattr(self.page.session, do))
 
     @rule(size=st.sampled_from([[1024, 768], [1920, 1080]]))
     def resize(self, size: list[int]) -> None:

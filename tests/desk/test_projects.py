@@ -32,14 +32,14 @@ def test_a_work_is_private_and_its_key_long(tmp_path: Path) -> None:
 def test_a_work_is_found_by_its_key_and_nothing_else(tmp_path: Path) -> None:
     desk = ProjectStore(tmp_path / "desk")
     work = desk.create()
-    assert desk.find(work.key) == work
+    assert desk.open_project(work.key) == work
     (tmp_path / ("x" * 32)).mkdir()
     for key in ("", ".", "..", "../" + "x" * 29, work.key[:-1], work.key + "\n", str(work.folder)):
-        assert desk.find(key) is None
+        assert desk.open_project(key) is None
         desk.remove(key)
-    assert desk.find(work.key) == work
+    assert desk.open_project(work.key) == work
     desk.remove(work.key)
-    assert desk.find(work.key) is None
+    assert desk.open_project(work.key) is None
     assert not work.folder.exists()
 
 
@@ -101,7 +101,7 @@ def test_what_nobody_used_goes(tmp_path: Path) -> None:
     past = time.time() - 31 * 86400
     for folder in (old.folder, new.folder, stranger):
         os.utime(folder, (past, past))
-    assert desk.find(new.key) is not None
+    assert desk.open_project(new.key) is not None
     desk.expire()
     assert not old.folder.exists()
     assert new.folder.exists()

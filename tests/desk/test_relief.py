@@ -56,7 +56,7 @@ def shown(view: relief.ReliefView, **given: str) -> Any:
     for key, scale in {} if result is None else result_scales(result).items():
         low, high = scale.limits.low * scale.factor, scale.limits.high * scale.factor
         relief.style.set_bar(view._bars[key], low, high, scale.unit)
-    view.show()
+    view.refresh()
     return result
 
 
@@ -111,7 +111,7 @@ def test_another_load_sends_no_heights_again(view: relief.ReliefView, path: Path
     assert "heights" not in sent
     assert "colors" in sent
     sent.clear()
-    view.show()
+    view.refresh()
     assert sent == []
 
 

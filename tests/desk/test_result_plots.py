@@ -39,7 +39,7 @@ def result(surface):
 
 def test_the_histogram_has_the_bins_of_the_report(result):
     shown = PressureHistogram()
-    shown.show(result)
+    shown.show_result(result)
     data = shown.source.data
     inside = result.pressure[result.contact & ~result.saturated]
     share = (data["density"] * (data["right"] - data["left"])).sum() / 100
@@ -52,7 +52,7 @@ def test_the_histogram_has_the_bins_of_the_report(result):
 
 def test_the_bearing_curve_is_that_of_the_surface(surface):
     shown = MaterialRatioPlot()
-    shown.show(surface)
+    shown.show_surface(surface)
     sk = surface.roughness()["Sk"]
     ends = shown.core.data["height"]
     assert ends[0] - ends[1] == pytest.approx(sk * 1e9)
@@ -61,13 +61,13 @@ def test_the_bearing_curve_is_that_of_the_surface(surface):
 
 def test_the_spectrum_is_that_of_the_surface_or_says_what_it_needs(surface):
     shown = SpectrumPlot()
-    shown.show(surface)
+    shown.show_surface(surface)
     q, power, _ = radial_spectrum(surface.heights, surface.pixel)
     np.testing.assert_array_equal(shown.source.data["q"], q)
     np.testing.assert_array_equal(shown.source.data["C"], power)
     heights = surface.heights.copy()
     heights[3, 4] = np.nan
-    shown.show(rc.Surface(heights, surface.pixel))
+    shown.show_surface(rc.Surface(heights, surface.pixel))
     assert len(shown.source.data["q"]) == 0
     assert "fill them" in shown.note.text
 
@@ -87,8 +87,8 @@ def test_the_table_of_spots_has_their_numbers(result):
 
 def test_choosing_a_row_shows_its_spot(result):
     shown, told = SpotTable(), []
-    shown.on_spot(told.append)
-    shown.show(result)
+    shown.set_spot_listener(told.append)
+    shown.show_result(result)
     shown.source.selected.indices = [2]
     found = list_spots(result)
     assert told[-1] == box_around(result, 2)
@@ -116,7 +116,7 @@ def test_a_load_curve_and_the_load_now(surface):
     curve = rc.sweep(surface, material=STEEL, loads=[0.1, 0.3, 1.0])
     shown = LoadCurveView()
     shown.mark(0.3)
-    shown.show(curve)
+    shown.show_result(curve)
     data = shown.source.data
     np.testing.assert_allclose(data["load"], [0.1, 0.3, 1.0])
     share = 100 * curve.column("contact_area") / curve.nominal_area
@@ -131,7 +131,7 @@ def test_a_study_of_the_resolution(surface):
     fine = rc.Surface(np.kron(surface.heights, np.ones((2, 2))), (1e-6, 0.5e-6))
     study = rc.resolution_study(fine, material=STEEL, load=1.0)
     shown = ResolutionView()
-    shown.show(study)
+    shown.show_result(study)
     fractions = [100 * case.contact_fraction for _, case in study.named()]
     assert shown.source.data["contact"] == fractions
     assert shown.plot.x_range.factors == shown.source.data["case"]
@@ -141,7 +141,7 @@ def test_stress_and_the_depth_one_chooses(surface):
     free = rc.solve(surface, load=1.0, material=STEEL)
     stress = rc.subsurface_stress(free)
     shown = StressView()
-    shown.show(stress)
+    shown.show_result(stress)
     np.testing.assert_allclose(
         shown.source.data["mises"] / shown.source.data["mises"].max(),
         stress.profile.von_mises / stress.max_von_mises,
@@ -163,7 +163,7 @@ def test_what_a_file_is_called_is_no_markup():
 def test_two_contacts_and_their_difference_are_zoomed_together(result):
     other = rc.solve(result.surface, load=2 * result.load, material=result.material)
     shown = ComparisonView(("this", "pinned"))
-    shown.show((result, other))
+    shown.show_contacts((result, other))
     first, second, change, _ = (source.data["pressure"][0] for source in shown.sources)
     np.testing.assert_allclose(np.nan_to_num(first), result.pressure * 1e-9, rtol=1e-6)
     np.testing.assert_allclose(np.nan_to_num(second), other.pressure * 1e-9, rtol=1e-6)
@@ -187,5 +187,5 @@ def test_two_contacts_and_their_difference_are_zoomed_together(result):
         load=result.load,
         material=result.material,
     )
-    shown.show((result, coarse))
+    shown.show_contacts((result, coarse))
     assert not shown.plots[2].visible

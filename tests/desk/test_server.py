@@ -64,7 +64,7 @@ class Desk:
         import panel as pn
 
         self.visits.append(visit)
-        visit.on_close(lambda: self.ended.append(visit.work.key))
+        visit.add_close_callback(lambda: self.ended.append(visit.work.key))
         return pn.Column(pn.pane.Str(WORDS), pn.widgets.FloatSlider())
 
     def close(self) -> None:
@@ -360,7 +360,7 @@ def test_a_page_that_cannot_be_made_says_why_and_keeps_nothing(
 ) -> None:
     def broken(visit: PageVisit) -> Any:
         desk.visits.append(visit)
-        visit.on_close(lambda: desk.ended.append("broken"))
+        visit.add_close_callback(lambda: desk.ended.append("broken"))
         raise InputError("the project file of this page cannot be read")
 
     desk.open(desk.home)

@@ -40,7 +40,7 @@ def test_a_new_state_tells_what_it_lacks(map_file: Path) -> None:
 
 
 def test_own_values_stand_in_for_a_material(complete: SessionState) -> None:
-    state = complete.without_options("material")
+    state = complete.remove_options("material")
     assert state.missing == ("material",)
     assert state.with_option("young", "210 GPa").with_option("poisson", "0.3").missing == ()
 
@@ -89,8 +89,8 @@ def test_another_map_forgets_what_was_said_of_the_file(
 
 
 def test_undoing_the_level_says_that_there_is_none(complete: SessionState) -> None:
-    assert complete.without_step("leveled").specified["level"] == "none"
-    assert complete.with_option("form", "sphere").without_step("without_form") == complete
+    assert complete.remove_step("leveled").specified["level"] == "none"
+    assert complete.with_option("form", "sphere").remove_step("without_form") == complete
 
 
 def test_the_project_file_gives_the_same_numbers(complete: SessionState, tmp_path: Path) -> None:

@@ -130,7 +130,7 @@ def test_x3p_of_several_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 def test_x3p_beyond_2_gb(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # The bounds of the archive and of this program, both lowered for a map of 6.6 kB.
     monkeypatch.setattr(zipfile, "ZIP64_LIMIT", 4000)
-    monkeypatch.setattr(metrology, "_LARGE", 4000)
+    monkeypatch.setattr(metrology, "_MIN_ZIP64_BYTES", 4000)
     rough().save(tmp_path / "map.x3p")
     with zipfile.ZipFile(tmp_path / "map.x3p") as archive:
         assert [entry.extract_version for entry in archive.infolist()][:2] == [20, 45]

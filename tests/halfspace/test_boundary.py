@@ -225,7 +225,7 @@ def test_a_patch_holds_the_whole_period(boundary, shape):
     parts = preconditioner.Patches(family((200, 40), (1, 1)), family, (1, 1))
     rows, columns = np.mgrid[90:101, 20:24]
     index = (40 * rows + columns).ravel()
-    patch = parts.around(index)
+    patch = parts.make_patch(index)
     assert patch.operator.shape == shape
     # The pixels displace one another as they do on the whole map.
     whole = family((200, 40), (1, 1))

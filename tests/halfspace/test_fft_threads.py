@@ -75,7 +75,7 @@ FEW = {
         "quadric": "six parameters",
         "solve": "six parameters",
         "_remove_cylinder": "six parameters",
-        "without_terms": "eigenvalues that are compared with a bound only",
+        "subtract_terms": "eigenvalues that are compared with a bound only",
     },
     "surface.resolution": {"_exponent": "bins of a spectrum"},
     "elastoplastic.plastic_flow": {"plastic_volume": "layers"},

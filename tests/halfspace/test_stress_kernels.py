@@ -85,7 +85,7 @@ def test_points_are_those_of_the_textbook(poisson):
                 parts = stress_kernels.normal_force(x, y, depth, poisson)
             else:
                 parts = stress_kernels.force_parts(x, y, depth, poisson)
-                parts = stress_kernels.of_parts(parts, poisson, 0.0, [(direction, 1.0)])
+                parts = stress_kernels.sum_parts(parts, poisson, 0.0, [(direction, 1.0)])
             expected = point(x[:, None], y, depth, poisson)
             # (1 - z/ρ)/r² of the textbook cancels by (z/r)² far below.
             atol = 1e-15 * (1 + depth**2) * np.abs(expected).max()

@@ -34,7 +34,7 @@ def test_the_closed_form_is_the_sum_of_forces(point):
     for start in range(0, x.size, 160):
         part = slice(start, start + 160)
         parts = stress_kernels.force_parts(x[part], y[part], point[2], NU)
-        forces = stress_kernels.of_parts(parts, NU, 1.0, [("x", 0.4)])
+        forces = stress_kernels.sum_parts(parts, NU, 1.0, [("x", 0.4)])
         total += [(load[part] * np.diagonal(force)).sum() for force in forces]
     np.testing.assert_allclose(sliding_sphere(*point, NU, 0.4), total, atol=1e-12)
 

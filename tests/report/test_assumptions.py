@@ -39,14 +39,14 @@ def solved(surface: rc.Surface, **problem: Any) -> ContactResult:
 
 def stated(result: ContactResult) -> dict[str, str]:
     """Return what is assumed in the case of a result, by name."""
-    rows = assumptions.assumption_rows(assumptions.ASSUMPTIONS, assumptions.of_contact(result))
+    rows = assumptions.assumption_rows(assumptions.ASSUMPTIONS, assumptions.contact_case(result))
     assert len({name for name, _, _ in rows}) == len(rows)
     assert all(len(row) == 3 and all(row) for row in rows)
     return {name: case for name, case, _ in rows}
 
 
 def errors(result: ContactResult) -> tuple[float, float]:
-    return assumptions.slope_errors(assumptions.of_contact(result))
+    return assumptions.slope_errors(assumptions.contact_case(result))
 
 
 def cautions(result: ContactResult) -> list[str]:

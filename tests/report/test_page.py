@@ -190,7 +190,7 @@ def test_no_text_of_a_figure_prints_below_seven_points(
             "",
             width,
         )
-        figure = picture.drawn()
+        figure = picture.draw_figure()
         printed = width / 25.4 / figure.get_figwidth()
         sizes = [
             text.get_fontsize() * printed
@@ -317,7 +317,7 @@ def test_every_case_is_told_as_it_is(problem: dict[str, Any], words: str) -> Non
     page = report(result, layout.Edition(date=DAY))
     assert words in page.words
     assert result.regime in page.words
-    case = assumptions.of_contact(result)
+    case = assumptions.contact_case(result)
     for row in assumptions.assumption_rows(assumptions.ASSUMPTIONS, case):
         assert list(row) in page.cells
     two = result.counter_surface is not None

@@ -25,13 +25,13 @@ ROUGH = rc.Surface(*rc.reference_map(32, 3))
 def solves(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """Return the loads that were solved, as they are."""
     found: list[float] = []
-    solve = joints.solve_afresh
+    solve = joints.solve_uncalibrated
 
     def counted(surface: rc.Surface, **options: Any) -> ContactResult:
         found.append(options["load"])
         return solve(surface, **options)
 
-    monkeypatch.setattr(joints, "solve_afresh", counted)
+    monkeypatch.setattr(joints, "solve_uncalibrated", counted)
     return found
 
 

@@ -392,7 +392,7 @@ ALLOWED = {
     "active_set": {
         "select_entries": "whether to copy, where the values are the same either way",
         "_deep_enough": "bins that `allreduce` has summed over the processes",
-        "of_blocks": "parts that `allreduce` sums over the processes",
+        "sum_blocks": "parts that `allreduce` sums over the processes",
         "_kept_by_block": "blocks of the map, which all processes hold",
     },
     "partial_slip": {

@@ -80,7 +80,9 @@ def test_a_shift_and_its_force_give_one_traction() -> None:
 def test_the_certificate_notices_a_wrong_traction() -> None:
     stated = problem()
     solver = partial_slip._Solver(operator(), stated)
-    state = solver.placed(solver.total[:, None] / solver.bound.sum() * solver.bound, np.zeros(2))
+    state = solver.make_state(
+        solver.total[:, None] / solver.bound.sum() * solver.bound, np.zeros(2)
+    )
     assert solver.certified(state, 0).certificate > 1e-3
 
 

@@ -87,7 +87,7 @@ def condition(product_of):
 def test_symmetric_positive_and_better_than_nothing(exact, independent, kind, seed, edges):
     index = pixels(kind, seed)
     precondition, unit = inverse(edges=edges)
-    found = symmetric(matrix(precondition.on(index), index.size))
+    found = symmetric(matrix(precondition.restrict_inverse(index), index.size))
     # Far from zero for single precision, and for weights in half precision.
     assert np.linalg.eigvalsh(found)[0] > 0.01
     dense = displacement(independent, index, unit)
@@ -105,7 +105,7 @@ def test_close_to_the_inverse_on_the_whole_map(independent):
     index = np.arange(shape[0] * shape[1])
     y, x = np.mgrid[: shape[0], : shape[1]]
     wave = np.cos(2 * np.pi * (8 * y / shape[0] + 6 * x / shape[1]))
-    pressure = precondition.on(index)(wave.ravel()).reshape(shape)
+    pressure = precondition.restrict_inverse(index)(wave.ravel()).reshape(shape)
     q = 2 * np.pi * np.hypot(8 / shape[0] / PIXEL[0], 6 / shape[1] / PIXEL[1])
     # Love's coefficients at eight points a wave are a few percent softer than the continuum.
     # Beyond the edges, where nothing moves, the wave ends.
@@ -124,7 +124,7 @@ def test_blocks_save_iterations_on_many_spots(exact, independent, seed, loads):
     for edges in (None, (8, 8)):
         precondition, unit = inverse(shape, edges)
         dense = displacement(independent, index, unit, shape)
-        counts.append(conjugate_gradients(dense, precondition.on(index), right))
+        counts.append(conjugate_gradients(dense, precondition.restrict_inverse(index), right))
     nothing = conjugate_gradients(dense, lambda displacement: displacement, right)
     wrapped, both = counts
     assert both < wrapped < 0.75 * nothing
@@ -157,7 +157,7 @@ def test_stays_positive_when_the_set_changes(exact, independent, radii):
     precondition, unit = inverse()
     for radius in radii:
         index = disc(radius)
-        found = symmetric(matrix(precondition.on(index), index.size))
+        found = symmetric(matrix(precondition.restrict_inverse(index), index.size))
         assert np.linalg.eigvalsh(found)[0] > 0
         assert condition((found, displacement(independent, index, unit))) < 10
 
@@ -166,7 +166,7 @@ def test_stays_positive_when_the_spots_move(exact):
     precondition, _ = inverse()
     for seed in range(4):
         index = spots(np.random.default_rng(seed))
-        found = symmetric(matrix(precondition.on(index), index.size))
+        found = symmetric(matrix(precondition.restrict_inverse(index), index.size))
         assert np.linalg.eigvalsh(found)[0] > 0
 
 
@@ -205,23 +205,26 @@ def test_dense_contact_rough_to_the_pixel(boundary, hurst):
 @pytest.mark.parametrize("edges", [None, EDGES])
 def test_fewer_than_two_pixels(exact, edges):
     precondition, _ = inverse(edges=edges)
-    nothing = precondition.on(np.empty(0, np.int64))(np.empty(0))
+    nothing = precondition.restrict_inverse(np.empty(0, np.int64))(np.empty(0))
     assert nothing.shape == (0,)
-    alone = precondition.on(np.array([100]))(np.array([2.0]))
+    alone = precondition.restrict_inverse(np.array([100]))(np.array([2.0]))
     # Alone, K is 1. What is wrapped around takes the other pixels for free to move, hence stiffer.
     assert 2.0 < alone[0] < 4.0
     # And such a set is no measure for the next.
     index = disc(8)
-    assert np.linalg.eigvalsh(symmetric(matrix(precondition.on(index), index.size)))[0] > 0
+    assert (
+        np.linalg.eigvalsh(symmetric(matrix(precondition.restrict_inverse(index), index.size)))[0]
+        > 0
+    )
 
 
 def test_sets_do_not_disturb_each_other():
     precondition, _ = inverse()
     one, two = disc(8), disc(6)
-    first = precondition.on(one)
+    first = precondition.restrict_inverse(one)
     values = np.random.default_rng(0).standard_normal(one.size)
     before = first(values)
-    precondition.on(two)(values[: two.size])
+    precondition.restrict_inverse(two)(values[: two.size])
     np.testing.assert_array_equal(first(values), before)
     # The weights of a set seen before are kept in half precision.
-    np.testing.assert_allclose(precondition.on(one)(values), before, atol=2e-3)
+    np.testing.assert_allclose(precondition.restrict_inverse(one)(values), before, atol=2e-3)

@@ -119,7 +119,7 @@ def test_the_common_rectangle_is_the_largest(angle, offset, shape) -> None:
     ]
     both = np.ones(new_shape, bool)
     for one, placement in maps:
-        first, last = alignment.spans(one, placement, new_shape, alignment._CLOSE)
+        first, last = alignment.spans(one, placement, new_shape, alignment._POINT_TOLERANCE)
         columns = np.arange(new_shape[1])
         both &= (columns >= first[:, None]) & (columns <= last[:, None])
     best = 0

@@ -215,7 +215,7 @@ def test_only_points_beyond_a_body_are_masked() -> None:
     ],
 )
 def test_a_body_without_a_grid_takes_that_of_a_map(body, expected) -> None:
-    made = body.on(rc.Surface(np.zeros(SHAPE), PIXEL))
+    made = body.sample_body(rc.Surface(np.zeros(SHAPE), PIXEL))
     expected = expected if isinstance(expected, rc.Surface) else expected(**GRID)
     np.testing.assert_array_equal(made.heights, expected.heights)
     assert made.provenance == expected.provenance
@@ -225,13 +225,13 @@ def test_a_body_without_a_grid_takes_that_of_a_map(body, expected) -> None:
 
 def test_a_profile_takes_a_body_that_is_alike_across_it() -> None:
     trace = rc.Surface(np.zeros(40), 1e-6)
-    made = rc.cylinder("5 mm").on(trace)
+    made = rc.cylinder("5 mm").sample_body(trace)
     assert made.is_profile
     assert made.provenance.origin.arguments["angle"] == 90.0
-    assert not nominal_bodies.parse("flat").on(trace).heights.any()
+    assert not nominal_bodies.parse("flat").sample_body(trace).heights.any()
     for body in (rc.sphere("5 mm"), rc.cylinder("5 mm", angle=30)):
         with pytest.raises(rc.InputError, match="a profile takes"):
-            body.on(trace)
+            body.sample_body(trace)
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from roughcontact.uncertainty.intervals import (
     Cause,
     ErrorSource,
     Interval,
-    of_joint,
+    joint_interval,
     uncertainty_intervals,
 )
 from roughcontact.uncertainty.resolution import limits
@@ -272,12 +272,12 @@ def test_a_number_of_a_joint_has_the_interval_of_the_area_where_it_changes_alike
     surface = rc.Surface(*rc.reference_map(128))
     contact = rc.solve(surface, material=STEEL, load=1.0, boundary="periodic", calibrated=False)
     change = causes(interval(contact))[Cause.YIELDING].high / 1.11 - 0.11 / 1.11
-    alike = of_joint("length", 1.0, contact, math.nan, (change, change))
+    alike = joint_interval("length", 1.0, contact, math.nan, (change, change))
     assert causes(alike)[Cause.YIELDING] == causes(interval(contact))[Cause.YIELDING]
     # Half the change has half the error of the rule; two grids count three times.
     half = (1 + change) ** 0.5 - 1
-    rooted = of_joint("length", 1.0, contact, -0.02, (half, change))
+    rooted = joint_interval("length", 1.0, contact, -0.02, (half, change))
     assert rooted.high == pytest.approx((half + (1 + half) * 0.055 + 1) * 1.06)
     assert rooted.doubts[1] == ErrorSource(Cause.GRID, -0.06, 0.06)
-    unknown = of_joint("length", 1.0, contact, 0.01, (math.nan, math.nan))
+    unknown = joint_interval("length", 1.0, contact, 0.01, (math.nan, math.nan))
     assert unknown.unknown == (Cause.YIELDING,)

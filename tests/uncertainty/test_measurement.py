@@ -111,13 +111,13 @@ def test_draws_of_worn_surfaces_are_as_smooth_on_summits_as_these() -> None:
     even, uneven = (reconstruction(part, tool, shortest_wave=4 * UM) for part in (whole, image))
     assert uneven.is_worn
     assert not even.is_worn
-    assert not uneven.on_even_scale().is_worn
+    assert not uneven.rescale_heights().is_worn
 
     def slope(heights: np.ndarray) -> float:
         top = heights > np.quantile(heights, 0.95)
         return math.sqrt(np.mean(np.square(np.gradient(heights)).sum(axis=0)[top]))
 
-    same, known = uneven.draw({}, 1)[0], uneven.on_even_scale().draw({}, 1)[0]
+    same, known = uneven.draw({}, 1)[0], uneven.rescale_heights().draw({}, 1)[0]
     assert slope(same) > 1.5 * slope(worn.heights)
     assert slope(known) == pytest.approx(slope(worn.heights), rel=0.2)
     noisy = replace(tool, noise=0.3 * image.Sq)

@@ -140,7 +140,7 @@ def _convert_sequence(
 ) -> list[_ArgumentType]:
     """Return the type of a list, or of a tuple of some length; ``lazy`` passes iterators."""
 
-    def taken(value: Any) -> Any:
+    def convert_items(value: Any) -> Any:
         if not isinstance(value, Iterable) or isinstance(value, str | bytes | Mapping):
             return _UNCONVERTIBLE
         if lazy and isinstance(value, Iterator):
@@ -160,7 +160,7 @@ def _convert_sequence(
 
     each = " or ".join(item.description for item in items)
     words = f"a list, each {each}" if length is None else f"{length} values, each {each}"
-    return [_ArgumentType(words, taken, length is None)] if items else []
+    return [_ArgumentType(words, convert_items, length is None)] if items else []
 
 
 def _resolve_classes(text: str, scope: dict[str, Any]) -> list[_ArgumentType]:
@@ -174,12 +174,12 @@ def _resolve_classes(text: str, scope: dict[str, Any]) -> list[_ArgumentType]:
     if result is Any or not all(isinstance(item, type) for item in classes):
         return []
 
-    def taken(value: Any) -> Any:
-        if isinstance(value, str) and hasattr(result, "_named"):
-            return result._named(value)
+    def convert_instance(value: Any) -> Any:
+        if isinstance(value, str) and hasattr(result, "_from_name"):
+            return result._from_name(value)
         return value if isinstance(value, classes) else _UNCONVERTIBLE
 
-    return [_ArgumentType(f"a {item.__name__}", taken) for item in classes]
+    return [_ArgumentType(f"a {item.__name__}", convert_instance) for item in classes]
 
 
 def _instance_converter(*classes: type) -> Callable[[Any], Any]:

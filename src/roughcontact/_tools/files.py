@@ -149,7 +149,7 @@ def _replace_non_finite(value: Any) -> Any:
 if sys.platform == "win32":
     import msvcrt
 
-    def _take(stream: IO[bytes]) -> None:
+    def _acquire_lock(stream: IO[bytes]) -> None:
         try:
             msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
         except OSError:
@@ -158,7 +158,7 @@ if sys.platform == "win32":
 else:
     import fcntl
 
-    def _take(stream: IO[bytes]) -> None:
+    def _acquire_lock(stream: IO[bytes]) -> None:
         try:
             fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -189,7 +189,7 @@ def _locks_locked(file: Path) -> IO[bytes]:
     while True:
         stream = file.open("ab")
         try:
-            _take(stream)
+            _acquire_lock(stream)
             # The previous holder may have removed the file before this lock.
             if os.path.samestat(os.fstat(stream.fileno()), file.stat()):
                 return stream

@@ -313,7 +313,7 @@ def write_streamed(frame: Dataset, maps: Iterable[Streamed], path: str | os.Path
                 if axis not in file.dimensions:
                     file.dimensions[axis] = size
         _write_variables(file, whole, {})
-        described = _described(whole)
+        described = _describe_dataset(whole)
         for item in maps:
             attributes = {**item.attributes, CHECKSUM: _streamed(file, item)}
             file.variables[item.name].attrs.update(attributes)
@@ -384,7 +384,7 @@ def add_checksums(dataset: Dataset) -> Dataset:
     marked = Dataset(dataset.attrs)
     for name, (dims, values, attrs) in dataset.variables.items():
         marked[name] = (dims, values, {**attrs, CHECKSUM: checksums.checksum_array(values)})
-    marked.attrs[CHECKSUM] = checksums.checksum_json(_described(marked))
+    marked.attrs[CHECKSUM] = checksums.checksum_json(_describe_dataset(marked))
     return marked
 
 
@@ -401,7 +401,7 @@ def changed_names(
         for name in (variables if names is None else names)
         if checksums.checksum_array(variables[name].values) != variables[name].attrs.get(CHECKSUM)
     ]
-    if checksums.checksum_json(_described(dataset)) != dataset.attrs.get(CHECKSUM):
+    if checksums.checksum_json(_describe_dataset(dataset)) != dataset.attrs.get(CHECKSUM):
         result.append(ATTRIBUTES)
     return tuple(result)
 
@@ -416,7 +416,7 @@ def changed_file_error(name: str, changed: Sequence[str]) -> FormatError:
     )
 
 
-def _described(dataset: Dataset | xarray.Dataset) -> dict[str, Any]:
+def _describe_dataset(dataset: Dataset | xarray.Dataset) -> dict[str, Any]:
     """Return the attributes, names and dimensions of a dataset, without its checksum."""
     return {
         "attributes": {name: value for name, value in dataset.attrs.items() if name != CHECKSUM},

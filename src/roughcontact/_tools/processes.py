@@ -162,7 +162,7 @@ def exit_with_parent() -> Iterator[None]:
     # For systems where the parent cannot block the signal.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _leave)
-    threading.Thread(target=_follow, daemon=True).start()
+    threading.Thread(target=_exit_with_parent, daemon=True).start()
     try:
         with redeliver_interrupts():
             yield
@@ -181,7 +181,7 @@ def _leave(number: int, frame: object) -> None:
     sys.exit(128 + number)
 
 
-def _follow() -> None:
+def _exit_with_parent() -> None:
     """Exit when the parent process has ended."""
     parent = multiprocessing.parent_process()
     assert parent is not None

@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 # Defaults of SciPy.
 _XTOL, _RTOL = 2e-12, 4 * 2.0**-52
-_MOST_STEPS = 100
+_MAX_STEPS = 100
 
 
 def brentq(
@@ -35,7 +35,7 @@ def brentq(
         raise ValueError(f"the function has one sign at {low} and {high}")
     # The zero is between `here`, the best so far, and `across`.
     across, f_across, step_before, step = 0.0, 0.0, 0.0, 0.0
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         if f_before != 0 and f_here != 0 and (f_before < 0) != (f_here < 0):
             across, f_across = before, f_before
             step_before = step = here - before
@@ -56,7 +56,7 @@ def brentq(
         before, f_before = here, f_here
         here += step if abs(step) > minimum else (minimum if half > 0 else -minimum)
         f_here = _value(function, here)
-    raise RuntimeError(f"no zero was found to within {xtol} in {_MOST_STEPS} steps")
+    raise RuntimeError(f"no zero was found to within {xtol} in {_MAX_STEPS} steps")
 
 
 def _value(function: Callable[[float], float], place: float) -> float:

@@ -39,7 +39,7 @@ MIN_COUNT = 4
 """Parts along a side whose scatter gives the error of the whole."""
 
 # Probability that chance alone leads from sixteen parts to four.
-_ODD = 0.1
+_CHANCE_PROBABILITY = 0.1
 
 Array = NDArray[np.float64]
 
@@ -212,7 +212,7 @@ def parts_interval(levels: Mapping[int, ArrayLike]) -> WholeError:
     half = _student(many.size - 1) * math.sqrt(variance)
     ratio, minimum, maximum = variance_scaling(many, small)
     falls = minimum <= ratio <= maximum
-    if ratio > variance_scaling(many, small, 1 - 2 * _ODD)[2]:
+    if ratio > variance_scaling(many, small, 1 - 2 * _CHANCE_PROBABILITY)[2]:
         coarse = _student(few.size - 1) * _deviation(few) / math.sqrt(few.size)
         if coarse > half:
             return WholeError(coarse, MIN_COUNT // 2, few.size, ratio, falls)

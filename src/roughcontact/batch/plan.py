@@ -124,7 +124,7 @@ def request_digest(
     of, others = request.depends_on(piece) if piece else ("", frozenset())
     # Groups by name and size, their files by content.
     specified = {
-        name: _without_folders(value) if request.task.by_name[name].is_place else value
+        name: _strip_folders(value) if request.task.by_name[name].is_place else value
         for name, value in request.specified.items()
         if name not in {GROUP.name, *others}
     }
@@ -144,7 +144,7 @@ def request_digest(
     )
 
 
-def _without_folders(value: str | bool | list[str]) -> str | bool | list[str]:
+def _strip_folders(value: str | bool | list[str]) -> str | bool | list[str]:
     """Return paths without their folders."""
     if isinstance(value, list):
         return [Path(text).name for text in value]

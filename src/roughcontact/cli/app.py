@@ -473,7 +473,7 @@ def _run(file: Path | str | None, specified: Given) -> None:
     display = _display(specified)
     with terminal.show_progress(display is DisplayOptions.QUIET) as line:
         reports, folder = _run_project(
-            str(file), tasks.RUN.read(specified), line, display is DisplayOptions.QUIET
+            str(file), tasks.RUN.parse_values(specified), line, display is DisplayOptions.QUIET
         )
     if display is DisplayOptions.JSON:
         print(to_json({"contacts": [report.record() for report in reports]}))
@@ -535,7 +535,7 @@ def _desk(file: Subject, specified: Given) -> None:
     from roughcontact.desk import server
     from roughcontact.formats.source import open_existing
 
-    requested = tasks.DESK.read(specified)
+    requested = tasks.DESK.parse_values(specified)
     if file is not None:
         with open_existing(file):
             file = Path(file).resolve()
@@ -629,5 +629,5 @@ def _materials(name: Path | str | None, specified: Given) -> None:
 def _demo(_: Path | str | None, specified: Given) -> None:
     from roughcontact.cli import demo
 
-    requested = DEMO.read(specified)
+    requested = DEMO.parse_values(specified)
     demo.run_demo(requested[FOLDER], requested[POINTS])

@@ -49,11 +49,16 @@ def _solve_demo(points: int, line: terminal.ProgressLine) -> list[ContactResult]
     results = []
     for number, (label, ceiling) in enumerate(zip(_LABELS, (None, "auto"), strict=True), start=1):
 
-        def tell(state: Progress, number: int = number, label: str = label) -> None:
+        def report_progress(state: Progress, number: int = number, label: str = label) -> None:
             line.update(replace(state, number=number, count=len(_LABELS), label=label))
 
         result = solve(
-            surface, load=1.0, material=steel, ceiling=ceiling, progress=tell, calibrated=False
+            surface,
+            load=1.0,
+            material=steel,
+            ceiling=ceiling,
+            progress=report_progress,
+            calibrated=False,
         )
         results.append(result)
     return results

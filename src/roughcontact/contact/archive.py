@@ -255,7 +255,7 @@ def _attributes(result: ContactResult) -> dict[str, Any]:
     if result.extra_cautions:
         attributes["remarks"] = cautions.to_text(result.extra_cautions)
     if result.counter_surface is not None:
-        attributes |= _described(result.counter_surface.provenance, "counter_")
+        attributes |= _provenance_texts(result.counter_surface.provenance, "counter_")
     if result.share.missing:
         attributes["holes"] = "never touch"
     attributes |= _scalar_attributes(result)
@@ -335,7 +335,7 @@ def _dataset(
             "pixel_y_units": "m",
             "pixel_x": surface.pixel[1],
             "pixel_x_units": "m",
-            **_described(surface.provenance),
+            **_provenance_texts(surface.provenance),
             **attributes,
         }
     )
@@ -347,7 +347,7 @@ def _dataset(
     return dataset
 
 
-def _described(provenance: Provenance, prefix: str = "") -> dict[str, str]:
+def _provenance_texts(provenance: Provenance, prefix: str = "") -> dict[str, str]:
     texts = {
         "source": provenance.source,
         "instrument": provenance.instrument,

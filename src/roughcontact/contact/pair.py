@@ -45,7 +45,7 @@ class Pair:
     boundary: Boundary = Boundary.FREE  # Boundary condition
 
     @classmethod
-    def of(
+    def from_arguments(
         cls,
         surface: MapOrSlab,
         material: Material,
@@ -57,7 +57,7 @@ class Pair:
         if not isinstance(counter_surface, NominalBody):
             return cls(surface, material, counter_surface, counter_material, Boundary(boundary))
         pair = cls(surface, material, None, counter_material, Boundary(boundary))
-        return replace(pair, counter_surface=counter_surface.on(pair.surface))
+        return replace(pair, counter_surface=counter_surface.sample_body(pair.surface))
 
     def __post_init__(self) -> None:
         """Raise `InputError` for bodies that cannot be combined."""
@@ -74,7 +74,7 @@ class Pair:
         # Raises if both are rigid.
         contact_modulus(self.material, self.counter_material)
         if self.is_profile:
-            object.__setattr__(self, "boundary", self.boundary.of_profile)
+            object.__setattr__(self, "boundary", self.boundary.profile_boundary)
 
     def _require_one_grid(self) -> None:
         counter = self.counter_surface

@@ -45,7 +45,7 @@ TRANSITION = 2.0
 _DEPTH, _ENERGY = 1.1, 1.3
 
 # Below this part, and above one over it, the two have little in common.
-_FAR = 0.5
+_MIN_RESIDUAL_RATIO = 0.5
 
 
 def ratio_to_elastoplastic(advice: CalibratedCeiling, ceiling: float) -> tuple[float, float]:
@@ -67,7 +67,9 @@ def indentation_caution(advice: CalibratedCeiling, ceiling: float) -> Caution | 
     if advice.load_ratio < TRANSITION:
         return None
     depth, energy = ratio_to_elastoplastic(advice, ceiling)
-    severe = min(depth, energy) < _FAR or max(depth, energy) > 1 / _FAR
+    severe = (
+        min(depth, energy) < _MIN_RESIDUAL_RATIO or max(depth, energy) > 1 / _MIN_RESIDUAL_RATIO
+    )
     return (as_warning if severe else as_caution)(
         CautionTag.INDENTATION,
         f"Indentation is about {depth:.1f}, energy {energy:.1f} times that of the elastoplastic "

@@ -20,7 +20,7 @@ from roughcontact.units import Quantity, format_engineering, format_lengths, to_
 Step = TypeVar("Step")
 
 # Edges of pixels that differ by less than this part are one.
-_SAME = 1e-6
+_PIXEL_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def require_alike(
     first: Pair, other: Pair, argument: str, *advice: Part, only_elastic: bool = False
 ) -> None:
     """Refuse two pairs of bodies that differ in more than their heights."""
-    pixels = np.allclose(first.pixel, other.pixel, rtol=_SAME, atol=0)
+    pixels = np.allclose(first.pixel, other.pixel, rtol=_PIXEL_TOLERANCE, atol=0)
     if first.shape != other.shape or not pixels:
         item, two = (
             f"{p.shape[0]} × {p.shape[1]} points of {format_lengths(p.pixel)}"
@@ -165,21 +165,21 @@ are about its longest wave, and what is left inside follows the relation of the 
 periodic to some 2 %, whatever pressure the edge takes on (``tests/physics/test_interface_law``).
 """
 
-LEAST_POINTS = 16
+MIN_POINTS = 16
 """Points along each side below which a part of a map has no law."""
 
 # Part of each side that the rims may take at most.
-_MOST = 0.5
+_MAX_RIM_SHARE = 0.5
 
 Window = tuple[slice, slice]
 
 
 def window_of(pair: Pair) -> tuple[Window | None, float]:
     """Return the part of a map inside its rim, and how wide that rim is."""
-    if min(pair.shape) < LEAST_POINTS:
+    if min(pair.shape) < MIN_POINTS:
         ny, nx = pair.shape
         raise InputError(
-            f"has {ny} × {nx} points: an interface law needs {LEAST_POINTS} along each side",
+            f"has {ny} × {nx} points: an interface law needs {MIN_POINTS} along each side",
             argument="surface",
         )
     free = pair.boundary.free_axes
@@ -190,11 +190,11 @@ def window_of(pair: Pair) -> tuple[Window | None, float]:
     slices = [slice(0, points) for points in pair.shape]
     for axis in free:
         side = pair.size[axis]
-        if math.isnan(rim) or 2 * rim > _MOST * side:
+        if math.isnan(rim) or 2 * rim > _MAX_RIM_SHARE * side:
             raise _nothing_left(pair, rim)
         margin = math.ceil(rim / pair.pixel[axis])
         slices[axis] = slice(margin, pair.shape[axis] - margin)
-    if min(part.stop - part.start for part in slices) < LEAST_POINTS:
+    if min(part.stop - part.start for part in slices) < MIN_POINTS:
         raise _nothing_left(pair, rim)
     return (slices[0], slices[1]), rim
 

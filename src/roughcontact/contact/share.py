@@ -127,7 +127,7 @@ class Slab:
         }
         for name, value in values.items():
             object.__setattr__(self, name, value)
-        object.__setattr__(self, "heights", ranks.run_on_all(lambda: self._checked(heights)))
+        object.__setattr__(self, "heights", ranks.run_on_all(lambda: self._check_heights(heights)))
         finite = np.isfinite(self.heights)
         known = self.sums.count(finite)
         if not known:
@@ -136,7 +136,7 @@ class Slab:
         object.__setattr__(self, "missing", self.shape[0] * self.shape[1] - known)
         object.__setattr__(self, "highest", self.sums.largest(self.heights[finite]))
 
-    def _checked(self, heights: ArrayLike) -> Array:
+    def _check_heights(self, heights: ArrayLike) -> Array:
         require_pixel(self.pixel)
         wanted = (self.rows.stop - self.rows.start, self.shape[1])
         taken: Array = np.ascontiguousarray(heights, np.float64)

@@ -177,7 +177,7 @@ def solve(
     >>> print(result.status, "and", result.regime)
     converged and below first yield
     """
-    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
+    pair = Pair.from_arguments(surface, material, counter_surface, counter_material, boundary)
     force, specified = resolve_force(load, pair)
     terms = LoadCase(
         force, approach, moments, ceiling, tolerance, max_iterations, precision, specified
@@ -268,13 +268,15 @@ def _solve_self_consistent_ceiling(
     """Return the contact under the ceiling that it recommends, with the cost of all its solves."""
     solves: list[ContactResult] = []
 
-    def solved(ceiling: Any, start: ContactResult | ArrayLike | None) -> ContactResult:
+    def solve_at_ceiling(ceiling: Any, start: ContactResult | ArrayLike | None) -> ContactResult:
         fixed = replace(terms, ceiling=ceiling)
         result = solve_pair(pair, fixed, start=start, on_failure=on_failure, progress=progress)
         solves.append(result)
         return result
 
-    result = solve_calibrated(solved(resolve_ceiling(terms.ceiling, pair), start), solved)
+    result = solve_calibrated(
+        solve_at_ceiling(resolve_ceiling(terms.ceiling, pair), start), solve_at_ceiling
+    )
     return replace(
         result,
         iterations=sum(item.iterations for item in solves),

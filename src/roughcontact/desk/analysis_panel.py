@@ -55,7 +55,7 @@ class AnalysisPanel(TabPanel):
         self._working = JobButton(bench, run, "Start", self._started, session)
         self._answer = pn.Column(**style.HIGH)
         self._curve: LoadCurveView | None = None
-        self._choice.param.watch(self._chosen, "value")
+        self._choice.param.watch(self._handle_selection, "value")
         self.root = pn.Row(
             pn.Column(
                 self._choice, self._form, self._working.root, width=250, margin=(8, 16, 0, 0)
@@ -64,7 +64,7 @@ class AnalysisPanel(TabPanel):
             **style.HIGH,
         )
 
-    def _chosen(self, event: Any) -> None:
+    def _handle_selection(self, event: Any) -> None:
         self._form[:] = [self._form_of(event.new).root]
 
     def _form_of(self, name: str) -> OptionsForm:
@@ -82,21 +82,21 @@ class AnalysisPanel(TabPanel):
             self._working.refuse_error(error, task)
             return
         self._answer[:] = []
-        self._working.start_job(analysis_jobs.run_analysis, self._show, request)
+        self._working.start_job(analysis_jobs.run_analysis, self._show_outcome, request)
 
-    def _show(self, result: analysis_jobs.AnalysisOutcome) -> None:
+    def _show_outcome(self, result: analysis_jobs.AnalysisOutcome) -> None:
         if not result.outcome.converged:
             self._working.show_refusal(spell_sentence(result.outcome.shortfall))
         self._curve = None
-        self._answer[:] = self._shown(result)
+        self._answer[:] = self._make_views(result)
 
-    def show(self) -> None:
+    def refresh(self) -> None:
         """Mark the current load in the load curve, if one is shown."""
         outcome = self._session.outcome
         if self._curve is not None and outcome is not None and outcome.contact is not None:
             self._curve.mark(outcome.contact.load)
 
-    def _shown(self, result: analysis_jobs.AnalysisOutcome) -> list[Any]:
+    def _make_views(self, result: analysis_jobs.AnalysisOutcome) -> list[Any]:
         """Return the views of a result."""
         lead = pn.pane.HTML(f"<h2>{escape_markup(result.lead)}</h2>", **style.WIDE)
         cautions = pn.pane.HTML(controls.caution_list(result.cautions), **style.WIDE)
@@ -105,7 +105,7 @@ class AnalysisPanel(TabPanel):
         if view is not None:
             if isinstance(view, LoadCurveView):
                 self._curve = view
-                self.show()
+                self.refresh()
             seen = [lead, cautions, pn.pane.Bokeh(view.root, **style.BLOCK)]
             # The other views show these quantities themselves.
             return [*seen, facts] if isinstance(view, LoadCurveView) else seen
@@ -132,9 +132,11 @@ class OptionsForm:
         self._values: dict[str, Value] = {
             option.name: value for option, value in question.short_help
         }
-        controls = [Control(option.name, self._give, task=task) for option in question.options]
+        controls = [
+            Control(option.name, self._set_option, task=task) for option in question.options
+        ]
         for control in controls:
-            control.show(self._values)
+            control.show_options(self._values)
         about = pn.pane.HTML(f'<p class="quiet">{escape_markup(question.about)}</p>', **style.SHEET)
         self.root = pn.Column(about, *(control.root for control in controls), **style.BLOCK)
 
@@ -145,7 +147,7 @@ class OptionsForm:
         text = {**self._values, **fixed}
         return {f"{name.replace('-', '_')}_": value for name, value in text.items()}
 
-    def _give(self, name: str, value: Value) -> None:
+    def _set_option(self, name: str, value: Value) -> None:
         if isinstance(value, str) and not self.task.by_name[name].is_flag:
             value = value.strip()
         if value in ("", False):
@@ -165,7 +167,7 @@ def _result_view(result: Any) -> LoadCurveView | ResolutionView | StressView | N
     for kind, view in views.items():
         if isinstance(result, kind):
             created = view()
-            created.show(result)
+            created.show_result(result)
             return cast("LoadCurveView | ResolutionView | StressView", created)
     return None
 
@@ -196,9 +198,9 @@ class JointPanel(TabPanel):
         self._session, self._folder, self._offer = session, folder, offer
         self._run_count = 0
         self._range: dict[str, Value] = dict(_RANGE)
-        pressures = [Control(name, self._give, task=_TASK) for name in _RANGE]
+        pressures = [Control(name, self._set_range_option, task=_TASK) for name in _RANGE]
         for control in pressures:
-            control.show(self._range)
+            control.show_options(self._range)
         self._boxes = {
             question.name: Check(words=question.name, value=True, **style.BLOCK)
             for _, question in analysis_jobs.JOINTS
@@ -230,7 +232,7 @@ class JointPanel(TabPanel):
             **style.HIGH,
         )
 
-    def show(self) -> None:
+    def refresh(self) -> None:
         """Show the estimate of the current contact; the requested analyses stay unchanged."""
         outcome = self._session.outcome
         result = None if outcome is None else outcome.contact
@@ -238,7 +240,7 @@ class JointPanel(TabPanel):
         rows = [(row.title, row.text) for row in text]
         self._formulas.object = controls.markup_table(rows) if rows else _NO_ESTIMATE_HTML
 
-    def _give(self, name: str, value: Value) -> None:
+    def _set_range_option(self, name: str, value: Value) -> None:
         text = value.strip() if isinstance(value, str) else value
         if text:
             _TASK.parse_options({name: text})
@@ -261,7 +263,7 @@ class JointPanel(TabPanel):
                 self._working.refuse_error(error, task)
                 return
         self._answers[:] = []
-        self._working.start_job(analysis_jobs.run_analyses, self._show, *requests)
+        self._working.start_job(analysis_jobs.run_analyses, self._show_outcomes, *requests)
 
     def _with_files(self, request: Request) -> Request:
         """Return a request that also writes the downloadable files."""
@@ -275,10 +277,10 @@ class JointPanel(TabPanel):
             Request.from_text(request.task, request.file, specified), names=request.names
         )
 
-    def _show(self, result: tuple[analysis_jobs.AnalysisOutcome, ...]) -> None:
-        self._answers[:] = [part for item in result for part in self._shown(item)]
+    def _show_outcomes(self, result: tuple[analysis_jobs.AnalysisOutcome, ...]) -> None:
+        self._answers[:] = [part for item in result for part in self._make_views(item)]
 
-    def _shown(self, result: analysis_jobs.AnalysisOutcome) -> list[Any]:
+    def _make_views(self, result: analysis_jobs.AnalysisOutcome) -> list[Any]:
         """Return the views of a result: title, cautions, figures, quantities, files, command."""
         request = result.outcome.request
         name = next(
@@ -339,7 +341,7 @@ class ComparePanel(TabPanel):
             **style.HIGH,
         )
 
-    def show(self) -> None:
+    def refresh(self) -> None:
         """Show the options in which the current and the pinned state differ."""
         state = self._session.state
         pinned = state.pinned
@@ -375,15 +377,17 @@ class ComparePanel(TabPanel):
             self._working.refuse_error(error)
             return
         self._answer[:] = []
-        self._working.start_job(analysis_jobs.compare_contacts, self._show, *requests, _NAMES)
+        self._working.start_job(
+            analysis_jobs.compare_contacts, self._show_comparison, *requests, _NAMES
+        )
 
-    def _show(self, result: analysis_jobs.ContactComparison) -> None:
+    def _show_comparison(self, result: analysis_jobs.ContactComparison) -> None:
         cautions = "".join(
             f"<h2>{name}</h2>{controls.caution_list(text)}"
             for name, text in zip(_NAMES, result.cautions, strict=True)
         )
         maps = ComparisonView(_NAMES)
-        maps.show(result.contacts)
+        maps.show_contacts(result.contacts)
         parts: list[Any] = [
             pn.pane.Bokeh(maps.root, **style.BLOCK),
             pn.pane.HTML(

@@ -97,7 +97,7 @@ class Control:
         self.widget.param.watch(self._changed, "value")
         self.root = pn.Column(self.widget, **style.BLOCK)
 
-    def show(self, specified: Mapping[str, Value]) -> None:
+    def show_options(self, specified: Mapping[str, Value]) -> None:
         """Show the value of the option, or its default."""
         if isinstance(self.widget, Check):
             value: Value = bool(specified.get(self.name, False))
@@ -254,7 +254,7 @@ class JobButton:
             work,
             request,
             *more,
-            on_stage=self._on_stage,
+            on_stage=self._handle_stage,
             ended=self._ended,
             folders=workers.output_folders(request),
         )
@@ -274,15 +274,15 @@ class JobButton:
 
     # Called from the thread of the job.
 
-    def _on_stage(self, stage: workers.JobStage) -> None:
-        self._run(lambda: self._show(stage))
+    def _handle_stage(self, stage: workers.JobStage) -> None:
+        self._run(lambda: self._show_stage(stage))
 
     def _ended(self, end: workers.JobResult) -> None:
         self._run(lambda: self._close(end))
 
     # Called in the thread that may change the page.
 
-    def _show(self, stage: workers.JobStage) -> None:
+    def _show_stage(self, stage: workers.JobStage) -> None:
         text = (
             stage.progress
             if isinstance(stage.progress, str)

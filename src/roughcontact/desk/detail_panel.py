@@ -82,7 +82,7 @@ class PressureHistogram:
         style.set_markup(self.note, "")
         self._ceiling.visible = False
 
-    def show(self, result: ContactResult) -> None:
+    def show_result(self, result: ContactResult) -> None:
         """Show the pressure distribution of a result."""
         below = result.pressure[result.contact & ~result.saturated]
         bins = linear_bins([result], [below])
@@ -131,7 +131,7 @@ class HeightHistogram:
             self.plot, drawn, [("from", "left"), ("to", "right"), ("share", "share")]
         )
 
-    def show(self, surface: Surface) -> None:
+    def show_surface(self, surface: Surface) -> None:
         """Show the height distribution of a surface, relative to the mean height."""
         heights = surface.heights[np.isfinite(surface.heights)]
         heights = heights - heights.mean()
@@ -181,7 +181,7 @@ class MaterialRatioPlot:
         style.clear_source(self.source, self.core)
         style.set_markup(self.note, "")
 
-    def show(self, surface: Surface) -> None:
+    def show_surface(self, surface: Surface) -> None:
         """Show the material ratio curve of a surface, without missing points."""
         ratio, height, core, upper = bearing_parts(surface)
         scale = factor, unit = prefixed(float(np.abs(height).max()), "m")
@@ -218,7 +218,7 @@ class SpectrumPlot:
         style.clear_source(self.source)
         style.set_markup(self.note, "")
 
-    def show(self, surface: Surface) -> None:
+    def show_surface(self, surface: Surface) -> None:
         """Show the spectrum of a map; profiles and missing points give a note instead."""
         if surface.missing or surface.is_profile:
             self.clear()
@@ -329,7 +329,7 @@ class SectionPlot:
         style.clear_source(self.source, self.bars)
         self.heights.title.text, self.pressure.title.text = "Section", ""
 
-    def show(self, surface: Surface, result: ContactResult | None, line: Line) -> None:
+    def show_section(self, surface: Surface, result: ContactResult | None, line: Line) -> None:
         """Show both bodies along a line, or the surface alone without a result."""
         with style.batch_changes(self.heights.document):
             where = points_on_line(surface, line)
@@ -563,9 +563,9 @@ class SpotTable:
         )
         self.note: Any = style.make_markup(sizing_mode="stretch_width")
         self.root = models.Column(self.note, self.table, sizing_mode="stretch_width")
-        self.source.selected.on_change("indices", self._chosen)
+        self.source.selected.on_change("indices", self._handle_selection)
 
-    def on_spot(self, call: Callable[[Box], None]) -> None:
+    def set_spot_listener(self, call: Callable[[Box], None]) -> None:
         """Register ``call(box)`` for the box [m] around a selected spot."""
         self._call = call
 
@@ -575,7 +575,7 @@ class SpotTable:
         style.clear_source(self.source)
         style.set_markup(self.note, "")
 
-    def show(self, result: ContactResult) -> None:
+    def show_result(self, result: ContactResult) -> None:
         """Show the contact spots of a result."""
         self._result = result
         answer = list_spots(result)
@@ -597,7 +597,7 @@ class SpotTable:
                 "pressure.",
             )
 
-    def _chosen(self, attr: str, old: Any, new: Any) -> None:
+    def _handle_selection(self, attr: str, old: Any, new: Any) -> None:
         if new and self._result is not None and self._call is not None:
             self._call(box_around(self._result, int(new[0])))
 
@@ -677,7 +677,7 @@ class DetailPanel:
     def spots(self) -> SpotTable:
         """Table of spots, created when it is first shown."""
         created = SpotTable()
-        created.on_spot(self._zoom)
+        created.set_spot_listener(self._zoom)
         self._parts[_SPOTS].append(pn.pane.Bokeh(created.root, **style.BLOCK))
         return created
 
@@ -700,7 +700,7 @@ class DetailPanel:
         """Line of the section: the requested line, or else the proposed one."""
         return self._proposed if self._line is None else self._line
 
-    def show(
+    def show_contact(
         self,
         surface: Surface | None,
         result: ContactResult | None,
@@ -747,18 +747,18 @@ class DetailPanel:
         else:
             # A preview has larger pixels than the map.
             shown = surface if result is None else result.surface
-            self.section.show(shown, result, line)
+            self.section.show_section(shown, result, line)
 
     def _draw_tab(self) -> None:
         active, result = self._tabs.active, self._result
         if active == _SURFACE:
-            self.texture.show(self._surface)
+            self.texture.show_surface(self._surface)
         elif active != _RESULTS:
             seen = self.spots if active == _SPOTS else self.pressures
             if result is None:
                 seen.clear()
             else:
-                seen.show(result)
+                seen.show_result(result)
 
 
 class TexturePanel:
@@ -772,7 +772,7 @@ class TexturePanel:
         first, *others = (pn.pane.Bokeh(chart.root, **style.BLOCK) for chart in self._charts)
         self.root = pn.Column(first, self._numbers, *others, **style.BLOCK)
 
-    def show(self, surface: Surface | None) -> None:
+    def show_surface(self, surface: Surface | None) -> None:
         """Show a surface as soon as its parameters are computed, in a separate thread."""
         if surface is self._shown:
             return
@@ -800,10 +800,10 @@ class TexturePanel:
             "prepared</h2>"
             f"{controls.markup_table(rows)}"
         )
-        self._run(lambda: self._put(surface, text))
+        self._run(lambda: self._show_spectrum(surface, text))
 
-    def _put(self, surface: Surface, text: str) -> None:
+    def _show_spectrum(self, surface: Surface, text: str) -> None:
         if surface is self._shown:
             self._numbers.object = text
             for chart in self._charts:
-                chart.show(surface)
+                chart.show_surface(surface)

@@ -52,7 +52,7 @@ class DownloadPanel(TabPanel):
             sizing_mode="stretch_both",
         )
 
-    def show(self) -> None:
+    def refresh(self) -> None:
         """Show the command, the script and the project file that reproduce the contact."""
         session = self._session
         parts = [_block("Project file, for roughcontact run", session.state.portable_script)]
@@ -84,13 +84,13 @@ class DownloadPanel(TabPanel):
             self._working.refuse_error(error)
             return
         if kind == _FIGURES:
-            self._working.start_job(draw_figures, self._show, request, self._folder, path)
+            self._working.start_job(draw_figures, self._show_outcome, request, self._folder, path)
         elif kind == _PAGE:
-            self._working.start_job(save_page, self._show, request, path)
+            self._working.start_job(save_page, self._show_outcome, request, path)
         else:
-            self._working.start_job(workers.run_request, self._show, request)
+            self._working.start_job(workers.run_request, self._show_outcome, request)
 
-    def _show(self, outcome: Outcome) -> None:
+    def _show_outcome(self, outcome: Outcome) -> None:
         if outcome.failure is not None:
             self._working.refuse_error(outcome.failure)
         elif not outcome.converged:

@@ -66,7 +66,7 @@ _VALUES = (
     "counter-coating",
 )
 _FORMS = ("body", "counter-body", "align", "offset", "angle", "mirror")
-_NOTHING = {"material": "–", "counter-material": "rigid, or the values below"}
+_EMPTY_LABELS = {"material": "–", "counter-material": "rigid, or the values below"}
 
 
 class StepCard:
@@ -136,11 +136,11 @@ def make_fold(title: str, make: Callable[[], list[Any]]) -> Any:
         active_header_background="transparent",
     )
 
-    def opened(event: Any) -> None:
+    def fill_fold(event: Any) -> None:
         if not event.new and not folded.objects:
             folded.objects = make()
 
-    folded.param.watch(opened, "collapsed")
+    folded.param.watch(fill_fold, "collapsed")
     return folded
 
 
@@ -167,7 +167,7 @@ class FormControl:
             widget.param.watch(self._changed, "value")
         self.root = pn.Row(self._kind, self._order, **style.BLOCK)
 
-    def show(self, specified: Mapping[str, Value]) -> None:
+    def show_options(self, specified: Mapping[str, Value]) -> None:
         """Show the form of the given options."""
         kind, _, order = str(specified.get(options.FORM.name, "")).partition(" ")
         self._silent = True
@@ -195,10 +195,10 @@ class ControlGroup:
         self._session, self._give, self._choices = session, give, choices or {}
         self.controls: dict[str, Any] = {}
 
-    def show(self) -> None:
+    def refresh(self) -> None:
         """Show the values of the session state."""
         for control in self.controls.values():
-            control.show(self._session.state.specified)
+            control.show_options(self._session.state.specified)
 
     def roots(self, *names: str) -> list[Any]:
         """Return the controls of options, each created at its first use."""
@@ -211,7 +211,7 @@ class ControlGroup:
                     else Control(name, self._give, choices)
                 )
                 self.controls[name] = created
-                created.show(self._session.state.specified)
+                created.show_options(self._session.state.specified)
         return [self.controls[name].root for name in names]
 
 
@@ -241,9 +241,9 @@ class PreparationPanel:
             "Prepare", self._steps, *first, folded, collapsed=True, undo=self._undo_last
         )
 
-    def show(self, prepared: PreparedMaps | None) -> None:
+    def refresh(self, prepared: PreparedMaps | None) -> None:
         """Show the preparation options of the state, and the recorded steps."""
-        self._group.show()
+        self._group.refresh()
         result = (
             () if prepared is None else tuple(item.provenance for item in prepared.surfaces[:1])
         )
@@ -302,7 +302,7 @@ class BodiesPanel:
     """Controls of the materials and the nominal forms of the bodies."""
 
     def __init__(self, session: Session, give: Give) -> None:
-        choices = {name: _materials(nothing) for name, nothing in _NOTHING.items()}
+        choices = {name: _materials(nothing) for name, nothing in _EMPTY_LABELS.items()}
         self._group = ControlGroup(session, give, choices)
         self._session = session
         self._sources = pn.pane.HTML("", **style.SHEET)
@@ -323,12 +323,12 @@ class BodiesPanel:
 
     def _searched(self, event: Any) -> None:
         """Offer the materials that match the search text."""
-        for name, nothing in _NOTHING.items():
+        for name, nothing in _EMPTY_LABELS.items():
             self._group.controls[name].offer(_by_label(_materials(nothing, event.new)) or {})
 
-    def show(self) -> None:
+    def refresh(self) -> None:
         """Show the bodies of the state, and the sources of the material values."""
-        self._group.show()
+        self._group.refresh()
         state = self._session.state
         name = state.specified.get("material")
         self._sources.object = "" if name is None else _sources(str(name))
@@ -362,9 +362,9 @@ class ModelPanel:
             make_fold("Tilt, solver", rest),
         )
 
-    def show(self) -> None:
+    def refresh(self) -> None:
         """Show the model options of the state."""
-        self._group.show()
+        self._group.refresh()
         state = self._session.state
         if state.specified.get("ceiling") != self._ceiling:
             self._ceiling = self._factor.value = ""
@@ -557,7 +557,7 @@ class MapPanel:
     def _about_generated(self) -> list[Any]:
         wanted = [Control(name, self._want, task=GENERATE) for name in _GENERATED]
         for control in wanted:
-            control.show(self._wanted)
+            control.show_options(self._wanted)
         created = make_button("Generate", self._make, primary=True)
         return [*(control.root for control in wanted), created]
 
@@ -566,11 +566,11 @@ class MapPanel:
         nominal = self._nominal.roots("points", "size")
         return [pn.pane.HTML(words, **style.SHEET), *nominal, make_button("Use no map", self._bare)]
 
-    def show(self, prepared: PreparedMaps | None) -> None:
+    def refresh(self, prepared: PreparedMaps | None) -> None:
         """Show the state, and the properties of the map."""
         state = self._session.state
-        self._group.show()
-        self._nominal.show()
+        self._group.refresh()
+        self._nominal.refresh()
         surface = None if prepared is None else prepared.surfaces[0]
         size = "" if surface is None else " × ".join(map(str, surface.shape))
         if state.file is not None:
@@ -603,10 +603,10 @@ class MapPanel:
         self._wanted[name] = value
 
     def _dropped(self, text: dict[str, Any]) -> None:
-        self._do(lambda: self._session.open_map(*self._arrived(text)))
+        self._run_action(lambda: self._session.open_map(*self._arrived(text)))
 
     def _faced(self, text: dict[str, Any]) -> None:
-        self._do(lambda: self._session.open_counter_map(*self._arrived(text)))
+        self._run_action(lambda: self._session.open_counter_map(*self._arrived(text)))
 
     def _arrived(self, text: dict[str, Any]) -> tuple[Path, str]:
         """Return the path of an uploaded file, and its name on the user's side."""
@@ -619,25 +619,27 @@ class MapPanel:
         return path, str(text.get("name", ""))
 
     def _unfaced(self) -> None:
-        self._do(lambda: self._session.open_counter_map(None))
+        self._run_action(lambda: self._session.open_counter_map(None))
 
     def _bare(self) -> None:
-        self._do(lambda: self._session.open_map(None))
+        self._run_action(lambda: self._session.open_map(None))
 
     def _demonstrated(self, event: Any) -> None:
         if event.new:
             self._demonstrate(event.new)
 
     def _demonstrate(self, name: str) -> None:
-        self._do(lambda: self._generate(DEMONSTRATIONS[name], self._taken(f"{name}.npz")))
+        self._run_action(
+            lambda: self._generate(DEMONSTRATIONS[name], self._map_opener(f"{name}.npz"))
+        )
 
     def _make(self) -> None:
-        self._generate(dict(self._wanted), self._taken("generated.npz"))
+        self._generate(dict(self._wanted), self._map_opener("generated.npz"))
 
-    def _taken(self, name: str) -> Callable[[Path], None]:
-        return lambda path: self._do(lambda: self._session.open_map(path, name))
+    def _map_opener(self, name: str) -> Callable[[Path], None]:
+        return lambda path: self._run_action(lambda: self._session.open_map(path, name))
 
-    def _do(self, action: Callable[[], object]) -> None:
+    def _run_action(self, action: Callable[[], object]) -> None:
         try:
             action()
         except RoughcontactError as error:

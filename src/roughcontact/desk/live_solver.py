@@ -102,7 +102,7 @@ class LiveSolver:
         self._read: dict[Any, Surface] = {}
         self._prepared: tuple[Any, tuple[Surface, ...]] | None = None
         self._coarse: tuple[tuple[Surface, ...], tuple[Surface, ...]] | None = None
-        self._thread = threading.Thread(target=self._follow, name="live", daemon=True)
+        self._thread = threading.Thread(target=self._run_solver, name="live", daemon=True)
         self._thread.start()
 
     def request(self, request: Request, answer: LiveAnswer = LiveAnswer.CONTACT) -> None:
@@ -133,7 +133,7 @@ class LiveSolver:
 
     # In the solver thread.
 
-    def _follow(self) -> None:
+    def _run_solver(self) -> None:
         while True:
             with self._changed:
                 self._at_work = False
@@ -167,7 +167,7 @@ class LiveSolver:
                 return prepared
             self._notify(prepared)
             with self._wait_for_turn():
-                show = partial(self._show, request)
+                show = partial(self._show_preview, request)
                 return solve_request(request, surfaces, self._notify, self._notify, show)
         except RoughcontactError as error:
             return FailedRequest(request, error)
@@ -195,7 +195,7 @@ class LiveSolver:
             if is_given:
                 self._turns.release()
 
-    def _show(self, request: Request, contact: ContactResult) -> None:
+    def _show_preview(self, request: Request, contact: ContactResult) -> None:
         """Report a contact as a preview; the next request cancels its calibrated solve."""
         self._notify(Preview(request, contact))
         self._is_seen = True

@@ -185,7 +185,7 @@ class LoadPanel:
             margin=0,
         )
 
-    def show(self, prepared: PreparedMaps | None) -> None:
+    def refresh(self, prepared: PreparedMaps | None) -> None:
         """Show the load of the state, on the scale of the prepared maps."""
         self._prepared = prepared
         specified = self._session.state.specified

@@ -115,14 +115,14 @@ class SectionLine:
         for end in self.ends:
             for edge in ("left", "right", "top", "bottom"):
                 end.js_on_change(edge, follow)
-            style.on_changes(end, ("left", "right", "top", "bottom"), later)
+            style.watch_changes(end, ("left", "right", "top", "bottom"), later)
 
     @property
     def line(self) -> Line | None:
         """Ends (y0, x0, y1, x1) of the line [m]; None without a line."""
         return self._line
 
-    def on_change(self, call: Callable[[Line], None]) -> None:
+    def set_listener(self, call: Callable[[Line], None]) -> None:
         """Register ``call(line)`` for each drag of the line."""
         self._call = call
 
@@ -204,15 +204,15 @@ class CropBox:
         plot.add_tools(
             models.BoxSelectTool(renderers=[], description="Draw a box, for example to crop to it")
         )
-        plot.on_event(SelectionGeometry, self._drawn)
-        style.on_changes(self.frame, ("left", "right", "top", "bottom"), self._later)
+        plot.on_event(SelectionGeometry, self._handle_draw)
+        style.watch_changes(self.frame, ("left", "right", "top", "bottom"), self._later)
 
     @property
     def box(self) -> Box | None:
         """Box [m]; None without a box."""
         return self._box
 
-    def on_change(self, call: Callable[[Box | None], None]) -> None:
+    def set_listener(self, call: Callable[[Box | None], None]) -> None:
         """Register ``call(box)`` for each drawn, moved or removed box."""
         self._call = call
 
@@ -232,7 +232,7 @@ class CropBox:
         if self._box is not None:
             self.set_box(self._box)
 
-    def _drawn(self, event: Any) -> None:
+    def _handle_draw(self, event: Any) -> None:
         geometry = event.geometry
         if not event.final or geometry.get("type") != "rect":
             return
@@ -296,7 +296,7 @@ NAMES = {
 }
 
 _MARGIN = 0.15
-_SMALLEST = 60
+_MIN_MAP_PIXELS = 60
 # Margins of the large map [dots]: title and tools, x-axis, y-axis, color bar.
 _ABOVE, _BELOW, _BEFORE, _BEHIND = 32, 46, 48, 104
 # Thumbnails [dots]: spacing, height of the name, smallest and largest side.
@@ -401,7 +401,7 @@ class MapsView:
         self._later = style.Debounced(self.plot, self._moved)
         self._others = style.Debounced(self.plot, self._draw_others, _OTHERS)
         for model in (self.x_range, self.y_range):
-            style.on_changes(model, ("start", "end"), self._later)
+            style.watch_changes(model, ("start", "end"), self._later)
         self._arrange()
 
     @property
@@ -410,7 +410,7 @@ class MapsView:
         edges = (self.y_range.end, self.x_range.start, self.y_range.start, self.x_range.end)
         return Box(*(float(edge) / self._factor for edge in edges))
 
-    def show(self, surface: Surface | None, result: ContactResult | None = None) -> None:
+    def show_contact(self, surface: Surface | None, result: ContactResult | None = None) -> None:
         """Show a surface and a result; maps of ``None`` are empty."""
         with style.batch_changes(self.plot.document):
             before = self.large
@@ -428,15 +428,15 @@ class MapsView:
 
     def clear(self) -> None:
         """Clear all maps."""
-        self.show(None, None)
+        self.show_contact(None, None)
 
-    def on_section(self, call: Callable[[Line], None]) -> None:
+    def set_section_listener(self, call: Callable[[Line], None]) -> None:
         """Register ``call(line)`` for the ends (y0, x0, y1, x1) [m] of a dragged line."""
-        self.section.on_change(call)
+        self.section.set_listener(call)
 
-    def on_box(self, call: Callable[[Box | None], None]) -> None:
+    def set_box_listener(self, call: Callable[[Box | None], None]) -> None:
         """Register ``call(box)`` for a drawn or moved box [m], ``None`` if removed."""
-        self.crop.on_change(call)
+        self.crop.set_listener(call)
 
     @property
     def large(self) -> str:
@@ -464,7 +464,7 @@ class MapsView:
         """Set the sizes of the large map and the thumbnails."""
         width, height = self._room
         tall, wide = self._home.bottom - self._home.top, self._home.right - self._home.left
-        down = max(height - _ABOVE - _BELOW, _SMALLEST)
+        down = max(height - _ABOVE - _BELOW, _MIN_MAP_PIXELS)
         side, beside = 0.0, 0.0
         if self._result is not None:
             # Thumbnails in two columns and three rows.
@@ -472,7 +472,7 @@ class MapsView:
             side = min(max(left / 2, _NARROWEST), _WIDEST, height / 3 - _NAME)
             beside = 2 * side + 3 * _APART
         large = min((width - beside - _BEFORE - _BEHIND) / wide, down / tall)
-        large = max(large, _SMALLEST / min(tall, wide) / 2)
+        large = max(large, _MIN_MAP_PIXELS / min(tall, wide) / 2)
         self._frame = round(tall * large), round(wide * large)
         self.plot.update(frame_height=self._frame[0], frame_width=self._frame[1])
         self.strip.side = round(side)
@@ -521,7 +521,7 @@ class MapsView:
             name = f"{name} of the body" if two else name
             text = f"Sq {format_engineering(self._surface.Sq, 'm')}"
         self.plot.title.text = f"{name}, {text}" if text else name
-        self.range.show()
+        self.range.refresh()
 
     def _set_scale(self, key: str) -> None:
         scale = self._scales[key]
@@ -620,7 +620,7 @@ class MapsView:
             return
         self._fitted, self._wanted = ranges, self.seen
         with style.batch_changes(self.plot.document):
-            self._look()
+            self._update_scale()
             self._draw()
 
     def _ranges(self) -> tuple[float, ...]:
@@ -646,9 +646,9 @@ class MapsView:
         for item in (self.x_range, self.y_range):
             item.update(reset_start=item.start, reset_end=item.end)
         self._fitted = self._ranges()
-        self._look()
+        self._update_scale()
 
-    def _look(self) -> None:
+    def _update_scale(self) -> None:
         """Pass the map scale to the annotations of the map."""
         dots = self._frame[1] / max(self.seen.right - self.seen.left, 1e-300)
         view = MapScale(dots, self._factor, self._home)
@@ -704,7 +704,7 @@ class MapsView:
 
     def _show_cursor_values(self) -> None:
         """Show the values at the cursor."""
-        style.set_markup(self.readout, _NOTHING)
+        style.set_markup(self.readout, _READOUT_HINT)
         args = {**self.sources, "div": self.readout}
         read = models.CustomJS(args=args, code=_READ)
         leave = models.CustomJS(args={"div": self.readout, "text": self.readout.text}, code=_LEAVE)
@@ -728,7 +728,7 @@ class ColorRange:
             end.param.watch(self._typed, "value")
         self.root = pn.Column(*reversed(self.ends), self._wrong, margin=(8, 0))
 
-    def show(self) -> None:
+    def refresh(self) -> None:
         """Show the color limits of the large map that the user has set."""
         maps, key = self._maps, self._maps.large
         self.root.visible = key in maps.mappers
@@ -820,7 +820,7 @@ def color_mappers() -> dict[str, Any]:
     }
 
 
-_NOTHING = '<span class="quiet">Point at a map to read its values.</span>'
+_READOUT_HINT = '<span class="quiet">Point at a map to read its values.</span>'
 _LEAVE = "div.text = text"
 
 # Only numbers and fixed texts: no content of a file enters the markup.

@@ -69,17 +69,19 @@ class Page:
         self._lock = threading.Lock()
         self._news: list[Event | ShownResult | ShownPreview] = []
         follow = partial(LiveSolver, reader=workers.make_reader(bench), turns=bench.turns)
-        self.session = session = Session(work.project, self._on_event, follow, visit.share)
+        self.session = session = Session(work.project, self._receive_event, follow, visit.share)
         visit.listeners.append(self._adopt)
         self._window = Frame(**style.BLOCK)
         self._window.param.watch(self._resized, "size")
-        self._window.param.watch(self._pressed, "key")
+        self._window.param.watch(self._handle_shortcut, "key")
         self._window.param.watch(lambda event: self._color(event.new), "dark")
         self._map_panel = inputs_panel.MapPanel(
-            session, visit, self._give_option, self._generate, self._show, self._remove
+            session, visit, self._give_option, self._generate, self._show_state, self._remove
         )
-        self.view = ContactView(self._drawn, self._crop, self._run, self._map_panel.start)
-        self._preparation = inputs_panel.PreparationPanel(session, self._give_option, self._show)
+        self.view = ContactView(self._handle_line, self._crop, self._run, self._map_panel.start)
+        self._preparation = inputs_panel.PreparationPanel(
+            session, self._give_option, self._show_state
+        )
         self._bodies = inputs_panel.BodiesPanel(session, self._give_option)
         self._model = inputs_panel.ModelPanel(session, self._give_option)
         self._load = load_panel.LoadPanel(session, self._set_option, self._drag)
@@ -87,15 +89,15 @@ class Page:
         self._notice = pn.pane.HTML("", visible=False, **{**style.WIDE, "margin": (8, 16, 0, 16)})
         self._begun = time.monotonic()
         self._undo = make_button(
-            "Undo", partial(self._do, session.undo), margin=(0, 4), align="center"
+            "Undo", partial(self._run_action, session.undo), margin=(0, 4), align="center"
         )
         self._redo = make_button(
-            "Redo", partial(self._do, session.redo), margin=(0, 4), align="center"
+            "Redo", partial(self._run_action, session.redo), margin=(0, 4), align="center"
         )
         self._views = TabPanels(
             self.view.root,
             {
-                "Analyze": self._ask,
+                "Analyze": self._make_analysis_panel,
                 "Joint": self._joint,
                 "Compare": self._compare,
                 "3-D": self._relief,
@@ -111,8 +113,8 @@ class Page:
             reload_when_broken(self._document)
         if visit.file is not None and session.state.file is None:
             session.open_map(visit.file.resolve())
-        visit.on_close(self.close)
-        self._show()
+        visit.add_close_callback(self.close)
+        self._show_state()
         session.solve()
 
     def close(self) -> None:
@@ -136,10 +138,10 @@ class Page:
             self._run(self._end)
         else:
             self.session.adopt_state(state)
-            self._run(self._follow)
+            self._run(self._update_after_change)
 
-    def _follow(self) -> None:
-        self._show()
+    def _update_after_change(self) -> None:
+        self._show_state()
         outcome = self.session.outcome
         if outcome is not None and outcome.contact is not None:
             self.view.cut(outcome.contact, self.session.state.line)
@@ -152,7 +154,7 @@ class Page:
         if self.session.number == number:
             # The state is unchanged, but a preview is shown, or replaced the waiting request.
             if outcome is not None:
-                self._on_event(outcome)
+                self._receive_event(outcome)
             elif not self.session.state.missing:
                 self.session.solve()
         # Panels of preparation and bodies do not depend on the load.
@@ -164,10 +166,10 @@ class Page:
 
     def _give_option(self, name: str, value: Value) -> None:
         self.session.set_option(name, value)
-        self._show()
+        self._show_state()
 
     def _remedy(self, name: str, value: Value) -> None:
-        self._do(lambda: self.session.set_option(name, value))
+        self._run_action(lambda: self.session.set_option(name, value))
 
     def _focus_control(self, place: str) -> None:
         """Unfold the step of a control, and focus the control."""
@@ -183,21 +185,21 @@ class Page:
     def _resized(self, event: Any) -> None:
         self.view.fit(*event.new)
 
-    def _pressed(self, event: Any) -> None:
+    def _handle_shortcut(self, event: Any) -> None:
         name = str(event.new.get("name"))
         if name in ("undo", "redo"):
-            self._do(self.session.undo if name == "undo" else self.session.redo)
+            self._run_action(self.session.undo if name == "undo" else self.session.redo)
         elif name.isdigit():
             self.view.enlarge(int(name) - 1)
         else:
             self._header.handle_key(name)
 
-    def _do(self, action: Callable[[], None]) -> None:
+    def _run_action(self, action: Callable[[], None]) -> None:
         try:
             action()
         except RoughcontactError as error:
             self._complain(error)
-        self._show()
+        self._show_state()
 
     def _complain(self, error: RoughcontactError, aloud: bool = True) -> None:
         text = self.session.state.with_user_names(controls.error_text(error))
@@ -206,13 +208,13 @@ class Page:
         )
         self._notice.visible = True
 
-    def _drawn(self, line: Line) -> None:
+    def _handle_line(self, line: Line) -> None:
         self.session.draw_line(line)
         outcome = self.session.outcome
         self.view.cut(None if outcome is None else outcome.contact, line)
 
     def _crop(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
-        self._do(lambda: self.session.crop_map(rows, columns))
+        self._run_action(lambda: self.session.crop_map(rows, columns))
 
     def _look_up_channels(self) -> None:
         """Offer the channels of the file for selection, once for each file."""
@@ -243,7 +245,7 @@ class Page:
 
     # Results from the solver thread.
 
-    def _on_event(self, what: Event | ShownResult | ShownPreview) -> None:
+    def _receive_event(self, what: Event | ShownResult | ShownPreview) -> None:
         if isinstance(what, (Progress, str)) and not self._is_slow:
             return
         if isinstance(what, Outcome) and what.contact is not None:
@@ -292,16 +294,16 @@ class Page:
                     return
                 self._notice.visible = False
                 surface, line = what.result.surface, session.state.line
-                self.view.show(surface, what.result, line, what.trust + what.table)
+                self.view.show_contact(surface, what.result, line, what.trust + what.table)
                 self._header.show_numbers(what.numbers, what.cautions)
-                self._views.show()
+                self._views.refresh()
                 self._fold_steps()
                 self._update_state(is_current)
             case ShownPreview():
                 prepared = session.prepared
                 if prepared is None or session.state.missing or session.failure:
                     return
-                self.view.show(prepared.surfaces[0], what.result, session.state.line)
+                self.view.show_contact(prepared.surfaces[0], what.result, session.state.line)
                 self._header.numbers.object = what.numbers
                 if session.is_wanted(what.request):
                     self._update_state(True)
@@ -313,7 +315,7 @@ class Page:
                 # Announced once, at the control if the error has one.
                 requested = self._map_panel.tell_lacking(what.error)
                 self._complain(what.error, aloud=not requested)
-                self._preparation.show(session.prepared)
+                self._preparation.refresh(session.prepared)
                 self.view.clear()
                 self._header.show_lacking(session.state.missing)
                 self._update_state(True)
@@ -324,14 +326,14 @@ class Page:
 
     def _show_prepared(self, what: PreparedMaps) -> None:
         session = self.session
-        self._map_panel.show(what)
+        self._map_panel.refresh(what)
         self._look_up_channels()
-        self._preparation.show(what)
-        self._views.show()
-        self._load.show(what)
+        self._preparation.refresh(what)
+        self._views.refresh()
+        self._load.refresh(what)
         failed, missing = session.failure is not None, session.state.missing
         if failed or missing:
-            self.view.show(what.surfaces[0], None, session.state.line, "")
+            self.view.show_contact(what.surfaces[0], None, session.state.line, "")
             self._update_state(True)
         if missing and not failed:
             self._show_missing()
@@ -374,20 +376,20 @@ class Page:
         self._header.show_lacking(wanted)
         self._has_contact = False
 
-    def _show(self) -> None:
+    def _show_state(self) -> None:
         """Update all controls after a change of the state."""
         session = self.session
-        self._map_panel.show(session.prepared)
-        self._preparation.show(session.prepared)
-        self._bodies.show()
-        self._model.show()
+        self._map_panel.refresh(session.prepared)
+        self._preparation.refresh(session.prepared)
+        self._bodies.refresh()
+        self._model.refresh()
         self._show_load()
 
     def _show_load(self) -> None:
         session = self.session
         self._begun = time.monotonic()
-        self._views.show()
-        self._load.show(session.prepared)
+        self._views.refresh()
+        self._load.refresh(session.prepared)
         self._undo.disabled, self._redo.disabled = not session.can_undo, not session.can_redo
         nothing = "file" in session.state.missing
         if nothing:
@@ -406,7 +408,7 @@ class Page:
             self.session, self._bench, self._run, visit.folder, visit.offer, self.view.maps.bars
         )
 
-    def _ask(self) -> Any:
+    def _make_analysis_panel(self) -> Any:
         from roughcontact.desk.analysis_panel import AnalysisPanel
 
         return AnalysisPanel(self.session, self._bench, self._run, self._remedy)
@@ -420,7 +422,7 @@ class Page:
     def _compare(self) -> Any:
         from roughcontact.desk.analysis_panel import ComparePanel
 
-        return ComparePanel(self.session, self._bench, self._run, self._do)
+        return ComparePanel(self.session, self._bench, self._run, self._run_action)
 
     def _export(self) -> Any:
         from roughcontact.desk.download_panel import DownloadPanel
@@ -525,8 +527,8 @@ class ContactView:
     def maps(self) -> MapsView:
         """Linked maps."""
         created = MapsView()
-        created.on_section(self._call_draw)
-        created.on_box(self._boxed)
+        created.set_section_listener(self._call_draw)
+        created.set_box_listener(self._boxed)
         return created
 
     @cached_property
@@ -558,7 +560,7 @@ class ContactView:
         before = "_sheet" in self.__dict__
         return not before and self._sheet is not None
 
-    def show(
+    def show_contact(
         self,
         surface: Surface,
         result: ContactResult | None,
@@ -569,8 +571,8 @@ class ContactView:
         self._surface = surface
         with style.batch_changes(self.maps.plot.document):
             self.fit(*self._size)
-            self.maps.show(surface, result)
-            self.detail.show(surface, result, line, numbers)
+            self.maps.show_contact(surface, result)
+            self.detail.show_contact(surface, result, line, numbers)
             self.maps.section.set_line(self.detail.line)
             if self._start in self.root.objects or not self.root.objects:
                 self.root[:] = [self._sheet]
@@ -594,7 +596,7 @@ class ContactView:
         """Show another section, if a surface is shown."""
         if self._surface is None:
             return
-        self.detail.show(self._surface, result, line)
+        self.detail.show_contact(self._surface, result, line)
         self.maps.section.set_line(self.detail.line)
 
     def clear(self) -> None:
@@ -602,7 +604,7 @@ class ContactView:
         if self._surface is not None:
             self._surface = None
             self.maps.clear()
-            self.detail.show(None, None, None, "")
+            self.detail.show_contact(None, None, None, "")
             self.root[:] = [self._start]
 
     def _boxed(self, box: Box | None) -> None:

@@ -106,7 +106,7 @@ class ProjectStore:
         folder.mkdir(mode=0o700)
         return SavedProject(key, folder)
 
-    def find(self, key: str) -> SavedProject | None:
+    def open_project(self, key: str) -> SavedProject | None:
         """Return the project with a key, and mark it as used; None if there is none."""
         if _KEY.fullmatch(key) is None:
             return None

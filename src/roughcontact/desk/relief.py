@@ -133,7 +133,7 @@ class ReliefView(TabPanel):
             self._canvas, self._working.root, self._link, sizing_mode="stretch_both", margin=(8, 0)
         )
 
-    def show(self) -> None:
+    def refresh(self) -> None:
         """Show the contact, or only the map if options are missing or the solve failed."""
         session = self._session
         outcome, prepared = session.outcome, session.prepared
@@ -243,7 +243,7 @@ def make_gif(pictures: Sequence[bytes]) -> bytes:
 
 def _frames_key(state: SessionState) -> SessionState:
     """Return the cache key of the frames: all options but the load and the display."""
-    return replace(state.without_options(*LOADS), pinned=None, line=None)
+    return replace(state.remove_options(*LOADS), pinned=None, line=None)
 
 
 def _whole(surface: Surface) -> rasters.Window:

@@ -82,7 +82,7 @@ class LoadCurveView:
             sizing_mode="stretch_width",
         )
 
-    def show(self, curve: LoadCurve) -> None:
+    def show_result(self, curve: LoadCurve) -> None:
         """Show a load curve."""
         load = curve.column("load")
         unit = "N/m" if curve.is_profile else "N"
@@ -148,7 +148,7 @@ class ResolutionView:
         self.table: Any = style.facts_below()
         self.root = models.Column(self.plot, self.table, sizing_mode="stretch_width")
 
-    def show(self, study: ResolutionStudy) -> None:
+    def show_result(self, study: ResolutionStudy) -> None:
         """Show a resolution study."""
         cases = study.named()
         names = [name for name, _ in cases]
@@ -229,7 +229,7 @@ class ComparisonView:
             }
             self.edge.location = data["x"][0] + place
 
-    def show(self, results: Sequence[ContactResult]) -> None:
+    def show_contacts(self, results: Sequence[ContactResult]) -> None:
         """Show two contacts, without the difference if their grids differ."""
         top = pressure_limit(results)
         factor, unit = prefixed(top, "Pa")
@@ -293,7 +293,7 @@ def _put_map(source: Any, name: str, values: NDArray[Any], place: Box) -> None:
 
 _DOTS = 400
 # Depth range shown at first, over the depth of the largest stress.
-_NEAR = 12
+_PROFILE_DEPTH_FACTOR = 12
 
 
 class StressView:
@@ -358,7 +358,7 @@ class StressView:
             sizing_mode="stretch_width",
         )
 
-    def show(self, result: StressResult) -> None:
+    def show_result(self, result: StressResult) -> None:
         """Show the stress below a contact."""
         self._result = result
         profile = result.profile
@@ -372,7 +372,10 @@ class StressView:
                 "shear": profile.orthogonal_shear.max(axis=1) * factor,
             }
             # The stress is negligible at most depths; zooming out shows all of them.
-            near = min(_NEAR * profile.depth_of_max or 1.0, float(profile.depths[-1])) * length
+            near = (
+                min(_PROFILE_DEPTH_FACTOR * profile.depth_of_max or 1.0, float(profile.depths[-1]))
+                * length
+            )
             self.profile.x_range.update(start=0, end=near, reset_start=0, reset_end=near)
             self.profile.xaxis.axis_label = f"depth [{length_unit}]"
             self.profile.yaxis.axis_label = f"stress [{unit}]"

@@ -64,8 +64,8 @@ OFFERED = "/made"
 """Route of downloads: ``GET /made?work=KEY&page=FOLDER&file=NAME``."""
 
 # Maximum size of messages and of requests other than uploads [bytes]: both are small.
-_LARGEST_MESSAGE = 20 * 2**20
-_LARGEST_REQUEST = 2**20
+_MAX_MESSAGE_BYTES = 20 * 2**20
+_MAX_REQUEST_BYTES = 2**20
 # Lifetime of a closed page, interval of checks, delay of the release of its memory [s].
 _LINGER, _LOOK, _REST = 20, 5, 2
 _EXPIRY = 3600
@@ -140,7 +140,7 @@ class PageVisit:
             for take in visit.listeners:
                 take(state)
 
-    def on_close(self, done: Callable[[], object]) -> None:
+    def add_close_callback(self, done: Callable[[], object]) -> None:
         """Register a callback for the end of the page; the last one runs first."""
         self._ends.callback(done)
 
@@ -238,7 +238,7 @@ class Server:
             access.guard_application(
                 door, self._is_known_work, lambda: self._works.create().key, doors
             ),
-            max_body_size=_LARGEST_REQUEST,
+            max_body_size=_MAX_REQUEST_BYTES,
         )
         http.add_socket(self._socket)
         return doors, http
@@ -285,7 +285,7 @@ class Server:
         silence(EMPTY_LAYOUT)
         bokeh.settings.settings.resources = "server"
         app = BokehTornado(
-            build_applications({"/": self._opened}, title="roughcontact"),
+            build_applications({"/": self._make_page}, title="roughcontact"),
             extra_patterns=[
                 (OFFERED, DownloadHandler, {"works": self._works}),
                 (
@@ -306,7 +306,7 @@ class Server:
             include_cookies=[],
             use_index=False,
             ico_path=str(DIST_DIR / "images" / "favicon.ico"),
-            websocket_max_message_size_bytes=_LARGEST_MESSAGE,
+            websocket_max_message_size_bytes=_MAX_MESSAGE_BYTES,
             unused_session_lifetime_milliseconds=_LINGER * 1000,
             check_unused_sessions_milliseconds=_LOOK * 1000,
             transforms=[access.GuardedApplication],
@@ -318,9 +318,9 @@ class Server:
         return BaseServer(IOLoop.current(), app, http)
 
     def _is_known_work(self, key: str) -> bool:
-        return self._works.find(key) is not None
+        return self._works.open_project(key) is not None
 
-    def _opened(self) -> Any:
+    def _make_page(self) -> Any:
         """Return the content of a new page."""
         import panel as pn
 
@@ -329,7 +329,7 @@ class Server:
         document = pn.state.curdoc
         assert document is not None
         context = document.session_context
-        work = self._works.find(access.work_key(context.request))
+        work = self._works.open_project(access.work_key(context.request))
         if work is None:
             return pn.pane.Str("This piece of work is not there any more.")
         if len(self._visits) >= MAX_PAGES:
@@ -503,7 +503,7 @@ class DownloadHandler(web.RequestHandler):
                 await self.flush()
 
     def _requested_file(self) -> Path:
-        work = self._works.find(work_key(self.request))
+        work = self._works.open_project(work_key(self.request))
         folder, name = (self.get_query_argument(key, "") for key in ("page", "file"))
         if work is None or not _FOLDER.fullmatch(folder) or not _NAME.fullmatch(name):
             raise web.HTTPError(404)
@@ -531,7 +531,7 @@ class UploadHandler(web.RequestHandler):
         if self.request.method != "POST":
             self._refuse(405, "a file is sent by POST")
             return
-        work = self._works.find(work_key(self.request))
+        work = self._works.open_project(work_key(self.request))
         if work is None:
             self._refuse(404, "this piece of work is not there any more")
             return

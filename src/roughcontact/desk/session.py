@@ -59,7 +59,7 @@ OPTIONS_OF_STEP = {
 # Value that disables a step with an effective default.
 _UNDONE: dict[str, Value] = {"level": "none"}
 
-_NOTHING: Given = MappingProxyType({})
+_NO_OPTIONS: Given = MappingProxyType({})
 _NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
@@ -67,7 +67,7 @@ _NO_NAMES: Mapping[str, str] = MappingProxyType({})
 class SessionState:
     """Requested contact, and the displayed section."""
 
-    specified: Given = field(default_factory=lambda: _NOTHING)
+    specified: Given = field(default_factory=lambda: _NO_OPTIONS)
     file: Path | None = None  # Measured map
     names: Mapping[str, str] = field(default_factory=lambda: _NO_NAMES)
     pinned: Given | None = None  # Options of another state, for comparison
@@ -107,15 +107,15 @@ class SessionState:
         of_file = ("format", "channel", "unit", "size", "override-size", "points", "crop")
         others = {key: value for key, value in self.specified.items() if key not in of_file}
         state = replace(self, file=path, specified=MappingProxyType(others), line=None, pinned=None)
-        return state if path is None else state._named(path, name)
+        return state if path is None else state._with_name(path, name)
 
     def with_counter_surface(self, path: Path | None, name: str = "") -> SessionState:
         """Return the state with another map of the counter-body, or without one."""
         if path is None:
-            return self.without_options("counter-surface", "align", "offset", "angle", "mirror")
-        return self.with_option("counter-surface", str(path))._named(path, name)
+            return self.remove_options("counter-surface", "align", "offset", "angle", "mirror")
+        return self.with_option("counter-surface", str(path))._with_name(path, name)
 
-    def _named(self, path: Path, name: str) -> SessionState:
+    def _with_name(self, path: Path, name: str) -> SessionState:
         # A project file must not contain a null character.
         name = name.replace("\0", "")
         names = {**self.names, path.name: name} if name and name != path.name else self.names
@@ -130,20 +130,20 @@ class SessionState:
         if isinstance(value, str):
             value = value.strip()
         if value in ("", False):
-            return self.without_options(name)
+            return self.remove_options(name)
         SOLVE.parse_options({name: value})
         others = LOADS if name in LOADS else ()
         specified = {key: old for key, old in self.specified.items() if key not in others}
         return replace(self, specified=MappingProxyType({**specified, name: value}))
 
-    def without_options(self, *names: str) -> SessionState:
+    def remove_options(self, *names: str) -> SessionState:
         """Return the state without some options."""
         specified = {key: value for key, value in self.specified.items() if key not in names}
         return replace(self, specified=MappingProxyType(specified))
 
-    def without_step(self, method: str) -> SessionState:
+    def remove_step(self, method: str) -> SessionState:
         """Return the state without a step of the preparation, given by the method of `Surface`."""
-        state = self.without_options(*OPTIONS_OF_STEP.get(method, ()))
+        state = self.remove_options(*OPTIONS_OF_STEP.get(method, ()))
         for name in OPTIONS_OF_STEP.get(method, ()):
             if name in _UNDONE:
                 state = state.with_option(name, _UNDONE[name])
@@ -327,7 +327,7 @@ class Session:
 
     def undo_step(self, method: str) -> None:
         """Remove a step of the preparation."""
-        self._change_state(self._state.without_step(method))
+        self._change_state(self._state.remove_step(method))
 
     def crop_map(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
         """Crop the map to some rows and columns of the prepared map."""

@@ -415,7 +415,7 @@ class Debounced:
         self.action()
 
 
-def on_changes(model: Any, names: Sequence[str], call: Callable[[], None]) -> None:
+def watch_changes(model: Any, names: Sequence[str], call: Callable[[], None]) -> None:
     """Register a function for changes of some properties of a model."""
 
     def changed(attr: str, old: Any, new: Any) -> None:

@@ -294,18 +294,18 @@ class Tabs:
         self.strip = TabStrip(names=list(parts), **style.STRIP)
         self.body = pn.Column(**about)
         self.strip.param.watch(lambda _: self._turn(), "active")
-        self._put()
+        self._update_body()
 
     @property
     def active(self) -> int:
         """Index of the active panel."""
         return int(self.strip.active)
 
-    def _put(self) -> None:
+    def _update_body(self) -> None:
         self.body[:] = [self._parts[self.active]]
 
     def _turn(self) -> None:
-        self._put()
+        self._update_body()
         self._turned()
 
 
@@ -544,7 +544,7 @@ class TabPanel:
     _working: Any = None
     """Button of the job, a `controls.JobButton`; None without a job."""
 
-    def show(self) -> None:
+    def refresh(self) -> None:
         """Update the panel; called after each change while it is visible."""
 
     def cancel(self) -> None:
@@ -564,10 +564,10 @@ class TabPanels:
             for _ in others
         ]
         parts = {"Contact": first, **dict(zip(others, self._places, strict=True))}
-        self._tabs = Tabs(parts, self.show, "stretch_both")
+        self._tabs = Tabs(parts, self.refresh, "stretch_both")
         self.strip, self.body = self._tabs.strip, self._tabs.body
 
-    def show(self) -> None:
+    def refresh(self) -> None:
         """Update the visible panel."""
         active = self._tabs.active
         if active == 0:
@@ -575,7 +575,7 @@ class TabPanels:
         if active not in self._created:
             self._created[active] = created = self._makers[active - 1]()
             self._places[active - 1].append(created.root)
-        self._created[active].show()
+        self._created[active].refresh()
 
     def close(self) -> None:
         """Cancel the running jobs of all panels."""

@@ -154,7 +154,7 @@ class Job:
     def begin(self) -> None:
         """Start to run the task, in a thread that watches its process."""
         self._begun = time.monotonic()
-        threading.Thread(target=self._follow, name="job", daemon=True).start()
+        threading.Thread(target=self._watch_job, name="job", daemon=True).start()
 
     def cancel(self) -> None:
         """Cancel the job within a second, without unfinished files."""
@@ -168,7 +168,7 @@ class Job:
 
     # In the thread of the job
 
-    def _follow(self) -> None:
+    def _watch_job(self) -> None:
         try:
             try:
                 end = self._watch_process()
@@ -349,7 +349,7 @@ READING = Limits(READING_MEMORY, READING_SECONDS)
 def make_reader(bench: WorkerPool, limits: Limits = READING) -> Callable[..., Surface]:
     """Return a reader in another process, called like `formats.read.read_announced`."""
 
-    def read_apart(path: Path, announced: Callable[..., None], *reading: Any) -> Surface:
+    def read_in_worker(path: Path, announced: Callable[..., None], *reading: Any) -> Surface:
         names = ("format", "channel", "unit", "size", "override_size")
         requested = dict(zip(names, reading, strict=False))
         end = bench.submit(partial(read_map, path=path, reading=requested), limits=limits).wait()
@@ -363,4 +363,4 @@ def make_reader(bench: WorkerPool, limits: Limits = READING) -> Callable[..., Su
         # Arrays lose their read-only flag in transit.
         return replace(surface)
 
-    return read_apart
+    return read_in_worker

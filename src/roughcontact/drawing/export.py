@@ -114,7 +114,7 @@ def png(figure: Figure) -> bytes:
 Drawing = Callable[[], "Figure"]
 
 # Maximum number of figures: their numbers are single bytes.
-_MOST = 256
+_MAX_DRAWINGS = 256
 
 
 def draw_pngs(
@@ -139,7 +139,7 @@ def draw_pngs(
     """
     result: dict[int, bytes] = {}
     many = min(processes, len(drawings), _process_limit() if processes > 1 else 1)
-    if many > 1 and len(drawings) <= _MOST:
+    if many > 1 and len(drawings) <= _MAX_DRAWINGS:
         result = _draw_in_processes(drawings, many, tell)
     # A figure that failed in another process is drawn here and raises the same error.
     for number, draw in enumerate(drawings):

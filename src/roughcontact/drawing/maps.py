@@ -100,7 +100,9 @@ def pressure(result: ContactResult, limit: float | None = None) -> Figure:
         title=f"Contact pressure at {style.load_text(result)}, largest "
         f"{style.in_unit(result.max_pressure, drawn.scale, 'Pa')}{style.doubt_suffix(result)}",
     )
-    style.cell_note(figure, drawn.cell, "the largest pressure in it", _marked(result, drawn.cell))
+    style.cell_note(
+        figure, drawn.cell, "the largest pressure in it", _marked_share_text(result, drawn.cell)
+    )
     return figure
 
 
@@ -246,7 +248,7 @@ def overview(result: ContactResult) -> Figure:
         linespacing=1.4,
     )
     shown = f"the mean height, {_PRESSURE_OR_SHARES}"
-    style.cell_note(figure, drawn.cell, shown, _marked(result, pressures.cell))
+    style.cell_note(figure, drawn.cell, shown, _marked_share_text(result, pressures.cell))
     return figure
 
 
@@ -458,7 +460,7 @@ _IN_SHARES = "the classes in their shares"
 _PRESSURE_OR_SHARES = f"the largest pressure in it or {_IN_SHARES}"
 
 
-def _marked(result: ContactResult, blocks: tuple[int, int]) -> str:
+def _marked_share_text(result: ContactResult, blocks: tuple[int, int]) -> str:
     """Return the note on a map of largest pressures: marked share, and share in contact."""
     cells = style.cell_max(result.pressure, blocks) > 0
     marked = (

@@ -41,7 +41,9 @@ def heights(surface: Surface) -> Figure:
     return figure
 
 
-def pressed(result: ContactResult, width: float | None = None, middle: int | None = None) -> Figure:
+def loaded_profile(
+    result: ContactResult, width: float | None = None, middle: int | None = None
+) -> Figure:
     """Draw a profile before and under load, and the contact pressure.
 
     Parameters

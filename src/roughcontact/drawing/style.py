@@ -155,15 +155,15 @@ def log_scale(axes: Axes, way: str) -> None:
     power = LogFormatterSciNotation(labelOnlyBase=True)
     power.set_axis(axis)
 
-    def named(value: float, _: Any = None) -> str:
+    def format_tick(value: float, _: Any = None) -> str:
         low, high = sorted(axis.get_view_interval())
         if not high < _FEW_DECADES * low:
             return str(power(value))
         first = f"{value:e}"[0]
         return f"{value:g}" if first in "125" or high < _PART_OF_ONE * low else ""
 
-    axis.set_major_formatter(FuncFormatter(named))
-    axis.set_minor_formatter(FuncFormatter(named))
+    axis.set_major_formatter(FuncFormatter(format_tick))
+    axis.set_minor_formatter(FuncFormatter(format_tick))
 
 
 def plain_axes(axes: Axes, x: str = "", y: str = "", title: str = "") -> None:
@@ -196,12 +196,12 @@ def reduce_cells(
     result = values if dtype is None else values.astype(dtype, copy=False)
     for axis, block in enumerate(blocks):
         if block > 1:
-            result = _reduced(ufunc, np.moveaxis(result, axis, 0), block)
+            result = _reduce_blocks(ufunc, np.moveaxis(result, axis, 0), block)
             result = np.moveaxis(result, 0, axis)
     return result
 
 
-def _reduced(ufunc: np.ufunc, values: NDArray[Any], block: int) -> NDArray[Any]:
+def _reduce_blocks(ufunc: np.ufunc, values: NDArray[Any], block: int) -> NDArray[Any]:
     """Return a ufunc reduced over blocks of rows; the last block may be shorter."""
     # Over the first rows of all blocks, then the second rows: ten times as fast as `reduceat`.
     result = values[::block].copy()

@@ -277,7 +277,7 @@ def compare_models(
     100 times the load of its first yield. `recommended_ceiling` returns a better ceiling without
     the volume model.
     """
-    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
+    pair = Pair.from_arguments(surface, material, counter_surface, counter_material, boundary)
     pair.require_map("plasticity of the volume", coated=False)
     body = pair.softer
     if body is None or body.yield_strength is None:
@@ -298,7 +298,7 @@ def _solve_volume(
     states: list[ElastoplasticResult] = []
     for number, load in enumerate(loads, start=1):
 
-        def tell(state: Progress, number: int = number) -> None:
+        def report_progress(state: Progress, number: int = number) -> None:
             if callable(progress):
                 progress(replace(state, number=number, count=len(loads)))
 
@@ -312,7 +312,7 @@ def _solve_volume(
                 loads=[load],
                 increments=increments,
                 start=states[-1] if states else None,
-                progress=tell,
+                progress=report_progress,
             )
         )
     return tuple(states)

@@ -179,10 +179,12 @@ class CheckpointSeries:
         if not done:
             return 0, None
         file = self._files[done - 1]
-        checkpoint = self._read(file, lambda: Checkpoint.from_result(*archive.load_step(file)))
+        checkpoint = self._read_checkpoint(
+            file, lambda: Checkpoint.from_result(*archive.load_step(file))
+        )
         if checkpoint.result is not None:
             self._problem.check_same(str(file), checkpoint.result)
-        return done, self._of_this_run(checkpoint, file, done)
+        return done, self._check_run(checkpoint, file, done)
 
     def _done(self) -> int:
         """Return the number of loads up to the last complete state."""
@@ -196,13 +198,13 @@ class CheckpointSeries:
         if self._note is None or not self._note.exists():
             return None
         file = self._note
-        checkpoint = self._read(file, lambda: read_checkpoint(file))
+        checkpoint = self._read_checkpoint(file, lambda: read_checkpoint(file))
         number = len(checkpoint.carried["path"])
         if not done < number <= len(self._path):
             return None
-        return number, self._of_this_run(checkpoint, file, number)
+        return number, self._check_run(checkpoint, file, number)
 
-    def _read(self, file: Path, read: Callable[[], Checkpoint]) -> Checkpoint:
+    def _read_checkpoint(self, file: Path, read: Callable[[], Checkpoint]) -> Checkpoint:
         """Return the checkpoint in a file, or raise `FormatError` if it is of no run."""
         try:
             checkpoint = read()
@@ -212,7 +214,7 @@ class CheckpointSeries:
             raise FormatError(f"{file} is no step of a run; remove it to solve it again")
         return checkpoint
 
-    def _of_this_run(self, checkpoint: Checkpoint, file: Path, number: int) -> Checkpoint:
+    def _check_run(self, checkpoint: Checkpoint, file: Path, number: int) -> Checkpoint:
         """Return a checkpoint without its marks, or raise an error if it is of another run."""
         carried = dict(checkpoint.carried)
         requested, problem = carried.pop("path"), carried.pop("problem")

@@ -290,7 +290,7 @@ class IncrementLoop:
         return CONVERGED
 
     def _reason(self, load: float, cuts: int) -> str:
-        what = "plastic strain" if self.solver.solved else "contact"
+        what = "plastic strain" if self.solver.is_converged else "contact"
         return Sentence(
             f"stopped on the way to {load:.6g} N: the {what} did not settle in "
             f"{int(self.problem.max_iterations)} iterations, though the step was halved {cuts} "
@@ -322,8 +322,8 @@ class IncrementLoop:
         new = old.enlarged(
             surface.shape,
             surface.pixel,
-            deeper=self._deepen and self._at_bottom(),
-            wider=self._widen and self._at_edge(),
+            deeper=self._deepen and self._has_reached_bottom(),
+            wider=self._widen and self._has_reached_edge(),
         )
         sizes = [(item.grid(surface.shape), item.thickness.size) for item in (old, new)]
         # Without sufficient memory a caution of the result reports the plastic strain there.
@@ -334,12 +334,12 @@ class IncrementLoop:
         self._resize(new)
         return True
 
-    def _at_bottom(self) -> bool:
+    def _has_reached_bottom(self) -> bool:
         layers = self.extent.thickness.size
         lowest = self.bodies[0].here[-1] == layers - 1
         return self.share.any(lowest and any(parts[-1].any() for parts in self._added))
 
-    def _at_edge(self) -> bool:
+    def _has_reached_edge(self) -> bool:
         ny, nx = self.bodies[0].shape
         edge = np.ones((ny, nx), bool)
         edge[GUARD:-GUARD, GUARD:-GUARD] = False
@@ -371,7 +371,7 @@ class IncrementLoop:
             defect = [item - other for item, other in zip(x, y, strict=True)]
             residuals.append(self._residual(x, defect))
             watch(load, iteration, residuals[-1])
-            settled = residuals[-1] <= tolerance and solver.solved
+            settled = residuals[-1] <= tolerance and solver.is_converged
             self._store_strain(x if settled else mixer.mix(x, defect))
             if settled:
                 return tuple(residuals), solver.convolutions - convolutions
@@ -483,7 +483,7 @@ _STEPS, _MOST = 6, 8
 # Smallest factor of refinement: below it the difference of two solutions may be rounding.
 _REFINEMENT = 1.5
 # Gap over the approach above which a pixel is treated as open.
-_NEAR = 0.05
+_OPEN_GAP_RATIO = 0.05
 
 
 class _StateSample(NamedTuple):
@@ -562,7 +562,7 @@ def _sample_state(loop: IncrementLoop) -> _StateSample:
     solver = loop.solver
     near = 0.0
     if solver.solution is not None:
-        reach = max(_NEAR * abs(solver.approach), np.finfo(float).tiny)
+        reach = max(_OPEN_GAP_RATIO * abs(solver.approach), np.finfo(float).tiny)
         near = float(np.clip(1 - solver.solution.gap / reach, 0, 1).sum())
     return _StateSample(solver.approach, near)
 

@@ -181,12 +181,12 @@ class PlasticBody:
         return np.asarray(self.accumulated.any(axis=0))
 
     @property
-    def at_bottom(self) -> bool:
+    def has_reached_bottom(self) -> bool:
         """Whether plastic strain has reached the lowest layer."""
         return bool(self.accumulated[-1].any())
 
     @property
-    def at_rim(self) -> bool:
+    def has_reached_rim(self) -> bool:
         """Whether plastic strain has reached the outer rows and columns of the volume."""
         rim = np.ones(self.accumulated.shape[1:], bool)
         rim[GUARD:-GUARD, GUARD:-GUARD] = False
@@ -209,7 +209,7 @@ class PlasticBody:
         layer, row, column = np.unravel_index(values.argmax(), values.shape)
         return int(layer), int(row), int(column)
 
-    def of_layers(self, inside: Window) -> LayerProfile:
+    def layer_profile(self, inside: Window) -> LayerProfile:
         """Return the largest values of each layer in a window of rows and columns."""
         accumulated, loaded, residual = (
             values[:, *inside]
@@ -256,8 +256,8 @@ class SharedBody:
     max_plastic_strain: float  # As of a `PlasticBody`
     max_von_mises: float  # As of a `PlasticBody`
     max_residual_von_mises: float  # As of a `PlasticBody`
-    at_rim: bool  # As of a `PlasticBody`
-    at_bottom: bool  # As of a `PlasticBody`
+    has_reached_rim: bool  # As of a `PlasticBody`
+    has_reached_bottom: bool  # As of a `PlasticBody`
     flows_back: bool  # As of a `PlasticBody`
 
     @property
@@ -295,7 +295,7 @@ class SharedBody:
         """Return layer, row and column of the largest plastic strain below the map."""
         return self.maximum_place
 
-    def of_layers(self, inside: Window) -> LayerProfile:
+    def layer_profile(self, inside: Window) -> LayerProfile:
         """Return the largest values of each layer below the map."""
         return self.layers
 
@@ -329,7 +329,7 @@ def gather_body(
     layers = thickness.size
     inside = tuple(slice(own.margin, own.margin + points) for points in shape)
     window = inside[0], inside[1]
-    here = own.of_layers(window)
+    here = own.layer_profile(window)
 
     def whole(values: Any) -> Array:
         return share.gather_layers(np.asarray(values), layers)
@@ -369,8 +369,8 @@ def gather_body(
         max_plastic_strain=share.largest(own.max_plastic_strain),
         max_von_mises=share.largest(own.max_von_mises),
         max_residual_von_mises=share.largest(own.max_residual_von_mises),
-        at_rim=share.any(own.at_rim),
-        at_bottom=share.any(lowest and own.at_bottom),
+        has_reached_rim=share.any(own.has_reached_rim),
+        has_reached_bottom=share.any(lowest and own.has_reached_bottom),
         flows_back=share.any(own.flows_back),
     )
 

@@ -240,7 +240,7 @@ class YieldingBody:
         stress, residual = np.empty_like(self.strain), np.empty_like(self.strain)
         mean, mean_residual = np.empty(fields, self.real), np.empty(fields, self.real)
 
-        def keep(layer: int, values: Array) -> None:
+        def store_layer(layer: int, values: Array) -> None:
             stress[layer] = values
             self._subtract_back_stress(values, layer)
             q = tensors.equivalent(values).ravel()
@@ -251,7 +251,7 @@ class YieldingBody:
             self._traction(pull),
             self._local_pressure(pressure),
         )
-        self.operator.stress(pressure, keep, pull)
+        self.operator.stress(pressure, store_layer, pull)
         self.operator.mean_stress(pressure, lambda layer, v: np.copyto(mean[layer], v), pull)
         self.operator.stress(nothing, lambda layer, v: np.copyto(residual[layer], v))
         self.operator.mean_stress(nothing, lambda layer, v: np.copyto(mean_residual[layer], v))

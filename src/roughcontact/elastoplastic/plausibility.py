@@ -139,8 +139,8 @@ def _check_excess(result: ElastoplasticResult) -> Caution | None:
 
 def _ends(result: ElastoplasticResult) -> Caution | None:
     free = bool(result.solution.boundary.free_axes)
-    side = free and any(body.at_rim for body in result.bodies)
-    bottom = any(body.at_bottom for body in result.bodies)
+    side = free and any(body.has_reached_rim for body in result.bodies)
+    bottom = any(body.has_reached_bottom for body in result.bodies)
     text: tuple[Part, ...]
     if side and bottom:
         text = ("the side and the deepest layer. Enlarge the map and ", ArgumentRef("depth"), ".")

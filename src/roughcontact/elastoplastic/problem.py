@@ -141,7 +141,7 @@ class ContactSolver:
         return pressed
 
     @property
-    def solved(self) -> bool:
+    def is_converged(self) -> bool:
         """Whether the last contact is within its tolerance; True without a load."""
         return self.solution is None or self.solution.status is Status.CONVERGED
 

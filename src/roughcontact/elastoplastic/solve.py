@@ -383,7 +383,7 @@ def solve_elastoplastic(
     """
     began = time.perf_counter()
     volume = to_si(depth, "length", "depth"), to_si(layers, "length", "layers")
-    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
+    pair = Pair.from_arguments(surface, material, counter_surface, counter_material, boundary)
     problem = ElastoplasticProblem(pair, tolerance, max_iterations, precision)
     check_arguments(problem, increments, *volume, start, on_failure)
     force, specified = resolve_force(load, pair)
@@ -481,9 +481,9 @@ class _PathRun:
         loop = loop_in(extent if before is None else before.extent)
         if before is not None:
             loop.resume(before)
-        return self._follow(loop, number, before)
+        return self._solve_path(loop, number, before)
 
-    def _follow(
+    def _solve_path(
         self, loop: IncrementLoop, first: int, before: Checkpoint | None
     ) -> ElastoplasticResult:
         """Solve the loads from a number on."""

@@ -411,7 +411,7 @@ def section_of(
 def layers(result: ElastoplasticResult, body: int = 0) -> LayerProfile:
     """Return the largest plastic strain and stresses of each layer below the map."""
     held = _body(result, body)
-    return held.of_layers(_map_window(result, held))
+    return held.layer_profile(_map_window(result, held))
 
 
 def _body(result: ElastoplasticResult, body: int) -> PlasticBody | SharedBody:

@@ -63,7 +63,7 @@ class ContainerEntry:
         return len(self.size) != 1
 
 
-def read(path: Path, requested: ReadOptions, format_of: FormatOf) -> Surface:
+def read_container(path: Path, requested: ReadOptions, format_of: FormatOf) -> Surface:
     """Return one map of a container."""
     with _container_errors(path):
         measurements = _list_entries(path)
@@ -80,7 +80,7 @@ def read(path: Path, requested: ReadOptions, format_of: FormatOf) -> Surface:
             if item.size and requested.size is not None and not requested.override_size:
                 source.resolve_pixel(path, (1.0, 1.0), (1, 1), requested)
         with _unpack_member(path, item.member, format_of) as (file, known):
-            surface = _read(path, file, known, item, requested)
+            surface = _read_entry(path, file, known, item, requested)
     if item.is_squeezed:
         note = "heights as prepared by contact.engineering"
     else:
@@ -109,7 +109,7 @@ def channels(path: Path, format_of: FormatOf) -> tuple[Channel, ...]:
     return tuple(result)
 
 
-def _read(
+def _read_entry(
     path: Path, file: Path, known: InputFormat, item: ContainerEntry, requested: ReadOptions
 ) -> Surface:
     """Return the map in a data file, with unit and size of the container where it has none."""

@@ -99,16 +99,16 @@ _HDF5 = ("datx",)
 _POINTS_PER_BYTE = 1100
 
 # Bytes that reading takes a point.
-_EACH = 40
+_BYTES_PER_POINT = 40
 
 _EPOCH = 1970
 
 
-def read(path: Path, name: str, requested: ReadOptions) -> Surface:
+def read_instrument(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return the map in an instrument's file; ``name`` is that of SurfaceTopography's reader."""
     with _open_reader(path, name) as reader:
         entries = list(reader.channels)
-        result = [_described(path, entry) for entry in entries]
+        result = [_channel_from_entry(path, entry) for entry in entries]
         default = int(reader.default_channel.index)
         index = _choose_channel(path, result, requested.channel, default)
         entry, described = entries[index], result[index]
@@ -143,7 +143,7 @@ def read(path: Path, name: str, requested: ReadOptions) -> Surface:
 def channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the channels of an instrument's file."""
     with _open_reader(path, name) as reader:
-        return tuple(_described(path, entry) for entry in reader.channels)
+        return tuple(_channel_from_entry(path, entry) for entry in reader.channels)
 
 
 def _sized_map(entry: Any, metre: float) -> tuple[Any, tuple[float, float] | None]:
@@ -169,7 +169,7 @@ def _profile_map(
     return even[:, None], (PROFILE_WIDTH, spacing), notes
 
 
-def _described(path: Path, entry: Any) -> Channel:
+def _channel_from_entry(path: Path, entry: Any) -> Channel:
     # Bruker's non-height channels have a pair of units, lateral and vertical.
     if isinstance(entry.unit, tuple):
         unit = entry.unit[-1]
@@ -244,7 +244,7 @@ def _check_grid(path: Path, described: Channel) -> None:
             f"{path.name} announces {ny} × {nx} points, more than its {path.stat().st_size} bytes "
             "can hold; check that the file is complete"
         )
-    memory.require_points(path.name, described.shape, _EACH)
+    memory.require_points(path.name, described.shape, _BYTES_PER_POINT)
 
 
 def _opener(path: Path, kind: str) -> Callable[[Any], Any]:

@@ -41,7 +41,7 @@ from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
 
 # Heads have a hundred bytes; NumPy takes none of more than ten thousand.
-_LONGEST_HEAD = 2**16
+_MAX_HEAD_BYTES = 2**16
 _SUFFIX = ".npy"
 
 
@@ -67,7 +67,7 @@ class Arrays:
     path: Path  # The file
     heads: Mapping[str, NumpyHead]  # Headers, by name in the order of the file
 
-    def read(self, name: str) -> NDArray[Any]:
+    def load_array(self, name: str) -> NDArray[Any]:
         """Return an array; a ``.npy`` file is memory-mapped."""
         memory.require_size(self.path.name, self.heads[name].size)
         with _errors(self.path):
@@ -104,7 +104,7 @@ def _members(path: Path) -> Iterator[tuple[str, NumpyHead]]:
 
 def _head(stream: IO[bytes], size: int) -> NumpyHead:
     """Return the header of an array in a file, or in a member of an archive, of that size."""
-    start = io.BytesIO(stream.read(_LONGEST_HEAD))
+    start = io.BytesIO(stream.read(_MAX_HEAD_BYTES))
     version = npy.read_magic(start)
     if version == (3, 0):
         # Names of columns in Unicode, hence no matrix.
@@ -146,7 +146,7 @@ TEXT_MARK = "# roughcontact map"
 
 # Characters of a line, and bytes that reading takes a point.
 _MAX_LINE_BYTES = 32 * 2**20
-_EACH = 20
+_BYTES_PER_POINT = 20
 
 _MISSING = re.compile(r"|nan|n/?a|bad|\*+|-{2,}", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
@@ -171,7 +171,7 @@ def read_text(path: Path, name: str, requested: ReadOptions) -> Surface:
     head = _foreign_head(path)
     trace = None if head.is_map else text_files.find_profile(path)
     if trace is not None:
-        return text_files.read(path, trace, requested)
+        return text_files.read_trace(path, trace, requested)
     values, steps = _read_text(path, head.lines)
     if _lists_points(path, values, head):
         return _map_of_points(path, name, values, head, steps, requested)
@@ -181,7 +181,7 @@ def read_text(path: Path, name: str, requested: ReadOptions) -> Surface:
         _refuse_points(path, values)
     values = _apply_head(path, values, head)
     requested.check_shape(values.shape)
-    metre, text = _unit_told(path, head, requested)
+    metre, text = _height_unit(path, head, requested)
     _require_map(path, values.shape, values.dtype, None)
     ny, nx = values.shape
     stated = head.pixel_of((ny, nx))
@@ -237,7 +237,7 @@ def _map_of_points(
     """Return the map of points x, y, z on a grid, in one unit unless the header gives others."""
     heights, steps_apart, absent = text_files.grid_points(path, values)
     requested.check_shape(heights.shape)
-    metre, text = _unit_told(path, head, requested)
+    metre, text = _height_unit(path, head, requested)
     lateral = head.lateral or metre
     stated = steps_apart[0] * lateral, steps_apart[1] * lateral
     pixel = resolve_pixel(path, stated, heights.shape, requested)
@@ -262,7 +262,7 @@ def _apply_head(path: Path, values: Array, head: Head) -> Array:
     return values
 
 
-def _unit_told(path: Path, head: Head, requested: ReadOptions) -> tuple[float, tuple[str, ...]]:
+def _height_unit(path: Path, head: Head, requested: ReadOptions) -> tuple[float, tuple[str, ...]]:
     """Return the unit [m] of the heights, and decisions; the caller overrides the file."""
     if requested.unit is None or not head.unit:
         return unit_in_meters(path, head.unit or requested.unit), ()
@@ -285,17 +285,17 @@ def read_arrays(path: Path, name: str, requested: ReadOptions) -> Surface:
     head = arrays.heads[channel]
     line = len(head.shape) == 1 and head.shape[0] >= text_files.MIN_POINTS
     if scale is None and line and head.dtype.kind in "fiu":
-        memory.require_points(path.name, head.shape, _EACH)
-        return text_files.read_single_column(path, arrays.read(channel), requested)
+        memory.require_points(path.name, head.shape, _BYTES_PER_POINT)
+        return text_files.read_single_column(path, arrays.load_array(channel), requested)
     _require_map(path, head.shape, head.dtype, scale)
-    memory.require_points(path.name, head.shape, _EACH)
+    memory.require_points(path.name, head.shape, _BYTES_PER_POINT)
     requested.check_shape(head.shape)
     provenance = Provenance(path.name, f"matrix ({name})", channel)
-    values = arrays.read(channel)
+    values = arrays.load_array(channel)
     if scale is None:
         trace = text_files.read_columns(values)
         if trace is not None:
-            return text_files.read(path, trace, requested)
+            return text_files.read_trace(path, trace, requested)
         _refuse_points(path, values)
         _refuse_list(path, values)
     return _scaled(path, values, provenance, scale, requested)
@@ -329,7 +329,7 @@ def scale_array(
     _require_map(path, values.shape, values.dtype, None)
     _refuse_points(path, values)
     _refuse_list(path, values)
-    metre, notes = _unit_told(path, Head(0, unit=unit), requested)
+    metre, notes = _height_unit(path, Head(0, unit=unit), requested)
     pixel = resolve_pixel(path, None, values.shape, requested)
     for text in notes:
         provenance = provenance.then(Operation.note(text))
@@ -420,7 +420,7 @@ def _scale_in_arrays(path: Path, arrays: Arrays) -> Scale | None:
             f"{path.name} must hold two numbers (dy, dx) as pixel and a word as unit, got "
             f"{edges.dtype} of shape {edges.shape} and {word.dtype} of shape {word.shape}"
         )
-    pixel, unit = arrays.read("pixel"), arrays.read("unit")
+    pixel, unit = arrays.load_array("pixel"), arrays.load_array("unit")
     with _name_file_in_errors(path):
         metre = unit_in_meters(path, str(unit))
     return metre, (float(pixel[0]) * metre, float(pixel[1]) * metre)
@@ -485,7 +485,7 @@ def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
                     rows = len(values) // columns
                     more = 1 + (rows // 10 if rows else path.stat().st_size // len(line))
                     room = (rows + more) * columns
-                    memory.require_points(path.name, (rows + more, columns), _EACH)
+                    memory.require_points(path.name, (rows + more, columns), _BYTES_PER_POINT)
                 values.extend(row)
     except UnicodeDecodeError:
         raise FormatError(
@@ -598,13 +598,13 @@ def _refuse_list(path: Path, matrix: NDArray[Any]) -> None:
 _UNIT_NAMES = ("unit", "units", "Unit", "Units")
 
 
-def read(path: Path, name: str, requested: ReadOptions) -> Surface:
+def read_hdf5(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return one of the matrices in an HDF5 file: rows run along y."""
     result = channels(path, name)
     listed = [entry.name for entry in result]
     index = listed.index(choose_array(path, listed, requested.channel))
     shape, unit = result[index].shape, result[index].unit
-    memory.require_points(path.name, shape, _EACH)
+    memory.require_points(path.name, shape, _BYTES_PER_POINT)
     requested.check_shape(shape)
     values = _values(path, listed[index])
     about = Provenance(path.name, "matrix (hdf5)", listed[index] if len(listed) > 1 else "")

@@ -34,7 +34,7 @@ from roughcontact.units import format_engineering, format_lengths
 
 # Bytes of a member of an archive from which it gets the header for more than 2 GB, which not
 # every reader knows.
-_LARGE = 2**30
+_MIN_ZIP64_BYTES = 2**30
 
 # Members of an X3P archive.
 _DOCUMENT, _POINTS, _SUMS = "main.xml", "bindata/data.bin", "md5checksum.hex"
@@ -55,7 +55,7 @@ def save_x3p(surface: Surface, path: str | os.PathLike[str]) -> None:
         zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
     ):
         for name, content in members.items():
-            with archive.open(name, "w", force_zip64=len(content) > _LARGE) as member:
+            with archive.open(name, "w", force_zip64=len(content) > _MIN_ZIP64_BYTES) as member:
                 for block in iter_blocks(content):
                     member.write(block)
 

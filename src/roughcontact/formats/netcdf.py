@@ -34,12 +34,12 @@ SIGNATURE = b"CDF"
 """First bytes of such a file."""
 
 # Bytes that reading takes a point.
-_EACH = 40
+_BYTES_PER_POINT = 40
 
 
 def read_classic(path: Path, requested: ReadOptions) -> Surface:
     """Return the variable ``heights`` of a classic NetCDF file."""
-    result, unit = _read(path, requested)
+    result, unit = _read_classic_arrays(path, requested)
     if unit:
         refuse_unit(path, requested)
     metre = unit_in_meters(path, unit or requested.unit)
@@ -59,11 +59,11 @@ def read_classic(path: Path, requested: ReadOptions) -> Surface:
 
 def classic_channels(path: Path) -> tuple[Channel, ...]:
     """Return the heights as the only channel."""
-    result, unit = _read(path, ReadOptions())
+    result, unit = _read_classic_arrays(path, ReadOptions())
     return (Channel("heights", unit, True, result["heights"].shape[::-1]),)
 
 
-def _read(path: Path, requested: ReadOptions) -> tuple[xarray.Dataset, str]:
+def _read_classic_arrays(path: Path, requested: ReadOptions) -> tuple[xarray.Dataset, str]:
     """Return heights and mask, and the unit of lengths; empty if the file gives none."""
     memory.require_size(path.name, path.stat().st_size)
     try:
@@ -78,7 +78,7 @@ def _read(path: Path, requested: ReadOptions) -> tuple[xarray.Dataset, str]:
             heights = whole["heights"]
             if heights.dims != ("x", "y"):
                 raise ValueError(f"'heights' over ({', '.join(map(str, heights.dims))}), no map")
-            memory.require_points(path.name, heights.shape[::-1], _EACH)
+            memory.require_points(path.name, heights.shape[::-1], _BYTES_PER_POINT)
             requested.check_shape(heights.shape[::-1])
             result = whole[[name for name in ("heights", "mask") if name in whole]].load()
         units = {str(result[name].attrs.get("unit", "")) for name in ("heights", "x", "y")} - {""}
@@ -113,7 +113,7 @@ def save(surface: Surface, path: str | os.PathLike[str]) -> None:
     netcdf.write(surface_to_dataset(surface), path)
 
 
-def read(path: Path, name: str, requested: ReadOptions) -> Surface:
+def read_netcdf(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return the variable ``height`` [m] over ``y`` and ``x`` [m] of a NetCDF file."""
     if _is_classic(path):
         return read_classic(path, requested)

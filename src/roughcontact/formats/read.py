@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def _read_container(path: Path, name: str, requested: ReadOptions) -> Surface:
-    return containers.read(path, requested, _format_of)
+    return containers.read_container(path, requested, _format_of)
 
 
 def _container_channels(path: Path, name: str) -> tuple[Channel, ...]:
@@ -36,18 +36,22 @@ def _container_channels(path: Path, name: str) -> tuple[Channel, ...]:
 
 
 FORMATS: tuple[InputFormat, ...] = (
-    InputFormat("netcdf", (".nc",), netcdf.read, netcdf.channels),
+    InputFormat("netcdf", (".nc",), netcdf.read_netcdf, netcdf.channels),
     InputFormat("npy", (".npy",), matrices.read_arrays, matrices.array_channels),
     InputFormat("npz", (".npz",), matrices.read_arrays, matrices.array_channels),
-    InputFormat("xlsx", (".xlsx",), spreadsheets.read, spreadsheets.channels),
+    InputFormat("xlsx", (".xlsx",), spreadsheets.read_workbook, spreadsheets.channels),
     InputFormat(containers.NAME, (".zip",), _read_container, _container_channels),
-    InputFormat("hdf5", (".h5", ".hdf5"), matrices.read, matrices.channels),
+    InputFormat("hdf5", (".h5", ".hdf5"), matrices.read_hdf5, matrices.channels),
     InputFormat(
         "text", (".csv", ".txt", ".asc", ".xyz", ".hfm"), matrices.read_text, matrices.text_channels
     ),
     *(
         InputFormat(
-            name, suffixes, instruments.read, instruments.channels, name in instruments.NUMBERED
+            name,
+            suffixes,
+            instruments.read_instrument,
+            instruments.channels,
+            name in instruments.NUMBERED,
         )
         for name, suffixes in instruments.SUFFIXES.items()
     ),
@@ -123,8 +127,8 @@ def read_surface(
     (sur, mnt), checksums against what they are of (x3p); and those in which a scale is missing
     that the reader would take as 1 (opd).
     """
-    with _opened(path, format) as (file, known):
-        return _read(file, known, format, ReadOptions(channel, unit, size, override_size))
+    with _open_with_format(path, format) as (file, known):
+        return _read_map(file, known, format, ReadOptions(channel, unit, size, override_size))
 
 
 def read_announced(
@@ -137,8 +141,8 @@ def read_announced(
     override_size: bool = False,
 ) -> Surface:
     """Read a surface as `read_surface`; its size may be rejected before it is read."""
-    with _opened(path, format) as (file, known):
-        return _read(
+    with _open_with_format(path, format) as (file, known):
+        return _read_map(
             file, known, format, ReadOptions(channel, unit, size, override_size, announced)
         )
 
@@ -152,8 +156,8 @@ def read_with_channels(
     override_size: bool = False,
 ) -> tuple[Surface, tuple[Channel, ...]]:
     """Read a surface and list its channels, also from a pipe, which can be read once."""
-    with _opened(path, format) as (file, known):
-        surface = _read(file, known, format, ReadOptions(channel, unit, size, override_size))
+    with _open_with_format(path, format) as (file, known):
+        surface = _read_map(file, known, format, ReadOptions(channel, unit, size, override_size))
         return surface, known.channels(file, known.name)
 
 
@@ -162,18 +166,22 @@ def channels(
     format: str | None = None,  # noqa: A002 - the word a user looks for
 ) -> tuple[Channel, ...]:
     """Return the channels of a file in their order."""
-    with _opened(path, format) as (file, known):
+    with _open_with_format(path, format) as (file, known):
         return known.channels(file, known.name)
 
 
 @contextmanager
-def _opened(path: str | os.PathLike[str], wanted: str | None) -> Iterator[tuple[Path, InputFormat]]:
+def _open_with_format(
+    path: str | os.PathLike[str], wanted: str | None
+) -> Iterator[tuple[Path, InputFormat]]:
     """Give a file that may be opened again, and its format."""
     with open_existing(path) as file:
         yield file, _format_of(file, wanted, piped=file != Path(path))
 
 
-def _read(file: Path, known: InputFormat, wanted: str | None, requested: ReadOptions) -> Surface:
+def _read_map(
+    file: Path, known: InputFormat, wanted: str | None, requested: ReadOptions
+) -> Surface:
     """Return the map in a file, with how it was read in its provenance."""
     if requested.override_size and requested.size is None:
         raise InputError(f"needs a {ArgumentRef('size')}", argument="override_size")

@@ -124,9 +124,9 @@ def _rows(path: Path, ranks: Ranks, requested: ReadOptions) -> _Found:
         )
     with open_existing(path) as file:
         if kind == "npy":
-            return _of_npy(file, ranks, requested)
+            return _open_npy(file, ranks, requested)
         try:
-            return (_of_hdf5 if kind == "hdf5" else _of_netcdf)(file, ranks, requested)
+            return (_open_hdf5 if kind == "hdf5" else _open_netcdf)(file, ranks, requested)
         except RoughcontactError:
             raise
         # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more.
@@ -144,7 +144,7 @@ def _own(shape: tuple[int, ...], path: Path, ranks: Ranks) -> tuple[slice, tuple
     return slab_rows(whole, ranks), whole
 
 
-def _of_npy(path: Path, ranks: Ranks, requested: ReadOptions) -> _Found:
+def _open_npy(path: Path, ranks: Ranks, requested: ReadOptions) -> _Found:
     if requested.channel is not None:
         raise InputError(
             f"{path.name} has no channels; leave out ", ArgumentRef("channel", requested.channel)
@@ -156,10 +156,10 @@ def _of_npy(path: Path, ranks: Ranks, requested: ReadOptions) -> _Found:
     rows, shape = _own(head.shape, path, ranks)
     metre = unit_in_meters(path, requested.unit)
     pixel = pixel_of(requested.size, shape, path.name)
-    return _Found(arrays.read("")[rows], shape, metre, pixel, "npy", "matrix (npy)")
+    return _Found(arrays.load_array("")[rows], shape, metre, pixel, "npy", "matrix (npy)")
 
 
-def _of_hdf5(path: Path, ranks: Ranks, requested: ReadOptions) -> _Found:
+def _open_hdf5(path: Path, ranks: Ranks, requested: ReadOptions) -> _Found:
     import h5py
 
     result = matrices.channels(path, "hdf5")
@@ -174,7 +174,7 @@ def _of_hdf5(path: Path, ranks: Ranks, requested: ReadOptions) -> _Found:
         return _Found(file[channel.name][rows], shape, metre, pixel, "hdf5", "matrix (hdf5)")
 
 
-def _of_netcdf(path: Path, ranks: Ranks, requested: ReadOptions) -> _Found:
+def _open_netcdf(path: Path, ranks: Ranks, requested: ReadOptions) -> _Found:
     refuse_unit(path, requested)
     with netcdf.open_dataset(path) as dataset:
         height = dataset["height"]

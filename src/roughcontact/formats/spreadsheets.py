@@ -19,11 +19,11 @@ from roughcontact.surface.surface import Surface
 _MITUTOYO = "mitutoyo"
 
 
-def read(path: Path, name: str, requested: ReadOptions) -> Surface:
+def read_workbook(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return the map in one of the sheets of a workbook."""
     sheets = _sheets(path)
     if _is_mitutoyo(sheets) and requested.channel is None:
-        return instruments.read(path, _MITUTOYO, requested)
+        return instruments.read_instrument(path, _MITUTOYO, requested)
     sheet = matrices.choose_array(path, sheets, requested.channel)
     with _sheet_as_text(path, sheet) as text:
         surface = matrices.read_text(text, name, replace(requested, channel=None))
@@ -54,7 +54,7 @@ def _is_mitutoyo(sheets: list[str]) -> bool:
 
 
 def _sheets(path: Path) -> list[str]:
-    with _opened(path) as workbook:
+    with _open_workbook(path) as workbook:
         return [sheet.title for sheet in workbook.worksheets]
 
 
@@ -63,7 +63,7 @@ def _sheet_as_text(path: Path, sheet: str) -> Iterator[Path]:
     """Give a sheet as a text under the name of the workbook, a tab between two cells."""
     with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
         copy = Path(folder) / path.name
-        with _opened(path) as workbook, copy.open("x", encoding="utf-8") as stream:
+        with _open_workbook(path) as workbook, copy.open("x", encoding="utf-8") as stream:
             size, maximum = 0, memory.max_unpacked_bytes(path.stat().st_size)
             for row in _rows(path, workbook[sheet]):
                 size += stream.write("\t".join(map(_cell, row)) + "\n")
@@ -91,7 +91,7 @@ def _cell(value: Any) -> str:
 
 
 @contextlib.contextmanager
-def _opened(path: Path) -> Iterator[Any]:
+def _open_workbook(path: Path) -> Iterator[Any]:
     """Give a workbook that is read row by row, with one kind of error."""
     try:
         import openpyxl

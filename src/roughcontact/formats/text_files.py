@@ -34,7 +34,7 @@ MAX_HEAD_LINES = 200
 """Lines in which a head must end."""
 
 # Characters of a line of a head.
-_LONGEST = 4096
+_MAX_LINE_LENGTH = 4096
 
 _NUMBER = r"[-+]?\d*[.,]?\d+(?:[eE][-+]?\d+)?"
 _IS = r"\s*[:=：]\s*"
@@ -121,7 +121,7 @@ def parse_head(path: Path, lines: Iterable[str]) -> Head | None:
     for line in itertools.islice(lines, MAX_HEAD_LINES):
         if is_data(line):
             break
-        text = line[:_LONGEST].strip()
+        text = line[:_MAX_LINE_LENGTH].strip()
         count += 1
         for key, pattern in _KEYS.items():
             match = re.search(pattern, text, re.IGNORECASE)
@@ -147,8 +147,8 @@ def starts_new_map(line: str) -> bool:
 
 def is_data(text: str) -> bool:
     """Return whether a line holds numbers, or words for missing points, and nothing else."""
-    cells = re.split(r"[;,\s]+", text[:_LONGEST].strip())
-    if len(text) > _LONGEST:
+    cells = re.split(r"[;,\s]+", text[:_MAX_LINE_LENGTH].strip())
+    if len(text) > _MAX_LINE_LENGTH:
         cells = cells[:-1]
     return any(cells) and all(_CELL.fullmatch(cell) for cell in cells if cell)
 
@@ -277,7 +277,7 @@ _GRID_TOLERANCE = 0.05
 # Points of the grid for each point of the list, at most: more are missing than measured.
 _SPARSE = 4
 # Bytes that laying them on the grid takes a point.
-_EACH = 40
+_BYTES_PER_POINT = 40
 
 
 def look_like_points(matrix: Array) -> bool:
@@ -305,7 +305,7 @@ def grid_points(path: Path, matrix: Array) -> tuple[Array, tuple[float, float], 
             f"{dy:.6g} and {dx:.6g} would make {shape[0]} × {shape[1]}); interpolate them to a "
             "grid first"
         )
-    memory.require_points(path.name, shape, _EACH)
+    memory.require_points(path.name, shape, _BYTES_PER_POINT)
     place = rows * shape[1] + columns
     counted = np.bincount(place, minlength=shape[0] * shape[1])
     if counted.max() > 1:
@@ -347,7 +347,7 @@ def _steps(path: Path, axis: str, values: Array) -> tuple[NDArray[np.int64], flo
 MIN_POINTS = 9
 """Points below which columns may as well be a narrow map, where nothing names their units."""
 
-_FEWEST_NAMED = 3
+_MIN_NAMED_POINTS = 3
 
 # Bytes that reading takes a point, and lines in front of the first numbers, at most.
 _TRACES_EACH, _HEAD = 200, 200
@@ -446,14 +446,14 @@ def _trace_from_rows(values: Array, head: Sequence[str]) -> Trace | None:
 
 def read_columns(values: NDArray[Any], units: tuple[str, str] = ("", "")) -> Trace | None:
     """Return the trace in two columns of numbers."""
-    if values.shape[1] != 2 or len(values) < (_FEWEST_NAMED if any(units) else MIN_POINTS):
+    if values.shape[1] != 2 or len(values) < (_MIN_NAMED_POINTS if any(units) else MIN_POINTS):
         return None
     columns = values.astype(np.float64)
     steps = np.diff(columns[:, 0])
     return Trace(columns, units) if (steps > 0).all() or (steps < 0).all() else None
 
 
-def read(path: Path, trace: Trace, requested: ReadOptions) -> Surface:
+def read_trace(path: Path, trace: Trace, requested: ReadOptions) -> Surface:
     """Return the profile of a trace."""
     along, across = _metres(path, trace.units, requested)
     position, heights = trace.columns.T

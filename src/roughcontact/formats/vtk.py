@@ -64,7 +64,8 @@ def save_vtk(source: Surface | tables.Result, path: str | os.PathLike[str]) -> N
     (ny, nx), (dy, dx) = surface.shape, surface.pixel
     names = tables.map_names(source)
     maps = [
-        _VtkArray.of(name, tables.field_values(source, name), tables.UNITS[name]) for name in names
+        _VtkArray.from_values(name, tables.field_values(source, name), tables.UNITS[name])
+        for name in names
     ]
     shown = "pressure" if "pressure" in names else "height"
     _write_vtk(
@@ -84,17 +85,25 @@ def save_vtr(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
     x = np.arange(-margin, nx + margin + 1) * dx
     y = np.arange(-margin, ny + margin + 1) * dy
     z, cells = _stacked(result)
-    axes = [_VtkArray.of(name, values, "m") for name, values in zip("xyz", (x, y, z), strict=True)]
+    axes = [
+        _VtkArray.from_values(name, values, "m")
+        for name, values in zip("xyz", (x, y, z), strict=True)
+    ]
     data = [
         _in_cells(cells, "plastic_strain", "1", _tensor("plastic_strain"), 6),
-        _in_cells(cells, "accumulated_plastic_strain", "1", lambda cell: cell.of("accumulated")),
+        _in_cells(
+            cells, "accumulated_plastic_strain", "1", lambda cell: cell.layer_values("accumulated")
+        ),
         _in_cells(cells, "stress", "Pa", _tensor("stress", "mean_stress"), 6),
-        _in_cells(cells, "von_mises", "Pa", lambda cell: equivalent(cell.of("stress"))),
+        _in_cells(cells, "von_mises", "Pa", lambda cell: equivalent(cell.layer_values("stress"))),
         _in_cells(
             cells, "residual_stress", "Pa", _tensor("residual_stress", "mean_residual_stress"), 6
         ),
         _in_cells(
-            cells, "residual_von_mises", "Pa", lambda cell: equivalent(cell.of("residual_stress"))
+            cells,
+            "residual_von_mises",
+            "Pa",
+            lambda cell: equivalent(cell.layer_values("residual_stress")),
         ),
     ]
     _write_vtk(
@@ -113,7 +122,7 @@ class _Layer(NamedTuple):
     body: PlasticBody
     number: int
 
-    def of(self, name: str) -> NDArray[Any]:
+    def layer_values(self, name: str) -> NDArray[Any]:
         """Return its part of an array of the body."""
         return getattr(self.body, name)[self.number]
 
@@ -151,13 +160,13 @@ def _in_cells(
 def _tensor(name: str, mean: str | None = None) -> Callable[[_Layer], NDArray[Any]]:
     """Return a function for the six components of a tensor in the axes of the file."""
 
-    def show(cell: _Layer) -> NDArray[Any]:
-        full = tensor(cell.of(name), 0 if mean is None else cell.of(mean))
+    def tensor_components(cell: _Layer) -> NDArray[Any]:
+        full = tensor(cell.layer_values(name), 0 if mean is None else cell.layer_values(mean))
         six: NDArray[Any] = full[..., (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)]
         six[..., 4:] *= cell.side
         return six
 
-    return show
+    return tensor_components
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +180,7 @@ class _VtkArray:
     parts: Iterable[NDArray[Any]]
 
     @classmethod
-    def of(cls, name: str, values: NDArray[Any], unit: str) -> _VtkArray:
+    def from_values(cls, name: str, values: NDArray[Any], unit: str) -> _VtkArray:
         return cls(name, values.dtype, unit, 1, (values,))
 
     def tag(self, offset: int) -> str:

@@ -66,7 +66,7 @@ class Boundary(StrEnum):
         return _MODELS[self].works
 
     @property
-    def of_profile(self) -> Boundary:
+    def profile_boundary(self) -> Boundary:
         """Boundary of a profile, one row of a body that is uniform along y.
 
         Raises

@@ -37,7 +37,7 @@ _PIECE, _DENSE = 16, 4096
 # Distance in pixels within which corners are integrated, and the nodes of their angles.
 _NEAR, _ANGLES = 10, 32
 # Pixel edge over thickness up to which D hardly changes within a pixel.
-_SMALL = 0.1
+_MAX_PIXEL_SHARE = 0.1
 # Interpolation points of the response per factor of e in H, up to H = exp(4), where the base has no
 # effect; q times the total thickness in the limit of uniform pressure.
 _WAVES, _DEEPEST, _LONGEST = 2048, 4, 1e-3
@@ -325,7 +325,7 @@ def pixel_response(
             added += _lookup(table.kernel, np.hypot(dy * (rows + side), dx * (columns + other)))
     added *= dy * dx / 4
     near = max(0, min(shape[0], _NEAR - first_row)), min(shape[1], _NEAR)
-    if near[0] and max(dy, dx) > _SMALL:
+    if near[0] and max(dy, dx) > _MAX_PIXEL_SHARE:
         y: Array = dy * (np.arange(first_row, first_row + near[0] + 1.0) - 0.5)[:, None]
         x: Array = dx * (np.arange(near[1] + 1.0) - 0.5)
         corners = _corner(table, y, x)
@@ -489,7 +489,7 @@ def _row_means(table: Table, offsets: int, width: float) -> Array:
     means = _lookup(table.kernel, np.abs(places - shift)) + _lookup(table.kernel, places + shift)
     means /= 2
     near = min(offsets, _NEAR)
-    if width > _SMALL:
+    if width > _MAX_PIXEL_SHARE:
         edges = width * (np.arange(near + 1.0) - 0.5)
         means[:near] = np.diff(np.sign(edges) * _lookup(table.corner, np.abs(edges))) / width
     return means

@@ -98,11 +98,11 @@ def field_of(
     loads = unit_loads(pixel, material.poisson)
     terms = loads.terms() if free else loads.wave_terms()
     responses = Responses(pressure / unit, period, terms, workspace=workspace, precision=precision)
-    grid = _Grid.of(period, pixel)
+    grid = _Grid.from_period(period, pixel)
 
     def in_depth(depth: float) -> tuple[Streams, Symbols]:
         bodies = _bodies(material, depth) if free else ()
-        below = _Waves.of_depth(material, depth, grid, bodies)
+        below = _Waves.from_depth(material, depth, grid, bodies)
         known = responses.sampled(partial(_kernels, bodies, pixel)) if free else None
 
         def block(columns: slice) -> NDArray[Any]:
@@ -129,7 +129,7 @@ class _Grid(NamedTuple):
     smooth: tuple[Array, Array]
 
     @classmethod
-    def of(cls, period: tuple[int, int], pixel: tuple[float, float]) -> _Grid:
+    def from_period(cls, period: tuple[int, int], pixel: tuple[float, float]) -> _Grid:
         """Return the waves of a period with this pixel."""
         numbers = [np.arange(points // 2 + 1, dtype=np.float64) for points in period]
         qy, qx = (
@@ -158,11 +158,11 @@ class _Prestressed(NamedTuple):
     ) -> None:
         """Pass the stress to a callback in row blocks; see `Responses.stream`."""
 
-        def show(rows: slice, block: NDArray[Any]) -> None:
+        def add_residual(rows: slice, block: NDArray[Any]) -> None:
             block[: YY + 1] += self.residual
             visit(rows, block)
 
-        self.responses.stream(symbols, show, first_row)
+        self.responses.stream(symbols, add_residual, first_row)
 
 
 def _free_period(
@@ -188,9 +188,9 @@ class _Body(NamedTuple):
     shear: float  # Factor of xz and yz
     normal: float  # Factor of zz
 
-    def on_pixels(self, pixel: tuple[float, float], rows: Any, columns: Any) -> Iterator[Array]:
+    def sample_pixels(self, pixel: tuple[float, float], rows: Any, columns: Any) -> Iterator[Array]:
         """Yield kernels of the stress under unit pressure on the pixel at the origin."""
-        kernels = unit_loads(pixel, self.poisson).on_pixels(self.depth, rows, columns)
+        kernels = unit_loads(pixel, self.poisson).sample_pixels(self.depth, rows, columns)
         factors = {ZZ: self.normal, XZ: self.shear, YZ: self.shear}
         for number, kernel in enumerate(kernels):
             yield kernel * factors.get(number, self.in_plane)
@@ -232,7 +232,7 @@ def _kernels(
     bodies: tuple[_Body, ...], pixel: tuple[float, float], rows: Any, columns: Any
 ) -> Iterator[Array]:
     """Yield the sums of the kernels of some bodies."""
-    parts = [body.on_pixels(pixel, rows, columns) for body in bodies]
+    parts = [body.sample_pixels(pixel, rows, columns) for body in bodies]
     yield from (sum(kernels[1:], kernels[0]) for kernels in zip(*parts, strict=True))
 
 
@@ -248,7 +248,7 @@ class _Waves:
     uniform: tuple[float, float]  # σ in the plane, and into the body, where q = 0
 
     @classmethod
-    def of_depth(
+    def from_depth(
         cls, material: Material, depth: float, grid: _Grid, bodies: tuple[_Body, ...]
     ) -> _Waves:
         """Return the stress of waves minus the stress of homogeneous bodies."""
@@ -324,11 +324,11 @@ def faces(field: Field, material: Material) -> tuple[Face, ...]:
     for depth in depths_with_faces(material, np.empty(0)).tolist():
         stress: NDArray[Any] = np.empty((6, *field.shape), field.real)
 
-        def keep(rows: slice, block: NDArray[Any], stress: NDArray[Any] = stress) -> None:
+        def store_rows(rows: slice, block: NDArray[Any], stress: NDArray[Any] = stress) -> None:
             stress[:, rows] = block
 
         responses, symbols = field.in_depth(depth)
-        responses.stream(symbols, keep)
+        responses.stream(symbols, store_rows)
 
         def peak(values: NDArray[Any]) -> Peak:
             row, column = divmod(int(values.argmax()), field.shape[1])

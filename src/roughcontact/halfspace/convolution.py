@@ -271,22 +271,22 @@ class Convolution:
             from one of several threads; the array is only valid during the call.
         """
 
-        def show(number: int, rows: slice, padded: NDArray[Any]) -> None:
+        def crop_rows(number: int, rows: slice, padded: NDArray[Any]) -> None:
             visit(number, rows, padded[:, : self.shape[1]])
 
-        self._apply(support, pressure, show, range(len(self._blocks)))
+        self._apply(support, pressure, crop_rows, range(len(self._blocks)))
 
     def gather(self, support: Support, pressure: NDArray[Any]) -> NDArray[Any]:
         """Return the displacement of the loaded pixels, shape ``(n,)``."""
         displacement = np.empty(support.index.size)
         starts = support.starts
 
-        def show(number: int, rows: slice, padded: NDArray[Any]) -> None:
+        def gather_rows(number: int, rows: slice, padded: NDArray[Any]) -> None:
             part = slice(starts[number], starts[number + 1])
             positions = support.position[part] - rows.start * self.padded[1]
             displacement[part] = padded.ravel()[positions]
 
-        self._apply(support, pressure, show, np.flatnonzero(np.diff(starts)))
+        self._apply(support, pressure, gather_rows, np.flatnonzero(np.diff(starts)))
         return displacement
 
     def __call__(self, pressure: NDArray[Any]) -> NDArray[Any]:

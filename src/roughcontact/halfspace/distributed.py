@@ -203,7 +203,7 @@ class SlabConvolution:
         self.surface: NDArray[Any] | None = None
         self.softness = softness
         itemsize = np.dtype(self._complex).itemsize
-        workspace.reserve(self._held[0] * self._held[1] * itemsize)
+        workspace.reserve(self._local_shape[0] * self._local_shape[1] * itemsize)
         (my, mx), (ny, _) = layout.padded, layout.shape
         self._step = max(1, min(ny, fft.ROW_BYTES // (mx * itemsize // 2)))
         self._blocks = cut_up(self._height, self._step)
@@ -222,7 +222,7 @@ class SlabConvolution:
         return _height([self.rows])
 
     @property
-    def _held(self) -> tuple[int, int]:
+    def _local_shape(self) -> tuple[int, int]:
         return self._height, self.layout.columns[-1]
 
     def support(self, index: NDArray[np.int64]) -> SlabSupport:
@@ -253,23 +253,23 @@ class SlabConvolution:
     def spread(self, support: SlabSupport, pressure: NDArray[Any], visit: Visit) -> None:
         """Pass the displacement of the local rows to a callback; see `Convolution.spread`."""
 
-        def show(number: int, rows: slice, padded: NDArray[Any]) -> None:
+        def crop_rows(number: int, rows: slice, padded: NDArray[Any]) -> None:
             visit(number, rows, padded[:, : self.shape[1]])
 
         everything = tuple([self.layout.rows(rank)] for rank in range(self.ranks.count))
-        self._apply(support, pressure, show, range(len(self._blocks)), everything)
+        self._apply(support, pressure, crop_rows, range(len(self._blocks)), everything)
 
     def gather(self, support: SlabSupport, pressure: NDArray[Any]) -> NDArray[Any]:
         """Return the displacement of the local loaded pixels."""
         displacement = np.empty(support.index.size)
         starts = support.starts
 
-        def show(number: int, rows: slice, padded: NDArray[Any]) -> None:
+        def gather_rows(number: int, rows: slice, padded: NDArray[Any]) -> None:
             part = slice(starts[number], starts[number + 1])
             positions = support.position[part] - rows.start * self.layout.padded[1]
             displacement[part] = padded.ravel()[positions]
 
-        self._apply(support, pressure, show, np.flatnonzero(np.diff(starts)), support.runs)
+        self._apply(support, pressure, gather_rows, np.flatnonzero(np.diff(starts)), support.runs)
         return displacement
 
     def __call__(self, pressure: NDArray[Any]) -> NDArray[Any]:
@@ -332,7 +332,7 @@ class SlabConvolution:
         wanted: tuple[list[slice], ...],
     ) -> None:
         (my, mx), blocks, starts = self.layout.padded, self._blocks, support.starts
-        spectra = self.workspace.shared(self._held, self._complex)
+        spectra = self.workspace.shared(self._local_shape, self._complex)
         scratch_array, each = self.workspace.scratch, self.workspace.each
         scale = self.softness / (my * mx)
 
@@ -370,10 +370,10 @@ class SlabConvolution:
                 ahead = self._send(spectra, loaded, number + 1)
             answer = self._answer(spectra, arriving, loaded, wanted, number)
             if returning is not None:
-                self._take(spectra, returning, wanted, number - 1)
+                self._store_returned(spectra, returning, wanted, number - 1)
             returning = answer
         assert returning is not None
-        self._take(spectra, returning, wanted, len(self._travels) - 1)
+        self._store_returned(spectra, returning, wanted, len(self._travels) - 1)
 
     def _send(
         self, spectra: NDArray[Any], loaded: tuple[list[slice], ...], number: int
@@ -390,7 +390,7 @@ class SlabConvolution:
             columns = self.layout.waves(rank, block)
             for rows in own:
                 part, index = _cut(outgoing, index, rows, widths[rank])
-                copies += _pieces(part, spectra[self._here(rows), columns])
+                copies += _pieces(part, spectra[self._local_rows(rows), columns])
         self._copy(copies)
         return self.ranks.exchange(
             outgoing, parts, self._memory("coming", number, sum(sizes)), sizes
@@ -427,7 +427,7 @@ class SlabConvolution:
         sizes = [own * self._width(rank, block) * (rank != me) for rank in range(len(parts))]
         return self.ranks.exchange(back, parts, self._memory("taken", number, sum(sizes)), sizes)
 
-    def _take(
+    def _store_returned(
         self,
         spectra: NDArray[Any],
         returning: PendingExchange,
@@ -440,7 +440,7 @@ class SlabConvolution:
             columns, width, index = self.layout.waves(rank, block), self._width(rank, block), 0
             for rows in wanted[me] if rank != me else ():
                 piece, index = _cut(part, index, rows, width)
-                copies += _pieces(spectra[self._here(rows), columns], piece)
+                copies += _pieces(spectra[self._local_rows(rows), columns], piece)
         self._copy(copies)
 
     def _shares(
@@ -457,7 +457,7 @@ class SlabConvolution:
             index = 0
             for rows in own:
                 if rank == self.ranks.number:
-                    result.append((rows, spectra[self._here(rows), columns]))
+                    result.append((rows, spectra[self._local_rows(rows), columns]))
                     continue
                 piece, index = _cut(part, index, rows, width)
                 result.append((rows, piece))
@@ -466,7 +466,7 @@ class SlabConvolution:
     def _width(self, rank: int, block: slice) -> int:
         return _height([self.layout.waves(rank, block)])
 
-    def _here(self, rows: slice) -> slice:
+    def _local_rows(self, rows: slice) -> slice:
         """Return the local indices of rows of the map."""
         return _copy_block(rows, -self.rows.start)
 

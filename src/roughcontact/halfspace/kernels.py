@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 _BLOCK_BYTES = 1 << 18
 # Distance in long pixel edges from which moments up to the fourth are exact to 1e-12.
-_NEAR = 64
+_MOMENT_DISTANCE = 64
 # Exponent beyond which a wave has decayed, and the step of the trapezoidal rule for K₀.
 _DEAD = 40.0
 _STEP = 0.25
@@ -69,7 +69,7 @@ def love(
     require_positive(contact_modulus=contact_modulus)
     ny, nx = shape
     coefficients = np.empty((ny, nx))
-    near = [math.ceil(_NEAR * max(pixel) / edge) for edge in pixel]
+    near = [math.ceil(_MOMENT_DISTANCE * max(pixel) / edge) for edge in pixel]
     near_rows = min(ny, max(0, near[0] - first_row))
     # Row blocks keep the temporaries in cache and out of the peak memory.
     rows = max(1, _BLOCK_BYTES // (8 * (nx + 1)))

@@ -658,7 +658,7 @@ class PeriodicHalfSpace:
             waves.sweep_down(None if trace is None else trace[..., rows, :])
 
         self._workspace.each(sweep, bands)
-        waves = Sweep(self.body, self._at_nyquist, self._odd, self._array)
+        waves = Sweep(self.body, self._nyquist_waves, self._odd, self._array)
         waves.sweep_up()
         waves.reflect_at_surface(None)
         waves.sweep_down(None)
@@ -679,7 +679,7 @@ class PeriodicHalfSpace:
                     waves[...] = 0
 
     @property
-    def _at_nyquist(self) -> Band:
+    def _nyquist_waves(self) -> Band:
         """Waves at Nyquist, along x then along y."""
         my = self.padded[0]
         angles = np.concatenate([self._angles[:, :, -1], self._angles[:, my // 2]], axis=1)
@@ -724,7 +724,7 @@ class PeriodicHalfSpace:
                 for table, wave in zip(self._fading(layer), pulled[component], strict=True):
                     self._add(parts, table, wave)
 
-        def read(layer: int, parts: Parts) -> None:
+        def transform_stress(layer: int, parts: Parts) -> None:
             stress = self._array("stress", (5, *self.shape))
             for component in range(5):
                 stress[component] = self._to_map(parts(component), times_i=component > 2)
@@ -733,7 +733,7 @@ class PeriodicHalfSpace:
         if self._quiet and not loaded:
             self._show_nothing(visit, (5, *self.shape))
             return
-        self._collect(write, read, 5)
+        self._collect(write, transform_stress, 5)
 
     def _collect(self, write: Write, read: Callable[[int, Parts], None], components: int) -> None:
         shape = self.thickness.size, components, self.padded[0], self._all_waves
@@ -769,10 +769,10 @@ class PeriodicHalfSpace:
                 # Effect of a pressure, with the opposite sign.
                 self._add(parts, -self._elastic[layer, 3], along)
 
-        def read(layer: int, parts: Parts) -> None:
+        def transform_mean(layer: int, parts: Parts) -> None:
             visit(layer, self._to_map(parts(0), times_i=False))
 
-        self._collect(write, read, 1)
+        self._collect(write, transform_mean, 1)
 
     def _along(self, load: Array, pull: Pull) -> Array:
         """Return the traction along each wave vector, times i, without the longest wave."""

@@ -17,8 +17,8 @@ from roughcontact.halfspace.volume_partition import VolumePartition
 Array = NDArray[Any]
 
 # Periods of the three transforms of a free boundary, over the edge of the map.
-_NEAR = 1.5
-_FAR = 6.0
+_NEAR_PERIOD_RATIO = 1.5
+_FAR_PERIOD_RATIO = 6.0
 # Maximum number of coarse cells along the shorter edge of the map; guard cells on each side, so
 # that the interpolation stays central: extrapolation would make the operator indefinite.
 _COARSE = 20
@@ -42,10 +42,10 @@ def periods(
     The near period is a whole number of coarse cells, and the same on both grids.
     """
     near = [
-        fast_length(max(cell, math.ceil(_NEAR * n / coarse)))
+        fast_length(max(cell, math.ceil(_NEAR_PERIOD_RATIO * n / coarse)))
         for n, cell in zip(shape, cells, strict=True)
     ]
-    far = [fast_length(math.ceil(_FAR * cell)) for cell in cells]
+    far = [fast_length(math.ceil(_FAR_PERIOD_RATIO * cell)) for cell in cells]
     return (near[0], near[1]), (far[0], far[1])
 
 
@@ -188,7 +188,7 @@ class Images:
 
         self._near.mean_stress(coarse, subtract, pull)
 
-    def on_layer(self, layer: int, component: int) -> Array:
+    def layer_correction(self, layer: int, component: int) -> Array:
         """Return the correction on one local fine layer."""
         weights = self._up_z[self._here[layer]]
         near = np.flatnonzero(weights)
@@ -315,7 +315,7 @@ class PlasticHalfSpace:
 
         def corrected(layer: int, stress: Array) -> None:
             for component in range(5):
-                stress[component] += images.on_layer(layer, component)
+                stress[component] += images.layer_correction(layer, component)
             visit(layer, stress)
 
         self._fine.stress(pressure, corrected, pull)
@@ -328,7 +328,9 @@ class PlasticHalfSpace:
             return
         images.mean_stress(pressure, pull)
         self._fine.mean_stress(
-            pressure, lambda layer, mean: visit(layer, mean + images.on_layer(layer, 0)), pull
+            pressure,
+            lambda layer, mean: visit(layer, mean + images.layer_correction(layer, 0)),
+            pull,
         )
 
 

@@ -338,7 +338,7 @@ Array = NDArray[np.float64]
 Offsets = NDArray[np.int64]
 
 # Whether each component by a normal load is odd in y, and in x; a traction flips one of the two.
-_ODD = ((False, False),) * 3 + ((True, False), (False, True), (True, True))
+_ODD_COMPONENTS = ((False, False),) * 3 + ((True, False), (False, True), (True, True))
 # Minimum number of samples of a kernel per depth in single precision: waves of two samples are
 # damped to e^(-5π) = 2e-7. Beyond the map, over a quarter of its edge, a kernel blends into its
 # periodic image by an error function, which is equally smooth with this number of samples.
@@ -429,10 +429,10 @@ def field_of(
     def free(depth: float) -> tuple[Responses, Symbols]:
         every = steps(shape, pixel, depth) if precision == "single" else (1, 1)
         if max(every) == 1:
-            return near, near.sampled(partial(loads.on_pixels, depth))
+            return near, near.sampled(partial(loads.sample_pixels, depth))
         if not far:
             far.append(responses(_blending_period(shape)))
-        sample = partial(blended, partial(loads.on_points, depth), terms, shape, far[0].padded)
+        sample = partial(blended, partial(loads.sample_points, depth), terms, shape, far[0].padded)
         return far[0], _spread(far[0].sampled(sample, every), pixel, far[0].padded)
 
     return Field(unit, shape, near.real, free)
@@ -502,24 +502,26 @@ class _UnitLoads:
     pulls: tuple[tuple[str, float, int], ...]
 
     def terms(self) -> list[Term]:
-        """Return the kernels that `on_pixels` and `on_points` yield."""
+        """Return the kernels that `sample_pixels` and `sample_points` yield."""
         if not self.pulls:
-            return [Term(odd, [(number, 1.0)]) for number, odd in enumerate(_ODD)]
+            return [Term(odd, [(number, 1.0)]) for number, odd in enumerate(_ODD_COMPONENTS)]
         shares: list[list[tuple[int, float]]] = [[] for _ in stress_kernels.PARTS_ODD]
         for source in range(1 + self.pulls[-1][2]):
             pulls = [(axis, share) for axis, share, of in self.pulls if of == source]
             parts = stress_kernels.shares_of_parts(self.poisson, float(not source), pulls)
             for found, part in zip(shares, parts, strict=True):
-                found += [(len(_ODD) * source + number, factor) for number, factor in part]
+                found += [
+                    (len(_ODD_COMPONENTS) * source + number, factor) for number, factor in part
+                ]
         return [Term(*term) for term in zip(stress_kernels.PARTS_ODD, shares, strict=True)]
 
     def wave_terms(self) -> list[Term]:
         """Return the terms of `stress_kernels.waves`: of the pressure, then of each traction."""
         flips = [(0, False, False), *((of, axis == "y", axis == "x") for axis, _, of in self.pulls)]
         return [
-            Term((odd[0] != in_y, odd[1] != in_x), [(len(_ODD) * source + number, 1.0)])
+            Term((odd[0] != in_y, odd[1] != in_x), [(len(_ODD_COMPONENTS) * source + number, 1.0)])
             for source, in_y, in_x in flips
-            for number, odd in enumerate(_ODD)
+            for number, odd in enumerate(_ODD_COMPONENTS)
         ]
 
     def waves(self, qy: Array, qx: Array, z: float) -> list[Array]:
@@ -527,14 +529,14 @@ class _UnitLoads:
         pulls = [(axis, share) for axis, share, _ in self.pulls]
         return stress_kernels.waves(qy, qx, z, self.poisson, pulls)
 
-    def on_pixels(self, z: float, rows: Offsets, columns: Offsets) -> Iterator[Array]:
+    def sample_pixels(self, z: float, rows: Offsets, columns: Offsets) -> Iterator[Array]:
         """Yield kernels of the stress under loads spread over the pixel at the origin."""
         y: Array = (np.append(rows, rows[-1] + 1) - 0.5) * self.pixel[0]
         x: Array = (np.append(columns, columns[-1] + 1) - 0.5) * self.pixel[1]
         kernels = stress_kernels.uniform_parts if self.pulls else stress_kernels.uniform_pressure
         return kernels(x, y, z, self.poisson)
 
-    def on_points(self, z: float, rows: Offsets, columns: Offsets) -> Iterator[Array]:
+    def sample_points(self, z: float, rows: Offsets, columns: Offsets) -> Iterator[Array]:
         """Yield kernels of the stress under unit forces at the origin."""
         y = rows.astype(np.float64) * self.pixel[0]
         x = columns.astype(np.float64) * self.pixel[1]
@@ -661,8 +663,8 @@ def _waves(
 
 # Depths per octave of the default list; its first depth in pixels, its last in contact radii.
 _PER_OCTAVE = 3
-_SHALLOWEST = 0.5
-_DEEPEST = 3.0
+_MIN_DEPTH_PIXELS = 0.5
+_MAX_DEPTH_RADII = 3.0
 
 
 def graded_depths(
@@ -713,12 +715,12 @@ def graded_depths(
         position = np.arange(weights.size) * edge
         position -= np.einsum("i,i->", weights, position)
         spread = float(np.einsum("i,i->", weights, position**2))
-        reach = max(reach, _DEEPEST * math.sqrt(5 * spread))
+        reach = max(reach, _MAX_DEPTH_RADII * math.sqrt(5 * spread))
     if not Boundary(boundary).free_axes:
         reach = min(reach, max(n * edge for n, edge in zip(pressure.shape, pixel, strict=True)))
-    first = _SHALLOWEST * min(pixel)
+    first = _MIN_DEPTH_PIXELS * min(pixel)
     # A single loaded pixel has no spread; its stress decays within a few pixels.
-    reach = max(reach, _DEEPEST * max(pixel))
+    reach = max(reach, _MAX_DEPTH_RADII * max(pixel))
     count = math.ceil(_PER_OCTAVE * math.log2(reach / first)) + 1
     return np.concatenate([[0.0], np.geomspace(first, reach, count)])
 
@@ -815,11 +817,11 @@ def slices(
 def _slice(field: Field, depth: float) -> Slice:
     stress: NDArray[Any] = np.empty((6, *field.shape), field.real)
 
-    def keep(rows: slice, block: NDArray[Any]) -> None:
+    def scale_rows(rows: slice, block: NDArray[Any]) -> None:
         np.multiply(block, field.unit, out=stress[:, rows], casting="same_kind")
 
     responses, symbols = field.in_depth(depth)
-    responses.stream(symbols, keep)
+    responses.stream(symbols, scale_rows)
     return Slice(depth, stress)
 
 

@@ -81,7 +81,7 @@ def coefficients(
     if direction == "z":
         return np.stack([kernel.T for kernel in uniform_pressure(x, y, depth, poisson)])
     parts = uniform_parts(x, y, depth, poisson)
-    return np.stack([kernel.T for kernel in of_parts(parts, poisson, 0.0, [(direction, 1.0)])])
+    return np.stack([kernel.T for kernel in sum_parts(parts, poisson, 0.0, [(direction, 1.0)])])
 
 
 def uniform_pressure(x_edges: Array, y_edges: Array, z: float, poisson: float) -> Iterator[Array]:
@@ -140,7 +140,7 @@ def uniform_parts(x_edges: Array, y_edges: Array, z: float, poisson: float) -> I
     Yields
     ------
     ndarray, shape (nx, ny)
-        The twelve parts of `of_parts`, one after the other.
+        The twelve parts of `sum_parts`, one after the other.
 
     Notes
     -----
@@ -243,7 +243,7 @@ def shares_of_parts(
     return [tuple((number, share) for number, share in part.items() if share) for part in tables]
 
 
-def of_parts(
+def sum_parts(
     parts: Iterable[Array], poisson: float, pressure: float, pulls: Sequence[tuple[str, float]]
 ) -> list[Array]:
     """Return the six components of the stress from its parts.

@@ -197,16 +197,16 @@ def _largest_of(
     contact: Sliding, points: _Points, slope: Array, measure: Callable[[Array], Any]
 ) -> tuple[tuple[int, int], Array]:
     """Return the pixel where a measure of the stress is largest, and the stress there."""
-    sampled = _around(contact, points)
-    stress = _at_rim(contact, points, slope, *sampled)
+    sampled = _plane_values(contact, points)
+    stress = _rim_stress(contact, points, slope, *sampled)
     if not contact.periodic:
         values = measure(stress)
         high = float(values.max())
         worth = np.flatnonzero(values >= high - (1 - _WORTHWHILE**2) * abs(high))
         points, slope = points.where(worth), slope[worth]
         pressure, near = (values[..., worth] for values in sampled)
-        near = near + _of_waves(contact, points)
-        stress = _at_rim(contact, points, slope, pressure, near)
+        near = near + _wave_correction(contact, points)
+        stress = _rim_stress(contact, points, slope, pressure, near)
     place = int(measure(stress).argmax())
     # The pixel that contains the point: the one in contact, or the next one.
     beyond = int(points.ahead[place] > 0.5) * points.step[:, place]
@@ -303,7 +303,7 @@ def _with_slope(contact: Sliding, points: _Points) -> tuple[_Points, Array] | No
     return points, slope
 
 
-def _around(contact: Sliding, points: _Points) -> tuple[Array, Array]:
+def _plane_values(contact: Sliding, points: _Points) -> tuple[Array, Array]:
     """Return pressure and stress at the rims, from planes fitted to 3 × 3 pixels."""
     pressure, stress = np.zeros(points.rows.size), np.zeros((3, points.rows.size))
     for rows, columns, weight in _plane(points):
@@ -319,7 +319,7 @@ def _plane(points: _Points) -> Iterator[tuple[Index, Index, Array]]:
         yield points.rows + y, points.columns + x, 1 / 9 + points.ahead * forward / 6
 
 
-def _at_rim(
+def _rim_stress(
     contact: Sliding, points: _Points, slope: Array, pressure: Array, stress: Array
 ) -> Array:
     """Return the stress at the rims, corrected to the pressure and slope in the contact."""
@@ -344,7 +344,7 @@ def _at_rim(
     )
 
 
-def _of_waves(contact: Sliding, points: _Points) -> Array:
+def _wave_correction(contact: Sliding, points: _Points) -> Array:
     """Return the change of the stress at the rims if the pressure is a sum of waves."""
     reach = np.arange(-_REACH - 1, _REACH + 2)
     change = np.zeros((3, points.rows.size))
@@ -374,7 +374,7 @@ def _between_pixels(contact: Sliding, pressure: float, pulls: Sequence[tuple[str
     x: Array = edges * dx
     y: Array = edges * dy
     parts = stress_kernels.uniform_parts(x, y, 0.0, contact.poisson)
-    pixels = stress_kernels.of_parts(parts, contact.poisson, pressure, pulls)
+    pixels = stress_kernels.sum_parts(parts, contact.poisson, pressure, pulls)
     difference = np.empty((3, offsets.size, offsets.size))
     for result, component in zip(difference, _IN_PLANE, strict=True):
         # Under pressure xy is odd in both directions; a traction makes each odd in one of them.
@@ -767,10 +767,10 @@ def _displacement(
     loaded = np.flatnonzero(pressure)
     result: Array = np.empty(pressure.shape)
 
-    def keep(_: int, rows: slice, displacement: NDArray[Any]) -> None:
+    def store_displacement(_: int, rows: slice, displacement: NDArray[Any]) -> None:
         result[rows] = displacement
 
-    operator.spread(operator.support(loaded), pressure.flat[loaded], keep)
+    operator.spread(operator.support(loaded), pressure.flat[loaded], store_displacement)
     return result
 
 
@@ -778,11 +778,11 @@ def _along_surface(field: Field) -> NDArray[Any]:
     """Return xx, yy and xy at the surface, in units of the largest pressure."""
     result: NDArray[Any] = np.empty((3, *field.shape), field.real)
 
-    def keep(rows: slice, stress: NDArray[Any]) -> None:
+    def store_stress(rows: slice, stress: NDArray[Any]) -> None:
         result[:, rows] = stress[[XX, YY, XY]]
 
     responses, symbols = field.in_depth(0.0)
-    responses.stream(symbols, keep)
+    responses.stream(symbols, store_stress)
     return result
 
 

@@ -333,11 +333,11 @@ class DistributedPartition:
             )
         ]
 
-        def put(task: tuple[int, Array]) -> None:
+        def store_plane(task: tuple[int, Array]) -> None:
             layer, plane = task
             spectra[layer] = plane
 
-        self.workspace.each(put, tasks)
+        self.workspace.each(store_plane, tasks)
 
     def collect(
         self,
@@ -353,10 +353,10 @@ class DistributedPartition:
         for number, batch in enumerate(batches := self._batches(layers, size)):
             begun = self._return(write, batch, (components, my, width), dtype, number)
             if before is not None:
-                self._read(*before, batches[number - 1], read, width)
+                self._visit_received(*before, batches[number - 1], read, width)
             before = begun
         assert before is not None
-        self._read(*before, batches[-1], read, width)
+        self._visit_received(*before, batches[-1], read, width)
 
     def _return(
         self,
@@ -393,7 +393,7 @@ class DistributedPartition:
         own_part = own_part.reshape(len(own), components, 2, my, here)
         return self.ranks.exchange(outgoing, parts, coming, sizes), own_part
 
-    def _read(
+    def _visit_received(
         self,
         exchange: PendingExchange,
         own_part: Array,

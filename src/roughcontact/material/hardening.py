@@ -322,13 +322,13 @@ def _require_modulus(modulus: Any) -> None:
 
 def to_text(law: Hardening) -> str:
     """Return a hardening law as JSON."""
-    return json.dumps(_named(law))
+    return json.dumps(_law_record(law))
 
 
-def _named(law: Hardening) -> dict[str, Any]:
+def _law_record(law: Hardening) -> dict[str, Any]:
     constants = vars(law)
     if isinstance(law, Kinematic):
-        constants = {"isotropic": _named(law.isotropic), "modulus": law.modulus}
+        constants = {"isotropic": _law_record(law.isotropic), "modulus": law.modulus}
     return {"law": type(law).__name__, **constants}
 
 

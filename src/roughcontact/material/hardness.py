@@ -53,7 +53,7 @@ STANDARD_GRAVITY = 9.80665
 """Standard gravity [m/s²]: one kilogram-force in newtons."""
 
 _HALF_ANGLE = math.radians(68)
-_WIDEST = 0.6
+_MAX_DIAMETER_RATIO = 0.6
 
 # ISO 18265:2013, table A.1: unalloyed and low-alloy steel and cast steel. HBW is measured with a
 # hard-metal ball and 0.102 F/D² = 30. Values in brackets in the table are omitted for HRB, as the
@@ -316,7 +316,7 @@ def brinell_pressure(brinell: float, force_index: float = 30.0) -> float:
     require_positive(brinell=brinell, force_index=force_index)
     depth = force_index / (math.pi * brinell)
     # d² = 4h(D - h), with lengths in units of D.
-    if depth >= 0.5 or 2 * math.sqrt(depth * (1 - depth)) > _WIDEST:
+    if depth >= 0.5 or 2 * math.sqrt(depth * (1 - depth)) > _MAX_DIAMETER_RATIO:
         raise InputError(
             f"{brinell:g} HBW at a force index of {force_index:g} kgf/mm² is an indentation wider "
             "than 0.6 of the ball; give ball and load, as in '60 HBW 10/1000'"

@@ -180,7 +180,7 @@ class Material(RenamedAttributes):
         self._check()
 
     @classmethod
-    def _named(cls, name: str) -> Material:
+    def _from_name(cls, name: str) -> Material:
         """Return a metal of the catalogue."""
         return presentation().material(name)
 

@@ -61,7 +61,7 @@ class Case:
         return any(step.method == method for item in self.origins for step in item.operations)
 
 
-def of_contact(result: ContactResult, history: Any = None) -> Case:
+def contact_case(result: ContactResult, history: Any = None) -> Case:
     """Return the case of a contact, alone or as the largest load of a history."""
     pair = result.pair
     return Case(
@@ -79,7 +79,7 @@ def of_contact(result: ContactResult, history: Any = None) -> Case:
     )
 
 
-def of_volume(result: ElastoplasticResult) -> Case:
+def volume_case(result: ElastoplasticResult) -> Case:
     """Return the case of an elastoplastic contact."""
     contact = result.solution
     return Case(
@@ -97,7 +97,7 @@ def of_volume(result: ElastoplasticResult) -> Case:
     )
 
 
-def of_samples(samples: Sequence[Any]) -> Case:
+def sample_case(samples: Sequence[Any]) -> Case:
     """Return the case of several maps under one nominal pressure: the worst of each value."""
     first = samples[0]
     slopes = [s.curve.rms_gradient for s in samples if math.isfinite(s.curve.rms_gradient)]

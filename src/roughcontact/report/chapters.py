@@ -17,15 +17,11 @@ from roughcontact.report.kind import TRUST, Presentation, Row, Table, side_by_si
 from roughcontact.report.page import Block, Cells, PageTable, Picture
 from roughcontact.surface.surface import Surface
 
-# Number of largest spots whose share of the load is given.
-_LARGEST = 10
-
-
 # --- Blocks of reports ---
 
 
 # Maximum number of rows of steps in a report.
-_MANY = 24
+_MAX_ROWS = 24
 
 
 def cells(rows: Iterable[Row]) -> list[Cells]:
@@ -51,7 +47,7 @@ def quantities(rows: Iterable[Row]) -> list[Block]:
     return table(told, ("quantity", "value", "meaning"), "wide")
 
 
-def steps(kind: Presentation, result: Any, count: int = _MANY) -> list[Block]:
+def steps(kind: Presentation, result: Any, count: int = _MAX_ROWS) -> list[Block]:
     """Return the block of the steps of a result, at most ``count`` of them, evenly spaced."""
     head, rows = kind.listing(result)
     chosen = evenly_spaced(rows, count)

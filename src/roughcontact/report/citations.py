@@ -31,7 +31,7 @@ RECOMMENDED = make_use("calibrated ceiling", "Jackson2005")
 
 def references_of(kind: Presentation, result: Any) -> References:
     """Return the works cited for a result, by use."""
-    contact = () if kind.contact is None else of_contact(kind.contact(result))
+    contact = () if kind.contact is None else contact_references(kind.contact(result))
     return _gathered([*contact, *kind.works(result)])
 
 
@@ -47,7 +47,7 @@ def _gathered(uses: Iterable[Use]) -> References:
     return result
 
 
-def of_contact(result: ContactResult) -> Uses:
+def contact_references(result: ContactResult) -> Uses:
     """Yield the works of a contact."""
     yield from _elastic(result)
     if result.ceiling is not None:
@@ -71,9 +71,9 @@ def _elastic(result: ContactResult) -> Uses:
     known = pair.softer is not None and pair.softer.yield_strength is not None
     if pair.is_shared:
         # The parameters are those of the whole map.
-        yield from _of_provenance(result.share.provenance)
+        yield from _provenance_references(result.share.provenance)
     else:
-        yield from of_maps(pair.origins, pair.is_profile)
+        yield from map_references(pair.origins, pair.is_profile)
     yield from solved_of(result.boundary, pair.is_profile, known)
     if pair.is_coated:
         yield make_use("response of the layers", "Burmister1945")
@@ -81,10 +81,10 @@ def _elastic(result: ContactResult) -> Uses:
         yield make_use("bodies that tilt", "Nocedal2006", "Gilbert1988")
 
 
-def of_maps(origins: Iterable[Provenance], is_profile: bool) -> Uses:
+def map_references(origins: Iterable[Provenance], is_profile: bool) -> Uses:
     """Yield the works on the generation and preparation of maps."""
     for origin in origins:
-        yield from _of_provenance(origin)
+        yield from _provenance_references(origin)
     if is_profile:
         yield make_use("parameters of the profile", "ISO21920-2", "ISO4287")
     else:
@@ -114,14 +114,14 @@ def solved_of(boundary: Boundary, is_profile: bool, yields: bool) -> Uses:
     yield make_use("arrays, transforms and linear algebra", "Harris2020", "Virtanen2020")
 
 
-def _of_provenance(provenance: Provenance) -> Uses:
+def _provenance_references(provenance: Provenance) -> Uses:
     origin = provenance.origin
     created = () if origin is None else (origin,)
     for step in (*created, *provenance.operations):
-        yield from _of_step(step)
+        yield from _step_references(step)
 
 
-def _of_step(step: Operation) -> Uses:
+def _step_references(step: Operation) -> Uses:
     if step.method in _STEPS:
         yield make_use(*_STEPS[step.method])
     name = step.found.get("format")
@@ -130,7 +130,7 @@ def _of_step(step: Operation) -> Uses:
         yield make_use("reader of the file", "Rottger2022", *norm)
     for other in step.arguments.values():
         if isinstance(other, Provenance):
-            yield from _of_provenance(other)
+            yield from _provenance_references(other)
 
 
 def stress_references(boundary: Boundary) -> tuple[str, tuple[Reference, ...]]:
@@ -139,7 +139,7 @@ def stress_references(boundary: Boundary) -> tuple[str, tuple[Reference, ...]]:
     return make_use("stress below the surface", "Johnson1985", *free)
 
 
-def of_volume(result: ElastoplasticResult) -> Uses:
+def volume_references(result: ElastoplasticResult) -> Uses:
     """Yield the works of a contact with plasticity of the volume."""
     yield from _elastic(result.solution)
     yield make_use("plasticity of the volume", "Jacq2002", "Nelias2006", "Frerot2019", "Simo1998")
@@ -147,10 +147,10 @@ def of_volume(result: ElastoplasticResult) -> Uses:
     if result.has_moved:
         yield make_use("bodies that move", "Boucly2007")
     for body in result.bodies:
-        yield from _of_law(body.material.law)
+        yield from _law_references(body.material.law)
 
 
-def _of_law(law: Hardening) -> Uses:
+def _law_references(law: Hardening) -> Uses:
     if isinstance(law, Kinematic):
         yield make_use("kinematic hardening", "Prager1955", "Simo1998")
         law = law.isotropic

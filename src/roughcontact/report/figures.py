@@ -38,7 +38,7 @@ _SMALL_PART = 0.5
 _AROUND_CONTACT = 1.2
 
 # Contact fraction below which a whole map is nearly empty.
-_LITTLE = 0.01
+_MIN_FILLED_FRACTION = 0.01
 
 _CLOSE_PIXELS = 40
 
@@ -88,14 +88,16 @@ class ContactScene:
         """Region of the spot that carries the largest load."""
         if self.spots.count == 0:
             return Region((0, 0), math.inf)
-        return self._around(self.spots.label == 1 + int(self.spots.load.argmax()), _AROUND_LOADED)
+        return self._square_region(
+            self.spots.label == 1 + int(self.spots.load.argmax()), _AROUND_LOADED
+        )
 
     @cached_property
     def touched(self) -> Region:
         """Region of the contact if a small part of the map, else of the most loaded spot."""
         if self.spots.count == 0:
             return Region((0, 0), math.inf)
-        whole = self._around(self.result.contact, _AROUND_CONTACT)
+        whole = self._square_region(self.result.contact, _AROUND_CONTACT)
         return whole if self.is_part(whole.width) else self.most_loaded
 
     @property
@@ -109,9 +111,12 @@ class ContactScene:
         """Whether the map of the contact is nearly empty."""
         if not self.is_part(self.touched.width):
             return False
-        return self.touched is not self.most_loaded or self.result.contact_fraction < _LITTLE
+        return (
+            self.touched is not self.most_loaded
+            or self.result.contact_fraction < _MIN_FILLED_FRACTION
+        )
 
-    def _around(self, points: NDArray[np.bool_], factor: float) -> Region:
+    def _square_region(self, points: NDArray[np.bool_], factor: float) -> Region:
         """Return the square around points, widened by a factor."""
         pixel = self.result.surface.pixel
         if self.result.surface.is_profile:
@@ -166,7 +171,7 @@ _AROUND_ZONE = 6.0
 _CLOSE_ZONE_PIXELS = 24
 
 # Number of largest spots whose share of the load is given.
-_LARGEST = 10
+_MAX_SHARED_SPOTS = 10
 
 
 @dataclass(frozen=True)
@@ -183,7 +188,7 @@ class VolumeScene:
         return ContactScene(self.result.solution)
 
     @property
-    def pressed(self) -> ContactScene:
+    def loaded_contact(self) -> ContactScene:
         """Scene of the final contact; if unloaded, under the largest load (the gap is not)."""
         load, pressure = self.result.largest
         solution = self.result.solution
@@ -221,7 +226,7 @@ class VolumeScene:
         return replace(self, width=width if small else None)
 
 
-def _of(attribute: str, inner: Illustration) -> Illustration:
+def _nested_figure(attribute: str, inner: Illustration) -> Illustration:
     """Return a figure of a scene that is an attribute of another scene."""
     return within_scene(attrgetter(attribute), inner)
 
@@ -261,9 +266,9 @@ def _classes(scene: ContactScene) -> str:
     if result.saturated_fraction > 0:
         yields = " Dark red: pressure at the ceiling, the material yields."
     carried = ""
-    if spots.count > _LARGEST:
-        share = format_percent(float(spots.load[:_LARGEST].sum() / spots.load.sum()))
-        carried = f" The {_LARGEST} largest spots carry {share} of the load."
+    if spots.count > _MAX_SHARED_SPOTS:
+        share = format_percent(float(spots.load[:_MAX_SHARED_SPOTS].sum() / spots.load.sum()))
+        carried = f" The {_MAX_SHARED_SPOTS} largest spots carry {share} of the load."
     return (
         f"Where the bodies touch under {_load(scene)}: {count_noun(spots.count, 'spot')}. Blue: "
         f"elastic.{yields}{carried}{scene.missing}"
@@ -321,7 +326,7 @@ def _closely(region: str, chapter: str, when: Callable[[Any], bool]) -> Illustra
 
 
 CONTACT: Illustrations = (
-    _of("map", MAP),
+    _nested_figure("map", MAP),
     _closely("touched", FRONT, lambda s: s.is_sparse),
     Illustration(
         "pressure",
@@ -356,14 +361,14 @@ CONTACT: Illustrations = (
 # The volume model
 
 
-def _of_contact(name: str) -> Illustration:
+def _contact_figure(name: str) -> Illustration:
     """Return a figure of the contact for the volume model."""
-    return _of("contact", _in_contact(name))
+    return _nested_figure("contact", _in_contact(name))
 
 
-def _of_pressure(name: str) -> Illustration:
+def _pressure_figure(name: str) -> Illustration:
     """Return a figure of the pressure, under the largest load if unloaded in the end."""
-    entry = _of("pressed", _in_contact(name))
+    entry = _nested_figure("loaded_contact", _in_contact(name))
 
     def caption(scene: VolumeScene) -> str:
         gone = "" if scene.loaded else " It is the largest load of the path, and is gone."
@@ -405,17 +410,17 @@ SECTION = replace(_CUT, name="", chapter=FRONT, draw=lambda scene: _CUT.draw(sce
 
 
 VOLUME: Illustrations = (
-    _of_contact("surface"),
+    _contact_figure("surface"),
     SECTION,
-    _of_pressure("pressure"),
+    _pressure_figure("pressure"),
     Illustration(
         "displacement",
         lambda scene: elastoplastic.residual_displacement(scene.result),
         _displacement,
         width=HALF,
     ),
-    replace(_of_contact("gap"), chapter=FILES),
-    _of_pressure("histogram"),
+    replace(_contact_figure("gap"), chapter=FILES),
+    _pressure_figure("histogram"),
     _CUT,
     _cut("y"),
     Illustration(
@@ -467,7 +472,7 @@ def _trace(scene: MapScene) -> str:
     return f"Heights{scene.of} {scene.when}, exaggerated. Contact starts at the highest.{missing}"
 
 
-def _pressed(scene: ContactScene) -> str:
+def _profile_caption(scene: ContactScene) -> str:
     yields = ""
     if scene.result.saturated_fraction > 0:
         yields = " Dark red is at the ceiling."
@@ -486,11 +491,13 @@ PROFILE_MAP = Illustration("surface", lambda s: profiles.heights(s.surface), _tr
 """Figures of a prepared profile."""
 
 PROFILE_CONTACT: Illustrations = (
-    _of("map", PROFILE_MAP),
-    Illustration("pressure", lambda s: profiles.pressed(s.result), _pressed, FRONT, WIDE),
+    _nested_figure("map", PROFILE_MAP),
+    Illustration(
+        "pressure", lambda s: profiles.loaded_profile(s.result), _profile_caption, FRONT, WIDE
+    ),
     Illustration(
         "contact",
-        lambda s: profiles.pressed(s.result, s.most_loaded.width, s.most_loaded.middle[1]),
+        lambda s: profiles.loaded_profile(s.result, s.most_loaded.width, s.most_loaded.middle[1]),
         _close,
         width=WIDE,
     ),

@@ -137,7 +137,7 @@ _ROUNDING = 1e-9
 _SIDES = {1e-3: "mm", 1e-6: "µm", 1e-9: "nm"}
 
 
-def without_rounding(key: str) -> Callable[[Any], Sequence[float]]:
+def format_without_rounding(key: str) -> Callable[[Any], Sequence[float]]:
     """Return a getter of the values of all steps, ≥ 0, with rounding errors set to zero."""
 
     def values(result: Any) -> list[float]:
@@ -224,11 +224,11 @@ def delegated(attribute: str, quantity: Quantity, **changes: Any) -> Quantity:
     """Return a quantity of an attribute of a result as a quantity of the result."""
     inner = attrgetter(attribute)
 
-    def of(call: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    def delegate(call: Callable[[Any], Any]) -> Callable[[Any], Any]:
         return lambda result: call(inner(result))
 
-    text = None if quantity.text is None else of(quantity.text)
-    moved = replace(quantity, of=of(quantity.value), text=text, when=of(quantity.when))
+    text = None if quantity.text is None else delegate(quantity.text)
+    moved = replace(quantity, of=delegate(quantity.value), text=text, when=delegate(quantity.when))
     return replace(moved, **changes)
 
 

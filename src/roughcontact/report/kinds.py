@@ -245,7 +245,7 @@ def _results(
 def _assumptions(kind: Presentation, result: Any, pressed: ContactResult | None) -> list[Block]:
     case = None if kind.case is None else kind.case(result)
     if case is None and pressed is not None and not pressed.pair.is_shared:
-        case = assumptions.of_contact(pressed)
+        case = assumptions.contact_case(pressed)
     rows = [] if case is None else assumptions.assumption_rows(assumptions.ASSUMPTIONS, case)
     rows += assumptions.assumption_rows(kind.assumptions, result)
     explained = Block("small", "The user guide explains each assumption: “Assumptions”.")

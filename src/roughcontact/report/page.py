@@ -34,7 +34,7 @@ HALF, MIDDLE, WIDE = 84, 124, 178
 _SCALE = 0.68
 
 # Largest height over width of the widest figures, to leave space for the key quantities.
-_TALLEST = 0.62
+_MAX_ASPECT_RATIO = 0.62
 
 # Number of columns from which a table has a dense layout.
 _MANY_COLUMNS = 7
@@ -69,14 +69,14 @@ class Picture:
     caption: str  # Text below the figure, and its alternative text
     width: int = MIDDLE  # `HALF`, `MIDDLE` or `WIDE`
 
-    def drawn(self) -> Figure:
+    def draw_figure(self) -> Figure:
         """Return the figure in the size at which all figures have the same printed text size."""
         figure = self.draw()
         wide, tall = figure.get_size_inches()
         inches = self.width / 25.4 / _SCALE
         height = tall * inches / wide
         if self.width == WIDE and figure.get_layout_engine() is not None:
-            height = min(height, _TALLEST * inches)
+            height = min(height, _MAX_ASPECT_RATIO * inches)
         figure.set_size_inches(inches, height)
         # Keep the number of dots: a map needs at least one for each of its cells.
         figure.set_dpi(DPI * max(wide / inches, 1.0))
@@ -158,7 +158,7 @@ def check_path(path: str | os.PathLike[str]) -> None:
 def render(front: Front, chapters: Sequence[Chapter], edition: Edition = PLAIN) -> str:
     """Return a page as the text of an HTML file."""
     pictures = list(_pictures(front, chapters))
-    drawings = [picture.drawn for picture in pictures]
+    drawings = [picture.draw_figure for picture in pictures]
     data = export.draw_pngs(drawings, edition.processes, edition.tell)
     return _template(edition.spell).render(
         front=front,

@@ -42,9 +42,8 @@ def progress_text(state: Progress) -> str:
         return f"{label}{part}kept from before"
     if state.step is None:
         return f"{label}{part}".removesuffix(": ")
-    return (
-        f"{label}{part}{_step(state.step) if isinstance(state.step, Step) else _look(state.step)}"
-    )
+    text = _step(state.step) if isinstance(state.step, Step) else _iteration_text(state.step)
+    return f"{label}{part}{text}"
 
 
 def _step(step: Step) -> str:
@@ -55,7 +54,7 @@ def _step(step: Step) -> str:
     )
 
 
-def _look(look: IterationInfo) -> str:
+def _iteration_text(look: IterationInfo) -> str:
     load = units.format_engineering(look.load, "N")
     return f"at {load}: iteration {look.iteration}, residual {look.residual:.1e}"
 
@@ -410,7 +409,7 @@ def format_short(value: float, unit: str) -> str:
     return group_digits(format_engineering(value, unit, DIGITS))
 
 
-def between(low: float, high: float, form: Any) -> str:
+def range_text(low: float, high: float, form: Any) -> str:
     """Return both ends of an interval as text, with a common unit only once."""
     first, last = form(low), form(high)
     number, _, unit = first.partition(" ")
@@ -508,11 +507,11 @@ def problem_of_loads(contact: ContactResult, loads: Sequence[float]) -> str:
         contact.specified_load.form, load_case.NominalPressure
     ):
         area = contact.nominal_area
-        span = between(ends[0] / area, ends[1] / area, lambda value: format_short(value, "Pa"))
+        span = range_text(ends[0] / area, ends[1] / area, lambda value: format_short(value, "Pa"))
         what = f"nominal pressures from {span}"
     else:
         unit = contact.pair.load_unit
-        what = f"loads from {between(*ends, lambda value: force(value, unit))}"
+        what = f"loads from {range_text(*ends, lambda value: force(value, unit))}"
     return f"{bodies(contact)}, {len(loads)} {what}{boundary(contact)}"
 
 

@@ -174,19 +174,22 @@ class _Script:
         specified = dict(created.arguments)
         if created.method == "read_surface":
             path = specified.pop("path")
-            words = [_literal(path), *_named({k: v for k, v in specified.items() if v is not None})]
+            words = [
+                _literal(path),
+                *_keyword_arguments({k: v for k, v in specified.items() if v is not None}),
+            ]
             return f"rc.read_surface({', '.join(words)})"
         if created.method == "generate":
             specified["rng"] = specified.pop("seed")
             return f"rc.generate({self.arguments(generate, specified)})"
         if created.method == "reference_map":
-            return f"rc.Surface(*rc.reference_map({', '.join(_named(specified))}))"
+            return f"rc.Surface(*rc.reference_map({', '.join(_keyword_arguments(specified))}))"
         if created.method == "Surface":
             return self.array(name, about, created)
         self.imports.add("from roughcontact.surface import nominal_bodies")
         specified = {k: v for k, v in specified.items() if v is not None}
         method = created.method.replace("nominal.", "nominal_bodies.")
-        return f"{method}({', '.join(_named(specified))})"
+        return f"{method}({', '.join(_keyword_arguments(specified))})"
 
     def array(self, name: str, about: Provenance, created: Operation) -> str:
         """Return the call that creates a map from an array supplied by the user."""
@@ -329,7 +332,7 @@ def _number(value: float) -> str:
     return short if value and float(short) == value else repr(float(value))
 
 
-def _named(specified: Mapping[str, Any]) -> list[str]:
+def _keyword_arguments(specified: Mapping[str, Any]) -> list[str]:
     return [f"{name}={_literal(value)}" for name, value in specified.items()]
 
 

@@ -25,7 +25,7 @@ from roughcontact.request.options import (
     Rule,
     file_option,
 )
-from roughcontact.request.outcome import OnProgress, Outcome, Solve, TaskContext, solve_afresh
+from roughcontact.request.outcome import OnProgress, Outcome, Solve, TaskContext, solve_uncalibrated
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress, one_of_several
 
@@ -201,7 +201,7 @@ class JointContacts:
     counter_maps: Sequence[Surface] = ()  # Maps of the counter-body's face
 
     @classmethod
-    def of_request(cls, request: Request, work: TaskContext) -> JointContacts:
+    def from_request(cls, request: Request, work: TaskContext) -> JointContacts:
         """Return the contacts of the maps of a request."""
         last = len(work.maps) - len(request[options.COUNTER_MAPS])
         # Several files are maps of one surface.
@@ -220,9 +220,9 @@ class JointContacts:
             pairs = drawn_pairs(surfaces, self.counter_maps, self.request[options.DRAWS])
         for number, maps in enumerate(pairs, start=1):
             look = one_of_several(self.work.look, number, len(pairs))
-            yield replace(self.of(maps[0]), maps=maps, work=replace(self.work, look=look))
+            yield replace(self.replace_map(maps[0]), maps=maps, work=replace(self.work, look=look))
 
-    def of(self, surface: Surface) -> JointContacts:
+    def replace_map(self, surface: Surface) -> JointContacts:
         """Return the contacts of another map."""
         return replace(self, maps=(surface, *self.maps[1:]), more=(), counter_maps=())
 
@@ -292,11 +292,11 @@ def calibrated_ceiling(result: ContactResult) -> float | None:
     if advice is None or result.regime is Regime.BELOW_FIRST_YIELD:
         return None
     change = abs(area_change(advice, result.ceiling, result.contact_modulus))
-    return advice.ceiling if change >= _SAME else None
+    return advice.ceiling if change >= _AREA_TOLERANCE else None
 
 
 # Relative change of the contact area below which two ceilings are equivalent.
-_SAME = 0.005
+_AREA_TOLERANCE = 0.005
 
 
 @contextmanager
@@ -312,7 +312,7 @@ def cached_solver() -> Iterator[Solve]:
             for known, rest, file in solved:
                 if _same(known, requested):
                     return _load_maps(rest, file)
-            result = solve_afresh(surface, progress=progress, **arguments)
+            result = solve_uncalibrated(surface, progress=progress, **arguments)
             file = stack.enter_context(tempfile.TemporaryFile())
             solved.append((requested, _spill_maps(result, file), file))
             return result

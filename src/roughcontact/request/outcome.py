@@ -31,7 +31,7 @@ def ignore(_: Any) -> None:
     """Do nothing: a callback without effect."""
 
 
-def solve_afresh(surface: Surface, **options: Any) -> ContactResult:
+def solve_uncalibrated(surface: Surface, **options: Any) -> ContactResult:
     """Solve a contact; see `contact.solve.solve`."""
     from roughcontact.contact.solve import solve
 
@@ -53,7 +53,7 @@ class TaskContext:
     read: Callable[[], Sequence[Surface]]  # Returns the prepared maps
     say: Say  # Called with a short text before every stage
     look: OnProgress  # Called with the `Progress` of the solver
-    solve: Solve = solve_afresh  # Solver of contacts, shared by several tasks
+    solve: Solve = solve_uncalibrated  # Solver of contacts, shared by several tasks
     known: Mapping[str, Any] = field(default_factory=dict)
     ranks: Ranks | None = None  # Ranks that share a volume
     show: OnPreview = ignore  # Called with the contact before its calibrated ceiling

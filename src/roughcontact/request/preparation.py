@@ -17,7 +17,7 @@ from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command, ParsedOptions
 from roughcontact.surface import placement
-from roughcontact.surface.cleaning import MOST_FILLED
+from roughcontact.surface.cleaning import MAX_FILLED_SHARE
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_percent
 
@@ -45,7 +45,7 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
         pixel = pixel_of(requested[options.SIZE], points)
         maps.insert(0, requested.needed(options.BODY)(shape=points, pixel=pixel))
     elif form is not None:
-        maps[0] = maps[0].with_form(form.on(maps[0]))
+        maps[0] = maps[0].with_form(form.sample_body(maps[0]))
     if request.aligned:
         say("aligning the maps")
         offset, angle = (
@@ -58,9 +58,9 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
     counter_form = requested.get(options.COUNTER_BODY)
     if counter_form is not None:
         if len(maps) == 2:
-            maps[1] = maps[1].with_form(counter_form.on(maps[1]))
+            maps[1] = maps[1].with_form(counter_form.sample_body(maps[1]))
         else:
-            maps.append(counter_form.on(maps[0]))
+            maps.append(counter_form.sample_body(maps[0]))
     return maps
 
 
@@ -128,10 +128,10 @@ def _prepared(request: Request, requested: ParsedOptions, surface: Surface, path
             ArgumentRef("crop"),
         )
     share = surface.missing / surface.heights.size
-    if holes == "fill" and share > MOST_FILLED:
+    if holes == "fill" and share > MAX_FILLED_SHARE:
         raise InputError(
             f"{path.name} has no height at {format_percent(share)} of its points, and at most "
-            f"{format_percent(MOST_FILLED)} are filled: cut it with ",
+            f"{format_percent(MAX_FILLED_SHARE)} are filled: cut it with ",
             ArgumentRef("crop"),
             ", or choose ",
             ArgumentRef("missing", "mask"),
@@ -140,7 +140,7 @@ def _prepared(request: Request, requested: ParsedOptions, surface: Surface, path
             " (smooth interpolation, whatever their share)",
         )
     if holes in ("fill", "fill-all"):
-        surface = surface.filled(1.0 if holes == "fill-all" else MOST_FILLED)
+        surface = surface.filled(1.0 if holes == "fill-all" else MAX_FILLED_SHARE)
     surface = surface.masked()
     waves = requested[options.S_FILTER], requested[options.L_FILTER]
     if waves != (None, None):

@@ -19,7 +19,7 @@ from roughcontact.request.outcome import (
     Solve,
     TaskContext,
     ignore,
-    solve_afresh,
+    solve_uncalibrated,
 )
 from roughcontact.request.outputs import Say
 from roughcontact.request.preparation import prepared_by, surfaces
@@ -38,7 +38,7 @@ def run_request(
     known: Mapping[str, Any] | None = None,
     *,
     read: Callable[[Request, Say], Sequence[Surface]] | None = None,
-    solve: Solve = solve_afresh,
+    solve: Solve = solve_uncalibrated,
 ) -> Outcome:
     """Run a request: read and prepare its maps, solve, and write its files."""
     request.check_places()
@@ -61,7 +61,7 @@ def shared_runner() -> Iterator[Callable[..., Outcome]]:
     with contacts.cached_solver() as solve:
         known: dict[str, Sequence[Surface]] = {}
 
-        def read(request: Request, say: Say) -> Sequence[Surface]:
+        def read_maps(request: Request, say: Say) -> Sequence[Surface]:
             words = prepared_by(request)
             if words in known:
                 request.require_memory(known[words][0].shape)
@@ -69,7 +69,7 @@ def shared_runner() -> Iterator[Callable[..., Outcome]]:
                 known[words] = prepare_maps(request, say)
             return known[words]
 
-        yield partial(run_request, read=read, solve=solve)
+        yield partial(run_request, read=read_maps, solve=solve)
 
 
 def prepare_maps(request: Request, say: Say) -> list[Surface]:

@@ -66,7 +66,7 @@ class Command:
                 values[name] = option.parse(str(value), option.argument)
         return values
 
-    def read(self, specified: Given) -> ParsedOptions:
+    def parse_values(self, specified: Given) -> ParsedOptions:
         """Return the parsed options for options given as text."""
         return ParsedOptions(self, self.parse_options(specified))
 

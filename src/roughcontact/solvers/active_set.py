@@ -61,7 +61,7 @@ class Evaluator:
 
     def __init__(self, problem: BoundedProblem, operator: Operator, tolerance: float) -> None:
         if problem.moments is not None:
-            problem = replace(problem, moments=problem.moments.within(operator.rows))
+            problem = replace(problem, moments=problem.moments.select_rows(operator.rows))
         self.problem, self.operator = problem, operator
         # The only single-precision operator of this size: patches use it too.
         self.rough = operator.to_single_precision()
@@ -356,7 +356,7 @@ _SHORTER, _SHORTEST = 0.4, 0.1
 # Curvature over K₀₀ below which there is no resistance (uniform pressure on a periodic map).
 _FLAT = 1e-12
 # Part of the largest mean square below which levers are treated as collinear.
-_ALIKE = 1e-13
+_COLLINEAR_TOLERANCE = 1e-13
 
 
 class _Free(NamedTuple):
@@ -437,10 +437,10 @@ def _solve_free(
     size = norm(pressure, sums) or first
     enough = max(0.9 * tolerance, 0.1 * now.floor) * size
     free_index = now.index[free]
-    patch = patches.around(free_index)
+    patch = patches.make_patch(free_index)
     free_index = patch.index(free_index)
     support = patch.operator.support(free_index)
-    precondition = patch.inverse.on(free_index)
+    precondition = patch.inverse.restrict_inverse(free_index)
     direction: NDArray[np.float64] | None = None
     response, previous = residual, 1.0
     while viewer.convolutions < max_iterations:
@@ -502,7 +502,7 @@ def _orthonormal(rows: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
     """Return orthonormal rows with the same span."""
     products = np.array([[sums.dot(one, two) for two in rows] for one in rows])
     squares, axes = np.linalg.eigh(products)
-    apart = squares > _ALIKE * squares[-1]
+    apart = squares > _COLLINEAR_TOLERANCE * squares[-1]
     return np.array(
         [
             axis[0] * rows[0] + axis[1] * rows[1] + axis[2] * rows[2]
@@ -573,18 +573,18 @@ def _kept_by_block(
     """
     number = int(sums.largest(block, floor=0)) + 1
 
-    def of_blocks(values: NDArray[Any]) -> NDArray[np.float64]:
+    def sum_blocks(values: NDArray[Any]) -> NDArray[np.float64]:
         return sums.allreduce(np.bincount(block, values, minlength=number))
 
-    force = np.maximum(of_blocks(x), 0)
+    force = np.maximum(sum_blocks(x), 0)
     kept: NDArray[np.float64] = np.clip(x, 0, limit)
-    missing, shift = force - of_blocks(kept), np.zeros(number)
+    missing, shift = force - sum_blocks(kept), np.zeros(number)
     enough = _MISSING * np.abs(missing).sum()
     for _ in range(_SHIFTS):
         if np.abs(missing).sum() <= enough:
             break
-        between = of_blocks((kept > 0) & (kept < limit))
+        between = sum_blocks((kept > 0) & (kept < limit))
         shift += np.divide(missing, between, out=np.zeros(number), where=between > 0)
         kept = np.clip(x + shift[block], 0, limit)
-        missing = force - of_blocks(kept)
+        missing = force - sum_blocks(kept)
     return kept

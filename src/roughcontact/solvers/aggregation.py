@@ -25,7 +25,7 @@ Indices = NDArray[np.int32]
 _COARSEST = 2000
 """Maximum number of nodes of a direct solution."""
 
-_MOST_LEVELS = 30
+_MAX_LEVELS = 30
 
 _PAIRINGS = 3
 """Pairings from level to level: with two, coarse levels take most of the time."""
@@ -166,7 +166,7 @@ class Multigrid:
         while True:
             level = Level(network)
             self.levels.append(level)
-            if network.nodes <= _COARSEST or len(self.levels) == _MOST_LEVELS:
+            if network.nodes <= _COARSEST or len(self.levels) == _MAX_LEVELS:
                 break
             group, network = _pair_nodes(network, level.diagonal, random)
             for _ in range(_PAIRINGS - 1):
@@ -193,13 +193,13 @@ class Multigrid:
         diagonal = self.levels[depth + 1].diagonal
         coarse = _sum_by_group(group, residual * level.diagonal, diagonal.size)
         coarse /= diagonal
-        change = self._solved(depth + 1, coarse)[group]
+        change = self._solve_level(depth + 1, coarse)[group]
         residual -= level.excess(change)
         result += change
         result += level.smoothed(residual)
         return result
 
-    def _solved(self, depth: int, residual: Array) -> Array:
+    def _solve_level(self, depth: int, residual: Array) -> Array:
         """Return the result of one or two conjugate-gradient steps on a coarse level."""
         if depth == len(self._groups):
             return self._cycle(depth, residual)

@@ -19,13 +19,13 @@ Parts = list[Array]
 _MEMORY = 6
 _GROWTH = 3.0
 # Iterations without a smaller defect before plain steps follow, and the number of plain steps.
-_PATIENCE = 10
+_MAX_FRUITLESS_STEPS = 10
 _PLAIN_STEPS = 8
 # Relative size below which directions of the memory are treated as linearly dependent.
 _DEPENDENT = 1e-7
 
 
-def _here(rows: Array) -> Array:
+def _identity(rows: Array) -> Array:
     return rows
 
 
@@ -49,7 +49,10 @@ class Mixer:
     """
 
     def __init__(
-        self, weights: list[float], workspace: Workspace, whole: Callable[[Array], Array] = _here
+        self,
+        weights: list[float],
+        workspace: Workspace,
+        whole: Callable[[Array], Array] = _identity,
     ) -> None:
         self._weights, self._workspace, self._whole = weights, workspace, whole
         self._last: tuple[Parts, Parts] | None = None
@@ -72,7 +75,7 @@ class Mixer:
         size = math.sqrt(self._products([(defect, defect)])[0])
         self._fruitless = 0 if size < self._best else self._fruitless + 1
         self._best = min(self._best, size)
-        if self._fruitless == _PATIENCE:
+        if self._fruitless == _MAX_FRUITLESS_STEPS:
             self._fruitless, self._plain = 0, _PLAIN_STEPS
         if self._plain or not size <= _GROWTH * self._smallest:
             self._steps, self._last, self._gram = [], None, np.zeros((0, 0))

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 # Squares below this value, or above its inverse, may have lost digits.
-_SMALLEST = 1e-280
+_MIN_SAFE_SQUARE = 1e-280
 
 Visit = Callable[[int, slice, NDArray[Any]], None]
 
@@ -134,7 +134,7 @@ def norm(values: NDArray[Any], sums: Sums) -> float:
     """Return the Euclidean norm, summed in double precision."""
     values = values.astype(np.float64, copy=False)
     square = sums.dot(values, values)
-    if _SMALLEST < square < 1 / _SMALLEST:
+    if _MIN_SAFE_SQUARE < square < 1 / _MIN_SAFE_SQUARE:
         return math.sqrt(square)
     # Squares that underflow or overflow, for example under a ceiling near zero.
     largest = max(sums.largest(values, floor=0.0), -sums.smallest(values, limit=0.0))

@@ -263,7 +263,7 @@ class _Blocks:
         self.own = own_part(touching[self.touching], edges)
         self.softness = 1 / (operator.self_displacement * area)
 
-    def within(self, weight: Array) -> Callable[[Array], Array]:
+    def inverse_correction(self, weight: Array) -> Callable[[Array], Array]:
         """Return the correction of the wrapped inverse.
 
         Parameters
@@ -306,7 +306,7 @@ class _Inverse:
         self.shared = None
         if blocks is not None:
             weight = np.maximum(np.stack([self.uniform[0][0], self.uniform[1][1]]), _STIFFEST)
-            self.shared = blocks.within(weight)
+            self.shared = blocks.inverse_correction(weight)
             self.uniform = [
                 self.apply_corrected(*pair) for pair in zip(self.uniform, units, strict=True)
             ]
@@ -363,7 +363,7 @@ class _Solver:
         """Return the sums of both components."""
         return self.sums.allreduce(values.sum(axis=1))
 
-    def slip(self, state: _State) -> Array:
+    def compute_slip(self, state: _State) -> Array:
         """Return s = t + f - K q."""
         return state.shift[:, None] + self.offset - state.displacement
 
@@ -375,7 +375,9 @@ class _Solver:
 
     def merit(self, state: _State) -> float:
         """Return the residual of the friction conditions and of the force."""
-        change = state.traction - project_to_discs(state.traction + self.slip(state), self.bound)
+        change = state.traction - project_to_discs(
+            state.traction + self.compute_slip(state), self.bound
+        )
         square = self.dot(change, change)
         if self.total is not None:
             lack = self.total - self.sum(state.traction)
@@ -391,7 +393,7 @@ class _Solver:
                 merit = self.merit(state)
                 if not near and merit <= max(_NEAR, tolerance) * size:
                     # Later changes are small, and so is their rounding in single precision.
-                    state, near = self.placed(state.traction, state.shift), True
+                    state, near = self.make_state(state.traction, state.shift), True
                     continue
                 if merit <= 0.5 * tolerance * size:
                     break
@@ -402,7 +404,7 @@ class _Solver:
             if solution.certificate <= tolerance and solution.force_error <= FORCE_TOLERANCE:
                 return replace(solution, status=Status.CONVERGED)
             # The projection onto the discs has moved the traction.
-            state = self.placed(solution.traction / self.pressure, state.shift)
+            state = self.make_state(solution.traction / self.pressure, state.shift)
         return solution
 
     def norm(self, state: _State) -> float:
@@ -426,9 +428,9 @@ class _Solver:
             return self.descend(state)
         if self.total is not None:
             # Estimate the shift first: from far away the projection does not find it.
-            shift = -self.sum(self.bound * self.slip(state)) / self.sums.total(self.bound)
+            shift = -self.sum(self.bound * self.compute_slip(state)) / self.sums.total(self.bound)
             state = replace(state, shift=shift)
-        return replace(state, shift=shift + self.projected(traction + self.slip(state))[1])
+        return replace(state, shift=shift + self.projected(traction + self.compute_slip(state))[1])
 
     def from_coarser(self) -> Array:
         """Return the traction with the ratio to its bound from a grid of doubled pixels."""
@@ -460,7 +462,7 @@ class _Solver:
         part[:, index] = solution.traction / bound[index]
         return part[:, block] * self.bound
 
-    def placed(self, traction: Array, shift: Array) -> _State:
+    def make_state(self, traction: Array, shift: Array) -> _State:
         """Return the state of a traction, in the precision of the operator."""
         return _State(traction, self.apply(traction), shift)
 
@@ -468,7 +470,7 @@ class _Solver:
         """Return the state after some projected-gradient steps of Barzilai and Borwein."""
         length = 1.0
         for _ in range(_GRADIENT_STEPS):
-            slip = self.slip(state)
+            slip = self.compute_slip(state)
             traction, moved = self.projected(state.traction + length * slip)
             following = _State(traction, self.apply_single(traction), state.shift + moved / length)
             change = traction - state.traction
@@ -482,7 +484,7 @@ class _Solver:
 
     def newton_step(self, state: _State, merit: float, enough: float) -> _State | None:
         """Return the state after a Newton step, or None if no fraction of it is better."""
-        slip = self.slip(state)
+        slip = self.compute_slip(state)
         space = _Space(state.traction + slip, self.bound)
         rim = np.where(space.slips, self.bound * space.normal - state.traction, 0.0)
         lack = None if self.total is None else self.total - self.sum(state.traction + rim)
@@ -556,8 +558,8 @@ class _Solver:
     def certified(self, state: _State, steps: int) -> PartialSlipSolution:
         """Return the nearest admissible traction and the certificate computed from it."""
         traction, _ = self.projected(state.traction)
-        final = self.placed(traction, state.shift)
-        slip = self.slip(final)
+        final = self.make_state(traction, state.shift)
+        slip = self.compute_slip(final)
         change = norm((traction - project_to_discs(traction + slip, self.bound)).ravel(), self.sums)
         force_error = 0.0
         if self.total is not None:

@@ -27,7 +27,7 @@ _ROUGHLY, _MOST_STEPS = 0.1, 30
 # Minimum of (1 - θ)²: in full contact a block would respond only to the forces on other blocks.
 _STIFFEST = 0.01
 # Maximum number of blocks with stored responses: for fewer, a transform takes longer than a sum.
-_FEW = 576
+_MAX_STORED_BLOCKS = 576
 
 
 class FreePixelInverse:
@@ -84,10 +84,10 @@ class FreePixelInverse:
         self._yielding = self._own = np.zeros(0)
         self._size = 0
         self._coupling: Array | None = None
-        if blocks is not None and blocks.shape[0] * blocks.shape[1] <= _FEW:
+        if blocks is not None and blocks.shape[0] * blocks.shape[1] <= _MAX_STORED_BLOCKS:
             self._coupling = _coupling(blocks)
 
-    def on(self, index: NDArray[np.int64]) -> Callable[[Array], Array]:
+    def restrict_inverse(self, index: NDArray[np.int64]) -> Callable[[Array], Array]:
         """Return the inverse ``displacement / K₀₀ → pressure`` on some pixels, shape ``(n,)``.
 
         Parameters
@@ -294,7 +294,7 @@ class Patches:
         self._whole = self._patch((0, 0), operator.to_single_precision())
         self._last = self._whole
 
-    def around(self, index: NDArray[np.int64]) -> Patch:
+    def make_patch(self, index: NDArray[np.int64]) -> Patch:
         """Return a patch that contains these pixels."""
         whole = self._whole.operator
         (ny, nx), sums = whole.shape, whole.sums

@@ -30,7 +30,7 @@ class Moments:
     arms: tuple[NDArray[np.float64], NDArray[np.float64]]
     target: tuple[float, float]
 
-    def within(self, rows: slice) -> Moments:
+    def select_rows(self, rows: slice) -> Moments:
         """Return the moments for some rows."""
         return replace(self, arms=(self.arms[0][rows], self.arms[1]))
 
@@ -188,7 +188,7 @@ _MAX_STEPS = 4300
 _ROUNDING = 1e-15
 # Relative error of the sum after a shift, and maximum number of added shifts.
 _BALANCE_TOLERANCE = 1e-12
-_MOST_PASSES = 4
+_MAX_PASSES = 4
 # Newton's method for load and moments: maximum steps without gain, minimum relative slope, relative
 # error before the last digits, and growth of scaled values per step.
 _MOST_FRUITLESS, _FLATTEST, _ROUGH, _STEEPER = 10, 1e-13, 1e-6, 4.0
@@ -282,7 +282,7 @@ def project(
     ndarray, shape (n,)
         The projection; entries at a bound are exactly the bound.
     """
-    for _ in range(_MOST_PASSES):
+    for _ in range(_MAX_PASSES):
         shift = shift_to_sum(values, limit, total, sums)
         projected = values + shift
         np.clip(projected, 0, limit, out=projected)
@@ -351,7 +351,7 @@ def shift_to_balance(
             shift *= steep / flatter
             steep = flatter
             shift = _balance_multipliers(values / steep, limit, rows, rest, sums, shift)[0]
-    for _ in range(_MOST_PASSES):
+    for _ in range(_MAX_PASSES):
         kept += shift
         # If the values are much larger than the sums, a shift is resolved only after a first one.
         values = values + _combined(rows, shift)

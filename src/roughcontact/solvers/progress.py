@@ -191,11 +191,11 @@ def one_of_several(
         Number of this calculation, from 1, and number of all calculations.
     """
 
-    def tell(state: Progress) -> None:
+    def report_progress(state: Progress) -> None:
         before = (number - 1) * state.count
         progress(replace(state, number=before + state.number, count=count * state.count))
 
-    return tell
+    return report_progress
 
 
 # --- Progress line for terminals and notebooks ---

@@ -25,7 +25,7 @@ from roughcontact.solvers.progress import Status
 _FLAT = 1e-12
 # Relative increase of the load in the last step: the remaining increase is far smaller.
 _GAIN = 1e-7
-_MOST_STEPS = 2000
+_MAX_STEPS = 2000
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,14 +74,14 @@ def flat_punch(shape: tuple[int, int], index: NDArray[np.int64], family: Family)
     arithmetic of the problem, it has more digits than the pressure.
     """
     operator = family(shape, (1, 1))
-    patch = Patches(operator, family, (1, 1)).around(index)
+    patch = Patches(operator, family, (1, 1)).make_patch(index)
     local = patch.index(index)
-    support, precondition = patch.operator.support(local), patch.inverse.on(local)
+    support, precondition = patch.operator.support(local), patch.inverse.restrict_inverse(local)
     sums, unit = operator.sums, operator.self_displacement
     pressure, residual = np.zeros(index.size), np.ones(index.size)
     direction, response = pressure, residual
     previous, carried, first = math.inf, 0.0, 0.0
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         z = precondition(residual)
         product = sums.dot(residual, z)
         if not product > 0:
@@ -109,11 +109,11 @@ def flat_punch(shape: tuple[int, int], index: NDArray[np.int64], family: Family)
     rows = operator.rows.stop - operator.rows.start
     displacement: NDArray[Any] = np.empty((rows, shape[1]), operator.real)
 
-    def keep(number: int, rows: slice, block: NDArray[Any]) -> None:
+    def store_rows(number: int, rows: slice, block: NDArray[Any]) -> None:
         displacement[rows] = block
 
     pressure /= unit
-    operator.spread(operator.support(index), pressure, keep)
+    operator.spread(operator.support(index), pressure, store_rows)
     work = sums.dot(pressure, displacement.ravel()[index].astype(np.float64))
     return Punch(sums.total(pressure) ** 2 / work, pressure, displacement, unit)
 
@@ -124,7 +124,7 @@ def flat_punch(shape: tuple[int, int], index: NDArray[np.int64], family: Family)
 Array = NDArray[np.float64]
 
 # Maximum number of points: with more, the steps of the staircase are negligible.
-_MOST_POINTS = 1 << 20
+_MAX_POINTS = 1 << 20
 # Distance from a bound up to which parts of the load are at the bound.
 _BOUND = 1e-12
 
@@ -155,7 +155,7 @@ def rigid_tilt(problem: BoundedProblem, levers: tuple[Array, Array], target: Arr
     from scipy.optimize import linprog
 
     touchable = np.isfinite(problem.initial_gap)
-    if problem.whole is not None or not 0 < np.count_nonzero(touchable) <= _MOST_POINTS:
+    if problem.whole is not None or not 0 < np.count_nonzero(touchable) <= _MAX_POINTS:
         return None
     assert problem.total is not None
     gap = problem.initial_gap[touchable]
@@ -188,7 +188,7 @@ def rigid_tilt(problem: BoundedProblem, levers: tuple[Array, Array], target: Arr
 
 # Distance outside the admissible moments that is treated as rounding.
 _EDGE = 1e-9
-_MOST_CUTS = 60
+_MAX_CUTS = 60
 
 
 def moment_arms(shape: tuple[int, ...], pixel: tuple[float, float]) -> tuple[Array, Array]:
@@ -255,7 +255,7 @@ def excess(target: Array, y: Array, x: Array, share: float | Array) -> float:
     cuts = [nearest]
     while True:
         distance = math.hypot(*nearest)
-        if distance <= _EDGE or len(cuts) == _MOST_CUTS:
+        if distance <= _EDGE or len(cuts) == _MAX_CUTS:
             return 0.0
         cut = _outermost(-nearest, y, x, share) - target
         # No point of the set is closer in this direction.

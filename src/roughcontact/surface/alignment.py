@@ -48,11 +48,11 @@ MAX_PIXEL_RATIO = math.sqrt(2)
 
 # Relative difference at which two pixels are of one size, as `contact.solve` takes it; and the
 # fraction of a pixel to which a point lies on the edge of a map.
-_SAME = 1e-9
+_EDGE_TOLERANCE = 1e-9
 _SLACK = 1e-6
 # The fraction to which a point is put on another one, or counts to what maps have in common: both
 # may happen to a grid and once more to a part of it, whose points must still lie on the maps.
-_CLOSE = _SLACK / 4
+_POINT_TOLERANCE = _SLACK / 4
 
 
 def cosine_sine(angle: float) -> tuple[float, float]:
@@ -88,12 +88,12 @@ def grid_positions(
     # Where the points of both grids coincide, rounding must not make interpolation of it.
     whole = np.rint(matrix)
     singular = whole[0, 0] * whole[1, 1] == whole[0, 1] * whole[1, 0]
-    if np.abs(matrix - whole).max() < _SAME and not singular:
+    if np.abs(matrix - whole).max() < _EDGE_TOLERANCE and not singular:
         matrix = whole
     shift = turn @ np.array(_checked_offset(offset)) / np.array(pixel)
     start = (np.array(shape) - 1) / 2 - shift - matrix @ ((np.array(new_shape) - 1) / 2)
     near = np.rint(start)
-    start = np.where(np.abs(start - near) < _CLOSE, near, start)
+    start = np.where(np.abs(start - near) < _POINT_TOLERANCE, near, start)
     return matrix, start
 
 
@@ -106,7 +106,7 @@ def is_coincident(placement: Placement) -> bool:
 def cutoffs(placement: Placement) -> tuple[float, float]:
     """Return the S-filter that a map needs before it is sampled on a coarser grid."""
     along_y, along_x = (math.hypot(*row) for row in placement[0])
-    limit = MAX_PIXEL_RATIO * (1 + _SAME)
+    limit = MAX_PIXEL_RATIO * (1 + _EDGE_TOLERANCE)
     return 2 * along_y if along_y > limit else 0.0, 2 * along_x if along_x > limit else 0.0
 
 
@@ -181,7 +181,7 @@ def common_rectangle(
     """Return the largest rectangle of a grid that is on all maps."""
     first, last = np.zeros(new_shape[0], np.int64), np.full(new_shape[0], new_shape[1] - 1)
     for shape, placement in maps:
-        one_first, one_last = spans(shape, placement, new_shape, _CLOSE)
+        one_first, one_last = spans(shape, placement, new_shape, _POINT_TOLERANCE)
         first, last = np.maximum(first, one_first), np.minimum(last, one_last)
     common = np.flatnonzero(last > first)
     best, rows, columns = 0, (0, 0), (0, 0)
@@ -210,7 +210,7 @@ def common_pixel(
     require_pixel(pixel)
     require_pixel(other)
     c, s = cosine_sine(angle)
-    (dy, dx), limit = other, MAX_PIXEL_RATIO * (1 + _SAME)
+    (dy, dx), limit = other, MAX_PIXEL_RATIO * (1 + _EDGE_TOLERANCE)
     seen = 1 / math.hypot(c / dy, s / dx), 1 / math.hypot(s / dy, c / dx)
     along_y, along_x = (
         own if own <= limit * edge else edge for own, edge in zip(pixel, seen, strict=True)

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-MOST_FILLED = 0.3
+MAX_FILLED_SHARE = 0.3
 """Share of missing points above which a map is filled on request only."""
 
 
@@ -146,7 +146,7 @@ _DIRECT_LIMIT = 50_000
 # Points on the coarsest level of the iterative solver, and its relative residual.
 _COARSEST = 20_000
 _TOLERANCE = 1e-10
-_MOST_STEPS = 500
+_MAX_STEPS = 500
 
 
 def fill_missing(heights: Array, pixel: tuple[float, float], maximum: float = 1.0) -> Array:
@@ -235,7 +235,7 @@ def _solve_iteratively(matrix: sparse.csr_array, right: Array, missing: NDArray[
     solution, residual = np.zeros(right.size), right.copy()
     direction, previous = np.zeros(right.size), 1.0
     enough = _TOLERANCE**2 * _dot(right, right)
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         if _dot(residual, residual) <= enough:
             return solution
         preconditioned = precondition(residual)

@@ -46,7 +46,7 @@ def too_few(heights: Array, form: str) -> InputError:
     )
 
 
-def without_terms(heights: Array, terms: Terms, form: str, weights: Array | None = None) -> Array:
+def subtract_terms(heights: Array, terms: Terms, form: str, weights: Array | None = None) -> Array:
     """Return the heights without the least-squares sum of products of Legendre polynomials."""
     if heights.shape[0] == 1:
         terms = tuple((along_y, along_x) for along_y, along_x in terms if not along_y)
@@ -345,7 +345,7 @@ def _remove_polynomial(heights: Array, degree: int) -> tuple[Array, dict[str, fl
     if not isinstance(degree, (int, np.integer)) or not 0 <= degree <= _MAX_DEGREE:
         raise input_error("degree", degree, f"must be an integer from 0 to {_MAX_DEGREE}")
     terms = tuple((b, n - b) for n in range(degree + 1) for b in range(n + 1))
-    residual = without_terms(heights, terms, f"polynomial of degree {degree}")
+    residual = subtract_terms(heights, terms, f"polynomial of degree {degree}")
     removed = float(np.nanstd(heights - residual))
     return residual, {"degree": float(degree), "removed_rms": removed}
 
@@ -435,7 +435,7 @@ def level(
         return _three_point(heights, points)
     if form == "robust":
         return _robust_plane(heights)
-    return without_terms(heights, _FORMS[form], form)
+    return subtract_terms(heights, _FORMS[form], form)
 
 
 def _three_point(heights: Array, points: Sequence[tuple[int, int]]) -> Array:
@@ -470,7 +470,7 @@ def _three_point(heights: Array, points: Sequence[tuple[int, int]]) -> Array:
 
 def _robust_plane(heights: Array) -> Array:
     terms = _FORMS["plane"]
-    residual = without_terms(heights, terms, "robust plane")
+    residual = subtract_terms(heights, terms, "robust plane")
     there = np.isfinite(heights)
     rounding = 1e-15 * float(np.abs(heights[there]).max())
     # Least absolute deviations: weights 1/|r|, bounded near the plane.
@@ -496,5 +496,5 @@ def _robust_plane(heights: Array) -> Array:
 
 
 def _step(residual: Array, terms: Terms, weights: Array) -> tuple[Array, float]:
-    changed = without_terms(residual, terms, "robust plane", weights)
+    changed = subtract_terms(residual, terms, "robust plane", weights)
     return changed, float(np.nanmax(np.abs(changed - residual)))

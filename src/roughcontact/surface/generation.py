@@ -102,7 +102,7 @@ _ROUNDS, _TRANSLATIONS, _CLOSE = 8, 40, 0.005
 _MOMENT_DAMPING = 0.8
 # Part of what was missed by which the next aim differs, and how near to two heights it may come
 # and how far into the tails.
-_GAIN, _LEAST, _MOST = 0.5, 0.5, 4 * height_distribution.LARGEST_KURTOSIS
+_GAIN, _LEAST, _MOST = 0.5, 0.5, 4 * height_distribution.MAX_KURTOSIS
 # Range of wavelengths, of roll-off over cut-off, that shows a Hurst exponent.
 _SPAN = 1.5
 
@@ -389,7 +389,7 @@ def _translated(
     # Two generators whose draws have nothing in common, the first of them the same for both.
     sources = np.random.default_rng(seed).spawn(1 if requested.honing is None else 2)
     drawn = [_phases(random_surfaces.random_amplitudes(shape, pixel, rng)) for rng in sources]
-    state = _State(drawn, _of_each(requested.moments, len(drawn)))
+    state = _State(drawn, _part_moments(requested.moments, len(drawn)))
     for _ in range(_ROUNDS):
         amplitudes = _families(spectrum, requested.honing)
         heights, state = _impose_moments(shape, amplitudes, state, requested.moments)
@@ -468,10 +468,10 @@ def _impose_moments(
     scores = _normal_scores(math.prod(shape))
     for _ in range(_TRANSLATIONS):
         parts = [
-            _of_unit_height(fft.irfft2(amplitude * phases, shape))
+            _normalize_heights(fft.irfft2(amplitude * phases, shape))
             for amplitude, phases in zip(amplitudes, state.phases, strict=True)
         ]
-        heights = parts[0] if len(parts) == 1 else _of_unit_height(np.sum(parts, axis=0))
+        heights = parts[0] if len(parts) == 1 else _normalize_heights(np.sum(parts, axis=0))
         missed = [
             want - got
             for want, got in zip(wanted, height_distribution.moments(heights), strict=True)
@@ -482,7 +482,7 @@ def _impose_moments(
             break
         aim = _next_moments(state.aim, missed, len(parts))
         try:
-            ranks = _of_unit_height(height_distribution.fitted(*aim).heights(scores))
+            ranks = _normalize_heights(height_distribution.fitted(*aim).heights(scores))
         except ValueError:
             # The search has left all distributions.
             raise InputError(
@@ -500,13 +500,13 @@ def _next_moments(
     aim: tuple[float, float], missed: Sequence[float], parts: int
 ) -> tuple[float, float]:
     """Return the moments to aim at next in each part of a map."""
-    by = _of_each((missed[0], 3 + missed[1]), parts)
+    by = _part_moments((missed[0], 3 + missed[1]), parts)
     skewness, kurtosis = aim[0] + _GAIN * by[0], aim[1] + _GAIN * (by[1] - 3)
     minimum = height_distribution.least_kurtosis(skewness) + _LEAST * height_distribution.STEP
     return skewness, min(max(kurtosis, minimum), _MOST)
 
 
-def _of_each(moments: tuple[float, float], parts: int) -> tuple[float, float]:
+def _part_moments(moments: tuple[float, float], parts: int) -> tuple[float, float]:
     """Return the skewness and kurtosis of each of some independent maps, from those of the sum."""
     return math.sqrt(parts) * moments[0], 3 + parts * (moments[1] - 3)
 
@@ -531,7 +531,7 @@ def _phases(waves: Waves) -> Waves:
     return np.divide(waves, size, out=np.zeros_like(waves), where=size > 0)
 
 
-def _of_unit_height(heights: Array) -> Array:
+def _normalize_heights(heights: Array) -> Array:
     """Return heights about their mean, over their root mean square."""
     deviation: Array = heights - heights.mean()
     deviation /= math.sqrt(float(np.mean(deviation * deviation)))

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 class NominalBody(partial[Surface]):
     """A nominal body without a grid: called with ``shape`` and ``pixel`` it gives a surface."""
 
-    def on(self, surface: Surface) -> Surface:
+    def sample_body(self, surface: Surface) -> Surface:
         """Return the body on the grid of a map; on that of a profile, the profile across it."""
         values = self.keywords
         if surface.is_profile and self.func is not flat:
@@ -153,7 +153,7 @@ class NominalForm:
     ) -> Surface | NominalBody:
         """Return the body: on a grid, or without one."""
         specified = [*([] if size is None else [(self.size, size)]), *sizes.items()]
-        sizes = self._checked(specified)
+        sizes = self._check_options(specified)
         if shape is None and pixel is None:
             return NominalBody(self, center=center, **sizes)
         if shape is None or pixel is None:
@@ -171,7 +171,7 @@ class NominalForm:
         about = Provenance(f"nominal {self.description(**sizes)}", origin=origin)
         return Surface(heights, edges, about, holes_masked=beyond > 0)
 
-    def _checked(self, specified: list[tuple[str, Any]]) -> dict[str, Any]:
+    def _check_options(self, specified: list[tuple[str, Any]]) -> dict[str, Any]:
         """Return size and option in SI units; refuse other names, and none or two sizes."""
         names, options = [name for name, _ in specified], [self.option] if self.option else []
         if names.count(self.size) != 1 or not {*names} <= {self.size, *options}:

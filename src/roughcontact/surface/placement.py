@@ -23,7 +23,7 @@ from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_lengths
 
-LEAST_POINTS = 16
+MIN_POINTS = 16
 """Points along the shorter side of a part, below which a part says little about a surface."""
 
 
@@ -60,7 +60,7 @@ def partition(surface: Surface, divisions: int = 2, level: str = "plane") -> tup
     if divisions < 1 or not is_divisible(surface.shape, divisions):
         ny, nx = surface.shape
         raise InputError(
-            f"must leave {LEAST_POINTS} points along each side of a part; the map has {ny} × {nx} "
+            f"must leave {MIN_POINTS} points along each side of a part; the map has {ny} × {nx} "
             f"points, got {divisions}",
             argument="divisions",
             value=divisions,
@@ -78,7 +78,7 @@ def partition(surface: Surface, divisions: int = 2, level: str = "plane") -> tup
 
 def is_divisible(shape: tuple[int, int], divisions: int) -> bool:
     """Return whether parts of a grid would have points enough."""
-    return min(shape) // divisions >= LEAST_POINTS
+    return min(shape) // divisions >= MIN_POINTS
 
 
 def _part(

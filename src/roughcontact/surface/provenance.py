@@ -219,7 +219,7 @@ def _lengths(values: Sequence[float], between: str = " × ") -> str:
     return between.join(format_engineering(value, "m", _DIGITS) for value in values)
 
 
-def _read(specified: _Said, result: _Said) -> tuple[str, ...]:
+def _reading_notes(specified: _Said, result: _Said) -> tuple[str, ...]:
     notes: tuple[str, ...] = result.get("notes", ())
     if "stated_size" in result:
         stated, size = (
@@ -276,7 +276,7 @@ def _leveled(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (f"leveled: {what} subtracted",)
 
 
-def _without_form(specified: _Said, result: _Said) -> tuple[str, ...]:
+def _form_notes(specified: _Said, result: _Said) -> tuple[str, ...]:
     shape, degree = specified["shape"], specified["degree"]
     if degree is not None:
         rms = format_engineering(result["removed_rms"], "m", _DIGITS)
@@ -290,7 +290,7 @@ def _without_form(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (f"form removed: least-squares {what}",)
 
 
-def _without_outliers(specified: _Said, result: _Said) -> tuple[str, ...]:
+def _outlier_notes(specified: _Said, result: _Said) -> tuple[str, ...]:
     window = specified["window"]
     return (
         f"outliers removed: {result['points']} points further than {specified['limit']:g} robust "
@@ -298,7 +298,7 @@ def _without_outliers(specified: _Said, result: _Said) -> tuple[str, ...]:
     )
 
 
-def _filled(specified: _Said, result: _Said) -> tuple[str, ...]:
+def _filling_notes(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (f"filled: {result['missing']} missing points by harmonic interpolation",)
 
 
@@ -378,7 +378,7 @@ _ORIGINS: dict[str, _Words] = {
     "Surface": _nothing,
     "reference_map": _nothing,
     "generate": _generated,
-    "read_surface": _read,
+    "read_surface": _reading_notes,
     "nominal.flat": _nothing,
     "nominal.sphere": _body,
     "nominal.ellipsoid": _body,
@@ -393,9 +393,9 @@ _WORDS: dict[str, _Words] = {
     **_ORIGINS,
     NOTE: lambda specified, result: (specified["text"],),
     "leveled": _leveled,
-    "without_form": _without_form,
-    "without_outliers": _without_outliers,
-    "filled": _filled,
+    "without_form": _form_notes,
+    "without_outliers": _outlier_notes,
+    "filled": _filling_notes,
     "masked": _masked,
     "cropped": _cropped,
     "largest_rectangle": _largest_rectangle,

@@ -100,7 +100,7 @@ _SMOOTH_EXPONENT = -6.0
 _BINS = 6
 
 # Fewest points along a side whose spectrum has octaves to compare.
-_LEAST_POINTS = 32
+_MIN_POINTS = 32
 
 # Names of formats that only scanning probes write, and what files of other formats may say. BCR-STM
 # is a format of exchange, which profilometers write as well.
@@ -118,7 +118,7 @@ def shortest_wave(heights: Array, pixel: tuple[float, float]) -> float:
     if np.isnan(heights).any():
         rows, columns = largest_rectangle(heights)
         heights = heights[slice(*rows), slice(*columns)]
-    if min(heights.shape) < _LEAST_POINTS:
+    if min(heights.shape) < _MIN_POINTS:
         return finest
     plane = level(heights)
     cuts = (noise_cutoff(plane, pixel), smoothing_cutoff(plane, pixel))
@@ -230,7 +230,7 @@ def _smallest_curvature(heights: Array, dx: float, reach: int) -> float:
 
 def _binned_spectrum(heights: Array, pixel: tuple[float, float]) -> tuple[Array, Array] | None:
     """Return wave numbers and spectral density in bins of equal width in log q."""
-    if min(heights.shape) < _LEAST_POINTS:
+    if min(heights.shape) < _MIN_POINTS:
         return None
     # Hann's window squared: what leaks from the longest waves falls as q⁻¹⁰, faster than what is
     # looked for. A map that is not periodic would hide it under q⁻².

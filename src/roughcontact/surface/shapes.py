@@ -56,7 +56,7 @@ def sphere(
     """Return the heights ``(R² - r²)^(1/2) - R`` of a sphere."""
     y, x = _from_center(shape, pixel, center)
     require_positive(radius=radius)
-    return _on_grid(_arc(y**2 + x**2, radius), "sphere")
+    return _require_points(_arc(y**2 + x**2, radius), "sphere")
 
 
 def ellipsoid(
@@ -83,7 +83,7 @@ def cylinder(
     """Return the heights ``(R² - d²)^(1/2) - R`` of a lying cylinder, d from its highest line."""
     y, x = _from_center(shape, pixel, center)
     require_positive(radius=radius)
-    return _on_grid(_arc(_turned(y, x, angle)[1] ** 2, radius), "cylinder")
+    return _require_points(_arc(_turned(y, x, angle)[1] ** 2, radius), "cylinder")
 
 
 def punch(
@@ -97,7 +97,7 @@ def punch(
     y, x = _from_center(shape, pixel, center)
     require_positive(radius=radius)
     flat = radius - _checked_edge(edge_radius, radius)
-    return _on_grid(_rounded(np.hypot(y, x) - flat, edge_radius, radius), "punch")
+    return _require_points(_rounded(np.hypot(y, x) - flat, edge_radius, radius), "punch")
 
 
 def rectangular_punch(
@@ -113,7 +113,7 @@ def rectangular_punch(
     rho = _checked_edge(edge_radius, min(half_y, half_x))
     beyond_y, beyond_x = np.abs(y) - (half_y - rho), np.abs(x) - (half_x - rho)
     beyond = np.hypot(np.maximum(beyond_y, 0), np.maximum(beyond_x, 0))
-    return _on_grid(_rounded(beyond, edge_radius, max(half_y, half_x)), "punch")
+    return _require_points(_rounded(beyond, edge_radius, max(half_y, half_x)), "punch")
 
 
 def cone(
@@ -228,7 +228,7 @@ def _rounded(beyond: Array, edge_radius: float, size: float) -> Array:
     return np.where(outside, np.nan, _arc(np.minimum(distance, edge_radius) ** 2, edge_radius))
 
 
-def _on_grid(heights: Array, name: str) -> Array:
+def _require_points(heights: Array, name: str) -> Array:
     if np.isnan(heights).all():
         raise InputError(
             f"no point of the grid lies under the {name}: check its size and center against the "

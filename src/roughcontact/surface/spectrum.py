@@ -47,7 +47,7 @@ from roughcontact.surface.roughness import mean_and_count, rms_height
 Array = NDArray[np.float64]
 
 # A lag counts where this share of the points has a partner; fewer say little.
-_LEAST_OVERLAP = 0.05
+_MIN_OVERLAP = 0.05
 
 
 def autocorrelation(heights: Array) -> Array:
@@ -73,7 +73,7 @@ def autocorrelation(heights: Array) -> Array:
         for rows in grid.row_blocks(heights.shape):
             scratch[rows, :nx] = ~np.isnan(heights[rows])
         pairs = np.rint(_sums_over_pairs(scratch, half_y, half_x))
-    pairs[pairs < max(_LEAST_OVERLAP * count, 1)] = math.nan
+    pairs[pairs < max(_MIN_OVERLAP * count, 1)] = math.nan
     function /= pairs
     return function
 

@@ -271,7 +271,7 @@ class Surface(Displayable):
         step = Operation("without_outliers", specified, {"points": count})
         return self._after(step, heights, holes_masked=self.holes_masked and not count)
 
-    def filled(self, most: float = cleaning.MOST_FILLED) -> Surface:
+    def filled(self, most: float = cleaning.MAX_FILLED_SHARE) -> Surface:
         """Return a copy with its missing points filled smoothly; measured points do not change.
 
         Parameters

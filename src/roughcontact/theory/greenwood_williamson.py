@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 # The variance of the summits of a Gaussian surface is 1 - 0.8968/α of the variance of its heights.
 _SUMMITS = 0.8968
-LEAST_BANDWIDTH = 1.5
+MIN_BANDWIDTH = 1.5
 """Minimum α of an isotropic Gaussian surface, for waves of one length (Nayak 1971)."""
 
 
@@ -86,9 +86,9 @@ def summits(m0: float, m2: float, m4: float) -> Summits:
     """
     require_positive(m0=m0, m2=m2, m4=m4)
     bandwidth = m0 * m4 / m2**2
-    if bandwidth < LEAST_BANDWIDTH:
+    if bandwidth < MIN_BANDWIDTH:
         raise InputError(
-            f"is too small: m0 m4/m2² = {bandwidth:.4g}, and at least {LEAST_BANDWIDTH:g} on any "
+            f"is too small: m0 m4/m2² = {bandwidth:.4g}, and at least {MIN_BANDWIDTH:g} on any "
             "isotropic Gaussian surface",
             argument="m4",
             value=m4,

@@ -26,7 +26,7 @@ A surface at the bound has only two heights with a cliff between them, which no 
 surface has.
 """
 
-LARGEST_KURTOSIS = 60.0
+MAX_KURTOSIS = 60.0
 """Maximum kurtosis: above, a map of a million points has too few of the peaks that set it."""
 
 # Normal variables and weights for averages over the distribution.
@@ -40,7 +40,7 @@ _SHAPES = {"bounded": (0.02, 200.0), "unbounded": (0.35, 200.0)}
 # zero width below the second.
 _STEEPEST, _FARTHEST = 40.0, 8.0
 # Tolerance of skewness and kurtosis for a family of one parameter.
-_CLOSE = 1e-3
+_KURTOSIS_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -102,13 +102,13 @@ def fitted(skewness: float, kurtosis: float) -> Johnson:
     ('normal', 'unbounded', 'bounded')
     """
     strength = abs(skewness)
-    if strength < _CLOSE and abs(kurtosis - 3) < _CLOSE:
+    if strength < _KURTOSIS_TOLERANCE and abs(kurtosis - 3) < _KURTOSIS_TOLERANCE:
         return Johnson("normal", 0.0, 1.0)
     lognormal, shape = _lognormal(strength)
-    if abs(kurtosis - lognormal) < _CLOSE:
+    if abs(kurtosis - lognormal) < _KURTOSIS_TOLERANCE:
         return Johnson("lognormal", 0.0, shape, skewness < 0)
     family = "unbounded" if kurtosis > lognormal else "bounded"
-    return _of_two_parameters(family, skewness, kurtosis)
+    return _solve_two_parameters(family, skewness, kurtosis)
 
 
 def require(skewness: float, kurtosis: float, families: int = 1) -> None:
@@ -131,7 +131,7 @@ def require(skewness: float, kurtosis: float, families: int = 1) -> None:
             argument="Sku",
             value=kurtosis,
         )
-    reached = of_sum(least_kurtosis(skewness * math.sqrt(families)) + STEP, families)
+    reached = kurtosis_of_mean(least_kurtosis(skewness * math.sqrt(families)) + STEP, families)
     if kurtosis < reached:
         what = "a translated Gaussian surface" if families == 1 else "a sum of two groove patterns"
         raise InputError(
@@ -140,16 +140,16 @@ def require(skewness: float, kurtosis: float, families: int = 1) -> None:
             argument="Sku",
             value=kurtosis,
         )
-    if kurtosis > LARGEST_KURTOSIS:
+    if kurtosis > MAX_KURTOSIS:
         raise InputError(
-            f"must be at most {LARGEST_KURTOSIS:g}, got {kurtosis!r}: beyond, single points make "
+            f"must be at most {MAX_KURTOSIS:g}, got {kurtosis!r}: beyond, single points make "
             "the kurtosis",
             argument="Sku",
             value=kurtosis,
         )
 
 
-def of_sum(kurtosis: float, families: int) -> float:
+def kurtosis_of_mean(kurtosis: float, families: int) -> float:
     """Return the kurtosis of the mean of independent maps, each with this kurtosis."""
     return 3 + (kurtosis - 3) / families
 
@@ -194,14 +194,14 @@ _FORMS: dict[str, Callable[[Array], Array]] = {
 
 def _lognormal(skewness: float) -> tuple[float, float]:
     """Return the kurtosis of the lognormal distribution of a skewness ≥ 0, and its shape δ."""
-    if skewness < _CLOSE:
+    if skewness < _KURTOSIS_TOLERANCE:
         return 3.0, math.inf
     # The only real root w > 1 of (w - 1)(w + 2)² = skewness².
     w = float(max(np.roots([1, 3, 0, -4 - skewness**2]).real))
     return w**4 + 2 * w**3 + 3 * w**2 - 3, 1 / math.sqrt(math.log(w))
 
 
-def _of_two_parameters(family: str, skewness: float, kurtosis: float) -> Johnson:
+def _solve_two_parameters(family: str, skewness: float, kurtosis: float) -> Johnson:
     """Return the member of a family with skewness and kurtosis, by nested roots in δ and γ."""
     strength = abs(skewness)
 
@@ -209,15 +209,15 @@ def _of_two_parameters(family: str, skewness: float, kurtosis: float) -> Johnson
         # Skewness increases with -γ in S_U and with γ in S_B, from 0 at γ = 0.
         sign = -1.0 if family == "unbounded" else 1.0
 
-        def beyond(gamma: float) -> float:
+        def skewness_error(gamma: float) -> float:
             return moments(Johnson(family, sign * gamma, delta).heights(_Z), _WEIGHTS)[0] - strength
 
         top = 1.0
-        while beyond(top) < 0 and top < max(_STEEPEST * delta, _FARTHEST):
+        while skewness_error(top) < 0 and top < max(_STEEPEST * delta, _FARTHEST):
             top *= 2
-        if strength < _CLOSE or beyond(top) < 0:
-            return Johnson(family, 0.0 if strength < _CLOSE else sign * top, delta)
-        return Johnson(family, sign * brentq(beyond, 0.0, top, xtol=1e-6), delta)
+        if strength < _KURTOSIS_TOLERANCE or skewness_error(top) < 0:
+            return Johnson(family, 0.0 if strength < _KURTOSIS_TOLERANCE else sign * top, delta)
+        return Johnson(family, sign * brentq(skewness_error, 0.0, top, xtol=1e-6), delta)
 
     def excess(logarithm: float) -> float:
         result = located(math.exp(logarithm))

@@ -251,7 +251,7 @@ def _possible(doubt: ErrorSource, name: str, value: float) -> ErrorSource:
     return replace(doubt, low=max(doubt.low, -1.0), high=high)
 
 
-def of_joint(
+def joint_interval(
     name: str, value: float, contact: ContactResult, coarser: float, calibrated: tuple[float, float]
 ) -> Interval:
     """Return the interval of a joint quantity, from two further solutions of its contact.
@@ -266,7 +266,7 @@ def of_joint(
         change, area = calibrated
         rate = abs(math.log1p(change) / math.log1p(area)) if change > -1 and area else math.nan
         error = rate * (plausibility.shown_error(contact) + _ONE_SPHERE) * (1 + change)
-        doubts.insert(0, ErrorSource(Cause.YIELDING, *_around(change, error)))
+        doubts.insert(0, ErrorSource(Cause.YIELDING, *_change_bounds(change, error)))
     return Interval(name, value, tuple(_possible(doubt, name, value) for doubt in doubts))
 
 
@@ -295,11 +295,11 @@ def volume_plasticity(name: str, result: ContactResult) -> ErrorSource | None:
     change = area_change(advice, result.ceiling, result.contact_modulus)
     error = plausibility.shown_error(result) + _ONE_SPHERE
     # Both are NaN outside the range of the calibration.
-    low, high = _around(change, error * (1 + change))
+    low, high = _change_bounds(change, error * (1 + change))
     return ErrorSource(Cause.YIELDING, low, high)
 
 
-def _around(change: float, error: float) -> tuple[float, float]:
+def _change_bounds(change: float, error: float) -> tuple[float, float]:
     """Return the error bounds of a change that is known within plus or minus an error."""
     if math.isnan(change + error):
         return math.nan, math.nan

@@ -67,10 +67,10 @@ CERTIFICATE = 1e-4
 # Relative standard uncertainty of the noise from a plateau of the spectrum.
 _PLATEAU = 0.05
 
-MOST_POINTS = 1 << 20
+MAX_POINTS = 1 << 20
 """Maximum number of points of a draw: about 40 contacts of this size are solved."""
 
-MOST_FILLED = 0.1
+MAX_FILLED_SHARE = 0.1
 """Largest share of filled points of a map with intervals."""
 
 
@@ -147,7 +147,7 @@ def uncertainty(
             argument="surface",
         )
     study = _ContactDraws(result, measured, draws if instrument else 0, seed, of == "surface")
-    numbers = study.solved(progress)
+    numbers = study.solve_draws(progress)
     intervals, closing = _intervals(study, numbers, known)
     remarks = (
         *_remarks(measured, instrument, wave, intervals),
@@ -201,10 +201,10 @@ def check(result: ContactResult) -> None:
     if surface.missing:
         raise InputError("has missing points; intervals need a filled map", argument="surface")
     share = surface.provenance.filled_share(surface.heights.size)
-    if share > MOST_FILLED:
+    if share > MAX_FILLED_SHARE:
         raise InputError(
             f"has {format_percent(share)} filled points; intervals need at most "
-            f"{format_percent(MOST_FILLED)}",
+            f"{format_percent(MAX_FILLED_SHARE)}",
             argument="surface",
         )
 
@@ -236,11 +236,11 @@ def _reconstruction(
     finest = (wave or 1 / measured.reach / reconstruction.UNKNOWN) / max(surface.pixel)
     if finest < 2:
         measured = replace(measured, finer=max(4, 2 ** math.ceil(math.log2(2 / finest))))
-    if math.prod(measured.shape) > MOST_POINTS:
+    if math.prod(measured.shape) > MAX_POINTS:
         rows, columns = measured.shape
         raise InputError(
             f"is drawn on {rows} × {columns} points, and intervals take at most "
-            f"{math.isqrt(MOST_POINTS)} × {math.isqrt(MOST_POINTS)}: crop the map, resample it "
+            f"{math.isqrt(MAX_POINTS)} × {math.isqrt(MAX_POINTS)}: crop the map, resample it "
             "with ",
             ArgumentRef("pixel"),
             ", or give ",
@@ -249,12 +249,12 @@ def _reconstruction(
         )
     _require_unsmoothed(surface, measured.instrument, wave)
     if measured.is_worn:
-        measured = _on_even_scale(measured)
+        measured = _rescale_worn(measured)
     _require_random(measured)
     return measured
 
 
-def _on_even_scale(measured: Reconstruction) -> Reconstruction:
+def _rescale_worn(measured: Reconstruction) -> Reconstruction:
     """Return a worn map on an even height scale; raise `InputError` if this is unknown."""
     unknown = {
         "a tip hides": measured.instrument.tip_radius > 0,
@@ -267,7 +267,7 @@ def _on_even_scale(measured: Reconstruction) -> Reconstruction:
             "measure the whole without a tip, with less noise",
             argument="surface",
         )
-    return measured.on_even_scale()
+    return measured.rescale_heights()
 
 
 def _other_map(
@@ -372,7 +372,7 @@ class _ContactDraws:
         strata = _stratified_normals(len(names), draws, np.random.default_rng(seed))
         self.deviations = [dict(zip(names, row, strict=True)) for row in strata]
 
-    def solved(self, progress: Tell) -> dict[Any, Array]:
+    def solve_draws(self, progress: Tell) -> dict[Any, Array]:
         """Return the logarithms of all quantities of each contact, by the name of the contact."""
         jobs = self._jobs()
         found: dict[Any, Array] = {}
@@ -393,46 +393,46 @@ class _ContactDraws:
     @property
     def base(self) -> Array:
         """Corrected map: a draw with the given values of the instrument [m]."""
-        return self._drawn({}, self.seed)[0] + self.smooth
+        return self._draw_map({}, self.seed)[0] + self.smooth
 
     def _jobs(self) -> dict[Any, Callable[[], Any]]:
         result, (ny, nx) = self.result, self.measured.shape
 
         def draw(k: int) -> Any:
             # Seeds of different draws are independent.
-            drawn, twin, image = self._drawn(self.deviations[k], self.seed + 1 + k)
-            yield ("draw", k), self._pressed(drawn + self.smooth)
-            yield ("twin", k), self._pressed(twin)
+            drawn, twin, image = self._draw_map(self.deviations[k], self.seed + 1 + k)
+            yield ("draw", k), self._solve_heights(drawn + self.smooth)
+            yield ("twin", k), self._solve_heights(twin)
             # On the same grid, so that its error cancels.
-            yield ("image", k), self._pressed(filters.resample(image, self.map.shape))
+            yield ("image", k), self._solve_heights(filters.resample(image, self.map.shape))
 
         def moved(source: Cause) -> Any:
             for name, sign in itertools.product(SOURCES[source], (-1, 1)):
-                drawn = self._drawn({name: sign}, self.seed)[0]
-                yield (name, sign), self._pressed(drawn + self.smooth)
+                drawn = self._draw_map({name: sign}, self.seed)[0]
+                yield (name, sign), self._solve_heights(drawn + self.smooth)
 
         def base() -> Any:
-            yield "base", self._pressed(self.base)
+            yield "base", self._solve_heights(self.base)
 
         def finer() -> Any:
             # On the even scale the edges of a worn plateau do not ring.
-            parts = self.measured.to_even_scale(self._drawn({}, self.seed)[0]), self.smooth
+            parts = self.measured.to_even_scale(self._draw_map({}, self.seed)[0]), self.smooth
             drawn, smooth = (
                 filters.resample(part, (2 * ny, 2 * nx), self._method) for part in parts
             )
-            yield "finer", self._pressed(self.measured.from_even_scale(drawn) + smooth)
+            yield "finer", self._solve_heights(self.measured.from_even_scale(drawn) + smooth)
 
         def loaded() -> Any:
-            yield "load", self._pressed(result.surface.heights, load=_STEP)
+            yield "load", self._solve_heights(result.surface.heights, load=_STEP)
 
         def yielding() -> Any:
-            yield "ceiling", self._pressed(result.surface.heights, ceiling=_STEP)
+            yield "ceiling", self._solve_heights(result.surface.heights, ceiling=_STEP)
 
         def leveled() -> Any:
-            yield "form", self._pressed(level(result.surface.heights, self.next_form))
+            yield "form", self._solve_heights(level(result.surface.heights, self.next_form))
 
         def measured() -> Any:
-            yield "map", self._pressed(self.map + self.smooth)
+            yield "map", self._solve_heights(self.map + self.smooth)
             yield "measured", result
 
         jobs: dict[Any, Callable[[], Any]] = {"finer": finer, "base": base}
@@ -452,12 +452,14 @@ class _ContactDraws:
     def _method(self) -> str:
         return "bandlimited" if not self.smooth.any() else "spline"
 
-    def _drawn(self, deviations: Mapping[str, float], seed: int) -> tuple[Array, Array, Array]:
+    def _draw_map(self, deviations: Mapping[str, float], seed: int) -> tuple[Array, Array, Array]:
         if not self.draws:
             return self.map, self.map, self.map
         return self.measured.draw(deviations, seed)
 
-    def _pressed(self, heights: Array, load: float = 1.0, ceiling: float = 1.0) -> ContactResult:
+    def _solve_heights(
+        self, heights: Array, load: float = 1.0, ceiling: float = 1.0
+    ) -> ContactResult:
         """Return the contact of other heights on a map of the same size."""
         result = self.result
         edges = [side / n for side, n in zip(result.surface.size, heights.shape, strict=True)]
@@ -512,7 +514,7 @@ def _intervals(
     corrected = {name: _corrected(study, column) for name, column in columns.items()}
     # Without a correction, the method has no error.
     shifts = [abs(corrected[name][0] - column["map"]) for name, column in columns.items()]
-    part = min(max(shifts, default=0.0) / _LARGE, 1.0)
+    part = min(max(shifts, default=0.0) / _FULL_CORRECTION, 1.0)
     as_measured = dict(zip(NUMBERS, map(float, measured), strict=True))
     # The area of the headline includes the excess of the rim, the corrected area does not.
     as_measured["contact_fraction"] = result.contact_fraction
@@ -566,7 +568,7 @@ def _corrected_interval(
 _NORMAL = NormalDist().inv_cdf(0.975)
 
 # Correction, as a logarithm, from which the remaining error of the method applies in full.
-_LARGE = 0.1
+_FULL_CORRECTION = 0.1
 
 # Quantities without an interval on worn maps.
 _NOT_OF_WORN = ("approach", "stiffness", "constriction_length")

@@ -81,7 +81,7 @@ _SCALES, _SMOOTHEST = 6, 0.02
 _TWINS = 3
 # Largest difference of the logarithms of two spectra of one surface in their common octave, beyond
 # the random scatter.
-_SAME = 0.7
+_SPECTRUM_TOLERANCE = 0.7
 # Maximum step between opposite edges of a periodic map, over the step between neighbors.
 _SEAM = 2.0
 # Number of iterations in which the image of a surface under a tip gets the spectrum of the map.
@@ -100,7 +100,7 @@ class RoughSpectrum:
     level: float  # Logarithm of the power at the limit [m²]
     cutoff: float  # Largest wave number [1/m]
 
-    def of_waves(self, k: Array) -> Array:
+    def power_at(self, k: Array) -> Array:
         """Return the power of waves [m²]."""
         logarithm = np.log(np.maximum(k, np.exp(self.place[0])))
         beyond = self.level + self.exponent * (logarithm - math.log(self.limit))
@@ -241,7 +241,7 @@ class Reconstruction:
             size = np.abs(waves)
             waves *= math.sqrt(2) / np.where(size > 0, size, 1.0)
         k = _wave_numbers(self.shape, self.fine, spectrum.tensor)
-        waves *= np.sqrt(spectrum.of_waves(k) / 2) * math.prod(self.shape)
+        waves *= np.sqrt(spectrum.power_at(k) / 2) * math.prod(self.shape)
         return self.from_even_scale(fft.irfft2(waves, self.shape))
 
     def image(self, surface: Array, instrument: Instrument, rng: np.random.Generator) -> Array:
@@ -260,7 +260,7 @@ class Reconstruction:
         if instrument.tip_radius:
             image = -dilated(-image, self.pixel, instrument.tip_radius)
         transfer = self._transfer(instrument)
-        power = spectrum.of_waves(self._wave_numbers(spectrum.tensor))
+        power = spectrum.power_at(self._wave_numbers(spectrum.tensor))
         below = power * transfer**2 + self._noise(instrument)
         undo = np.divide(power * transfer, below, out=np.zeros_like(power), where=power > 0)
         undo[0, 0] = 1.0
@@ -341,7 +341,7 @@ class Reconstruction:
         _, local = self._roughness(self.heights)
         return bool(noise > local[-_CLASSES // 16 :].mean() ** 2 / 2)
 
-    def on_even_scale(self) -> Reconstruction:
+    def rescale_heights(self) -> Reconstruction:
         """Return the map on a height scale with short waves as high as those of twins."""
         maps = self
         for seed in range(_SCALES):
@@ -370,7 +370,7 @@ class Reconstruction:
         """Return a map with the expected power in waves beyond the limit."""
         # The transfer depends on the wavelength rather than on k.
         q = self._wave_numbers(np.eye(2))
-        expected = spectrum.of_waves(self._wave_numbers(spectrum.tensor))
+        expected = spectrum.power_at(self._wave_numbers(spectrum.tensor))
         expected *= self._transfer(instrument) ** 2
         expected += self._noise(instrument)
         even = self.to_even_scale(image)
@@ -546,7 +546,7 @@ def require_one_surface(maps: Reconstruction) -> None:
             argument="also",
         )
     mean = float(np.average(apart, weights=weight))
-    if abs(mean) > _SAME + 2 / math.sqrt(weight.sum()):
+    if abs(mean) > _SPECTRUM_TOLERANCE + 2 / math.sqrt(weight.sum()):
         raise InputError(
             f"has {math.exp(mean):.2g} times the power of the map in the waves that both show: "
             "they are not of one surface, or an instrument does not resolve what it states",

@@ -276,7 +276,7 @@ CEILING_FACTORS = (2.8, 3.0, 3.2)
 """Ceilings over the yield strength, from Tabor's 2.8 for metals to 3.2."""
 
 
-_FEWEST_POINTS = 32
+_MIN_POINTS = 32
 
 
 @shows_progress_bar
@@ -335,7 +335,7 @@ precision
     Independent of the grid (less than 5 % change at each step over pixels of 2 µm, 1 µm, 500 nm): \
 contact area, perimeter-corrected area, maximum pressure, mean pressure.
     """
-    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
+    pair = Pair.from_arguments(surface, material, counter_surface, counter_material, boundary)
     terms = LoadCase(
         load=resolve_force(load, pair)[0], ceiling=ceiling, tolerance=tolerance, precision=precision
     )
@@ -366,10 +366,10 @@ def merge_parts(parts: Sequence[ResolutionStudy]) -> ResolutionStudy:
 def _checked_study(pair: Pair, terms: LoadCase, progress: Tell) -> _Study:
     """Return a study with checked arguments and the common ceiling of its solves."""
     pair.require_map("a study of the resolution")
-    if min(pair.shape) < 2 * _FEWEST_POINTS:
+    if min(pair.shape) < 2 * _MIN_POINTS:
         raise InputError(
             f"has {pair.shape[0]} × {pair.shape[1]} points: a study of the "
-            f"resolution needs at least {2 * _FEWEST_POINTS} along each side",
+            f"resolution needs at least {2 * _MIN_POINTS} along each side",
             argument="surface",
         )
     check_problem(pair, terms)
@@ -381,7 +381,7 @@ def _checked_study(pair: Pair, terms: LoadCase, progress: Tell) -> _Study:
 
 def coarsen_pair(pair: Pair) -> Pair | None:
     """Return the same bodies on a grid of twice the pixel, as in the study."""
-    if min(pair.shape) < 2 * _FEWEST_POINTS:
+    if min(pair.shape) < 2 * _MIN_POINTS:
         return None
     outline = _change_maps(pair, partial(_divisible, boundary=pair.boundary))
     return _change_maps(outline, partial(_scaled, factor=2.0, boundary=pair.boundary))
@@ -399,7 +399,7 @@ class _Study:
 
     def part(self, name: str) -> ResolutionStudy:
         """Return a study with only one of `PARTS`."""
-        self.number = sum(map(len, self._wanted[: PARTS.index(name)]))
+        self.number = sum(map(len, self._part_values[: PARTS.index(name)]))
         self.notes = []
         result = ResolutionStudy((), (), (), at_ceiling=False)
         if name == "grids":
@@ -417,14 +417,14 @@ class _Study:
         return replace(result, notes=tuple(self.notes))
 
     @property
-    def _wanted(self) -> tuple[Sequence[float], ...]:
+    def _part_values(self) -> tuple[Sequence[float], ...]:
         """Factors or lengths of the solves of each part."""
         return self.factors, self.lengths, self.ceiling_factors
 
     @property
     def factors(self) -> list[float]:
         """Pixels of the grids with enough points, over the pixel of the map."""
-        return [f for f in PIXEL_FACTORS if min(self.pair.shape) / f >= _FEWEST_POINTS]
+        return [f for f in PIXEL_FACTORS if min(self.pair.shape) / f >= _MIN_POINTS]
 
     @property
     def lengths(self) -> list[float]:
@@ -437,9 +437,9 @@ class _Study:
         """Ceilings over the yield strength; none without a ceiling or with one per pixel."""
         return CEILING_FACTORS if isinstance(self.terms.ceiling, float) else ()
 
-    def pressed(self, label: str, pair: Pair, terms: LoadCase) -> ContactResult:
+    def solve_next(self, label: str, pair: Pair, terms: LoadCase) -> ContactResult:
         """Solve a contact with progress of the study, and return its result."""
-        count = sum(map(len, self._wanted))
+        count = sum(map(len, self._part_values))
         return solve_pair(
             pair, terms, progress=progress_callback(self.progress, self.number, count, label)
         )
@@ -458,7 +458,7 @@ class _Study:
                 scaled = _change_maps(outline, partial(_scaled, factor=factor, boundary=boundary))
                 if isinstance(limit, np.ndarray):
                     terms = replace(terms, ceiling=_nearest(limit, outline.shape, scaled.shape))
-                result = self.pressed(f"pixel × {factor:g}", scaled, terms)
+                result = self.solve_next(f"pixel × {factor:g}", scaled, terms)
             except InsufficientMemoryError as error:
                 self.notes.append(f"The grid with {factor:g} × the pixel was left out: {error}.")
                 continue
@@ -473,7 +473,7 @@ class _Study:
             self.number += 1
             smooth = _change_maps(self.pair, partial(_smoothed, length=length))
             label = f"S-filter {format_engineering(length, 'm')}"
-            result.append(_variant(length, self.pressed(label, smooth, self.terms)))
+            result.append(_variant(length, self.solve_next(label, smooth, self.terms)))
         return tuple(result)
 
     def ceilings(self) -> tuple[Variant, ...]:
@@ -492,7 +492,7 @@ class _Study:
                     f"With a ceiling factor of {factor:.3g} the load cannot be carried."
                 )
                 continue
-            result = self.pressed(label, self.pair, replace(self.terms, ceiling=ceiling))
+            result = self.solve_next(label, self.pair, replace(self.terms, ceiling=ceiling))
             answer.append(_variant(factor, result))
         return tuple(answer)
 

@@ -270,7 +270,7 @@ def test_two_pressures_of_a_sample_are_enough(inlet: float, outlet: float) -> No
 
 def test_a_ring_is_the_logarithm_of_its_radii() -> None:
     for land in (10e-3, 1e-5):
-        width, length = Seal(1e-3, 1e5, length=land, ring=40e-3).face((1.0, 1.0), 0)
+        width, length = Seal(1e-3, 1e5, length=land, ring=40e-3).face_dimensions((1.0, 1.0), 0)
         expected = 2 * math.pi / math.log((40e-3 + land) / (40e-3 - land))
         assert width / length == pytest.approx(expected)
     # A narrow land is a strip as long as the circumference.

@@ -225,7 +225,7 @@ def test_long_movies_leave_steps_out(
 ) -> None:
     from PIL import Image
 
-    monkeypatch.setattr(movie, "MOST_FRAMES", 3)
+    monkeypatch.setattr(movie, "MAX_FRAMES", 3)
     frames = [make_frame(state, n, k, "x") for n, k, state in found.states()]
     movie.save(found, frames, folder / "short.gif")
     with Image.open(folder / "short.gif") as shown:

@@ -30,7 +30,7 @@ _SHARES = ("contact_fraction", "saturated_fraction")
 
 def overview(comparison: Comparison, title: Name, unit: Name) -> Figure:
     """Draw load curves and quantities of all groups; see `curves` and `numbers`."""
-    return _figure(comparison, _curves(comparison), _shown(comparison), title, unit)
+    return _figure(comparison, _curves(comparison), _drawn_names(comparison), title, unit)
 
 
 def curves(comparison: Comparison, title: Name, unit: Name) -> Figure:
@@ -60,10 +60,10 @@ def numbers(comparison: Comparison, title: Name, unit: Name) -> Figure:
     Figure
         One panel per quantity: each map a dot, the mean of a group a line with its interval.
     """
-    return _figure(comparison, (), _shown(comparison), title, unit)
+    return _figure(comparison, (), _drawn_names(comparison), title, unit)
 
 
-def _shown(comparison: Comparison) -> Sequence[str]:
+def _drawn_names(comparison: Comparison) -> Sequence[str]:
     return [name for name in comparison.names if name in _SHOWN]
 
 
@@ -127,7 +127,7 @@ def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: Name, uni
     _plain_ticks(axes.xaxis, between=False)
     axes.set_ylim(0, 1.08 * float(np.max(values)) * up or 1)
     style.name_axes(axes, f"nominal pressure [{pressure_unit}]")
-    _named(axes, title(name), symbol)
+    _set_title(axes, title(name), symbol)
 
 
 def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: Name, unit: Name) -> None:
@@ -161,7 +161,7 @@ def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: Name, un
     _limit(axes, comparison, name, values, up)
     axes.set_xlim(-0.6, len(values) - 0.4)
     axes.set_xticks(range(len(values)), [_short(group.name) for group in comparison.groups])
-    _named(axes, title(name), symbol)
+    _set_title(axes, title(name), symbol)
 
 
 _ROUNDING = 1e-9
@@ -186,7 +186,7 @@ def _short(name: str) -> str:
     return name if len(name) <= 14 else f"{name[:13]}…"
 
 
-def _named(axes: Axes, title: str, symbol: str) -> None:
+def _set_title(axes: Axes, title: str, symbol: str) -> None:
     style.plain_axes(axes, title=f"{title} [{symbol}]" if symbol else title)
 
 

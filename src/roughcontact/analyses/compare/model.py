@@ -43,7 +43,7 @@ from roughcontact.units import Quantity, format_engineering, to_si
 Pair = tuple[int, int]
 
 # Relative difference up to which pixels, waves and map sizes are treated as equal.
-_ALIKE = 0.05
+_SIMILARITY_TOLERANCE = 0.05
 # Largest number of groups that a message lists by name.
 _NAMED = 3
 
@@ -177,7 +177,7 @@ class Comparison(Result):
             )
         waves = [sample.shortest_wave for sample in self.samples]
         # Shortest waves follow from the pixels, which have their own caution.
-        if _differ_beyond(waves, 4 * _ALIKE) and not _differ_beyond(pixels):
+        if _differ_beyond(waves, 4 * _SIMILARITY_TOLERANCE) and not _differ_beyond(pixels):
             low, high = (format_engineering(end, "m", 3) for end in (min(waves), max(waves)))
             yield as_caution(
                 CautionTag.UNLIKE_PIXEL,
@@ -204,8 +204,10 @@ class Comparison(Result):
         fewest = min(len(group.samples) for group in self.groups)
         if fewest < MIN_MAPS:
             few = [group for group in self.groups if len(group.samples) == fewest]
-            yield few_maps(fewest, "pair") if self.paired else few_maps(fewest, of=_of(few))
-        if any(_of_one_file(group.samples) for group in self.groups):
+            yield (
+                few_maps(fewest, "pair") if self.paired else few_maps(fewest, of=_group_phrase(few))
+            )
+        if any(_has_parts_of_one_file(group.samples) for group in self.groups):
             yield as_note(
                 CautionTag.PARTS,
                 "Groups are parts of one map: scatter excludes other places, pieces and "
@@ -213,17 +215,17 @@ class Comparison(Result):
             )
 
 
-def _differ_beyond(values: Sequence[float], part: float = _ALIKE) -> bool:
+def _differ_beyond(values: Sequence[float], part: float = _SIMILARITY_TOLERANCE) -> bool:
     return max(values) > (1 + part) * min(values)
 
 
-def _of(groups: Sequence[Group]) -> str:
+def _group_phrase(groups: Sequence[Group]) -> str:
     names = [group.name for group in groups if group.name]
     named = ", ".join(names) if len(names) <= _NAMED else f"each of {len(names)} groups"
     return f" of {named}" if names else ""
 
 
-def _of_one_file(samples: Sequence[Sample]) -> bool:
+def _has_parts_of_one_file(samples: Sequence[Sample]) -> bool:
     sources = [sample.source for sample in samples if sample.part]
     return len(set(sources)) < len(sources)
 
@@ -324,7 +326,7 @@ def compare(
     for name, surfaces in groups.items():
         labels = _names([surface.provenance.source for surface in surfaces])
         pressed[name] = [
-            wanted.pressed(surface, label, progress)
+            wanted.solve_map(surface, label, progress)
             for surface, label in zip(surfaces, labels, strict=True)
         ]
     return wanted.together(pressed, paired)
@@ -366,7 +368,7 @@ class MapLoadCase:
                 argument="maps",
             )
 
-    def pressed(self, surface: Surface, name: str, progress: Tell = None) -> Pressed:
+    def solve_map(self, surface: Surface, name: str, progress: Tell = None) -> Pressed:
         """Solve one map; return its samples. The name is for progress messages."""
         surfaces = [surface]
         if self.before is not None:
@@ -382,7 +384,7 @@ class MapLoadCase:
         if self.before is not None:
             (maps,) = groups.values()
             samples = {BEFORE: [item[0] for item in maps], AFTER: [item[1] for item in maps]}
-        result = tuple(Group(name, _named(group)) for name, group in samples.items())
+        result = tuple(Group(name, _rename_samples(group)) for name, group in samples.items())
         return Comparison(result, self.pressures, paired or self.before is not None, self.before)
 
 
@@ -406,7 +408,7 @@ def _pressures(pressure: Quantity, steps: int) -> tuple[float, ...]:
     return tuple(spaced(float(last) / _RANGE, float(last), steps))
 
 
-def _named(samples: Sequence[Sample]) -> tuple[Sample, ...]:
+def _rename_samples(samples: Sequence[Sample]) -> tuple[Sample, ...]:
     """Return the samples of a group, each with a unique name."""
     names = _names([item.source for item in samples])
     return tuple(replace(item, name=name) for item, name in zip(samples, names, strict=True))

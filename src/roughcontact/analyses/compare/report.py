@@ -355,7 +355,7 @@ def _each(read: Callable[[SamplingError], Any]) -> Callable[[SamplingStudy], lis
     return lambda study: [read(item) for item in study.errors]
 
 
-def _from(item: SamplingError) -> str:
+def _parts_text(item: SamplingError) -> str:
     return f"{item.parts} parts; {item.bound}" if item.bound else f"{item.parts} parts"
 
 
@@ -399,7 +399,7 @@ SAMPLING_COLUMNS: Columns = (
     ),
     Column("area_low", unit="m²", of=_each(lambda item: item.area_low)),
     Column("area_high", unit="m²", of=_each(lambda item: item.area_high)),
-    Column("parts", "from", of=_each(lambda item: item.parts), shown=_each(_from)),
+    Column("parts", "from", of=_each(lambda item: item.parts), shown=_each(_parts_text)),
     Column("drift", of=_each(lambda item: item.drift)),
     Column("scaling", of=_each(lambda item: item.scaling)),
 )
@@ -524,7 +524,7 @@ def _inputs(result: Comparison | SamplingStudy, drawn: bool) -> list[Block]:
     specified = [*kind_of(result).rows(result, PROBLEM), *rows_of(_TERMS, samples[0], PROBLEM)]
     listed: list[Block] = []
     if isinstance(result, Comparison):
-        rows = chapters.evenly_spaced(_maps(result), _MANY)
+        rows = chapters.evenly_spaced(_maps(result), _MAX_LISTED_MAPS)
         head = ("map", "group", "size (y × x)", "pixel (y × x)", "shortest wave")
         listed = chapters.table(rows, head)
     bodies = chapters.body_blocks(samples[0].bodies, specified, inputs.bodies("ceiling"))
@@ -532,7 +532,7 @@ def _inputs(result: Comparison | SamplingStudy, drawn: bool) -> list[Block]:
 
 
 # Largest number of maps in the list of a report.
-_MANY = 16
+_MAX_LISTED_MAPS = 16
 
 
 def _method(_: Comparison) -> list[Block]:
@@ -568,7 +568,7 @@ def sampling(study: SamplingStudy) -> Figure:
 
 
 def _works(study: SamplingStudy) -> Iterator[Use]:
-    yield from sweep_fields.of_curve(study.whole.curve)
+    yield from sweep_fields.curve_references(study.whole.curve)
     yield make_use("intervals of the means", "Student1908")
 
 
@@ -650,7 +650,7 @@ KIND = Presentation(
     Comparison,
     COMPARISON,
     COMPARISON_COLUMNS,
-    works=compare_fields.of_comparison,
+    works=compare_fields.comparison_references,
     figures=(
         Illustration("comparison", overview, "", FILES),
         Illustration(
@@ -677,7 +677,7 @@ KIND = Presentation(
     meaning=_meaning,
     inputs=_inputs,
     details=_details,
-    case=lambda result: assumptions.of_samples(result.samples),
+    case=lambda result: assumptions.sample_case(result.samples),
     method=_method,
 )
 SAMPLING_KIND = Presentation(
@@ -703,7 +703,7 @@ SAMPLING_KIND = Presentation(
     question=lambda study: (
         f"Is {study.whole.name} large enough at {format_engineering(study.pressure, 'Pa')}?"
     ),
-    case=lambda study: assumptions.of_samples([study.whole]),
+    case=lambda study: assumptions.sample_case([study.whole]),
 )
 
 

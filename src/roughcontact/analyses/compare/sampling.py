@@ -227,9 +227,9 @@ class SamplingStudy(Result):
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """Cautions on the study, the most severe first."""
-        return sort_cautions([*self.whole.cautions, *self._judged()])
+        return sort_cautions([*self.whole.cautions, *self._sampling_cautions()])
 
-    def _judged(self) -> Iterator[Caution]:
+    def _sampling_cautions(self) -> Iterator[Caution]:
         """Yield cautions on how well the parts represent the map."""
         errors = self.errors
         yield from self._scaling(errors)

@@ -91,7 +91,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
             request, _compare_all(request, [work.known[word] for word in part_names(request)])
         )
     # Read all maps first: an unreadable file is reported before the first solve.
-    maps = [_read(request, path, work.say) for _, path in _listed(request)]
+    maps = [_read_map(request, path, work.say) for _, path in _list_maps(request)]
     result = [
         _compress_map(request, surface, one_of_several(work.look, number, len(maps)))
         for number, surface in enumerate(maps, start=1)
@@ -101,17 +101,17 @@ def _run(request: Request, work: TaskContext) -> Outcome:
 
 def part_names(request: Request) -> tuple[str, ...]:
     """Return the subtask names of a comparison, one per map."""
-    return tuple(str(number) for number, _ in enumerate(_listed(request)))
+    return tuple(str(number) for number, _ in enumerate(_list_maps(request)))
 
 
 def file_of(request: Request, word: str) -> Path | None:
     """Return the file of the map of a subtask; None for a nominal body."""
-    return _listed(request)[int(word)][1]
+    return _list_maps(request)[int(word)][1]
 
 
 def find_one_map(request: Request, word: str, say: Say, look: OnProgress) -> MapFindings:
     """Read and solve one map; the results are the same as in the whole comparison."""
-    return _compress_map(request, _read(request, file_of(request, word), say), look)
+    return _compress_map(request, _read_map(request, file_of(request, word), say), look)
 
 
 def groups(request: Request) -> dict[str, list[Path]]:
@@ -122,13 +122,13 @@ def groups(request: Request) -> dict[str, list[Path]]:
     return {request.names.get(str(path), str(path)): [path] for path in paths}
 
 
-def _listed(request: Request) -> list[tuple[str, Path | None]]:
+def _list_maps(request: Request) -> list[tuple[str, Path | None]]:
     """Return group name and file of all maps, in order."""
     named = groups(request).items()
     return [(name, path) for name, paths in named for path in paths] or [("", None)]
 
 
-def _read(request: Request, path: Path | None, say: Say) -> Surface:
+def _read_map(request: Request, path: Path | None, say: Say) -> Surface:
     from roughcontact.request.preparation import surfaces
 
     values = {name: value for name, value in request.values.items() if name != options.GROUP.name}
@@ -154,7 +154,8 @@ def _compress_map(request: Request, surface: Surface, look: OnProgress) -> MapFi
         name += f", part {number} of {len(parts)}" if request[QUARTERS] else ""
         pressed.append(
             tuple(
-                _with_remarks(item, extra_cautions) for item in requested.pressed(part, name, look)
+                _with_remarks(item, extra_cautions)
+                for item in requested.solve_map(part, name, look)
             )
         )
     return MapFindings(tuple(pressed), study)
@@ -163,7 +164,7 @@ def _compress_map(request: Request, surface: Surface, look: OnProgress) -> MapFi
 def _is_study_alone(request: Request) -> bool:
     """Return whether the request is only the sampling error of a single map."""
     more = request[QUARTERS] or request[PRELOAD]
-    return bool(request[SAMPLING] and not more and len(_listed(request)) == 1)
+    return bool(request[SAMPLING] and not more and len(_list_maps(request)) == 1)
 
 
 def _load_case(request: Request) -> MapLoadCase:
@@ -172,7 +173,7 @@ def _load_case(request: Request) -> MapLoadCase:
     result = build_load_case(
         request.needed(LOAD), request[STEPS], request[PRELOAD], _problem(request)
     )
-    counts = Counter(name for name, _ in _listed(request))
+    counts = Counter(name for name, _ in _list_maps(request))
     each = _QUARTERS if request[QUARTERS] else 1
     result.check({name: each * count for name, count in counts.items()}, request[PAIRED])
     return result
@@ -191,7 +192,7 @@ def _compare_all(request: Request, result: list[MapFindings]) -> Comparison | Sa
         return studies[0]
     called = dict(zip(groups(request), labels(request), strict=True))
     by_name: dict[str, list[Pressed]] = {}
-    for (name, _), item in zip(_listed(request), result, strict=True):
+    for (name, _), item in zip(_list_maps(request), result, strict=True):
         by_name.setdefault(called.get(name, name), []).extend(item.pressed)
     return replace(_load_case(request).together(by_name, request[PAIRED]), sampling=studies)
 

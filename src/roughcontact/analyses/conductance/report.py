@@ -68,7 +68,7 @@ def _by_area(result: joint.Conductance) -> bool:
     return len(result.largest.boundary.periodic_axes) == 2
 
 
-def _filled(result: joint.Conductance) -> bool:
+def _has_filling_estimate(result: joint.Conductance) -> bool:
     """Return whether the report shows the effect of air or oil in the gap."""
     return _thermal(result) and _by_area(result) and result.filling is None
 
@@ -117,7 +117,7 @@ def _fillings() -> tuple[Quantity, ...]:
             f"with {name} in the gap",
             unit="W/(m² K)",
             stored=False,
-            when=_filled,
+            when=_has_filling_estimate,
             of=_filled_by(name),
             text=_in_gap(name),
         )
@@ -133,7 +133,7 @@ def _filled_columns() -> Columns:
             unit="W/(m² K)",
             brief=False,
             of=_filled_by(name),
-            when=_filled,
+            when=_has_filling_estimate,
         )
         for name in ("air", "oil")
     )
@@ -144,12 +144,12 @@ def _ratio(
 ) -> Callable[[joint.Conductance], list[str]]:
     """Return a formatter of estimated over computed constriction length, within a range."""
 
-    def shown(result: joint.Conductance) -> list[str]:
+    def format_ratios(result: joint.Conductance) -> list[str]:
         ratios = result.column(name) / result.column("length")
         low, high = within
         return [f"{ratio:.3g}" if low <= ratio <= high else "–" for ratio in ratios.tolist()]
 
-    return shown
+    return format_ratios
 
 
 CONDUCTANCE: Table = (
@@ -297,7 +297,7 @@ def _gap_sentence(result: joint.Conductance) -> str:
         ", unless it is filled: with air (1 bar) or oil in it the contact and the gap conduct side "
         "by side"
     )
-    return f"the gap conducts nothing{filled if _filled(result) else ''}"
+    return f"the gap conducts nothing{filled if _has_filling_estimate(result) else ''}"
 
 
 def sentences(result: joint.Conductance) -> tuple[str, ...]:
@@ -388,7 +388,7 @@ def _joint_texts(result: joint.Conductance, index: int) -> list[str]:
 def _interval(result: joint.Conductance) -> Interval:
     """Return the interval of the constriction length under the largest load."""
     coarser = math.nan if result.coarser is None else result.coarser.length
-    return uncertainty.of_joint(
+    return uncertainty.joint_interval(
         result, "length", result.steps[-1].length, 0, coarser, *result.draws
     )
 
@@ -409,7 +409,7 @@ def _answer(result: joint.Conductance) -> str:
             for text, *ends in zip(texts, *shown, strict=True)
         ]
         texts = [
-            f"{text} ({phrases.between(low, high, str)})"
+            f"{text} ({phrases.range_text(low, high, str)})"
             for text, (low, high) in zip(texts, pairs, strict=True)
         ]
     return f"At {phrases.load(result.largest)}: {', '.join(texts)}."
@@ -446,7 +446,7 @@ def _remarks(result: joint.Conductance) -> tuple[str, ...]:
             phrases.format_short(solid[end], "W/(m² K)") for end in sorted({0, len(solid) - 1})
         )
         lines += [f"Contact: {parts}", f"Gap ({name}): {_share_of_gap(result)}"]
-    elif _filled(result):
+    elif _has_filling_estimate(result):
         lines.append(f"Gas is not included. With air in the gap: {_in_gap('air')(result)}")
     if result.current is not None:
         amperes = phrases.format_short(result.current, "A")

@@ -67,7 +67,7 @@ _CONDUCTORS = (
 def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.conductance.model import SUBJECT, conductance
 
-    contacts = joints.JointContacts.of_request(request, work)
+    contacts = joints.JointContacts.from_request(request, work)
     contacts.require_map(SUBJECT)
     loads = joints.loads(request)
 

@@ -33,7 +33,7 @@ def _side(by: float) -> str:
     return "above" if by > 0 else "below"
 
 
-def _beside_contact(result: ContactResult) -> str:
+def _compare_contact(result: ContactResult) -> str:
     answer = result.estimate
     assert answer is not None
     nominal = result.pressure.size * result.pixel_area
@@ -42,7 +42,7 @@ def _beside_contact(result: ContactResult) -> str:
     return f"{share(answer.contact)}; {own}"
 
 
-def _beside_gap(result: ContactResult) -> str:
+def _compare_gap(result: ContactResult) -> str:
     answer = result.estimate
     assert answer is not None
     by = (result.mean_gap - answer.gap.value) / answer.roughness.Sq
@@ -55,7 +55,7 @@ BESIDE: Table = (
         "real contact by formula",
         meaning="of nominally flat surfaces like it, with the interval of 90 in 100",
         of=lambda result: result.estimate and result.estimate.contact.value,
-        text=_beside_contact,
+        text=_compare_contact,
         when=_has_estimate,
         stored=False,
         brief=False,
@@ -66,7 +66,7 @@ BESIDE: Table = (
         unit="m",
         meaning="the same",
         of=lambda result: result.estimate and result.estimate.gap.value,
-        text=_beside_gap,
+        text=_compare_gap,
         when=_has_estimate,
         stored=False,
         brief=False,

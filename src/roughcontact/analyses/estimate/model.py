@@ -260,7 +260,7 @@ def _formula(text: dict[str, Any]) -> Formula:
 
 
 _CEILING, _VOLUME = "ceiling", "volume"
-LEAST_WAVES = 6.0
+MIN_WAVES = 6.0
 """Minimum shorter side of a map, in autocorrelation lengths, for a representative map."""
 
 
@@ -435,7 +435,7 @@ def estimate(
     )
 
 
-def of_result(result: ContactResult) -> Estimate | None:
+def estimate_result(result: ContactResult) -> Estimate | None:
     """Return the estimate for a solved contact; None if the formulas do not apply."""
     pair = result.pair
     flat = not (pair.is_profile or pair.is_shared) and len(result.boundary.periodic_axes) == 2
@@ -451,14 +451,14 @@ def of_result(result: ContactResult) -> Estimate | None:
             result.contact_modulus,
             result.ceiling,
             strength,
-            of_surface(gap),
+            surface_parameters(gap),
             _hardening(pair.material, pair.counter_material),
         )
     except InputError:
         return None
 
 
-def of_surface(surface: Surface) -> Roughness:
+def surface_parameters(surface: Surface) -> Roughness:
     """Return the roughness parameters of a map for the formulas."""
     values = surface.roughness()
     texture = values["Str"] if math.isfinite(values["Str"]) else values["Str_max"]
@@ -485,7 +485,7 @@ def _roughness(surface: Surface | None, specified: dict[str, Any]) -> Roughness:
                 "is a profile, and formulas are of areas: give Sq and Sdq of the surface",
                 argument="surface",
             )
-        return replace(of_surface(surface), **stated)
+        return replace(surface_parameters(surface), **stated)
     for name, what in (("Sq", "how high the surface is"), ("Sdq", "how steep")):
         if name not in stated:
             raise InputError(f"must be given, or a map: {what}", argument=name)
@@ -634,10 +634,10 @@ def _range_text(name: str, value: float, domain: dict[str, tuple[float, float]])
 def _require(
     groups: DimensionlessGroups, domain: dict[str, tuple[float, float]], roughness: Roughness
 ) -> None:
-    if roughness.waves is not None and roughness.waves < LEAST_WAVES:
+    if roughness.waves is not None and roughness.waves < MIN_WAVES:
         raise InputError(
             f"shows its own form: its shorter side is {roughness.waves:.1f} autocorrelation "
-            f"lengths, and the formulas need {LEAST_WAVES:g}; solve the contact on it instead",
+            f"lengths, and the formulas need {MIN_WAVES:g}; solve the contact on it instead",
             argument="surface",
             value=roughness.waves,
         )

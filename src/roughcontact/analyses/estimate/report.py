@@ -43,7 +43,7 @@ def _ranged(
     )
 
 
-def _of_surface(name: str, unit: str, meaning: str) -> Quantity:
+def _roughness_quantity(name: str, unit: str, meaning: str) -> Quantity:
     return Quantity(
         name,
         name,
@@ -77,12 +77,12 @@ ESTIMATE: Table = (
         part=PROBLEM,
     ),
     Quantity("ceiling", "pressure ceiling", unit="Pa", part=PROBLEM, when=_limited),
-    _of_surface("Sq", "m", "root-mean-square height"),
-    _of_surface("Sdq", "1", "root-mean-square gradient h′"),
-    _of_surface("Sal", "m", "autocorrelation length"),
-    _of_surface("Str", "1", "texture aspect ratio"),
-    _of_surface("Ssk", "1", "skewness"),
-    _of_surface("Sku", "1", "kurtosis"),
+    _roughness_quantity("Sq", "m", "root-mean-square height"),
+    _roughness_quantity("Sdq", "1", "root-mean-square gradient h′"),
+    _roughness_quantity("Sal", "m", "autocorrelation length"),
+    _roughness_quantity("Str", "1", "texture aspect ratio"),
+    _roughness_quantity("Ssk", "1", "skewness"),
+    _roughness_quantity("Sku", "1", "kurtosis"),
     Quantity(
         "plasticity_index",
         "plasticity index",
@@ -131,7 +131,7 @@ def _problem(result: Estimate) -> str:
 
 
 def _ends(result: EstimateRange, form: Callable[[float], str]) -> str:
-    return f"{form(result.value)} ({phrases.between(result.low, result.high, form)})"
+    return f"{form(result.value)} ({phrases.range_text(result.low, result.high, form)})"
 
 
 def _answer(result: Estimate) -> str:

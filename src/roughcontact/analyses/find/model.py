@@ -265,11 +265,11 @@ MAX_HELD_RESULTS = 6
 
 # Relative load difference up to which a solve starts from the pressure of another load; for larger
 # differences the coarse grids of the solver give a better start.
-_NEAR = 2e-3
+_RESTART_TOLERANCE = 2e-3
 # Margin around the contact in the search for the largest stress, in pixels.
 _MARGIN = 8
 # Smallest load over the load that flattens one pixel.
-_LEAST = 1e-9
+_MIN_LOAD_FRACTION = 1e-9
 
 Target = tuple[str, float]
 
@@ -362,7 +362,7 @@ max_iterations
     """
     began = time.perf_counter()
     targets = _targets(contact_fraction, saturated_fraction, approach, mean_gap, first_yield)
-    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
+    pair = Pair.from_arguments(surface, material, counter_surface, counter_material, boundary)
     pair.require_map("a search of loads")
     terms = LoadCase(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
     finder, elastic = (_Finder(pair, t) for t in (terms, replace(terms, ceiling=None)))
@@ -432,8 +432,8 @@ class _Finder:
         touchable = np.isfinite(touchable_gap(pair))
         limit = pair.contact_modulus if ceiling is None else np.asarray(ceiling)
         largest = float(np.broadcast_to(limit, pair.shape)[touchable].sum()) * pair.pixel_area
-        minimum = _LEAST * pair.contact_modulus * pair.pixel_area
-        return math.log(min(minimum, _LEAST * largest)), math.log(largest)
+        minimum = _MIN_LOAD_FRACTION * pair.contact_modulus * pair.pixel_area
+        return math.log(min(minimum, _MIN_LOAD_FRACTION * largest)), math.log(largest)
 
     def answer(self, target: Target, progress: Callable[[Step], None] | None) -> LoadAnswer:
         """Return the load of one target."""
@@ -476,7 +476,7 @@ class _Finder:
             # The mean displacement of a periodic surface is zero.
             approach = float(pair.initial_gap.mean()) - value if flat else value
             terms = replace(self.terms, load=None, approach=approach)
-            return math.log(self.solved(terms, None, progress).load)
+            return math.log(self.solve_load(terms, None, progress).load)
         if name == YIELD:
             body = min(strength for _, strength in _yielding(pair))
             return math.log(1.6 * body * pair.pixel_area)
@@ -527,15 +527,15 @@ class _Finder:
         near = [
             r
             for r in (*self.held.values(), self.last)
-            if r is not None and abs(r.load / load - 1) < _NEAR
+            if r is not None and abs(r.load / load - 1) < _RESTART_TOLERANCE
         ]
         start = min(near, key=lambda r: abs(r.load / load - 1), default=None)
         if name in COUNTED:
             # Near a step, the pixels in contact depend on the start, within the tolerance.
             start = None
-        return self.solved(replace(self.terms, load=load, approach=None), start, progress)
+        return self.solve_load(replace(self.terms, load=load, approach=None), start, progress)
 
-    def solved(
+    def solve_load(
         self, terms: LoadCase, start: ContactResult | None, progress: Callable[[Step], None] | None
     ) -> ContactResult:
         """Solve a contact and count the solve."""

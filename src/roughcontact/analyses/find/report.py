@@ -10,7 +10,7 @@ from typing import Any
 
 from roughcontact.analyses.find import model as search
 from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
-from roughcontact.analyses.solve.fields import PAIR, of_largest
+from roughcontact.analyses.solve.fields import PAIR, largest_load_quantity
 from roughcontact.report import citations, phrases
 from roughcontact.report.kind import (
     CAUTIONS,
@@ -57,7 +57,7 @@ def _targets(loads: search.LoadSearch) -> list[str]:
     ]
 
 
-def _between(bracket: tuple[float, float]) -> str:
+def _format_bracket(bracket: tuple[float, float]) -> str:
     (low, unit), (high, other) = (
         format_engineering(load, "N", _DIGITS).split() for load in bracket
     )
@@ -65,7 +65,7 @@ def _between(bracket: tuple[float, float]) -> str:
 
 
 def _bracket(loads: search.LoadSearch) -> list[str]:
-    return [_between(answer.bracket) for answer in loads.answers]
+    return [_format_bracket(answer.bracket) for answer in loads.answers]
 
 
 def _answers(loads: search.LoadSearch) -> list[dict[str, Any]]:
@@ -128,7 +128,7 @@ FOUND: Table = (
         form=lambda v: f"{v:.1e} at most",
     ),
     *CAUTIONS,
-    of_largest("version"),
+    largest_load_quantity("version"),
 )
 """Quantities of a `LoadSearch`."""
 
@@ -157,7 +157,7 @@ FOUND_COLUMNS: Columns = (
 # --- Headline ---
 
 
-def _wanted(item: Any) -> str:
+def _format_target(item: Any) -> str:
     if item.quantity == search.YIELD:
         return "first yield"
     value = item.target
@@ -178,7 +178,7 @@ def _answer(loads: search.LoadSearch) -> str:
     """Return the load of the first target as a sentence."""
     first, unit = loads.answers[0], loads.largest.pair.load_unit
     force = phrases.format_short(first.load, unit)
-    wanted = _wanted(first)
+    wanted = _format_target(first)
     subject = wanted[:1].upper() + wanted[1:]
     if loads.largest.pair.is_profile:
         return f"{subject} needs {force}."
@@ -192,7 +192,11 @@ def _numbers(loads: search.LoadSearch) -> CellTable:
     for item in loads.answers:
         low, high = item.bracket
         half = (high - low) / 2 / item.load if item.load else 0.0
-        row = (_wanted(item), _pressure(loads, item.load), phrases.format_short(item.load, unit))
+        row = (
+            _format_target(item),
+            _pressure(loads, item.load),
+            phrases.format_short(item.load, unit),
+        )
         rows.append((*row, f"± {100 * half:.1g} %"))
     return ("wanted", "nominal pressure", "load", "bracket"), rows
 
@@ -201,10 +205,14 @@ def _remarks(loads: search.LoadSearch) -> tuple[str, ...]:
     """Return the uncertainty of the load by the model, and the accuracy of the solution."""
     lines = []
     for item in loads.answers:
-        interval = uncertainty.of_area(item.result) if item.quantity == search.CONTACT else None
+        interval = (
+            uncertainty.area_interval(item.result) if item.quantity == search.CONTACT else None
+        )
         if interval is not None and interval.low < interval.high < math.inf:
             ends = [format_change(item.target / end - 1) for end in (interval.high, interval.low)]
-            lines.append(f"Model: the load for {_wanted(item)} may change by {' to '.join(ends)}")
+            lines.append(
+                f"Model: the load for {_format_target(item)} may change by {' to '.join(ends)}"
+            )
             break
     certificate = max(item.certificate for item in loads.answers)
     return (*lines, phrases.worst(certificate, loads.largest.tolerance, loads.solves))

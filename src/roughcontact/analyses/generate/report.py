@@ -95,7 +95,7 @@ def _value_text(name: str, value: float) -> str:
 
 
 # Relative differences below this are shown as rounding.
-_LEAST = 5e-4
+_MIN_VISIBLE_CHANGE = 5e-4
 
 
 def _missed_by(item: Parameter) -> str:
@@ -104,7 +104,7 @@ def _missed_by(item: Parameter) -> str:
     if item.name == "Ssk":
         by = round(item.measured - item.requested, 3)
         return f"{by:+.3f}".replace("-", "−") if by else "0"
-    return format_change(item.missed) if abs(item.missed) >= _LEAST else "below 0.05 %"
+    return format_change(item.missed) if abs(item.missed) >= _MIN_VISIBLE_CHANGE else "below 0.05 %"
 
 
 # Ratio of longest to shortest wavelength below which a spectrum is narrow.

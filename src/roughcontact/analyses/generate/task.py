@@ -16,7 +16,7 @@ from roughcontact.request.task import Command, Given, ParsedOptions
 if TYPE_CHECKING:
     from roughcontact.surface.surface import Surface
 
-_LARGEST_SEED = 2**63 - 1
+_MAX_SEED = 2**63 - 1
 
 SIZE = Option(
     "size",
@@ -40,7 +40,7 @@ SEED = Option(
     Panel.MAP,
     "NUMBER",
     "Random seed; each seed gives another surface; default: 0.",
-    parsing.int_parser(0, _LARGEST_SEED),
+    parsing.int_parser(0, _MAX_SEED),
     0,
     arguments=("rng",),
 )
@@ -174,7 +174,7 @@ def run_generate(specified: Given, say: Say) -> tuple[Surface, list[Path]]:
     from roughcontact.formats.source import pixel_of
     from roughcontact.surface.generation import generate
 
-    requested = COMMAND.read(specified)
+    requested = COMMAND.parse_values(specified)
     places = _output_places(requested)
     if requested[SQ] is None:
         raise InputError("must be given: how high the surface is", argument="Sq")

@@ -15,8 +15,8 @@ from roughcontact.report.kind import (
     Columns,
     Quantity,
     Table,
+    format_without_rounding,
     stored_columns,
-    without_rounding,
 )
 from roughcontact.units import format_percent
 
@@ -56,10 +56,13 @@ HISTORY_COLUMNS: Columns = (
         "indentation_volume",
         "newly indented",
         unit="m³",
-        shown=without_rounding("indentation_volume"),
+        shown=format_without_rounding("indentation_volume"),
     ),
     Column(
-        "dissipated_energy", "dissipated", unit="J", shown=without_rounding("dissipated_energy")
+        "dissipated_energy",
+        "dissipated",
+        unit="J",
+        shown=format_without_rounding("dissipated_energy"),
     ),
     Column("elastic_energy", unit="J"),
     Column("certificate"),

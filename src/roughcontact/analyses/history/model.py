@@ -455,7 +455,7 @@ and the largest stage, and the bodies of three stages.
 """
 
 # Load that every surface carries [N], to check the other arguments.
-_LEAST = 1e-90
+_PLACEHOLDER_LOAD = 1e-90
 # Tolerance of a shift by whole pixels, in pixels.
 _WHOLE = 1e-6
 
@@ -557,7 +557,7 @@ def history(
     """
     one_pass = _stages(path)
     requested = repeat_stages(one_pass, passes, shift)
-    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
+    pair = Pair.from_arguments(surface, material, counter_surface, counter_material, boundary)
     pair.require_map("a load history", coated=False)
     terms = LoadCase(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
     way = _path_in_pixels(pair, requested, terms, len(one_pass))
@@ -576,7 +576,7 @@ def history(
 def _path_in_pixels(pair: Pair, requested: Sequence[Stage], terms: LoadCase, each: int) -> _Path:
     """Check a path of two bodies; return it with shifts in pixels."""
     stages = tuple(stage.on(pair) for stage in requested)
-    check_problem(pair, replace(terms, load=_LEAST), held=MAX_HELD_RESULTS)
+    check_problem(pair, replace(terms, load=_PLACEHOLDER_LOAD), held=MAX_HELD_RESULTS)
     limit = resolve_ceiling(terms.ceiling, pair)
     shifts = [_pixels(stage.shift, pair.surface, n) for n, stage in enumerate(stages, start=1)]
     bodies = sliding_pair(pair, shifts)
@@ -725,7 +725,7 @@ def _run_path(way: _Path, place: RunFolder | None, progress: Tell) -> LoadHistor
             if callable(progress):
                 progress(Progress(number + 1, len(way.stages), None, kept=True))
         else:
-            step, new, result = _solved(way, number, indentation, place, progress)
+            step, new, result = _solve_history_stage(way, number, indentation, place, progress)
             _save_step(way, number, place, step, new)
         bodies.indent(indentation, new, shift)
         steps.append(step)
@@ -736,7 +736,7 @@ def _run_path(way: _Path, place: RunFolder | None, progress: Tell) -> LoadHistor
         if way.is_settled(steps):
             break
     last, maximum = (
-        results[n] or _solved(way, n, _indented_before(way, n, place), place, None)[2]
+        results[n] or _solve_history_stage(way, n, _indented_before(way, n, place), place, None)[2]
         for n in (len(steps) - 1, largest)
     )
     indentation.flags.writeable = False
@@ -755,7 +755,7 @@ def _run_path(way: _Path, place: RunFolder | None, progress: Tell) -> LoadHistor
     )
 
 
-def _solved(
+def _solve_history_stage(
     way: _Path, number: int, indentation: Array, place: RunFolder | None, progress: Tell
 ) -> tuple[HistoryStep, Array, ContactResult]:
     """Solve a stage, by its number from 0; return its step, new indentation and contact."""

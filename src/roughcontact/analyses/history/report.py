@@ -86,5 +86,5 @@ KIND = Presentation(
     remarks=_history_remarks,
     details=_details,
     method=_history_method,
-    case=lambda history: assumptions.of_contact(history.under_largest, history),
+    case=lambda history: assumptions.contact_case(history.under_largest, history),
 )

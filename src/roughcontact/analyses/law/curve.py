@@ -35,11 +35,11 @@ ERROR = 0.01
 # Number of interpolated points per solved interval, from which table rows are selected.
 _FINE = 64
 # Minimum number of points for an error estimate, which leaves out every second point.
-_FEWEST = 3
+_MIN_THINNED_POINTS = 3
 # Error reduction at half the point distance, with computed slopes and without.
 _COMPUTED, _FROM_NEIGHBORS = 8.0, 3.0
 # Minimum difference in separation of two points, over the separation at first touch.
-_LEAST_STEP = 1e-7
+_MIN_SEPARATION_STEP = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ class Curve:
     @property
     def error(self) -> float:
         """Relative pressure error between solved points; NaN for fewer than three points."""
-        if self.pressure.size < _FEWEST:
+        if self.pressure.size < _MIN_THINNED_POINTS:
             return math.nan
         inner = np.arange(1, self.pressure.size - 1)
         worst = 0.0
@@ -101,7 +101,7 @@ class Curve:
         p = refine_geometrically(self.pressure)
         u = self.separation_at(p)
         chosen = [0]
-        minimum = _LEAST_STEP * abs(self.first_touch)
+        minimum = _MIN_SEPARATION_STEP * abs(self.first_touch)
         for number in range(1, p.size):
             if u[chosen[-1]] - u[number] > minimum:
                 chosen.append(number)
@@ -200,17 +200,17 @@ def asperities(heights: Array, pixel: tuple[float, float]) -> Asperities:
 # Resolved range of an interface law.
 
 
-LEAST_SPOTS = 10
+MIN_SPOTS = 10
 """Minimum number of contact spots; with fewer, the law scatters between maps."""
 
-LEAST_POINTS = 100
+MIN_POINTS = 100
 """Minimum numbers of points in contact and of open points; fewer depend on the pixel."""
 
-MOST_CONTACT = 0.9
+MAX_CONTACT_FRACTION = 0.9
 """Maximum contact fraction; above it, the open dales are not resolved by the pixel."""
 
 # Relative pressure difference up to which whole maps and parts agree.
-_ALIKE = 0.05
+_PARTS_TOLERANCE = 0.05
 
 SPOTS, POINTS, CONTACT, SLOPE = "spots", "points", "contact", "slope"
 
@@ -228,12 +228,12 @@ class Resolved:
 def resolved(pressures: Array, means: Mapping[str, Array], scatter: float) -> Resolved:
     """Return the range of pressures that maps resolve."""
     from_below = (
-        (SPOTS, means["spots"] >= LEAST_SPOTS),
-        (POINTS, means["contact_points"] >= LEAST_POINTS),
+        (SPOTS, means["spots"] >= MIN_SPOTS),
+        (POINTS, means["contact_points"] >= MIN_POINTS),
     )
     from_above = (
-        (CONTACT, means["contact_fraction"] <= MOST_CONTACT),
-        (POINTS, means["open_points"] >= LEAST_POINTS),
+        (CONTACT, means["contact_fraction"] <= MAX_CONTACT_FRACTION),
+        (POINTS, means["open_points"] >= MIN_POINTS),
         (SLOPE, pressures <= scatter),
     )
     # Spots merge as the contact closes: only the first pressure with enough spots is decisive.
@@ -252,13 +252,10 @@ def resolved(pressures: Array, means: Mapping[str, Array], scatter: float) -> Re
     )
 
 
-_BELOW = {
-    SPOTS: f"fewer than {LEAST_SPOTS} spots",
-    POINTS: f"fewer than {LEAST_POINTS} contact pixels",
-}
+_BELOW = {SPOTS: f"fewer than {MIN_SPOTS} spots", POINTS: f"fewer than {MIN_POINTS} contact pixels"}
 _ABOVE = {
-    CONTACT: f"more than {100 * MOST_CONTACT:.0f} % contact",
-    POINTS: f"fewer than {LEAST_POINTS} open pixels",
+    CONTACT: f"more than {100 * MAX_CONTACT_FRACTION:.0f} % contact",
+    POINTS: f"fewer than {MIN_POINTS} open pixels",
     SLOPE: "pressure over E*h'/2",
 }
 """Reasons why a law is not resolved below and above a pressure."""
@@ -327,5 +324,5 @@ def judge_part_size(whole: Curve, parts: Curve, error: Array, within: Resolved) 
     if not off.size:
         return None
     worst = int(np.argmax(off))
-    alike = not (off > np.maximum(_ALIKE, chance)).any()
+    alike = not (off > np.maximum(_PARTS_TOLERANCE, chance)).any()
     return PartSize(float(off[worst]), float(chance[worst]), alike)

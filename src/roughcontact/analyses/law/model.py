@@ -48,7 +48,7 @@ LOADING, UNLOADING = "loading", "unloading"
 """Branches of a law: first loading, and unloading (or reloading to the largest load)."""
 
 # Relative difference up to which pressures of two maps are treated as equal.
-_SAME = 1e-6
+_PRESSURE_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,9 @@ class MapLaw:
     def interpolated(self, branch: str, name: str, pressures: Array) -> Array:
         """Return a field at nominal pressures within the range of a branch."""
         own = self.column(branch, "pressure")
-        if own.size == pressures.size and np.allclose(own, pressures, rtol=_SAME, atol=0):
+        if own.size == pressures.size and np.allclose(
+            own, pressures, rtol=_PRESSURE_TOLERANCE, atol=0
+        ):
             return self.column(branch, name)
         if name == "separation":
             return self.curve(branch).separation_at(pressures)
@@ -302,7 +304,9 @@ class InterfaceLaw(Result):
         """
         own = [law.column(branch, "pressure") for law in self.maps]
         first = own[0]
-        if all(p.size == first.size and np.allclose(p, first, rtol=_SAME) for p in own):
+        if all(
+            p.size == first.size and np.allclose(p, first, rtol=_PRESSURE_TOLERANCE) for p in own
+        ):
             return first
         low, high = max(p[0] for p in own), min(p[-1] for p in own)
         result: Array = np.geomspace(low, high, max(p.size for p in own))
@@ -563,7 +567,7 @@ def _mean(values: Array) -> Mean:
 # --- Interface law from solved contacts ---
 
 
-OF = "an interface law"
+LAW_NAME = "an interface law"
 """Name of the analysis in messages on missing maps."""
 
 # Relative height difference up to which heights are treated as equal.
@@ -848,7 +852,7 @@ def _spectrum(pair: Pair, window: Window | None) -> dict[str, Array]:
 def _check(result: ContactResult, first: ContactResult) -> None:
     """Raise `InputError` for a map without a law, or one that does not match the first."""
     pair, other = result.pair, first.pair
-    pair.require_map(OF, coated=False)
+    pair.require_map(LAW_NAME, coated=False)
     if shape_of(pair) is not None:
         raise InputError(
             "are of curved bodies, and an interface law is one of nominally flat ones: take the "

@@ -262,7 +262,7 @@ def sentences(law: InterfaceLaw) -> tuple[str, ...]:
 # --- Headline ---
 
 # Maximum number of pressures in the headline table.
-_MOST = 5
+_MAX_SCREEN_ROWS = 5
 
 
 def _problem(law: InterfaceLaw) -> str:
@@ -281,7 +281,7 @@ def _intervals(law: InterfaceLaw) -> tuple[Interval, Interval]:
     coarser = law.coarser and (law.coarser.closing, law.coarser.stiffness)
     changes = coarser or (math.nan, math.nan)
     closing, stiffness = (
-        uncertainty.of_joint(law, name, item.value, index, changes[index], item)
+        uncertainty.joint_interval(law, name, item.value, index, changes[index], item)
         for index, (name, item) in enumerate(zip(("closing", "stiffness"), means, strict=True))
     )
     return closing, stiffness
@@ -291,7 +291,7 @@ def _answer(law: InterfaceLaw) -> str:
     """Return approach and final stiffness over the range of pressures as a sentence."""
     steps = law.of_branch(law.branches[0])
     first, last = steps[0].pressure, steps[-1].pressure
-    ends = phrases.between(first, last, lambda value: phrases.format_short(value, "Pa"))
+    ends = phrases.range_text(first, last, lambda value: phrases.format_short(value, "Pa"))
     closing, stiffness = _intervals(law)
     by = uncertainty.with_interval(closing, lambda value: phrases.format_short(value, "m"))
     stiff = uncertainty.with_interval(stiffness, lambda value: f"{_per_length(value)} GPa/µm")
@@ -315,7 +315,7 @@ def _numbers(law: InterfaceLaw) -> CellTable:
         row += [format_percent(step.contact_fraction), f"{_per_length(step.stiffness)} GPa/µm"]
         row += [f"{_per_length(step.unloading_stiffness)} GPa/µm"] * flows
         rows.append(tuple(row))
-    return tuple(heads), chapters.evenly_spaced(rows, _MOST)
+    return tuple(heads), chapters.evenly_spaced(rows, _MAX_SCREEN_ROWS)
 
 
 def _remarks(law: InterfaceLaw) -> tuple[str, ...]:

@@ -37,16 +37,18 @@ _CONDUCTORS = (joints.CONDUCTIVITY, joints.COUNTER_CONDUCTIVITY, joints.THERMAL_
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
-    from roughcontact.analyses.law.model import OF
+    from roughcontact.analyses.law.model import LAW_NAME
     from roughcontact.surface.placement import partition
 
-    contacts = JointContacts.of_request(request, work)
-    contacts.require_map(OF)
+    contacts = JointContacts.from_request(request, work)
+    contacts.require_map(LAW_NAME)
     maps = list(contacts.iter_maps())
     result = maps[0].with_variants(_law_of(request, maps))
     if request[QUARTERS]:
         level = request[options.LEVEL]
-        parts = [item.of(part) for item in maps for part in partition(item.maps[0], 2, level)]
+        parts = [
+            item.replace_map(part) for item in maps for part in partition(item.maps[0], 2, level)
+        ]
         result = replace(result, parts=_law_of(request, parts))
     return joints.outcome(request, work, result)
 
@@ -65,7 +67,7 @@ def _law_of(request: Request, maps: Sequence[JointContacts]) -> InterfaceLaw:
             # The first contact is under the largest load.
             for number, result in enumerate(item.solve_loads(loads)):
                 if number == 0:
-                    remaining.append(item.of(indented_surface(result)))
+                    remaining.append(item.replace_map(indented_surface(result)))
                     flowed.append(result.saturated_fraction > 0)
                 yield result
 

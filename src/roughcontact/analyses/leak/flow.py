@@ -117,7 +117,7 @@ class _Parts:
         self._period = [0] * count
         self.winding: set[int] = set()
 
-    def find(self, part: int) -> tuple[int, int]:
+    def find_root(self, part: int) -> tuple[int, int]:
         """Return the root of a part, and the number of periods from the root to the part."""
         periods = 0
         while self._parent[part] != part:
@@ -127,11 +127,11 @@ class _Parts:
 
     def roots(self) -> NDArray[np.int32]:
         """Return the root of each part."""
-        return np.array([self.find(part)[0] for part in range(len(self._parent))], np.int32)
+        return np.array([self.find_root(part)[0] for part in range(len(self._parent))], np.int32)
 
     def join(self, item: int, two: int, periods: int) -> None:
         """Join two parts, the second shifted by a number of periods."""
-        (first, before), (second, after) = self.find(item), self.find(two)
+        (first, before), (second, after) = self.find_root(item), self.find_root(two)
         if first == second:
             if before + periods != after:
                 self.winding.add(first)
@@ -155,8 +155,8 @@ _REDUCTION = 1e-6
 """Reduction of the imbalance per round; rounding prevents smaller values."""
 
 _ROUNDS = 8
-_MOST_STEPS = 300
-_MOST_SETTINGS = 30
+_MAX_STEPS = 300
+_MAX_MOBILITY_UPDATES = 30
 
 Mobility = Callable[[Array], Array]
 """Factors of g³ at the nodes, from their pressure: 1 at the inlet, 0 at the outlet."""
@@ -205,11 +205,11 @@ def flow(
     problem = _problem(cube, part, pixel, axis, periodic_axes)
     solved, moved = _solve_pressure(problem), cube
     if mobility is not None:
-        for left in reversed(range(_MOST_SETTINGS)):
+        for left in reversed(range(_MAX_MOBILITY_UPDATES)):
             moved = cube.copy()
             moved[part] *= mobility(solved.pressure + solved.small)
             problem = _problem(moved, part, pixel, axis, periodic_axes)
-            solved = _Solved.of_pressure(problem, solved.pressure, solved.small, solved.steps)
+            solved = _Solved.from_pressure(problem, solved.pressure, solved.small, solved.steps)
             total = float(np.abs(solved.unbalanced(problem)).sum())
             # If the last iteration does not balance, `_flow_from_pressure` raises an error.
             if total <= TOLERANCE * solved.power or not left:
@@ -322,7 +322,7 @@ class _Solved:
     steps: int
 
     @classmethod
-    def of_pressure(cls, problem: _Problem, pressure: Array, small: Array, steps: int) -> _Solved:
+    def from_pressure(cls, problem: _Problem, pressure: Array, small: Array, steps: int) -> _Solved:
         network = problem.network
         drop = network.drop(pressure)
         drop -= problem.driven
@@ -361,12 +361,12 @@ def _solve_pressure(problem: _Problem, start: _Solved | None = None) -> _Solved:
             small += change
         steps += more
     del inverse
-    return _Solved.of_pressure(problem, pressure, small, steps)
+    return _Solved.from_pressure(problem, pressure, small, steps)
 
 
 def _imbalance(problem: _Problem, pressure: Array, small: Array) -> tuple[Array, float]:
     """Return the net flow into each node, and the power of the flow."""
-    result = _Solved.of_pressure(problem, pressure, small, 0)
+    result = _Solved.from_pressure(problem, pressure, small, 0)
     return result.unbalanced(problem), result.power
 
 
@@ -380,7 +380,7 @@ def _solve_correction(
         flow = max(power - _dot(residual, change), 0.0)
         return unbalanced <= max(_REDUCTION * total, _TARGET_IMBALANCE * flow)
 
-    return conjugate_gradients(inverse, residual, enough, _MOST_STEPS)
+    return conjugate_gradients(inverse, residual, enough, _MAX_STEPS)
 
 
 def _flow_from_pressure(

@@ -47,7 +47,7 @@ Dapp, Lücke, Persson and Müser 2012, doi:10.1103/PhysRevLett.108.244301.
 """
 
 # Distance from the threshold within which a few constrictions determine the leak rate.
-_NEAR = 0.1
+_THRESHOLD_DISTANCE = 0.1
 
 _GRID_TOLERANCE = 0.1
 
@@ -86,7 +86,7 @@ def step_cautions(result: ContactResult, closed: bool) -> Iterator[Caution]:
             CautionTag.OPEN_GAP, "Bodies do not touch: this is the flow through an open gap."
         )
     fraction = result.contact_fraction
-    if not closed and abs(fraction - THRESHOLD) < _NEAR:
+    if not closed and abs(fraction - THRESHOLD) < _THRESHOLD_DISTANCE:
         yield as_caution(
             CautionTag.NEAR_THRESHOLD,
             f"{100 * fraction:.0f} % contact is near the {100 * THRESHOLD:.0f} % sealing "
@@ -160,7 +160,7 @@ def grid_caution(changes: tuple[float, float]) -> Iterator[Caution]:
 
 Array = NDArray[np.float64]
 
-OF = "the leakage of a contact"
+LEAKAGE_NAME = "the leakage of a contact"
 """Name of the analysis in messages on missing maps."""
 
 AXES = ("y", "x")
@@ -187,7 +187,7 @@ class Seal:
         # p² falls linearly along the land.
         return 2 / 3 * (inlet**3 - outlet**3) / (inlet**2 - outlet**2) - outlet
 
-    def face(self, size: tuple[float, float], axis: int) -> tuple[float, float]:
+    def face_dimensions(self, size: tuple[float, float], axis: int) -> tuple[float, float]:
         """Return width and length of the face [m], by default from the map size (y, x)."""
         length = size[axis] if self.length is None else self.length
         if self.ring is not None:
@@ -420,7 +420,7 @@ class Leakage(Result):
         """
         if self.seal is None:
             return np.full(len(self.steps), math.nan)
-        width, length = self.seal.face(self.largest.pair.size, axis)
+        width, length = self.seal.face_dimensions(self.largest.pair.size, axis)
         driven = self.seal.pressure_difference * width / (12 * self.seal.viscosity * length)
         factor = np.array([step.gas_factor[axis] for step in self.steps])
         return self.permeability(axis) * factor * driven
@@ -556,7 +556,7 @@ def leakage(
     answer: list[tuple[LeakageStep, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None
     flows: tuple[Flow, ...] = ()
-    for result in check_same_pair(contacts, OF):
+    for result in check_same_pair(contacts, LEAKAGE_NAME):
         step, driven = _step(result, axes, seal)
         own = _step_messages(result, step, driven, axes, seal)
         answer.append((step, (*result.cautions, *own)))

@@ -90,14 +90,14 @@ def _narrowest(axis: int) -> Callable[[Leakage], dict[str, float] | None]:
 
 
 def _place(axis: int) -> Callable[[Leakage], str]:
-    def shown(result: Leakage) -> str:
+    def format_constriction(result: Leakage) -> str:
         place = _narrowest(axis)(result)
         if place is None:
             return "no way through"
         y, x = (format_engineering(place[name], "m") for name in ("y", "x"))
         return f"{format_engineering(place['gap'], 'm')} at y {y}, x {x}"
 
-    return shown
+    return format_constriction
 
 
 def _has_axis(axis: int) -> Callable[[Leakage], bool]:
@@ -105,12 +105,12 @@ def _has_axis(axis: int) -> Callable[[Leakage], bool]:
 
 
 def _digits(unit: str, values: Callable[[Leakage], Any]) -> Callable[[Leakage], list[str]]:
-    def shown(result: Leakage) -> list[str]:
+    def format_values(result: Leakage) -> list[str]:
         return [
             f"{value:.3g} {unit}".rstrip() if value else "0" for value in values(result).tolist()
         ]
 
-    return shown
+    return format_values
 
 
 _FLOWS = (
@@ -333,7 +333,7 @@ def _interval(result: Leakage, axis: int) -> Interval:
     """Return the interval of a permeability under the largest load."""
     coarser = math.nan if result.coarser is None else result.coarser.permeability[axis]
     value = float(result.permeability(axis)[-1])
-    return uncertainty.of_joint(
+    return uncertainty.joint_interval(
         result, f"permeability_{AXES[axis]}", value, axis, coarser, *result.draws[axis:][:1]
     )
 

@@ -105,10 +105,10 @@ _FLUID = (FLOW_AXIS, *_SEAL)
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
-    from roughcontact.analyses.leak.model import OF, leakage
+    from roughcontact.analyses.leak.model import LEAKAGE_NAME, leakage
 
-    contacts = joints.JointContacts.of_request(request, work)
-    contacts.require_map(OF)
+    contacts = joints.JointContacts.from_request(request, work)
+    contacts.require_map(LEAKAGE_NAME)
     loads = joints.loads(request)
     relief = _fluid_load(request, contacts.maps, loads)
     fluid = {option.argument: request[option] for option in _FLUID}

@@ -72,7 +72,7 @@ def passes(rolling: RollingResult) -> Figure:
     for axes in grid[1]:
         style.name_axes(axes, "pass")
         axes.set_xlim(0.5, number[-1] + 0.5)
-    style.shared_legend(figure, grid, f"{_counted(rolling)}: {rolling.outcome_text}")
+    style.shared_legend(figure, grid, f"{_passes_text(rolling)}: {rolling.outcome_text}")
     return figure
 
 
@@ -198,7 +198,7 @@ def depths(rolling: RollingResult, body: int = 0) -> Figure:
         if unit:
             factor, prefix = style.prefixed(max(float(np.abs(p).max()) for p in profiles), unit)
             shown = f" [{prefix}]"
-        for number, colour in _chosen(len(profiles)):
+        for number, colour in _choose_passes(len(profiles)):
             values = profiles[number]
             axes.stairs(
                 values * factor,
@@ -213,12 +213,12 @@ def depths(rolling: RollingResult, body: int = 0) -> Figure:
         style.plain_axes(axes, f"{name}{shown}")
         axes.xaxis.set_major_locator(MaxNLocator(5))
     style.name_axes(grid[0], y=f"depth [{length_unit}]")
-    grid[0].set_ylim(_shown(rolling, body, faces) * length, 0)
+    grid[0].set_ylim(_figure_depth(rolling, body, faces) * length, 0)
     style.shared_legend(figure, grid, _over_depth(rolling))
     return figure
 
 
-def _shown(rolling: RollingResult, body: int, faces: Array) -> float:
+def _figure_depth(rolling: RollingResult, body: int, faces: Array) -> float:
     """Return the depth of the profiles [m], slightly below the last large value."""
     deepest = 0
     for key in ("shear", "residual_along", "residual_across"):
@@ -228,7 +228,7 @@ def _shown(rolling: RollingResult, body: int, faces: Array) -> float:
     return min(_MORE * float(faces[deepest]), float(faces[-1]))
 
 
-def _chosen(count: int) -> Sequence[tuple[int, Any]]:
+def _choose_passes(count: int) -> Sequence[tuple[int, Any]]:
     """Return the indices of the drawn passes, including first and last, with their colours."""
     from matplotlib import colormaps
 
@@ -245,7 +245,7 @@ def _over_depth(rolling: RollingResult) -> str:
     )
 
 
-def _counted(rolling: RollingResult) -> str:
+def _passes_text(rolling: RollingResult) -> str:
     count = len(rolling.passes)
     return f"{count} {'pass' if count == 1 else 'passes'}{style.doubt_suffix(rolling.result)}"
 
@@ -254,7 +254,7 @@ def _counted(rolling: RollingResult) -> str:
 
 
 # Maximum number of frames of a movie, duration of each and of the last [ms], and resolution [dpi].
-MOST_FRAMES = 240
+MAX_FRAMES = 240
 _SHOWN, _LAST = 100, 1500
 _DPI = 72
 
@@ -283,7 +283,7 @@ def save(
     require_suffix(path, ".gif")
     if not frames:
         raise InputError("must hold a picture at least", argument="frames")
-    chosen = np.unique(np.linspace(0, len(frames) - 1, min(len(frames), MOST_FRAMES)).astype(int))
+    chosen = np.unique(np.linspace(0, len(frames) - 1, min(len(frames), MAX_FRAMES)).astype(int))
     first, *more = _pictures(rolling, [frames[number] for number in chosen])
     with atomic_write(Path(path)) as stream:
         first.save(

@@ -134,7 +134,7 @@ class MovieFrame:
 def make_frame(result: ElastoplasticResult, number: int, step: int, along: str) -> MovieFrame:
     """Return the movie frame of a state, in single precision."""
     body = result.whole_bodies[0]
-    strain = _on_map(result, body, body.accumulated).max(axis=1 if along == "x" else 2)
+    strain = _crop_to_map(result, body, body.accumulated).max(axis=1 if along == "x" else 2)
     return MovieFrame(
         number, step, result.solution.pressure.astype(np.float32), strain.astype(np.float32)
     )
@@ -164,7 +164,7 @@ def _normal(body: PlasticBody, direction: float) -> Array:
     return mean + stress[:, 1] * math.cos(angle) + stress[:, 2] * math.sin(angle)
 
 
-def _on_map(result: ElastoplasticResult, body: PlasticBody, values: Array) -> Array:
+def _crop_to_map(result: ElastoplasticResult, body: PlasticBody, values: Array) -> Array:
     ny, nx = result.solution.pressure.shape
     first = body.margin
     return values[..., first : first + ny, first : first + nx]
@@ -173,7 +173,7 @@ def _on_map(result: ElastoplasticResult, body: PlasticBody, values: Array) -> Ar
 def _over_depth(result: ElastoplasticResult, body: PlasticBody, values: Array) -> Array:
     """Return one value per layer: the mean along periodic, the largest along free axes."""
     axes = tuple(1 + axis for axis in result.solution.boundary.periodic_axes)
-    mean = _on_map(result, body, values).mean(axis=axes, keepdims=True, dtype=float)
+    mean = _crop_to_map(result, body, values).mean(axis=axes, keepdims=True, dtype=float)
     lines = mean.reshape(len(values), -1)
     return lines[np.arange(len(lines)), np.abs(lines).argmax(axis=1)]
 
@@ -425,7 +425,7 @@ def roll(
     'elastic'
     """
     require_count(1, memory.STEPS, passes=passes, steps=steps)
-    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
+    pair = Pair.from_arguments(surface, material, counter_surface, counter_material, boundary)
     length, tell = _pass_length(travel, pair, direction), _label_steps(progress, passes, steps)
     stops, force = _step_positions(length, steps, start_at_center), to_si(load, "force", "load")
     ways = _pass_paths(_pass(force, stops, direction, friction), passes, direction, reciprocating)
@@ -508,12 +508,12 @@ def _run_passes(
 def _label_steps(progress: Tell, count: int, steps: int) -> Callable[[int], Tell]:
     """Return a factory of the progress callback of a pass."""
 
-    def tell(number: int, state: Progress) -> None:
+    def report_step(number: int, state: Progress) -> None:
         assert callable(progress)
         done, label = (number - 1) * steps, f"pass {number} of {count}"
         progress(replace(state, number=done + state.number, count=count * steps, label=label))
 
-    return lambda number: partial(tell, number) if callable(progress) else progress
+    return lambda number: partial(report_step, number) if callable(progress) else progress
 
 
 def _pass_folder(folder: str | os.PathLike[str], number: int) -> Path:

@@ -199,7 +199,7 @@ def criterion(rolling: RollingResult) -> str:
     return _CRITERIA[rolling.shakedown].format(least=strain(rolling.strain_threshold))
 
 
-def _of_last_state(entry: Illustration) -> Illustration:
+def _last_state_figure(entry: Illustration) -> Illustration:
     chapter = RESULTS if entry is figures.SECTION else FILES
     moved = replace(entry, chapter=chapter)
     return figures.within_scene(lambda rolling: figures.VolumeScene(rolling.result), moved)
@@ -230,7 +230,7 @@ FIGURES: Illustrations = (
         RESULTS,
         WIDE,
     ),
-    *map(_of_last_state, figures.VOLUME),
+    *map(_last_state_figure, figures.VOLUME),
 )
 """Figures of a `RollingResult`, and of its last state."""
 
@@ -251,7 +251,7 @@ def _inputs(rolling: RollingResult, drawn: bool) -> list[Block]:
     return elastoplastic.inputs_of(rolling.result, specified, drawn)
 
 
-def _checked(rolling: RollingResult) -> tuple[str, ...]:
+def _performed_checks(rolling: RollingResult) -> tuple[str, ...]:
     state = plausibility.performed_checks(rolling.result)
     return ("steps, pixel and direction of the passes", *state)
 
@@ -265,7 +265,7 @@ def _method(rolling: RollingResult) -> list[Block]:
 
 
 def _works(rolling: RollingResult) -> Iterator[Use]:
-    yield from citations.of_volume(rolling.result)
+    yield from citations.volume_references(rolling.result)
     yield make_use("passes and shakedown", "Johnson1985", "Boucly2007")
 
 
@@ -346,8 +346,8 @@ KIND = Presentation(
     question=question,
     meaning=criterion,
     inputs=_inputs,
-    case=lambda rolling: assumptions.of_volume(rolling.result),
+    case=lambda rolling: assumptions.volume_case(rolling.result),
     method=_method,
-    checked=_checked,
+    checked=_performed_checks,
     script=lambda rolling: python_script.repeating_volume(rolling.result),
 )

@@ -90,7 +90,7 @@ def _load_error(result: ContactResult) -> str:
     return f"{order_of_magnitude(result.load_error)} ({aim})"
 
 
-def _within(key: str) -> Callable[[Any], str]:
+def _format_residual(key: str) -> Callable[[Any], str]:
     return lambda result: (
         f"{order_of_magnitude(getattr(result, key))} (tolerance {result.tolerance:.0e})"
     )
@@ -98,7 +98,9 @@ def _within(key: str) -> Callable[[Any], str]:
 
 CONTACT: Table = (
     Quantity("status", "status", part=TRUST, text=_status),
-    Quantity("certificate", "certificate", symbol="ε", part=TRUST, text=_within("certificate")),
+    Quantity(
+        "certificate", "certificate", symbol="ε", part=TRUST, text=_format_residual("certificate")
+    ),
     Quantity("load_error", "load error", part=TRUST, text=_load_error),
     Quantity("tolerance"),
     Quantity(
@@ -344,7 +346,7 @@ def _is_raised(result: ElastoplasticResult) -> float:
     return max(-float(result.residual_displacement.min()), 0.0)
 
 
-def _of_contact(key: str, **changes: Any) -> Quantity:
+def _contact_quantity(key: str, **changes: Any) -> Quantity:
     """Return a quantity of the contact as a quantity of the volume model."""
     return delegated("solution", quantity_of(CONTACT, key), **changes)
 
@@ -374,19 +376,19 @@ VOLUME: Table = (
         "residual",
         "residual of the plastic strain",
         part=TRUST,
-        text=lambda r: f"{_within('residual')(r)}, the worst of all increments",
+        text=lambda r: f"{_format_residual('residual')(r)}, the worst of all increments",
     ),
     Quantity("step_error", "error of the load steps", part=TRUST, text=phrases.step_error),
     Quantity("yield_excess", "yield excess", part=TRUST, form=lambda v: f"{v:+.1e}", brief=False),
     Quantity("tolerance"),
-    _of_contact("certificate", name="certificate of the contact", when=_loaded),
-    _of_contact("load", text=_path_of_loads),
-    _of_contact("load_error", when=_loaded, brief=False),
-    _of_contact("given_load"),
-    _of_contact("approach", text=None),
-    _of_contact("nominal_area"),
-    _of_contact("contact_area", when=_loaded),
-    _of_contact("contact_fraction"),
+    _contact_quantity("certificate", name="certificate of the contact", when=_loaded),
+    _contact_quantity("load", text=_path_of_loads),
+    _contact_quantity("load_error", when=_loaded, brief=False),
+    _contact_quantity("given_load"),
+    _contact_quantity("approach", text=None),
+    _contact_quantity("nominal_area"),
+    _contact_quantity("contact_area", when=_loaded),
+    _contact_quantity("contact_fraction"),
     Quantity(
         "perimeter_corrected_area",
         "perimeter-corrected area",
@@ -396,9 +398,9 @@ VOLUME: Table = (
         stored=False,
         brief=False,
     ),
-    _of_contact("max_pressure", when=_loaded),
-    _of_contact("mean_pressure", when=_loaded),
-    _of_contact("mean_gap", stored=False, brief=False),
+    _contact_quantity("max_pressure", when=_loaded),
+    _contact_quantity("mean_pressure", when=_loaded),
+    _contact_quantity("mean_gap", stored=False, brief=False),
     Quantity(
         "max_residual_displacement",
         "residual displacement",
@@ -438,7 +440,7 @@ VOLUME: Table = (
         of=lambda r: str(r.regime),
     ),
     *CAUTIONS,
-    _of_contact("boundary"),
+    _contact_quantity("boundary"),
     Quantity(
         "precision",
         "arithmetic of the volume",
@@ -447,10 +449,10 @@ VOLUME: Table = (
         brief=False,
     ),
     Quantity("layers", of=lambda r: [body.thickness.size for body in r.bodies]),
-    _of_contact("shape"),
-    _of_contact("pixel"),
+    _contact_quantity("shape"),
+    _contact_quantity("pixel"),
     Quantity("increments", "increments", of=lambda r: len(r.increments), part=PROBLEM, brief=False),
-    _of_contact("contact_modulus", stored=False),
+    _contact_quantity("contact_modulus", stored=False),
     Quantity(
         "plasticity",
         "plasticity",
@@ -519,13 +521,13 @@ INCREMENTS: Columns = (
 # --- Bodies of contacts under several loads ---
 
 
-def of_largest(key: str) -> Quantity:
+def largest_load_quantity(key: str) -> Quantity:
     """Return a quantity of the contact under the largest load, which is only in files."""
     return delegated("largest", quantity_of(CONTACT, key), name="", part=PROBLEM)
 
 
 PAIR: Table = tuple(
-    of_largest(key) for key in ("source", "preparation", "boundary", "contact_modulus")
+    largest_load_quantity(key) for key in ("source", "preparation", "boundary", "contact_modulus")
 )
 """Quantities of the bodies, from the contact under the largest load."""
 
@@ -556,7 +558,7 @@ def edge_condition(result: ContactResult) -> str:
     return BOUNDARY[result.boundary][0]
 
 
-def _of(key: str, **changes: Any) -> Quantity:
+def _changed_quantity(key: str, **changes: Any) -> Quantity:
     return replace(quantity_of(CONTACT, key), **changes)
 
 
@@ -570,7 +572,7 @@ def _length(result: ContactResult) -> str:
 PROFILE_CONTACT: Table = (
     *pick_quantities(CONTACT, "status", "certificate", "load_error", "tolerance"),
     Quantity("kind", of=lambda _: "profile"),
-    _of(
+    _changed_quantity(
         "load",
         name="load per length",
         symbol="W′",
@@ -579,9 +581,9 @@ PROFILE_CONTACT: Table = (
         meaning="normal force that the pressure adds up to, per meter along y",
     ),
     Quantity("load_unit", of=lambda _: LOAD),
-    _of("approach", meaning=REFERENCE),
+    _changed_quantity("approach", meaning=REFERENCE),
     *pick_quantities(CONTACT, "control", "given_load"),
-    _of(
+    _changed_quantity(
         "boundary", of=edge_condition, part=PROBLEM, text=lambda r: ": ".join(BOUNDARY[r.boundary])
     ),
     *pick_quantities(CONTACT, "contact_modulus", "ceiling"),
@@ -602,19 +604,21 @@ PROFILE_CONTACT: Table = (
         text=_length,
         meaning="points with pressure, and their share of the profile",
     ),
-    _of("contact_fraction", name="contact", meaning="share of the profile that touches"),
-    _of(
+    _changed_quantity(
+        "contact_fraction", name="contact", meaning="share of the profile that touches"
+    ),
+    _changed_quantity(
         "saturated_fraction", name="saturated length", meaning="share of the profile at the ceiling"
     ),
-    _of("saturated_share", meaning="of the contact length that is at the ceiling"),
-    _of("max_pressure", meaning="on any point"),
-    _of("mean_pressure", meaning="load over contact length"),
+    _changed_quantity("saturated_share", meaning="of the contact length that is at the ceiling"),
+    _changed_quantity("max_pressure", meaning="on any point"),
+    _changed_quantity("mean_pressure", meaning="load over contact length"),
     *pick_quantities(CONTACT, "mean_gap", "max_residual_indentation", "regime", "hertz"),
     *CAUTIONS,
     Quantity("points", of=lambda r: r.pressure.size),
     Quantity("spacing", unit="m", of=lambda r: r.surface.pixel[1]),
     *pick_quantities(CONTACT, "source", "preparation", "iterations"),
-    _of("convolutions", name="convolutions"),
+    _changed_quantity("convolutions", name="convolutions"),
     *pick_quantities(CONTACT, "seconds", "precision", "version"),
 )
 """Quantities of a `ContactResult` of profiles."""

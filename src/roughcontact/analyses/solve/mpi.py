@@ -34,11 +34,11 @@ def run(request: Request, ranks: Ranks, say: Say, look: OnProgress) -> Outcome:
         # All ranks write the fields; the root rank has whole maps and writes figures and report.
         fields = [(path, outcome.result.save) for path in request.outputs]
 
-        def drawn() -> list[Path]:
+        def write_figures() -> list[Path]:
             tasks = (task for task in runs.files(outcome, work) if task[0] not in request.outputs)
             return outputs.write_files(tasks, say)
 
-        written = (*outputs.write_files(fields, say), *ranks.broadcast_from_first(drawn))
+        written = (*outputs.write_files(fields, say), *ranks.broadcast_from_first(write_figures))
     except RoughcontactError as error:
         return replace(outcome, failure=error)
     return replace(outcome, written=written)
@@ -93,7 +93,7 @@ def _map(request: Request, ranks: Ranks, say: Say, look: OnProgress) -> tuple[Ou
 
     # Only the root rank needs access to the output folder.
     ranks.run_on_all(lambda: request.check_places() if ranks.is_root else None)
-    slab = _read(request, ranks, say)
+    slab = _read_slab(request, ranks, say)
     result = solving.solve(
         slab,
         **request.arguments((), *options.SOLVER),
@@ -120,7 +120,7 @@ def _volume(
     return request.task.run(request, work), work
 
 
-def _read(request: Request, ranks: Ranks, say: Say) -> Slab:
+def _read_slab(request: Request, ranks: Ranks, say: Say) -> Slab:
     from roughcontact.formats.slab import read_slab
 
     assert request.file is not None

@@ -162,7 +162,7 @@ class SharedScene:
     blocks: Sequence[Any]  # Blocks on the root rank; None on other ranks
 
     @classmethod
-    def of(cls, result: ContactResult) -> SharedScene:
+    def from_result(cls, result: ContactResult) -> SharedScene:
         """Reduce the maps of a contact; collective call of all ranks."""
         share, gap, pressure = result.share, result.gap, result.pressure
         assert isinstance(share, Slab)
@@ -174,19 +174,19 @@ class SharedScene:
             ],
         )
 
-    def drawn(self, index: int) -> Any:
+    def draw_map(self, index: int) -> Any:
         """Return one of the maps as a figure."""
         return list(cells.map_painters(self.size, *self.blocks).values())[index]()
 
 
-def _reduced(index: int, caption: str, chapter: str) -> Illustration:
-    return Illustration("", lambda s: s.drawn(index), caption, chapter, HALF)
+def _block_figure(index: int, caption: str, chapter: str) -> Illustration:
+    return Illustration("", lambda s: s.draw_map(index), caption, chapter, HALF)
 
 
 _SHARED = (
-    _reduced(1, "Largest pressure in each block of points.", FRONT),
-    _reduced(0, "Mean height of each block of points.", RESULTS),
-    _reduced(2, "Mean gap of each block of points.", RESULTS),
+    _block_figure(1, "Largest pressure in each block of points.", FRONT),
+    _block_figure(0, "Mean height of each block of points.", RESULTS),
+    _block_figure(2, "Mean gap of each block of points.", RESULTS),
 )
 
 
@@ -246,7 +246,7 @@ def with_calibrated_column(
 # --- Headline ---
 
 # Relative difference up to which rough and smooth contact areas are treated as equal.
-_ALIKE = 0.05
+_AREA_TOLERANCE = 0.05
 
 
 def answer(result: ContactResult, study: ResolutionStudy | None = None) -> str:
@@ -255,10 +255,10 @@ def answer(result: ContactResult, study: ResolutionStudy | None = None) -> str:
         return "No solution: do not use these numbers."
     if not result.contact_area:
         return "The bodies do not touch."
-    interval = uncertainty.of_area(result, study)
+    interval = uncertainty.area_interval(result, study)
     smooth = result.hertz if hertz_comparison.applies(result) else None
     if smooth is not None:
-        return _beside_hertz(result, smooth.area, interval)
+        return _hertz_comparison(result, smooth.area, interval)
     what = "profile" if result.pair.is_profile else "face"
     ends = _ends(interval, lambda value: phrases.format_share(value))
     share = phrases.format_share(interval.value if interval else result.contact_fraction)
@@ -271,18 +271,18 @@ def _ends(interval: Interval | None, form: Callable[[float], str]) -> str:
         return ""
     if math.isinf(interval.high):
         return " (depends on the pixel, no limit)"
-    text = phrases.between(interval.low, interval.high, form)
+    text = phrases.range_text(interval.low, interval.high, form)
     if interval.measured is not None:
         return f" ({text} in 95 of 100; as measured {form(interval.measured)})"
     return f" ({text})" if text.partition(" to ")[0] != text.rpartition(" to ")[2] else ""
 
 
-def _beside_hertz(result: ContactResult, smooth: float, interval: Interval | None) -> str:
+def _hertz_comparison(result: ContactResult, smooth: float, interval: Interval | None) -> str:
     unit = "m" if result.pair.is_profile else "m²"
     ends = _ends(interval, lambda value: phrases.format_short(value * result.nominal_area, unit))
     value = result.nominal_area * interval.value if interval else result.contact_area
     area, ratio = phrases.format_short(value, unit), value / smooth
-    if abs(ratio - 1) < _ALIKE:
+    if abs(ratio - 1) < _AREA_TOLERANCE:
         return f"The bodies touch on {area}{ends}, as Hertz's theory has it{_yields(result)}"
     rough = f"Roughness carries the load on {area}{ends}"
     return f"{rough}, {phrases.format_share(ratio)} of the Hertz contact{_yields(result)}"
@@ -372,7 +372,7 @@ def remarks(result: ContactResult, study: ResolutionStudy | None = None) -> tupl
     """Return the sources of the interval, the calibrated results, and the status."""
     if not result.converged:
         return (phrases.status(result),)
-    interval = uncertainty.of_area(result, study) if result.load else None
+    interval = uncertainty.area_interval(result, study) if result.load else None
     lines: list[str] = []
     if interval is not None:
         told = uncertainty.is_correctable(result)
@@ -434,7 +434,7 @@ PROFILE_KIND = replace(
     table=contact_fields.PROFILE_CONTACT,
     when=lambda result: result.pair.is_profile,
     figures=figures.PROFILE_CONTACT,
-    plots=(draw.pressed,),
+    plots=(draw.loaded_profile,),
 )
 
 SHARED_KIND = replace(
@@ -442,7 +442,7 @@ SHARED_KIND = replace(
     table=contact_fields.SHARED,
     when=lambda result: result.pair.is_shared,
     figures=_SHARED,
-    scene=SharedScene.of,
+    scene=SharedScene.from_result,
     plots=(),
     script=lambda _: "",
     ranks=lambda result: result.share.ranks,

@@ -78,7 +78,7 @@ _MORE: Table = (
 )
 
 # Smaller changes and shares are negligible compared with the others.
-_LEAST = 5e-4
+_MIN_VISIBLE_CHANGE = 5e-4
 _SHOWN_SHARE = 0.05
 
 
@@ -88,11 +88,13 @@ def uncertainty_rows(
     """Return name, interval and contributions of the main quantities of a result."""
     return [
         (quantity.name, _ends(quantity, interval), "; ".join(filter(None, _parts(interval))))
-        for quantity, interval in _named(result, study)
+        for quantity, interval in _interval_quantities(result, study)
     ]
 
 
-def _named(result: ContactResult, study: ResolutionStudy | None) -> list[tuple[Quantity, Interval]]:
+def _interval_quantities(
+    result: ContactResult, study: ResolutionStudy | None
+) -> list[tuple[Quantity, Interval]]:
     table = contact_fields.PROFILE_CONTACT if result.pair.is_profile else contact_fields.CONTACT
     return [
         (quantity_of((*table, *_MORE), interval.name), interval)
@@ -107,7 +109,7 @@ CORRECTED = ("", "corrected", "in 95 of 100", "as measured")
 def corrected_rows(result: ContactResult) -> list[tuple[str, ...]]:
     """Return name, corrected value, interval and uncorrected value of each quantity."""
     rows: list[tuple[str, ...]] = []
-    for quantity, item in _named(result, None):
+    for quantity, item in _interval_quantities(result, None):
         # Both follow from the contact area.
         if item.name in ("mean_pressure", "constriction_length"):
             continue
@@ -115,13 +117,13 @@ def corrected_rows(result: ContactResult) -> list[tuple[str, ...]]:
         form = (
             phrases.format_share if is_share else partial(phrases.format_short, unit=quantity.unit)
         )
-        ends = phrases.between(item.low, item.high, form)
+        ends = phrases.range_text(item.low, item.high, form)
         measured = form(item.value if item.measured is None else item.measured)
         rows.append((capitalize_first(quantity.name), form(item.value), ends, measured))
     return rows
 
 
-def of_area(result: ContactResult, study: ResolutionStudy | None = None) -> Interval | None:
+def area_interval(result: ContactResult, study: ResolutionStudy | None = None) -> Interval | None:
     """Return the interval of the contact area; None without contact."""
     intervals = uncertainty.uncertainty_intervals(result, study)
     return next((item for item in intervals if item.name == "contact_fraction"), None)
@@ -181,14 +183,16 @@ def _parts(interval: Interval) -> tuple[str, str]:
             if item.cause is Cause.TOLERANCE or not item.known:
                 continue
             ends = dict.fromkeys(
-                format_change(end) for end in (item.low, item.high) if abs(end) >= _LEAST
+                format_change(end)
+                for end in (item.low, item.high)
+                if abs(end) >= _MIN_VISIBLE_CHANGE
             )
             text = "without limit" if math.isinf(item.high) else " to ".join(ends) or "below 0.1 %"
             known.append(f"{_SHORT[item.cause]} {text}")
     return ", ".join(known), f"{unknown} not studied" if unknown else ""
 
 
-def of_joint(
+def joint_interval(
     joint: Any, name: str, value: float, index: int, coarser: float, over: Mean | None = None
 ) -> Interval:
     """Return the interval of a quantity of a joint under its largest load."""
@@ -196,7 +200,7 @@ def of_joint(
     calibrated = (math.nan, math.nan)
     if known is not None:
         calibrated = known.numbers[index], known.contact_area
-    interval = uncertainty.of_joint(name, value, joint.largest, coarser, calibrated)
+    interval = uncertainty.joint_interval(name, value, joint.largest, coarser, calibrated)
     if over is None or over.count < 2 or not over.value:
         return interval
     half = (over.high - over.value) / over.value
@@ -221,7 +225,7 @@ def with_interval(interval: Interval, form: Callable[[float], str]) -> str:
     text = form(interval.value)
     if not has_ends(interval):
         return text
-    return f"{text} ({phrases.between(interval.low, interval.high, form)})"
+    return f"{text} ({phrases.range_text(interval.low, interval.high, form)})"
 
 
 def intervals_by_key(result: ContactResult, study: ResolutionStudy | None = None) -> dict[str, str]:
@@ -230,7 +234,7 @@ def intervals_by_key(result: ContactResult, study: ResolutionStudy | None = None
         return {}
     return {
         interval.name: text
-        for quantity, interval in _named(result, study)
+        for quantity, interval in _interval_quantities(result, study)
         if " to " in (text := _ends(quantity, interval))
     }
 
@@ -240,8 +244,8 @@ def brief_ends(result: ContactResult) -> dict[str, str]:
     if result.pair.is_shared or not (result.converged and result.load):
         return {}
     return {
-        interval.name: phrases.between(interval.low, interval.high, quantity.format_value)
-        for quantity, interval in _named(result, None)
+        interval.name: phrases.range_text(interval.low, interval.high, quantity.format_value)
+        for quantity, interval in _interval_quantities(result, None)
         if interval.high < math.inf
         and quantity.format_value(interval.low) != quantity.format_value(interval.high)
     }
@@ -313,7 +317,7 @@ def budget_block(result: ContactResult, study: ResolutionStudy | None) -> list[p
     """Return the figure block of the uncertainty budget; none without known intervals."""
     rows = [
         (capitalize_first(quantity.name), interval.budget)
-        for quantity, interval in _named(result, study)
+        for quantity, interval in _interval_quantities(result, study)
         if has_ends(interval)
     ]
     figure = figures.Illustration(

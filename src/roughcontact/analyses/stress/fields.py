@@ -51,7 +51,7 @@ def _by_part(stress: StressResult) -> str:
     )
 
 
-def _at_faces(stress: StressResult) -> str:
+def _interface_stresses(stress: StressResult) -> str:
     names = [part.name for part in stress.parts]
     return "; ".join(
         f"{names[face.part]} at {format_engineering(face.depth, 'm', 3)}: tension "
@@ -103,7 +103,7 @@ STRESS: Table = (
         "at faces",
         of=lambda s: [asdict(face) for face in s.faces],
         when=lambda s: bool(s.faces),
-        text=_at_faces,
+        text=_interface_stresses,
     ),
     Quantity("max_tension", "largest tension", unit="Pa", when=_has_tension),
     Quantity(
@@ -199,7 +199,7 @@ PROFILE_FIRST_YIELD: Table = (
 """Quantities of the `StressResult` of profiles at first yield."""
 
 
-def of_stress(result: StressResult) -> Uses:
+def subsurface_references(result: StressResult) -> Uses:
     """Yield the references of the stress, without those of the contact."""
     yield stress_references(result.solution.boundary)
     if result.friction or result.traction is not None:

@@ -27,9 +27,9 @@ SECTION_ROWS = 400
 # map is drawn; minimum depth over width.
 _STRONG = 0.25
 _AROUND = 2.5
-_FEWEST_PIXELS = 24
-_MOST_OF_THE_MAP = 0.5
-_SHALLOWEST = 0.4
+_MIN_PIXELS = 24
+_MAX_MAP_SHARE = 0.5
+_MIN_DEPTH_RATIO = 0.4
 
 
 def stress_depth(result: StressResult) -> Figure:
@@ -210,8 +210,8 @@ def shown_columns(result: StressResult, values: Any, edge: float, width: float |
         first = int(weak[weak < middle].max(initial=-1)) + 1
         last = int(weak[weak > middle].min(initial=points))
         middle = (first + last) // 2
-        wide = max(math.ceil(_AROUND * (last - first)), _FEWEST_PIXELS)
-        width = wide * edge if wide < _MOST_OF_THE_MAP * points else math.inf
+        wide = max(math.ceil(_AROUND * (last - first)), _MIN_PIXELS)
+        width = wide * edge if wide < _MAX_MAP_SHARE * points else math.inf
     elif not width > 0:
         raise InputError(f"must be positive [m], got {width!r}", argument="width", value=width)
     return slice(*window(middle, edge, points, width))
@@ -225,7 +225,7 @@ def shown_depth(result: StressResult, values: Any, depth: float | None, width: f
     if depth is None:
         strong = int(np.flatnonzero(values.max(axis=1) >= _STRONG * values.max())[-1])
         weak = min(strong + 1, depths.size - 1)
-        depth = max(float(depths[weak]), _SHALLOWEST * width)
+        depth = max(float(depths[weak]), _MIN_DEPTH_RATIO * width)
     if not 0 < depth < math.inf:
         raise InputError(
             f"must be positive and finite [m], got {depth!r}", argument="depth", value=depth

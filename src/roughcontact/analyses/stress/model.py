@@ -202,7 +202,7 @@ class StressResult(Result):
                 )
             )
         if self.max_von_mises > 0:
-            result += self._placed()
+            result += self._position_cautions()
         edge = max(self.solution.pair.pixel[self.solution.pair.is_profile :])
         thinnest = min((layer.thickness for layer in self.material.coating), default=math.inf)
         if edge > thinnest / 4:
@@ -216,7 +216,7 @@ class StressResult(Result):
             )
         return tuple(result)
 
-    def _placed(self) -> Iterator[Caution]:
+    def _position_cautions(self) -> Iterator[Caution]:
         """Yield cautions on a largest stress at the ends of the depths or at the pixel scale."""
         depth, depths = self.profile.depth_of_max, self.profile.depths
         text = format_engineering(depth, "m", 3)
@@ -640,7 +640,7 @@ def first_yield_load(
     roughness down to the pixel yields at its sharpest summit under almost no load: the result then
     depends on the pixel.
     """
-    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
+    pair = Pair.from_arguments(surface, material, counter_surface, counter_material, boundary)
     return solve_first_yield(
         pair, body, friction, direction, start=initial_load, tolerance=tolerance
     )

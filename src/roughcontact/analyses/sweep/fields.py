@@ -13,7 +13,7 @@ from roughcontact.analyses.sweep.model import LoadCurve
 from roughcontact.contact.result import CALIBRATED
 from roughcontact.references import make_use
 from roughcontact.report import phrases
-from roughcontact.report.citations import CEILING, RECOMMENDED, Uses, of_maps, solved_of
+from roughcontact.report.citations import CEILING, RECOMMENDED, Uses, map_references, solved_of
 from roughcontact.report.kind import (
     CAUTIONS,
     TRUST,
@@ -104,7 +104,7 @@ def _ends(curve: LoadCurve, name: str, end: str) -> list[float]:
 def _contact_intervals(curve: LoadCurve) -> list[str]:
     low, high = (_ends(curve, "contact_fraction", end) for end in ("low", "high"))
     return [
-        phrases.between(*pair, form=phrases.format_share) for pair in zip(low, high, strict=True)
+        phrases.range_text(*pair, form=phrases.format_share) for pair in zip(low, high, strict=True)
     ]
 
 
@@ -211,10 +211,10 @@ PROFILE_CURVE_COLUMNS: Columns = (
 """Columns of the steps of a `LoadCurve` of profiles."""
 
 
-def of_curve(curve: LoadCurve) -> Uses:
+def curve_references(curve: LoadCurve) -> Uses:
     """Yield the references of a load curve."""
     known = curve.softer is not None and curve.softer.yield_strength is not None
-    yield from of_maps(curve.origins, curve.is_profile)
+    yield from map_references(curve.origins, curve.is_profile)
     yield from solved_of(curve.boundary, curve.is_profile, known)
     if curve.ceiling is not None:
         yield CEILING

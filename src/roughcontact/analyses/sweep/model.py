@@ -300,7 +300,7 @@ max_iterations, precision
             f"give either {ArgumentRef('loads')} or {ArgumentRef('approaches')}, and only one of "
             "them"
         )
-    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
+    pair = Pair.from_arguments(surface, material, counter_surface, counter_material, boundary)
     terms = LoadCase(None, None, None, ceiling, tolerance, max_iterations, precision)
     listed = [] if loads is None else _list_loads(pair, loads)
     resolved = [resolve_force(load, pair, "loads") for load in listed]
@@ -328,7 +328,7 @@ def contact_curve(
     **terms: Any,
 ) -> LoadCurve:
     """Return a load curve without stiffness, whose cost exceeds the solves; see `sweep`."""
-    pair = Pair.of(surface, material, None, counter_material, boundary)
+    pair = Pair.from_arguments(surface, material, None, counter_material, boundary)
     sweep = _Sweep(
         pair, LoadCase(**terms), "load", _require_ascending(pair, loads, None), has_stiffness=False
     )

@@ -46,12 +46,12 @@ def _problem(curve: LoadCurve) -> str:
     control = "loads" if curve.control == "load" else "approaches"
     first, last = (getattr(step, curve.control) for step in (curve.steps[0], curve.steps[-1]))
     unit = (contact_fields.LOAD if curve.is_profile else "N") if curve.control == "load" else "m"
-    ends = phrases.between(first, last, lambda value: phrases.format_short(value, unit))
+    ends = phrases.range_text(first, last, lambda value: phrases.format_short(value, unit))
     text = f"{name}, {len(curve.steps)} {control} from {ends}"
     if curve.is_profile:
         return text
     first, last = (step.load / curve.nominal_area for step in (curve.steps[0], curve.steps[-1]))
-    ends = phrases.between(first, last, lambda value: phrases.format_short(value, "Pa"))
+    ends = phrases.range_text(first, last, lambda value: phrases.format_short(value, "Pa"))
     return f"{text} ({ends} nominal)"
 
 
@@ -59,7 +59,7 @@ def _answer(curve: LoadCurve) -> str:
     """Return the growth of the contact from first to last load as a sentence."""
     first, last = (curve.steps[n].contact_area / curve.nominal_area for n in (0, -1))
     what = "profile" if curve.is_profile else "face"
-    ends = phrases.between(first, last, phrases.format_share)
+    ends = phrases.range_text(first, last, phrases.format_share)
     return f"The contact grows from {ends} of the {what}."
 
 
@@ -80,7 +80,7 @@ KIND = Presentation(
     listed=True,
     figures=sweep_illustrations.CURVE,
     plots=(load_curve,),
-    works=sweep_fields.of_curve,
+    works=sweep_fields.curve_references,
     question=question,
     problem=_problem,
     answer=_answer,

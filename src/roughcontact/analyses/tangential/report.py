@@ -63,7 +63,7 @@ def _has_stress(result: Tangential) -> bool:
     return result.fretting is not None
 
 
-def _of_stress(attribute: str) -> Callable[[Tangential], Any]:
+def _fretting_getter(attribute: str) -> Callable[[Tangential], Any]:
     """Return a getter of an attribute of the fretting result; None without fretting."""
     get = attrgetter(attribute)
     return lambda result: None if result.fretting is None else get(result.fretting)
@@ -124,7 +124,7 @@ _TABLE: Table = (
         when=lambda r: r.superposition is not None,
     ),
     *(
-        Quantity(key, name, symbol, unit=unit, of=_of_stress(of), form=form, when=_has_stress)
+        Quantity(key, name, symbol, unit=unit, of=_fretting_getter(of), form=form, when=_has_stress)
         for key, name, symbol, unit, of, form in (
             ("max_von_mises", "largest von Mises stress", "", "Pa", "stress.max_von_mises", None),
             ("max_tension", "largest tension at the surface", "", "Pa", "stress.max_tension", None),
@@ -135,15 +135,15 @@ _TABLE: Table = (
     Quantity(
         "yield_factor",
         "yield strength over largest stress",
-        of=_of_stress("stress.yield_factor"),
-        when=lambda r: _of_stress("stress.yield_factor")(r) is not None,
+        of=_fretting_getter("stress.yield_factor"),
+        when=lambda r: _fretting_getter("stress.yield_factor")(r) is not None,
     ),
     Quantity(
         "yield_force",
         "tangential force at first yield",
         unit="N",
-        of=lambda r: _finite(_of_stress("yield_force")(r)),
-        when=lambda r: _finite(_of_stress("yield_force")(r)) is not None,
+        of=lambda r: _finite(_fretting_getter("yield_force")(r)),
+        when=lambda r: _finite(_fretting_getter("yield_force")(r)) is not None,
     ),
     Quantity(
         "tangential_certificate",
@@ -220,7 +220,7 @@ def _remarks(result: Tangential) -> tuple[str, ...]:
     """Return cycle, fretting, the comparison with superposition, and the accuracy."""
     curve, last = result.superposition, result.last
     lines = [f"Cycle: {_energy(result)}"] if result.is_cycle else []
-    lines += _below(result)
+    lines += _fretting_sentences(result)
     if curve is not None and math.isfinite(curve.traction_difference):
         change = curve.shift[-1] / abs(last.shift) - 1
         lines.append(
@@ -234,7 +234,7 @@ def _remarks(result: Tangential) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def _below(result: Tangential) -> Iterator[str]:
+def _fretting_sentences(result: Tangential) -> Iterator[str]:
     """Yield largest stress, first yield, tension and Ruiz' parameters."""
     if result.fretting is None:
         return
@@ -343,7 +343,7 @@ _ASSUMPTIONS = (
 def _works(result: Tangential) -> Iterator[tuple[str, tuple[Reference, ...]]]:
     """Yield the references of the stress and of the fretting parameters."""
     if result.fretting is not None:
-        yield from stress_fields.of_stress(result.fretting.stress)
+        yield from stress_fields.subsurface_references(result.fretting.stress)
         yield make_use("fretting parameters", "Ruiz1984")
 
 

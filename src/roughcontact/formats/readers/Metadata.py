@@ -19,14 +19,14 @@ class InfoModel:
     """Metadata of a file in SurfaceTopography, as plain types."""
 
     def __init__(self, **fields: Any) -> None:
-        self._fields = _checked(fields)
+        self._fields = _check_fields(fields)
 
     def model_dump(self, *, exclude_none: bool = True) -> dict[str, Any]:
         """Return the metadata by name."""
         return dict(self._fields)
 
 
-def _checked(fields: dict[str, Any]) -> dict[str, Any]:
+def _check_fields(fields: dict[str, Any]) -> dict[str, Any]:
     try:
         plain = {
             **fields,
