@@ -34,9 +34,15 @@ def redeliver_interrupts() -> Iterator[None]:
             before(dropped)
             return
         requested = signal.SIGINT if dropped.exc_type is KeyboardInterrupt else signal.SIGTERM
-        soon.append(threading.Timer(_RETRY_SECONDS, _send_signal, (requested,)))
-        soon[-1].daemon = True
-        soon[-1].start()
+        while True:
+            soon.append(threading.Timer(_RETRY_SECONDS, _send_signal, (requested,)))
+            soon[-1].daemon = True
+            try:
+                soon[-1].start()
+            except (KeyboardInterrupt, SystemExit):
+                # On a busy machine the signal comes while this waits for the thread to start.
+                continue
+            return
 
     sys.unraisablehook = again
     if undecided:
