@@ -16,13 +16,16 @@ from roughcontact.contact.ceiling import (
     recommended_ceiling,
 )
 from roughcontact.contact.pair import Pair
+from roughcontact.contact.plausibility import calibrated_area_change, recommended_ceiling_of
 from roughcontact.contact.result import Regime
 from roughcontact.errors import InputError
 from roughcontact.material.hardening import Linear, Swift
 from roughcontact.report import kinds, python_script
 from roughcontact.report.kind import PROBLEM
 from roughcontact.surface import shapes
+from roughcontact.surface.roughness import rms_gradient
 from roughcontact.theory import hertz
+from roughcontact.uncertainty.intervals import uncertainty_intervals
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 FLAT = rc.Surface(np.zeros((8, 8)), (1e-6, 1e-6))
@@ -280,15 +283,61 @@ def test_what_came_out_with_three_is_told() -> None:
     assert result.summary()["calibration"]["factor"] == found.factor
 
 
+def solve_egg_box(pressure: str, **terms) -> rc.ContactResult:
+    """Return a contact of a bi-sinusoidal period with E*h′/σ_Y = 25."""
+    wave = np.cos(2 * np.pi * np.arange(64) / 64)
+    material, pixel = rc.Material(200e9, 0.3, 1e9), (1e-6, 1e-6)
+    heights = np.outer(wave, wave)
+    slope = 25 * 1e9 / rc.contact_modulus(material, rc.RIGID)
+    surface = rc.Surface(heights * slope / rms_gradient(heights, pixel), pixel)
+    return rc.solve(surface, load=pressure, material=material, boundary="periodic", **terms)
+
+
+# Contact fraction of the elastoplastic model (benchmarks/ceiling_rule.py): bi-sinusoidal, 25.
+@pytest.mark.parametrize(
+    ("pressure", "volume"),
+    [("1 GPa", 0.362), ("2 GPa", 0.675), ("2.9 GPa", 0.865), ("3.3 GPa", 0.917)],
+)
+def test_confined_spots_have_the_area_of_the_elastoplastic_model(pressure, volume) -> None:
+    result = solve_egg_box(pressure, ceiling="calibrated")
+    assert result.perimeter_corrected_area / result.nominal_area == pytest.approx(volume, rel=0.05)
+    (interval,) = (i for i in uncertainty_intervals(result) if i.name == "contact_fraction")
+    assert interval.low < volume < interval.high <= 1
+
+
+def test_no_interval_and_no_advice_exceeds_the_face() -> None:
+    for pressure in ("2 GPa", "2.5 GPa", "2.9 GPa", "2.99 GPa"):
+        result = solve_egg_box(pressure)
+        (interval,) = (i for i in uncertainty_intervals(result) if i.name == "contact_fraction")
+        assert interval.high <= 1
+        advice = recommended_ceiling(result)
+        assert advice is not None
+        assert calibrated_area_change(result, advice) <= 1 / result.contact_fraction - 1
+        # The second solve has the same interval and is never refused.
+        assert result.calibrated is not None
+        assert interval.low < result.calibrated.contact_fraction < interval.high
+
+
+def test_a_load_above_three_yield_strengths_names_the_calibrated_ceiling() -> None:
+    with pytest.raises(rc.CapacityError, match="calibrated"):
+        solve_egg_box("3.3 GPa")
+    result = solve_egg_box("3.3 GPa", ceiling="calibrated")
+    assert result.ceiling > 3.3e9
+    # It was never solved with three yield strengths.
+    assert "with three yield strengths" not in str(result)
+
+
 def test_a_ceiling_that_cannot_carry_the_load_is_refused() -> None:
     heights, pixel = rc.reference_map(32)
     surface = rc.Surface(heights, pixel)
     body = rc.Material(210e9, 0.3, 1e9)
     load = 2.9e9 * surface.size[0] * surface.size[1]
-    usual = rc.solve(surface, material=body, load=load, boundary="periodic")
+    usual = rc.solve(surface, material=body, load=load)
     assert recommended_ceiling(usual).ceiling < 2.9e9
+    # No message recommends what is refused.
+    assert recommended_ceiling_of(usual) is None
     with pytest.raises(rc.CapacityError, match=r"yield strengths, the calibrated ceiling"):
-        rc.solve(surface, material=body, load=load, boundary="periodic", ceiling="calibrated")
+        rc.solve(surface, material=body, load=load, ceiling="calibrated")
 
 
 @pytest.mark.parametrize("body", [rc.Material(210e9, 0.3), rc.Material(400e9, 0.2, hardness=15e9)])

@@ -10,9 +10,10 @@ import pytest
 import roughcontact as rc
 from roughcontact.cautions import CautionTag
 from roughcontact.contact import hertz_comparison
-from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, SmoothContact
+from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, SmoothContact, is_smooth
 from roughcontact.errors import ArgumentRef
 from roughcontact.surface import nominal_bodies
+from roughcontact.uncertainty.intervals import uncertainty_intervals
 
 STEEL = rc.Material(210e9, 0.3)
 PEAK = "1 GPa"
@@ -140,3 +141,36 @@ def test_flat_and_conical_bodies_have_no_smooth_contact() -> None:
         nominal_bodies.cylinder(radius=0.01, angle=30, shape=(32, 32), pixel=(1e-6, 1e-6)),
     ):
         assert rc.solve(body, material=STEEL, load=0.01).hertz is None
+
+
+@pytest.mark.parametrize("body", ["sphere", "cylinder"])
+@pytest.mark.parametrize("points", [12, 16, 32, 64])
+def test_the_interval_of_a_smooth_contact_contains_hertz(body: str, points: int) -> None:
+    # A radius of contact of 34 µm, from a fifth of a pixel to two pixels.
+    pixel = (2e-3 / points,) * 2
+    shape = (points, points)
+    boundary = "free"
+    surface = nominal_bodies.sphere(radius=0.005, shape=shape, pixel=pixel)
+    if body == "cylinder":
+        surface = nominal_bodies.cylinder(radius=0.005, shape=shape, pixel=pixel, angle=0)
+        boundary = "periodic-x"
+    result, smooth = pressed(surface, boundary=boundary)
+    answer = str(result)
+    assert "Roughness" not in answer
+    assert ("does not resolve" in answer) is hertz_comparison.is_unresolved(result)
+    intervals = {item.name: item for item in uncertainty_intervals(result)}
+    truth = {
+        "contact_fraction": smooth.area / result.nominal_area,
+        "max_pressure": smooth.max_pressure,
+        "approach": smooth.approach,
+    }
+    for name, value in truth.items():
+        item = intervals[name]
+        assert item.low * (1 - 1e-9) <= value <= item.high * (1 + 1e-9), name
+
+
+def test_a_measured_map_under_a_nominal_body_is_rough() -> None:
+    heights = np.random.default_rng(0).normal(size=(64, 64)) * 1e-9
+    measured = rc.Surface(heights, (2e-6, 2e-6)).with_form(ball(64, 2e-6))
+    assert not is_smooth(pressed(measured)[0].pair)
+    assert is_smooth(pressed(ball())[0].pair)

@@ -291,7 +291,7 @@ def test_a_project_takes_lists_of_peaks(tmp_path: Path) -> None:
 def test_the_console_sets_smooth_beside_rough_and_names_the_load(capsys: Capture) -> None:
     assert app.main(["solve", *STRIP, "--hertz", "400 MPa", "--verbose"]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
-    assert "compared with Hertz smooth (Hertz) rough ratio" in shown
+    assert "compared with Hertz smooth (Hertz) solved ratio" in shown
     assert "Hertz's peak pressure: 400 MPa of the smooth bodies (line), under 544.5 mN" in shown
     assert app.main(["solve", "--body", "flat", *STRIP[2:], "--load", "1 N"]) == app.SOLVED
     assert "compared with Hertz" not in capsys.readouterr().out

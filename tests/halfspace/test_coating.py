@@ -71,6 +71,16 @@ def test_a_bracket_is_both() -> None:
     assert intervals["contact_fraction"].high == pytest.approx(base.contact_fraction, rel=1e-2)
 
 
+def test_a_softer_counter_body_leaves_no_choice() -> None:
+    counter = rc.Material(210e9, 0.3, 0.5e9)
+    for ceiling in ("auto", "bracket", "coating", "base"):
+        result = solved(ceiling=ceiling, counter_material=counter)
+        assert result.ceiling == 1.5e9
+        assert result.calibrated is None
+        (interval, *_) = uncertainty.uncertainty_intervals(result)
+        assert uncertainty.Cause.YIELDING in interval.unknown
+
+
 def test_a_file_brings_it_back(tmp_path: Path) -> None:
     result = solved(ceiling="bracket")
     result.save(tmp_path / "tool.nc")

@@ -29,6 +29,16 @@ A material that hardens is taken at the strain 0.15 of its part of a/R. Tabor (1
 full indentation; 0.15 does better before, where much of the plastic zone has strained less. On
 spheres and rough maps with two laws the area then agrees to 8 %.
 
+`confinement`: On a periodic map neighboring spots confine each other, so that the plateau rises
+with the nominal pressure p̄ over the calibrated ceiling of separate spots p_c (asperity
+persistence; Childs, Wear 25 (1973) 3; Pullen and Williamson, Proc. R. Soc. A 327 (1972) 159):
+
+    ceiling/p_c = (1 + x^n)^(1/n), x = p̄/p_c, n = 3.5,
+
+which tends to p̄ itself, so that every load is carried and the contact closes gradually. The
+exponent is fitted to elastoplastic solutions of rough and bi-sinusoidal maps with E*h′/σ_Y of 3
+to 100 and contacts up to 99 %.
+
 `area_change`: Of one sphere under the same load: the areas are as 1 over the mean pressures,
 and that under a ceiling is `indenters.mean_under_ceiling` of it.
 
@@ -80,6 +90,13 @@ CEILING_TOLERANCE = 2e-3
 MAX_SOLVES = 6
 """After how many solves the search for such a ceiling ends."""
 
+# Exponent of the confinement of neighboring spots (benchmarks/ceiling_rule.py).
+_CONFINEMENT = 3.5
+
+# Nominal pressure over the ceiling of separate spots above which confinement changes the ceiling by
+# more than `CEILING_TOLERANCE`.
+_MIN_CONFINED = 0.24
+
 # Error of a height difference over the largest height, at most.
 _ROUNDING = 16 * float(np.finfo(np.float64).eps)
 
@@ -129,6 +146,24 @@ def resolve_ceiling(
     return values
 
 
+def confinement(pressure_ratio: float) -> float:
+    """Return the ceiling of neighboring spots over that of separate spots.
+
+    Parameters
+    ----------
+    pressure_ratio : float
+        Nominal pressure of a periodic map over the ceiling of separate spots.
+
+    Returns
+    -------
+    float
+        The factor, (1 + x^3.5)^(1/3.5); 1 where the change is below `CEILING_TOLERANCE`.
+    """
+    if pressure_ratio < _MIN_CONFINED:
+        return 1.0
+    return float((1 + pressure_ratio**_CONFINEMENT) ** (1 / _CONFINEMENT))
+
+
 def ceiling_factor(load_ratio: float, first_yield: float = 1.615) -> float:
     """Return the ceiling of a perfectly plastic sphere over its yield strength."""
     require_positive(load_ratio=load_ratio, first_yield=first_yield)
@@ -160,19 +195,36 @@ def recommended_ceiling(result: ContactResult) -> CalibratedCeiling | None:
     if slope == 0:
         return None
     mean = result.load / result.perimeter_corrected_area
-    return _recommend(result.pair, body, slope, mean)
+    nominal = 0.0 if result.boundary.free_axes else result.load / result.touchable_area
+    return _recommend(result.pair, body, slope, mean, nominal)
 
 
-def _coated_ceiling(ceiling: str, pair: Pair) -> float:
-    """Return the ceiling of the coating or of its base [Pa], by its name."""
+def coated_ceilings(pair: Pair) -> dict[str, float]:
+    """Return the ceilings of the coating and of its base [Pa], by name.
+
+    Each is that of the softer body; both are equal if an uncoated counter-body is the softest.
+    """
     bodies = (pair.material, pair.counter_material)
     known = {
         COATING: softer_material(*(body.outermost for body in bodies)),
         BASE: softer_material(*(body.uncoated for body in bodies)),
     }
-    limits = {name: body.ceiling for name, body in known.items() if body and body.ceiling}
+    return {name: body.ceiling for name, body in known.items() if body and body.ceiling}
+
+
+def is_bracket(pair: Pair, ceiling: object) -> bool:
+    """Return whether a coated body is to be solved under two different ceilings."""
+    wanted = pair.is_coated and isinstance(ceiling, str) and ceiling == BRACKET
+    return wanted and len(set(coated_ceilings(pair).values())) > 1
+
+
+def _coated_ceiling(ceiling: str, pair: Pair) -> float:
+    """Return the ceiling of the coating or of its base [Pa], by its name."""
+    limits = coated_ceilings(pair)
     if ceiling in limits:
         return limits[ceiling]
+    if len(limits) > 1 and len(set(limits.values())) == 1 and ceiling in ("auto", BRACKET):
+        return limits[COATING]
     offered = [f"{name!r} ({format_engineering(value, 'Pa', 3)})" for name, value in limits.items()]
     if len(limits) > 1:
         offered.append(f"{BRACKET!r} (both, in one solve)")
@@ -199,8 +251,10 @@ def area_change(advice: CalibratedCeiling, ceiling: float | None, modulus: float
     return mean(slope, ceiling) / known - 1
 
 
-def _recommend(pair: Pair, softer: Material, slope: float, mean: float) -> CalibratedCeiling:
-    """Return the recommended ceiling of a sphere with this a/R and mean pressure [Pa]."""
+def _recommend(
+    pair: Pair, softer: Material, slope: float, mean: float, nominal: float = 0.0
+) -> CalibratedCeiling:
+    """Return the ceiling of spheres with this a/R, mean pressure and nominal pressure [Pa]."""
     bodies = [item for item in (pair.material, pair.counter_material) if item.compliance > 0]
     load = slope**2 * mean
     # With the calibrated ceiling it carries the same load at another slope.
@@ -213,7 +267,8 @@ def _recommend(pair: Pair, softer: Material, slope: float, mean: float) -> Calib
     result = indenters.ceiling(pair.contact_modulus * slope, borne, first)
     bounds = [CEILING_FACTOR * flow[id(item)] for item in yielding]
     bounds += [item.hardness for item in bodies if item.hardness]
-    ceiling = min(result, *bounds)
+    separate = min(result, *bounds)
+    ceiling = separate * confinement(nominal / separate)
     assert softer.yield_strength is not None
     return CalibratedCeiling(
         load_ratio=6 * pair.contact_modulus**2 * load / (math.pi**2 * first**3),

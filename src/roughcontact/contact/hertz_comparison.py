@@ -20,8 +20,9 @@ from roughcontact.cautions import (
     sort_cautions,
 )
 from roughcontact.contact.load_case import HertzPressure, LineLoad
-from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, SmoothContact
+from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, SmoothContact, is_smooth
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.spots import MIN_SPOT_PIXELS
 from roughcontact.errors import ArgumentRef
 from roughcontact.units import format_engineering
 
@@ -89,6 +90,24 @@ def comparison_limits(result: ContactResult) -> tuple[Caution, ...]:
             *_yield_note(result, smooth),
         ]
     )
+
+
+def smooth_reference(result: ContactResult) -> SmoothContact | None:
+    """Return the Hertz contact that a result approximates, with no roughness and no plasticity.
+
+    None for rough or saturated contacts, and where the map is too small for the Hertz contact.
+    """
+    smooth: SmoothContact | None = result.hertz
+    if smooth is None or not is_smooth(result.pair) or result.totals.saturated:
+        return None
+    limits = comparison_limits(result)
+    return smooth if all(item.severity == "note" for item in limits) else None
+
+
+def is_unresolved(result: ContactResult) -> bool:
+    """Return whether the Hertz contact is narrower than a spot of `MIN_SPOT_PIXELS`."""
+    half = min(_smooth_limits(result).semi_axes)
+    return math.pi * half**2 < MIN_SPOT_PIXELS * max(result.surface.pixel) ** 2
 
 
 def behind_load(result: ContactResult) -> bool:

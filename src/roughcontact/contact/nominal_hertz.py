@@ -46,6 +46,26 @@ def curvature_of_map(provenance: Provenance) -> Array | None:
     return result
 
 
+def is_smooth(pair: Pair) -> bool:
+    """Return whether the bodies of a pair are nominal bodies without roughness."""
+    return all(_is_nominal(origin) for origin in pair.origins)
+
+
+def _is_nominal(provenance: Provenance) -> bool:
+    origin = provenance.origin
+    if origin is None or origin.method.removeprefix("nominal.") not in BODIES:
+        return False
+    return all(
+        step.method in _SHAPE_KEEPING_STEPS
+        or (step.method == "with_form" and _is_nominal(step.arguments["form"]))
+        for step in provenance.operations
+    )
+
+
+# Methods that add no roughness to a nominal body.
+_SHAPE_KEEPING_STEPS = _CURVATURE_KEEPING_STEPS - {"indented"} | {"rotated"}
+
+
 def _origin_curvature(origin: Operation | None) -> Array | None:
     """Return the curvature of what made a map."""
     body = None if origin is None else BODIES.get(origin.method.removeprefix("nominal."))

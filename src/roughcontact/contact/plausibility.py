@@ -234,10 +234,11 @@ MAX_SIDE = 10.0
 """Side of a map [m] that nothing measures."""
 
 SHOWN_CONTACT = 0.3
-"""Share of a rough map in contact up to which the calibrated ceiling was tried."""
+"""Share of a map in contact above which neighboring spots confine each other."""
 
-SHOWN_SPHERE, SHOWN_ROUGH, SHOWN_HARDENING = 0.05, 0.09, 0.08
-"""Largest errors of the area with the calibrated ceiling: spheres and lines, maps, hardening."""
+SHOWN_SPHERE, SHOWN_ROUGH, SHOWN_HARDENING, SHOWN_CONFINED = 0.05, 0.09, 0.08, 0.09
+"""Largest errors of the area with the calibrated ceiling: spheres and lines, maps, hardening, and
+periodic maps with more contact than `SHOWN_CONTACT`."""
 
 SPIKY_KURTOSIS = 20.0
 """Kurtosis of heights that no process of manufacture gives.
@@ -315,7 +316,20 @@ def recommended_ceiling_of(result: ContactResult) -> CalibratedCeiling | None:
         or load_bearing_spot_pixels(result, result.spots()) < MIN_SPOT_PIXELS
     ):
         return None
-    return recommended_ceiling(result)
+    advice = recommended_ceiling(result)
+    # A map with free edges sinks in before its nominal pressure reaches the ceiling.
+    if advice is None or advice.ceiling * result.touchable_area < result.load:
+        return None
+    return advice
+
+
+def calibrated_area_change(result: ContactResult, advice: CalibratedCeiling) -> float:
+    """Return the relative change of the contact area under the calibrated ceiling."""
+    ceiling = result.ceiling
+    assert ceiling is None or isinstance(ceiling, float)
+    change = area_change(advice, ceiling, result.contact_modulus)
+    # The spheres of the rule have room to grow; a map is at most in full contact.
+    return min(change, result.touchable_area / result.contact_area - 1)
 
 
 # The checks
@@ -486,7 +500,7 @@ def _check_ceiling(result: ContactResult) -> Caution | None:
     too_low = result.saturated_fraction > 0 and ceiling < (1 - CEILING_ERROR) * answer.ceiling
     if not (too_high or too_low):
         return None
-    change = area_change(answer, ceiling, result.contact_modulus)
+    change = calibrated_area_change(result, answer)
     excess = ceiling / answer.ceiling - 1
     return as_caution(
         CautionTag.CEILING,
@@ -515,12 +529,16 @@ def _check_extrapolation(result: ContactResult) -> Caution | None:
 def shown_error(result: ContactResult) -> float:
     """Return how well the calibrated ceiling gives the contact area, as a part of it."""
     bodies = [body for body in (result.material, result.counter_material) if body.yield_strength]
-    rough = result.spots().count > 1
     if any(body.poisson < 0 for body in bodies):
         return math.nan
-    if rough and result.contact_fraction > SHOWN_CONTACT:
-        return math.nan
-    if any(body.hardens for body in bodies):
+    hardens, rough = any(body.hardens for body in bodies), result.spots().count > 1
+    if result.contact_fraction > SHOWN_CONTACT:
+        # A periodic map nearly in full contact has one spot, and is no sphere.
+        if not result.boundary.free_axes:
+            return math.nan if hardens else SHOWN_CONFINED
+        if rough:
+            return math.nan
+    if hardens:
         return SHOWN_HARDENING
     return SHOWN_ROUGH if rough else SHOWN_SPHERE
 

@@ -325,6 +325,11 @@ class ContactResult(Result):
         return math.prod(self.pair.shape) * self.pixel_area
 
     @property
+    def touchable_area(self) -> float:
+        """Area of the valid pixels [m²], which can touch."""
+        return self.totals.points * self.pixel_area
+
+    @property
     def contact_area(self) -> float:
         """Real contact area [m²]: the pixels with pressure."""
         return self.totals.contact * self.pixel_area

@@ -13,18 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact.contact import plausibility, validation
-from roughcontact.contact.ceiling import area_change, resolve_ceiling, solve_calibrated
+from roughcontact.contact.ceiling import confinement, is_bracket, resolve_ceiling, solve_calibrated
 from roughcontact.contact.load_case import Load, LoadCase, ProblemUnits, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
-from roughcontact.contact.result import (
-    BASE,
-    BRACKET,
-    CALIBRATED,
-    COATING,
-    Calibrated,
-    ContactResult,
-    Regime,
-)
+from roughcontact.contact.result import BASE, CALIBRATED, COATING, Calibrated, ContactResult, Regime
 from roughcontact.contact.share import MapOrSlab
 from roughcontact.contact.spots import center_of_pressure
 from roughcontact.errors import (
@@ -118,8 +110,9 @@ def solve(
         strength or, without one, the hardness; none if neither is known. ``"calibrated"`` starts
         with that and repeats the solve until the ceiling reproduces the contact area of the
         elastoplastic model (`recommended_ceiling`). ``None`` is purely elastic. A coated body
-        needs one: ``"coating"`` or ``"base"``, that of the outermost layer or of what is below
-        all layers; ``"bracket"`` solves with both, the second for ``calibrated`` of the result.
+        needs one, unless an uncoated counter-body is the softest: ``"coating"`` or ``"base"``,
+        that of the outermost layer or of what is below all layers; ``"bracket"`` solves with
+        both, the second for ``calibrated`` of the result.
     boundary : {"free", "periodic", "periodic-x", "periodic-y"}
         Whether the body ends with the map, or the map is one period of an endless surface, or of
         a strip that is endless along one axis; see `Boundary`.
@@ -183,7 +176,7 @@ def solve(
         force, approach, moments, ceiling, tolerance, max_iterations, precision, specified
     )
     watch = progress_callback(progress, 1, 1)
-    asked = replace(terms, ceiling=COATING) if _is_bracket(pair, ceiling) else terms
+    asked = replace(terms, ceiling=COATING) if is_bracket(pair, ceiling) else terms
     result = solve_pair(
         pair,
         asked,
@@ -207,7 +200,7 @@ def add_calibrated(
     """Return a contact, solved under this ceiling, with what changes under the calibrated one."""
     if first.pair.is_shared:
         return first
-    bracket = _is_bracket(first.pair, ceiling)
+    bracket = is_bracket(first.pair, ceiling)
     label = "ceiling of the base" if bracket else "calibrated ceiling"
     watch = progress_callback(progress, 1, 1, label)
     terms = LoadCase(
@@ -219,11 +212,6 @@ def add_calibrated(
     )
     other = _under_base(first, terms, watch) if bracket else _solve_calibrated(first, terms, watch)
     return replace(first, calibrated=other)
-
-
-def _is_bracket(pair: Pair, ceiling: Quantity | ArrayLike | None) -> bool:
-    """Return whether a coated body is solved under two ceilings."""
-    return pair.is_coated and isinstance(ceiling, str) and ceiling == BRACKET
 
 
 def solve_pair(
@@ -275,7 +263,7 @@ def _solve_self_consistent_ceiling(
         return result
 
     result = solve_calibrated(
-        solve_at_ceiling(resolve_ceiling(terms.ceiling, pair), start), solve_at_ceiling
+        solve_at_ceiling(_first_ceiling(pair, terms), start), solve_at_ceiling
     )
     return replace(
         result,
@@ -285,6 +273,16 @@ def _solve_self_consistent_ceiling(
     )
 
 
+def _first_ceiling(pair: Pair, terms: LoadCase) -> Any:
+    """Return the usual ceiling [Pa], or that of confined spots if the load exceeds the usual."""
+    ceiling = resolve_ceiling(terms.ceiling, pair)
+    if terms.load is None or pair.boundary.free_axes or not isinstance(ceiling, float):
+        return ceiling
+    touchable = np.count_nonzero(np.isfinite(pair.initial_gap)) * pair.pixel_area
+    ratio = terms.load / touchable / ceiling
+    return ceiling if ratio < 1 else ceiling * confinement(ratio)
+
+
 def _solve_calibrated(first: ContactResult, terms: LoadCase, watch: Watch) -> Calibrated | None:
     """Return the contact under the ceiling that its solution recommends."""
     if not (first.converged and isinstance(first.ceiling, float)) or first.calibration is not None:
@@ -292,7 +290,7 @@ def _solve_calibrated(first: ContactResult, terms: LoadCase, watch: Watch) -> Ca
     advice = plausibility.recommended_ceiling_of(first)
     if advice is None or first.regime is Regime.BELOW_FIRST_YIELD:
         return None
-    if abs(area_change(advice, first.ceiling, first.contact_modulus)) < _MIN_CEILING_CHANGE:
+    if abs(plausibility.calibrated_area_change(first, advice)) < _MIN_CEILING_CHANGE:
         return None
     start = first.pressure
     if first.control == "load":

@@ -21,6 +21,7 @@ from roughcontact.errors import (
     ArgumentRef,
     CapacityError,
     InputError,
+    Part,
     input_error,
     require_choice,
     require_count,
@@ -275,9 +276,17 @@ def require_capacity(load: float, largest: float, pair: Pair) -> None:
     """Raise `CapacityError` for a load above the largest that can be carried."""
     # The full capacity is a load like any other; rounding must not refuse it.
     if load > largest * (1 + 1e-12):
+        body = pair.softer
+        advice: tuple[Part, ...] = ()
+        if body is not None and body.yield_strength and not pair.boundary.free_axes:
+            advice = (
+                "; it carries more where spots confine each other: use ",
+                ArgumentRef("ceiling", CALIBRATED),
+            )
         raise CapacityError(
             f"= {load:.6g} {pair.load_unit} is more than the surface can carry: the ceiling times "
             f"the {'length' if pair.is_profile else 'area'} of its valid pixels is {largest:.6g} "
             f"{pair.load_unit}",
+            *advice,
             argument="load",
         )

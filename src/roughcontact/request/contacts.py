@@ -283,7 +283,6 @@ class JointContacts:
 def calibrated_ceiling(result: ContactResult) -> float | None:
     """Return the calibrated ceiling [Pa] of a contact; None if it changes nothing."""
     from roughcontact.contact import plausibility
-    from roughcontact.contact.ceiling import area_change
     from roughcontact.contact.result import Regime
 
     if not isinstance(result.ceiling, float) or result.calibration is not None:
@@ -291,7 +290,7 @@ def calibrated_ceiling(result: ContactResult) -> float | None:
     advice = plausibility.recommended_ceiling_of(result)
     if advice is None or result.regime is Regime.BELOW_FIRST_YIELD:
         return None
-    change = abs(area_change(advice, result.ceiling, result.contact_modulus))
+    change = abs(plausibility.calibrated_area_change(result, advice))
     return advice.ceiling if change >= _AREA_TOLERANCE else None
 
 

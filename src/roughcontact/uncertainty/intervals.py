@@ -26,8 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roughcontact.contact import plausibility
-from roughcontact.contact.ceiling import area_change
+from roughcontact.contact import hertz_comparison, plausibility
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.result import Result
 from roughcontact.surface.surface import Surface
@@ -292,7 +291,7 @@ def volume_plasticity(name: str, result: ContactResult) -> ErrorSource | None:
     advice = plausibility.recommended_ceiling_of(result) if name == "contact_fraction" else None
     if advice is None or isinstance(result.ceiling, np.ndarray):
         return ErrorSource(Cause.YIELDING, math.nan, math.nan)
-    change = area_change(advice, result.ceiling, result.contact_modulus)
+    change = plausibility.calibrated_area_change(result, advice)
     error = plausibility.shown_error(result) + _ONE_SPHERE
     # Both are NaN outside the range of the calibration.
     low, high = _change_bounds(change, error * (1 + change))
@@ -313,17 +312,34 @@ def _grid(name: str, result: ContactResult, study: ResolutionStudy | None) -> li
     at_edge = elastic and result.totals.edge_load is not None
     if name == "max_pressure" and (at_edge or (study is not None and study.at_edge)):
         return [ErrorSource(Cause.EDGE, 0.0, math.inf)]
+    smooth = _smooth_value(name, result)
     if study is None:
+        if smooth is not None:
+            change = smooth / value - 1
+            return [ErrorSource(Cause.GRID, min(change, 0.0), max(change, 0.0))]
         return [ErrorSource(Cause.GRID, math.nan, math.nan)]
     low, high = study.limits(name)
     if name == "max_pressure" and result.ceiling is not None:
         high = min(high, float(np.max(result.ceiling)))
-    ends = sorted((low / value - 1, high / value - 1))
+    limits = (low, high) if smooth is None else (low, high, smooth)
+    ends = sorted(limit / value - 1 for limit in limits)
     # `min` and `max` return their first argument if this is NaN.
-    answer = [ErrorSource(Cause.GRID, min(ends[0], 0.0), max(ends[1], 0.0))]
+    answer = [ErrorSource(Cause.GRID, min(ends[0], 0.0), max(ends[-1], 0.0))]
     if elastic and name in _WITHOUT_LIMIT and _rough(_WITHOUT_LIMIT[name], study):
         answer.append(ErrorSource(Cause.WAVES, math.nan, math.nan))
     return answer
+
+
+def _smooth_value(name: str, result: ContactResult) -> float | None:
+    """Return the value of Hertz's theory, which a smooth contact has on fine grids."""
+    smooth = hertz_comparison.smooth_reference(result)
+    if smooth is None:
+        return None
+    return {
+        "contact_fraction": smooth.area / result.nominal_area,
+        "max_pressure": smooth.max_pressure,
+        "approach": smooth.approach,
+    }.get(name)
 
 
 def _rough(name: str, study: ResolutionStudy) -> bool:

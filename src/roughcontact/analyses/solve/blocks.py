@@ -78,6 +78,6 @@ def hertz_blocks(result: ContactResult) -> list[Block]:
     return [
         Block("head", "Compared with the smooth bodies (Hertz)"),
         Block("small", f"{capitalize_first(smooth.bodies(contact))}. {smooth.SIZE}"),
-        Block("aside", (picture, [PageTable(rows, ("", *smooth.HEADS[1:]))])),
+        Block("aside", (picture, [PageTable(rows, ("", *smooth.heads(result)[1:]))])),
         *(Block("small", page.as_sentence(limit.text)) for limit in comparison_limits(result)),
     ]

@@ -64,6 +64,13 @@ def _limited(result: ContactResult) -> bool:
     return result.ceiling is not None
 
 
+def _has_usual_ceiling(result: ContactResult) -> bool:
+    """Return whether the calibrated contact was first solved with three yield strengths."""
+    calibration, body = result.calibration, result.pair.softer
+    # A load that exceeds them starts with a higher ceiling.
+    return calibration is not None and calibration.usual_ceiling == (body and body.ceiling)
+
+
 def _touches(result: ContactResult) -> bool:
     return result.contact_area > 0
 
@@ -271,7 +278,7 @@ CONTACT: Table = (
         of=lambda r: r.calibration and r.calibration.summary(),
         meaning="before the ceiling was recommended, and by how much it differs",
         text=phrases.with_usual_ceiling,
-        when=lambda r: r.calibration is not None,
+        when=_has_usual_ceiling,
     ),
     Quantity(
         "regime",

@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from roughcontact.contact import hertz_comparison
-from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, SmoothContact
+from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, SmoothContact, is_smooth
 from roughcontact.contact.result import ContactResult
 from roughcontact.report.kind import ABSENT
 from roughcontact.units import format_engineering
-
-HEADS = ("compared with Hertz", "smooth (Hertz)", "rough", "ratio")
-"""Heads of the columns of `rows`."""
 
 _SIDES = {
     CIRCLE: ("radius of contact",),
@@ -42,6 +39,12 @@ def bodies(smooth: SmoothContact) -> str:
     if smooth.length is not None:
         words += f", {format_engineering(1e-3 * smooth.load / smooth.length, 'N')}/mm"
     return words
+
+
+def heads(result: ContactResult) -> tuple[str, ...]:
+    """Return the heads of the columns of `rows`."""
+    solved = "solved" if is_smooth(result.pair) else "rough"
+    return "compared with Hertz", "smooth (Hertz)", solved, "ratio"
 
 
 def rows(result: ContactResult) -> list[tuple[str, ...]]:

@@ -20,6 +20,8 @@ from roughcontact.analyses.solve import (
 )
 from roughcontact.analyses.solve.blocks import hertz_blocks, spot_rows
 from roughcontact.contact import archive, plausibility
+from roughcontact.contact.hertz_comparison import is_unresolved
+from roughcontact.contact.nominal_hertz import is_smooth
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.share import Slab
 from roughcontact.drawing import cells, maps, profiles as draw
@@ -284,8 +286,13 @@ def _hertz_comparison(result: ContactResult, smooth: float, interval: Interval |
     area, ratio = phrases.format_short(value, unit), value / smooth
     if abs(ratio - 1) < _AREA_TOLERANCE:
         return f"The bodies touch on {area}{ends}, as Hertz's theory has it{_yields(result)}"
-    rough = f"Roughness carries the load on {area}{ends}"
-    return f"{rough}, {phrases.format_share(ratio)} of the Hertz contact{_yields(result)}"
+    share = f", {phrases.format_share(ratio)} of the Hertz contact{_yields(result)}"
+    if not is_smooth(result.pair):
+        return f"Roughness carries the load on {area}{ends}{share}"
+    if not is_unresolved(result):
+        return f"The bodies touch on {area}{ends}{share}"
+    known = phrases.format_short(smooth, unit)
+    return f"The grid does not resolve the Hertz contact of {known}; solved: {area}{ends}{share}"
 
 
 _YIELDING = {
@@ -320,7 +327,7 @@ def numbers(result: ContactResult, study: ResolutionStudy | None = None) -> Cell
     if result.measurement is not None:
         return uncertainty.CORRECTED, uncertainty.corrected_rows(result)
     if hertz_comparison.applies(result):
-        return hertz_comparison.HEADS, hertz_comparison.rows(result)
+        return hertz_comparison.heads(result), hertz_comparison.rows(result)
     unit, what = ("m", "length") if result.pair.is_profile else ("m²", "area")
     nominal = phrases.format_short(result.nominal_area, unit)
     area = f"{phrases.format_short(result.contact_area, unit)} of {nominal}"
