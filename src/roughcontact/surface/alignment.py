@@ -1,31 +1,31 @@
-"""One map on the grid of another: offset, rotation, mirror and another pixel.
+"""Resampling of a map on the grid of another: offset, rotation, mirror, pixel.
 
-A map has its origin in the middle of its outline. Laid on a grid, its origin comes to the middle
-of that grid; it is mirrored in x, then turned, then shifted. Angles are in degrees,
-counter-clockwise as a map is printed and drawn, row 0 on top and y downwards: 90 turns x to -y.
+The origin of a map is the center of its outline. The origin is placed on the center of the grid;
+the map is mirrored in x, then rotated, then shifted. Angles are in degrees, counter-clockwise as a
+map is printed and drawn, row 0 on top and y downwards: 90 rotates x to -y.
 
-Where points of the one grid lie on the other is written as ``matrix @ (i, j) + start``: the
-indices on the old grid, fractions included, of point ``[i, j]`` of the new one.
+A placement is a pair ``(matrix, start)``: ``matrix @ (i, j) + start`` are the fractional indices on
+the old grid of point ``[i, j]`` of the new one.
 
-`cutoffs`: Waves shorter than two new pixels cannot be told from longer ones once they are
-sampled. The Gaussian filter of ISO 16610 with this nesting index lets half of the shortest wave
-that the new grid holds pass, and 6 % of the wave of one new pixel. Unlike the mean over the new
-pixel, which lets 64 % and up to 22 % pass, it has no side lobes, does not depend on how the
-grid is turned, and knows what to do at holes. The pixel of a turned grid counts with its
+`cutoffs`: Waves shorter than two new pixels alias to longer ones when they are sampled. The
+Gaussian filter of ISO 16610 with this nesting index transmits half of the amplitude of the shortest
+wave that the new grid resolves, and 6 % at the wavelength of one new pixel. Unlike the mean over
+the new pixel, which transmits 64 % and up to 22 %, it has no side lobes, does not depend on the
+rotation of the grid, and is defined at holes. The pixel of a rotated grid is represented by its
 root-mean-square edge along the axis of the map.
 
-`sample`: Where the pixel of the grid is larger, waves that it cannot hold are removed first,
-see `cutoffs`; a least-squares plane is put aside meanwhile, because the filter bends slopes at
-the edges. Then the bicubic spline through the points is evaluated, with not-a-knot ends: it
-reproduces cubics up to the edge of the map. Holes are filled harmonically beforehand, so that
-the spline does not swing at their rim.
+`sample`: Where the pixel of the grid is larger, waves that it cannot resolve are removed first, see
+`cutoffs`; a least-squares plane is subtracted before the filter and added after it, because the
+filter distorts slopes at the edges. Then the bicubic spline through the points is evaluated, with
+not-a-knot ends: it reproduces cubics up to the edge of the map. Holes are filled harmonically
+beforehand, so that the spline does not overshoot at their rim.
 
-`common_rectangle`: What the maps have in common is convex. The first common column is therefore
-a convex function of the row, the last one a concave function, and over a range of rows both are
-decided by its first and its last row.
+`common_rectangle`: The intersection of the maps is convex. The first common column is therefore a
+convex function of the row, the last one a concave function, and over a range of rows both are
+determined by its first and its last row.
 
 `common_pixel`: Along an axis at the angle to its own, a grid with the edges dy, dx has the edge
-``((cos/dy)² + (sin/dx)²)^(-1/2)``: that of its shortest wave.
+``((cos/dy)² + (sin/dx)²)^(-1/2)``, half of its shortest wave.
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ Array = NDArray[np.float64]
 Placement = tuple[Array, Array]
 
 MAX_PIXEL_RATIO = math.sqrt(2)
-"""Pixels are of similar size, and interpolation needs no filter, up to this ratio."""
+"""Largest ratio of pixels that are of similar size, so that interpolation needs no filter."""
 
-# Relative difference at which two pixels are of one size, as `contact.solve` takes it; and the
-# fraction of a pixel to which a point lies on the edge of a map.
+# Relative difference up to which two pixels are equal, as in `contact.solve`; and the tolerance, in
+# pixels, for a point on the edge of a map.
 _EDGE_TOLERANCE = 1e-9
 _SLACK = 1e-6
-# The fraction to which a point is put on another one, or counts to what maps have in common: both
-# may happen to a grid and once more to a part of it, whose points must still lie on the maps.
+# Tolerance, in pixels, for coincident points and for points common to all maps. Both may be applied
+# to a grid and again to a part of it, whose points must still be on the maps.
 _POINT_TOLERANCE = _SLACK / 4
 
 
@@ -76,16 +76,16 @@ def grid_positions(
     angle: float = 0.0,
     mirrored: bool = False,
 ) -> Placement:
-    """Return the places of the points of a grid on a map."""
+    """Return the positions of the points of a grid on a map."""
     require_pixel(pixel)
     require_pixel(new_pixel)
     c, s = cosine_sine(angle)
-    # The inverse of the motion: from the grid to the map, in (y, x).
+    # The inverse of the motion, from the grid to the map, in (y, x).
     turn = np.array([[c, s], [-s, c]])
     if mirrored:
         turn[1] *= -1
     matrix = turn * np.array(new_pixel) / np.array(pixel)[:, None]
-    # Where the points of both grids coincide, rounding must not make interpolation of it.
+    # Where the points of both grids coincide, rounding must not cause interpolation.
     whole = np.rint(matrix)
     singular = whole[0, 0] * whole[1, 1] == whole[0, 1] * whole[1, 0]
     if np.abs(matrix - whole).max() < _EDGE_TOLERANCE and not singular:
@@ -98,20 +98,20 @@ def grid_positions(
 
 
 def is_coincident(placement: Placement) -> bool:
-    """Return whether every point of the grid is a point of the map, or beyond its edge."""
+    """Return whether every point of the grid is a point of the map or beyond its edge."""
     whole = all(bool((part == np.rint(part)).all()) for part in placement)
     return whole and bool((np.abs(placement[0]).sum(axis=1) == 1).all())
 
 
 def cutoffs(placement: Placement) -> tuple[float, float]:
-    """Return the S-filter that a map needs before it is sampled on a coarser grid."""
+    """Return the nesting indices [pixels] for sampling a map on a coarser grid; 0 for no filter."""
     along_y, along_x = (math.hypot(*row) for row in placement[0])
     limit = MAX_PIXEL_RATIO * (1 + _EDGE_TOLERANCE)
     return 2 * along_y if along_y > limit else 0.0, 2 * along_x if along_x > limit else 0.0
 
 
 def sample(heights: Array, placement: Placement, shape: tuple[int, int]) -> Array:
-    """Return a map on the points of another grid."""
+    """Return a map interpolated at the points of another grid."""
     heights = np.asarray(heights, dtype=np.float64)
     if is_coincident(placement):
         return _gather_points(heights, placement, shape)
@@ -119,7 +119,7 @@ def sample(heights: Array, placement: Placement, shape: tuple[int, int]) -> Arra
         raise InputError(
             f"a spline needs at least 4 × 4 points, got {heights.shape[0]} × {heights.shape[1]}"
         )
-    # Imported late: most of the time of `import roughcontact` would be SciPy's.
+    # Imported here, as SciPy would take most of the time of `import roughcontact`.
     from scipy import ndimage
 
     matrix, start = placement
@@ -135,7 +135,7 @@ def sample(heights: Array, placement: Placement, shape: tuple[int, int]) -> Arra
 
         values = fill_missing(values, (1.0, 1.0))
     coefficients = _coefficients(_coefficients(values).T).T
-    # Coefficient 0 belongs to the point before the first.
+    # The first coefficient belongs to the point before the map.
     new: Array = ndimage.affine_transform(
         coefficients, matrix, start + 1, shape, order=3, mode="mirror", prefilter=False
     )
@@ -153,7 +153,7 @@ def sample(heights: Array, placement: Placement, shape: tuple[int, int]) -> Arra
 def spans(
     shape: tuple[int, ...], placement: Placement, new_shape: tuple[int, int], slack: float = _SLACK
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the points of each row of a grid that are on a map."""
+    """Return the first and the last point of each row of a grid that are on a map."""
     matrix, start = placement
     rows = np.arange(new_shape[0])
     low = np.zeros(new_shape[0])
@@ -161,7 +161,7 @@ def spans(
     for axis, length in enumerate(shape):
         index = matrix[axis, 0] * rows + start[axis]
         step = matrix[axis, 1]
-        # A step that moves by less than the slack over the whole row is none.
+        # A shift smaller than the slack over the whole row is treated as zero.
         if abs(step) * new_shape[1] < slack:
             off = (index < -slack) | (index > length - 1 + slack)
             high[off] = -1.0
@@ -169,7 +169,7 @@ def spans(
         ends = (-slack - index) / step, (length - 1 + slack - index) / step
         low = np.maximum(low, np.minimum(*ends))
         high = np.minimum(high, np.maximum(*ends))
-    # Far beyond the map, for any integer type.
+    # Clipped, as positions far beyond the map exceed the range of integers.
     first = np.ceil(np.clip(low, 0, new_shape[1])).astype(np.int64)
     last = np.floor(np.clip(high, -1, new_shape[1] - 1)).astype(np.int64)
     return first, last
@@ -178,7 +178,7 @@ def spans(
 def common_rectangle(
     maps: Sequence[tuple[tuple[int, int], Placement]], new_shape: tuple[int, int]
 ) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return the largest rectangle of a grid that is on all maps."""
+    """Return the rows and columns of the largest rectangle of a grid that is on all maps."""
     first, last = np.zeros(new_shape[0], np.int64), np.full(new_shape[0], new_shape[1] - 1)
     for shape, placement in maps:
         one_first, one_last = spans(shape, placement, new_shape, _POINT_TOLERANCE)
@@ -206,7 +206,7 @@ def common_rectangle(
 def common_pixel(
     pixel: tuple[float, float], other: tuple[float, float], angle: float = 0.0
 ) -> tuple[float, float]:
-    """Return the pixel of a grid along the first map's axes that keeps the waves of both."""
+    """Return the pixel, along the axes of the first map, that resolves the waves of both."""
     require_pixel(pixel)
     require_pixel(other)
     c, s = cosine_sine(angle)
@@ -227,7 +227,7 @@ def align(
     angle: float = 0.0,
     mirrored: bool = False,
 ) -> Array:
-    """Return a map on another grid, moved over it."""
+    """Return a map resampled on another grid after mirroring, rotation and shift."""
     heights = np.asarray(heights, dtype=np.float64)
     ny, nx = heights.shape
     placement = grid_positions((ny, nx), pixel, new_shape, new_pixel, offset, angle, mirrored)
@@ -255,7 +255,7 @@ def _checked_offset(offset: tuple[float, float]) -> tuple[float, float]:
 
 
 def _gather_points(heights: Array, placement: Placement, shape: tuple[int, int]) -> Array:
-    # Each axis of the map runs along one axis of the grid, forwards or backwards.
+    # Each axis of the map is parallel or antiparallel to an axis of the grid.
     matrix, start = placement
     along = np.abs(matrix).argmax(axis=1)
     index = []
@@ -273,7 +273,7 @@ def _gather_points(heights: Array, placement: Placement, shape: tuple[int, int])
 
 
 def _coefficients(values: Array) -> Array:
-    """Return the B-spline coefficients at points -1, 0, … n along y, of the not-a-knot spline."""
+    """Return the coefficients of the not-a-knot B-spline at points -1, 0, … n along y."""
     from scipy.linalg import solveh_banded
 
     n = values.shape[0]
@@ -284,7 +284,7 @@ def _coefficients(values: Array) -> Array:
         right = 6 * values[2:-2]
         right[0] -= c[2]
         right[-1] -= c[-3]
-        # LAPACK's routine for tridiagonal systems takes no single equation.
+        # LAPACK's routine for tridiagonal systems does not accept a single equation.
         if n == 5:
             c[3] = right[0] / 4
         else:

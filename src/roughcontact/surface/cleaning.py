@@ -1,18 +1,18 @@
-"""Outliers, holes and turns of a measured map: what is kept, and which way it lies.
+"""Cleaning of a measured map: outliers, holes, cropping, rotation.
 
-`remove_outliers`: The median is that of the valid points of the window; beyond the edge the map
-goes on by point reflection, so that a tilt alone makes no outliers. The robust standard
-deviation is 1.4826 × the median of all absolute deviations; where that is zero, as when most
-points equal their local median, 1.2533 × their mean. A spike wider than about half a window is
-taken as part of the surface. Where a form bends more within a window than the map is rough, its
-summit would count as an outlier: remove the form first.
+`remove_outliers`: The median is that of the valid points of the window; beyond the edge the map is
+continued by point reflection, so that a tilt alone makes no outliers. The robust standard deviation
+is 1.4826 × the median of all absolute deviations; where that is zero, as when most points equal
+their local median, 1.2533 × their mean. A spike wider than about half a window is treated as part
+of the surface. Where the form deviates more within a window than the roughness, its summit would be
+an outlier: remove the form first.
 
-`largest_rectangle`: One pass over the rows. For each point of a row: how far up it is free of
-holes, and how far to the left and right that whole strip can be moved. The largest rectangle is
+`largest_rectangle`: One pass over the rows. Each point of a row gives the height of the strip above
+it that is free of holes, and the width over which that strip can be moved. The largest rectangle is
 one of them.
 
-`fill_missing`: Solves the five-point Laplace equation, weights 1/dy² and 1/dx², on the missing
-points alone, with the measured rim as boundary values and zero slope across the edge of the map.
+`fill_missing`: The five-point Laplace equation, with weights 1/dy² and 1/dx², is solved on the
+missing points, with the measured rim as boundary values and zero slope across the edge of the map.
 Up to 50 000 missing points are solved directly, more by conjugate gradients with a multigrid
 preconditioner to a residual of 1e-10 of the right-hand side.
 """
@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 
 
 MAX_FILLED_SHARE = 0.3
-"""Share of missing points above which a map is filled on request only."""
+"""Share of missing points above which a map is filled only on request."""
 
 
 def remove_outliers(heights: Array, limit: float = 6.0, window: int = 5) -> Array:
@@ -53,7 +53,7 @@ def remove_outliers(heights: Array, limit: float = 6.0, window: int = 5) -> Arra
     if sigma == 0:
         sigma = 1.2533 * float(np.mean(there))
     cleaned = heights.copy()
-    # Comparing with NaN is false: holes stay as they are.
+    # A comparison with NaN is false: holes remain.
     cleaned[deviation > limit * sigma] = np.nan
     return cleaned
 
@@ -88,7 +88,7 @@ def largest_rectangle(heights: Array) -> tuple[tuple[int, int], tuple[int, int]]
 
 
 def rotate_map(heights: Array, angle: int = 90) -> Array:
-    """Return the map turned by multiples of 90°."""
+    """Return the map rotated by multiples of 90°."""
     if isinstance(angle, bool) or not isinstance(angle, Real) or angle % 90 != 0:
         raise input_error("angle", angle, "must be a multiple of 90 degrees")
     return np.rot90(heights, int(angle) // 90 % 4).copy()
@@ -115,8 +115,8 @@ def crop_map(
 
 def _local_median(heights: Array, window: int) -> Array:
     reach = window // 2
-    # Odd reflection of a map of n points defines at most n - 1 beyond its edge at a time; NumPy
-    # repeats it where the window is larger than the map.
+    # The odd reflection of a map of n points defines at most n - 1 beyond its edge; NumPy repeats
+    # it where the window is larger than the map.
     padded = np.pad(heights, reach, mode="reflect", reflect_type="odd")
     nx = heights.shape[1]
     median = np.empty_like(heights)
@@ -125,7 +125,7 @@ def _local_median(heights: Array, window: int) -> Array:
         part = np.lib.stride_tricks.sliding_window_view(
             padded[start : stop + 2 * reach], (window, window)
         )
-        # NaN sorts to the end, so the median of the n valid ones sits among the first n.
+        # NaN is sorted to the end, so the median of n valid points is among the first n.
         ordered = np.sort(part.reshape(stop - start, nx, -1), axis=-1)
         count = np.count_nonzero(np.isfinite(ordered), axis=-1)
         middle = [np.maximum(index, 0)[..., None] for index in ((count - 1) // 2, count // 2)]
@@ -137,13 +137,15 @@ def _local_median(heights: Array, window: int) -> Array:
     return median
 
 
-# --- Holes of a measured map, filled by a harmonic surface ---
+# --- Filling of holes by a harmonic surface ---
 
 
-# Above this number of missing points the factors of the direct solver outgrow the map.
+# Above this number of missing points the factors of the direct solver need more memory than the
+# map.
 _DIRECT_LIMIT = 50_000
 
-# Points on the coarsest level of the iterative solver, and its relative residual.
+# Maximum number of points on the coarsest level of the iterative solver, relative residual, and
+# maximum number of steps.
 _COARSEST = 20_000
 _TOLERANCE = 1e-10
 _MAX_STEPS = 500
@@ -171,7 +173,7 @@ def fill_missing(heights: Array, pixel: tuple[float, float], maximum: float = 1.
     if not missing.any():
         return filled
     matrix, right, low, high = _laplace(heights, missing, pixel)
-    # Heights far from zero would cost digits; the equation does not mind a constant.
+    # A large offset would cost digits; the equation is invariant to a constant.
     offset = 0.5 * (float(low.min()) + float(high.max()))
     right -= offset * np.asarray(matrix.sum(axis=1)).ravel()
     if matrix.shape[0] <= _DIRECT_LIMIT:
@@ -185,7 +187,7 @@ def fill_missing(heights: Array, pixel: tuple[float, float], maximum: float = 1.
 def _laplace(
     heights: Array, missing: NDArray[np.bool_], pixel: tuple[float, float]
 ) -> tuple[sparse.csr_array, Array, Array, Array]:
-    """Return matrix, right-hand side, and the rim's bounds for each missing point."""
+    """Return matrix and right-hand side, and the rim's bounds for each missing point."""
     from scipy import sparse
     from scipy.sparse import csgraph
 
@@ -195,7 +197,7 @@ def _laplace(
     right, diagonal = np.zeros(count), np.zeros(count)
     low, high = np.full(count, np.inf), np.full(count, -np.inf)
     first, second, weights = [], [], []
-    # Only the ratio of the weights matters; near one they keep the matrix near one.
+    # Only the ratio of the weights matters; weights near one keep the matrix near one.
     larger = max(pixel)
     for axis, edge in enumerate(pixel):
         weight = (larger / edge) ** 2
@@ -230,7 +232,7 @@ def _laplace(
 
 
 def _solve_iteratively(matrix: sparse.csr_array, right: Array, missing: NDArray[np.bool_]) -> Array:
-    """Return the solution by conjugate gradients."""
+    """Return the solution of conjugate gradients with the multigrid preconditioner."""
     precondition = _multigrid(matrix, *np.nonzero(missing))
     solution, residual = np.zeros(right.size), right.copy()
     direction, previous = np.zeros(right.size), 1.0
@@ -258,7 +260,7 @@ def _dot(first: Array, second: Array) -> float:
 def _multigrid(
     matrix: sparse.csr_array, row: NDArray[np.int64], column: NDArray[np.int64]
 ) -> Callable[[Array], Array]:
-    """Return one V-cycle of smoothed aggregation over squares of 3 × 3 points."""
+    """Return a V-cycle of smoothed aggregation over squares of 3 × 3 points, as a function."""
     from scipy import sparse
 
     levels = []
@@ -282,8 +284,8 @@ def _multigrid(
         if depth == len(levels):
             return np.asarray(coarsest.solve(residual))
         operator, damping, interpolation = levels[depth]
-        # One step before and one after the correction keep the cycle symmetric, as
-        # conjugate gradients need it.
+        # One step before and one after the correction keep the cycle symmetric, which conjugate
+        # gradients require.
         solution = damping @ residual
         rest = interpolation.T @ (residual - operator @ solution)
         solution += interpolation @ cycle(rest, depth + 1)

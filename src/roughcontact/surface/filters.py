@@ -1,14 +1,14 @@
-"""Waves of a map: Gaussian filters after ISO 16610, and resampling.
+"""Gaussian filters after ISO 16610, and resampling over the same outline.
 
 `gaussian_lowpass`: Weights exp(-π (x² + y²)/(α λ)²)/(α λ)², α = √(ln 2/π), sampled at the pixels
 and cut off at 1.5 λ, where they are 1e-14 of the central one. Below about five pixels the sampled
 weights transmit more than 50 %; their width is then adjusted per axis to transmit exactly 50 %.
 
-Edges and holes: normalised convolution, that is, the weights of the valid points are scaled to
-the sum 1 (a regression of order zero). Constants pass everywhere; a tilt or a form passes
-unchanged only where the whole window of ±1.5 λ is on the map. At an edge or a large hole a
-slope is drawn towards the mean by slope × α λ/π = 0.15 λ × slope, at λ/2 from it by 0.002 λ ×
-slope. Level the map and remove its form first.
+Edges and holes: normalized convolution, that is, the weights of the valid points are scaled to the
+sum 1 (a regression of order zero). Constants pass everywhere; a tilt or a form passes unchanged
+only where the whole window of ±1.5 λ is on the map. At an edge or a large hole a slope is biased
+towards the mean by slope × α λ/π = 0.15 λ × slope, and at λ/2 from it by 0.002 λ × slope. Level the
+map and remove its form first.
 
 ISO 16610-61:2015; ISO 16610-21:2011 for the weighting function.
 
@@ -37,18 +37,18 @@ from roughcontact.units import format_engineering
 
 Array = NDArray[np.float64]
 
-# Width of the weighting function over the cut-off, which makes the transmission there 50 %.
+# Width of the weighting function over the cut-off, for a transmission of 50 % at the cut-off.
 ALPHA = math.sqrt(math.log(2) / math.pi)
 
-# The weights are cut off here, in cut-offs: exp(-π (1.5/α)²) = 1e-14 of the central weight.
+# Truncation of the weights, in cut-offs: exp(-π (1.5/α)²) = 1e-14 of the central weight.
 _REACH = 1.5
 
-# Values per block of rows or columns in transforms: temporaries of some 20 MiB.
+# Values per block of rows or columns in transforms: temporaries of about 20 MiB.
 _BLOCK = 2**20
 
 
 def gaussian_lowpass(heights: Array, pixel: tuple[float, float], cutoff: float) -> Array:
-    """Return the long waves of a map: the areal Gaussian filter of ISO 16610-61."""
+    """Return the map after the areal Gaussian low-pass filter of ISO 16610-61."""
     require_pixel(pixel)
     heights = np.asarray(heights, dtype=np.float64)
     _check_cutoff(heights.shape, pixel, cutoff)
@@ -69,7 +69,7 @@ def gaussian_band(
     s: float | None = None,
     l: float | None = None,  # noqa: E741
 ) -> Array:
-    """Return the waves of a map between two cut-offs."""
+    """Return the map with the waves between two cut-offs."""
     require_pixel(pixel)
     if s is None and l is None:
         raise InputError(
@@ -91,7 +91,7 @@ def gaussian_band(
 
 
 def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited") -> Array:
-    """Return the map on another number of points over the same outline."""
+    """Return the map with another number of points over the same outline."""
     if method not in ("bandlimited", "spline"):
         raise input_error("method", method, "must be one of bandlimited, spline")
     heights = np.asarray(heights, dtype=np.float64)
@@ -110,7 +110,7 @@ def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited"
         )
     grid.require_memory(max(heights.shape, new, key=math.prod), grid.RESAMPLED)
     values = heights.copy()
-    # The axis that shrinks most first: fewest points in between.
+    # The axis that shrinks most comes first, for the smallest intermediate array.
     axes = sorted((0, 1), key=lambda axis: new[axis] / heights.shape[axis])
     for axis in axes:
         if new[axis] != values.shape[axis]:
@@ -136,7 +136,7 @@ def _checked_shape(shape: tuple[int, int], line: bool) -> tuple[int, int]:
 
 
 def _smoothed(heights: Array, cutoffs: tuple[float, float]) -> Array:
-    """Return the normalised convolution along both axes; cut-offs are in pixels, 0 for none."""
+    """Return the normalized convolution along both axes; cut-offs in pixels, 0 for none."""
     kernels = {
         axis: _weights(heights.shape[axis], cutoff)
         for axis, cutoff in enumerate(cutoffs)
@@ -144,7 +144,7 @@ def _smoothed(heights: Array, cutoffs: tuple[float, float]) -> Array:
     }
     there = np.isfinite(heights)
     full = bool(there.all())
-    # Heights far from zero would cost digits; the filter does not mind a constant.
+    # A large offset would cost digits; the filter is invariant to a constant.
     offset = float(np.mean(heights if full else heights[there]))
     values = heights - offset
     if full:
@@ -159,7 +159,7 @@ def _smoothed(heights: Array, cutoffs: tuple[float, float]) -> Array:
         values = _convolve(values, kernel, axis)
         total = _convolve(total, kernel, axis)
     smooth = np.full(heights.shape, np.nan)
-    # A point that is there has at least its own weight.
+    # A valid point has at least its own weight, so the division is safe.
     np.divide(values, total, out=smooth, where=there)
     smooth += offset
     return smooth
@@ -169,7 +169,7 @@ def _check_cutoff(shape: tuple[int, ...], pixel: tuple[float, float], cutoff: fl
     require_positive(cutoff=cutoff)
     shortest = 2 * max(edge for length, edge in zip(shape, pixel, strict=True) if length > 1)
     longest = min(length * edge for length, edge in zip(shape, pixel, strict=True) if length > 1)
-    # Rounding of a cut-off that is meant to be just two pixels, or the whole side.
+    # The tolerance accepts rounding of a cut-off of two pixels or of the whole side.
     if not shortest * (1 - 1e-12) <= cutoff <= longest * (1 + 1e-12):
         raise InputError(
             "must lie between two pixels and the shorter side of the map, "
@@ -181,9 +181,10 @@ def _check_cutoff(shape: tuple[int, ...], pixel: tuple[float, float], cutoff: fl
 
 
 def _weights(length: int, cutoff: float) -> Array:
-    """Return weights at 0, 1, … pixels from the centre; the cut-off is in pixels."""
+    """Return the weights at 0, 1, … pixels from the center; the cut-off is in pixels."""
     distance = np.arange(min(length, math.ceil(_REACH * cutoff) + 1), dtype=np.float64)
-    # Above 8 the copies of the spectrum meet the cut-off with 2^-(cutoff - 1)² of their amplitude.
+    # Above 8, aliasing of the spectrum changes the transmission at the cut-off by 2^-(cutoff - 1)²
+    # only.
     width = ALPHA * cutoff if cutoff > 8 else _matched_width(cutoff)
     weights: Array = np.exp(-math.pi * np.square(distance / width))
     weights /= 2 * weights.sum() - 1
@@ -208,7 +209,7 @@ def _convolve(values: Array, weights: Array, axis: int) -> Array:
     circle = np.zeros(points)
     circle[: reach + 1] = weights
     circle[points - reach :] = weights[:0:-1]
-    # The weights are even, hence their spectrum real.
+    # The weights are even, so their spectrum is real.
     spectrum = fft.rfft(circle).real
     if axis == 0:
         spectrum = spectrum[:, None]
@@ -232,12 +233,12 @@ def _change_waves(values: Array, points: int, axis: int) -> Array:
     old = values.shape[axis]
     spectrum = np.moveaxis(fft.rfft(values, axis=axis, norm="forward"), axis, -1)
     waves = min(old, points) // 2 + 1
-    # The centre of the first new pixel, in old pixels from the centre of the first old one.
+    # Offset of the center of the first new pixel from that of the first old one, in old pixels.
     shift = 0.5 * (old / points - 1)
     factor = np.exp(2j * math.pi * shift / old * np.arange(waves))
     if min(old, points) % 2 == 0:
-        # The wave of two pixels: both its signs share one coefficient on the coarser grid, and
-        # have one each on the finer.
+        # The wave of two pixels has one coefficient for both signs on the coarser grid, and one for
+        # each sign on the finer.
         factor[-1] *= 0.5 if old < points else 2.0
     changed = fft.irfft(spectrum[..., :waves] * factor, points, norm="forward")
     return np.ascontiguousarray(np.moveaxis(changed, -1, axis))

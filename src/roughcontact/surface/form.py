@@ -1,19 +1,18 @@
 """Sphere, cylinder or polynomial of a map, fitted by least squares and removed.
 
-`remove_form`: Minimises the sum of squares of the height differences (not of distances along
-the normal) over the sphere or cylinder itself, not over a paraboloid. The unknowns are height,
-slopes and curvature k at the middle of the map, in which the flat limit is regular: for the
-sphere the height w there solves k/2 (x² + y² + w²) + w - p x - q y = 0, and R = √(1 + p² +
-q²)/k. Levenberg–Marquardt steps start from the least-squares quadric.
+`remove_form`: Minimizes the sum of squares of the height differences (not of distances along the
+normal) over the sphere or cylinder itself, not over a paraboloid. The unknowns are height, slopes
+and curvature k at the center of the map, in which the flat limit is regular: for the sphere the
+height w there solves k/2 (x² + y² + w²) + w - p x - q y = 0, and R = √(1 + p² + q²)/k.
+Levenberg–Marquardt steps start from the least-squares quadric.
 
-`level`: The normal equations are set up in Legendre polynomials over the box that holds the
-points. Their sums separate into a product over each row and one over the rows, so no array
-larger than a few rows is made. A second fit, to the residual, takes out what the first one lost
-by rounding.
+`level`: The normal equations are set up in Legendre polynomials over the bounding box of the
+points. Their sums separate into a product over each row and one over the rows, so no array larger
+than a few rows is needed. A second fit, to the residual, removes the rounding error of the first.
 
-"robust" reweights least squares: first towards least absolute deviations, which gives a scale σ
-= 1.4826 × the median absolute residual, then with Tukey's biweight, which leaves out points
-further than 4.685 σ from the plane.
+"robust" reweights least squares: first towards least absolute deviations, which gives a scale σ =
+1.4826 × the median absolute residual, then with Tukey's biweight, which excludes points further
+than 4.685 σ from the plane.
 """
 
 from __future__ import annotations
@@ -31,13 +30,13 @@ Array = NDArray[np.float64]
 
 Terms = tuple[tuple[int, int], ...]
 
-# Scaled normal equations below this smallest eigenvalue are taken as singular. A full map has
-# one of order 0.1; points on one line give rounding only.
+# Smallest eigenvalue of the scaled normal equations below which they are singular: a full map has
+# about 0.1, points on one line only rounding.
 SINGULAR = 1e-10
 
 
 def too_few(heights: Array, form: str) -> InputError:
-    """Return the refusal of a map whose points do not determine a form."""
+    """Return the error for a map whose points do not determine a form."""
     count = int(np.count_nonzero(np.isfinite(heights)))
     return InputError(
         f"has {count} valid points, too few or in too few lines to fit a {form}; "
@@ -56,7 +55,7 @@ def subtract_terms(heights: Array, terms: Terms, form: str, weights: Array | Non
     basis_x = np.ascontiguousarray(_legendre(heights.shape[1], columns, degree).T)
     gram = _gram(heights, basis_y, basis_x, terms, weights)
     diagonal = np.diag(gram)
-    # All points on one row or column leave nothing of a slope across it.
+    # Points on a single row or column do not determine a slope across it.
     if diagonal.min() <= 0:
         raise too_few(heights, form)
     scale = 1 / np.sqrt(diagonal)
@@ -85,10 +84,10 @@ def _box(heights: Array, terms: Terms, form: str) -> tuple[tuple[int, int], tupl
 
 
 def _legendre(length: int, box: tuple[int, int], degree: int) -> Array:
-    # Coordinates from -1 to 1 over the box; outside it the values do not enter the fit.
+    # Coordinates from -1 to 1 over the box; values outside it do not enter the fit.
     first, last = box
     t = (2.0 * np.arange(length) - first - last) / max(last - first, 1)
-    # High powers far outside it would overflow.
+    # High powers far outside the box would overflow.
     return np.asarray(np.polynomial.legendre.legvander(np.clip(t, -1, 1), degree), dtype=np.float64)
 
 
@@ -124,7 +123,7 @@ def _moments(
 
 
 def _inverse(matrix: Array) -> Array:
-    """Return the inverse of a symmetric, positive definite matrix; see `_projected`."""
+    """Return the inverse of a symmetric, positive definite matrix, without LAPACK."""
     swept = matrix.copy()
     for i in range(len(matrix)):
         column, pivot = swept[:, i].copy(), swept[i, i]
@@ -144,17 +143,18 @@ def _projected(values: Array, along_y: Array, along_x: Array) -> Array:
 # --- Sphere, cylinder or polynomial of a map, fitted by least squares and removed ---
 
 
-# Heights of a shape at the points y, x, and their derivatives by each parameter.
+# Function for the heights of a shape at the points y, x, and their derivatives with respect to the
+# parameters.
 _Model = Callable[[Array, Array, Array], tuple[Array, list[Array]]]
 
-# Above this degree form and roughness are indistinguishable, and cost grows with degree⁴.
+# Above this degree form and roughness cannot be distinguished, and the cost grows with degree⁴.
 _MAX_DEGREE = 20
 
 
 def remove_form(
     heights: Array, pixel: tuple[float, float], shape: str, degree: int | None = None
 ) -> tuple[Array, dict[str, float]]:
-    """Return the heights without a least-squares shape, and what was fitted."""
+    """Return the heights without a least-squares shape, and the parameters of the shape."""
     heights = np.asarray(heights, dtype=np.float64)
     require_pixel(pixel)
     if (degree is not None) != (shape == "polynomial"):
@@ -177,7 +177,7 @@ def remove_form(
 def _remove_circle(
     heights: Array, pixel: tuple[float, float], shape: str
 ) -> tuple[Array, dict[str, float]]:
-    """Remove the circle of a profile, as the cylinder along y of a map."""
+    """Remove the circle of a profile, fitted as a cylinder along y."""
     if shape != "cylinder":
         raise input_error("shape", shape, "must be cylinder or polynomial of a profile")
     square = 0.5 * (heights.shape[1] - 1) * pixel[1], pixel[1]
@@ -201,8 +201,8 @@ def _sphere(values: Array, y: Array, x: Array) -> tuple[Array, list[Array]]:
 
 
 def _cylinder(values: Array, y: Array, x: Array) -> tuple[Array, list[Array]]:
-    # Along the axis a straight line of slope m; each vertical section across it is an ellipse,
-    # k/2 (t² + g w²) + w - q t = 0 with g = 1/(1 + m²).
+    # Along the axis the surface is a straight line of slope m; each vertical section across it is
+    # an ellipse, k/2 (t² + g w²) + w - q t = 0 with g = 1/(1 + m²).
     c, m, q, k, angle = values
     along = x * math.cos(angle) + y * math.sin(angle)
     t = y * math.cos(angle) - x * math.sin(angle)
@@ -247,7 +247,7 @@ class _Fit:
             heights = self.heights[block]
             there = np.isfinite(heights)
             row, column = np.nonzero(there)
-            # Points beyond the equator of a trial sphere give NaN: the step is not taken.
+            # Points beyond the equator of a trial sphere give NaN, and the step is rejected.
             with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
                 fitted, partials = model(values, self.y[block][row], self.x[column])
                 difference = heights[there] - fitted
@@ -277,7 +277,7 @@ class _Fit:
         inverse = self.inverse(matrix)
         values = inverse @ right
         cost = self.sums(_quadric, values)[0]
-        # Rounding errors of the heights need not be independent: they do not average out.
+        # Rounding errors of the heights may be dependent, and then do not average out.
         noise = cost / (self.count - 6) + self.count * self.rounding**2
         rounding = 1e-12 * float(np.abs(values[3:]).max())
         return values, inverse * noise + rounding**2 * np.eye(6)
@@ -292,7 +292,7 @@ class _Fit:
             )
 
     def solve(self, model: _Model, values: Array) -> Array:
-        """Return the parameters of least squares by Levenberg–Marquardt steps."""
+        """Return the least-squares parameters by Levenberg–Marquardt steps."""
         cost, matrix, right = self.sums(model, values)
         damping = 1e-4
         for _ in range(200):
@@ -301,10 +301,10 @@ class _Fit:
                 step = np.linalg.solve(matrix + damping * diagonal, right)
             except np.linalg.LinAlgError:
                 break
-            # Root mean square of what the step changes in the heights.
+            # Root mean square of the change of the heights by the step.
             change = math.sqrt(max(float(step @ matrix @ step), 0.0) / self.count)
             trial = self.sums(model, values + step)
-            # The sum cannot resolve the last steps: its rounding must not stop them.
+            # The sum cannot resolve the last steps, and its rounding must not stop them.
             slack = 1e-12 * cost + self.count * (10 * self.rounding) ** 2
             if trial[0] <= cost + slack:
                 values = values + step
@@ -313,7 +313,7 @@ class _Fit:
             else:
                 damping *= 10
             scatter = math.sqrt(cost / self.count)
-            # A step that damping has shortened says nothing.
+            # A step shortened by damping is no sign of convergence.
             if change <= max(1e-9 * scatter, 10 * self.rounding) and damping <= 10:
                 self.inverse(matrix)
                 return values
@@ -323,7 +323,7 @@ class _Fit:
         )
 
     def feasible(self, model: _Model, values: Array, curvature: int) -> Array:
-        """Return start values flattened until every point is on the shape."""
+        """Return start values flattened until every measured point is on the shape."""
         values = values.copy()
         for _ in range(100):
             if math.isfinite(self.sums(model, values)[0]):
@@ -335,7 +335,7 @@ class _Fit:
         residual = heights - self.offset
         for block in grid.row_blocks(heights.shape):
             y, x = np.broadcast_arrays(self.y[block][:, None], self.x)
-            # The corners of a map may be beyond the equator, if they are not measured.
+            # Corners of the map that were not measured may be beyond the equator.
             with np.errstate(invalid="ignore", divide="ignore"):
                 residual[block] -= self.length * model(values, y, x)[0]
         return residual
@@ -391,7 +391,7 @@ def _remove_cylinder(heights: Array, pixel: tuple[float, float]) -> tuple[Array,
     start = fit.feasible(_cylinder, np.array([c, *slopes, -across, angle]), 3)
     values = fit.solve(_cylinder, start)
     m, slope, k, angle = (float(value) for value in values[1:])
-    # Within the fit the angle runs from x towards y, which points down.
+    # In the fit the angle runs from x towards y, which points down.
     angle = -angle
     half_turns = math.ceil(angle / math.pi - 0.5)
     parameters = {
@@ -402,10 +402,10 @@ def _remove_cylinder(heights: Array, pixel: tuple[float, float]) -> tuple[Array,
     return fit.residual(heights, _cylinder, values), parameters
 
 
-# --- Mean, plane or quadric of a map, subtracted ---
+# --- Least-squares mean, plane or quadric ---
 
 
-# Powers (of y, of x) of each form.
+# Exponents (of y, of x) of the terms of each form.
 _FORMS: dict[str, Terms] = {
     "mean": ((0, 0),),
     "plane": ((0, 0), (0, 1), (1, 0)),
@@ -414,7 +414,7 @@ _FORMS: dict[str, Terms] = {
 
 _LEVELS = (*_FORMS, "robust", "three-point")
 
-# Tukey's constant: 95 % of the efficiency of least squares on normal heights.
+# Tukey's constant, for 95 % of the efficiency of least squares on normal heights.
 _TUKEY = 4.685
 
 
@@ -473,14 +473,14 @@ def _robust_plane(heights: Array) -> Array:
     residual = subtract_terms(heights, terms, "robust plane")
     there = np.isfinite(heights)
     rounding = 1e-15 * float(np.abs(heights[there]).max())
-    # Least absolute deviations: weights 1/|r|, bounded near the plane.
+    # Weights of least absolute deviations, 1/|r|, bounded near the plane.
     for _ in range(100):
         size = np.abs(residual)
         sigma = 1.4826 * float(np.median(size[there]))
         if sigma <= rounding:
             return residual
         lower = 1e-3 * sigma
-        # Weights of at most 1 keep the sums near those of plain least squares.
+        # Weights of at most 1 keep the sums of the order of plain least squares.
         residual, change = _step(residual, terms, lower / np.maximum(size, lower))
         if change < 1e-3 * sigma:
             break

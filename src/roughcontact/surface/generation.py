@@ -1,6 +1,6 @@
-"""Surfaces without a file: random maps with the parameters of ISO 25178 that are asked for.
+"""Random surfaces with requested parameters of ISO 25178, and turned surfaces.
 
-`turned_heights`: Shaw, Metal Cutting Principles (2005), the ideal roughness f²/(8R) of turning
+`turned_heights`: Shaw, Metal Cutting Principles (2005), the ideal roughness f²/(8R) of turning.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def turned_heights(
     nose_radius: float,
     lay: float = 0.0,
 ) -> Array:
-    """Return the heights that a round tool leaves: grooves with parabolic floors, feed apart."""
+    """Return the heights of an ideally turned surface: parabolic grooves at the feed distance."""
     (ny, nx), (dy, dx) = shape, pixel
     cosine, sine = cosine_sine(lay)
     sides = ny * dy, nx * dx
@@ -55,7 +55,7 @@ def turned_heights(
     if 0.0 in (cosine, sine):
         across = sides[0] if sine == 0 else sides[1]
         feed = across / max(round(across / feed), 1)
-    # Rows count downwards where the map is drawn; middles of the pixels.
+    # Centers of the pixels; rows count downwards as the map is drawn.
     up, right = -(np.arange(ny)[:, None] + 0.5) * dy, (np.arange(nx) + 0.5) * dx
     phase = (up * cosine - right * sine) / feed
     offset = (phase - np.floor(phase) - 0.5) * feed
@@ -65,7 +65,7 @@ def turned_heights(
 
 
 def combine_with_grooves(grooves: Array, roughness: Array, height: float) -> Array:
-    """Return grooves with as much roughness between them as gives a root-mean-square height."""
+    """Return grooves plus scaled roughness with the given root-mean-square height."""
     own = float(np.mean(grooves * grooves))
     if own > height**2:
         raise InputError(
@@ -81,29 +81,30 @@ def combine_with_grooves(grooves: Array, roughness: Array, height: float) -> Arr
     return grooves + scale * roughness
 
 
-# --- Generated surfaces: random maps with given parameters of ISO 25178 ---
+# --- Random maps with given parameters of ISO 25178 ---
 
 
 Waves = NDArray[np.complex128]
 
 PARAMETER_TOLERANCE = 0.02
-"""Relative tolerance within which a parameter of the map equals the requested one."""
+"""Relative tolerance of the requested parameters of a generated map."""
 
-# Pixels of the shortest wave without a given cut-off.
+# Default of the shortest wave, in pixels.
 _CUTOFF = 8
-# Str of the two families of grooves of a honed surface by default.
+# Default Str of the two groove families of a honed surface.
 _HONED = 0.1
-# Sal over the wavelength of the roll-off, about, from which the search starts.
+# Approximate ratio of Sal to the wavelength of the roll-off: start of the search.
 _SAL = 0.33
-# Rounds of the search for roll-off and ratio, and translations of one round; each ends where the
-# parameters are met much closer than `PARAMETER_TOLERANCE`.
+# Maximum number of corrections of roll-off and ratio, of translations in each, and the tolerance of
+# both, well below `PARAMETER_TOLERANCE`.
 _ROUNDS, _TRANSLATIONS, _CLOSE = 8, 40, 0.005
-# Str of a map with two lays changes up to half more than the stretch of its spectrum.
+# Damping of the correction of Str: on a map with two lays it changes up to 50 % more than the
+# stretch of the spectrum.
 _MOMENT_DAMPING = 0.8
-# Part of what was missed by which the next aim differs, and how near to two heights it may come
-# and how far into the tails.
+# Fraction of the error by which the next target is corrected, and the bounds of its kurtosis: close
+# to two heights, and far into the tails.
 _GAIN, _LEAST, _MOST = 0.5, 0.5, 4 * height_distribution.MAX_KURTOSIS
-# Range of wavelengths, of roll-off over cut-off, that shows a Hurst exponent.
+# Ratio of roll-off to cut-off wavelength that is needed to determine a Hurst exponent.
 _SPAN = 1.5
 
 
@@ -125,7 +126,7 @@ class _RequestedParameters:
 
 @dataclass(frozen=True)
 class _State:
-    """Where the search for a map stands: phases of its parts, and the moments aimed at in each."""
+    """State of the search for a map: phases of its parts, and their target moments."""
 
     phases: list[Waves]
     aim: tuple[float, float]
@@ -161,7 +162,7 @@ def generate(
     Sq : float
         Root-mean-square height [m].
     Sal : float, optional
-        Autocorrelation length [m]; it, ``rolloff_wavelength`` or Sdq sets the long waves.
+        Autocorrelation length [m]. This, ``rolloff_wavelength`` or Sdq sets the long waves.
     Sdq : float, optional
         Root-mean-square gradient. It sets the roll-off, or with Sal or a roll-off the cut-off.
     hurst : float
@@ -185,9 +186,9 @@ def generate(
         Feed and radius of the nose of the tool [m] of a turned surface, with grooves along the
         lay; see `turned_heights`. Random roughness supplies the rest of Sq.
     rng : int, numpy.random.Generator or None
-        Seed of ``numpy.random.default_rng``, 0 or more. It gives the same surface, to rounding,
-        on every machine. A generator draws a seed, None another one in every call; the surface
-        records it.
+        Seed of ``numpy.random.default_rng``, 0 or more. A seed gives the same surface, to rounding,
+        on every machine. A generator draws a seed, None a different one in every call; the surface
+        records the seed.
 
     Returns
     -------
@@ -204,18 +205,18 @@ def generate(
     Notes
     -----
     Every wave has the power that the spectrum demands (`random_surfaces.Spectrum`), not a random
-    one, and a random phase. Heights become those of a distribution of Johnson's system by
-    translation (``theory.height_distribution``), rank by rank; after that the waves get back
-    their power and keep their phases, and so on in turns, the aim shifted by what was missed,
-    until spectrum and distribution hold together. Sal and Str are measured on the map, and
-    roll-off and stretch of the spectrum corrected by them.
+    one, and a random phase. The heights are translated to a distribution of Johnson's system
+    (``theory.height_distribution``), rank by rank; then the waves get their power back and keep
+    their phases. Both steps alternate, with the targets corrected by the error, until spectrum and
+    distribution agree with the request. Sal and Str are measured on the map, and roll-off and
+    stretch of the spectrum corrected accordingly.
 
     References
     ----------
-    Schreiber & Schmitz 1996, doi:10.1103/PhysRevLett.77.635 (amplitudes and spectrum in turns);
-    Grigoriu 1984, doi:10.1061/(ASCE)0733-9399(1984)110:4(610) (translation);
-    Johnson 1949, doi:10.1093/biomet/36.1-2.149; Jacobs, Junge & Pastewka 2017,
-    doi:10.1088/2051-672X/aa51f8 (spectra)
+    Schreiber & Schmitz 1996, doi:10.1103/PhysRevLett.77.635 (alternating amplitudes and spectrum);
+    Grigoriu 1984, doi:10.1061/(ASCE)0733-9399(1984)110:4(610) (translation); Johnson 1949,
+    doi:10.1093/biomet/36.1-2.149; Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
+    (spectra)
 
     Examples
     --------
@@ -292,7 +293,7 @@ def _resolved_request(
 def _surface(
     heights: Array, pixel: tuple[float, float], specified: dict[str, Any], spectrum: Spectrum
 ) -> Surface:
-    """Return the map with requested and actual parameters."""
+    """Return the map with requested and actual parameters in its provenance."""
     measured = summary(heights, pixel)
     result = {name: value for name, value in measured.items() if math.isfinite(value)}
     result["rolloff_wavelength"], result["cutoff_wavelength"] = spectrum.rolloff, spectrum.cutoff
@@ -305,13 +306,13 @@ def _surface(
 
 
 def _hurst(heights: Array, spectrum: Spectrum) -> dict[str, float]:
-    """Return the Hurst exponent by the slope of a map's own spectrum; empty where too short."""
+    """Return the Hurst exponent from the spectrum of a map; NaN if its range is too short."""
     if spectrum.rolloff < _SPAN * spectrum.cutoff:
         return {}
     rising = spectrum.distances
     sloped = (rising > 1 / spectrum.rolloff) & (rising <= 1 / spectrum.cutoff)
     power = np.square(np.abs(fft.rfft2(heights)[sloped]))
-    # A straight line, without BLAS, whose last digits depend on its threads.
+    # Least-squares line without BLAS, whose last digits depend on the number of threads.
     along, power = np.log(rising[sloped]), np.log(power)
     along -= along.mean()
     slope = np.sum(along * power) / np.sum(along * along)
@@ -319,7 +320,7 @@ def _hurst(heights: Array, spectrum: Spectrum) -> dict[str, float]:
 
 
 def _feed(specified: dict[str, Any]) -> float | None:
-    """Return the feed of a turned surface, None for any other."""
+    """Return the feed of a turned surface, None for others."""
     turning = specified["turning"]
     if turning is None:
         return None
@@ -386,7 +387,7 @@ def _translated(
         requested.lay,
     )
     spectrum = _with_gradient(spectrum, requested)
-    # Two generators whose draws have nothing in common, the first of them the same for both.
+    # Two independent generators; the first one gives the same draws with and without honing.
     sources = np.random.default_rng(seed).spawn(1 if requested.honing is None else 2)
     drawn = [_phases(random_surfaces.random_amplitudes(shape, pixel, rng)) for rng in sources]
     state = _State(drawn, _part_moments(requested.moments, len(drawn)))
@@ -407,7 +408,7 @@ def _families(spectrum: Spectrum, honing: float | None) -> list[Array]:
 
 
 def _with_gradient(spectrum: Spectrum, requested: _RequestedParameters) -> Spectrum:
-    """Return a spectrum with the requested gradient, if there is one."""
+    """Return a spectrum with the requested gradient, if any."""
     if requested.Sdq is None:
         return spectrum
     sought = "rolloff" if requested.Sal is None and requested.rolloff is None else "cutoff"
@@ -415,7 +416,7 @@ def _with_gradient(spectrum: Spectrum, requested: _RequestedParameters) -> Spect
 
 
 def _corrected(spectrum: Spectrum, requested: _RequestedParameters, heights: Array) -> Spectrum:
-    """Return a spectrum closer to Sal and Str as a map shows them; the same if it is close."""
+    """Return a spectrum corrected for measured Sal and Str; the same object if they are close."""
     if requested.Sal is None and requested.Str is None:
         return spectrum
     Sal, Str, _ = texture(heights, spectrum.pixel)
@@ -434,7 +435,7 @@ def _corrected(spectrum: Spectrum, requested: _RequestedParameters, heights: Arr
 
 
 def _longer_rolloff(spectrum: Spectrum, requested: _RequestedParameters, Sal: float) -> float:
-    """Return a roll-off closer to Sal, or raise if the map cannot contain one."""
+    """Return a roll-off corrected for Sal; raise if the map is too small for it."""
     assert requested.Sal is not None
     side = min(n * edge for n, edge in zip(spectrum.shape, spectrum.pixel, strict=True))
     if requested.Sal > side / 4:
@@ -464,7 +465,7 @@ def _longer_rolloff(spectrum: Spectrum, requested: _RequestedParameters, Sal: fl
 def _impose_moments(
     shape: tuple[int, int], amplitudes: list[Array], state: _State, wanted: tuple[float, float]
 ) -> tuple[Array, _State]:
-    """Return a map with these amplitudes and moments, and where the search for it has ended."""
+    """Return a map with these amplitudes and moments, and the final state of the search."""
     scores = _normal_scores(math.prod(shape))
     for _ in range(_TRANSLATIONS):
         parts = [
@@ -484,7 +485,7 @@ def _impose_moments(
         try:
             ranks = _normalize_heights(height_distribution.fitted(*aim).heights(scores))
         except ValueError:
-            # The search has left all distributions.
+            # The target moments are outside of all distributions.
             raise InputError(
                 f"{wanted[0]:.3g} with Sku {wanted[1]:.3g} is not reachable, too few waves fit; "
                 "use a shorter ",
@@ -499,7 +500,7 @@ def _impose_moments(
 def _next_moments(
     aim: tuple[float, float], missed: Sequence[float], parts: int
 ) -> tuple[float, float]:
-    """Return the moments to aim at next in each part of a map."""
+    """Return the next target moments of each part of a map."""
     by = _part_moments((missed[0], 3 + missed[1]), parts)
     skewness, kurtosis = aim[0] + _GAIN * by[0], aim[1] + _GAIN * (by[1] - 3)
     minimum = height_distribution.least_kurtosis(skewness) + _LEAST * height_distribution.STEP
@@ -507,38 +508,38 @@ def _next_moments(
 
 
 def _part_moments(moments: tuple[float, float], parts: int) -> tuple[float, float]:
-    """Return the skewness and kurtosis of each of some independent maps, from those of the sum."""
+    """Return skewness and kurtosis of each of several independent maps, from those of the sum."""
     return math.sqrt(parts) * moments[0], 3 + parts * (moments[1] - 3)
 
 
 def _normal_scores(points: int) -> Array:
-    """Return the normal variable of every rank, rising."""
+    """Return the normal quantile of every rank, in rising order."""
     from scipy.special import ndtri
 
     return ndtri((np.arange(points) + 0.5) / points)
 
 
 def _rank_transform(heights: Array, ranks: Array) -> Array:
-    """Return the map whose heights, from the lowest to the highest, are those given."""
+    """Return the map with the given heights in the order of its own heights."""
     created = np.empty_like(heights)
     created.reshape(-1)[np.argsort(heights, axis=None)] = ranks
     return created
 
 
 def _phases(waves: Waves) -> Waves:
-    """Return waves of unit amplitude; 0 where there are none."""
+    """Return waves of unit amplitude with the same phases; 0 where there are none."""
     size = np.abs(waves)
     return np.divide(waves, size, out=np.zeros_like(waves), where=size > 0)
 
 
 def _normalize_heights(heights: Array) -> Array:
-    """Return heights about their mean, over their root mean square."""
+    """Return heights with zero mean and unit root mean square."""
     deviation: Array = heights - heights.mean()
     deviation /= math.sqrt(float(np.mean(deviation * deviation)))
     return deviation
 
 
-# --- Requested and actual parameters --------------------------------------------------
+# --- Requested and actual parameters ---
 
 
 @dataclass(frozen=True)
@@ -551,14 +552,14 @@ class Parameter:
 
     @property
     def missed(self) -> float:
-        """By how much: relative, but for a skewness below 1; NaN where the map does not show it."""
+        """Relative error, absolute for a skewness below 1; NaN if the map does not show it."""
         scale = max(abs(self.requested), 1.0) if self.name == "Ssk" else abs(self.requested)
         by = self.measured - self.requested
         return by if scale == 0 else by / scale
 
     @property
     def met(self) -> bool:
-        """Whether the target is met, within `PARAMETER_TOLERANCE`."""
+        """Whether the error is within `PARAMETER_TOLERANCE`."""
         return abs(self.missed) <= PARAMETER_TOLERANCE
 
 

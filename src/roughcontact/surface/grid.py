@@ -1,4 +1,4 @@
-"""Checked data of a map: heights and pixel edges."""
+"""Validation of heights and pixel edges, blocks of rows and memory of a map."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ def row_blocks(shape: tuple[int, ...], values: int = 1) -> Iterator[slice]:
         yield slice(start, min(start + step, shape[0]))
 
 
-# --- What a map is made of, checked: heights and the edges of their pixels ---
+# --- Heights and pixel edges of a map ---
 
 
 PROFILE_WIDTH = 1.0
-"""Width of the pixels of a profile [m]: what is carried by it is carried per metre."""
+"""Width of the pixels of a profile [m]: its loads and areas are per meter."""
 
 
 def check_grid(heights: ArrayLike, pixel: Any) -> tuple[NDArray[np.float64], tuple[float, float]]:
-    """Return heights and pixel edges as a map keeps them."""
+    """Return checked heights and pixel edges in the form that a map stores."""
     array = _real(heights)
     if array.ndim == 1:
         array, edges = array[None], (PROFILE_WIDTH, _spacing(pixel))
@@ -120,36 +120,36 @@ def _spacing(pixel: Any) -> float:
     return spacing
 
 
-# --- The memory that making a map takes ---
+# --- Memory for the creation of a map ---
 
 
 BYTES_PER_GENERATED_POINT = 7
-"""Maps held at once while a form is laid on a grid."""
+"""Number of maps held at once while a form is sampled on a grid."""
 
 GENERATED_ARRAYS = 3
 """The same while a random surface is generated."""
 
 TRANSLATED = 17
-"""The same while one is brought to a distribution of heights and a spectrum."""
+"""The same while a map is translated to a distribution of heights and a spectrum."""
 
 RESAMPLED = 6
-"""The same while a map is brought to another grid."""
+"""The same while a map is resampled on another grid."""
 
 CORRELATED = 10
-"""The same while the autocorrelation of a map is made, for Sal and Str."""
+"""The same while the autocorrelation of a map is computed, for Sal and Str."""
 
 COPIED = 2
 """The same while heights are copied and checked."""
 
 PREPARED = 8
-"""The same, at most, in any step of the preparation; the map itself is one of them."""
+"""Upper bound for any step of the preparation, including the map itself."""
 
-# Points below which it is not worth asking the system.
+# Number of points below which the system is not queried.
 _TRIFLE = 2**20
 
 
 def require_memory(shape: tuple[int, ...], maps: int, what: str = "a map") -> None:
-    """Raise an error unless a number of maps in double precision fits into the memory."""
+    """Raise an error unless the memory holds a number of maps in double precision."""
     ny, nx = shape
     if ny * nx < _TRIFLE:
         return

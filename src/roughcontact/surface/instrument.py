@@ -1,10 +1,10 @@
-"""The instrument that measured a map, as far as it changes the map.
+"""Virtual instruments: the effect of a measurement on a map.
 
 `Instrument.measure` applies in this order: contact of a tip, lateral transfer, average over a
 pixel, sampling, noise, missing points.
 
-Tip: the image of a paraboloid of radius R is ``max over u of z(r + u) - |u|²/(2R)``. As ``|u|²`` is
-a sum over both axes, two passes along them are exact. A sphere of radius r becomes one of radius
+Tip: the image under a paraboloid of radius R is ``max over u of z(r + u) - |u|²/(2R)``. As ``|u|²``
+is a sum over both axes, two passes along them are exact. A sphere of radius r becomes one of radius
 r + R.
 
 Villarrubia 1997, doi:10.6028/jres.102.030
@@ -60,14 +60,14 @@ class Instrument:
     noise : float
         Root-mean-square noise of one point [m], independent from point to point.
     u_resolution, u_tip_radius, u_noise : float
-        Relative standard uncertainties of these.
+        Relative standard uncertainties of resolution, tip radius and noise.
     name : str
         Name in reports.
 
     Raises
     ------
     InputError
-        If a length is negative, or the one that the kind needs is missing.
+        If a length is negative, or the length that the kind needs is missing.
 
     Examples
     --------
@@ -115,12 +115,12 @@ class Instrument:
 
     @classmethod
     def named(cls, name: str, noise: Quantity = 0.0) -> Instrument:
-        """Return an instrument of the catalog, with typical values, or one of a kind.
+        """Return an instrument of the catalog with typical values, or of a given kind.
 
         Parameters
         ----------
         name : str
-            Its name, as ``"CSI 50x"``, or its kind with resolution or tip radius, as ``"optical
+            Name, such as ``"CSI 50x"``, or kind with resolution or tip radius, such as ``"optical
             1.2 um"`` or ``"tip 50 nm"``.
         noise : float
             Root-mean-square noise of one point [m]. The catalog has none: data sheets state
@@ -134,7 +134,7 @@ class Instrument:
         Raises
         ------
         InputError
-            If the catalog does not hold it.
+            If the catalog does not contain the name.
         """
         rows = tomllib.loads(STORED.read_text(encoding="utf-8"))["instrument"]
         known = {row["name"].casefold(): row for row in rows}
@@ -155,12 +155,12 @@ class Instrument:
 
     @classmethod
     def from_repeats(cls, first: Surface, second: Surface, **more: Any) -> Instrument:
-        """Return an instrument with the noise of two maps of one place.
+        """Return an instrument with the noise estimated from two maps of the same place.
 
         Parameters
         ----------
         first, second : Surface
-            Two maps of the same place, one after the other.
+            Two consecutive maps of the same place.
         **more
             The other arguments of `Instrument`.
 
@@ -179,7 +179,7 @@ class Instrument:
 
     @classmethod
     def from_map(cls, surface: Surface) -> Instrument:
-        """Return an optical instrument with the noise and resolution that a spectrum shows.
+        """Return an optical instrument with noise and resolution estimated from a spectrum.
 
         Parameters
         ----------
@@ -212,21 +212,21 @@ class Instrument:
         periodic: bool = False,
         rng: int | np.random.Generator | None,
     ) -> Surface:
-        """Return the map that this instrument measures of a surface.
+        """Return the map of a surface that this instrument measures.
 
         Parameters
         ----------
         surface : Surface
             Heights without holes.
         points : (int, int), optional
-            Grid points of the map, of which the surface has a whole multiple along each axis;
-            those of the surface by default.
+            Grid points of the map; those of the surface are an integer multiple along each axis,
+            and the default.
         missing : array_like of bool, optional
             Points without a height on the map.
         periodic : bool
             Whether the surface continues periodically; else it is mirrored at its edges.
         rng : int, numpy.random.Generator or None
-            Seed or source of the noise; None gives another noise in every call.
+            Seed or source of the noise; None gives different noise in every call.
 
         Returns
         -------
@@ -268,7 +268,7 @@ class Instrument:
     def transfer(
         self, shape: tuple[int, ...], pixel: tuple[float, float], edges: tuple[float, float]
     ) -> Array:
-        """Return the transfer of every wave of a grid to a map with other pixel edges."""
+        """Return the transfer function at every wave of a grid, for maps of another pixel."""
         qy = fft.frequencies(shape[0], pixel[0])[:, None]
         qx = fft.half_frequencies(shape[1], pixel[1])
         result: Array = np.exp2(-(self.resolution**2) * (qy**2 + qx**2))
@@ -280,11 +280,11 @@ class Instrument:
 
 
 def dilated(heights: Array, pixel: tuple[float, float], tip_radius: float) -> Array:
-    """Return the image of periodic heights under a paraboloid of some radius."""
+    """Return the image of periodic heights under a paraboloid of a radius."""
     from scipy import ndimage
 
     for axis, edge in enumerate(pixel):
-        # Further away even the highest point is below the tip on the lowest one.
+        # Further away even the highest point is below a tip that touches the lowest one.
         reach = math.sqrt(2 * tip_radius * float(np.ptp(heights))) / edge
         reach = min(int(reach), (heights.shape[axis] - 1) // 2)
         shape = [1, 1]

@@ -1,4 +1,4 @@
-"""Nominal bodies as surfaces, and bodies written as text."""
+"""Nominal bodies (sphere, cylinder, punch, …) as surfaces, and their parsing from text."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class NominalBody(partial[Surface]):
     """A nominal body without a grid: called with ``shape`` and ``pixel`` it gives a surface."""
 
     def sample_body(self, surface: Surface) -> Surface:
-        """Return the body on the grid of a map; on that of a profile, the profile across it."""
+        """Return the body on the grid of a map; on the grid of a profile, its cross-section."""
         values = self.keywords
         if surface.is_profile and self.func is not flat:
             if self.func not in (cylinder, wedge) or values["angle"] not in (0.0, 90.0):
@@ -92,19 +92,19 @@ InputError
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NominalForm:
-    """A kind of nominal body: called with its size, ``shape`` and ``pixel`` it gives a surface."""
+    """Kind of nominal body: called with its size, ``shape`` and ``pixel`` it gives a surface."""
 
-    name: str  # Its name in this module, and that of its heights in `shapes`
-    size: str  # The argument that has its size
-    size_text: str  # The size in messages
-    description: Callable[..., str]  # Returns its text for its size and option
-    examples: tuple[str, ...] = ()  # Texts that `parse` takes
+    name: str  # Name in this module and of its heights in `shapes`
+    size: str  # Argument for the size
+    size_text: str  # Size as messages call it
+    description: Callable[..., str]  # Function that formats size and option
+    examples: tuple[str, ...] = ()  # Texts that `parse` accepts
     option: str = ""  # Another argument, 0 by default
-    count: int = 1  # Numbers that the size consists of, along y first
-    curvatures: Callable[[Any], tuple[float, float]] | None = None  # [1/m]
+    count: int = 1  # Number of values of the size, along y first
+    curvatures: Callable[[Any], tuple[float, float]] | None = None  # Curvatures along y and x [1/m]
 
     def __post_init__(self) -> None:
-        """Say what a call takes."""
+        """Set the docstring of the call."""
         about = _CONTRACT.format(
             word=self.word,
             size=self.size,
@@ -114,14 +114,14 @@ class NominalForm:
         object.__setattr__(self, "__doc__", about)
 
     def __repr__(self) -> str:
-        """Return the name by which other processes find it."""
+        """Return the name, by which other processes unpickle the object."""
         return self.name
 
     __reduce__ = __repr__
 
     @property
     def word(self) -> str:
-        """Its name in texts; both punches share one."""
+        """Name in texts; both punches share one."""
         return self.name.rpartition("_")[2]
 
     @overload
@@ -151,7 +151,7 @@ class NominalForm:
         center: tuple[float, float] | None = None,
         **sizes: Any,
     ) -> Surface | NominalBody:
-        """Return the body: on a grid, or without one."""
+        """Return the body on a grid, or without one."""
         specified = [*([] if size is None else [(self.size, size)]), *sizes.items()]
         sizes = self._check_options(specified)
         if shape is None and pixel is None:
@@ -172,7 +172,7 @@ class NominalForm:
         return Surface(heights, edges, about, holes_masked=beyond > 0)
 
     def _check_options(self, specified: list[tuple[str, Any]]) -> dict[str, Any]:
-        """Return size and option in SI units; refuse other names, and none or two sizes."""
+        """Return size and option in SI units; raise on other names, a missing or a double size."""
         names, options = [name for name, _ in specified], [self.option] if self.option else []
         if names.count(self.size) != 1 or not {*names} <= {self.size, *options}:
             raise InputError(
@@ -193,7 +193,7 @@ sphere = NominalForm(
     ("sphere 10 mm",),
     curvatures=lambda radius: (1 / radius, 1 / radius),
 )
-"""Sphere of a radius: a nominal body, or a surface with ``shape`` and ``pixel``."""
+"""Sphere of a given radius: a nominal body, or a surface with ``shape`` and ``pixel``."""
 ellipsoid = NominalForm(
     "ellipsoid",
     "radii",
@@ -219,7 +219,7 @@ cylinder = NominalForm(
     "angle",
     curvatures=lambda radius: (1 / radius, 0.0),
 )
-"""Cylinder of a radius and the angle of its axis, as `sphere`."""
+"""Cylinder of a given radius and angle of its axis, called like `sphere`."""
 punch = NominalForm(
     "punch",
     "radius",
@@ -256,10 +256,10 @@ wedge = NominalForm(
 BODIES = {
     form.name: form for form in (sphere, ellipsoid, cylinder, punch, rectangular_punch, cone, wedge)
 }
-"""Every nominal body but the flat, by its name."""
+"""Nominal bodies other than the flat, by name."""
 
 FORMS = ("flat", *(text for form in BODIES.values() for text in form.examples))
-"""Every form that `parse` takes, by example."""
+"""Example texts of all forms that `parse` accepts."""
 
 
 def parse(text: str, name: str = "body") -> NominalBody:

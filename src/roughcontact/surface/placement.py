@@ -1,9 +1,9 @@
-"""Surfaces that have moved over their grid.
+"""Parts of a map, registration of two maps on one grid, and shifted surfaces.
 
-`match_grids`: The grid is that of the first map, which then keeps its bits, unless along an axis
-the pixel of the second is smaller by more than √2: then it has the finer edge. The finest waves
-of either body carry the highest pressures, and a grid that cannot hold them would make the
-contact too large; a coarse map on a fine grid is merely interpolated.
+`match_grids`: The grid is the grid of the first map, which then keeps its bits, unless the pixel of
+the second is smaller by more than √2 along an axis: then the finer edge is used. The finest waves
+of either body carry the highest pressures, and a grid that cannot resolve them would make the
+contact too large; a coarse map on a fine grid is only interpolated.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from roughcontact.surface.surface import Surface
 from roughcontact.units import format_lengths
 
 MIN_POINTS = 16
-"""Points along the shorter side of a part, below which a part says little about a surface."""
+"""Minimum number of points along the shorter side of a part."""
 
 
 @validate_arguments
@@ -38,7 +38,7 @@ def partition(surface: Surface, divisions: int = 2, level: str = "plane") -> tup
     divisions : int
         Parts along each side; remaining points at the far edges are left out.
     level : {"plane", "quadric", "mean", "robust", "none"}
-        What is fitted to each part and subtracted, as from a map of that size.
+        Form that is fitted to each part and subtracted, as from a map of that size.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def partition(surface: Surface, divisions: int = 2, level: str = "plane") -> tup
     Raises
     ------
     InputError
-        If the parts had fewer than 16 points along a side.
+        If the parts would have fewer than 16 points along a side.
 
     Examples
     --------
@@ -77,14 +77,14 @@ def partition(surface: Surface, divisions: int = 2, level: str = "plane") -> tup
 
 
 def is_divisible(shape: tuple[int, int], divisions: int) -> bool:
-    """Return whether parts of a grid would have points enough."""
+    """Return whether the parts of a grid would have enough points."""
     return min(shape) // divisions >= MIN_POINTS
 
 
 def _part(
     surface: Surface, rows: tuple[int, int], columns: tuple[int, int], level: str
 ) -> Surface | None:
-    """Return a window of a map; nothing where half of it or more is missing."""
+    """Return a window of a map; None if half of it or more is missing."""
     heights = surface.heights[slice(*rows), slice(*columns)]
     if 2 * np.count_nonzero(np.isnan(heights)) >= heights.size:
         return None
@@ -92,7 +92,7 @@ def _part(
     return part if level == "none" else part.leveled(level)
 
 
-# --- Registration of two measured maps on one grid ---
+# --- Registration of two maps on one grid ---
 
 
 def match_grids(
@@ -107,7 +107,7 @@ def match_grids(
         if not isinstance(body, Surface):
             raise InputError(f"must be a Surface, got {type(body).__name__}", argument=name)
     pixel = alignment.common_pixel(first.pixel, second.pixel, angle)
-    # Points between the centres of the outer pixels of the first map, around the same middle.
+    # Number of points between the centers of the outer pixels of the first map, around its center.
     ny, nx = (
         points if edge == own else int((points - 1) * own / edge) + 1
         for points, own, edge in zip(first.shape, first.pixel, pixel, strict=True)
@@ -125,7 +125,7 @@ def match_grids(
         ],
         shape,
     )
-    # From the middle of the rectangle to that of the whole grid.
+    # Shift from the center of the rectangle to that of the whole grid.
     back_y, back_x = (
         ((points - 1) / 2 - (stop + start - 1) / 2) * edge
         for points, (start, stop), edge in zip(shape, (rows, columns), pixel, strict=True)
@@ -140,9 +140,9 @@ def match_grids(
 def drawn_pairs(
     maps: Sequence[Surface], counter_maps: Sequence[Surface], count: int, seed: int = 0
 ) -> list[tuple[Surface, Surface]]:
-    """Return faces as they may meet: the second turned over, by quarters, and moved at random.
+    """Return random pairs of faces: the second mirrored, rotated by quarters and shifted.
 
-    Maps that are not square are turned by halves. All pairs of maps come in turn.
+    Maps that are not square are rotated by half turns. Pairs of maps are used cyclically.
     """
     rng = np.random.default_rng(seed)
     pairs = []
@@ -163,19 +163,19 @@ def drawn_pairs(
     return pairs
 
 
-# --- Surfaces that have moved over their grid ---
+# --- Shifted surfaces ---
 
 
 Array = NDArray[np.float64]
 
-# Share of a pixel within which a shift is treated as a whole number of pixels.
+# Fraction of a pixel within which a shift is treated as a whole number of pixels.
 _WHOLE = 1e-6
 
 
 def shift_surface(
     surface: Surface, way: tuple[float, float], periodic_axes: tuple[int, ...] = ()
 ) -> Surface:
-    """Return a surface that has moved over its grid."""
+    """Return a surface moved over its grid."""
     pixels = [part / edge for part, edge in zip(way, surface.pixel, strict=True)]
     whole = [round(part) for part in pixels]
     rest = [
@@ -194,14 +194,14 @@ def shift_surface(
 
 
 def _is_nominal(surface: Surface) -> bool:
-    """Return whether a surface is a form that can be created again at another place."""
+    """Return whether a surface is a nominal form, which can be sampled at another place."""
     created = surface.provenance.origin
     nominally = created is not None and created.method.startswith("nominal.")
     return nominally and not surface.provenance.operations
 
 
 def _shift_fraction(surface: Surface, rest: list[float], periodic_axes: tuple[int, ...]) -> Array:
-    """Return heights moved by parts of a pixel, or a nominal body moved."""
+    """Return heights moved by fractions of a pixel, or a nominal body sampled again."""
     created = surface.provenance.origin
     if created is not None and _is_nominal(surface):
         again: dict[str, Any] = dict(created.arguments)
@@ -227,7 +227,7 @@ def _shift_fraction(surface: Surface, rest: list[float], periodic_axes: tuple[in
         mode: Literal["grid-wrap", "reflect"] = "grid-wrap" if periodic else "reflect"
         heights = ndimage.shift(heights, way, order=3, mode=mode)
         if not periodic:
-            # Mirrored values beyond an edge are not measured.
+            # Mirrored values beyond an edge are not measured, and become NaN.
             edge = [slice(None)] * 2
             edge[axis] = slice(0, 1) if part > 0 else slice(-1, None)
             heights[tuple(edge)] = math.nan

@@ -12,9 +12,9 @@ import numpy as np
 from roughcontact.units import format_engineering
 
 NOTE = "note"
-"""Method of an `Operation` that is known by a sentence only, and hence cannot be repeated."""
+"""Method of an `Operation` that is stored as a sentence only, and cannot be repeated."""
 
-# Version of the text that `to_text` writes.
+# Version of the JSON text of `to_text`.
 _VERSION = 1
 
 
@@ -22,12 +22,12 @@ _VERSION = 1
 class Operation:
     """One call that made or changed a map."""
 
-    method: str  # A method of `Surface`
+    method: str  # Method of `Surface`
     arguments: Mapping[str, Any] = field(default_factory=dict, hash=False)
     found: Mapping[str, Any] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
-        """Keep Python's own numbers and tuples."""
+        """Convert values to Python's own numbers and tuples."""
         for name in ("arguments", "found"):
             values = {key: _plain(value) for key, value in getattr(self, name).items()}
             object.__setattr__(self, name, values)
@@ -50,7 +50,7 @@ class Provenance:
     Parameters
     ----------
     source : str
-        File name, or how the map was made; empty if unknown.
+        File name or origin of the map; empty if unknown.
     instrument : str
         Instrument or file format as the file names it; empty if unknown.
     channel : str
@@ -87,14 +87,14 @@ class Provenance:
 
     @property
     def steps(self) -> tuple[str, ...]:
-        """Preparation steps in their order, each one sentence."""
+        """Preparation steps in order, one sentence each."""
         created = () if self.origin is None else (self.origin,)
         return tuple(text for step in (*created, *self.operations) for text in step.sentences)
 
     def filled_share(self, points: int) -> float:
-        """Return the share of the points that were filled, on the grid that they had then.
+        """Return the fraction of points that were filled, relative to the grid at that time.
 
-        ``points`` are those of the map now, for what an earlier version filled.
+        ``points`` is the present number of points, used for records of earlier versions.
         """
         share = 0.0
         for step in self.operations:
@@ -105,7 +105,7 @@ class Provenance:
         return min(share, 1.0)
 
     def known_as(self, name: str) -> Provenance:
-        """Return the provenance with the name that a user has for the file that was read."""
+        """Return the provenance with another name of the file that was read."""
         origin = self.origin
         if origin is not None and "path" in origin.arguments:
             origin = replace(origin, arguments={**origin.arguments, "path": name})
@@ -116,24 +116,24 @@ class Provenance:
         return replace(self, operations=(*self.operations, operation))
 
     def in_words(self) -> str:
-        """Return the source and what was done to it."""
+        """Return the source and the preparation steps as text."""
         words = self.source or "another map"
         return f"{words} ({'; '.join(self.steps)})" if self.steps else words
 
 
 def to_text(provenance: Provenance) -> str:
-    """Return a provenance as JSON, from which `from_text` makes an equal one."""
+    """Return a provenance as JSON, for `from_text`."""
     return json.dumps({"version": _VERSION, **_record(provenance)})
 
 
 def from_text(text: str) -> Provenance:
-    """Return the provenance that `to_text` has written."""
+    """Return the provenance in a text of `to_text`."""
     record = json.loads(text)
     try:
         if record.pop("version") != _VERSION:
             raise ValueError("the provenance was written by another version of this program")
         provenance = _provenance(record)
-        # A step that cannot be formatted is damaged: raise here rather than within a report.
+        # A step that cannot be formatted is damaged: raise here rather than in a report.
         _ = provenance.steps
     except (AttributeError, IndexError, KeyError, TypeError) as error:
         raise ValueError(f"no provenance: {type(error).__name__} {error}") from None
@@ -149,7 +149,7 @@ def _plain(value: Any) -> Any:
     return value
 
 
-# A mapping in the text is a provenance, a list a tuple.
+# In the JSON text, a mapping is a provenance and a list is a tuple.
 
 
 def _record(provenance: Provenance) -> dict[str, Any]:
@@ -206,12 +206,12 @@ def _operation(record: dict[str, Any]) -> Operation:
     return Operation(record["method"], arguments, record["found"])
 
 
-# --- words: of the arguments and of what was found, one sentence or none -----------------------
+# --- Sentences of the operations: none or one each ---
 
 _Said = Mapping[str, Any]
 _Words = Callable[[_Said, _Said], tuple[str, ...]]
 
-# Digits of lengths, enough to distinguish different steps.
+# Number of digits of lengths, enough to distinguish different steps.
 _DIGITS = 6
 
 
@@ -271,7 +271,7 @@ def _leveled(specified: _Said, result: _Said) -> tuple[str, ...]:
     else:
         what = f"least-squares {form}"
     if result.get("line"):
-        # Of a profile the plane is a line, and the quadric a parabola.
+        # For a profile the plane is a line, and the quadric a parabola.
         what = what.replace("plane", "line").replace("quadric", "parabola")
     return (f"leveled: {what} subtracted",)
 

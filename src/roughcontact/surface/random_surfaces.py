@@ -1,10 +1,10 @@
-"""Made rough maps: self-affine random surfaces, and the random waves of others.
+"""Self-affine random surfaces, and power spectra of random maps.
 
 Heights [m] are positive out of the material, ``heights[y, x]``; pairs are ``(y, x)``.
 
 `Spectrum`: ``C(q) = max(κ, 1/λ_rolloff)^(-2-2H)`` for κ ≤ 1/λ_cutoff, with κ² = q_across² +
-(q_along/Str)²: stretched along the lay, the map has an autocorrelation whose contours are
-ellipses with the ratio Str of the axes, and Str is what ISO 25178-2 calls so.
+(q_along/Str)²: stretched along the lay, the map has an autocorrelation whose contours are ellipses
+with the axis ratio Str of ISO 25178-2.
 
 Persson et al. 2005, doi:10.1088/0953-8984/17/1/R01; Jacobs, Junge & Pastewka 2017,
 doi:10.1088/2051-672X/aa51f8
@@ -29,9 +29,9 @@ from roughcontact.units import Quantities, Quantity, to_si
 
 Array = NDArray[np.float64]
 
-# Tolerance for rounding of a side over a number of waves.
+# Tolerance for rounding of the ratio of a side to a wavelength.
 _SLACK = 1e-9
-# Of the seeds, as many as a signed integer of 64 bits holds.
+# Upper bound of seeds: they fit into a signed integer of 64 bits.
 _SEEDS = 2**63
 
 
@@ -63,7 +63,7 @@ def self_affine(
     hurst : float
         Hurst exponent H, in [0, 1].
     rng : int, numpy.random.Generator or None
-        Seed or source of the amplitudes; None gives other ones in every call.
+        Seed or source of the amplitudes; None gives different ones in every call.
 
     Returns
     -------
@@ -78,15 +78,15 @@ def self_affine(
 
     Notes
     -----
-    Every wave vector q = (i/Ly, j/Lx) [waves/m] other than 0 gets a complex Gaussian amplitude of
+    Every wave vector q = (i/Ly, j/Lx) [waves/m] except 0 has a complex Gaussian amplitude of
     variance ``max(|q|, 1/λ_rolloff)^(-2-2H)`` up to ``|q| = 1/λ_cutoff`` and none beyond; waves of
     half a period per pixel are left out.
 
     The amplitudes are drawn in shells of growing wave number (square ones on a square map:
     ``max(|i|, |j|)`` = 1, 2, …) that do not depend on the grid. Equal generators, sides and
-    wavelengths therefore give the same body on every grid: point (y, x) of a map is point
-    (2y, 2x) of the map with half the pixel. With another cut-off the common waves agree up to
-    the factor that sets the RMS height.
+    wavelengths therefore give the same surface on every grid: point (y, x) of a map is point (2y,
+    2x) of the map with half the pixel. With another cut-off the common waves agree up to the factor
+    that sets the RMS height.
 
     References
     ----------
@@ -122,7 +122,7 @@ def reference_map(
     n : int
         Grid points per side, at least 32; the cut-off is at n/8 waves per side, the roll-off at 4.
     rng : int, numpy.random.Generator or None
-        Seed of the amplitudes. A generator draws one; None gives another one in every call.
+        Seed of the amplitudes. A generator draws one; None gives a different one in every call.
 
     Returns
     -------
@@ -134,12 +134,12 @@ def reference_map(
     Raises
     ------
     InputError
-        If n is below 32, where the cut-off would pass the roll-off.
+        If n is below 32, where the cut-off would exceed the roll-off.
 
     Notes
     -----
-    One seed gives one body: R(2n) is R(n) with finer waves added, times a factor slightly below 1
-    that keeps the RMS height.
+    A seed gives the same surface for all n: R(2n) is R(n) with finer waves added, times a factor
+    slightly below 1 that keeps the RMS height.
 
     Examples
     --------
@@ -162,7 +162,7 @@ def reference_map(
 
 
 def seed_of(rng: int | np.random.Generator | None) -> int:
-    """Return a seed to record: a whole number itself, or one that a generator draws."""
+    """Return a seed to record: an integer as it is, or one drawn from a generator."""
     if rng is None or isinstance(rng, np.random.Generator):
         return int(np.random.default_rng(rng).integers(_SEEDS))
     require_count(0, _SEEDS - 1, rng=rng)
@@ -170,7 +170,7 @@ def seed_of(rng: int | np.random.Generator | None) -> int:
 
 
 def generator_of(rng: int | np.random.Generator | None) -> np.random.Generator:
-    """Return the generator of a seed, or the one given."""
+    """Return the generator of a seed, or the given generator."""
     if not (rng is None or isinstance(rng, np.random.Generator)):
         require_count(0, _SEEDS - 1, rng=rng)
     return np.random.default_rng(rng)
@@ -179,7 +179,7 @@ def generator_of(rng: int | np.random.Generator | None) -> np.random.Generator:
 def random_amplitudes(
     shape: tuple[int, int], pixel: tuple[float, float], rng: np.random.Generator
 ) -> NDArray[np.complex128]:
-    """Return a complex Gaussian amplitude for every wave that a grid holds."""
+    """Return a complex Gaussian amplitude for every wave that a grid resolves."""
     shortest = 2 * max(pixel)
     noise = _spectrum(shape, pixel, shortest, shortest, -1.0, rng)
     waves = np.zeros((shape[0], shape[1] // 2 + 1), dtype=np.complex128)
@@ -190,11 +190,11 @@ def random_amplitudes(
 def check_waves(
     pixel: tuple[float, float], rolloff_wavelength: float, cutoff_wavelength: float, hurst: float
 ) -> None:
-    """Raise `InputError` unless a grid can hold waves of these lengths [m] and Hurst exponent."""
+    """Raise `InputError` unless a grid resolves waves of these lengths [m] and Hurst exponent."""
     require_positive(rolloff_wavelength=rolloff_wavelength, cutoff_wavelength=cutoff_wavelength)
     if not 0 <= hurst <= 1:
         raise input_error("hurst", hurst, "must lie in [0, 1]")
-    # The slack in the comparisons with wavelengths forgives the rounding of side / waves.
+    # The tolerance accepts rounding of the quotient side / waves.
     if cutoff_wavelength < 2 * max(pixel) * (1 - _SLACK):
         raise input_error(
             "cutoff_wavelength",
@@ -225,7 +225,7 @@ def _spectrum(
     spectrum = np.zeros((shape[0], columns), dtype=np.complex128)
     for shell in range(1, shells + 1):
         i, j = _half_shell(_box(shell - 1, side), _box(shell, side))
-        # The whole shell is drawn, though part of it may fall outside: see the Notes above.
+        # The whole shell is drawn, even if part of it is outside; see the notes of `self_affine`.
         noise = rng.standard_normal((i.size, 2)).view(np.complex128)[:, 0]
         q = np.hypot(i / side[0], j / side[1])
         keep = (q * cutoff_wavelength <= 1 + _SLACK) & (2 * np.abs(i) < shape[0]) & (j < columns)
@@ -235,14 +235,14 @@ def _spectrum(
         raise InputError(
             f"no wave between cutoff_wavelength = {cutoff_wavelength!r} m and the sides {side} m"
         )
-    # Column 0 holds both signs of the row index; heights are real.
+    # Column 0 contains both signs of the row index; the heights must be real.
     half = (shape[0] - 1) // 2
     spectrum[shape[0] - half :, 0] = spectrum[1 : half + 1, 0][::-1].conj()
     return spectrum
 
 
 def _heights(spectrum: NDArray[np.complex128], columns: int, rms_height: float) -> Array:
-    # Columns above the cut-off are zero: transforming y first leaves them out.
+    # Columns above the cut-off are zero: transforming along y first skips them.
     rows = fft.ifft(spectrum, axis=0, norm="forward")
     heights: Array = fft.irfft(rows, columns, axis=1, norm="forward")
     mean_square = float(np.einsum("yx,yx->", heights, heights)) / heights.size
@@ -251,8 +251,9 @@ def _heights(spectrum: NDArray[np.complex128], columns: int, rms_height: float) 
 
 
 def _box(shell: int, side: tuple[float, float]) -> tuple[int, int]:
-    # Largest |i| and |j| up to this shell: `shell` waves along the longer side, and as many per
-    # length along the other, else long narrow maps would draw mostly waves they cannot hold.
+    # Largest |i| and |j| up to this shell: `shell` waves along the longer side, and the same number
+    # per length along the other; otherwise most waves drawn for long narrow maps would be
+    # unresolved.
     i, j = (math.ceil(shell * length / max(side) - _SLACK) for length in side)
     return i, j
 
@@ -260,7 +261,7 @@ def _box(shell: int, side: tuple[float, float]) -> tuple[int, int]:
 def _half_shell(
     inner: tuple[int, int], outer: tuple[int, int]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    # Wave vectors (i, j) in the outer box and not in the inner: j ≥ 0, and one of (±i, 0).
+    # Wave vectors (i, j) in the outer box but not in the inner one: j ≥ 0, and one of (±i, 0).
     edge = np.arange(-outer[0], outer[0] + 1) if outer[1] > inner[1] else np.arange(0)
     upper = np.arange(inner[1] + 1) if outer[0] > inner[0] else np.arange(0)
     lower = upper[1:]
@@ -277,7 +278,7 @@ def _half_shell(
 
 @dataclass(frozen=True)
 class Spectrum:
-    """The power spectrum of a periodic random map, without a scale."""
+    """Power spectrum of a periodic random map, up to a factor."""
 
     shape: tuple[int, int]  # Grid points `(ny, nx)`
     pixel: tuple[float, float]  # Pixel edges `(dy, dx)` [m]
@@ -291,7 +292,7 @@ class Spectrum:
     def distances(self) -> Array:
         """Distance κ [1/m] of every wave from zero, in the order of `numpy.fft.rfft2`."""
         (ny, nx), (dy, dx) = self.shape, self.pixel
-        # Rows count downwards where the map is drawn.
+        # Rows count downwards as the map is drawn.
         up = -fft.frequencies(ny, dy)
         right = fft.half_frequencies(nx, dx)
         cosine, sine = cosine_sine(self.lay)
@@ -323,7 +324,7 @@ class Spectrum:
         """Return the root-mean-square gradient over the root-mean-square height [1/m]."""
         (ny, nx), (dy, dx) = self.shape, self.pixel
         power = self.power
-        # Half of the waves along x stand for both signs.
+        # Half of the waves along x represent both signs.
         power[:, 1:] *= 2
         slope_y = (2 * np.sin(math.pi * np.arange(ny) / ny) / dy) ** 2
         slope_x = (2 * np.sin(math.pi * np.arange(nx // 2 + 1) / nx) / dx) ** 2
@@ -332,7 +333,7 @@ class Spectrum:
 
 
 def with_gradient(spectrum: Spectrum, name: str, gradient: float, height: float) -> Spectrum:
-    """Return a spectrum with the roll-off or the cut-off that gives a gradient."""
+    """Return a spectrum whose roll-off or cut-off gives a requested gradient."""
     sides = [n * edge for n, edge in zip(spectrum.shape, spectrum.pixel, strict=True)]
     rolloff = name == "rolloff"
     ends = (spectrum.cutoff, max(sides)) if rolloff else (2 * max(spectrum.pixel), spectrum.rolloff)

@@ -1,31 +1,30 @@
 """Lateral resolution of a measured map: tip, smoothing, noise.
 
-`tip_cutoff`: A tip of radius R draws every peak with a radius of at least R. The curvature at
-the scale λ = 2η is the second difference ``[h(x - η) - 2 h(x) + h(x + η)] / η²``; λ_c is the
-scale below which its minimum over the map, that of the sharpest peak, lies under -1/(2R). The
-factor ½ is the one found with simulated tips in the reference. Peaks at finer scales carry the
-curvature of the tip or noise, not of the surface, and what lies between them was not reached.
+`tip_cutoff`: The image of a tip of radius R has peaks with a radius of at least R. The curvature at
+the scale λ = 2η is the second difference ``[h(x - η) - 2 h(x) + h(x + η)] / η²``; λ_c is the scale
+below which its minimum over the map, at the sharpest peak, is less than -1/(2R). The factor ½ was
+found with simulated tips in the reference. Peaks at finer scales carry the curvature of the tip or
+noise, not of the surface, and the valleys between them were not reached.
 
-The differences are along x, the fast axis of scanning instruments: between scan lines lie jumps
-that are no peaks. Scales between two pixels are found by linear interpolation of the curvature.
-One spike is enough to raise λ_c: remove outliers before.
+The differences are along x, the fast axis of scanning instruments: between scan lines there are
+jumps that are no peaks. Scales between two pixels are found by linear interpolation of the
+curvature. A single spike can raise λ_c: remove outliers first.
 
 Sanner, Nöhring, Thimons, Jacobs & Pastewka 2022, doi:10.1016/j.apsadv.2021.100190
 
-`noise_cutoff`: White noise of RMS height σ adds σ² Δx Δy to the spectral density C at every
-wave number. Where C falls slower than q⁻¹ over the shortest octave, slower than any self-affine
-surface (q^(-2-2H), 0 ≤ H ≤ 1), its mean there is taken as the noise, and the cut-off is where C
-falls below twice that. Steps of a coarse digitisation count as noise. A surface that is white
-itself, as above a roll-off wavelength, cannot be told from noise.
+`noise_cutoff`: White noise of RMS height σ adds σ² Δx Δy to the spectral density C at every wave
+number. Where C falls slower than q⁻¹ over the shortest octave, slower than any self-affine surface
+(q^(-2-2H), 0 ≤ H ≤ 1), its mean there is the estimate of the noise, and the cut-off is where C
+falls below twice that. Steps of a coarse digitization are treated as noise. A surface with a white
+spectrum, as above a roll-off wavelength, cannot be distinguished from noise.
 
 Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
 
-`smoothing_cutoff`: From this wave on, the spectral density falls faster than q⁻⁶, two powers
-faster than that of any self-affine surface, over an octave and a half or down to the shortest
-wave. (The flank of a peak, as regular grooves make one, is narrower.) Optics that do not
-resolve shorter waves, an instrument that interpolates between its points and a filter all do
-this; so does a surface that is smooth itself. For a Gaussian filter it is about the cut-off at
-which 50 % of a wave's amplitude pass.
+`smoothing_cutoff`: From this wave on, the spectral density falls faster than q⁻⁶, two powers faster
+than that of any self-affine surface, over an octave and a half or down to the shortest wave. (The
+flank of a spectral peak, as of regular grooves, is narrower.) Optics that do not resolve shorter
+waves, an instrument that interpolates between its points and a filter have this effect; so does a
+smooth surface. For a Gaussian filter it is about the cut-off, with 50 % transmission.
 
 Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
 """
@@ -70,40 +69,40 @@ class LimitCause(StrEnum):
 
 @dataclass(frozen=True)
 class Limit:
-    """A lateral scale below which a map does not show the surface."""
+    """Lateral scale below which a map does not represent the surface."""
 
     cause: LimitCause  # Cause of the limit
-    wave: float  # The scale [m]
-    text: str  # It in one sentence or two
+    wave: float  # Scale [m]
+    text: str  # Description in one or two sentences
 
     @property
     def caution(self) -> Caution:
-        """The message on a contact of the map."""
+        """Caution for a contact of the map."""
         false = self.cause in (LimitCause.TIP, LimitCause.NOISE)
         return (as_caution if false else as_note)(
             CautionTag.RESOLUTION, *message_parts(self.text), wave=self.wave
         )
 
 
-# Peaks sharper than this share of the tip's curvature are the tip's (Sanner et al. 2022).
+# Fraction of the tip's curvature; sharper peaks are caused by the tip (Sanner et al. 2022).
 _SAFETY = 0.5
 
-# Largest pixel [m] of which a tip of usual size can be seen: scanning probes reach some 0.1 mm.
+# Largest pixel [m] for which a usual tip is resolved: scanning probes scan up to about 0.1 mm.
 _PROBED = 1e-6
 
 # Local exponents of the spectrum. Self-affine surfaces have -2 (H = 0) to -4 (H = 1), white noise
-# 0; the margins are for the scatter of one map, and for surfaces that are only nearly self-affine.
+# 0; the margins are for the scatter of one map and for surfaces that are only nearly self-affine.
 _NOISE_EXPONENT = -1.0
 _SMOOTH_EXPONENT = -6.0
 
-# Bins of the spectrum in an octave.
+# Bins of the spectrum per octave.
 _BINS = 6
 
-# Fewest points along a side whose spectrum has octaves to compare.
+# Minimum number of points along a side for a spectrum with octaves to compare.
 _MIN_POINTS = 32
 
-# Names of formats that only scanning probes write, and what files of other formats may say. BCR-STM
-# is a format of exchange, which profilometers write as well.
+# Names of formats of scanning probes, and terms in files of other formats. BCR-STM is an exchange
+# format, which profilometers write as well.
 _SCANNING_PROBE = re.compile(
     r"nanoscope|igor binary wave|jpk image scan|nt-mdt|nanosurf|molecular imaging|park systems"
     r"|wsxm|\bafm\b|\bspm\b|(?<!bcr-)\bstm\b|atomic force|scanning probe|scanning tunnel",
@@ -112,7 +111,7 @@ _SCANNING_PROBE = re.compile(
 
 
 def shortest_wave(heights: Array, pixel: tuple[float, float]) -> float:
-    """Return the shortest wave that a map shows [m]."""
+    """Return the shortest wavelength that a map shows [m]."""
     require_pixel(pixel)
     finest = 2 * max(pixel)
     if np.isnan(heights).any():
@@ -126,7 +125,7 @@ def shortest_wave(heights: Array, pixel: tuple[float, float]) -> float:
 
 
 def tip_cutoff(heights: Array, pixel: tuple[float, float], tip_radius: float) -> float | None:
-    """Return the lateral scale below which a map shows the tip that measured it."""
+    """Return the lateral scale below which a map shows the tip instead of the surface."""
     require_pixel(pixel)
     require_positive(tip_radius=tip_radius)
     if heights.shape[1] < 3:
@@ -145,7 +144,7 @@ def tip_cutoff(heights: Array, pixel: tuple[float, float], tip_radius: float) ->
 
 
 def noise_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None:
-    """Return the wavelength below which a map holds more white noise than surface."""
+    """Return the wavelength below which a map contains more white noise than surface."""
     spectrum = _binned_spectrum(heights, pixel)
     if spectrum is None or not (floor := _plateau(*spectrum)):
         return None
@@ -158,7 +157,7 @@ def noise_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None:
 
 
 def noise_height(heights: Array, pixel: tuple[float, float]) -> float:
-    """Return the root-mean-square height of the white noise that a spectrum shows, 0 without."""
+    """Return the root-mean-square height of the white noise of a spectrum, 0 if none is found."""
     spectrum = _binned_spectrum(heights, pixel)
     floor = 0.0 if spectrum is None else _plateau(*spectrum)
     return math.sqrt(floor / (pixel[0] * pixel[1]))
@@ -172,7 +171,7 @@ def _plateau(q: Array, C: Array) -> float:
 
 
 def smoothing_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None:
-    """Return the wavelength below which a map holds hardly any waves."""
+    """Return the wavelength below which a map contains hardly any waves."""
     spectrum = _binned_spectrum(heights, pixel)
     if spectrum is None:
         return None
@@ -193,7 +192,7 @@ def smoothing_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None
 def _bracket(
     heights: Array, dx: float, limit: float
 ) -> tuple[tuple[int, float], tuple[int, float]] | None:
-    """Return reach [pixels] and curvature of the sharpest peak around a limit, fine and coarse."""
+    """Return reach [pixels] and curvature of the sharpest peak below and above a limit."""
     longest = max(heights.shape[1] // 4, 1)
     fine, sharpest = 1, _smallest_curvature(heights, dx, 1)
     if sharpest >= limit:
@@ -223,7 +222,7 @@ def _smallest_curvature(heights: Array, dx: float, reach: int) -> float:
         rows = heights[block]
         bend = rows[:, 2 * reach :] + rows[:, : -2 * reach]
         bend -= 2 * rows[:, reach:-reach]
-        # fmin passes over NaN, and in silence where all is NaN.
+        # fmin ignores NaN, without a warning where all values are NaN.
         smallest = float(np.fmin(smallest, np.fmin.reduce(bend, axis=None)))
     return smallest / (reach * dx) ** 2
 
@@ -232,13 +231,13 @@ def _binned_spectrum(heights: Array, pixel: tuple[float, float]) -> tuple[Array,
     """Return wave numbers and spectral density in bins of equal width in log q."""
     if min(heights.shape) < _MIN_POINTS:
         return None
-    # Hann's window squared: what leaks from the longest waves falls as q⁻¹⁰, faster than what is
-    # looked for. A map that is not periodic would hide it under q⁻².
+    # Squared Hann window: leakage from the longest waves falls as q⁻¹⁰, faster than the spectra to
+    # be found. Without a window, a map that is not periodic would hide them under q⁻².
     window = [np.sin(math.pi * (np.arange(n) + 0.5) / n) ** 4 for n in heights.shape]
     weighted = level(heights) * window[0][:, None] * window[1]
     weight = float(np.mean(window[0] ** 2) * np.mean(window[1] ** 2))
     q, C, waves = radial_spectrum(weighted, pixel)
-    # From where the window has blurred the longest waves to what both axes can hold.
+    # From the waves that the window does not blur to those that both axes resolve.
     low, high = 4 * q[0], math.pi / max(pixel) * (1 + 1e-9)
     bins = max(int(_BINS * math.log2(high / low)), 1)
     index = np.floor((np.log(q / high) / math.log(low / high)) * bins).astype(int)
@@ -252,7 +251,7 @@ def _binned_spectrum(heights: Array, pixel: tuple[float, float]) -> tuple[Array,
     if np.count_nonzero(full) <= 2 * _BINS:
         return None
     density = power[full] / count[full] / weight
-    # Nothing at all is as good as nothing that rounding could hold.
+    # A density that rounding could produce is treated as zero.
     tiny = max(1e-30 * float(density.max()), np.finfo(float).tiny)
     return np.exp(place[full] / count[full]), np.maximum(density, tiny)
 
@@ -275,7 +274,7 @@ def _crossing(q: Array, C: Array, value: float) -> float:
 def tip_limits(
     heights: Array, pixel: tuple[float, float], tip_radius: float | None, instrument: str
 ) -> list[Limit]:
-    """Return the limits that the tip sets to the resolution of a map."""
+    """Return the limits of the resolution of a map by the tip."""
     if tip_radius is None:
         if max(pixel) > _PROBED or not _SCANNING_PROBE.search(instrument):
             return []
@@ -295,7 +294,7 @@ def tip_limits(
 
 
 def wave_limits(heights: Array, pixel: tuple[float, float]) -> list[Limit]:
-    """Return which waves of a map are noise or missing."""
+    """Return the limits of the resolution of a map by noise and by missing waves."""
     try:
         rows, columns = largest_rectangle(heights)
     except InputError:

@@ -1,4 +1,4 @@
-"""Heights, slopes and developed area of a map, after ISO 25178-2.
+"""Roughness parameters of maps after ISO 25178-2, and of profiles after ISO 21920-2.
 
 `height_parameters`: With z the height above the mean and ⟨ ⟩ the average over the valid points:
 Sq = √⟨z²⟩, ``Sa = ⟨|z|⟩``, Ssk = ⟨z³⟩/Sq³, Sku = ⟨z⁴⟩/Sq⁴ (3 for a Gaussian surface), Sp = max
@@ -6,31 +6,28 @@ z, Sv = -min z, Sz = Sp + Sv.
 
 ISO 25178-2:2021, section 4.2
 
-`rms_height`: ISO 25178-2:2021, root mean square height; the mean is subtracted here, nothing
-else.
+`rms_height`: ISO 25178-2:2021, root mean square height; only the mean is subtracted here.
 
-`rms_gradient`: The standard defines Sdq² as the mean of ``(∂z/∂x)² + (∂z/∂y)²`` and leaves the
-differences open. Here they are the first differences to the neighbours before, ``(z[j, i] -
-z[j, i-1])/dx`` and ``(z[j, i] - z[j-1, i])/dy``, over the (ny - 1)(nx - 1) points that have
-both: the shortest distance measured counts in full, where central differences would pass over
-it.
+`rms_gradient`: The standard defines Sdq² as the mean of ``(∂z/∂x)² + (∂z/∂y)²`` and does not
+specify the differences. Here they are the first differences to the preceding neighbors, ``(z[j, i]
+- z[j, i-1])/dx`` and ``(z[j, i] - z[j-1, i])/dy``, over the (ny - 1)(nx - 1) points that have both:
+  they include the shortest measured distance in full, which central differences would skip.
 
 ISO 25178-2:2021, root mean square gradient; the differences after Stout et al., The development
 of methods for the characterisation of roughness in three dimensions (1993), EUR 15178 EN.
 
-`developed_area_ratio`: The standard defines Sdr as the mean of ``√(1 + (∂z/∂x)² + (∂z/∂y)²) -
-1``. Here every cell between four points is cut into two triangles along either diagonal, and
-both cuts are averaged, so that mirroring the map changes nothing. A triangle with the slopes
-s_x and s_y along its two edges on the grid has ``√(1 + s_x² + s_y²)`` times its projected area,
-hence a cell the mean of that over its two s_x and its two s_y.
+`developed_area_ratio`: The standard defines Sdr as the mean of ``√(1 + (∂z/∂x)² + (∂z/∂y)²) - 1``.
+Here every cell between four points is divided into two triangles along either diagonal, and both
+divisions are averaged, so that mirroring the map changes nothing. A triangle with the slopes s_x
+and s_y along its two edges on the grid has ``√(1 + s_x² + s_y²)`` times its projected area, hence a
+cell has the mean of this factor over its two s_x and its two s_y.
 
 ISO 25178-2:2021, section 4.4; the triangles after Stout et al., The development of methods for
 the characterisation of roughness in three dimensions (1993), EUR 15178 EN.
 
-`material_ratio_curve`: Each height that occurs stands at the middle of the step that it makes
-in the curve. Equal heights make one wide step, hence the curve of a map with coarse digits is
-smooth. Of more than 2¹⁸ different heights, neighbours in the order are averaged in groups of
-equal number.
+`material_ratio_curve`: Each height is placed at the center of its step in the curve. Equal heights
+form one wide step, hence the curve of a map with coarse digits is smooth. More than 2¹⁸ different
+heights are averaged in groups of equal number, in their order.
 
 ISO 25178-2:2021, sections 3 and 4.5 (areal material ratio and its inverse)
 
@@ -41,23 +38,22 @@ heights c₁ and c₂: Sk = c₁ - c₂, and the curve has these heights at Smr1
 are the heights of the right-angled triangles over Smr1 and 1 - Smr2 that have the area between
 curve and c₁, or between c₂ and curve.
 
-ISO 25178-2:2021, section 4.5 (areal parameters for stratified surfaces); the construction is
-that of ISO 13565-2:1996.
+ISO 25178-2:2021, section 4.5 (areal parameters for stratified surfaces); the construction follows
+ISO 13565-2:1996.
 
 `volume_parameters`: With c(r) the height at the material ratio r, the material volume above it
 is Vm(r) = ∫₀ʳ (c - c(r)) and the void volume below it Vv(r) = ∫ᵣ¹ (c(r) - c), both over the
 ratio. Vmp = Vm(p), Vmc = Vm(q) - Vm(p), Vvc = Vv(p) - Vv(q), Vvv = Vv(q).
 
-ISO 25178-2:2021, section 4.5 (void and material volume); the default ratios of 10 % and 80 %
-are those of ISO 25178-3.
+ISO 25178-2:2021, section 4.5 (void and material volume); the default ratios of 10 % and 80 % are
+from ISO 25178-3.
 
-`summary`: Only the mean is subtracted. The letter R is right for a profile without its waves
-beyond λc (`cutoff`); of one that was only leveled these are Pa, Pq and so on of the primary
-profile. Rp, Rv and Rt are those of all of the profile, Rz is the mean over the sections of
-their heights from the lowest to the highest point. Rsm is the mean width of profile elements:
-from one crossing of the mean line to the next in the same direction, where between the two a
-peak and a dale reach beyond a tenth of Rz. The slope of Rdq is that of the standard, over three
-points to each side.
+`summary`: Only the mean is subtracted. The letter R is correct for a profile without its waves
+beyond λc (`cutoff`); for a profile that was only leveled these are Pa, Pq and so on of the primary
+profile. Rp, Rv and Rt are evaluated over the whole profile, Rz is the mean over the sections of the
+height between their lowest and highest points. Rsm is the mean width of profile elements: from one
+crossing of the mean line to the next in the same direction, where a peak and a dale between the two
+exceed a tenth of Rz. The slope of Rdq is defined in the standard, over three points to each side.
 
 ISO 21920-2:2021, sections 4.3 and 4.4; ISO 4287:1997, sections 4.1 to 4.4
 """
@@ -115,7 +111,7 @@ def rms_height(heights: NDArray[np.float64]) -> float:
         deviation = heights[rows] - mean
         rest += float(np.nansum(deviation))
         squares += float(np.nansum(np.square(deviation, out=deviation)))
-    # The second term removes the rounding of the mean of a map far from zero height.
+    # The second term corrects for the rounding of the mean of a map with a large offset.
     return float(np.sqrt(max(squares / count - (rest / count) ** 2, 0.0)))
 
 
@@ -164,7 +160,7 @@ def developed_area_ratio(heights: Array, pixel: tuple[float, float]) -> float:
 
 
 def mean_and_count(heights: Array) -> tuple[float, int]:
-    """Return the mean height, and the number of valid points."""
+    """Return the mean height and the number of valid points."""
     total, count = 0.0, 0
     for rows in grid.row_blocks(heights.shape):
         count += int(np.count_nonzero(~np.isnan(heights[rows])))
@@ -172,15 +168,15 @@ def mean_and_count(heights: Array) -> tuple[float, int]:
     if count == 0:
         raise InputError("has no finite value: every point is missing", argument="heights")
     mean = total / count
-    # Again, for the rounding of the mean of a map far from zero height.
+    # A second pass, for the rounding of the mean of a map with a large offset.
     rest = sum(float(np.nansum(heights[rows] - mean)) for rows in grid.row_blocks(heights.shape))
     return mean + rest / count, count
 
 
-# --- Material ratio curve of a map, and the core and volume parameters of ISO 25178-2 from it ---
+# --- Material ratio curve, and the core and volume parameters of ISO 25178-2 ---
 
 
-# Points of a material ratio curve; maps with more heights have them averaged in groups.
+# Maximum number of points of a material ratio curve; more heights are averaged in groups.
 _CURVE_POINTS = 2**18
 
 
@@ -205,16 +201,16 @@ def material_ratio_curve(heights: Array) -> tuple[Array, Array]:
 def core_parameters(ratio: Array, height: Array) -> dict[str, float]:
     """Return the parameters of a stratified surface: Sk, Spk, Svk, Smr1 and Smr2."""
     width = 0.4
-    # The fall over the width is piecewise linear: its minimum lies where either end has a kink.
+    # The fall over the width is piecewise linear: its minimum is where either end has a kink.
     kinks = np.concatenate([ratio, ratio - width, [1 - width]])
     kinks = np.sort(kinks[(kinks >= 0) & (kinks <= 1 - width)])
     fall = np.interp(kinks, ratio, height) - np.interp(kinks + width, ratio, height)
-    # A tolerance, lest rounding pick one of several equal secants.
+    # With a tolerance, so that rounding does not decide between equal secants.
     tolerance = 1e-12 * (height[0] - height[-1])
     start = float(kinks[np.argmax(fall <= fall.min() + tolerance)])
     part, z = _section(ratio, height, start, start + width)
     t = part - (start + width / 2)
-    # ∫ t z dt, exactly: Simpson's rule on every straight piece.
+    # Exact integral ∫ t z dt: Simpson's rule on every straight segment.
     middle = (t[1:] + t[:-1]) * (z[1:] + z[:-1])
     moment = float(np.sum(np.diff(t) * (t[1:] * z[1:] + t[:-1] * z[:-1] + middle))) / 6
     slope = 12 * moment / width**3
@@ -288,14 +284,14 @@ CUTOFFS = (0.08e-3, 0.25e-3, 0.8e-3, 2.5e-3, 8e-3)
 SECTIONS = 5
 """Section lengths λc in an evaluation length."""
 
-# Part of Rz that a peak must rise, and a dale fall, to count for Rsm.
+# Fraction of Rz that peaks and dales must exceed to be included in Rsm.
 _COUNTED = 0.1
-# Weights of the slope over three points to each side, times 60 (ISO 21920-2, and ISO 4287).
+# Weights of the slope over three points to each side, times 60 (ISO 21920-2 and ISO 4287).
 _SLOPE = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0])
 
 
 def summary(heights: Array, spacing: float, sections: int = 1) -> dict[str, float]:
-    """Return the parameters of a profile, under the standard's symbols and in SI units."""
+    """Return the parameters of a profile, by the symbols of the standard and in SI units."""
     require_positive(spacing=spacing)
     values = height_parameters(heights[None])
     top = [float(np.nanmax(part)) - float(np.nanmin(part)) for part in _parts(heights, sections)]
@@ -316,7 +312,7 @@ def summary(heights: Array, spacing: float, sections: int = 1) -> dict[str, floa
 
 
 def cutoff(length: float) -> float | None:
-    """Return the largest λc of the standards of which five fit into a length [m]."""
+    """Return the largest standard λc of which five fit into a length [m]."""
     fitting = [wave for wave in CUTOFFS if SECTIONS * wave <= length * (1 + 1e-9)]
     return fitting[-1] if fitting else None
 
@@ -330,7 +326,7 @@ def element_width(heights: Array, spacing: float, minimum: float) -> float:
     for turn in turns:
         first, last = int(beyond[turn]), int(beyond[turn + 1])
         part = heights[first : last + 1]
-        # The last of the crossings between a dale and a peak that both count.
+        # The last crossing between a dale and a peak that are both included.
         index = int(np.flatnonzero(part[:-1] * sign[turn] > 0)[-1])
         before, after = float(part[index]), float(part[index + 1])
         share = before / (before - after) if math.isfinite(after) else 0.5

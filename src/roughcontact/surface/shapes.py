@@ -1,16 +1,16 @@
-"""Heights of made shapes: the bodies that press on a surface, and waves.
+"""Heights of analytical shapes: indenters and waves.
 
 Heights [m] are positive out of the material, ``heights[y, x]``; pairs are ``(y, x)``. Angles are
 counter-clockwise as a map is printed and drawn, row 0 on top.
 
-`ellipsoid`: The body of Hertz's theory, an elliptic paraboloid: two radii of curvature do not
-determine an ellipsoid, whose third axis is free. The neglected part is of the order of
-``r⁴/(8R³)``, a fraction (r/2R)² of the height at r.
+`ellipsoid`: The elliptic paraboloid of Hertz's theory: two radii of curvature do not determine an
+ellipsoid, whose third axis is free. The neglected part is of the order of ``r⁴/(8R³)``, a fraction
+(r/2R)² of the height at r.
 
 Johnson, Contact Mechanics (1985), sec. 4.1, doi:10.1017/CBO9781139171731
 
-`punch`: A pixel is under the punch if its centre is: the area is met to about a pixel along the
-rim.
+`punch`: A pixel is under the punch if its center is: the area is accurate to about a pixel along
+the rim.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def cylinder(
     angle: float = 0.0,
     center: tuple[float, float] | None = None,
 ) -> Array:
-    """Return the heights ``(R² - d²)^(1/2) - R`` of a lying cylinder, d from its highest line."""
+    """Return the heights ``(R² - d²)^(1/2) - R`` of a cylinder, d from its highest line."""
     y, x = _from_center(shape, pixel, center)
     require_positive(radius=radius)
     return _require_points(_arc(_turned(y, x, angle)[1] ** 2, radius), "cylinder")
@@ -144,7 +144,7 @@ def wedge(
 def wavy(
     shape: tuple[int, int], pixel: tuple[float, float], amplitude: float, wavelength: float
 ) -> Array:
-    """Return waves along x, ``Δ cos(2πx/λ)``, with a crest on the first column."""
+    """Return waves along x, ``Δ cos(2πx/λ)``, with a crest at the first column."""
     require_grid(shape, pixel)
     require_positive(amplitude=amplitude, wavelength=wavelength)
     return np.tile(amplitude * _wave(shape[1], pixel[1], wavelength), (shape[0], 1))
@@ -153,7 +153,7 @@ def wavy(
 def crossed_waves(
     shape: tuple[int, int], pixel: tuple[float, float], amplitude: float, wavelength: float
 ) -> Array:
-    """Return waves along both axes, ``Δ cos(2πx/λ) cos(2πy/λ)``, crest on the first pixel."""
+    """Return waves along both axes, ``Δ cos(2πx/λ) cos(2πy/λ)``, crest at the first pixel."""
     require_grid(shape, pixel)
     require_positive(amplitude=amplitude, wavelength=wavelength)
     along_y, along_x = (_wave(n, d, wavelength) for n, d in zip(shape, pixel, strict=True))
@@ -213,14 +213,14 @@ def _checked_edge(edge_radius: float, largest: float) -> float:
 
 
 def _arc(square: Array, radius: float) -> Array:
-    # Height of a circle over the square of the distance from its summit, free of cancellation.
+    # Height of a circle over the square of the distance from its summit, without cancellation.
     with np.errstate(invalid="ignore"):
         root = np.sqrt(radius**2 - square)
     return -square / (radius + root)
 
 
 def _rounded(beyond: Array, edge_radius: float, size: float) -> Array:
-    # Height over the distance from the flat; the slack forgives rounding on the outline.
+    # Height over the distance from the flat; the slack accepts rounding on the outline.
     distance = np.maximum(beyond, 0)
     outside = distance > edge_radius + _SLACK * size
     if edge_radius == 0:
@@ -240,7 +240,7 @@ def _require_points(heights: Array, name: str) -> Array:
 def require_grid(
     shape: tuple[int, int], pixel: tuple[float, float], maps: int = grid.BYTES_PER_GENERATED_POINT
 ) -> None:
-    """Raise an error unless a grid has points, its pixel edges are positive, and maps of it fit."""
+    """Raise an error unless grid and pixel edges are positive and the maps fit in memory."""
     if len(shape) != 2 or min(shape) < 1:
         raise input_error("shape", shape, "must be (ny, nx), both at least 1")
     memory.require_grid("shape", shape)

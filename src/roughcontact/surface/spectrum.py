@@ -1,33 +1,32 @@
 """Autocorrelation and power spectrum of a map.
 
 `autocorrelation`: f(t) = ⟨z(r) z(r + t)⟩ / ⟨z²⟩, with z the height above the mean and the upper
-average over the pairs of points that are both there. The map is not continued beyond its edges
-and holes need no filling. Longer lags have less than a quarter of the pairs in the corners of
-the map of lags: they carry chance rather than texture. The transforms take about nine times the
-memory of the map.
+average over the pairs of valid points. The map is not continued beyond its edges, and holes need no
+filling. In the corners of the map of lags, lags beyond half the sides have less than a quarter of
+the pairs: they show chance rather than texture. The transforms need about nine times the memory of
+the map.
 
 ISO 25178-2:2021, section 3 (autocorrelation function)
 
-`autocorrelation_lengths`: ``Sal = min |t|`` over the lags with f(t) ≤ s; ``Str = Sal / max
-|t|`` over the lags that are joined to zero lag by a straight line on which f ≥ s. Both follow
-from the first crossing of s on the rays from zero lag to every lag on the border of
-`autocorrelation`, with linear interpolation. Lengths of about one pixel are therefore the
-pixel's rather than the surface's.
+`autocorrelation_lengths`: ``Sal = min |t|`` over the lags with f(t) ≤ s; ``Str = Sal / max |t|``
+over the lags connected to zero lag by a straight line on which f ≥ s. Both follow from the first
+crossing of s on the rays from zero lag to every lag on the border of `autocorrelation`, with linear
+interpolation. Lengths of about one pixel are therefore determined by the pixel, not by the surface.
 
-ISO 25178-2:2021, section 4.3; the default threshold of 0.2 is that of ISO 25178-3.
+ISO 25178-2:2021, section 4.3; the default threshold of 0.2 is from ISO 25178-3.
 
 `texture`: ISO 25178-2:2021, section 4.3
 
-`radial_spectrum`: ``C(q) = |h̃(q)|² / (Lx Ly)`` with h̃(q) = Δx Δy Σ z exp(-i q·r) and z the
-height above the mean. Shell k holds the wave vectors with ``(k - ½) δ ≤ |q| < (k + ½) δ``, δ =
-2π/min(Lx, Ly), without q = 0; empty shells do not occur. Hence Sq² = Σ C·waves / (Lx Ly) holds
-to rounding; the integral over the plane is Sq² = ∫ C q dq / 2π.
+`radial_spectrum`: ``C(q) = |h̃(q)|² / (Lx Ly)`` with h̃(q) = Δx Δy Σ z exp(-i q·r) and z the height
+above the mean. Shell k contains the wave vectors with ``(k - ½) δ ≤ |q| < (k + ½) δ``, δ =
+2π/min(Lx, Ly), without q = 0; empty shells do not occur. Hence Sq² = Σ C·waves / (Lx Ly) holds to
+rounding; the integral over the plane is Sq² = ∫ C q dq / 2π.
 
 Shells beyond π/max(Δx, Δy) are cut off by the corners of the grid; ``waves`` shows it.
 
-No window is applied: a periodic map is resolved exactly. A map that is not has a step between
-its opposite edges, which adds to C at large q; level it, and distrust slopes of log C against
-log q below -3 at the fine end.
+No window is applied: a periodic map is represented exactly. Any other map has a step between its
+opposite edges, which adds to C at large q; level it, and do not rely on slopes of log C against log
+q below -3 at the fine end.
 
 Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
 """
@@ -46,7 +45,7 @@ from roughcontact.surface.roughness import mean_and_count, rms_height
 
 Array = NDArray[np.float64]
 
-# A lag counts where this share of the points has a partner; fewer say little.
+# Minimum share of points that have a partner at a lag; a smaller share is not significant.
 _MIN_OVERLAP = 0.05
 
 
@@ -81,7 +80,7 @@ def autocorrelation(heights: Array) -> Array:
 def autocorrelation_lengths(
     heights: Array, pixel: tuple[float, float], threshold: float = 0.2
 ) -> tuple[float, float]:
-    """Return the distances of fastest and of slowest decay of the autocorrelation function."""
+    """Return the distances of fastest and slowest decay of the autocorrelation function."""
     lengths, _ = _decay(heights, pixel, threshold)
     return float(lengths.min()), float(lengths.max())
 
@@ -89,7 +88,7 @@ def autocorrelation_lengths(
 def texture(
     heights: Array, pixel: tuple[float, float], threshold: float = 0.2
 ) -> tuple[float, float, float]:
-    """Return autocorrelation length and texture aspect ratio, with what bounds the ratio."""
+    """Return autocorrelation length and texture aspect ratio, with the upper bound of the ratio."""
     lengths, reached = _decay(heights, pixel, threshold)
     fastest, slowest = float(lengths.min()), float(lengths.max())
     if not math.isfinite(fastest):
@@ -100,7 +99,7 @@ def texture(
 
 
 def _decay(heights: Array, pixel: tuple[float, float], threshold: float) -> tuple[Array, Array]:
-    """Return where each ray from zero lag meets the threshold, and how far it stays above it."""
+    """Return first crossing of the threshold and length above it for each ray from zero lag."""
     require_pixel(pixel)
     if not 0 < threshold < 1:
         raise input_error("threshold", threshold, "must lie between 0 and 1")
@@ -154,7 +153,7 @@ def _shell_sums(
 
 
 def _both_signs(points: int) -> Array:
-    # The half spectrum stands for both signs of q_x, but for its first and, if even, last column.
+    # The half spectrum represents both signs of q_x, except in its first and, if even, last column.
     weight = np.full(points // 2 + 1, 2.0)
     weight[0] = 1.0
     if points % 2 == 0:
@@ -176,9 +175,9 @@ def _sums_over_pairs(padded: Array, half_y: int, half_x: int) -> Array:
 def _crossings(
     function: Array, pixel: tuple[float, float], threshold: float
 ) -> tuple[Array, Array]:
-    """Return the distances [m] of each ray from zero lag."""
+    """Return the distances [m] of the crossing of each ray from zero lag."""
     half_y, half_x = function.shape[0] // 2, function.shape[1] - 1
-    # Rays advance by one pixel along the axis they are closer to.
+    # Rays advance by one pixel along the axis to which they are closer.
     y, x = _border(half_y, half_x)
     reach = np.maximum(np.abs(y), x)
     y, x, reach = y[reach > 0], x[reach > 0], reach[reach > 0]
@@ -194,7 +193,7 @@ def _crossings(
         low = value <= threshold
         crossing = step - (threshold - value[low]) / (before[low] - value[low])
         lengths[live[low]] = reached[live[low]] = crossing * stride[live[low]]
-        # A ray that runs into lags without enough pairs ends there, undecided.
+        # A ray that reaches lags without enough pairs ends there, undecided.
         high = value > threshold
         live, before = live[high], value[high]
         reached[live] = step * stride[live]
@@ -204,7 +203,7 @@ def _crossings(
 
 
 def _border(half_y: int, half_x: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    # Lags (y, x) on the rim of the half plane x ≥ 0.
+    # Lags (y, x) on the border of the half plane x ≥ 0.
     y, x = np.arange(-half_y, half_y + 1), np.arange(half_x)
     return (
         np.concatenate([y, np.full(half_x, half_y), np.full(half_x, -half_y)]),

@@ -1,4 +1,4 @@
-"""A map of heights on a regular grid, and where it came from.
+"""Map of heights on a regular grid, with its provenance.
 
 `summary`: ISO 25178-2:2021, sections 4.2 to 4.5
 """
@@ -43,7 +43,7 @@ Array = NDArray[np.float64]
 
 
 def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:
-    """Return the parameters of ISO 25178-2, under the standard's symbols and in SI units."""
+    """Return the parameters of ISO 25178-2, by the symbols of the standard and in SI units."""
     require_pixel(pixel)
     sal, ratio, largest = texture(heights, pixel)
     curve = material_ratio_curve(heights)
@@ -59,7 +59,7 @@ def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:
     }
 
 
-# --- A map of heights on a regular grid, and where it came from ---
+# --- Map of heights on a regular grid, with its provenance ---
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,21 +70,21 @@ class Surface(Displayable):
     Parameters
     ----------
     heights : array_like or quantity of pint, shape (ny, nx) or (nx,)
-        Heights [m], ``heights[y, x]``; NaN where missing. Kept as read-only float64. Those of one
-        line are a profile: a body that continues unchanged along y.
+        Heights [m], ``heights[y, x]``; NaN where missing. Stored as read-only float64. A single
+        line is a profile: a body that continues unchanged along y.
     pixel : (float, float) or float
-        Pixel edges ``(dy, dx)`` [m], or with their units, as ``("1 um", "2 um")``; of a profile
-        the one distance of its points.
+        Pixel edges ``(dy, dx)`` [m], or with their units, as ``("1 um", "2 um")``; for a profile
+        the distance of its points.
     provenance : Provenance
-        Where the map came from.
+        Source of the map and its preparation.
     holes_masked : bool
-        Whether missing points are accepted as points that never touch; see `masked`.
+        Whether missing points are accepted as points without contact; see `masked`.
 
     Raises
     ------
     InputError
-        If the heights are no real array of at least 2 × 2 points, or 2 of a profile, hold
-        infinite values or no finite one, or if a pixel edge is not positive and finite.
+        If the heights are not a real array of at least 2 × 2 points (2 for a profile), contain
+        infinite values or no finite value, or if a pixel edge is not positive and finite.
 
     Notes
     -----
@@ -96,7 +96,7 @@ class Surface(Displayable):
     pixel: tuple[float, float]
     provenance: Provenance = field(default_factory=Provenance)
     holes_masked: bool = False
-    # Which points are filled, as long as they are those of the grid.
+    # Mask of the filled points, as long as the grid is the same.
     _filled: NDArray[np.bool_] | None = field(default=None, init=False)
 
     def __init__(
@@ -125,7 +125,7 @@ class Surface(Displayable):
 
     @property
     def is_profile(self) -> bool:
-        """Whether it is a profile: one row, of a body that continues unchanged along y."""
+        """Whether the map is a profile: one row, of a body that continues unchanged along y."""
         return self.shape[0] == 1
 
     def require_map(self, what: str) -> None:
@@ -154,24 +154,23 @@ class Surface(Displayable):
         return roughness.rms_gradient(self.heights, self.pixel)
 
     def roughness(self) -> dict[str, float]:
-        """Return the roughness parameters of ISO 25178-2 under their symbols, in SI units.
+        """Return the roughness parameters of ISO 25178-2 by their symbols, in SI units.
 
         Returns
         -------
         dict
             ``Sq``, ``Sa``, ``Ssk``, ``Sku``, ``Sp``, ``Sv``, ``Sz``, ``Sdq``, ``Sdr``, ``Sal``,
-            ``Str``, ``Str_max`` (upper bound of Str), ``Sk``, ``Spk``, ``Svk``, ``Smr1``,
-            ``Smr2``, ``Vmp``, ``Vmc``, ``Vvc``, ``Vvv``: see
-            `roughcontact.surface.surface.summary`. Nothing is leveled or filtered first;
-            missing points are left out. Of a profile those of ISO 21920-2: see
-            `roughcontact.surface.roughness.summary`.
+            ``Str``, ``Str_max`` (upper bound of Str), ``Sk``, ``Spk``, ``Svk``, ``Smr1``, ``Smr2``,
+            ``Vmp``, ``Vmc``, ``Vvc``, ``Vvv``: see `roughcontact.surface.surface.summary`. The map
+            is neither leveled nor filtered; missing points are excluded. For a profile the
+            parameters of ISO 21920-2: see `roughcontact.surface.roughness.summary`.
         """
         if self.is_profile:
             return profile.summary(self.heights[0], self.pixel[1])
         return summary(self.heights, self.pixel)
 
     def resolution_notes(self, tip_radius: Quantity | None = None) -> tuple[str, ...]:
-        """Return the `resolution_limits` of the map, each in one sentence or two."""
+        """Return the texts of the `resolution_limits` of the map."""
         return tuple(limit.text for limit in self.resolution_limits(tip_radius))
 
     def resolution_limits(self, tip_radius: Quantity | None = None) -> tuple[resolution.Limit, ...]:
@@ -185,11 +184,11 @@ class Surface(Displayable):
         Returns
         -------
         tuple of Limit
-            On the tip, if its radius is given: the scale below which the map shows the tip
-            (`resolution.tip_cutoff`); otherwise, for the file of a scanning probe, that
-            it is needed. On the waves below which the map holds noise
-            (`resolution.noise_cutoff`) or nothing (`resolution.smoothing_cutoff`), judged on the
-            largest rectangle without holes. Empty if nothing is to be said.
+            The scale below which the map shows the tip (`resolution.tip_cutoff`), if its radius is
+            given; otherwise, for a file of a scanning probe, a request for the radius. The
+            wavelengths below which the map contains noise (`resolution.noise_cutoff`) or no waves
+            (`resolution.smoothing_cutoff`), evaluated on the largest rectangle without holes. Empty
+            if there are no limits.
 
         Raises
         ------
@@ -203,7 +202,7 @@ class Surface(Displayable):
 
     @cached_property
     def _wave_limits(self) -> list[resolution.Limit]:
-        # A page asks again for every load.
+        # Cached, as the app requests the limits for every load.
         return resolution.wave_limits(self.heights, self.pixel)
 
     def leveled(
@@ -215,8 +214,8 @@ class Surface(Displayable):
         ----------
         form : {"plane", "quadric", "mean", "robust", "three-point"}
             Form that is fitted to the valid points and subtracted: a least-squares plane, quadric
-            or mean; a plane insensitive to outliers ("robust"); or the plane through three
-            points. See `form.level`.
+            or mean; a plane insensitive to outliers ("robust"); or the plane through three points.
+            See `form.level`.
         points : three pairs of int, optional
             Indices ``(y, x)`` of the points for "three-point".
 
@@ -235,15 +234,15 @@ class Surface(Displayable):
         Parameters
         ----------
         shape : {"sphere", "cylinder", "polynomial"}
-            What is fitted to the valid points, and subtracted.
+            Form that is fitted to the valid points and subtracted.
         degree : int, optional
-            Total degree of the polynomial, and only of that.
+            Total degree of a polynomial; not allowed for other shapes.
 
         Returns
         -------
         Surface
-            The residual heights, with zero mean over the valid points. The provenance
-            keeps the radius, see `Operation`; `form.remove_form` returns it.
+            The residual heights, with zero mean over the valid points. The provenance contains the
+            radius, see `Operation`; `form.remove_form` returns it.
         """
         heights, result = remove_form(self.heights, self.pixel, shape, degree)
         specified = {"shape": shape, "degree": degree}
@@ -255,14 +254,14 @@ class Surface(Displayable):
         Parameters
         ----------
         limit : float
-            Largest deviation from the local median that is kept, in robust standard deviations.
+            Largest accepted deviation from the local median, in robust standard deviations.
         window : int
             Points along each side of the square whose median is taken; odd, 3 to 31.
 
         Returns
         -------
         Surface
-            What is kept keeps its bits. New holes have to be filled, cropped or masked, even if
+            The other heights are identical. New holes have to be filled, cropped or masked, even if
             the old ones were masked.
         """
         heights = cleaning.remove_outliers(self.heights, limit, window)
@@ -287,7 +286,7 @@ class Surface(Displayable):
         """
         if self.missing == 0:
             return self
-        # Imported late: sparse solvers double the time of the first import.
+        # Imported here, as sparse solvers double the time of the first import.
         from roughcontact.surface.cleaning import fill_missing
 
         result = {"missing": self.missing, "points": self.heights.size}
@@ -296,12 +295,12 @@ class Surface(Displayable):
         return self._after(Operation("filled", {"most": most}, result), heights, filled=filled)
 
     def masked(self) -> Surface:
-        """Return a copy whose missing points are accepted as points that never touch.
+        """Return a copy whose missing points are accepted as points without contact.
 
         Returns
         -------
         Surface
-            The same heights; `solve` then keeps the pressure at zero where they are missing.
+            The same heights; `solve` then sets the pressure to zero at missing points.
         """
         if self.missing == 0:
             return self
@@ -350,7 +349,7 @@ class Surface(Displayable):
         return self._after(step, cleaning.crop_map(self.heights, rows, columns))
 
     def rotated(self, angle: int = 90) -> Surface:
-        """Return the map turned by multiples of 90°.
+        """Return the map rotated by multiples of 90°.
 
         Parameters
         ----------
@@ -389,11 +388,10 @@ class Surface(Displayable):
         shape : (int, int), optional
             Points ``(ny, nx)`` of the new grid; this or ``pixel``.
         pixel : (float, float), optional
-            Pixel edges ``(dy, dx)`` [m] to come as close to as the outline allows.
+            Pixel edges ``(dy, dx)`` [m], approximated as closely as the outline allows.
         method : {"bandlimited", "spline"}
-            Trigonometric (the map is taken as periodic, waves too short for the new grid are
-            left out) or cubic spline (no period, but nothing is left out); see
-            `filters.resample`.
+            Trigonometric (the map is treated as periodic, waves too short for the new grid are
+            removed) or cubic spline (not periodic, no waves removed); see `filters.resample`.
 
         Returns
         -------
@@ -451,9 +449,9 @@ class Surface(Displayable):
         Returns
         -------
         Surface
-            50 % of a wave's amplitude pass at the cut-off. Missing points stay missing; near
-            edges and holes the weights are scaled to those that are there, which draws slopes
-            towards the mean: level the map and remove its form first.
+            50 % of a wave's amplitude pass at the cut-off. Missing points stay missing; near edges
+            and holes the weights of the valid points are scaled, which biases slopes towards the
+            mean: level the map and remove its form first.
 
         Raises
         ------
@@ -475,16 +473,15 @@ class Surface(Displayable):
         Returns
         -------
         Surface
-            The sum along z (not along the normal of the body). A point that is missing in either
-            is missing. The points outside a nominal body, which never touch, need no further
-            word; holes of a measurement still have to be handled, unless they lie outside of the
-            body anyway.
+            The sum along z (not along the normal of the body). A point that is missing in either is
+            missing. Points outside a nominal body, which have no contact, are accepted; holes of a
+            measurement still have to be handled, unless they are outside of the body.
 
         Raises
         ------
         InputError
-            If the grids differ, if nothing is left, or if a body that ends on the map meets a
-            measurement with unhandled holes: later, filling these would fill the outside too.
+            If the grids differ, if no point is left, or if a body that ends on the map is added to
+            a measurement with unhandled holes: filling these later would fill the outside too.
         """
         if form.shape != self.shape or not np.allclose(form.pixel, self.pixel, rtol=1e-9, atol=0):
             raise InputError(
@@ -517,29 +514,29 @@ class Surface(Displayable):
         angle: float = 0.0,
         mirrored: bool = False,
     ) -> Surface:
-        """Return the map on the grid of another one, mirrored, turned and shifted.
+        """Return the map on the grid of another one, mirrored, rotated and shifted.
 
         Parameters
         ----------
         grid : Surface
-            The map whose shape and pixel are taken; its heights do not matter. The centers of
+            Map with the shape and pixel of the new grid; its heights are not used. The centers of
             both outlines coincide before the shift.
         offset : (float, float)
             Shift ``(y, x)`` [m] along the axes of the grid, the last of the three motions.
         angle : float
-            Angle [degrees] by which this map is turned about its own center, counter-clockwise
-            as it is printed and drawn, row 0 on top: ``angle=90`` is `rotated`.
+            Angle [degrees] by which this map is rotated about its center, counter-clockwise as it
+            is printed and drawn, row 0 on top: ``angle=90`` is `rotated`.
         mirrored : bool
-            Whether x is mirrored first: a map that was measured from its own front has to be when
-            it is laid on the other.
+            Whether x is mirrored first, as needed for two faces in contact that were both measured
+            from their front.
 
         Returns
         -------
         Surface
-            Bicubic spline; the same bits where the points of both grids coincide. Onto a pixel
-            larger by more than √2 only after an S-filter of two such pixels, see
+            Bicubic spline; the same bits where the points of both grids coincide. For a pixel
+            larger by more than √2, an S-filter of two such pixels is applied first, see
             `alignment.cutoffs`. Points beyond the centers of the outer pixels and on holes are
-            missing; `placement.match_grids` crops two maps to what they share.
+            missing; `placement.match_grids` crops two maps to their common rectangle.
 
         Raises
         ------
@@ -561,22 +558,22 @@ class Surface(Displayable):
         specified = {"offset": shift, "angle": angle, "mirrored": mirrored}
         specified = {"grid": Provenance("nominal flat", origin=flat), **specified}
         step = Operation("aligned", specified, result)
-        # Who accepted the holes has not accepted what the map does not cover.
+        # Accepted holes do not include points that the map does not cover.
         accepted = self.holes_masked and not outside
         return self._after(step, heights, pixel=grid.pixel, holes_masked=accepted)
 
     def traced(self, identified: bool = False) -> Provenance:
-        """Return the provenance with an origin: an array in memory where no other is known.
+        """Return the provenance with an origin: an array in memory if no other is known.
 
         Parameters
         ----------
         identified : bool
-            Whether such an array is known by the SHA-256 of its bytes as well.
+            Whether such an array is identified by the SHA-256 of its bytes.
 
         Returns
         -------
         Provenance
-            What a script needs to make the map again.
+            Everything that a script needs to create the map again.
         """
         if self.provenance.origin is not None:
             return self.provenance
