@@ -1,1 +1,1 @@
-"""Contact of two bodies under a ceiling of the pressure."""
+"""Contact of two bodies with a pressure ceiling."""

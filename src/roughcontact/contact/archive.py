@@ -1,4 +1,4 @@
-"""Archive of results: one NetCDF file holds input, output and certificate."""
+"""Archive of results: one NetCDF file with input, output and certificate."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Tolerances between stored and recomputed values. On the same machine it has the same
-# bits; other libraries and numbers of threads round in another way.
+# Tolerances between stored and recomputed values. On the same machine both are identical; other
+# libraries and numbers of threads round differently.
 _PART, _LEAST, _DIGITS = 1e-3, 1e-12, 4.0
 _GAP_TOLERANCE = {"double": 1e-12, "single": 1e-5}
 _LOAD_TOLERANCE = 1e-12
-# Maps that the comparison takes more than a solve has.
+# Number of maps that the comparison needs in addition to those of a solve.
 _MAX_MAPS = 8
 
 
@@ -51,19 +51,19 @@ _MAX_MAPS = 8
 class Verification:
     """Stated values of a result, and values recomputed from its pressures and heights."""
 
-    load: float  # Load that the result states [N]
-    certificate: float  # ε that the result states
+    load: float  # Stated load [N]
+    certificate: float  # Stated ε
     found_load: float
     found_certificate: float
-    doubt: float  # Change of a certificate by the last digit of displacement and initial gap
+    doubt: float  # Change of the certificate by the last digit of displacement and initial gap
     gap_error: float
-    load_error: float  # As the result states it, under a given load
+    load_error: float  # Stated load error, under load control
     precision: str  # Arithmetic of the transforms
-    load_unit: str = "N"  # Of the loads
+    load_unit: str = "N"  # Unit of the loads
 
     @property
     def differences(self) -> tuple[str, ...]:
-        """Which of load, certificate and gap are not what the result states; none."""
+        """Names of load, certificate and gap where stated and recomputed values differ."""
         off = abs(self.found_certificate - self.certificate)
         missed = abs(self.found_load - self.load)
         same = {
@@ -74,7 +74,7 @@ class Verification:
         return tuple(name for name, agrees in same.items() if not agrees)
 
     def require(self, name: str) -> None:
-        """Raise `FormatError` about a file of some name unless all is as it states."""
+        """Raise `FormatError` for a file of this name if any value differs."""
         words = {
             "load": f"the load is {self.found_load:.6g} {self.load_unit} instead of "
             f"{self.load:.6g} {self.load_unit}",
@@ -91,7 +91,7 @@ class Verification:
 
 
 def verify_solution(result: ContactResult, displaced: Array | None = None) -> Verification:
-    """Compute load and certificate of a result again, with one application of the operator."""
+    """Recompute load and certificate of a result with one application of the operator."""
     initial = _initial_gap(result, displaced)
     opened, unit = _displacement_plus_gap(result, initial)
     there = np.isfinite(initial)
@@ -104,7 +104,7 @@ def verify_solution(result: ContactResult, displaced: Array | None = None) -> Ve
     eps = float(np.finfo(np.float64 if result.precision == "double" else np.float32).eps)
     digit = 0.5 * eps * (np.abs(opened) + np.abs(initial)) / unit
     doubt = np.clip(reach + digit, 0, bound) - np.clip(reach - digit, 0, bound)
-    # Bodies apart have nothing to certify.
+    # Without contact there is nothing to certify.
     size = float(np.linalg.norm(pressure)) or math.inf
     largest = max(float(np.abs(opened - initial).max()), float(np.abs(initial).max()))
     return Verification(
@@ -121,7 +121,7 @@ def verify_solution(result: ContactResult, displaced: Array | None = None) -> Ve
 
 
 def _initial_gap(result: ContactResult, displaced: Array | None) -> Array:
-    """Return the gap without pressure or approach [m], not finite where nothing ever touches."""
+    """Return the gap without pressure or approach [m], not finite without possible contact."""
     gap = result.initial_gap
     if displaced is not None:
         gap += displaced
@@ -133,7 +133,7 @@ def _initial_gap(result: ContactResult, displaced: Array | None) -> Array:
 
 
 def _displacement_plus_gap(result: ContactResult, initial: Array) -> tuple[Array, float]:
-    """Return displacement plus initial gap [m], and the displacement of a pixel by itself."""
+    """Return displacement plus initial gap [m], and the self-influence of a pixel."""
     pair = result.pair
     MemoryNeed(pair.shape, pair.boundary, result.precision, _MAX_MAPS).require()
     operator = pair.operators(result.precision, Workspace())(pair.shape, (1, 1))
@@ -148,7 +148,7 @@ def _displacement_plus_gap(result: ContactResult, initial: Array) -> tuple[Array
     return opened, operator.self_displacement
 
 
-# --- Archive of results: one NetCDF file holds input, output and certificate ---
+# --- Archive: one NetCDF file with input, output and certificate ---
 
 
 _ARCHIVE_MAPS = {
@@ -160,7 +160,7 @@ _ARCHIVE_MAPS = {
     "saturated": ("1", "1 where the pressure is at the ceiling"),
     "ceiling": ("Pa", "largest pressure allowed"),
 }
-# Attributes that are numbers, with their units.
+# Numerical attributes, with their units.
 _NUMBERS = {
     "load": "N",
     "approach": "m",
@@ -170,7 +170,7 @@ _NUMBERS = {
     "tolerance": "1",
     "seconds": "s",
 }
-# Of a ceiling that was recommended.
+# Attributes of a calibrated ceiling.
 _RECOMMENDED = {
     "load": "N",
     "load_ratio": "1",
@@ -197,7 +197,7 @@ _CALIBRATED = {
     "convolutions": "1",
 }
 _WORDS = ("boundary", "precision", "control", "status", "version")
-# Those of them that the bodies know.
+# Attributes that are properties of the bodies.
 _PAIR_ATTRIBUTES = ("contact_modulus", "boundary")
 _COUNTS = ("iterations", "convolutions")
 _PAIRS = {"tilt": "1", "moments": "N m"}
@@ -207,11 +207,11 @@ MATERIALS = ("material", "counter_material")
 
 Rows = Callable[[slice], NDArray[Any]]
 
-# Bytes that travel at a time to the process that writes.
+# Bytes that are sent at once to the process that writes.
 _ARCHIVE_PART = 1 << 25
 
 PACKED = ("pressure", "saturated")
-"""Maps that are compressed: most pixels carry nothing, and they shrink to little."""
+"""Maps that are compressed, as most of their pixels are zero."""
 
 
 def surface_to_dataset(surface: Surface) -> netcdf.Dataset:
@@ -228,7 +228,7 @@ def to_dataset(result: ContactResult) -> netcdf.Dataset:
 
 
 def _map_rows(result: ContactResult) -> dict[str, tuple[str, Rows]]:
-    """Return the kind of number of each map, and what gives the rows that are here of it."""
+    """Return the data type of each map, and the function that returns its local rows."""
     share, counter, ceiling = result.share, result.counter_surface, result.ceiling
     highest = result.pair.highest
     maps: dict[str, tuple[str, Rows]] = {
@@ -262,7 +262,7 @@ def _attributes(result: ContactResult) -> dict[str, Any]:
     if not (result.ceiling is None or isinstance(result.ceiling, np.ndarray)):
         attributes |= _with_unit("ceiling", result.ceiling, "Pa")
     if result.without_checksums:
-        # New checksums prove nothing of what happened to the old file.
+        # New checksums would not prove that the old file is undamaged.
         attributes[_UNSEALED] = "from a file without checksums"
     for name in MATERIALS:
         attributes |= _material_attributes(name, getattr(result, name))
@@ -355,7 +355,7 @@ def _provenance_texts(provenance: Provenance, prefix: str = "") -> dict[str, str
         "preparation": "\n".join(provenance.steps),
         "provenance": to_text(provenance),
     }
-    # The name of a file need not be text in any encoding; the file's attributes are UTF-8.
+    # The name of a file may be text in no encoding; attributes of a file are UTF-8.
     return {
         f"{prefix}{name}": text.encode("utf-8", "backslashreplace").decode("utf-8")
         for name, text in texts.items()
@@ -369,7 +369,7 @@ def _provenance(attributes: dict[str, Any], prefix: str = "") -> Provenance:
     )
     stored = attributes.get(f"{prefix}provenance")
     if stored is None:
-        # Earlier versions kept the sentences only.
+        # Earlier versions stored only the sentences.
         return Provenance(source, instrument, channel, filter(None, steps.split("\n")))
     return replace(from_text(str(stored)), source=source, instrument=instrument, channel=channel)
 
@@ -392,7 +392,7 @@ def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
 
 
 def load_contact(path: str | os.PathLike[str], *, verify: bool = False) -> ContactResult:
-    """Read a result that ``ContactResult.save`` wrote."""
+    """Read a result written by ``ContactResult.save``."""
     dataset = open_archive(path)
     with as_format_error(path, "ContactResult"):
         result = from_dataset(dataset)
@@ -404,7 +404,7 @@ def load_contact(path: str | os.PathLike[str], *, verify: bool = False) -> Conta
 
 
 def open_archive(path: str | os.PathLike[str]) -> xarray.Dataset:
-    """Return the content of a file that is as it was written, as far as its checksums tell."""
+    """Return the content of a file after a check of its checksums."""
     if not Path(path).is_file():
         raise FormatError(f"{path} does not exist or is no file; check its name")
     with as_format_error(path, "ContactResult"), netcdf.open_dataset(Path(path)) as dataset:
@@ -427,8 +427,8 @@ def as_format_error(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
         yield
     except (FormatError, InsufficientMemoryError):
         raise
-    # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more; what does
-    # not fit together our own checks refuse.
+    # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and others;
+    # inconsistent content fails in the checks of this package.
     except Exception as error:
         raise FormatError(
             f"{Path(path).name} cannot be read as a result ({type(error).__name__}: {error}); "
@@ -437,7 +437,7 @@ def as_format_error(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
 
 
 def from_dataset(dataset: xarray.Dataset) -> ContactResult:
-    """Return the result that `to_dataset` put into a dataset."""
+    """Return the result of a dataset that `to_dataset` wrote."""
     attributes = dataset.attrs
     maps = _maps(dataset)
     ceiling: Any = maps.get("ceiling")
@@ -449,7 +449,7 @@ def from_dataset(dataset: xarray.Dataset) -> ContactResult:
         pressure=maps["pressure"],
         gap=maps["gap"],
         without_checksums=netcdf.CHECKSUM not in attributes or _UNSEALED in attributes,
-        # Files of earlier versions have none.
+        # Files of earlier versions have no cautions.
         extra_cautions=cautions.from_text(str(attributes.get("remarks", "[]"))),
         **_read_scalars(attributes),
     )

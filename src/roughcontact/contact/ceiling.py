@@ -1,33 +1,33 @@
-"""Pressure ceiling of a contact: as requested, and as calibrated to volume plasticity.
+"""Pressure ceiling of a contact: as requested, or calibrated to volume plasticity.
 
-A ceiling has one free number, its height over the yield strength. Three is right for metals in
-full plasticity; before that the plateau of the pressure is lower, and where the metal hardens it
-rises. What it is depends on how far a contact is beyond first yield, and that can be read from
-the solution with any ceiling: see `recommended_ceiling`.
+A ceiling has one free parameter, its ratio to the yield strength. Three is correct for metals in
+full plasticity; before that the plateau of the pressure is lower, and with hardening it is higher.
+The ratio depends on how far a contact is beyond first yield, which follows from the solution with
+any ceiling: see `recommended_ceiling`.
 
-`ceiling_factor`: On a half-space with small strains nothing else enters: E*, R and σ_Y only set
-the scale of the load, and Poisson's ratio enters by the pressure at first yield. The contact
+`ceiling_factor`: On a half-space with small strains there is no other parameter: E*, R and σ_Y only
+set the scale of the load, and Poisson's ratio enters by the pressure at first yield. The contact
 area then agrees with plasticity of the volume to 3 % for ν from 0 to 0.5.
 
-`recommended_ceiling`: The spots are taken for one sphere. On a disc of radius a the slope of a
-paraboloid of radius R has the root mean square g = a/(√2 R), so that a/R = √2 g of any contact,
-g the slope of the initial gap over the contact spots, less the mean of each spot. With the mean
-pressure p̄ the load P = π a² p̄ is, over that of first yield P_c = π³ R² p_y³/(6 E*²),
+`recommended_ceiling`: The spots are represented by one sphere. On a disk of radius a the slope of a
+paraboloid of radius R has the root mean square g = a/(√2 R). This defines a/R = √2 g for any
+contact, with g the root-mean-square slope of the initial gap over the contact spots, less the mean
+of each spot. With the mean pressure p̄, the ratio of the load P = π a² p̄ to the load at first
+yield P_c = π³ R² p_y³/(6 E*²) is
 
     P/P_c = 6 (E* a/R)² p̄/(π² p_y³),
 
-p_y the Hertz peak pressure at first yield: whatever the ceiling of the solution, a lower one
-gives more area and so more slope.
+with p_y the Hertz peak pressure at first yield. The ratio hardly depends on the ceiling of the
+solution, as a lower ceiling gives more area and so more slope.
 
-Under this load each body takes its part of a/R, and both bear the same mean pressure: an
-elastic one that of Hertz, one that yields that of `indenters.mean_pressure`. Two alike
-share alike; beside a body that stays elastic the one that yields is pushed further, and bears
-more than at the same P/P_c under a rigid one. The ceiling is that which gives this mean
-pressure.
+Under this load each body takes a share of a/R at a common mean pressure: from Hertz's theory for an
+elastic body, from `indenters.mean_pressure` for a yielding one. Equal bodies have equal shares; a
+body that yields against an elastic one is indented further, and has a higher mean pressure, than at
+the same P/P_c under a rigid one. The ceiling is chosen to give this mean pressure.
 
-A material that hardens is taken at the strain 0.15 of its part of a/R. Tabor (1951) has 0.2 for
-full indentation; 0.15 does better before, where much of the plastic zone has strained less. On
-spheres and rough maps with two laws the area then agrees to 8 %.
+A hardening material has the flow stress at the strain of 0.15 times its share of a/R. Tabor (1951)
+has 0.2 for full indentation; 0.15 is more accurate before, where much of the plastic zone has
+strained less. On spheres and rough maps with two laws the area then agrees to 8 %.
 
 `confinement`: On a periodic map neighboring spots confine each other, so that the plateau rises
 with the nominal pressure p̄ over the calibrated ceiling of separate spots p_c (asperity
@@ -39,12 +39,12 @@ which tends to p̄ itself, so that every load is carried and the contact closes 
 exponent is fitted to elastoplastic solutions of rough and bi-sinusoidal maps with E*h′/σ_Y of 3
 to 100 and contacts up to 99 %.
 
-`area_change`: Of one sphere under the same load: the areas are as 1 over the mean pressures,
-and that under a ceiling is `indenters.mean_under_ceiling` of it.
+`area_change`: For a sphere under the same load, areas are inversely proportional to mean pressures;
+the mean pressure under a ceiling is `indenters.mean_under_ceiling`.
 
-`solve_calibrated`: The load ratio hardly depends on the ceiling at which it is read, so that
-two or three solves do. Where whole pixels that come and go keep the ceiling from settling, the
-last of `MAX_SOLVES` is returned, and its ``mismatch`` says by how much.
+`solve_calibrated`: The load ratio hardly depends on the ceiling of the solution, so that two or
+three solves are enough. If pixels that alternate between contact and gap prevent convergence, the
+last of `MAX_SOLVES` is returned, with the remaining difference in its ``mismatch``.
 """
 
 from __future__ import annotations
@@ -80,15 +80,15 @@ from roughcontact.material.material import CEILING_FACTOR, Material, softer_mate
 from roughcontact.theory import indenters
 from roughcontact.units import format_engineering
 
-# Strain whose flow stress counts, over the slope a/R: between 0.1 for Swift's law, which is steep
-# at small strains, and 0.2 for a linear one, which is Tabor's for full indentation.
+# Representative strain over the slope a/R: between 0.1 for Swift's law, which is steep at small
+# strains, and 0.2 for a linear law, Tabor's value for full indentation.
 _REPRESENTATIVE_STRAIN = 0.15
 
 CEILING_TOLERANCE = 2e-3
-"""How near a ceiling has to be to the one that its own solution gives, as a part of it."""
+"""Relative tolerance between a ceiling and the ceiling calibrated from its solution."""
 
 MAX_SOLVES = 6
-"""After how many solves the search for such a ceiling ends."""
+"""Maximum number of solves for a calibrated ceiling."""
 
 # Exponent of the confinement of neighboring spots (benchmarks/ceiling_rule.py).
 _CONFINEMENT = 3.5
@@ -97,14 +97,14 @@ _CONFINEMENT = 3.5
 # more than `CEILING_TOLERANCE`.
 _MIN_CONFINED = 0.24
 
-# Error of a height difference over the largest height, at most.
+# Upper bound of the error of a height difference, relative to the largest height.
 _ROUNDING = 16 * float(np.finfo(np.float64).eps)
 
 
 def resolve_ceiling(
     ceiling: str | float | ArrayLike | None, pair: Pair
 ) -> float | NDArray[np.float64] | None:
-    """Return the ceiling as `solve` uses it."""
+    """Return the ceiling as a number [Pa], an array, or None."""
     if isinstance(ceiling, str):
         if pair.is_coated:
             return _coated_ceiling(ceiling, pair)
@@ -167,7 +167,7 @@ def confinement(pressure_ratio: float) -> float:
 def ceiling_factor(load_ratio: float, first_yield: float = 1.615) -> float:
     """Return the ceiling of a perfectly plastic sphere over its yield strength."""
     require_positive(load_ratio=load_ratio, first_yield=first_yield)
-    # P = π a² p̄, which in the index x is P/P_c = 6 x² (p̄/σ_Y)/(π² C³).
+    # P = π a² p̄ in terms of the index x is P/P_c = 6 x² (p̄/σ_Y)/(π² C³).
     wanted = load_ratio * math.pi**2 * first_yield**3 / 6
     ratio = _slope_of_load_ratio(wanted, lambda x: indenters.mean_pressure(x, first_yield))
     mean = indenters.mean_pressure(ratio, first_yield)
@@ -175,8 +175,8 @@ def ceiling_factor(load_ratio: float, first_yield: float = 1.615) -> float:
 
 
 def _slope_of_load_ratio(load: float, mean: Callable[[float], float]) -> float:
-    """Return the slope at which slope² times the mean pressure is so much."""
-    # The mean pressure grows with the slope, but not faster than it.
+    """Return the slope at which slope² times the mean pressure equals a load."""
+    # The mean pressure increases with the slope, at most proportionally.
     start = load ** (1 / 3)
     low, high = start, start
     while low**2 * mean(low) > load:
@@ -187,7 +187,7 @@ def _slope_of_load_ratio(load: float, mean: Callable[[float], float]) -> float:
 
 
 def recommended_ceiling(result: ContactResult) -> CalibratedCeiling | None:
-    """Return the ceiling that a contact should be solved with, judged from one solution."""
+    """Return the ceiling calibrated from one solution of a contact."""
     body = result.pair.softer
     if body is None or body.yield_strength is None:
         return None
@@ -238,7 +238,7 @@ def _coated_ceiling(ceiling: str, pair: Pair) -> float:
 
 
 def area_change(advice: CalibratedCeiling, ceiling: float | None, modulus: float) -> float:
-    """Return how much larger the contact area is with plasticity in the volume."""
+    """Return the relative change of the contact area by plasticity in the volume."""
 
     def mean(slope: float, limit: float | None) -> float:
         if limit is None:
@@ -254,10 +254,10 @@ def area_change(advice: CalibratedCeiling, ceiling: float | None, modulus: float
 def _recommend(
     pair: Pair, softer: Material, slope: float, mean: float, nominal: float = 0.0
 ) -> CalibratedCeiling:
-    """Return the ceiling of spheres with this a/R, mean pressure and nominal pressure [Pa]."""
+    """Return the calibrated ceiling of spheres with this a/R, mean pressure and nominal pressure [Pa]."""
     bodies = [item for item in (pair.material, pair.counter_material) if item.compliance > 0]
     load = slope**2 * mean
-    # With the calibrated ceiling it carries the same load at another slope.
+    # With the calibrated ceiling the same load is carried at another slope.
     slope = _slope_of_load_ratio(load, lambda s: _share_pressure(bodies, s)[0])
     borne, *taken = _share_pressure(bodies, slope)
     parts = dict(zip(map(id, bodies), taken, strict=True))
@@ -281,7 +281,7 @@ def _recommend(
 
 
 def _share_pressure(bodies: Sequence[Material], slope: float) -> tuple[float, ...]:
-    """Return the mean pressure [Pa] of all bodies, and the share of the slope of each."""
+    """Return the common mean pressure [Pa] of the bodies, and the slope share of each."""
     if len(bodies) == 1:
         return _sphere_mean_pressure(bodies[0], slope), slope
     item, other = bodies
@@ -322,7 +322,7 @@ def _first_yield(body: Material) -> float:
 def solve_calibrated(
     first: ContactResult, again: Callable[[float, ContactResult], ContactResult]
 ) -> ContactResult:
-    """Return the contact under the ceiling that it recommends itself."""
+    """Return the contact under a ceiling that agrees with the one calibrated from it."""
     if not first.converged or first.regime is Regime.BELOW_FIRST_YIELD:
         return first
     result, advice = first, _advice(first)
@@ -354,7 +354,7 @@ def solve_calibrated(
 
 
 def _uniform_ceiling(result: ContactResult) -> float:
-    """Return the ceiling of a result that has one for all pixels."""
+    """Return the ceiling of a result with the same ceiling at all pixels."""
     assert isinstance(result.ceiling, float)
     return result.ceiling
 
@@ -381,12 +381,12 @@ def _too_low(chosen: CalibratedCeiling, error: CapacityError) -> CapacityError:
 
 
 def _contact_slope(result: ContactResult) -> float:
-    """Return the root-mean-square slope within the contact spots, each less its mean."""
+    """Return the root-mean-square slope within the contact spots, less the mean of each."""
     label = result.spots().label
     places = np.nonzero(label)
     bodies = [body for body in (result.surface, result.counter_surface) if body is not None]
     pixel = result.surface.pixel
-    # Height differences of a tilted flat caused by rounding.
+    # Height differences of a tilted flat that are due to rounding.
     rounding = _ROUNDING * sum(float(np.nanmax(np.abs(b.heights))) for b in bodies) / min(pixel)
     gap, spot = result.initial_gap, label[places]
     if not spot.size:
@@ -399,7 +399,7 @@ def _contact_slope(result: ContactResult) -> float:
         after[axis] = np.minimum(places[axis] + 1, gap.shape[axis] - 1)
         separately = np.maximum(after[axis] - before[axis], 1) * edge
         slope = (gap[tuple(after)] - gap[tuple(before)]) / separately
-        # Missing points never touch; at their rim the slope is that of the spot.
+        # Missing points have no contact; at their rim only the slope of the spot is used.
         known = ~np.isnan(slope)
         total = np.bincount(spot[known], slope[known], count.size)
         mean = total / np.maximum(np.bincount(spot[known], minlength=count.size), 1)

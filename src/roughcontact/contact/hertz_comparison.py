@@ -1,6 +1,7 @@
 """Comparison of a rough contact with the Hertz contact of its nominal bodies.
 
-What `ContactResult.hertz` tells holds for smooth, elastic bodies whose contact is small and alone.
+`ContactResult.hertz` applies to smooth, elastic bodies with a single contact that is small compared
+with their radii.
 """
 
 from __future__ import annotations
@@ -29,18 +30,18 @@ from roughcontact.units import format_engineering
 Array = NDArray[np.float64]
 
 SMALL_FRACTION = 0.1
-"""Contact over radius of curvature up to which a body is as good as its paraboloid."""
+"""Ratio of contact size to radius of curvature up to which a paraboloid represents a body."""
 
 FAR_RATIO = 4.0
-"""Distance of copies over the size of a contact from which they hardly press on each other."""
+"""Ratio of period to contact size from which periodic images hardly interact."""
 
-# Second moment of Hertz's pressure along a semi-axis, over its square.
+# Second moment of Hertz's pressure along a semi-axis, relative to its square.
 _MOMENTS = {CIRCLE: 1 / 5, ELLIPSE: 1 / 5, LINE: 1 / 4}
 _AXES = ("y", "x")
 
 
 def equivalent_hertz_size(result: ContactResult) -> tuple[float, ...]:
-    """Return the size of the smooth contact whose pressure is spread as far as that of a result."""
+    """Return the size of the smooth contact with the same spread of pressure as a result."""
     smooth = _smooth_limits(result)
     along, across = contact_axes(smooth)
     weight = result.pressure / result.pressure.sum()
@@ -62,14 +63,14 @@ def equivalent_hertz_size(result: ContactResult) -> tuple[float, ...]:
 
 
 def contact_axes(smooth: SmoothContact) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the unit vectors (y, x) along a smooth contact and across it; y points down."""
+    """Return the unit vectors (y, x) along and across a smooth contact; y points down."""
     angle = math.radians(smooth.shape.angle)
     c, s = math.cos(angle), math.sin(angle)
     return (-s, c), (c, s)
 
 
 def distances_from(result: ContactResult, middle: tuple[float, float]) -> tuple[Array, Array]:
-    """Return where rows, as a column, and columns lie from a point of the map [m]."""
+    """Return distances of rows, as a column, and of columns from a point of the map [m]."""
     y, x = (
         (np.arange(points) - (points - 1) / 2) * edge - index
         for points, edge, index in zip(
@@ -80,7 +81,7 @@ def distances_from(result: ContactResult, middle: tuple[float, float]) -> tuple[
 
 
 def comparison_limits(result: ContactResult) -> tuple[Caution, ...]:
-    """Return the differences, besides roughness, between a contact and that of Hertz."""
+    """Return the differences, except roughness, between a contact and the Hertz contact."""
     smooth = _smooth_limits(result)
     return sort_cautions(
         [
@@ -111,14 +112,14 @@ def is_unresolved(result: ContactResult) -> bool:
 
 
 def behind_load(result: ContactResult) -> bool:
-    """Return whether the load stands for one of Hertz's theory, on nominal bodies that touch."""
+    """Return whether the load was given by Hertz's theory, on nominal bodies in contact."""
     form = None if result.specified_load is None else result.specified_load.form
     stands = isinstance(form, (HertzPressure, LineLoad))
     return stands and result.hertz is not None and result.contact_area > 0
 
 
 def hertz_load_note(result: ContactResult) -> Caution | None:
-    """Return why the load that a peak pressure of Hertz stands for is not that of this map."""
+    """Return why the load of a Hertz peak pressure does not apply to this map, or None."""
     answer = [item for item in comparison_limits(result) if item.severity != "note"]
     return answer[0] if answer else None
 
@@ -130,7 +131,7 @@ def _smooth_limits(result: ContactResult) -> SmoothContact:
 
 
 def _within_map(result: ContactResult, smooth: SmoothContact) -> Iterator[Caution]:
-    """Yield where the ellipse leaves the map, or meets its own copy."""
+    """Yield cautions on an ellipse that leaves the map or is close to its periodic image."""
     for axis, reach in enumerate(smooth.reach):
         if not reach or axis == smooth.shape.axis:
             continue
@@ -157,7 +158,7 @@ def _within_map(result: ContactResult, smooth: SmoothContact) -> Iterator[Cautio
 
 
 def _line_end_note(result: ContactResult) -> Iterator[Caution]:
-    """Yield that a line contact ends where the map does."""
+    """Yield a caution on a line contact that ends at the map edge."""
     axis = _smooth_limits(result).shape.axis
     if axis is not None and axis in result.boundary.free_axes:
         yield as_caution(
@@ -169,8 +170,8 @@ def _line_end_note(result: ContactResult) -> Iterator[Caution]:
 
 
 def _size_note(smooth: SmoothContact) -> Iterator[Caution]:
-    """Yield the reasons why the contact is not small compared with the bodies."""
-    # Each side bends with the radius in its own direction.
+    """Yield cautions on a contact that is not small compared with the bodies."""
+    # Each side deforms with the radius in its own direction.
     ratio = max(a / r for a, r in zip(smooth.semi_axes, smooth.shape.radii, strict=True))
     if ratio > SMALL_FRACTION:
         yield as_caution(
@@ -182,7 +183,7 @@ def _size_note(smooth: SmoothContact) -> Iterator[Caution]:
 
 
 def _yield_note(result: ContactResult, smooth: SmoothContact) -> Iterator[Caution]:
-    """Yield that the smooth bodies yield as well."""
+    """Yield a caution if the smooth bodies yield as well."""
     body = result.pair.first_to_yield
     first = None if body is None else _first_yield(result, smooth)
     if first is not None and smooth.max_pressure >= first:
@@ -197,7 +198,7 @@ def _yield_note(result: ContactResult, smooth: SmoothContact) -> Iterator[Cautio
 
 
 def _first_yield(result: ContactResult, smooth: SmoothContact) -> float | None:
-    """Return the peak pressure at first yield of the nominal bodies; ellipses are between."""
+    """Return the peak pressure at first yield of the nominal bodies."""
     body = result.pair.first_to_yield
     assert body is not None
     if smooth.shape.kind == LINE:

@@ -1,4 +1,4 @@
-"""Normal load in engineering form: force, nominal pressure, line load or Hertz pressure."""
+"""Normal load in engineering form: force, pressure, line load or Hertz pressure."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ LOAD_EXAMPLES = (
     "a load such as '1 N', a nominal pressure such as '20 MPa', a line load such as '600 N/mm', "
     "or Hertz's peak pressure such as 'hertz 1.5 GPa'"
 )
-"""Type of a text value."""
+"""Examples of loads in texts of errors and help."""
 
 _HERTZ = re.compile(r"\s*hertz\s+(.*)", re.IGNORECASE | re.DOTALL)
 
 
 @dataclass(frozen=True)
 class _Load:
-    """A load that is no force: its value [SI]."""
+    """Load that is not a force: its value [SI]."""
 
     value: float
     dimension: ClassVar[str]
@@ -43,7 +43,7 @@ class _Load:
 
 @dataclass(frozen=True, init=False)
 class NominalPressure(_Load):
-    """A load given as a pressure on the area of the whole map.
+    """Load given as a pressure on the area of the whole map.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class NominalPressure(_Load):
 
 @dataclass(frozen=True, init=False)
 class LineLoad(_Load):
-    """A load given per length of a nominal cylinder, for the length of the map along its axis.
+    """Load per length of a nominal cylinder, for the length of the map along its axis.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class LineLoad(_Load):
 
 @dataclass(frozen=True, init=False)
 class HertzPressure(_Load):
-    """A load given as the peak pressure that the nominal bodies have under it where smooth.
+    """Load given as the peak pressure of the smooth nominal bodies (Hertz).
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class HertzPressure(_Load):
 
 
 Load = NominalPressure | LineLoad | HertzPressure
-"""A load that is no force before the bodies are known."""
+"""Types of loads that depend on the bodies."""
 
 UNITS = {NominalPressure: "Pa", LineLoad: "N/m", HertzPressure: "Pa"}
 NAMES = {
@@ -124,13 +124,13 @@ NAMES = {
 
 @dataclass(frozen=True)
 class GivenLoad:
-    """A load in the form in which it was given, and the force that it came to."""
+    """A load in its given form, and the resulting force."""
 
-    form: Load  # As it was given
+    form: Load  # Given form
     force: float  # W [N]
 
     def summary(self) -> dict[str, Any]:
-        """Return the load ready for JSON: form, value with its unit, force [N]."""
+        """Return the load for JSON: form, value with its unit, force [N]."""
         kind = type(self.form)
         return {
             "form": NAMES[kind],
@@ -141,7 +141,7 @@ class GivenLoad:
 
 
 def from_summary(text: dict[str, Any]) -> GivenLoad:
-    """Return the load of a `GivenLoad.summary`."""
+    """Return the load of a record of `GivenLoad.summary`."""
     (kind,) = (
         kind for kind in (NominalPressure, LineLoad, HertzPressure) if NAMES[kind] == text["form"]
     )
@@ -170,7 +170,7 @@ def parse_load(value: Any, argument: str = "load") -> Any:
 
 
 def parse_required_load(text: str, argument: str, needs: str = LOAD_EXAMPLES) -> Any:
-    """Return a load above zero from its text."""
+    """Return a positive load from its text."""
     return _from_text(text, argument, needs, positive=True)
 
 
@@ -194,7 +194,7 @@ _FORMS: dict[str, Any] = {"pressure": NominalPressure, "line load": LineLoad}
 
 
 def force_on_pair(load: Any, pair: Pair, argument: str = "load") -> Any:
-    """Return the force that a load is on two bodies."""
+    """Return the force of a load on two bodies."""
     match load:
         case NominalPressure():
             return load.value * pair.size[0] * pair.size[1]
@@ -236,13 +236,13 @@ def _form_error(
 
 
 def resolve_force(load: Any, pair: Pair, argument: str = "load") -> tuple[Any, GivenLoad | None]:
-    """Return the force that a load is on two bodies, and how it was given if that was no force."""
+    """Return the force of a load on two bodies, and its given form if that is not a force."""
     requested = parse_load(load, argument)
     if pair.is_profile:
         if isinstance(requested, LineLoad):
             return requested.value, None
         if not isinstance(requested, Load):
-            # A force with its unit is refused.
+            # For a profile, a text with the unit of a force raises an error.
             return to_si(load, pair.load_dimension, argument), None
     result = force_on_pair(requested, pair, argument)
     return result, GivenLoad(requested, result) if isinstance(requested, Load) else None
@@ -253,15 +253,15 @@ def resolve_force(load: Any, pair: Pair, argument: str = "load") -> tuple[Any, G
 
 @dataclass(frozen=True, eq=False)
 class LoadCase:
-    """How two bodies are pressed together, and how exactly that is solved."""
+    """Load or approach, moments, ceiling and numerical parameters of a solve."""
 
-    load: float | None = None  # As for `roughcontact.solve`
-    approach: float | None = None  # As for `roughcontact.solve`
-    moments: tuple[float, float] | None = None  # As for `roughcontact.solve`
-    ceiling: str | float | ArrayLike | None = "auto"  # As for `roughcontact.solve`
-    tolerance: float | None = None  # As for `roughcontact.solve`
-    max_iterations: int = 2000  # As for `roughcontact.solve`
-    precision: str = "double"  # As for `roughcontact.solve`
+    load: float | None = None  # As in `roughcontact.solve`
+    approach: float | None = None  # As in `roughcontact.solve`
+    moments: tuple[float, float] | None = None  # As in `roughcontact.solve`
+    ceiling: str | float | ArrayLike | None = "auto"  # As in `roughcontact.solve`
+    tolerance: float | None = None  # As in `roughcontact.solve`
+    max_iterations: int = 2000  # As in `roughcontact.solve`
+    precision: str = "double"  # As in `roughcontact.solve`
     specified: GivenLoad | None = None
 
     def __init__(
@@ -288,30 +288,30 @@ class LoadCase:
 
     @property
     def control(self) -> str:
-        """Which of load and approach is given."""
+        """Given quantity: ``"load"`` or ``"approach"``."""
         return "load" if self.approach is None else "approach"
 
     @property
     def target(self) -> float:
-        """The load [N] or approach [m] given."""
+        """Given load [N] or approach [m]."""
         target = self.load if self.approach is None else self.approach
         assert target is not None
         return target
 
     @property
     def certificate(self) -> float:
-        """Tolerance given, or that of the precision."""
+        """Given tolerance, or the default of the precision."""
         if self.tolerance is not None:
             return self.tolerance
         return 1e-6 if self.precision == "double" else 1e-4
 
 
-# --- Units in which a contact is solved: powers of two, which change no digit ---
+# --- Units of a solve: powers of two, which change no digit ---
 
 
-# The largest gap in these units, at most: single precision holds it with room for sums.
+# Maximum gap in these units: single precision represents it with a margin for sums.
 _MAX_GAP_RATIO = 2.0**64
-# Beyond it, and below its inverse, sums of squares overflow or vanish even in double precision.
+# Beyond this value and its inverse, sums of squares overflow or vanish even in double precision.
 _MAX_RANGE = 1e120
 
 
@@ -324,7 +324,7 @@ class ProblemUnits:
 
 
 def units_of_problem(pair: Pair, terms: LoadCase, gap: NDArray[np.float64]) -> ProblemUnits:
-    """Return units in which pressures and displacements are near one, and no gap is out."""
+    """Return units that make pressures and displacements of order one, with gaps in range."""
     here = np.max(gap, where=np.isfinite(gap), initial=0.0, keepdims=True)
     deepest = pair.sums.largest(here)
     softness = math.sqrt(pair.pixel_area) / pair.contact_modulus
@@ -358,7 +358,7 @@ def _power_of_two(value: float) -> float:
 
 @validate_arguments
 def spaced(first: float, last: float, number: int, spacing: str = "log") -> list[float]:
-    """Return loads or approaches between two ends."""
+    """Return loads or approaches spaced between two ends."""
     if spacing not in ("log", "linear"):
         raise input_error("spacing", spacing, "must be 'log' or 'linear'")
     if not (0 < first < last < math.inf):

@@ -1,4 +1,4 @@
-"""Memory of a contact: a fixed part, and a part per pixel in contact."""
+"""Memory of a contact: a fixed part, a part per pixel, and a part per pixel in contact."""
 
 from __future__ import annotations
 
@@ -21,29 +21,29 @@ from roughcontact.solvers import bounded
 from roughcontact.solvers.operator import Operator
 from roughcontact.solvers.problem import BoundedProblem, coarsen_problem
 
-# Numbers of 8 bytes for each pixel that touches. The conjugate gradients have thirteen: index,
-# pressure and gap of the iterate; unknown, residual and direction; index on the patch and in its
-# padded rows, block and weight of the preconditioner, what it is given, what it makes of it, and
-# the part of the spots. Projected gradients have up to twenty-one: four iterates, the step, and
-# the eight of a look at the whole map.
+# Numbers of 8 bytes per pixel in contact. The conjugate gradients need thirteen: index, pressure
+# and gap of the iterate; unknown, residual and direction; index on the patch and in its padded
+# rows, block and weight of the preconditioner, its input, its output, and the part of the spots.
+# Projected gradients need up to twenty-one: four iterates, the step, and eight for a check of the
+# whole map.
 _BYTES_PER_CONTACT_PIXEL = 23
-# Bytes of the preconditioner for each pixel of the map: weight, symbol with its rows of zeros, and
-# eleven numbers for each block of 8 × 8.
+# Bytes of the preconditioner per pixel of the map: weight, symbol with its rows of zeros, and
+# eleven numbers per block of 8 × 8.
 _PRECONDITIONER = 5
 # The C library leaves gaps between arrays below this size: one of the map, three of the contact.
 _ALLOCATOR_BYTES = 2**25
-# Maps more where the bodies tilt: what can be balanced is asked before, and each tilt has a gap of
-# its own beside that of the last; and where every pixel has its ceiling.
+# Additional maps of bodies that tilt (the moments are checked first, and each tilt has its gap in
+# addition to the last one), and of a map of ceilings.
 _TILTED, _CEILINGS = 5, 2
-# Libraries' own buffers and the collective modes of the spots; blocks of each thread.
+# Buffers of libraries and the collective modes of the spots; blocks of each thread.
 _FIXED_BYTES = 2**24
 _BYTES_PER_THREAD = 2**21
-# Points of the grid on which a contact is estimated beforehand.
+# Maximum number of pixels of the coarse grid that estimates a contact.
 _PREVIEW_PIXELS = 512**2
 
 
 def fixed_bytes() -> int:
-    """Return the bytes that a solve takes however small the map is."""
+    """Return the bytes that a solve needs for a map of any size."""
     return _FIXED_BYTES + _BYTES_PER_THREAD * default_workers()
 
 
@@ -64,8 +64,8 @@ def memory_estimate(
     gaps = min(8 * pixels, _ALLOCATOR_BYTES) + 3 * min(touching, _ALLOCATOR_BYTES)
     boundary = Boundary(boundary)
     kernel = boundary.kernel_memory(shape)
-    # Looks from afar are in single precision; the kernels of coarser grids, a quarter of one
-    # another, are kept for the next solve.
+    # The solver also checks in single precision; the kernels of coarser grids, each a quarter of
+    # the next, are kept for the next solve.
     kernels = kernel // 2 if precision == "double" else 0
     if boundary.free_axes:
         kernels += min(kernel // 3, MAX_CACHE_BYTES)
@@ -77,16 +77,16 @@ def memory_estimate(
 class MemoryNeed:
     """Memory need of a solve."""
 
-    shape: tuple[int, int]  # As for `memory_estimate`
-    boundary: Boundary  # As for `memory_estimate`
-    precision: str = "double"  # As for `memory_estimate`
-    maps: int = 0  # As for `memory_estimate`
-    ranks: int = 1  # Processes that hold the map together
-    here: int = 1  # Those of them on this machine
+    shape: tuple[int, int]  # As in `memory_estimate`
+    boundary: Boundary  # As in `memory_estimate`
+    precision: str = "double"  # As in `memory_estimate`
+    maps: int = 0  # As in `memory_estimate`
+    ranks: int = 1  # Number of processes that share the map
+    here: int = 1  # Number of these processes on this machine
 
     @classmethod
     def from_pair(cls, pair: Pair, terms: LoadCase, held: int = 0) -> MemoryNeed:
-        """Return the memory need of a solve of these bodies, with further maps in memory."""
+        """Return the memory need of a solve of a pair, with further maps in memory."""
         maps = held + (_TILTED if terms.moments is not None else 0)
         if isinstance(terms.ceiling, np.ndarray):
             maps += _CEILINGS
@@ -95,7 +95,7 @@ class MemoryNeed:
         return cls(pair.shape, pair.boundary, terms.precision, maps, *ranks)
 
     def estimate(self, contact_fraction: float) -> int:
-        """Return the bytes on this machine with this part of the map in contact."""
+        """Return the bytes on this machine for a given fraction of the map in contact."""
         needed = memory_estimate(
             self.shape,
             boundary=self.boundary,
@@ -106,7 +106,7 @@ class MemoryNeed:
         return needed * self.here // self.ranks
 
     def require(self, contact_fraction: float = 0.0, there: int | None = None) -> None:
-        """Raise an error with a suggestion if the solve would not fit."""
+        """Raise an error with a suggestion if the solve does not fit."""
         needed = self.estimate(contact_fraction)
         if there is None:
             there = memory.free_bytes()
@@ -133,7 +133,7 @@ class MemoryNeed:
         )
 
     def _largest_side(self, contact_fraction: float, there: int) -> int:
-        """Return the points along the largest square grid that fits."""
+        """Return the points along the side of the largest square grid that fits."""
         minimum, maximum = 0, 1 + math.isqrt(math.prod(self.shape))
         while maximum - minimum > 1:
             side = (minimum + maximum) // 2
@@ -145,7 +145,7 @@ class MemoryNeed:
 def start_fraction(
     problem: BoundedProblem, start: ContactResult | ArrayLike | None, series: bool
 ) -> float:
-    """Return the part of a map that a solve starts from."""
+    """Return the fraction of a map that is in contact in the initial guess."""
     limited = problem.total is not None and not np.isinf(problem.limit).all()
     if start is None:
         return 1.0 if series and limited else 0.0
@@ -158,7 +158,7 @@ def start_fraction(
 
 
 def coarse_contact_guess(pair: Pair, problem: BoundedProblem, units: ProblemUnits) -> float:
-    """Return about the part of a map that will touch, from a coarse grid."""
+    """Return the approximate contact fraction, from a coarse grid."""
     coarseness = 1
     while math.prod(problem.shape) > _PREVIEW_PIXELS and min(problem.shape) > 1:
         problem, coarseness = coarsen_problem(problem), 2 * coarseness

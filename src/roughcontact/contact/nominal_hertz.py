@@ -1,4 +1,4 @@
-"""The nominal bodies of a contact without their roughness: Hertz's contact in closed form."""
+"""Hertz's contact of the nominal bodies of a rough contact, in closed form."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from roughcontact.theory import hertz
 
 Array = NDArray[np.float64]
 
-# Methods that leave the body under the roughness as it is.
+# Methods that do not change the nominal body.
 _CURVATURE_KEEPING_STEPS = frozenset(
     (
         "note",
@@ -33,7 +33,7 @@ _CURVATURE_KEEPING_STEPS = frozenset(
 
 
 def curvature_of_map(provenance: Provenance) -> Array | None:
-    """Return the curvature of the nominal body that a map was given."""
+    """Return the curvature of the nominal body added to a map; None if unknown."""
     result = _origin_curvature(provenance.origin)
     for step in provenance.operations:
         if result is None:
@@ -67,7 +67,7 @@ _SHAPE_KEEPING_STEPS = _CURVATURE_KEEPING_STEPS - {"indented"} | {"rotated"}
 
 
 def _origin_curvature(origin: Operation | None) -> Array | None:
-    """Return the curvature of what made a map."""
+    """Return the curvature of the origin of a map."""
     body = None if origin is None else BODIES.get(origin.method.removeprefix("nominal."))
     if origin is None or body is None:
         return np.zeros((2, 2))
@@ -80,13 +80,13 @@ def _origin_curvature(origin: Operation | None) -> Array | None:
 
 
 def _apply_step(curvature: Array, step: Operation) -> Array | None:
-    """Return a curvature after a preparation step."""
+    """Return the curvature after a preparation step."""
     specified = step.arguments
     if step.method in _CURVATURE_KEEPING_STEPS or not curvature.any():
         return curvature
     match step.method:
         case "leveled":
-            # A plane has no curvature; a quadric takes all of it.
+            # A plane has no curvature; a quadric removes all of it.
             return np.zeros((2, 2)) if specified["form"] == "quadric" else curvature
         case "rotated":
             return _rotate_curvature(curvature, specified["angle"])
@@ -95,56 +95,56 @@ def _apply_step(curvature: Array, step: Operation) -> Array | None:
                 curvature = curvature * [[1, -1], [-1, 1]]
             return _rotate_curvature(curvature, specified["angle"])
         case "filtered":
-            # An S-filter of waves far shorter than the body leaves it as it is.
+            # An S-filter of waves far shorter than the body does not change it.
             return curvature if specified["l"] is None else None
     return None
 
 
 def _rotate_curvature(curvature: Array, angle: float) -> Array:
-    """Return a curvature turned by an angle [degrees], counter-clockwise; y points down."""
+    """Return a curvature rotated by an angle [degrees], counter-clockwise; y points down."""
     c, s = cosine_sine(angle)
     turn = np.array([[c, -s], [s, c]])
     return turn @ curvature @ turn.T
 
 
 def principal_radii(curvature: Array) -> tuple[tuple[float, float], float]:
-    """Return the principal radii of a curvature, and the direction of the first."""
+    """Return the principal radii of a curvature, and the direction of the first [degrees]."""
     values, vectors = np.linalg.eigh(curvature)
     small, large = (float(value) for value in values)
     if small <= _STRAIGHT_TOLERANCE * large:
         small = 0.0
     y, x = (float(part) for part in vectors[:, 0])
     angle = math.degrees(math.atan2(-y, x)) % 180
-    # Directions a rounding error off an axis are the axis.
+    # Directions within rounding of an axis are set to the axis.
     angle = round(angle, 9) % 180
     return (math.inf if small == 0 else 1 / small, 1 / large), angle
 
 
-# Part of the larger curvature that rounding leaves of none.
+# Fraction of the larger curvature up to which the smaller one is rounding.
 _STRAIGHT_TOLERANCE = 1e-12
 
 
-# --- The nominal bodies of a contact without their roughness: Hertz's contact in closed form ---
+# --- Hertz's contact of the nominal bodies ---
 
 
 CIRCLE, ELLIPSE, LINE = "circle", "ellipse", "line"
-"""Shapes of a contact of smooth bodies."""
+"""Shapes of the contact of smooth bodies."""
 
-# Radii that differ by less than this part are equal.
+# Relative difference of radii up to which they are equal.
 _ROUND_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
 class ContactShape:
-    """Where two smooth bodies touch, and how they curve there against each other."""
+    """Shape of the contact of two smooth bodies, with their relative curvature."""
 
     kind: str  # Shape of the contact
     radii: tuple[float, ...]  # Radii of relative curvature [m], the larger first
-    angle: float  # Direction of the longer side, or of the line, counter-clockwise from x [degrees]
+    angle: float  # Direction of the longer semi-axis or line [degrees], counter-clockwise from x
 
     @property
     def axis(self) -> int | None:
-        """Axis of the map that a line lies along: 0 y, 1 x; None if it lies along neither."""
+        """Axis of the map parallel to a line contact: 0 for y, 1 for x, or None."""
         return {0.0: 1, 90.0: 0}.get(self.angle) if self.kind == LINE else None
 
 
@@ -152,10 +152,10 @@ class ContactShape:
 class SmoothContact:
     """Hertz's contact of the nominal bodies under the load of a rough contact."""
 
-    shape: ContactShape  # Of the contact
+    shape: ContactShape  # Shape of the contact
     load: float  # W [N]
-    semi_axes: tuple[float, ...]  # [m]
-    length: float | None  # Of a line: that of the map along it [m]
+    semi_axes: tuple[float, ...]  # Semi-axes [m]
+    length: float | None  # Length of a line contact: of the map along it [m]
     max_pressure: float  # Peak pressure [Pa]
     approach: float | None  # From first touch [m]
 
@@ -173,7 +173,7 @@ class SmoothContact:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """How far the contact reaches from its middle along y and along x [m]."""
+        """Half-lengths of the contact along y and along x [m]."""
         c, s = (f(math.radians(self.shape.angle)) for f in (math.cos, math.sin))
         if self.length is not None:
             half = self.semi_axes[0]
@@ -183,7 +183,7 @@ class SmoothContact:
 
 
 def shape_of(pair: Pair) -> ContactShape | None:
-    """Return how the nominal bodies of a pair curve against each other."""
+    """Return the shape of the contact of the nominal bodies of a pair; None without one."""
     result = [curvature_of_map(origin) for origin in pair.origins]
     known = [item for item in result if item is not None]
     total = sum(known[1:], known[0]) if len(known) == len(result) else None
@@ -200,7 +200,7 @@ def shape_of(pair: Pair) -> ContactShape | None:
 
 
 def solve_smooth(pair: Pair, load: float) -> SmoothContact | None:
-    """Return Hertz's contact of the nominal bodies of a pair."""
+    """Return Hertz's contact of the nominal bodies of a pair; None without one."""
     shape, modulus = shape_of(pair), pair.contact_modulus
     if shape is None or not load > 0 or pair.is_coated:
         return None
@@ -224,14 +224,14 @@ def _line_contact(pair: Pair, shape: ContactShape, load: float) -> SmoothContact
     length, datum = pair.size[axis], longer_side(pair.shape, pair.pixel)
     result = hertz.line_contact(load / length, radius, modulus)
     approach = None
-    # The datum of the strip, see `Boundary`.
+    # Reference of the displacement of the strip, see `Boundary`.
     if pair.boundary.periodic_axes == (axis,) and datum > result.half_width:
         approach = hertz.line_approach(load / length, radius, modulus, datum)
     return SmoothContact(shape, load, (result.half_width,), length, result.max_pressure, approach)
 
 
 def load_of_peak_pressure(pair: Pair, shape: ContactShape, max_pressure: float) -> float | None:
-    """Return the load at which smooth bodies have a peak pressure."""
+    """Return the load at which the smooth bodies have a given peak pressure."""
     pair.require_uncoated("Hertz's peak pressure")
     modulus, radius = pair.contact_modulus, shape.radii[0]
     if shape.kind == CIRCLE:

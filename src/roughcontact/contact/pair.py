@@ -36,12 +36,12 @@ CounterSurface = Surface | NominalBody
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """Two bodies that are pressed together."""
+    """Two bodies in contact: maps, materials and boundary."""
 
-    share: MapOrSlab  # Heights of the rough body: all of them, or the rows that this process holds
-    material: Material  # Of the rough body
+    share: MapOrSlab  # Heights of the rough body: the whole map, or the rows on this rank
+    material: Material  # Material of the rough body
     counter_surface: Surface | None = None  # Heights of the counter-body on the same grid
-    counter_material: Material = RIGID  # Of the counter-body
+    counter_material: Material = RIGID  # Material of the counter-body
     boundary: Boundary = Boundary.FREE  # Boundary condition
 
     @classmethod
@@ -53,7 +53,7 @@ class Pair:
         counter_material: Material,
         boundary: str,
     ) -> Pair:
-        """Return the pair that the arguments of the public face describe."""
+        """Return the pair described by arguments of the public interface."""
         if not isinstance(counter_surface, NominalBody):
             return cls(surface, material, counter_surface, counter_material, Boundary(boundary))
         pair = cls(surface, material, None, counter_material, Boundary(boundary))
@@ -97,11 +97,11 @@ class Pair:
 
     @property
     def is_shared(self) -> bool:
-        """Whether several processes hold the map."""
+        """Whether several processes share the map."""
         return isinstance(self.share, Slab)
 
     def require_whole(self, what: str) -> None:
-        """Raise `InputError` where several processes hold the map; ``what`` needs all of it."""
+        """Raise `InputError` if several processes share the map; ``what`` needs all of it."""
         if self.is_shared:
             raise InputError(
                 f"{what}: this needs the whole map in one process and is not available on several "
@@ -110,28 +110,28 @@ class Pair:
 
     @property
     def rows(self) -> slice:
-        """Rows of the map that this process holds."""
+        """Rows of the map on this rank."""
         return self.share.rows if isinstance(self.share, Slab) else slice(0, self.shape[0])
 
     @property
     def sums(self) -> LocalSums | SlabSums:
-        """Sums over all pixels, those of other processes included."""
+        """Sums over all pixels, including those of other processes."""
         return self.share.sums if isinstance(self.share, Slab) else LocalSums()
 
     @property
     def surface(self) -> Surface:
-        """The map of the rough body, as one process holds it."""
+        """Map of the rough body, for a map in one process."""
         self.require_whole("the surface")
         assert isinstance(self.share, Surface)
         return self.share
 
     @property
     def is_profile(self) -> bool:
-        """Whether the bodies are profiles: a contact in plane strain, all of it per metre."""
+        """Whether the bodies are profiles: plane strain, with loads and areas per meter."""
         return self.share.is_profile
 
     def require_map(self, what: str, *, coated: bool = True) -> None:
-        """Raise `InputError` for profiles, and maybe for coated bodies; ``what`` needs a map."""
+        """Raise `InputError` for profiles, optionally for coatings; ``what`` needs a map."""
         if self.is_profile:
             self.surface.require_map(what)
         if not coated:
@@ -143,7 +143,7 @@ class Pair:
         return bool(self.material.coating or self.counter_material.coating)
 
     def require_uncoated(self, what: str) -> None:
-        """Raise `InputError` for coated bodies; ``what`` is not known for them."""
+        """Raise `InputError` for coated bodies, which ``what`` does not support."""
         if self.is_coated:
             raise InputError(
                 f"is not available for {what}; leave it out, or solve the contact alone",
@@ -157,12 +157,12 @@ class Pair:
 
     @property
     def load_dimension(self) -> str:
-        """Of a load, as `units.to_si` takes it."""
+        """Dimension of loads for `units.to_si`: force, for profiles line load."""
         return "line load" if self.is_profile else "force"
 
     @property
     def load_unit(self) -> str:
-        """Of a load: N, and N/m of profiles."""
+        """Unit of loads: N, for profiles N/m."""
         return "N/m" if self.is_profile else "N"
 
     @property
@@ -187,7 +187,7 @@ class Pair:
 
     @property
     def contact_modulus(self) -> float:
-        """E* [Pa]; of coated bodies that of their outermost layers."""
+        """E* [Pa]; for coated bodies of their outermost layers."""
         return contact_modulus(self.material, self.counter_material)
 
     @property
@@ -197,25 +197,25 @@ class Pair:
 
     @property
     def origins(self) -> tuple[Provenance, ...]:
-        """Where the maps came from and what was done to them, the counter-body's last."""
+        """Provenance of the maps, of the counter-body last."""
         bodies = (self.share, self.counter_surface)
         return tuple(body.provenance for body in bodies if body is not None)
 
     @property
     def first_to_yield(self) -> Material | None:
-        """The body that a spot of the pair yields in first, ``None`` if no strength is known."""
+        """Body that yields first under a contact spot; ``None`` if no strength is known."""
         if self.is_coated:
             return None
         known = [b for b in (self.material, self.counter_material) if b.first_yield_pressure]
         return min(known, key=lambda body: self.yields_at(body) or math.inf, default=None)
 
     def yields_at(self, body: Material) -> float | None:
-        """Return the peak pressure at which a spot of a body first yields [Pa]."""
+        """Return the peak pressure at which a body first yields under a contact spot [Pa]."""
         return body.line_yield_pressure if self.is_profile else body.first_yield_pressure
 
     @property
     def has_holes(self) -> bool:
-        """Whether a height of either body is missing somewhere."""
+        """Whether a height of either body is missing."""
         bodies = (self.share, self.counter_surface)
         return any(body is not None and body.missing > 0 for body in bodies)
 
@@ -228,13 +228,13 @@ class Pair:
 
     @property
     def highest(self) -> float:
-        """The largest of `heights` [m]: there the bodies touch first."""
+        """Largest of `heights` [m], at the point of first contact."""
         return self._highest(self.heights)
 
     def _highest(self, heights: NDArray[np.float64]) -> float:
         if isinstance(self.share, Slab):
             return self.share.highest
-        # An empty maximum, unlike np.nanmax's warning, leaves NaN.
+        # Unlike np.nanmax, an empty maximum gives NaN without a warning.
         return float(np.fmax.reduce(heights, axis=None))
 
     @property

@@ -1,11 +1,11 @@
 """Plausibility checks of contact results, one function per check.
 
-A check looks at a solution and returns the caution that it gives cause for, or none. Every face
-of a result, from the console to the report, tells what `cautions` returns.
+A check examines a solution and returns a caution or None. All presentations of a result, from the
+console to the report, show the result of `cautions`.
 
-`ratio_to_elastoplastic`: The calibrated ceiling leaves 1.1 and 1.3 times as much on perfectly
-plastic spheres; from there to another ceiling both follow from the ceiling model itself. On
-rough maps, whose spots differ, both are nearer to one.
+`ratio_to_elastoplastic`: With the calibrated ceiling, residual depth and energy of perfectly
+plastic spheres are 1.1 and 1.3 times those of the volume model; for another ceiling both follow
+from the ceiling model. On rough maps, whose spots differ, both ratios are closer to one.
 """
 
 from __future__ import annotations
@@ -38,32 +38,33 @@ from roughcontact.theory import hertz, indenters
 from roughcontact.units import count_noun, format_engineering, format_percent, plain_decimal
 
 TRANSITION = 2.0
-"""Load over that of first yield from which on there is anything to compare."""
+"""Ratio of the load to that of first yield from which residual indentations are compared."""
 
-# What the calibrated ceiling leaves over what the volume does: 1.0 to 1.3 and 1.2 to 1.5, on
-# spheres and rough maps from 4 times the load of first yield on (benchmarks/ceiling_rule.py).
+# Ratios of residual depth and energy between calibrated ceiling and volume model: 1.0 to 1.3 and
+# 1.2 to 1.5, on spheres and rough maps from 4 times the load of first yield on
+# (benchmarks/ceiling_rule.py).
 _DEPTH, _ENERGY = 1.1, 1.3
 
-# Below this part, and above one over it, the two have little in common.
+# Ratio below which, and inverse above which, the two have little in common.
 _MIN_RESIDUAL_RATIO = 0.5
 
 
 def ratio_to_elastoplastic(advice: CalibratedCeiling, ceiling: float) -> tuple[float, float]:
-    """Return the residual indentation of a sphere under a ceiling over that of the volume model."""
+    """Return the ratio of a sphere's residual indentation to that of the volume model."""
     depth, energy = _residual_sphere(advice, ceiling)
     usual_depth, usual_energy = _residual_sphere(advice, advice.ceiling)
     return _DEPTH * depth / usual_depth, _ENERGY * energy / usual_energy
 
 
 def _residual_sphere(advice: CalibratedCeiling, ceiling: float) -> tuple[float, float]:
-    """Return depth and energy of a sphere under a ceiling, in units that do not depend on it."""
+    """Return residual depth and energy of a sphere, in units independent of the ceiling."""
     share = ceiling / advice.first_yield
     depth, energy = indenters.left_under_ceiling(advice.load_ratio / share**3)
     return depth * share**2, energy * share**5
 
 
 def indentation_caution(advice: CalibratedCeiling, ceiling: float) -> Caution | None:
-    """Return how far what a ceiling leaves behind is from plasticity of the volume."""
+    """Return the caution on the residual indentation if it differs from volume plasticity."""
     if advice.load_ratio < TRANSITION:
         return None
     depth, energy = ratio_to_elastoplastic(advice, ceiling)
@@ -81,37 +82,37 @@ def indentation_caution(advice: CalibratedCeiling, ceiling: float) -> Caution | 
     )
 
 
-# Where the model itself ends: invented heights, large strains, few atoms, adhesion, materials.
+# --- Limits of the model: filled points, large strains, few atoms, adhesion, materials ---
 
 
 LARGE_STRAIN, MAX_STRAIN = 0.1, 0.3
-"""Pressure over contact modulus, which the strain is of the order of; plastic strain.
+"""Pressure over contact modulus, of the order of the strain; plastic strain.
 
-Above the first linear elasticity is inaccurate, above the second its pressures mean nothing.
+Above the first linear elasticity is inaccurate, above the second its pressures are meaningless.
 """
 
 MISSING_FRACTION = 0.05
-"""Share of a map that is missing or filled from which its numbers are not those of the surface."""
+"""Share of missing or filled points from which results do not represent the surface."""
 
 ATOM_SPACING = 0.25e-9
-"""Distance of neighboring atoms of a solid [m]."""
+"""Distance of neighboring atoms in a solid [m]."""
 
 MIN_ATOMS = 1000
-"""Atoms in contact, some 9 nm across, below which a spot is no continuum.
+"""Number of atoms in contact, about 9 nm across, below which a spot is no continuum.
 
-The area of smaller ones is off by a factor of two and more (Luan and Robbins, Nature 435 (2005)
+The area of smaller spots is wrong by a factor of two and more (Luan and Robbins, Nature 435 (2005)
 929, doi:10.1038/nature03700).
 """
 
 WORK_OF_ADHESION = 0.05
-"""Work of adhesion of bodies in air [J/m²], as dirt and water leave it."""
+"""Work of adhesion of bodies in air [J/m²], with usual contamination and water."""
 
 MIN_ROUGHNESS = 10e-9
-"""Roughness [m] that nearly every body has, of waves too short for its map.
+"""Roughness [m] of nearly every body in waves too short for its map.
 
-It keeps apart whatever adhesion draws out by less (Fuller and Tabor, Proc. R. Soc. A 345 (1975)
-327, doi:10.1098/rspa.1975.0138), hence all smooth metals and ceramics. Below a pixel it is at most
-a tenth of the pixel.
+It prevents adhesion between bodies that stretch by less before they separate (Fuller and Tabor,
+Proc. R. Soc. A 345 (1975) 327, doi:10.1098/rspa.1975.0138), hence between all smooth metals and
+ceramics. Below a pixel it is at most a tenth of the pixel.
 """
 
 CAUTION_GROWTH, WARNING_GROWTH = 1.1, 1.5
@@ -119,7 +120,7 @@ CAUTION_GROWTH, WARNING_GROWTH = 1.1, 1.5
 
 
 def filled_caution(result: ContactResult) -> Caution | None:
-    """Return the message on many points that were not measured but filled."""
+    """Return the caution on many points that were filled instead of measured."""
     bodies = [body for body in (result.surface, result.counter_surface) if body is not None]
     share = max(body.provenance.filled_share(body.heights.size) for body in bodies)
     if share <= MISSING_FRACTION:
@@ -134,7 +135,7 @@ def filled_caution(result: ContactResult) -> Caution | None:
 
 
 def strain_caution(result: ContactResult) -> Caution | None:
-    """Return the message on pressures that strain the bodies beyond linear elasticity."""
+    """Return the caution on pressures that strain the bodies beyond linear elasticity."""
     ratio = result.max_pressure / result.contact_modulus
     if not ratio > LARGE_STRAIN:
         return None
@@ -153,7 +154,7 @@ def _ratio_text(ratio: float) -> str:
 
 
 def atom_caution(result: ContactResult) -> Caution | None:
-    """Return the message on spots that have too few atoms to be a continuum."""
+    """Return the caution on spots that have too few atoms to be a continuum."""
     spots = result.spots()
     if spots.count == 0:
         return None
@@ -170,7 +171,7 @@ def atom_caution(result: ContactResult) -> Caution | None:
 
 
 def adhesion_caution(result: ContactResult) -> Caution | None:
-    """Return the caution on the effect of neglected adhesion on spots that carry half the load."""
+    """Return the caution on neglected adhesion of the spots that carry half of the load."""
     spots, modulus, work = result.spots(), result.contact_modulus, WORK_OF_ADHESION
     carrying = spots.load > 0
     if not carrying.any() or result.contact.all() or result.pair.is_coated:
@@ -195,7 +196,7 @@ def adhesion_caution(result: ContactResult) -> Caution | None:
 
 
 def material_cautions(result: ContactResult) -> Caution | None:
-    """Return the message on materials that are what no contact here includes."""
+    """Return the cautions on materials whose behavior no contact model here includes."""
     names: dict[str, dict[str, None]] = {}
     for body in (result.material, result.counter_material):
         if body.caveat:
@@ -211,7 +212,7 @@ def material_cautions(result: ContactResult) -> Caution | None:
     )
 
 
-# --- What a contact is judged by before its numbers are believed: one check a question ---
+# --- Plausibility of the numbers: one check per question ---
 
 
 LARGE_SLOPE = 0.3
@@ -219,59 +220,60 @@ LARGE_SLOPE = 0.3
 
 
 CEILING_ERROR = 0.05
-"""Distance of a ceiling from the recommended one that is worth a word."""
+"""Relative distance from the calibrated ceiling from which a caution is shown."""
 
 IMPLAUSIBLE_SLOPE = 3.0
-"""Root-mean-square slope that no measured map has: it is steeper than 70 degrees all over."""
+"""Root-mean-square slope that no measured map has: steeper than 70 degrees everywhere."""
 
 MODULUS_RANGE = (1e6, 2e12)
-"""Young's moduli of solids [Pa], from soft rubber to beyond diamond."""
+"""Range of Young's moduli of solids [Pa], from soft rubber to beyond diamond."""
 
 STRENGTH_RANGE = (1e-6, 0.3)
-"""Yield strengths over Young's modulus, from pure soft metal crystals to beyond ideal strength."""
+"""Range of yield strength over Young's modulus: soft crystals to beyond ideal strength."""
 
 MAX_SIDE = 10.0
-"""Side of a map [m] that nothing measures."""
+"""Side [m] longer than any measured map."""
 
 SHOWN_CONTACT = 0.3
 """Share of a map in contact above which neighboring spots confine each other."""
 
 SHOWN_SPHERE, SHOWN_ROUGH, SHOWN_HARDENING, SHOWN_CONFINED = 0.05, 0.09, 0.08, 0.09
-"""Largest errors of the area with the calibrated ceiling: spheres and lines, maps, hardening, and
-periodic maps with more contact than `SHOWN_CONTACT`."""
+"""Largest area errors with the calibrated ceiling: spheres and lines, maps, hardening, and periodic
+maps with more contact than `SHOWN_CONTACT`."""
 
 SPIKY_KURTOSIS = 20.0
-"""Kurtosis of heights that no process of manufacture gives.
+"""Kurtosis of heights beyond that of all manufacturing processes.
 
-It is 3 of Gaussian heights, 2 to 10 of machined and worn surfaces, some 15 where deep grooves are
-honed into a plateau; nine real maps have 2 to 5 without their spikes, and 52 to 811 with them.
+It is 3 for Gaussian heights, 2 to 10 for machined and worn surfaces, about 15 for deep grooves
+honed into a plateau; nine measured maps have 2 to 5 without their spikes, and 52 to 811 with them.
 """
 
 SPIKY_PEAK = 10.0
-"""Robust standard deviations that the highest of spiky heights stands above their median.
+"""Height of the highest spike above the median, in robust standard deviations.
 
-The highest of 10⁹ Gaussian heights stands 6 above it. Pits make a large kurtosis as well, but do
-not touch.
+The maximum of 10⁹ Gaussian heights is 6 above the median. Pits increase the kurtosis as well, but
+have no contact.
 """
 
 SPIKE_LEAD, SPIKE_LOAD = 0.5, 0.1
-"""Part of the approach that a first spot leads by, and of the load it bears, if it is a spike.
+"""Lead of the first spot relative to the approach, and its share of the load, for a spike.
 
-A summit that leads by half of the approach is pressed the most and bears much of the load.
+A real summit that leads by half of the approach has the highest pressure and carries much of the
+load.
 """
 
 EDGE_LOAD, MUCH_EDGE_LOAD = 0.001, 0.01
-"""Shares of the load at the map edge that are worth a word, and that move the approach."""
+"""Load shares at the map edge that give a caution, and that affect the approach."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """A question that a solution is asked."""
+    """Plausibility check of a solution."""
 
-    subject: str  # Text for the list of performed checks
+    subject: str  # Name in the list of performed checks
     cautions_of: Callable[[ContactResult], Caution | None]
     when: Callable[[ContactResult], bool] = lambda _: True
-    works_on_slabs: bool = False  # Whether it can be asked where several processes hold the map
+    works_on_slabs: bool = False  # Whether it is available if several processes share the map
 
     def applies(self, result: ContactResult) -> bool:
         """Return whether the check applies to a solution."""
@@ -287,28 +289,28 @@ def cautions(result: ContactResult) -> tuple[Caution, ...]:
 
 
 def performed_checks(result: ContactResult) -> tuple[str, ...]:
-    """Return the checks that were performed on a solution, a short text each."""
+    """Return the names of the checks that were performed on a solution."""
     return tuple(check.subject for check in CHECKS if check.applies(result))
 
 
 def over_loads(
     result: Sequence[tuple[float, Iterable[Caution]]], unit: str, noun: str = "loads"
 ) -> tuple[Caution, ...]:
-    """Return the cautions of contacts under several loads, or at other values: one of each tag."""
+    """Return merged cautions of several contacts: one per tag, with its range of values."""
     return merge_cautions(
         [(format_engineering(value, unit, 3), text) for value, text in result], noun
     )
 
 
 def load_bearing_spot_pixels(result: ContactResult, spots: Spots) -> int:
-    """Return how large the spots are that matter."""
+    """Return the pixels per spot that spots with half of the load have or exceed."""
     if spots.count == 0:
         return 0
     return round(spots.load_weighted_median(spots.area) / result.pixel_area)
 
 
 def recommended_ceiling_of(result: ContactResult) -> CalibratedCeiling | None:
-    """Return the calibrated ceiling, where the spots are large enough to be judged."""
+    """Return the calibrated ceiling if the spots are large enough to determine it."""
     pair = result.pair
     if (
         pair.is_profile
@@ -332,7 +334,7 @@ def calibrated_area_change(result: ContactResult, advice: CalibratedCeiling) -> 
     return min(change, result.touchable_area / result.contact_area - 1)
 
 
-# The checks
+# --- The checks ---
 
 
 def _check_convergence(result: ContactResult) -> Caution | None:
@@ -352,7 +354,7 @@ def _check_convergence(result: ContactResult) -> Caution | None:
 
 
 def edge_caution(result: ContactResult) -> Caution | None:
-    """Return the message on a contact that reaches an edge at which the map ends."""
+    """Return the caution on a contact that reaches an edge at which the map ends."""
     share = result.totals.edge_load
     if share is None or share < EDGE_LOAD:
         return None
@@ -370,7 +372,7 @@ def edge_caution(result: ContactResult) -> Caution | None:
 
 
 def beyond_edge(result: ContactResult) -> ArgumentRef | None:
-    """Return the boundary for a sample of a larger face or roller; none for other curved bodies."""
+    """Return the boundary for a sample of a larger face or roller; None for other bodies."""
     if result.hertz is None:
         return ArgumentRef("boundary", "periodic")
     axis = result.hertz.shape.axis
@@ -381,7 +383,7 @@ def _below_ceiling(result: ContactResult) -> Caution | None:
     body = result.pair.softer
     if result.regime not in _BEYOND or body is None or body.ceiling is None:
         return None
-    # Where both are known the hardness is the lower one, see `_check_hardness`.
+    # With both strengths known, the hardness is the lower one, see `_check_hardness`.
     mixed = body.tabor_ratio is not None
     limit = (body.hardness if mixed else None) or body.ceiling
     what = "the hardness" if mixed or body.yield_strength is None else "3σ_Y"
@@ -429,7 +431,7 @@ def _check_slopes(result: ContactResult) -> Caution | None:
 
 
 def implausible_slope(slope: float) -> Caution | None:
-    """Return the message on heights whose root-mean-square slope is that of no measured map."""
+    """Return the caution on a root-mean-square slope that no measured map has."""
     if not slope >= IMPLAUSIBLE_SLOPE:
         return None
     return as_warning(
@@ -441,12 +443,12 @@ def implausible_slope(slope: float) -> Caution | None:
 
 
 def _range_adjective(value: float, ends: tuple[float, float], low: str, high: str) -> str:
-    """Return the adjective of a value outside a range; nothing inside."""
+    """Return the adjective for a value outside a range; empty inside."""
     return low if value < ends[0] else high if value > ends[1] else ""
 
 
 def _check_units(result: ContactResult) -> Caution | None:
-    """Return which number looks as if it were in another unit than the one it is taken in."""
+    """Return the caution on a value that appears to be in another unit."""
     for body in (result.material, result.counter_material):
         E, strength = body.young, body.yield_strength
         if math.isinf(E):
@@ -480,11 +482,11 @@ def _check_units(result: ContactResult) -> Caution | None:
 
 
 def _check_ceiling(result: ContactResult) -> Caution | None:
-    """Return which ceiling would be nearer to plasticity of the volume, if another one would."""
+    """Return the caution on a ceiling that differs from the calibrated one."""
     ceiling, body = result.ceiling, softer_material(result.material, result.counter_material)
     if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
         return None
-    # One message about the ceiling at most.
+    # At most one caution about the ceiling.
     if result.regime in _BEYOND:
         return None
     if (
@@ -527,7 +529,7 @@ def _check_extrapolation(result: ContactResult) -> Caution | None:
 
 
 def shown_error(result: ContactResult) -> float:
-    """Return how well the calibrated ceiling gives the contact area, as a part of it."""
+    """Return the validated relative error of the area with the calibrated ceiling."""
     bodies = [body for body in (result.material, result.counter_material) if body.yield_strength]
     if any(body.poisson < 0 for body in bodies):
         return math.nan
@@ -608,7 +610,7 @@ def _first_touch(result: ContactResult) -> Caution | None:
 
 
 def spike_statistics(surface: Surface) -> tuple[float, float] | None:
-    """Return kurtosis and highest peak of a map whose heights look like spikes on a surface."""
+    """Return kurtosis and highest peak of a map whose heights contain spikes."""
     heights = surface.heights
     kurtosis = surface.Sku
     if not kurtosis > SPIKY_KURTOSIS:

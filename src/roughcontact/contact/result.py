@@ -32,41 +32,41 @@ CALIBRATED = "calibrated"
 """Values of ``ceiling`` for which `roughcontact.solve` determines the ceiling."""
 
 BRACKET, COATING, BASE = "bracket", "coating", "base"
-"""Keyword for the two ceilings of a coated body: that of its base and that of its coating."""
+"""Keywords of ceilings of a coated body: of both solves, of its coating, of its base."""
 
 MIN_SHOWN_CHANGE = 0.02
-"""Relative change of areas or gap from which results show the calibrated ceiling, too."""
+"""Relative change of areas or gap from which results also show the calibrated ceiling."""
 
 
 @dataclass(frozen=True)
 class CalibratedCeiling:
-    """The ceiling that gives the contact area of plasticity in the volume."""
+    """Ceiling that gives the contact area of an elastoplastic body."""
 
     load_ratio: float
     slope: float  # Contact radius over radius of that sphere, a/R
     flow_stress: float  # Yield strength at the strain 0.15 a/R [Pa]
-    first_yield: float  # Hertz peak pressure at first yield, of the flow stress [Pa]
-    ceiling: float  # The calibrated ceiling [Pa]
-    factor: float  # The same over the yield strength before any plastic strain
+    first_yield: float  # Hertz peak pressure at first yield for this flow stress [Pa]
+    ceiling: float  # Calibrated ceiling [Pa]
+    factor: float  # Ceiling over the yield strength before any plastic strain
 
 
 @dataclass(frozen=True)
 class Calibrated:
-    """The same contact under the calibrated ceiling, or under that of the base of a coated body."""
+    """The same contact under the calibrated ceiling, or the ceiling of a body's base."""
 
-    ceiling: float  # The other ceiling [Pa]
-    factor: float  # Of the `CalibratedCeiling`; NaN of a coated body
-    load_ratio: float  # Of the `CalibratedCeiling`; NaN of a coated body
+    ceiling: float  # Other ceiling [Pa]
+    factor: float  # Factor of the `CalibratedCeiling`; NaN for a coated body
+    load_ratio: float  # Load ratio of the `CalibratedCeiling`; NaN for a coated body
     load: float  # Load [N]
     approach: float  # Approach of the bodies [m]
-    control: str  # Which of them was given
+    control: str  # Which of the two was given
     contact_area: float  # Contact area [m²]
-    contact_fraction: float  # Contact area over that of the map
-    saturated_fraction: float  # Saturated area over that of the map
+    contact_fraction: float  # Contact area over the area of the map
+    saturated_fraction: float  # Saturated area over the area of the map
     mean_gap: float  # Mean open gap [m]
     change: float  # Largest relative change of contact area, saturated area and mean gap
-    certificate: float  # ε of its solution
-    convolutions: int  # Cost
+    certificate: float  # Certificate ε
+    convolutions: int  # Number of convolutions
 
     @property
     def is_of_base(self) -> bool:
@@ -75,7 +75,7 @@ class Calibrated:
 
     @property
     def differs(self) -> bool:
-        """Whether results show it, since it differs enough."""
+        """Whether the change is large enough to be shown."""
         return self.change > MIN_SHOWN_CHANGE
 
     def summary(self) -> dict[str, Any]:
@@ -87,26 +87,26 @@ class Calibrated:
 class CalibrationRecord:
     """Record of a calibrated ceiling, and the results with the default ceiling."""
 
-    load: float  # Load at which the spots were judged [N]
-    load_ratio: float  # Of the `CalibratedCeiling` that was solved with
-    factor: float  # Of the `CalibratedCeiling` that was solved with
+    load: float  # Load at which the spots were evaluated [N]
+    load_ratio: float  # Load ratio of the `CalibratedCeiling` used
+    factor: float  # Factor of the `CalibratedCeiling` used
     mismatch: float
-    solves: int  # How many there were, the first with three yield strengths
+    solves: int  # Number of solves, the first with three yield strengths
     usual_ceiling: float  # Three yield strengths [Pa]
-    usual_contact_area: float  # [m²]
-    usual_approach: float  # [m]
-    usual_indentation: float  # [m]
+    usual_contact_area: float  # Contact area with it [m²]
+    usual_approach: float  # Approach with it [m]
+    usual_indentation: float  # Largest residual indentation with it [m]
 
     def summary(self) -> dict[str, float]:
         """Return the record by name, in SI units, ready for JSON."""
         return asdict(self)
 
 
-# --- The same contact under a calibrated ceiling ---
+# --- The result ---
 
 
 class Regime(StrEnum):
-    """How far the bodies are from elastic."""
+    """Regime between elastic and fully plastic."""
 
     BELOW_FIRST_YIELD = "below first yield"
     YIELDING_BELOW = "yielding below the surface"
@@ -117,7 +117,7 @@ class Regime(StrEnum):
 
 
 def regime_of(pair: Pair, max_pressure: float, saturated: bool) -> Regime:
-    """Return how far bodies are from elastic; see `ContactResult.regime`."""
+    """Return the regime of a contact; see `ContactResult.regime`."""
     if saturated:
         return Regime.SATURATED
     softer, first = pair.softer, pair.first_to_yield
@@ -133,16 +133,16 @@ def regime_of(pair: Pair, max_pressure: float, saturated: bool) -> Regime:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactResult(Result):
-    """Pressure and gap of a solved contact, with everything that went in.
+    """Pressure and gap of a solved contact, with all inputs.
 
-    Maps are read-only, ``[y, x]``, in SI units; NaN marks missing points of the gap. Where several
-    processes share the map, each holds its rows, all have the same numbers, and
-    all call `save` and `report`; what needs the whole map raises `InputError`.
+    Maps are read-only, ``[y, x]``, in SI units; NaN marks missing points of the gap. If several
+    processes share the map, each holds its rows, all have the same scalar values, and all call
+    `save` and `report`; operations on the whole map raise `InputError`.
 
     Parameters
     ----------
     pair : Pair
-        The bodies that were pressed together.
+        Bodies in contact.
     ceiling : float, ndarray of shape (ny, nx), or None
         Largest pressure allowed [Pa]; ``None`` for a purely elastic contact.
     precision : {"double", "single"}
@@ -152,17 +152,17 @@ class ContactResult(Result):
     control : {"load", "approach"}
         Which of the two was given.
     load : float
-        Normal load W [N]: given, or that of the pressure found.
+        Normal load W [N]: given, or the integral of the pressure.
     approach : float
-        Approach ω [m], from the first touch; the mean displacement of a periodic body counts
-        as zero, and where the map is periodic along one axis, a uniform line load along it
-        displaces nothing at a distance of the longer side of the map. Where the bodies tilt,
-        that of the map center from first contact without tilt.
+        Approach ω [m], from the first touch; the mean displacement of a periodic body is zero by
+        definition, and if the map is periodic along one axis, a uniform line load along it causes
+        no displacement at a distance of the longer side of the map. For bodies that tilt, the
+        approach of the map center from first contact without tilt.
     pressure : ndarray, shape (rows, nx)
         Contact pressure [Pa].
     gap : ndarray, shape (rows, nx)
-        Displacement plus initial gap plus tilt minus approach [m]. Negative where the pressure
-        is at the ceiling: that much material has to flow away.
+        Displacement plus initial gap plus tilt minus approach [m]. Negative where the pressure is
+        at the ceiling: the overlap that flows plastically.
     certificate : float
         ε = ‖p - clip(p - g/K₀₀, 0, ceiling)‖₂ / ‖p‖₂ of this pressure and gap.
     load_error : float
@@ -170,39 +170,38 @@ class ContactResult(Result):
     status : str
         ``"converged"``, or why the solver stopped.
     iterations, convolutions : int
-        Steps, and applications of the displacement operator, on the finest grid. The smaller
-        transforms of the preconditioner do not count, those on a part of the map do.
+        Steps, and applications of the displacement operator, on the finest grid; without the
+        smaller transforms of the preconditioner, with those on a part of the map.
     seconds : float
         Wall time of the solve.
     version : str
         Version of the program.
     tilt : (float, float)
         Slopes (y, x) that the tilt adds to the gap: the angles [rad] by which the counter-body is
-        turned away from the surface, so that a positive one opens the gap towards larger y or x.
-        It turns about the map center, where ``approach`` is measured.
+        rotated away from the surface, so that a positive one opens the gap towards larger y or x.
+        The rotation is about the map center, where ``approach`` is measured.
     moments : (float, float) or None
         Moments (W y, W x) of the load about the map center that were given [N·m]; ``None``
         where the bodies do not tilt.
     without_checksums : bool
-        Whether it was read from a file without checksums, in which damage goes unseen.
+        Whether it was read from a file without checksums, in which damage is not detected.
     calibration : CalibrationRecord or None
-        How the ceiling was found, if it is one that was recommended.
+        Record of the calibration, for a calibrated ceiling.
     extra_cautions : tuple of Caution
-        What else is known of the numbers, from the measurement of the maps or a study of the
-        resolution; ``cautions`` adds those of the result itself.
+        Cautions from the measurement of the maps or a study of the resolution; ``cautions`` adds
+        those of the result.
     specified_load : GivenLoad or None
-        The load in the form in which it was given, where that was no force.
+        Load in its given form, if that is not a force.
     calibrated : Calibrated or None
-        The same contact under the calibrated ceiling, where that was computed.
+        The same contact under the calibrated ceiling, if computed.
     measurement : Uncertainty or None
-        Intervals that include the instrument, where `uncertainty` computed them.
+        Intervals that include the instrument, if computed by `uncertainty`.
     communication : float
-        Mean time that processes which hold the map together spent in communication and in waiting
-        for each other [s].
+        Mean time of communication and waiting of the processes that share the map [s].
     sent : int
-        Bytes that each of them sent to others, on average.
+        Mean number of bytes that each of these processes sent.
     _counted : tuple, optional
-        The `totals` of a copy, and the maps that they are of.
+        The `totals` of a copy, and the maps for which they were counted.
     """
 
     pair: Pair
@@ -231,11 +230,11 @@ class ContactResult(Result):
     measurement: Any = None
     communication: float = 0.0
     sent: int = 0
-    # The totals, and of what: a copy with the same maps need not count again.
+    # Totals, and the maps for which they were counted: a copy with the same maps reuses them.
     _counted: tuple[Totals, tuple[Any, ...]] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        """Make the maps read-only, and count what needs all pixels."""
+        """Make the maps read-only, and count the totals."""
         self.pressure.flags.writeable = False
         self.gap.flags.writeable = False
         of = self.pair, self.pressure, self.gap, self.ceiling
@@ -244,17 +243,17 @@ class ContactResult(Result):
 
     @property
     def totals(self) -> Totals:
-        """Numbers that need all pixels of the map, those of other processes included."""
+        """Numbers over all pixels of the map, including those of other processes."""
         assert self._counted is not None
         return self._counted[0]
 
     @property
     def share(self) -> MapOrSlab:
-        """The map that was pressed, or the rows of it that this process holds."""
+        """Map of the rough body, or its rows on this rank."""
         return self.pair.share
 
     def require_whole(self, what: str) -> None:
-        """Raise `InputError` where several processes hold the map; ``what`` needs all of it."""
+        """Raise `InputError` if several processes share the map; ``what`` needs all of it."""
         self.pair.require_whole(what)
 
     @property
@@ -264,17 +263,17 @@ class ContactResult(Result):
 
     @property
     def surface(self) -> Surface:
-        """The map that was pressed."""
+        """Map of the rough body."""
         return self.pair.surface
 
     @property
     def counter_surface(self) -> Surface | None:
-        """The second measured body, or ``None`` for a flat one."""
+        """Second measured or nominal body; ``None`` for a flat one."""
         return self.pair.counter_surface
 
     @property
     def material(self) -> Material:
-        """Material of the body that was pressed."""
+        """Material of the rough body."""
         return self.pair.material
 
     @property
@@ -284,7 +283,7 @@ class ContactResult(Result):
 
     @property
     def boundary(self) -> Boundary:
-        """Boundary condition; it equals the text that names it."""
+        """Boundary condition; it equals its name as text."""
         return self.pair.boundary
 
     @property
@@ -311,7 +310,7 @@ class ContactResult(Result):
 
     @property
     def residual_indentation(self) -> NDArray[np.float64]:
-        """Permanent indentation that the model leaves on saturated pixels [m], shape (ny, nx)."""
+        """Permanent indentation of saturated pixels in the ceiling model [m], shape (ny, nx)."""
         return np.where(self.saturated, np.maximum(-self.gap, 0), 0.0)
 
     @property
@@ -336,14 +335,15 @@ class ContactResult(Result):
 
     @property
     def perimeter_corrected_area(self) -> float:
-        """Contact area without the excess that its elastic rim gains from the pixels [m²].
+        """Contact area corrected for the excess of pixels on its elastic rim [m²].
 
         A - (π - 1 + ln 2)/24 · S, S the length of the rim times the pixel: pixels that the rim
-        crosses touch too often, as the pressure of all of a pixel acts at its center. The
-        rim of saturated pixels, where pressure does not fall to zero, is left alone.
+        crosses are too often in contact, as the whole load of a pixel acts at its center. The rim
+        of saturated pixels, where pressure does not fall to zero, is not corrected.
 
-        On Hertz contacts of 3, 8 and 20 pixels' radius, averaged over their place on the grid, the
-        pixels with pressure are 8, 3 and 1 % too many, and this is 2.5, 0.9 and 0.5 % too little.
+        On Hertz contacts of 3, 8 and 20 pixels' radius, averaged over their position on the grid,
+        the area of pixels with pressure is 8, 3 and 1 % too large, and this area 2.5, 0.9 and 0.5 %
+        too small.
 
         References
         ----------
@@ -374,7 +374,7 @@ class ContactResult(Result):
 
     @cached_property
     def hertz(self) -> SmoothContact | None:
-        """Hertz's contact of the nominal bodies under this load; ``None`` where there is none.
+        """Hertz's contact of the nominal bodies under this load; ``None`` without curvature.
 
         See `roughcontact.contact.nominal_hertz.solve_smooth`.
         """
@@ -384,14 +384,14 @@ class ContactResult(Result):
     def estimate(self) -> Any:
         """Estimate by formulas of nominally flat contact; see `analyses.estimate.model`.
 
-        None where they do not hold, as where the map is not periodic along both axes, and where
-        several processes hold it.
+        None where the formulas do not apply, for example if the map is not periodic along both
+        axes, and if several processes share it.
         """
         return presentation().estimate(self)
 
     @cached_property
     def center_of_pressure(self) -> tuple[float, float]:
-        """Where the pressure acts: (y, x) from the center of the map [m]; NaN without load."""
+        """Point of action of the load: (y, x) from the center of the map [m]; NaN without load."""
         self.require_whole("the center of pressure")
         return area.center_of_pressure(self.pressure, self.pair.pixel)
 
@@ -399,7 +399,7 @@ class ContactResult(Result):
     def moment_error(self) -> float:
         """``|Σ p y ΔxΔy - W y|`` over load times longer side, the worse of y and x.
 
-        Zero where the bodies do not tilt.
+        Zero if the bodies do not tilt.
         """
         if self.moments is None:
             return 0.0
@@ -411,12 +411,12 @@ class ContactResult(Result):
 
     @property
     def regime(self) -> Regime:
-        """How far the bodies are from elastic; a text.
+        """Regime of the contact, from elastic to fully plastic; a text.
 
-        First yield is judged for each body with its own ν and strength, by the peak pressure of a
-        sphere, 1.295 exp(0.736 ν) σ_Y, of profiles by that of a cylinder; it happens below the
-        surface, long before a pixel reaches the ceiling. A body of which only the hardness is
-        known has no first yield; its pressure is compared with the hardness.
+        First yield is evaluated for each body with its ν and strength, by the peak pressure of a
+        sphere, 1.295 exp(0.736 ν) σ_Y, for profiles of a cylinder; it occurs below the surface,
+        long before a pixel reaches the ceiling. A body with only a hardness has no first yield; its
+        pressure is compared with the hardness.
         """
         return regime_of(self.pair, self.max_pressure, self.saturated_fraction > 0)
 
@@ -453,16 +453,17 @@ class ContactResult(Result):
         of: str = "map",
         progress: Tell = None,
     ) -> Any:
-        """Return the intervals of the numbers, corrected for the instrument that measured the map.
+        """Return the intervals of the quantities, corrected for the instrument of the map.
 
         Parameters
         ----------
         instrument : Instrument or str, optional
-            What measured the map, or its name in the catalog; see `roughcontact.measure`.
-            Without it the intervals hold the grid and the material alone.
+            Instrument that measured the map, or its name in the catalog; see
+            `roughcontact.measure`. Without it the intervals include only the grid and the material.
         shortest_wave : float, str or quantity of pint, optional
-            Shortest wave of the surface [m], as a finer measurement shows it. Without it a
-            quarter of the resolution to the resolution are equally likely, in octaves.
+            Shortest wave of the surface [m], as a finer measurement shows it. Without it, values
+            from a quarter of the resolution to the resolution are equally likely on a logarithmic
+            scale.
         material : dict, optional
             Relative standard uncertainties: ``"E"`` of the contact modulus, 0.03 by default, and
             ``"yield"`` of the ceiling, 0.05 by default.
@@ -471,25 +472,25 @@ class ContactResult(Result):
         rng : int, numpy.random.Generator or None
             Seed of the draws; a generator draws one. Equal seeds give equal intervals.
         also : sequence of Surface or of (Surface, Instrument or str)
-            Finer maps of the same surface, in the same orientation, filled and leveled, with what
-            measured each; estimated from the map by default. Their spectra continue that of the
+            Finer maps of the same surface, in the same orientation, filled and leveled, each with
+            its instrument; estimated from the map by default. Their spectra continue that of the
             map.
         of : {"map", "surface"}
-            Whether the numbers are of the place of the map or of a large surface, under the same
-            nominal pressure; the map is a sample of it.
+            Whether the quantities are of the place of the map, or of a large surface under the same
+            nominal pressure, of which the map is a sample.
         progress : callable, optional
             Called with a `Progress` after every solve.
 
         Returns
         -------
         Uncertainty
-            Intervals that hold the number of the surface in 95 of 100 cases, and their budget;
-            see `roughcontact.uncertainty.measurement`.
+            Intervals that contain the true value in 95 of 100 cases, and their budget; see
+            `roughcontact.uncertainty.measurement`.
 
         Raises
         ------
         InputError
-            If the map or the contact gets no intervals.
+            If intervals are not available for the map or the contact.
         """
         return presentation().uncertainty(
             self, instrument, shortest_wave, material, draws, rng, also, of, progress

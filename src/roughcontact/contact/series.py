@@ -19,21 +19,21 @@ from roughcontact.units import Quantity, format_engineering, format_lengths, to_
 
 Step = TypeVar("Step")
 
-# Edges of pixels that differ by less than this part are one.
+# Relative difference up to which pixels are equal.
 _PIXEL_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
 class CalibratedChange:
-    """How numbers under the largest load change under the calibrated ceiling."""
+    """Relative changes under the largest load between usual and calibrated ceiling."""
 
-    ceiling: float  # [Pa]
-    contact_area: float  # Relative change
-    numbers: tuple[float, ...]  # Relative changes of what the joint does; NaN where there is none
+    ceiling: float  # Calibrated ceiling [Pa]
+    contact_area: float  # Relative change of the contact area
+    numbers: tuple[float, ...]  # Relative changes of joint quantities; NaN if undefined
 
 
 def mean_step(steps: Sequence[Step], skip: Container[str]) -> Step:
-    """Return the mean of steps under one load, but for fields that are those of the first."""
+    """Return the mean of steps under one load; skipped fields are those of the first step."""
     first: Any = steps[0]
     means = {
         item.name: _mean([getattr(step, item.name) for step in steps])
@@ -52,7 +52,7 @@ def _mean(values: Sequence[Any]) -> Any:
 
 
 def relative_change(new: float, old: float) -> float:
-    """Return a relative change; NaN where there was nothing."""
+    """Return a relative change; NaN if the old value is zero or not finite."""
     return new / old - 1 if old and math.isfinite(old) else math.nan
 
 
@@ -61,7 +61,7 @@ ONE_ROUGH_FACE = as_note(
     "One rough face against a smooth flat. Two rough faces? Add "
     f"{ArgumentRef('counter_surface')}: roughness rises by about √2.",
 )
-"""Of a joint whose counter-body is smooth."""
+"""Note for a joint with a smooth counter-body."""
 
 
 def parse_positive(value: Quantity, dimension: str, argument: str) -> float:
@@ -75,7 +75,7 @@ def parse_positive(value: Quantity, dimension: str, argument: str) -> float:
 def check_same_pair(
     contacts: ContactResult | Iterable[ContactResult], what: str
 ) -> Iterator[ContactResult]:
-    """Yield the contacts, once each is known to be one more of the same bodies."""
+    """Yield the contacts after checking that all are of the same bodies."""
     # Not the contact itself, so that its maps are free again.
     first: tuple[Pair, bool] | None = None
     for result in [contacts] if isinstance(contacts, ContactResult) else contacts:
@@ -95,7 +95,7 @@ def check_same_pair(
 def require_alike(
     first: Pair, other: Pair, argument: str, *advice: Part, only_elastic: bool = False
 ) -> None:
-    """Refuse two pairs of bodies that differ in more than their heights."""
+    """Raise `InputError` for pairs of bodies that differ in more than their heights."""
     pixels = np.allclose(first.pixel, other.pixel, rtol=_PIXEL_TOLERANCE, atol=0)
     if first.shape != other.shape or not pixels:
         item, two = (
@@ -119,7 +119,7 @@ def require_alike(
 
 
 def require_one_model(first: bool, other: bool) -> None:
-    """Refuse contacts of which one was solved with a ceiling and another elastic."""
+    """Raise `InputError` for contacts of which one has a ceiling and another is elastic."""
     if first != other:
         raise InputError(
             "are some with a ceiling and some elastic; give contacts of one model",
@@ -157,7 +157,7 @@ def _constants(material: Material) -> str:
 
 
 RIM = 3.0
-"""Autocorrelation lengths that a rim is wide.
+"""Width of the rim, in autocorrelation lengths.
 
 Beyond the edge of a free map nothing touches. What lacks there, the local relation of pressure and
 gap feels as far as its longest waves reach: on self-affine maps with a roll-off, three lengths Sal
@@ -166,16 +166,16 @@ periodic to some 2 %, whatever pressure the edge takes on (``tests/physics/test_
 """
 
 MIN_POINTS = 16
-"""Points along each side below which a part of a map has no law."""
+"""Minimum number of points along each side of the part of a map that gives a law."""
 
-# Part of each side that the rims may take at most.
+# Maximum share of each side that the rims may occupy.
 _MAX_RIM_SHARE = 0.5
 
 Window = tuple[slice, slice]
 
 
 def window_of(pair: Pair) -> tuple[Window | None, float]:
-    """Return the part of a map inside its rim, and how wide that rim is."""
+    """Return the part of a map inside its rim, and the width of the rim [m]."""
     if min(pair.shape) < MIN_POINTS:
         ny, nx = pair.shape
         raise InputError(

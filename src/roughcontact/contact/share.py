@@ -1,4 +1,4 @@
-"""A band of rows of a map of heights, the rest of which other ranks hold."""
+"""Slab: the rows on one rank of a map that is distributed over several ranks."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from roughcontact.units import Quantities, to_si
 
 Array = NDArray[np.float64]
 
-# Points along the longer side of a map that one place can hold for a picture.
+# Maximum number of points along the longer side of a reduced map.
 _MAX_REDUCED_POINTS = 512
 
 
@@ -33,7 +33,7 @@ def row_bands(shape: tuple[int, int], count: int) -> tuple[int, ...]:
     """Return the first row of each rank, and the number of rows."""
     from roughcontact.solvers import bounded
 
-    # Rows by twos at least, so that no rank has a profile.
+    # At least two rows per rank, so that no rank has a profile.
     edge = max(1 << bounded.coarser_grids(shape), 2)
     maximum = shape[0] // edge
     if count > maximum:
@@ -46,19 +46,19 @@ def row_bands(shape: tuple[int, int], count: int) -> tuple[int, ...]:
 
 @validate_arguments
 def slab_rows(shape: tuple[int, int], ranks: Any) -> slice:
-    """Return the rows of a map that this rank is to hold.
+    """Return the rows of a map that belong to this rank.
 
     Parameters
     ----------
     shape : (int, int)
         Grid points ``(ny, nx)`` of the map.
     ranks : Ranks or mpi4py communicator
-        Those that hold it.
+        Ranks that share the map.
 
     Raises
     ------
     InputError
-        As `row_bands`.
+        As in `row_bands`.
     """
     ranks = ranks if isinstance(ranks, Ranks) else Ranks(ranks)
     return slice(*row_bands(shape, ranks.count)[ranks.number : ranks.number + 2])
@@ -66,7 +66,7 @@ def slab_rows(shape: tuple[int, int], ranks: Any) -> slice:
 
 @dataclass(frozen=True, eq=False)
 class Slab:
-    """A band of rows of a map of heights, the rest of which other ranks hold.
+    """Rows of a map of heights on this rank; other ranks have the rest.
 
     Parameters
     ----------
@@ -77,23 +77,23 @@ class Slab:
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
     ranks : Ranks or mpi4py communicator
-        Those that hold the map, each the rows that `slab_rows` gives it.
+        Ranks that share the map, each with the rows of `slab_rows`.
     provenance : Provenance
-        Where the map came from.
+        Source of the map and its preparation.
     holes_masked : bool
-        Whether missing points are accepted as points that never touch.
+        Whether missing points are accepted as points without contact.
 
     Attributes
     ----------
     missing : int
-        Points of the map that are missing.
+        Number of missing points of the map.
     highest : float
         The largest height of the map [m].
 
     Raises
     ------
     InputError
-        On all ranks if one of them has heights that cannot be used.
+        On all ranks, if the heights of any rank are invalid.
     """
 
     heights: Array
@@ -159,7 +159,7 @@ class Slab:
 
     @property
     def rows(self) -> slice:
-        """Rows of the map that this rank holds."""
+        """Rows of the map on this rank."""
         return slab_rows(self.shape, self.ranks)
 
     @property
@@ -178,7 +178,7 @@ class Slab:
         return False
 
     def leveled(self) -> Slab:
-        """Return a copy without its plane of least squares; all ranks call it.
+        """Return a copy without its least-squares plane; all ranks call it.
 
         Raises
         ------
@@ -215,23 +215,22 @@ class Slab:
                 yield rank, top, min(step, last - first - top)
 
     def reduce_blocks(self, values: NDArray[Any], largest: bool = False) -> Array | None:
-        """Return a map in blocks of pixels, the mean or the largest of each, on the first rank.
+        """Return a reduced map on the first rank: the mean or the maximum of blocks of pixels.
 
         Parameters
         ----------
         values : ndarray, shape (rows, nx)
             Rows of this rank.
         largest : bool
-            Whether to take the largest.
+            Whether to reduce by the maximum.
 
         Returns
         -------
         ndarray or None
-            About 512 points along the longer side, more where bands are narrow; None on the
-            other ranks.
+            About 512 points along the longer side, more if bands are narrow; None on other ranks.
         """
         edge = 1
-        # The last block of all may be a part of one.
+        # The last block may be incomplete.
         while max(self.shape) > _MAX_REDUCED_POINTS * edge and all(
             first % (2 * edge) == 0 for first in self.edges[:-1]
         ):

@@ -1,4 +1,4 @@
-"""Contact of two bodies: surfaces, materials and a load in, a result out."""
+"""Solution of the contact of two bodies."""
 
 from __future__ import annotations
 
@@ -36,23 +36,23 @@ from roughcontact.solvers.progress import Status, Step, Tell, progress_callback,
 from roughcontact.units import Quantities, Quantity
 
 CALIBRATED_TOLERANCE = 1e-2
-"""Certificate of the solution under the calibrated ceiling: areas to 1e-4, the rule has 5e-2."""
+"""Certificate for the calibrated ceiling: areas to 1e-4, the rule has an error of 5e-2."""
 
-# Relative change of the area of a sphere below which two ceilings are one.
+# Relative change of the area of a sphere below which two ceilings are equivalent.
 _MIN_CEILING_CHANGE = 0.005
 
 LOAD_TOLERANCE = 1e-10
-"""Largest load error of a converged result."""
+"""Maximum load error of a converged result."""
 
 MOMENT_TOLERANCE = 1e-8
-"""Largest moment error of a converged result."""
+"""Maximum moment error of a converged result."""
 
 Watch = Callable[[Step], None] | None
 
 MOMENT_ERROR_TEXT = (
     "moments not balanced; the point of the load may lie too near to the edge of the contact"
 )
-"""Status of a result whose bodies did not come to rest at any tilt."""
+"""Status of a result whose moments are not balanced at any tilt."""
 
 
 @shows_progress_bar
@@ -83,23 +83,23 @@ def solve(
     Parameters
     ----------
     surface : Surface or Slab
-        Heights of the rough body, without missing points. Under MPI every process calls this with
-        its `Slab`. Moments, a measured counter-surface, a map of ceilings, a calibrated ceiling
-        and ``initial_guess`` need the map in one process.
+        Heights of the rough body, without missing points. Under MPI every process calls this
+        function with its `Slab`. Moments, a measured counter-surface, a map of ceilings, a
+        calibrated ceiling and ``initial_guess`` need the whole map in one process.
     material, counter_material : Material
-        Material of the rough body and of its counter-body, or its name in the catalog, as
+        Material of the rough body and of its counter-body, or its name in the catalog, such as
         ``"42CrMo4"``; the counter-body is rigid by default.
     load : float, str, quantity of pint, NominalPressure, LineLoad or HertzPressure
-        Normal load W: a number in N, or a text with its unit, as all quantities. Give either this
-        or ``approach``. ``"50 N"`` is a force, ``"20 MPa"`` a pressure on the area of the whole
-        map, ``"600 N/mm"`` a load per length of the map along a nominal cylinder.
-        ``"hertz 1.5 GPa"`` is the load at which the smooth nominal bodies have this peak
-        pressure. A profile takes a load per length, in N/m or as ``"600 N/mm"``.
+        Normal load W: a number in N, or a text with its unit, as for all quantities. Give either
+        ``load`` or ``approach``. ``"50 N"`` is a force, ``"20 MPa"`` a pressure on the area of the
+        whole map, ``"600 N/mm"`` a load per length of the map along a nominal cylinder. ``"hertz
+        1.5 GPa"`` is the load at which the smooth nominal bodies have this peak pressure. For a
+        profile, a load per length, in N/m or as ``"600 N/mm"``.
     approach : float, str or quantity of pint
         Approach ω of the bodies from the first touch [m].
     moments : (float, float), optional
-        Moments ``(W y, W x)`` [N·m] of a load at the point (y, x) from the map center. The
-        bodies tilt until the pressure balances them. Without it they do not tilt.
+        Moments ``(W y, W x)`` [N·m] of a load at the point (y, x) from the map center. The bodies
+        tilt until the pressure balances them. By default they do not tilt.
     counter_surface : Surface or nominal body, optional
         Heights of the counter-body on the same grid, point by point over the first map (mirror a
         map that was measured from its own front), or a body such as ``rc.sphere("6 mm")``; a
@@ -117,7 +117,7 @@ def solve(
         Whether the body ends with the map, or the map is one period of an endless surface, or of
         a strip that is endless along one axis; see `Boundary`.
     tolerance : float, optional
-        Certificate ε at which the result counts as converged; 1e-6, or 1e-4 in single precision.
+        Certificate ε at which the result is converged; 1e-6, or 1e-4 in single precision.
     max_iterations : int
         Maximum number of convolutions per grid (two more may be needed to check the result).
     precision : {"double", "single"}
@@ -197,7 +197,7 @@ def add_calibrated(
     max_iterations: int = 2000,
     progress: Tell = None,
 ) -> ContactResult:
-    """Return a contact, solved under this ceiling, with what changes under the calibrated one."""
+    """Return a contact with its changes under the calibrated ceiling, if needed."""
     if first.pair.is_shared:
         return first
     bracket = is_bracket(first.pair, ceiling)
@@ -224,7 +224,7 @@ def solve_pair(
     progress: Watch = None,
     workers: int | None = None,
 ) -> ContactResult:
-    """Press two bodies together; see `solve`."""
+    """Solve the contact of a pair; see `solve`."""
     require_choice(("raise", "return"), on_failure=on_failure, on_interrupt=on_interrupt)
     validation.check_profile(pair, terms)
     validation.check_share(pair, terms, start)
@@ -237,7 +237,7 @@ def solve_pair(
     interruptible = on_interrupt == "return"
     work = Workspace(workers or pair.sums.thread_count())
     solution, slope = _solve_problem(pair, terms, stated, start, progress, interruptible, work)
-    # An error that is kept would keep the memory of the solve with it.
+    # A stored error would keep the memory of the solve alive.
     del stated.problem, work
     result = _make_result(pair, terms, stated, solution, slope, began, before)
     requested = solution.status is Status.INTERRUPTED
@@ -253,7 +253,7 @@ def _solve_self_consistent_ceiling(
     on_failure: str,
     progress: Watch,
 ) -> ContactResult:
-    """Return the contact under the ceiling that it recommends, with the cost of all its solves."""
+    """Return the contact under its calibrated ceiling, with the cost of all solves."""
     solves: list[ContactResult] = []
 
     def solve_at_ceiling(ceiling: Any, start: ContactResult | ArrayLike | None) -> ContactResult:
@@ -284,7 +284,7 @@ def _first_ceiling(pair: Pair, terms: LoadCase) -> Any:
 
 
 def _solve_calibrated(first: ContactResult, terms: LoadCase, watch: Watch) -> Calibrated | None:
-    """Return the contact under the ceiling that its solution recommends."""
+    """Return the contact under the ceiling calibrated from its solution."""
     if not (first.converged and isinstance(first.ceiling, float)) or first.calibration is not None:
         return None
     advice = plausibility.recommended_ceiling_of(first)
@@ -337,12 +337,12 @@ def _solve_again(
 
 
 def _predicted_pressure(first: ContactResult, ceiling: float) -> NDArray[np.float64]:
-    """Return a solution's pressure after a projected gradient step under another ceiling [Pa]."""
+    """Return the pressure after a projected gradient step under another ceiling [Pa]."""
     # K₀₀ of a square pixel of this area.
     unit = 4 * math.log1p(math.sqrt(2)) / math.pi
     unit *= math.sqrt(first.pixel_area) / first.contact_modulus
     target = first.pressure - np.nan_to_num(first.gap, nan=math.inf) / unit
-    # No other pixel can touch: the load of those that do is made up by less than a ceiling.
+    # No other pixel can be in contact: the shift that restores the load is less than a ceiling.
     near = np.nonzero(target > -ceiling)
     total = first.load / first.pixel_area
     pressure = np.zeros_like(target)
@@ -380,7 +380,7 @@ def _solve_problem(
 
 
 def _loaded_pixels(start: ContactResult | ArrayLike, units: ProblemUnits) -> Loaded:
-    """Return the pixels with pressure, and their pressure in the units of the solver."""
+    """Return the indices of pixels with pressure, and the pressure in solver units."""
     pressure = start.pressure if isinstance(start, ContactResult) else np.asarray(start)
     index = np.flatnonzero(pressure)
     return index, pressure.ravel()[index] / units.pressure
@@ -400,7 +400,7 @@ def _make_result(
     pressure.ravel()[solution.index] = solution.pressure
     pressure *= units.pressure
     if stated.ceiling is not None:
-        # One that is too small for the units of the solver is met to the last digit, too.
+        # A ceiling too small for the units of the solver is kept to the last digit, too.
         np.minimum(pressure, stated.ceiling, out=pressure)
     carried = sums.total(pressure) * pair.pixel_area
     load = carried if terms.load is None else terms.load
@@ -442,7 +442,7 @@ def _solve_status(
     pressure: NDArray[np.float64],
     load_error: float,
 ) -> str:
-    """Return why the solver stopped, or what else is wrong with a result that it takes as done."""
+    """Return why the solver stopped, or another reason against convergence."""
     status = solution.status
     if status is Status.CONVERGED and load_error > LOAD_TOLERANCE:
         status = Status.STALLED

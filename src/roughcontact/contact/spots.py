@@ -1,7 +1,8 @@
 """Contact spots: the connected parts of a contact area, their sizes and loads.
 
 `find_spots`: Hyun, Pei, Molinari and Robbins 2004, doi:10.1103/PhysRevE.70.026117, count connected
-clusters of touching nodes in the same way. Spots of a few pixels are a property of the grid.
+clusters of touching nodes with the same definition. Spots of a few pixels are a property of the
+grid.
 
 `rim_excess`: Yastrebov, Anciaux and Molinari 2017, doi:10.1016/j.triboint.2017.04.023
 """
@@ -21,10 +22,10 @@ from roughcontact.halfspace.boundary import Boundary
 Array = NDArray[np.float64]
 
 MIN_SPOT_PIXELS = 10
-"""Pixels below which the size of a contact spot is a property of the grid."""
+"""Number of pixels below which the size of a contact spot is a property of the grid."""
 
 
-# Points that are copied at a time.
+# Number of points that are copied at once.
 _PART = 2**16
 
 
@@ -43,7 +44,7 @@ class Spots:
         return self.area.size
 
     def load_weighted_median(self, values: Array) -> float:
-        """Return the value which the spots that carry half of the load have or exceed."""
+        """Return the value that spots with half of the load have or exceed."""
         order = np.argsort(-values, kind="stable")
         carried = np.cumsum(self.load[order])
         middle = int(np.searchsorted(carried, 0.5 * carried[-1]))
@@ -78,12 +79,12 @@ def find_spots(
     return Spots(areas, loads, peaks, label)
 
 
-# SciPy labels maps as well; its import takes as long as a small solve, and it looks at every pixel
-# where most of them touch nothing.
+# SciPy also labels maps, but its import takes as long as a small solve, and it visits every pixel
+# although most are not in contact.
 
 
 def _label_runs(touching: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
-    """Return a map of numbers of the runs along x, from 1 in their order, and their lengths."""
+    """Return a map of the numbers of runs along x, from 1, and the lengths of the runs."""
     edges = np.diff(touching.astype(np.int8), axis=1, prepend=0, append=0)
     lengths = np.nonzero(edges < 0)[1] - np.nonzero(edges > 0)[1]
     run = np.zeros(touching.shape, np.int32)
@@ -94,12 +95,12 @@ def _label_runs(touching: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray
 def _adjacent_runs(
     run: NDArray[np.int32], count: int, periodic_axes: tuple[int, ...]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the runs, from 0, that share an edge of a pixel with each other."""
+    """Return the pairs of runs, from 0, that share an edge of a pixel."""
     first = np.concatenate([run[:-1].ravel(), *(run.take(0, axis) for axis in periodic_axes)])
     second = np.concatenate([run[1:].ravel(), *(run.take(-1, axis) for axis in periodic_axes)])
     meet = (first > 0) & (second > 0)
     pairs = first[meet].astype(np.int64) * (count + 1) + second[meet]
-    # Two runs meet in many pixels, one after the other.
+    # Two runs meet in many consecutive pixels.
     pairs = pairs[np.diff(pairs, prepend=-1) != 0]
     return pairs // (count + 1) - 1, pairs % (count + 1) - 1
 
@@ -107,7 +108,7 @@ def _adjacent_runs(
 def _merge_groups(
     count: int, first: NDArray[np.int64], second: NDArray[np.int64]
 ) -> NDArray[np.intp]:
-    """Return for each of ``count`` things the number of its group, given which belong together."""
+    """Return the group number of each of ``count`` items, given pairs in the same group."""
     minimum = np.arange(count)
     while True:
         item, two = minimum[first], minimum[second]
@@ -116,30 +117,30 @@ def _merge_groups(
             return np.unique(minimum, return_inverse=True)[1]
         item, two = item[separately], two[separately]
         np.minimum.at(minimum, np.maximum(item, two), np.minimum(item, two))
-        # Each follows those it points to, to the end.
+        # Follow the pointers of each item to their end.
         while (further := minimum[minimum]).tobytes() != minimum.tobytes():
             minimum = further
 
 
-# --- Real contact area of a map of pixels, and where its pressure acts ---
+# --- Real contact area of a map of pixels, and center of pressure ---
 
 
 RIM_EXCESS = (math.pi - 1 + math.log(2)) / 24
-"""By how many pixels each edge of an elastic rim makes a contact area too large."""
+"""Number of pixels by which each edge of an elastic rim makes a contact area too large."""
 
 
 @dataclass(frozen=True)
 class Totals:
-    """Numbers of a contact that need all pixels of the map, counted once."""
+    """Quantities of a contact that need all pixels of the map, evaluated once."""
 
-    points: int  # Pixels that are there
+    points: int  # Valid pixels
     contact: int  # Pixels with pressure
     saturated: int  # Pixels at the ceiling
-    rims: int  # Edges between an elastic pixel and one that does not touch
+    rims: int  # Edges between an elastic pixel and one without contact
     max_pressure: float  # Largest pressure [Pa]
     mean_gap: float  # Mean open gap [m]
     max_indentation: float  # Largest permanent indentation of a saturated pixel [m]
-    edge_load: float | None  # Share of the load along the edges at which the map ends
+    edge_load: float | None  # Load share along the edges at which the map ends
 
 
 def count_totals(
@@ -148,7 +149,7 @@ def count_totals(
     gap: NDArray[np.float64],
     ceiling: float | NDArray[np.float64] | None,
 ) -> Totals:
-    """Count over all pixels of a map; all processes that hold it call this."""
+    """Evaluate the totals of a map; all processes that share it call this."""
     sums, touching = pair.sums, pressure > 0
     saturated = pressure >= (math.inf if ceiling is None else ceiling)
     points = sums.count(~np.isnan(gap))
@@ -165,9 +166,9 @@ def count_totals(
 
 
 def _open_volume(gap: NDArray[np.float64]) -> float:
-    """Return the sum of the open gaps, to the bit that of a copy of the whole map without the rest.
+    """Return the sum of the open gaps, identical to the sum of a clipped copy of the map.
 
-    NumPy adds by halves, at multiples of eight: so do the parts, which take less memory.
+    NumPy adds by halves, split at multiples of eight. The parts do the same with less memory.
     """
     if gap.size <= _PART:
         return float(np.fmax(gap, 0).sum())
@@ -177,7 +178,7 @@ def _open_volume(gap: NDArray[np.float64]) -> float:
 
 
 def _count_rim(pair: Pair, touching: NDArray[np.bool_], elastic: NDArray[np.bool_]) -> int:
-    """Count the rims, those towards the first row of the next process included."""
+    """Count the edges of the rim, including those towards the next process."""
     wrapped = pair.boundary.periodic_axes
     rows, result = max(1, _PART // touching.shape[1]), 0
     for top in range(0, len(touching), rows):
@@ -208,7 +209,7 @@ def _edge_load(pair: Pair, pressure: NDArray[np.float64]) -> float | None:
 def rim_excess(
     touching: NDArray[np.bool_], elastic: NDArray[np.bool_], boundary: Boundary
 ) -> float:
-    """Return by how many pixels an elastic rim makes a contact area too large."""
+    """Return the number of pixels by which an elastic rim makes a contact area too large."""
     return RIM_EXCESS * sum(
         rim_edges(touching, elastic, axis, axis in boundary.periodic_axes) for axis in (0, 1)
     )
@@ -217,7 +218,7 @@ def rim_excess(
 def rim_edges(
     touching: NDArray[np.bool_], elastic: NDArray[np.bool_], axis: int, wrapped: bool
 ) -> int:
-    """Return the edges along an axis between an elastic pixel and one that does not touch."""
+    """Return the number of edges along an axis between elastic and separated pixels."""
     beyond, elastic_beyond = np.roll(touching, -1, axis), np.roll(elastic, -1, axis)
     rim = (elastic & ~beyond) | (~touching & elastic_beyond)
     return int(np.count_nonzero(rim if wrapped else np.delete(rim, -1, axis)))
@@ -226,7 +227,7 @@ def rim_edges(
 def center_of_pressure(
     pressure: NDArray[np.float64], pixel: tuple[float, float]
 ) -> tuple[float, float]:
-    """Return the point where the resultant of a pressure acts."""
+    """Return the point of action of a pressure."""
     total = float(pressure.sum())
     if total == 0:
         return math.nan, math.nan

@@ -1,18 +1,18 @@
-"""Contact stiffness: how fast the load grows with the approach, and the pressure with it.
+"""Contact stiffness: derivatives of load and pressure with respect to the approach.
 
-`stiffness`: Within the small step the contact does not change: its elastic pixels are pressed
-like a rigid flat punch of that outline, one more linear problem. A circle of radius a gives 2
-E* a. The stiffness is good to 1e-7 at least, to 1e-9 as a rule.
+`stiffness`: In an infinitesimal step the contact does not change: its elastic pixels are displaced
+as by a rigid flat punch of the same outline, a linear problem. A circle of radius a gives 2 E* a.
+The stiffness is accurate to 1e-7 at least, usually to 1e-9.
 
 Barber 2003, Proc. R. Soc. A 459, 53, doi:10.1098/rspa.2002.1038
 
-`unloading_stiffness`: It depends on the outline of the contact alone, and so does what the
-contact conducts: see `roughcontact.analyses.sweep.model.LoadCurve.constriction_length`.
+`unloading_stiffness`: It depends on the outline of the contact only, as does the conductance: see
+`roughcontact.analyses.sweep.model.LoadCurve.constriction_length`.
 
-`local_stiffness`: Where the outline of the contact approaches by dω and displaces by du, the
-gap closes by dω - du. Over all of a periodic map the mean of du is zero, and this is the
-contact stiffness over the nominal area; over a part of a free map the compliance of the bodies
-below it, which displaces all of the part, drops out.
+`local_stiffness`: Where the outline of the contact approaches by dω and is displaced by du, the gap
+closes by dω - du. Over a whole periodic map the mean of du is zero, which gives the contact
+stiffness over the nominal area; over a part of a free map the compliance of the bodies below it,
+which displaces all of the part, cancels.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class ContactGrowth:
-    """How a contact grows with its approach as long as its outline stays."""
+    """Derivatives of a contact with respect to the approach, for a constant outline."""
 
     stiffness: float  # dW/dω [N/m]
     unit: float = math.nan  # K₀₀ [m/Pa]
-    rate: Array | None = None  # [Pa/m], (ny, nx)
+    rate: Array | None = None  # dp/dω [Pa/m], (ny, nx)
 
 
 def stiffness(result: ContactResult) -> float:
@@ -49,7 +49,7 @@ def stiffness(result: ContactResult) -> float:
 
 
 def unloading_stiffness(result: ContactResult) -> float:
-    """Return the contact stiffness dW/dω of a solution as the load begins to fall."""
+    """Return the contact stiffness dW/dω at the beginning of unloading."""
     result.require_whole("the stiffness")
     index = np.flatnonzero(result.contact)
     punch = _flat_punch(result, index) if index.size else None
@@ -59,7 +59,7 @@ def unloading_stiffness(result: ContactResult) -> float:
 def local_stiffness(
     result: ContactResult, window: tuple[slice, slice] | None = None
 ) -> tuple[float, float]:
-    """Return how fast the mean pressure of a part of a map grows as the mean planes close there."""
+    """Return the local stiffness of a part of a map [Pa/m] in loading and in unloading."""
     result.require_whole("the stiffness")
     whole = _local_stiffness(result, np.flatnonzero(result.contact), window)
     if not result.saturated.any():
@@ -88,7 +88,7 @@ def _local_stiffness(
 
 
 def contact_growth(result: ContactResult) -> ContactGrowth:
-    """Return the contact stiffness of a solution with what it comes from; see `stiffness`."""
+    """Return the contact stiffness of a solution and its rate of pressure; see `stiffness`."""
     result.require_whole("the stiffness")
     index = np.flatnonzero(result.contact & ~result.saturated)
     if index.size == 0:
@@ -102,7 +102,7 @@ def contact_growth(result: ContactResult) -> ContactGrowth:
 
 
 def _flat_punch(result: ContactResult, index: NDArray[np.int64]) -> Punch:
-    """Return the rigid flat that some pixels of a solution follow."""
+    """Return the rigid flat punch of the given pixels of a solution."""
     shape, pair = result.pair.shape, result.pair
     MemoryNeed(shape, pair.boundary, result.precision).require(index.size / result.pressure.size)
     punch = flat_punch(shape, index, pair.operators(result.precision, Workspace()))
@@ -118,14 +118,14 @@ def predict_pressure(
     load: float | None = None,
     approach: float = math.nan,
 ) -> Array:
-    """Return a pressure to start from under another load, or else at another approach."""
+    """Return an initial guess of the pressure under another load or at another approach."""
     if grown.rate is None:
         return result.pressure
     rise = (approach - result.approach) if load is None else (load - result.load) / grown.stiffness
     values = result.pressure - result.gap / grown.unit + rise * grown.rate
     limit = np.inf if result.ceiling is None else result.ceiling
     limit = np.broadcast_to(np.float64(limit), values.shape)
-    # Further from contact than any pixel is in it, none is taken in.
+    # Pixels with a gap larger than the largest value are certainly not in contact.
     near = (values > -np.nanmax(values)) & (limit > 0)
     values, limit = values[near], limit[near]
     start = np.zeros(near.shape)

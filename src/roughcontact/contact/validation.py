@@ -33,19 +33,19 @@ from roughcontact.solvers.problem import BoundedProblem
 
 Array = NDArray[np.float64]
 
-# The smallest ceiling in units of the pressures: what is too small for a number is no zero.
+# Smallest ceiling in units of the pressures, as a positive ceiling must not become zero.
 _MIN_VALUE = 1e-300
 
 
 @dataclass
 class ContactProblem:
-    """A problem that has passed all checks; the solver may take its arrays away."""
+    """Problem that passed all checks; the solver may reuse its arrays."""
 
-    problem: BoundedProblem  # For the solver, in the units of `scale`
-    scale: ProblemUnits  # Its units
+    problem: BoundedProblem  # Problem of the solver, in the units of `scale`
+    scale: ProblemUnits  # Units of the problem
     ceiling: float | Array | None  # (ny, nx) Largest pressure [Pa]
-    holes: bool  # Whether some points never touch
-    target: Array | None  # Where the load acts, as a part of the longer side
+    holes: bool  # Whether some points have no contact
+    target: Array | None  # Point of action of the load, as a fraction of the longer side
 
 
 def build_problem(
@@ -56,9 +56,9 @@ def build_problem(
     held: int = 0,
     series: bool = False,
 ) -> ContactProblem:
-    """Return the problem that a solve is given, or raise what is wrong with it."""
+    """Return the problem of a solve; raise an error if it is invalid."""
     check_terms(terms)
-    # First what any contact on this grid needs: nothing large has been made yet.
+    # The memory of any contact on this grid is checked before large arrays are created.
     room, there = memory.MemoryNeed.from_pair(pair, terms, held), ground.free_bytes()
     pair.sums.run_on_all(lambda: room.require(there=there))
     if terms.moments is not None:
@@ -92,7 +92,7 @@ def build_problem(
         approach=None if terms.approach is None else terms.approach / units.length,
         whole=pair.shape if pair.is_shared else None,
     )
-    # Where a light contact fits and a full one does not, it depends on this one.
+    # If the memory holds a light contact but not a full one, the expected contact decides.
     if not pair.is_shared and room.estimate(1.0) > there:
         touching = memory.start_fraction(problem, start, series)
         room.require(max(touching, memory.coarse_contact_guess(pair, problem, units)), there)
@@ -100,12 +100,12 @@ def build_problem(
 
 
 def check_problem(pair: Pair, terms: LoadCase, *, held: int = 0, series: bool = False) -> None:
-    """Raise what a solve would raise before it starts."""
+    """Raise the errors that a solve would raise before it starts."""
     build_problem(pair, terms, held=held, series=series)
 
 
 def check_terms(terms: LoadCase) -> None:
-    """Raise `InputError` for terms that no bodies could be pressed on."""
+    """Raise `InputError` for terms that are invalid for all bodies."""
     require_choice(("double", "single"), precision=terms.precision)
     require_positive(tolerance=terms.certificate)
     require_count(1, ITERATIONS, max_iterations=terms.max_iterations)
@@ -116,7 +116,7 @@ def check_terms(terms: LoadCase) -> None:
 
 
 def check_share(pair: Pair, terms: LoadCase, start: Any = None) -> None:
-    """Raise `InputError` for what needs the whole map, where several processes hold it."""
+    """Raise `InputError` for options that need the whole map on one process."""
     needs = {
         "a tilt": terms.moments is not None,
         "a calibrated ceiling": isinstance(terms.ceiling, str) and terms.ceiling == CALIBRATED,
@@ -137,7 +137,7 @@ def check_profile(pair: Pair, terms: LoadCase) -> None:
 
 
 def check_holes(pair: Pair) -> None:
-    """Raise `InputError` for points missing that nothing was decided about."""
+    """Raise `InputError` for missing points that are neither filled nor accepted."""
     share = pair.share
     if isinstance(share, Slab) and share.missing and not share.holes_masked:
         raise InputError(
@@ -155,7 +155,7 @@ def check_holes(pair: Pair) -> None:
 
 
 def touchable_gap(pair: Pair) -> Array:
-    """Return the gap at first touch [m], infinite where the bodies never touch, shape (rows."""
+    """Return the gap at first touch [m], shape (rows, nx); infinite at holes."""
     gap = pair.initial_gap
     if pair.has_holes:
         gap[np.isnan(gap)] = np.inf
@@ -178,7 +178,7 @@ def as_finite_row(values: ArrayLike, argument: str) -> Array:
 
 
 def require_below(approach: float, full: float) -> None:
-    """Raise `CapacityError` for a periodic map that is pressed beyond an approach [m]."""
+    """Raise `CapacityError` if a periodic map is approached beyond full contact [m]."""
     if approach >= full:
         raise CapacityError(
             f"= {approach:.6g} m is beyond full contact of this periodic surface at {full:.6g} m, "
@@ -216,7 +216,7 @@ def check_moments(terms: LoadCase, boundary: Boundary) -> tuple[float, float]:
 def check_balance(
     target: Array, load: float, ceiling: float | Array | None, gap: Array, pair: Pair
 ) -> None:
-    """Raise if no admissible pressure has its centre where the load acts."""
+    """Raise `CapacityError` if no admissible pressure is centered at the point of the load."""
     touchable = np.isfinite(gap)
     y, x = (
         np.broadcast_to(v, gap.shape)[touchable]
@@ -240,7 +240,7 @@ def check_balance(
 
 
 def check_start(start: ContactResult | ArrayLike, shape: tuple[int, int]) -> None:
-    """Raise `InputError` unless a solve can start from this."""
+    """Raise `InputError` if an initial guess is invalid."""
     pressure = np.asarray(start.pressure if isinstance(start, ContactResult) else start)
     if pressure.dtype.kind not in "fiu":
         raise InputError(
@@ -260,7 +260,7 @@ def check_start(start: ContactResult | ArrayLike, shape: tuple[int, int]) -> Non
 
 
 def load_capacity(load: float, ceiling: float | Array | None, gap: Array, pair: Pair) -> float:
-    """Return the largest load that can be carried, or raise if this one is larger."""
+    """Return the largest load that can be carried, or raise if the given load is larger."""
     if ceiling is None:
         return math.inf
     touchable = np.isfinite(gap)
@@ -274,7 +274,7 @@ def load_capacity(load: float, ceiling: float | Array | None, gap: Array, pair: 
 
 def require_capacity(load: float, largest: float, pair: Pair) -> None:
     """Raise `CapacityError` for a load above the largest that can be carried."""
-    # The full capacity is a load like any other; rounding must not refuse it.
+    # The full capacity is valid; rounding must not reject it.
     if load > largest * (1 + 1e-12):
         body = pair.softer
         advice: tuple[Part, ...] = ()
