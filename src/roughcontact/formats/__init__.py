@@ -1,1 +1,1 @@
-"""Files that are read and written."""
+"""File formats: reading of maps, writing of maps, contacts and volumes."""

@@ -1,9 +1,9 @@
-"""Containers of contact.engineering: the maps of one or more surfaces in a ZIP archive.
+"""Containers of contact.engineering: maps of one or more surfaces in a ZIP archive.
 
 Röttger et al. 2022, doi:10.1088/2051-672X/ac860a; layout as in SurfaceTopography 1.27. A text
 ``index.json``, in older containers ``meta.yml``, lists surfaces and their measurements. Data files
 are ``original`` as uploaded, or ``squeezed-netcdf``, the heights after the preparation that the
-site shows. The latter are read where they exist, as they need no other reader.
+site shows. The latter are preferred, as they need no other reader.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ NAME = "container"
 _INDEX, _YAML = "index.json", "meta.yml"
 _SQUEEZED, _ORIGINAL = "squeezed-netcdf", "original"
 
-# Formats of arrays, of which SurfaceTopography takes the first axis for x, and this program for y.
+# Formats of arrays whose first axis is x in SurfaceTopography, and y here.
 _BARE = "npy", "npz", "hdf5"
 
 FormatOf = Callable[[Path], InputFormat]
@@ -46,25 +46,25 @@ FormatOf = Callable[[Path], InputFormat]
 
 @dataclass(frozen=True)
 class ContainerEntry:
-    """A measurement as the container describes it."""
+    """Description of a measurement in the container."""
 
     name: str
     member: str  # Data file in the archive
     is_squeezed: bool
-    size: tuple[float, ...]  # Along x and y, or of a line scan, in `unit`
+    size: tuple[float, ...]  # Sides along x and y, or length of a line scan, in `unit`
     unit: str
     channel: int  # Index in the data file
-    scale: float  # Factor of the heights of the data file
+    scale: float  # Factor for the heights of the data file
     instrument: str
 
     @property
     def is_map(self) -> bool:
-        """Whether it is no line scan."""
+        """Whether it is a map, not a line scan."""
         return len(self.size) != 1
 
 
 def read_container(path: Path, requested: ReadOptions, format_of: FormatOf) -> Surface:
-    """Return one map of a container."""
+    """Return a map of a container."""
     with _container_errors(path):
         measurements = _list_entries(path)
         maps = [name for name, item in measurements.items() if item.is_map]
@@ -96,7 +96,7 @@ def read_container(path: Path, requested: ReadOptions, format_of: FormatOf) -> S
 
 
 def channels(path: Path, format_of: FormatOf) -> tuple[Channel, ...]:
-    """Return the measurements of a container; line scans are no maps."""
+    """Return the measurements of a container; line scans are not maps."""
     result = []
     with _container_errors(path):
         for item in _list_entries(path).values():
@@ -112,7 +112,7 @@ def channels(path: Path, format_of: FormatOf) -> tuple[Channel, ...]:
 def _read_entry(
     path: Path, file: Path, known: InputFormat, item: ContainerEntry, requested: ReadOptions
 ) -> Surface:
-    """Return the map in a data file, with unit and size of the container where it has none."""
+    """Return the map in a data file; the container supplies a missing unit and size."""
     if known.name in _BARE:
         raise FormatError(
             f"{path.name} holds {item.member}, whose first axis may be x or y; unpack it and read "
@@ -128,7 +128,7 @@ def _read_entry(
     except FormatError:
         raise
     except InputError:
-        # Files that have a size themselves do not take another.
+        # Files with a size reject another one.
         if requested.size is not None or not item.size or not item.unit:
             raise
         metre = unit_in_meters(path, item.unit)
@@ -138,7 +138,7 @@ def _read_entry(
 
 
 def _list_entries(path: Path) -> dict[str, ContainerEntry]:
-    """Return the entries of a container, by unique names."""
+    """Return the entries of a container, with unique names."""
     with zipfile.ZipFile(path) as archive:
         name = next((name for name in (_INDEX, _YAML) if name in archive.namelist()), None)
         if name is None:
@@ -182,7 +182,7 @@ def _parse_entry(name: str, item: dict[str, Any]) -> ContainerEntry:
 
 
 def _from_yaml(path: Path, text: str) -> Any:
-    """Return the content of a text in YAML, in which some containers have tuples of Python."""
+    """Return the content of a YAML text; some containers have Python tuples."""
     try:
         import yaml
     except ImportError as error:
@@ -200,7 +200,7 @@ def _from_yaml(path: Path, text: str) -> Any:
 def _unpack_member(
     path: Path, name: str, format_of: FormatOf
 ) -> Iterator[tuple[Path, InputFormat]]:
-    """Give a data file of a container under its own name, and its format."""
+    """Extract a data file of a container under its original name; yield path and format."""
     with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
         file = Path(folder) / Path(name).name
         with zipfile.ZipFile(path) as archive:
@@ -212,7 +212,7 @@ def _unpack_member(
                 shutil.copyfileobj(packed, copy, source.BLOCK)
         known = format_of(file)
         if known.name == NAME:
-            # One that contains itself would be unpacked for ever.
+            # An archive that contains itself would be unpacked forever.
             raise FormatError(f"{path.name} holds {name}, another archive; unpack it and read that")
         yield file, known
 

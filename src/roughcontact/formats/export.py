@@ -1,7 +1,7 @@
-"""Formats that maps and results of a contact are written in: one table each.
+"""Output formats of maps, contacts and volumes: one table each.
 
-A missing point is a missing point in each of them, and row 0 is the row of smallest y. What is
-written appears under its name only once it is complete. ``roughcontact.plots`` draws figures.
+All formats keep missing points, and row 0 is the row of smallest y. A file appears under its name
+only when it is complete. ``roughcontact.plots`` draws figures.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ Writer = Callable[[Any, Target], None]
 
 @dataclass(frozen=True)
 class Content:
-    """Content of a file of one format."""
+    """Content of a file of a format, and its writer."""
 
-    words: str  # As help and web page state it
+    words: str  # Text for help and web page
     write: Writer  # `write(source, path)`
 
 
 @dataclass(frozen=True)
 class FormatTable:
-    """Formats that objects of one class are written in."""
+    """Output formats of objects of a class."""
 
-    noun: str  # Name of such an object in messages
-    contents: Mapping[str, Content]  # By suffix
+    noun: str  # Name of the class in messages
+    contents: Mapping[str, Content]  # Formats by suffix
 
     @property
     def suffixes(self) -> tuple[str, ...]:
@@ -45,7 +45,7 @@ class FormatTable:
         return tuple(self.contents)
 
     def write(self, source: Any, path: Target) -> None:
-        """Write an object in the format of the suffix; `InputError` if there is none."""
+        """Write an object in the format of the suffix; raise `InputError` for other suffixes."""
         suffix = Path(path).suffix.lower()
         if suffix not in self.contents:
             raise InputError(
@@ -58,7 +58,7 @@ class FormatTable:
 
 
 def lazy_writer(place: str) -> Writer:
-    """Return a writer that is imported when it writes: help and messages need only the table."""
+    """Return a writer imported on first use, as help and messages need only the table."""
     return lambda source, path: resolve_name(f"roughcontact.{place}")(source, path)
 
 
@@ -103,12 +103,12 @@ VOLUME = FormatTable(
 )
 
 
-# Formats without profiles.
+# Formats that cannot store profiles.
 _OF_MAPS = (".x3p", ".sur", ".vti", ".vtr")
 
 
 def list_formats(*tables: FormatTable) -> str:
-    """Return a text that lists suffixes and content of some tables."""
+    """Return a text that lists suffixes and content of tables."""
     words = []
     for suffix in dict.fromkeys(suffix for table in tables for suffix in table.contents):
         held = [table.contents[suffix].words for table in tables if suffix in table.contents]
@@ -117,13 +117,13 @@ def list_formats(*tables: FormatTable) -> str:
 
 
 def save_surface(surface: Surface, path: str | os.PathLike[str]) -> None:
-    """Write a height map in the format that the suffix of the file names."""
+    """Write a height map in the format given by the suffix of the file."""
     _require_kept(surface, path)
     SURFACE.write(surface, path)
 
 
 def save_contact(result: ContactResult, path: Target) -> None:
-    """Write a contact in the format that the suffix of the file names; see `save_surface`."""
+    """Write a contact in the format given by the suffix of the file; see `save_surface`."""
     if Path(path).suffix.lower() != ".nc":
         result.require_whole("a file other than .nc")
         _require_kept(result.surface, path)
@@ -131,12 +131,12 @@ def save_contact(result: ContactResult, path: Target) -> None:
 
 
 def save_volume(result: ElastoplasticResult, path: Target) -> None:
-    """Write a contact with its volume in the format that the suffix of the file names."""
+    """Write a contact with its volume in the format given by the suffix of the file."""
     VOLUME.write(result, path)
 
 
 def _require_kept(surface: Surface, path: str | os.PathLike[str]) -> None:
-    """Raise `InputError` where a format has no profiles."""
+    """Raise `InputError` for a profile in a format of maps."""
     if surface.is_profile and Path(path).suffix.lower() in _OF_MAPS:
         raise InputError(
             "needs a name that ends in .nc, .npz (heights), .csv or .json (results) for a profile, "

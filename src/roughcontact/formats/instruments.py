@@ -1,4 +1,4 @@
-"""Files of instruments by SurfaceTopography's readers, and what in them contradicts itself."""
+"""Instrument files read by SurfaceTopography, and checks of their headers."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
 
-# Name of SurfaceTopography's reader -> suffixes. The suffix decides and the content does not:
-# SurfaceTopography takes one vendor's file for another's, and anything at all for `hgt`, which
-# is therefore left out, as are its readers of formats without units that are not instruments'
+# Name of SurfaceTopography's reader -> suffixes. The suffix decides, not the content:
+# SurfaceTopography confuses the files of some vendors, and accepts any file for `hgt`, which is
+# therefore excluded, as are its readers of formats without units that are not from instruments
 # (MATLAB, HDF5, lists of points) and of single profiles.
 SUFFIXES = {
     "al3d": (".al3d",),
@@ -56,7 +56,7 @@ SUFFIXES = {
     "metropro": (".dat",),
     "mi": (".mi",),
     "mnt": (".mnt",),
-    # Some releases read its lateral sizes 10⁶ too large: such a size is refused as implausible.
+    # Some releases read its lateral sizes 10⁶ too large: such a size is rejected as implausible.
     "nms": (".nms",),
     "oir": (".oir",),
     "opd": (".opd",),
@@ -77,11 +77,11 @@ SUFFIXES = {
     "zon": (".zon",),
 }
 
-# Formats for which a suffix of three digits stands as well: Bruker's count the scans.
+# Formats whose suffix may also be three digits: Bruker's number the scans.
 NUMBERED = ("di",)
 
-# A length unit does not make a channel a height: a calibrated deflection or amplitude error is
-# in nm, too. SurfaceTopography 1.27 calls all channels of a Bruker file heights.
+# A length unit does not make a channel a height: a calibrated deflection or amplitude error is in
+# nm, too. SurfaceTopography 1.27 reports all channels of a Bruker file as heights.
 _NOT_HEIGHT = re.compile(
     r"phase|ampl|deflection|error|friction|lateral|current|potential|adhesion|modulus|stiffness"
     r"|deformation|indentation|dissipation|force|voltage|intensity|brightness|contrast|quality"
@@ -89,23 +89,23 @@ _NOT_HEIGHT = re.compile(
     re.IGNORECASE,
 )
 
-# Formats that pack what they hold: as ZIP archives, some with other bytes in front; in streams of
-# zlib; in HDF5.
+# Formats with compressed content: in ZIP archives, some with leading bytes; in zlib streams; in
+# HDF5.
 _ARCHIVES = ("plux", "poir", "qep", "vk", "x3p", "zon")
 _STREAMS = ("jpk", "lext", "mnt", "ps")
 _HDF5 = ("datx",)
 
-# Deflate packs 1032 to 1 at most; a header that claims more points than this is damaged.
+# The maximum compression ratio of deflate is 1032; a header with more points is damaged.
 _POINTS_PER_BYTE = 1100
 
-# Bytes that reading takes a point.
+# Memory for reading, in bytes per point.
 _BYTES_PER_POINT = 40
 
 _EPOCH = 1970
 
 
 def read_instrument(path: Path, name: str, requested: ReadOptions) -> Surface:
-    """Return the map in an instrument's file; ``name`` is that of SurfaceTopography's reader."""
+    """Return the map in an instrument's file; ``name`` selects SurfaceTopography's reader."""
     with _open_reader(path, name) as reader:
         entries = list(reader.channels)
         result = [_channel_from_entry(path, entry) for entry in entries]
@@ -130,7 +130,7 @@ def read_instrument(path: Path, name: str, requested: ReadOptions) -> Surface:
             raise FormatError(
                 f"{path.name} contradicts itself: {contradiction}; copy or export it again"
             )
-        # SurfaceTopography has [x, y], this program [y, x].
+        # SurfaceTopography has [x, y], this package [y, x].
         heights = to_meters(np.ascontiguousarray(values.T), metre)
         instrument = _instrument_name(reader, entry)
         acquired = _acquisition_time(entry)
@@ -147,11 +147,11 @@ def channels(path: Path, name: str) -> tuple[Channel, ...]:
 
 
 def _sized_map(entry: Any, metre: float) -> tuple[Any, tuple[float, float] | None]:
-    """Return SurfaceTopography's map of a channel, and the pixel [m] that its file gives."""
+    """Return the map of a channel from SurfaceTopography, and the pixel [m] in its file."""
     if entry.dim == 1:
         return entry.topography(), None
     if entry.physical_sizes is None:
-        # The reader accepts any size; ours is in meters in all cases.
+        # The reader requires a size; all sizes are then converted to meters here.
         return entry.topography(physical_sizes=(1.0, 1.0)), None
     topography = entry.topography()
     along_x, along_y = (float(edge) for edge in topography.pixel_size)
@@ -161,7 +161,7 @@ def _sized_map(entry: Any, metre: float) -> tuple[Any, tuple[float, float] | Non
 def _profile_map(
     profile: Any, values: Array, metre: float
 ) -> tuple[Array, tuple[float, float], tuple[str, ...]]:
-    """Return a profile as SurfaceTopography has maps, its pixel [m], and what was done to it."""
+    """Return a profile as a map of SurfaceTopography, its pixel [m], and processing steps."""
     if profile.is_uniform:
         return values[:, None], (PROFILE_WIDTH, float(profile.pixel_size[0]) * metre), ()
     position = np.asarray(profile.positions(), dtype=np.float64) * metre
@@ -170,7 +170,7 @@ def _profile_map(
 
 
 def _channel_from_entry(path: Path, entry: Any) -> Channel:
-    # Bruker's non-height channels have a pair of units, lateral and vertical.
+    # Bruker's channels of other quantities have a pair of units, lateral and vertical.
     if isinstance(entry.unit, tuple):
         unit = entry.unit[-1]
         known = False
@@ -209,7 +209,7 @@ def _choose_channel(
         return default if default in heights else heights[0]
     by_name = [index for index, entry in enumerate(result) if entry.name == channel]
     if len(by_name) > 1:
-        # One height among namesakes is no choice.
+        # Among channels of equal name, a single height channel is unambiguous.
         by_name = [index for index in by_name if index in heights] or by_name
     if len(by_name) > 1:
         raise InputError(
@@ -248,7 +248,7 @@ def _check_grid(path: Path, described: Channel) -> None:
 
 
 def _opener(path: Path, kind: str) -> Callable[[Any], Any]:
-    """Return the function that opens a format: its reader alone, or the whole library."""
+    """Return the function that opens a format, from its reader or the whole library."""
     try:
         return cast("Callable[[Any], Any]", readers.reader(kind))
     except ImportError:
@@ -264,7 +264,7 @@ def _opener(path: Path, kind: str) -> Callable[[Any], Any]:
 
 
 def _check_packed(path: Path, kind: str) -> None:
-    """Raise for a file with unchecked damage, or that would fill the memory."""
+    """Raise `FormatError` for a damaged archive, or one that would exceed the memory."""
     memory.require_size(path.name, path.stat().st_size)
     with path.open("rb") as stream:
         start = stream.read(4)
@@ -283,17 +283,17 @@ def _check_packed(path: Path, kind: str) -> None:
     elif kind in _STREAMS:
         source.check_streams(path)
     elif kind == "ibw" and start[:2] not in (b"\5\0", b"\0\5"):
-        # Its reader accepts no other; its library logs all bytes of other files.
+        # The reader accepts no other version; its library logs all bytes of other files.
         raise ValueError("it is no binary wave of version 5")
 
 
 @contextlib.contextmanager
 def _open_reader(path: Path, kind: str) -> Iterator[Any]:
-    """Give SurfaceTopography's reader of a file, with one kind of error."""
+    """Open SurfaceTopography's reader of a file, with all errors as `FormatError`."""
     try:
         _check_packed(path, kind)
         opened = _opener(path, kind)
-        # Our own stream: a reader that fails half-way leaves files open that it opened.
+        # The stream is opened here, as a reader that fails does not close files that it opened.
         with (
             np.errstate(all="ignore"),
             _reader_stream(path, kind) as stream,
@@ -302,8 +302,8 @@ def _open_reader(path: Path, kind: str) -> Iterator[Any]:
             yield reader
     except RoughcontactError:
         raise
-    # Readers of damaged files fail with anything: AssertionError, struct.error, KeyError,
-    # MemoryError. All mean the same to the user.
+    # Readers of damaged files raise any error: AssertionError, struct.error, KeyError, MemoryError.
+    # All mean a damaged file.
     except Exception as error:
         raise FormatError(
             f"{path.name} cannot be read as format {kind!r} ({one_line(error)}); check that the "
@@ -312,7 +312,7 @@ def _open_reader(path: Path, kind: str) -> Iterator[Any]:
 
 
 def _reader_stream(path: Path, kind: str) -> io.BufferedIOBase:
-    """Return the stream of a reader; a bare profile of Mahr in the archive that it expects."""
+    """Return the stream of a reader; a bare Mahr profile is put into the expected archive."""
     if kind != "qep" or zipfile.is_zipfile(path):
         return BoundedStream(io.FileIO(path))
     packed = io.BytesIO()
@@ -332,7 +332,7 @@ def _channel_name(result: list[Channel], index: int) -> str:
 
 
 def _acquisition_time(entry: Any) -> str:
-    """Return when a map was measured; empty if its file does not tell, or had no clock."""
+    """Return the time of measurement; empty if missing or if the clock was not set."""
     when = entry.info.get("acquisition_time")
     # Instruments with an unset clock, and programs without dates, write 1970.
     if not isinstance(when, datetime) or when.year <= _EPOCH:
@@ -347,7 +347,7 @@ def _instrument_name(reader: Any, entry: Any) -> str:
     return f"{name} ({' '.join(named)})" if named else name
 
 
-# Contradictions
+# --- Contradictions ---
 
 
 def _header_contradiction(path: Path, kind: str, entry: Any, values: Array) -> str:
@@ -358,7 +358,7 @@ def _header_contradiction(path: Path, kind: str, entry: Any, values: Array) -> s
         return ""
     try:
         return check(path, header, entry, values)
-    # Another version of SurfaceTopography that keeps less of the header.
+    # Another version of SurfaceTopography keeps less of the header.
     except KeyError:
         return ""
 
@@ -384,7 +384,7 @@ def _sur_contradiction(path: Path, header: dict[str, Any], entry: Any, values: A
     stated = header["zmin"], header["zmax"]
     counts = values / entry.height_scale_factor
     low, high = np.nanmin(counts).round(), np.nanmax(counts).round()
-    # Some programs append to the file, some leave the range open; not both.
+    # Some programs append to the file, some leave the range open, but none both.
     if (low, high) == stated:
         return ""
     return (
@@ -396,7 +396,7 @@ def _sur_contradiction(path: Path, header: dict[str, Any], entry: Any, values: A
 def _opd_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
     if "Aspect" not in header and "Wavelength" in header:
         return "it has no block 'Aspect', the ratio of the edges of a pixel"
-    # Integers are parts of a wavelength, floats whole ones.
+    # Integers are fractions of a wavelength, floats are whole wavelengths.
     counts = values / entry.height_scale_factor
     if "Mult" not in header and np.nanmax(np.abs(counts - np.rint(counts))) < 1e-6:
         return "its heights are integers, but it has no block 'Mult', their scale"
@@ -404,8 +404,8 @@ def _opd_contradiction(path: Path, header: dict[str, Any], entry: Any, values: A
 
 
 def _bruker_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
-    # Where an image has not the points that its bytes make, SurfaceTopography takes those of the
-    # scan, and stretches the sides with them.
+    # If the number of points of an image does not match its bytes, SurfaceTopography uses the
+    # number of the scan and rescales the sides accordingly.
     stated = int(header["samps/line"]), int(header["number of lines"])
     nx, ny = entry.nb_grid_pts
     if stated == (nx, ny):
@@ -420,15 +420,15 @@ def _bruker_contradiction(path: Path, header: dict[str, Any], entry: Any, values
 def _mnt_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
     stated = header["axes"]["z"]["max_count"] - header["axes"]["z"]["min_count"]
     counts = (np.nanmax(values) - np.nanmin(values)) / entry.height_scale_factor
-    # Masked points may lie anywhere in the range; what is lost in the digits of the origin, or is
-    # beyond the range, does not.
+    # Masked points may be anywhere in the range, but heights lost in the digits of the origin or
+    # beyond the range are errors.
     if stated <= 0 or 0.01 * stated < counts < 1.01 * stated + 1:
         return ""
     return f"its heights span {counts:.0f} counts, not {stated}"
 
 
 def _sdf_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
-    # The text variant; the binary one may have anything after its heights.
+    # Text variant only; the binary variant may have any content after its heights.
     parts = re.split(rb"^\s*\*\s*$", path.read_bytes(), flags=re.MULTILINE)
     if not parts[0].startswith(b"a") or len(parts) < 2:
         return ""

@@ -1,4 +1,4 @@
-"""Matrices of plain numbers: NumPy files, and text with one row of the map a line."""
+"""Matrices of plain numbers: NumPy and HDF5 files, and text with one line per row."""
 
 from __future__ import annotations
 
@@ -40,16 +40,16 @@ from roughcontact.surface.grid import PROFILE_WIDTH
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
 
-# Heads have a hundred bytes; NumPy takes none of more than ten thousand.
+# Headers have a hundred bytes; NumPy rejects those of more than ten thousand.
 _MAX_HEAD_BYTES = 2**16
 _SUFFIX = ".npy"
 
 
 class NumpyHead(NamedTuple):
-    """Header of an array."""
+    """Header of a NumPy array."""
 
     shape: tuple[int, ...]  # Points along each axis
-    dtype: np.dtype[Any]  # Kind of its numbers
+    dtype: np.dtype[Any]  # Type of its numbers
 
     @property
     def size(self) -> int:
@@ -62,10 +62,10 @@ _NO_ARRAY = NumpyHead((), np.dtype("V"))
 
 @dataclass(frozen=True)
 class Arrays:
-    """The arrays in a file of NumPy."""
+    """Arrays in a NumPy file."""
 
     path: Path  # The file
-    heads: Mapping[str, NumpyHead]  # Headers, by name in the order of the file
+    heads: Mapping[str, NumpyHead]  # Headers by name, in the order of the file
 
     def load_array(self, name: str) -> NDArray[Any]:
         """Return an array; a ``.npy`` file is memory-mapped."""
@@ -73,7 +73,7 @@ class Arrays:
         with _errors(self.path):
             if not name:
                 return np.load(self.path, mmap_mode="r", allow_pickle=False)
-            # The checksum is compared where the last byte is read.
+            # The checksum is verified when the last byte is read.
             with zipfile.ZipFile(self.path) as archive, archive.open(name + _SUFFIX) as stream:
                 values: NDArray[Any] = npy.read_array(stream, allow_pickle=False)
                 _check_letters(values)
@@ -90,7 +90,7 @@ def open_arrays(path: Path, kind: str) -> Arrays:
 
 
 def _members(path: Path) -> Iterator[tuple[str, NumpyHead]]:
-    """Yield the arrays in an archive."""
+    """Yield name and header of the arrays in an archive."""
     with zipfile.ZipFile(path) as archive:
         for member in archive.infolist():
             source.check_method(path, member)
@@ -103,11 +103,11 @@ def _members(path: Path) -> Iterator[tuple[str, NumpyHead]]:
 
 
 def _head(stream: IO[bytes], size: int) -> NumpyHead:
-    """Return the header of an array in a file, or in a member of an archive, of that size."""
+    """Return the header of an array in a file or archive member of the given size."""
     start = io.BytesIO(stream.read(_MAX_HEAD_BYTES))
     version = npy.read_magic(start)
     if version == (3, 0):
-        # Names of columns in Unicode, hence no matrix.
+        # Field names in Unicode, hence not a matrix.
         return _NO_ARRAY
     read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
     shape, _, dtype = read(start)
@@ -121,7 +121,7 @@ def _head(stream: IO[bytes], size: int) -> NumpyHead:
 
 
 def _check_letters(values: NDArray[Any]) -> None:
-    """Raise `ValueError` for text with numbers that are no letters; NumPy takes any."""
+    """Raise `ValueError` for text with invalid code points; NumPy accepts any number."""
     if values.dtype.kind == "U" and values.dtype.itemsize:
         numbers = np.atleast_1d(values).view(values.dtype.byteorder + "u4")
         if numbers.max(initial=0) > sys.maxunicode:
@@ -134,7 +134,7 @@ def _errors(path: Path) -> AbstractContextManager[None]:
     )
 
 
-# --- Matrices of plain numbers: NumPy files, and text with one row of the map a line ---
+# --- Matrices of plain numbers: NumPy files, and text with one line per row ---
 
 
 Array = NDArray[np.float64]
@@ -142,15 +142,15 @@ Array = NDArray[np.float64]
 Scale = tuple[float, tuple[float, float]]
 
 TEXT_MARK = "# roughcontact map"
-"""First line of a text matrix whose head names its quantity, unit and pixel."""
+"""First line of a text matrix whose header gives its quantity, unit and pixel."""
 
-# Characters of a line, and bytes that reading takes a point.
+# Maximum number of characters of a line, and memory for reading in bytes per point.
 _MAX_LINE_BYTES = 32 * 2**20
 _BYTES_PER_POINT = 20
 
 _MISSING = re.compile(r"|nan|n/?a|bad|\*+|-{2,}", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
-# The same, or an integer or a missing point next to it.
+# A decimal comma, or an integer or missing point in the same row.
 _WITH_COMMA = re.compile(rf"{_DECIMAL_COMMA.pattern}|[+-]?\d+|nan|bad", re.IGNORECASE)
 # Suffix of files that list points x, y, z.
 _POINTS = ".xyz"
@@ -192,7 +192,7 @@ def read_text(path: Path, name: str, requested: ReadOptions) -> Surface:
 
 
 def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
-    """Return the map or the profile in a text file as the only channel."""
+    """Return the map or profile in a text file as its only channel."""
     stated = _head_of_text(path)
     if stated:
         quantity, unit = stated.get("quantity", ""), stated.get("unit", "")
@@ -215,7 +215,7 @@ def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
 
 
 def _foreign_head(path: Path) -> Head:
-    """Return the header that another program has written above its values, if any."""
+    """Return the header of another program above the values, if any."""
     try:
         with source.open_text(path, errors="replace") as stream:
             return text_files.parse_head(path, _lines(path, stream)) or Head(0)
@@ -224,7 +224,7 @@ def _foreign_head(path: Path) -> Head:
 
 
 def _lists_points(path: Path, values: Array, head: Head) -> bool:
-    """Return whether a text lists points x, y, z: it says so, or its numbers do."""
+    """Return whether a text lists points x, y, z, by its header or by its numbers."""
     if values.shape[1] != 3 or head.sides or head.pixel:
         return False
     named = head.columns or head.lateral is not None or path.suffix.lower() == _POINTS
@@ -234,7 +234,7 @@ def _lists_points(path: Path, values: Array, head: Head) -> bool:
 def _map_of_points(
     path: Path, name: str, values: Array, head: Head, steps: tuple[str, ...], requested: ReadOptions
 ) -> Surface:
-    """Return the map of points x, y, z on a grid, in one unit unless the header gives others."""
+    """Return the map of points x, y, z on a grid; the header may give different units."""
     heights, steps_apart, absent = text_files.grid_points(path, values)
     requested.check_shape(heights.shape)
     metre, text = _height_unit(path, head, requested)
@@ -250,7 +250,7 @@ def _map_of_points(
 
 
 def _apply_head(path: Path, values: Array, head: Head) -> Array:
-    """Return a matrix as its head describes it, rows along y."""
+    """Return a matrix as described by its header, with rows along y."""
     if head.turned:
         values = np.ascontiguousarray(values.T)
     if head.points is not None and head.points != values.shape:
@@ -263,7 +263,7 @@ def _apply_head(path: Path, values: Array, head: Head) -> Array:
 
 
 def _height_unit(path: Path, head: Head, requested: ReadOptions) -> tuple[float, tuple[str, ...]]:
-    """Return the unit [m] of the heights, and decisions; the caller overrides the file."""
+    """Return the unit [m] of the heights, and notes; the caller's unit overrides the file."""
     if requested.unit is None or not head.unit:
         return unit_in_meters(path, head.unit or requested.unit), ()
     metre = unit_in_meters(path, requested.unit)
@@ -276,7 +276,7 @@ def _height_unit(path: Path, head: Head, requested: ReadOptions) -> tuple[float,
 
 
 def read_arrays(path: Path, name: str, requested: ReadOptions) -> Surface:
-    """Return the map in a NumPy file; ``name`` says whether it is one array or an archive."""
+    """Return the map in a NumPy file; ``name`` is the format, an array or an archive."""
     arrays = open_arrays(path, name)
     scale = _scale_in_arrays(path, arrays) if requested.channel in (None, "heights") else None
     channel = choose_array(
@@ -313,7 +313,7 @@ def _require_map(
     path: Path, shape: tuple[int, ...], dtype: np.dtype[Any], scale: Scale | None
 ) -> None:
     if shape[:1] == (1,) and scale is not None and scale[1][0] == PROFILE_WIDTH:
-        # A profile as the program keeps it.
+        # A profile, as this package stores it.
         shape = (2, *shape[1:])
     if dtype.kind not in "fiu" or len(shape) != 2 or min(shape) < 2:
         raise FormatError(
@@ -325,7 +325,7 @@ def _require_map(
 def scale_array(
     path: Path, values: NDArray[Any], provenance: Provenance, unit: str, requested: ReadOptions
 ) -> Surface:
-    """Return the map of an array that states its unit, or none, and no pixel."""
+    """Return the map of an array with or without a unit, and without a pixel."""
     _require_map(path, values.shape, values.dtype, None)
     _refuse_points(path, values)
     _refuse_list(path, values)
@@ -356,7 +356,7 @@ def _scaled(
 
 @contextmanager
 def _name_file_in_errors(path: Path) -> Iterator[None]:
-    """Convert the error about a quantity into one about the file that states it."""
+    """Convert an error about a quantity into one about the file that contains it."""
     try:
         yield
     except InputError as error:
@@ -364,7 +364,7 @@ def _name_file_in_errors(path: Path) -> Iterator[None]:
 
 
 def _head_of_text(path: Path) -> dict[str, str]:
-    """Return the header of a text matrix; empty if it has no header of this program."""
+    """Return the header of a text matrix; empty without a header of this package."""
     try:
         with source.open_text(path, errors="replace") as stream:
             lines = _lines(path, stream)
@@ -378,7 +378,7 @@ def _head_of_text(path: Path) -> dict[str, str]:
 
 
 def _lines(path: Path, stream: TextIO) -> Iterator[str]:
-    """Yield the lines of a text, none of which fills the memory."""
+    """Yield the lines of a text; raise for a line that would exceed the memory."""
     number = 0
     while line := stream.readline(_MAX_LINE_BYTES):
         number += 1
@@ -391,7 +391,7 @@ def _lines(path: Path, stream: TextIO) -> Iterator[str]:
 
 
 def _scale_in_text(path: Path) -> Scale | None:
-    """Return the unit [m] and the pixel [m] that the head of a text matrix states."""
+    """Return unit [m] and pixel [m] in the header of a text matrix."""
     stated = _head_of_text(path)
     if not stated:
         return None
@@ -410,7 +410,7 @@ def _scale_in_text(path: Path) -> Scale | None:
 
 
 def _scale_in_arrays(path: Path, arrays: Arrays) -> Scale | None:
-    """Return the unit [m] and the pixel [m] stored in a NumPy archive with its heights."""
+    """Return unit [m] and pixel [m] stored in a NumPy archive with its heights."""
     heads = arrays.heads
     if not {"heights", "pixel", "unit"} <= heads.keys():
         return None
@@ -427,7 +427,7 @@ def _scale_in_arrays(path: Path, arrays: Arrays) -> Scale | None:
 
 
 def choose_array(path: Path, names: list[str], channel: str | int | None) -> str:
-    """Return which array of a file is meant: by its name, by its index, or the only one."""
+    """Return the name of the requested array of a file: by name, by index, or the only one."""
     if channel is None and len(names) == 1:
         return names[0]
     listing = "; ".join(f"{index}: {name!r}" for index, name in enumerate(names)) or "none"
@@ -445,7 +445,7 @@ def choose_array(path: Path, names: list[str], channel: str | int | None) -> str
 
 
 def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
-    """Return the matrix in a text file below its head, and what was decided in reading it."""
+    """Return the matrix in a text file below its header, and notes on reading it."""
     values, trailing, ended = array("d"), True, True
     marks: set[str] = set()
     first, columns, room = 0, 0, 0
@@ -470,7 +470,7 @@ def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
                 trailing = trailing and delimiter is not None and not cells[-1].strip()
                 commas = bool(marks)
                 row = _row(path, cells, number, delimiter, marks)
-                # Fractions before the first decimal comma had decimal points.
+                # Earlier fractions, before the first decimal comma, had decimal points.
                 if marks and not commas and any(z % 1 for z in values if not math.isnan(z)):
                     raise _mixed(path, number)
                 if not first:
@@ -481,7 +481,7 @@ def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
                         f"line {first}; all rows must be of one length"
                     )
                 if len(values) >= room:
-                    # As many rows as there are such lines left, or a tenth more than expected.
+                    # One row per remaining line, or a tenth more than expected.
                     rows = len(values) // columns
                     more = 1 + (rows // 10 if rows else path.stat().st_size // len(line))
                     room = (rows + more) * columns
@@ -504,15 +504,14 @@ def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
 def _interpret_matrix(
     matrix: Array, trailing: bool, ended: bool, commas: bool
 ) -> tuple[Array, tuple[str, ...]]:
-    """Return a matrix as it was meant, and what was decided about it."""
+    """Return a matrix after interpretation of its text, and notes."""
     steps: tuple[str, ...] = ("read: decimal commas",) if commas else ()
-    # Many programs end each row with the delimiter; that is no column.
+    # Many programs end each row with the delimiter, which is not a column.
     if trailing and matrix.shape[1] > 1:
         matrix = matrix[:, :-1]
         steps += ("read: the delimiter at the end of every row is no column",)
     if not ended:
-        # Rows are missing without a trace where a file was cut off, and the sides are given for
-        # all of them.
+        # A file that was cut off misses rows without a sign, while the sides are for all rows.
         steps += ("read: the last row has no line end; check that the file was not cut off",)
     return matrix, steps
 
@@ -522,7 +521,7 @@ def _delimiter(line: str) -> str | None:
         if mark in line:
             return mark
     words = line.split()
-    # None splits at any run of white space.
+    # None splits at any white space.
     if "," in line and len(words) > 1 and all(map(_WITH_COMMA.fullmatch, words)):
         return None
     return "," if "," in line else None
@@ -531,7 +530,7 @@ def _delimiter(line: str) -> str | None:
 def _row(
     path: Path, cells: list[str], number: int, delimiter: str | None, marks: set[str]
 ) -> list[float]:
-    """Return the numbers of a line; ``marks`` collects how decimals are marked in the file."""
+    """Return the numbers of a line; ``marks`` collects the decimal marks of the file."""
     values = []
     for position, cell in enumerate(cells, start=1):
         try:
@@ -539,7 +538,7 @@ def _row(
         except ValueError:
             value = _parse_cell(path, cell.strip(), number, position, delimiter, marks)
         else:
-            # Python's float() takes 1_0 for ten; no instrument writes that.
+            # Python's float() reads 1_0 as ten; no instrument writes that.
             if "_" in cell or math.isinf(value):
                 raise FormatError(
                     f"{path.name} has {cell.strip()[:40]!r} in line {number}, cell {position}; "
@@ -554,7 +553,7 @@ def _row(
 def _parse_cell(
     path: Path, word: str, number: int, position: int, delimiter: str | None, marks: set[str]
 ) -> float:
-    """Return the value of a cell that is no number with a decimal point."""
+    """Return the value of a cell that is not a number with a decimal point."""
     if _MISSING.fullmatch(word):
         return math.nan
     if delimiter != "," and _DECIMAL_COMMA.fullmatch(word):
@@ -591,15 +590,15 @@ def _refuse_list(path: Path, matrix: NDArray[Any]) -> None:
         )
 
 
-# --- Matrices of plain numbers in HDF5: every array of two dimensions is a channel ---
+# --- HDF5 files: every array of two dimensions is a channel ---
 
 
-# Bytes that reading takes a point.
+# Names of attributes with the unit.
 _UNIT_NAMES = ("unit", "units", "Unit", "Units")
 
 
 def read_hdf5(path: Path, name: str, requested: ReadOptions) -> Surface:
-    """Return one of the matrices in an HDF5 file: rows run along y."""
+    """Return a matrix of an HDF5 file; its rows run along y."""
     result = channels(path, name)
     listed = [entry.name for entry in result]
     index = listed.index(choose_array(path, listed, requested.channel))
@@ -625,7 +624,7 @@ def channels(path: Path, name: str) -> tuple[Channel, ...]:
             )
     except RoughcontactError:
         raise
-    # h5py fails on damaged files with OSError, KeyError, RuntimeError and more.
+    # h5py raises OSError, KeyError, RuntimeError and others on damaged files.
     except Exception as error:
         raise FormatError(
             f"{path.name} cannot be read as HDF5 ({one_line(error)}); check that the file is "
@@ -650,7 +649,7 @@ def _values(path: Path, array: str) -> Any:
 
 
 def _unit(array: Any) -> str:
-    """Return the unit of length that an array states; empty if it states none."""
+    """Return the unit of length of an array; empty if it has none."""
     for name in _UNIT_NAMES:
         said = array.attrs.get(name)
         text = said.decode("utf-8", "replace") if isinstance(said, bytes) else said

@@ -1,14 +1,14 @@
-"""Height maps in the formats of surface metrology: X3P of ISO 25178-72, SUR of Digital Surf.
+"""Height maps in formats of metrology: X3P of ISO 25178-72, SUR of Digital Surf.
 
 `save_x3p`: ISO 25178-72:2017, Geometrical product specifications (GPS), Surface texture: Areal,
 Part 72: XML file format x3p
 
-`save_sur`: The format holds integers of 32 bits and their step, hence heights to within half a
-step of max|z| / (2³¹ - 2), and the pixel in single precision, hence to 6 × 10⁻⁸ of itself. X3P
-and NPZ keep every bit. Heights are integer × step; the header's offset is zero, since some
-readers add it, others leave it out, and one counts from the lowest point instead.
+`save_sur`: The format stores integers of 32 bits and their step, hence heights to within half a
+step of max|z| / (2³¹ - 2), and the pixel in single precision, with a relative error of 6 × 10⁻⁸.
+X3P and NPZ are exact. Heights are integer × step; the header's offset is zero, since some readers
+add it, others ignore it, and one measures from the lowest point instead.
 
-Surf file format of Digital Surf, as D. Nečas and P. Klapetek describe it in Gwyddion's
+Surf file format of Digital Surf, as described by D. Nečas and P. Klapetek in Gwyddion's
 ``surffile.c``
 """
 
@@ -32,8 +32,8 @@ from roughcontact.formats.source import BLOCK, iter_blocks, little_endian
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_engineering, format_lengths
 
-# Bytes of a member of an archive from which it gets the header for more than 2 GB, which not
-# every reader knows.
+# Size of a member from which its header is of the format for more than 2 GB, which some readers do
+# not support.
 _MIN_ZIP64_BYTES = 2**30
 
 # Members of an X3P archive.
@@ -65,7 +65,7 @@ def check_x3p(path: Path) -> None:
     with zipfile.ZipFile(path) as archive:
         names = set(archive.namelist())
         stated = archive.read(_SUMS).splitlines() if _SUMS in names else []
-        # "<sum> *<name>", as the program md5sum writes it.
+        # "<sum> *<name>", as written by md5sum.
         sums = [(line[:32], line[32:].strip(b" *")) for line in stated]
         document = archive.read(_DOCUMENT) if _DOCUMENT in names else b""
         for what in (b"PointData", b"ValidPoints"):
@@ -90,7 +90,7 @@ def check_x3p(path: Path) -> None:
 
 
 def _x3p_points(document: bytes) -> tuple[str, int]:
-    """Return where the points of an X3P document are, and of how many bytes; "" if not said."""
+    """Return member and number of bytes of the points of an X3P document; "" if not given."""
     link = re.search(rb"<PointDataLink>\s*([^<\s]+)\s*<", document)
     sides = [re.search(rb"<Size%s>\s*(\d+)\s*<" % axis, document) for axis in (b"X", b"Y", b"Z")]
     kind = re.search(rb"<CZ>.*?<DataType>\s*([IFDL])\s*<", document, re.DOTALL)
@@ -109,7 +109,7 @@ def save_sur(surface: Surface, path: str | os.PathLike[str]) -> None:
         raise InputError(
             f"{path} can hold fewer than 2³¹ points, got {ny} × {nx}; write .x3p or .npz"
         )
-    # Missing points are the least height less 2, which has to be an integer of 32 bits as well.
+    # Missing points are the smallest height minus 2, which must be an integer of 32 bits as well.
     limit = 2**31 - 2
     low, high = float(np.nanmin(heights)), float(np.nanmax(heights))
     largest = 1e3 * max(abs(low), abs(high))
@@ -136,7 +136,7 @@ def save_sur(surface: Surface, path: str | os.PathLike[str]) -> None:
             stream.write(np.where(np.isnan(block), missing, block).astype("<i4").tobytes())
 
 
-# Headers
+# --- Headers ---
 
 
 def _x3p_document(surface: Surface, checksum: str) -> str:
@@ -206,7 +206,7 @@ def _x3p_document(surface: Surface, checksum: str) -> str:
 
 
 def _acquired(surface: Surface) -> str:
-    """Return when a map was measured, as its file told it; empty if it did not."""
+    """Return the time of measurement from the file; empty if not given."""
     origin = surface.provenance.origin
     return "" if origin is None else str(origin.found.get("acquired", ""))
 
@@ -214,7 +214,7 @@ def _acquired(surface: Surface) -> str:
 def _sur_header(
     surface: Surface, extremes: tuple[int, int], pixel: tuple[float, float], step: float
 ) -> bytes:
-    """Return the 512 bytes ahead of the heights; pixel and step in mm."""
+    """Return the 512 bytes before the heights; pixel and step in mm."""
     ny, nx = surface.shape
     source = _printable(surface.provenance.source).encode("latin-1", "replace")[:30]
     return struct.pack(
@@ -225,7 +225,7 @@ def _sur_header(
         1,
         1,
         2,
-        # The object and who measured it. Words are filled up with blanks.
+        # Name of the object and of the operator, padded with blanks.
         source.ljust(30),
         b" " * 30,
         # Material, acquisition and range unknown; missing points or none; absolute heights.
@@ -269,19 +269,19 @@ def _sur_header(
 
 
 def _xml(text: str) -> str:
-    # Imported late: it brings the network with it.
+    # Imported here, as the module imports network libraries.
     from xml.sax.saxutils import escape
 
     return escape(_printable(text))
 
 
 def _printable(text: str) -> str:
-    # XML has no way to write most control characters, and UTF-8 none to write lone surrogates.
+    # XML cannot represent most control characters, and UTF-8 no lone surrogates.
     return "".join(c if c.isprintable() else " " for c in text)
 
 
 def _md5(content: bytes | memoryview) -> str:
-    # A checksum that the standard requires, no protection.
+    # Checksum required by the standard, not for security.
     return hashlib.md5(content, usedforsecurity=False).hexdigest()
 
 

@@ -1,4 +1,4 @@
-"""Height maps in NetCDF, as this program writes them; the classic kind is SurfaceTopography's."""
+"""Height maps in NetCDF of this package, and in classic NetCDF of SurfaceTopography."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ if TYPE_CHECKING:
 
 
 SIGNATURE = b"CDF"
-"""First bytes of such a file."""
+"""First bytes of classic NetCDF files."""
 
-# Bytes that reading takes a point.
+# Memory for reading, in bytes per point.
 _BYTES_PER_POINT = 40
 
 
 def read_classic(path: Path, requested: ReadOptions) -> Surface:
-    """Return the variable ``heights`` of a classic NetCDF file."""
+    """Return the map in the variable ``heights`` of a classic NetCDF file."""
     result, unit = _read_classic_arrays(path, requested)
     if unit:
         refuse_unit(path, requested)
@@ -53,7 +53,7 @@ def read_classic(path: Path, requested: ReadOptions) -> Surface:
         stated = along_y / ny, along_x / nx
     pixel = resolve_pixel(path, stated, shape, requested)
     about = Provenance(path.name, "SurfaceTopography NetCDF")
-    # Its first index runs along x.
+    # The first index is along x.
     return make_surface(path, to_meters(values.T, metre), pixel, about, metre, stated)
 
 
@@ -64,7 +64,7 @@ def classic_channels(path: Path) -> tuple[Channel, ...]:
 
 
 def _read_classic_arrays(path: Path, requested: ReadOptions) -> tuple[xarray.Dataset, str]:
-    """Return heights and mask, and the unit of lengths; empty if the file gives none."""
+    """Return heights and mask, and the unit of lengths; empty if the file has none."""
     memory.require_size(path.name, path.stat().st_size)
     try:
         import xarray
@@ -72,7 +72,8 @@ def _read_classic_arrays(path: Path, requested: ReadOptions) -> tuple[xarray.Dat
         content = io.BytesIO(path.read_bytes())
         with (
             np.errstate(all="ignore"),
-            # A damaged header may announce terabytes, but the file has a limited number of bytes.
+            # A damaged header may announce terabytes, but the number of bytes of the file is a
+            # limit.
             xarray.open_dataset(content, engine="scipy", decode_cf=False) as whole,
         ):
             heights = whole["heights"]
@@ -87,7 +88,7 @@ def _read_classic_arrays(path: Path, requested: ReadOptions) -> tuple[xarray.Dat
         return result, units.pop() if units else ""
     except RoughcontactError:
         raise
-    # A damaged header makes it fail with anything.
+    # A damaged header can raise any error.
     except Exception as error:
         raise FormatError(
             f"{path.name} cannot be read as classic NetCDF ({one_line(error)}); check that the "
@@ -96,25 +97,25 @@ def _read_classic_arrays(path: Path, requested: ReadOptions) -> tuple[xarray.Dat
         ) from None
 
 
-# Height maps in NetCDF, as this program writes them; the classic kind is SurfaceTopography's.
+# --- NetCDF of this package ---
 
 
 Array = NDArray[np.float64]
 
-# Bytes that reading takes a point.
+# Memory for reading, in bytes per point.
 _NETCDF_EACH = 20
 
 
 def save(surface: Surface, path: str | os.PathLike[str]) -> None:
     """Write a height map to a NetCDF file: heights, pixel and provenance."""
-    # The archive of contacts is imported only if a result is written.
+    # Imported here, as only writing needs the archive of contacts.
     from roughcontact.contact.archive import surface_to_dataset
 
     netcdf.write(surface_to_dataset(surface), path)
 
 
 def read_netcdf(path: Path, name: str, requested: ReadOptions) -> Surface:
-    """Return the variable ``height`` [m] over ``y`` and ``x`` [m] of a NetCDF file."""
+    """Return the map in a NetCDF file: ``height`` [m] over ``y`` and ``x`` [m]."""
     if _is_classic(path):
         return read_classic(path, requested)
     refuse_unit(path, requested)
@@ -156,7 +157,7 @@ def _map(path: Path, requested: ReadOptions) -> Surface:
             changed = netcdf.changed_names(dataset, seen)
     except RoughcontactError:
         raise
-    # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more.
+    # h5py and xarray raise OSError, KeyError, ValueError and others on damaged files.
     except Exception as error:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)}); {expected}") from None
     if changed:

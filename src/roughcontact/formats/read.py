@@ -1,4 +1,4 @@
-"""Read measured height maps: instrument files, plain matrices, the program's own NetCDF."""
+"""Reading of measured height maps and of saved results."""
 
 from __future__ import annotations
 
@@ -56,10 +56,10 @@ FORMATS: tuple[InputFormat, ...] = (
         for name, suffixes in instruments.SUFFIXES.items()
     ),
 )
-"""Every format that maps are read from."""
+"""All input formats of maps."""
 
 SUFFIXES = {suffix: known.name for known in FORMATS for suffix in known.suffixes}
-"""Suffix of a file -> name of the format; a suffix of three digits is Bruker's ``di`` as well."""
+"""Suffix of a file -> name of the format; a suffix of three digits is also Bruker's ``di``."""
 
 _PIPED, _PACKED = ".txt", ".gz"
 _THREE_DIGITS = re.compile(r"\.\d{3}")
@@ -80,18 +80,19 @@ def read_surface(
     path : str or path
         Instrument file, matrix of numbers (``.npy``, ``.npz``, ``.h5``, ``.xlsx``, ``.csv``,
         ``.txt``, ``.asc``), points x, y, z on a grid (``.xyz``), NetCDF file of this program or of
-        SurfaceTopography, container of contact.engineering (``.zip``); packed by gzip or not.
+        SurfaceTopography, container of contact.engineering (``.zip``); optionally compressed by
+        gzip.
     format : str, optional
-        Name of the format or one of its suffixes, see `SUFFIXES`; by default that of the
-        suffix of the file, unless its content is plainly another.
+        Name of the format or one of its suffixes, see `SUFFIXES`; by default given by the suffix of
+        the file, unless its content shows another format.
     channel : str or int, optional
         Name or index of the height channel, or of a measurement of a container; by default the
         default channel of the file, or its first height channel.
     unit : str, optional
-        Unit of the heights, such as ``"um"``, for files without one. It replaces the unit of a
-        text of another program, and is rejected for other files with a unit. Sides or
-        coordinates without a unit are in this unit, too. Two columns of a profile need two,
-        positions first, ``"mm, um"``, unless the file gives the unit of the positions.
+        Unit of the heights, such as ``"um"``, for files without one. It replaces the unit in a text
+        of another program, and is rejected for other files with a unit. Sides or coordinates
+        without a unit are in this unit, too. Two columns of a profile need two, positions first,
+        ``"mm, um"``, unless the file gives the unit of the positions.
     size : (float, float) or str, optional
         Lengths of the sides ``(y, x)`` [m], or with their units, ``"0.1 mm x 0.2 mm"``;
         one length for a square map. For files without a size, or with ``override_size``.
@@ -113,19 +114,17 @@ def read_surface(
 
     Notes
     -----
-    A text matrix gives its unit and pixel itself if it starts with the lines ``# roughcontact
-    map``, ``# quantity: height``, ``# unit: um``, ``# pixel_y: 2 um`` and ``# pixel_x: 1 um``; a
-    NumPy archive if it holds arrays ``heights``, ``pixel`` (dy, dx) and ``unit``, the unit of
-    both.
+    A text matrix contains its unit and pixel if it starts with the lines ``# roughcontact map``,
+    ``# quantity: height``, ``# unit: um``, ``# pixel_y: 2 um`` and ``# pixel_x: 1 um``; a NumPy
+    archive if it contains arrays ``heights``, ``pixel`` (dy, dx) and ``unit``, the unit of both.
 
-    Scales that no measured map has are refused: sides outside 1 nm to 10 m, pixel edges outside
-    1 pm to 10 mm, heights that span more than 100 times the longer side, or lie further than 10 m
+    Scales that no measured map has are rejected: sides outside 1 nm to 10 m, pixel edges outside 1
+    pm to 10 mm, heights that span more than 100 times the longer side, or are further than 10 m
     from zero, where the digits of roughness are lost.
 
-    So are instrument files whose header contradicts the rest of the file, as far as the format
-    says something twice: sizes against grids (metropro, sur, sdf, di), the range of heights
-    (sur, mnt), checksums against what they are of (x3p); and those in which a scale is missing
-    that the reader would take as 1 (opd).
+    Instrument files whose header contradicts the rest of the file are rejected as well, if the
+    format is redundant: sizes and grids (metropro, sur, sdf, di), the range of heights (sur, mnt),
+    checksums (x3p); and files without a scale that the reader would set to 1 (opd).
     """
     with _open_with_format(path, format) as (file, known):
         return _read_map(file, known, format, ReadOptions(channel, unit, size, override_size))
@@ -140,7 +139,7 @@ def read_announced(
     size: Quantities | str | None = None,
     override_size: bool = False,
 ) -> Surface:
-    """Read a surface as `read_surface`; its size may be rejected before it is read."""
+    """Read a surface like `read_surface`; its size may be rejected before its heights."""
     with _open_with_format(path, format) as (file, known):
         return _read_map(
             file, known, format, ReadOptions(channel, unit, size, override_size, announced)
@@ -155,7 +154,7 @@ def read_with_channels(
     size: Quantities | str | None = None,
     override_size: bool = False,
 ) -> tuple[Surface, tuple[Channel, ...]]:
-    """Read a surface and list its channels, also from a pipe, which can be read once."""
+    """Read a surface and list its channels, also from a pipe, which can be read only once."""
     with _open_with_format(path, format) as (file, known):
         surface = _read_map(file, known, format, ReadOptions(channel, unit, size, override_size))
         return surface, known.channels(file, known.name)
@@ -174,7 +173,7 @@ def channels(
 def _open_with_format(
     path: str | os.PathLike[str], wanted: str | None
 ) -> Iterator[tuple[Path, InputFormat]]:
-    """Give a file that may be opened again, and its format."""
+    """Yield a file that can be opened again, and its format."""
     with open_existing(path) as file:
         yield file, _format_of(file, wanted, piped=file != Path(path))
 
@@ -182,7 +181,7 @@ def _open_with_format(
 def _read_map(
     file: Path, known: InputFormat, wanted: str | None, requested: ReadOptions
 ) -> Surface:
-    """Return the map in a file, with how it was read in its provenance."""
+    """Return the map in a file, with the reading in its provenance."""
     if requested.override_size and requested.size is None:
         raise InputError(f"needs a {ArgumentRef('size')}", argument="override_size")
     surface = known.read(file, known.name, requested)
@@ -208,7 +207,7 @@ def _format_of(path: Path, wanted: str | None = None, piped: bool = False) -> In
                 return known
         names = ", ".join(sorted(known.name for known in FORMATS))
         raise input_error("format", wanted, f"must be one of {names}")
-    # A process substitution such as <(zcat map.csv.gz) has a number as its name.
+    # The name of a process substitution such as <(zcat map.csv.gz) is a number.
     suffix = _suffix(path) or (_PIPED if piped else "")
     numbered = _THREE_DIGITS.fullmatch(suffix) is not None
     hinted = next(
@@ -231,9 +230,9 @@ def _format_of(path: Path, wanted: str | None = None, piped: bool = False) -> In
 
 
 def _suffix(path: Path) -> str:
-    """Return the suffix of a file, of one that gzip has packed that before ``.gz``."""
+    """Return the suffix of a file; of a gzip file the suffix before ``.gz``."""
     suffix = path.suffix.lower()
     return Path(path.stem).suffix.lower() if suffix == _PACKED else suffix
 
 
-# --- Results that `save` wrote, read again ---
+# --- Saved results ---

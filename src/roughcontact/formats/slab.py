@@ -1,4 +1,4 @@
-"""Maps of heights that several ranks read, each its own rows of one file."""
+"""Reading of maps by several ranks, each its rows of the file."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.units import Quantities
 
 FORMATS = {".npy": "npy", ".h5": "hdf5", ".hdf5": "hdf5", ".nc": "netcdf"}
-"""Formats of which rows can be read by themselves, by the suffix of the file."""
+"""Formats whose rows can be read separately, by suffix of the file."""
 
 
 class _Found(NamedTuple):
-    """Rows of a map, and what the file says of all of it."""
+    """Rows of a map on this rank, and properties of the whole map in the file."""
 
     values: NDArray[Any]
     shape: tuple[int, int]
@@ -60,14 +60,14 @@ def read_slab(
     Parameters
     ----------
     path : str or path
-        A matrix as ``.npy`` or ``.h5``, or a map as NetCDF of this program, ``.nc``, which every
-        rank can read.
+        Matrix as ``.npy`` or ``.h5``, or map as NetCDF of this package, ``.nc``; readable by all
+        ranks.
     ranks : Ranks or mpi4py communicator
-        Those that will hold the map.
+        Ranks that share the map.
     channel, unit, size, override_size
         As in `roughcontact.read_surface`.
     mask_missing : bool
-        Whether missing points are accepted as points that never touch.
+        Whether missing points are accepted as points without contact.
 
     Returns
     -------
@@ -81,7 +81,7 @@ def read_slab(
 
     Notes
     -----
-    Nobody reads all of the file, so that checksums of its maps are not compared.
+    No rank reads the whole file, so checksums of its maps are not verified.
     """
     ranks = ranks if isinstance(ranks, Ranks) else Ranks(ranks)
     requested = ReadOptions(channel, unit, size, override_size)
@@ -98,7 +98,7 @@ def read_slab(
 
 
 def _about(name: str, requested: ReadOptions, result: _Found, slab: Slab) -> Provenance:
-    """Return where a map came from and how it was read."""
+    """Return the provenance of a map with the way in which it was read."""
     specified = {
         "path": name,
         "format": None,
@@ -129,7 +129,7 @@ def _rows(path: Path, ranks: Ranks, requested: ReadOptions) -> _Found:
             return (_open_hdf5 if kind == "hdf5" else _open_netcdf)(file, ranks, requested)
         except RoughcontactError:
             raise
-        # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more.
+        # h5py and xarray raise OSError, KeyError, ValueError and others on damaged files.
         except Exception as error:
             raise FormatError(
                 f"{path.name} cannot be read ({one_line(error)}); check that the file is complete"
@@ -137,7 +137,7 @@ def _rows(path: Path, ranks: Ranks, requested: ReadOptions) -> _Found:
 
 
 def _own(shape: tuple[int, ...], path: Path, ranks: Ranks) -> tuple[slice, tuple[int, int]]:
-    """Return the rows of this rank, and the shape of a map that is one."""
+    """Return the rows of this rank, and the shape of the map."""
     if len(shape) != 2 or min(shape) < 2:
         raise FormatError(f"{path.name} holds no map of at least 2 × 2 points, but {shape}")
     whole = shape[0], shape[1]

@@ -1,7 +1,7 @@
-"""Shared by all readers: read options, channels and error messages.
+"""Common parts of all readers: options, channels, content, units and error messages.
 
-`check_archive`: A member is read to the size that the archive states and no further, whatever it
-unpacks to; readers of a damaged length would stop before they come to the checksum.
+`check_archive`: A member is read up to the size that the archive states, even if it unpacks to
+more; with a damaged length, readers would stop before the checksum.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ _XML = (b"<", b"\xef\xbb\xbf<", b"\xff\xfe<", b"\xfe\xff\0<")
 
 _GZIP = b"\x1f\x8b"
 
-# How a stream of zlib starts.
+# First bytes of a zlib stream.
 _ZLIB = re.compile(rb"\x78[\x01\x5e\x9c\xda]")
 
 
 def check_archive(path: Path) -> None:
-    """Raise for an archive that is damaged, or unpacks to more than a map may take."""
+    """Raise `FormatError` for an archive that is damaged or too large when unpacked."""
     check_sizes(path)
     with zipfile.ZipFile(path) as archive:
         for member in archive.infolist():
@@ -53,7 +53,7 @@ def check_archive(path: Path) -> None:
 
 
 def check_sizes(path: Path) -> int:
-    """Raise for an archive that states more than a map may take, or has an unusual compression."""
+    """Raise `FormatError` for an archive with too large members or an unusual compression."""
     with zipfile.ZipFile(path) as archive:
         members = archive.infolist()
     size = sum(member.file_size for member in members)
@@ -65,7 +65,7 @@ def check_sizes(path: Path) -> int:
 
 @contextmanager
 def open_gzip(path: Path) -> Iterator[Path]:
-    """Open the content of a gzip file as a file with its original name."""
+    """Yield the uncompressed file of a gzip file under its original name."""
     with path.open("rb") as stream:
         packed = stream.read(2) == _GZIP
     if not packed:
@@ -78,7 +78,7 @@ def open_gzip(path: Path) -> Iterator[Path]:
 
 
 def _decompress(path: Path, target: Path) -> None:
-    """Write what gzip has packed into a file, as far as a map may go."""
+    """Write the content of a gzip file to a file, up to the maximum size of a map."""
     packed, size = path.stat().st_size, 0
     maximum = min(memory.max_unpacked_bytes(packed), memory.free_bytes())
     try:
@@ -93,7 +93,7 @@ def _decompress(path: Path, target: Path) -> None:
 
 
 def check_method(path: Path, member: zipfile.ZipInfo) -> None:
-    """Raise for a member with a compression whose blocks may unpack to any size."""
+    """Raise `FormatError` for a compression whose blocks may unpack to any size."""
     if member.compress_type not in _METHODS:
         raise FormatError(
             f"{path.name} holds {member.filename!r} packed by another method than deflate; pack "
@@ -118,7 +118,7 @@ def _check_member(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo)
 
 
 def check_streams(path: Path) -> None:
-    """Raise for a file with streams of zlib that unpack to more than a map may take."""
+    """Raise `FormatError` for a file whose zlib streams are too large when unpacked."""
     packed, unpacked, place = path.stat().st_size, 0, 0
     maximum = memory.max_unpacked_bytes(packed)
     with (
@@ -126,7 +126,7 @@ def check_streams(path: Path) -> None:
         mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content,
     ):
         while unpacked <= maximum and (result := _ZLIB.search(content, place)):
-            # Two bytes of a height may look like a start; what follows soon shows that they are
+            # Two bytes of a height may resemble a start; the following bytes show that they are
             # none.
             size, end = _decompressed_size(content, result.start(), maximum - unpacked)
             unpacked, place = unpacked + size, end
@@ -134,7 +134,7 @@ def check_streams(path: Path) -> None:
 
 
 def _decompressed_size(content: mmap.mmap, start: int, maximum: int) -> tuple[int, int]:
-    """Return the decompressed size of a member of a stream, and the offset of the next one."""
+    """Return the decompressed size of a stream, and the offset of the next one."""
     unpacking, size, place = zlib.decompressobj(), 0, start
     rest = b""
     try:
@@ -151,7 +151,7 @@ def _decompressed_size(content: mmap.mmap, start: int, maximum: int) -> tuple[in
     return size, start + 1
 
 
-# --- Shared by all readers: read options, channels and error messages ---
+# --- Common parts of all readers: options, channels and error messages ---
 
 
 Array = NDArray[np.float64]
@@ -163,7 +163,7 @@ class Channel:
 
     name: str  # Name in the file
     unit: str  # Unit of the values as the file gives it
-    is_height: bool  # Whether the channel holds heights, by its name and its unit
+    is_height: bool  # Whether the channel contains heights, by name and unit
     shape: tuple[int, ...]  # Grid points `(ny, nx)`
 
 
@@ -178,12 +178,12 @@ class ReadOptions:
     announced: Callable[[tuple[int, int]], None] | None = None
 
     def __post_init__(self) -> None:
-        """Keep a text as it was given, and anything else in meters."""
+        """Convert a size to meters unless it is a text."""
         if not isinstance(self.size, str):
             object.__setattr__(self, "size", to_si(self.size, "length", "size"))
 
     def check_shape(self, shape: tuple[int, ...]) -> None:
-        """Report the size of the map."""
+        """Report the shape of the map to the caller before its heights are read."""
         if self.announced is not None:
             ny, nx = shape
             self.announced((ny, nx))
@@ -191,18 +191,18 @@ class ReadOptions:
 
 @dataclass(frozen=True)
 class InputFormat:
-    """A format that maps are read from: a line of the table in `roughcontact.formats.read`."""
+    """Input format of maps: a row of the table in `roughcontact.formats.read`."""
 
-    name: str  # As `format` of `roughcontact.read_surface` takes it
-    suffixes: tuple[str, ...]  # How its files end
-    read: Callable[[Path, str, ReadOptions], Surface]  # `read(path, name, asked)` returns the map
+    name: str  # Value of `format` of `roughcontact.read_surface`
+    suffixes: tuple[str, ...]  # Suffixes of its files
+    read: Callable[[Path, str, ReadOptions], Surface]  # Returns the map of a file, by format
     channels: Callable[[Path, str], tuple[Channel, ...]]
-    numbered: bool = False  # Whether three digits as a suffix stand for it as well
+    numbered: bool = False  # Whether the suffix may also be three digits
 
 
 @contextmanager
 def open_existing(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a file that is there and not empty, as one that may be opened again and searched."""
+    """Yield an existing file that is not empty and can be opened again and searched."""
     path = Path(path)
     with ExitStack() as stack:
         try:
@@ -254,7 +254,7 @@ def damage_as_error(path: Path, kind: str, advice: str) -> Iterator[None]:
         yield
     except RoughcontactError:
         raise
-    # Damaged files raise ValueError, BadZipFile, EOFError, KeyError, MemoryError and more.
+    # Damaged files raise ValueError, BadZipFile, EOFError, KeyError, MemoryError and others.
     except Exception as error:
         raise FormatError(
             f"{path.name} cannot be read as {kind} ({one_line(error)}); {advice}"
@@ -263,7 +263,7 @@ def damage_as_error(path: Path, kind: str, advice: str) -> Iterator[None]:
 
 def one_line(error: BaseException) -> str:
     """Return the error message of another library in one line."""
-    # Readers quote the bytes they stumble over; keep what can be printed.
+    # Readers quote unexpected bytes; keep printable characters only.
     printable = "".join(c if c.isprintable() else " " for c in str(error))
     text = " ".join(printable.split()) or "no reason given"
     return f"{type(error).__name__}: {text if len(text) <= 160 else text[:159] + '…'}"
@@ -273,14 +273,14 @@ def one_line(error: BaseException) -> str:
 
 
 BLOCK = 2**20
-"""Bytes handled at a time; divisible by the size of every number."""
+"""Bytes per block; divisible by the size of every number."""
 
 
 class BoundedStream(io.BufferedReader):
-    """A stream that reserves no more memory for a read than the file can fill."""
+    """Stream that reserves no more memory for a read than the file can fill."""
 
     def read(self, size: int | None = -1, /) -> bytes:
-        """Return the next bytes, or those that remain."""
+        """Return the next bytes, or the remaining ones."""
         if size is not None and size > 0:
             remaining = os.fstat(self.fileno()).st_size - self.tell()
             size = min(size, max(remaining, 0))
@@ -288,23 +288,23 @@ class BoundedStream(io.BufferedReader):
 
 
 def little_endian(values: NDArray[Any]) -> memoryview:
-    """Return the little-endian bytes of a map; nothing is copied on most machines."""
+    """Return the little-endian bytes of a map; without a copy on most machines."""
     little = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
     return little.reshape(-1).view(np.uint8).data
 
 
 def iter_blocks(content: bytes | memoryview) -> Iterator[memoryview]:
-    """Yield bytes in blocks, the last of them shorter."""
+    """Yield bytes in blocks; the last one may be shorter."""
     view = memoryview(content)
     for start in range(0, len(view), BLOCK):
         yield view[start : start + BLOCK]
 
 
-# --- What a file is by its first bytes: the suffix is a hint, the content decides ---
+# --- Format by content: the suffix is a hint, the first bytes decide ---
 
 
 _START = 4096
-# Bytes by which a text shows its encoding: of more than one line in a head.
+# Number of bytes by which the encoding of a text is determined: several lines of a header.
 _TEXT_START = 2**15
 
 # First bytes -> name of the format.
@@ -319,15 +319,15 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"
 TEXT, HDF5 = "text", "hdf5"
 """Names of the formats of text and of arrays in HDF5."""
 
-# Formats of this table and of texts, which a suffix may name by mistake.
+# Formats that a suffix may name by mistake: those of this table, and texts.
 _PLAIN = ("netcdf", "npy", "npz", "text", "hdf5")
 
-# Formats of instruments whose suffix other programs give to texts; theirs are binary.
+# Binary formats of instruments whose suffix other programs use for texts.
 _SHARED = ("metropro",)
 
 
 def format_of(path: Path, hinted: str | None) -> str | None:
-    """Return the name of the format that a file is, as far as its content decides."""
+    """Return the name of the format of a file, as far as its content determines it."""
     with path.open("rb") as stream:
         start = stream.read(_START)
     for signature, name in _SIGNATURES:
@@ -341,16 +341,16 @@ def format_of(path: Path, hinted: str | None) -> str | None:
 
 
 def _in_hdf5(path: Path, hinted: str | None) -> str:
-    """Return the name of the format that an HDF5 file has by what is in its root."""
+    """Return the name of the format of an HDF5 file by the content of its root."""
     try:
         netcdf.check_hdf5(path)
         import h5py
 
         with h5py.File(path, "r") as file:
-            # A table there; others call a group so.
+            # In this format it is a table; other programs have a group of this name.
             if "Data" in file and isinstance(file.get("MetaData"), h5py.Dataset):
                 return "datx"
-            # Who calls it by the suffix of bare arrays means these.
+            # The suffix of bare arrays selects the arrays.
             return "netcdf" if "_NCProperties" in file.attrs and hinted != HDF5 else HDF5
     # The reader reports the error.
     except Exception:
@@ -358,7 +358,7 @@ def _in_hdf5(path: Path, hinted: str | None) -> str:
 
 
 def encoding_of(path: Path) -> str | None:
-    """Return the encoding of a text as its beginning shows it; None of what is no text."""
+    """Return the encoding of a text by its beginning; None for other content."""
     with path.open("rb") as stream:
         start = stream.read(_TEXT_START)
     if start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
@@ -378,15 +378,15 @@ def encoding_of(path: Path) -> str | None:
 
 
 def open_text(path: Path, errors: str = "strict") -> TextIO:
-    """Return a text, opened in its own encoding; ``errors`` as for `open`."""
+    """Open a text in its encoding; ``errors`` as in `open`."""
     return path.open(encoding=encoding_of(path) or "utf-8-sig", errors=errors)
 
 
-# --- Units, sizes and plausible scales of what is read ---
+# --- Units, sizes and plausible scales ---
 
 
-# Units of length as instrument files spell them, where pint does not know the spelling or knows
-# another meaning ("A" is the ampere to pint).
+# Units of length in the spelling of instrument files, where pint has none or another meaning ("A"
+# is the ampere in pint).
 _FILE_UNITS = {"A": "angstrom", "Å": "angstrom", "~m": "um"}
 
 # Plausible scales [m]: from a few atoms to a machine bed.
@@ -396,7 +396,7 @@ _HEIGHT_OVER_SIDE = 100.0
 
 
 def refuse_unit(path: Path, requested: ReadOptions) -> None:
-    """Raise `InputError` where a unit is given that a file says itself."""
+    """Raise `InputError` for a unit in addition to the unit in the file."""
     if requested.unit is not None:
         raise InputError(
             f"{path.name} gives its unit itself; leave out ", ArgumentRef("unit", requested.unit)
@@ -431,7 +431,7 @@ def unit_in_meters(path: Path, unit: str | None) -> float:
 
 
 def is_length(path: Path, unit: str) -> bool:
-    """Return whether a unit as a file spells it is one of length."""
+    """Return whether a unit in the spelling of files is a length."""
     try:
         unit_in_meters(path, unit)
     except InputError:
@@ -454,7 +454,7 @@ def pixel_of(
             f"{ArgumentRef('size', '0.1 mm x 0.2 mm')}"
         )
     if isinstance(size, str):
-        # An x before no number is part of a unit.
+        # An x that is not before a number is part of a unit.
         parts = re.split(r"\s*[x×]\s*(?=[-+\u2212.\d])", size.strip())
         sides = tuple(units.parse(part, "length", "size") for part in parts)
     else:
@@ -464,7 +464,7 @@ def pixel_of(
         except (TypeError, ValueError):
             raise input_error("size", size, "must be a pair (y, x) in meters") from None
     if ny == 1:
-        # The one side of a profile. A map that was cut off in its first row is none.
+        # The length of a profile. A map that was cut off in its first row is not a profile.
         if len(sides) == 2 and sides[0] != PROFILE_WIDTH:
             length = units.format_engineering(sides[-1], "m")
             raise InputError(
@@ -491,8 +491,8 @@ def pixel_of(
 
 
 def to_meters(values: NDArray[Any], metre: float) -> Array:
-    """Return values of some unit in meters, locked: a `Surface` takes them as they are."""
-    # Damaged numbers overflow, or are NaN of the signalling kind: `Surface` judges the outcome.
+    """Return values of a unit in meters, read-only, so that a `Surface` does not copy them."""
+    # Damaged numbers overflow or are signaling NaN: `Surface` checks the values.
     with np.errstate(all="ignore"):
         heights: Array = np.array(values, dtype=np.float64, order="C")
         heights *= metre
@@ -501,7 +501,7 @@ def to_meters(values: NDArray[Any], metre: float) -> Array:
 
 
 def check_scale(path: Path, surface: Surface) -> None:
-    """Refuse scales that no measured map has."""
+    """Raise `FormatError` for scales that no measured map has."""
     top, bottom = float(np.nanmax(surface.heights)), float(np.nanmin(surface.heights))
     first = int(surface.is_profile)
     check_lengths(path, surface.size[first:], surface.pixel[first:], (bottom, top))
@@ -510,7 +510,7 @@ def check_scale(path: Path, surface: Surface) -> None:
 def check_lengths(
     path: Path, sides: tuple[float, ...], pixel: tuple[float, ...], heights: tuple[float, float]
 ) -> None:
-    """Refuse sides, pixels, or smallest and largest heights [m] that no measured map has."""
+    """Raise `FormatError` for sides, pixels or heights [m] that no measured map has."""
     what = "check the unit and the size in the file"
     for name, counted, (low, high) in (
         ("sides (y, x)", sides, _SIDE_RANGE),

@@ -1,4 +1,4 @@
-"""Sheets of Excel, taken as the text that they would be: a matrix, points, or two columns."""
+"""Sheets of Excel, converted to text: a matrix, points, or two columns."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def read_workbook(path: Path, name: str, requested: ReadOptions) -> Surface:
 
 
 def channels(path: Path, name: str) -> tuple[Channel, ...]:
-    """Return the sheets of a workbook; those without numbers are no heights."""
+    """Return the sheets of a workbook; sheets without numbers are not heights."""
     result = []
     sheets = _sheets(path)
     if _is_mitutoyo(sheets):
@@ -60,14 +60,14 @@ def _sheets(path: Path) -> list[str]:
 
 @contextlib.contextmanager
 def _sheet_as_text(path: Path, sheet: str) -> Iterator[Path]:
-    """Give a sheet as a text under the name of the workbook, a tab between two cells."""
+    """Yield a text file of a sheet with the name of the workbook, tabs between cells."""
     with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
         copy = Path(folder) / path.name
         with _open_workbook(path) as workbook, copy.open("x", encoding="utf-8") as stream:
             size, maximum = 0, memory.max_unpacked_bytes(path.stat().st_size)
             for row in _rows(path, workbook[sheet]):
                 size += stream.write("\t".join(map(_cell, row)) + "\n")
-                # One cell may stand thousands of empty ones away from the others.
+                # A single cell may be thousands of empty ones away from the others.
                 if size > maximum:
                     memory.require_size(path.name, size, packed=path.stat().st_size)
         if not copy.stat().st_size:
@@ -76,7 +76,7 @@ def _sheet_as_text(path: Path, sheet: str) -> Iterator[Path]:
 
 
 def _rows(path: Path, sheet: Any) -> Iterator[tuple[Any, ...]]:
-    """Return the rows of a sheet, of one length unless it states more cells than are there."""
+    """Return the rows of a sheet, of equal length unless it states more cells than exist."""
     stated = (sheet.max_row or 0) * (sheet.max_column or 0)
     if stated > source.check_sizes(path):
         sheet.reset_dimensions()
@@ -86,13 +86,13 @@ def _rows(path: Path, sheet: Any) -> Iterator[tuple[Any, ...]]:
 def _cell(value: Any) -> str:
     if value is None:
         return ""
-    # A break in a cell would part the row.
+    # A line break in a cell would split the row.
     return repr(value) if isinstance(value, float) else " ".join(str(value).split())
 
 
 @contextlib.contextmanager
 def _open_workbook(path: Path) -> Iterator[Any]:
-    """Give a workbook that is read row by row, with one kind of error."""
+    """Open a workbook that is read row by row, with all errors as `FormatError`."""
     try:
         import openpyxl
     except ImportError as error:
@@ -107,7 +107,7 @@ def _open_workbook(path: Path) -> Iterator[Any]:
         yield workbook
     except RoughcontactError:
         raise
-    # Readers of damaged files fail with anything.
+    # Readers of damaged files can raise any error.
     except Exception as error:
         raise FormatError(
             f"{path.name} cannot be read as an Excel workbook ({one_line(error)}); check that the "

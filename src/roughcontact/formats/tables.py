@@ -1,9 +1,8 @@
-"""Maps as matrices of numbers, and the numbers of a result as a table and as JSON.
+"""Maps as matrices of numbers, and the summary of a result as JSON.
 
-`save_csv`: Lines that start with # head the file and name quantity, unit and pixel;
-`read_surface` takes unit and size of a file of heights from them. Every number keeps its bits;
-"nan" is a missing point, and masks are 0 and 1. Of a profile there are two columns, the
-position [m] first.
+`save_csv`: Lines that start with # form a header with quantity, unit and pixel, from which
+`read_surface` reads unit and size of heights. Numbers are written exactly; "nan" is a missing
+point, and masks are 0 and 1. A profile has two columns, the position [m] first.
 """
 
 from __future__ import annotations
@@ -36,22 +35,22 @@ UNITS = {
     "ceiling": "Pa",
     "residual_displacement": "m",
 }
-"""Every map that a result may have, with its unit."""
+"""Maps that a result may have, with their units."""
 
-# Those that only one of the two models has.
+# Maps that only one of the two models has.
 _CEILING_ONLY = {"saturated", "residual_indentation", "ceiling"}
 _VOLUME_ONLY = {"residual_displacement"}
 
 
 def surface_of(source: Surface | Result) -> Surface:
-    """Return the map itself, or that of the rough body of a result."""
+    """Return the map itself, or the map of the rough body of a result."""
     if isinstance(source, ElastoplasticResult):
         return source.solution.surface
     return source if isinstance(source, Surface) else source.surface
 
 
 def map_names(source: Surface | Result) -> list[str]:
-    """Return which maps there are."""
+    """Return the names of the available maps."""
     if isinstance(source, Surface):
         return ["height"]
     if isinstance(source, ElastoplasticResult):
@@ -66,7 +65,7 @@ def map_names(source: Surface | Result) -> list[str]:
 
 
 def field_values(source: Surface | Result, name: str) -> NDArray[Any]:
-    """Return one of the maps that `map_names` lists, in the unit of `UNITS`."""
+    """Return one of the maps of `map_names`, in the unit of `UNITS`."""
     if isinstance(source, Surface):
         return source.heights
     if isinstance(source, ElastoplasticResult):
@@ -80,7 +79,7 @@ def field_values(source: Surface | Result, name: str) -> NDArray[Any]:
     return getattr(source, name)
 
 
-# --- Maps as matrices of numbers, and the numbers of a result as a table and as JSON ---
+# --- Maps as matrices of numbers, and the summary of a result as JSON ---
 
 
 def save_npz(surface: Surface, path: str | os.PathLike[str]) -> None:
@@ -93,7 +92,7 @@ def save_npz(surface: Surface, path: str | os.PathLike[str]) -> None:
 def save_csv(
     source: Surface | Result, path: str | os.PathLike[str], field: str | None = None
 ) -> None:
-    """Write one map as a matrix of numbers, one row of the map a line."""
+    """Write one map as a matrix of numbers, one line per row of the map."""
     require_suffix(path, ".csv")
     if field is None:
         field = "height" if isinstance(source, Surface) else "pressure"
@@ -124,7 +123,7 @@ def save_csv(
 def _save_columns(
     values: NDArray[Any], spacing: float, name: str, path: str | os.PathLike[str]
 ) -> None:
-    """Write what a profile has at each of its points."""
+    """Write the values of a profile at each of its points."""
     with atomic_write(path) as stream:
         stream.write(f"# x [m],{name}\n".encode())
         for number, value in enumerate(values.tolist()):
@@ -132,16 +131,16 @@ def _save_columns(
 
 
 def save_json(result: Result, path: str | os.PathLike[str]) -> None:
-    """Write the summary of a result, as `result_record` gives it, as JSON in SI units."""
+    """Write the summary of a result, see `result_record`, as JSON in SI units."""
     require_suffix(path, ".json")
     write_atomically(path, to_json(result_record(result)) + "\n")
 
 
 def result_record(result: Result) -> dict[str, Any]:
-    """Return the summary of a result with the bodies that went in."""
+    """Return the summary of a result with its bodies."""
     if isinstance(result, ElastoplasticResult):
         text = result.summary()
-        # The contact alone contains no plastic strain.
+        # The contact without its volume has no plastic strain.
         own = {name: text[name] for name in ("status", "regime", "warnings", "cautions")}
         return {
             **result_record(result.solution),

@@ -1,4 +1,4 @@
-"""Profiles: positions and heights in two columns of text, brought to equal distances."""
+"""Headers of text files, lists of points on a grid, and profiles in columns of text."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ from roughcontact.surface.surface import Surface
 from roughcontact.units import format_engineering
 
 MAX_HEAD_LINES = 200
-"""Lines in which a head must end."""
+"""Maximum number of lines of a header."""
 
-# Characters of a line of a head.
+# Maximum number of characters of a line of a header.
 _MAX_LINE_LENGTH = 4096
 
 _NUMBER = r"[-+]?\d*[.,]?\d+(?:[eE][-+]?\d+)?"
 _IS = r"\s*[:=：]\s*"
 
-# Gwyddion translates what it writes.
+# Gwyddion translates this word.
 _CHANNEL = "Channel|Kanál|Kanal|Canal|Canale|チャネル|채널|Канал"
 _WIDTH = "Width|Šířka|Breite|Anchura|Largeur|Larghezza|幅|폭|Largura|Ширина"
 _HEIGHT = "Height|Výška|Höhe|Altura|Hauteur|Altezza|高さ|높이|Высота"
@@ -48,7 +48,7 @@ _VALUES = (
     "|Unidades de valor|Единицы измерения"
 )
 
-# Key of a line -> pattern with its value; compiled when there is a text file.
+# Key of a line -> pattern with its value; compiled for the first text file.
 _KEYS = {
     "channel": rf"^\W*(?:{_CHANNEL}){_IS}(.+)$",
     "side_x": rf"^\W*(?:{_WIDTH}|x-length){_IS}({_NUMBER}\s*\D*)$",
@@ -75,15 +75,15 @@ _KEYS = {
     "ascii": r"^\W*File Format\s*=\s*(ASCII)\s*$",
 }
 
-# A number, or what stands where one is missing; a decimal comma parts it into two.
+# A number or the mark of a missing one; a decimal comma separates its two parts.
 _CELL = re.compile(
     r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan|bad|n/?a|\*+|-{2,}", re.IGNORECASE
 )
 
-# Names of three columns, each perhaps with its unit: X [mm], y (um), z/nm.
+# Names of three columns, optionally with units: X [mm], y (um), z/nm.
 _COLUMN = re.compile(r"\s*([xyz])\w*\s*(?:[\[(/]\s*([^\])\s]+)\s*[\])]?)?\s*", re.IGNORECASE)
 
-# Keys of a header of a map: without one of these the text is a remark.
+# Keys of the header of a map: a text without any of these is a remark.
 _TELLING = {"side_x", "points", "points_x", "pixel", "pixel_x", "wyko", "unit_x", "columns"}
 
 
@@ -91,20 +91,20 @@ _TELLING = {"side_x", "points", "points_x", "pixel", "pixel_x", "wyko", "unit_x"
 class Head:
     """Properties of the values that a text file states."""
 
-    lines: int  # Lines that it takes
-    channel: str = ""  # Name of what is in the file
+    lines: int  # Number of lines of the header
+    channel: str = ""  # Name of the channel
     unit: str = ""  # Unit of the heights as the file spells it
-    factor: float = 1.0  # Factor to that unit
+    factor: float = 1.0  # Factor to this unit
     lateral: float | None = None  # Unit [m] of coordinates of points
     pixel: tuple[float, float] | None = None  # Pixel edges `(dy, dx)` [m]
     sides: tuple[float, float] | None = None  # Sides `(y, x)` [m]
     points: tuple[int, int] | None = None  # Rows and columns of the matrix
-    turned: bool = False  # Whether a line of the file runs along y
-    columns: bool = False  # Whether it names three columns x, y and z
+    turned: bool = False  # Whether a line of the file is along y
+    columns: bool = False  # Whether three columns are named x, y and z
 
     @property
     def is_map(self) -> bool:
-        """Whether it describes a matrix."""
+        """Whether the header describes a matrix."""
         return bool(self.points or self.sides or self.pixel)
 
     def pixel_of(self, shape: tuple[int, int]) -> tuple[float, float] | None:
@@ -141,12 +141,12 @@ def parse_head(path: Path, lines: Iterable[str]) -> Head | None:
 
 
 def starts_new_map(line: str) -> bool:
-    """Return whether a line between numbers begins another map."""
+    """Return whether a line between numbers is the start of another map."""
     return any(re.search(_KEYS[key], line, re.IGNORECASE) for key in ("channel", "side_x"))
 
 
 def is_data(text: str) -> bool:
-    """Return whether a line holds numbers, or words for missing points, and nothing else."""
+    """Return whether a line contains only numbers, or words for missing points."""
     cells = re.split(r"[;,\s]+", text[:_MAX_LINE_LENGTH].strip())
     if len(text) > _MAX_LINE_LENGTH:
         cells = cells[:-1]
@@ -154,7 +154,7 @@ def is_data(text: str) -> bool:
 
 
 def _columns(text: str) -> tuple[str, ...]:
-    """Return the units of columns named x, y and z, empty where there is none; () for others."""
+    """Return the units of columns named x, y and z, empty if missing; () for other columns."""
     cells = re.split(r"[;,\t]", text.lstrip("# "))
     matches = [_COLUMN.fullmatch(cell) for cell in cells]
     if len(cells) != 3 or not all(matches):
@@ -178,10 +178,10 @@ def _parse_head_text(path: Path, result: dict[str, tuple[str, ...]], lines: int)
         return replace(head, unit=z or head.unit, lateral=lateral, columns=True)
     lateral = _lateral(path, result)
     if "side_x" in result and "side_y" in result:
-        # Of SPIP, whose lengths have no unit, they are nanometers.
+        # Lengths without a unit of SPIP are in nanometers.
         default = lateral or (1e-9 if "ascii" in result else None)
         if default is None and not all(_has_unit(result[f"side_{axis}"][0]) for axis in "yx"):
-            # Points rather than lengths, for all that is known.
+            # The lengths may be numbers of points.
             return head
         sides = [_length(result, f"side_{axis}", default) for axis in "yx"]
         return replace(head, sides=(sides[0], sides[1]))
@@ -195,7 +195,7 @@ def _parse_head_text(path: Path, result: dict[str, tuple[str, ...]], lines: int)
 
 
 def _heights(path: Path, head: Head, result: dict[str, tuple[str, ...]]) -> Head:
-    """Return a head with the unit of its heights, and the factor to it."""
+    """Return a header with the unit of its heights, and the factor to it."""
     unit = _first(result, "unit").strip()
     if "koala" in result and not (unit and is_length(path, unit)):
         unit, factor = result["koala"]
@@ -209,7 +209,7 @@ def _heights(path: Path, head: Head, result: dict[str, tuple[str, ...]]) -> Head
 
 
 def _wyko(head: Head, result: dict[str, tuple[str, ...]]) -> Head:
-    """Return the head of Wyko: a line for each x, pixels in mm, heights in nm or wavelengths."""
+    """Return the header of Wyko: a line per x, pixels in mm, heights in nm or wavelengths."""
     factor = 1.0
     if _first(result, "wyko") == "0" and {"wyko_wave", "wyko_mult"} <= result.keys():
         factor = _float(_first(result, "wyko_wave")) / _float(_first(result, "wyko_mult"))
@@ -272,11 +272,11 @@ def _float(text: str) -> float:
 
 Array = NDArray[np.float64]
 
-# Part of a step by which coordinates may lie off the grid, by the digits that they are written in.
+# Maximum deviation of coordinates from the grid, in steps, due to their printed digits.
 _GRID_TOLERANCE = 0.05
-# Points of the grid for each point of the list, at most: more are missing than measured.
+# Maximum number of grid points per point of the list: more are missing than measured.
 _SPARSE = 4
-# Bytes that laying them on the grid takes a point.
+# Memory for placing the points on the grid, in bytes per point.
 _BYTES_PER_POINT = 40
 
 
@@ -289,7 +289,7 @@ def look_like_points(matrix: Array) -> bool:
         return False
     counts = [np.unique(values).size for values in (x, y)]
     pairs = np.unique(matrix[:, :2], axis=0).shape[0]
-    # Heights of a narrow map do not come back again and again, each with each other.
+    # Heights of a narrow map are not repeated in all combinations.
     return min(counts) > 1 and pairs == matrix.shape[0] <= counts[0] * counts[1] <= 2 * pairs
 
 
@@ -319,16 +319,16 @@ def grid_points(path: Path, matrix: Array) -> tuple[Array, tuple[float, float], 
 
 
 def _steps(path: Path, axis: str, values: Array) -> tuple[NDArray[np.int64], float]:
-    """Return which step of a grid each coordinate is at, and the length of a step."""
+    """Return the grid index of each coordinate, and the length of a step."""
     known = np.unique(values)
     extent = float(known[-1] - known[0])
     gaps = np.diff(known)
-    # Digits are cut off: what lies a millionth of the map apart is one place.
+    # Digits are cut off: coordinates within a millionth of the map are one position.
     separately = gaps[gaps > 1e-6 * extent]
     if separately.size == 0:
         raise FormatError(f"{path.name} lists points that all have one {axis}; a map was expected")
     step = extent / max(round(extent / float(separately.min())), 1)
-    # The least gap has the largest error of digits: the mean over those alike is better.
+    # The smallest step has the largest rounding error: the mean of similar steps is more accurate.
     alike = separately[separately < 1.5 * step]
     step = extent / max(round(extent / float(alike.mean())), 1)
     place = (values - known[0]) / step
@@ -341,23 +341,23 @@ def _steps(path: Path, axis: str, values: Array) -> tuple[NDArray[np.int64], flo
     return nearest.astype(np.int64), step
 
 
-# --- Profiles: positions and heights in two columns of text, brought to equal distances ---
+# --- Profiles: positions and heights in columns of text, resampled at equal distances ---
 
 
 MIN_POINTS = 9
-"""Points below which columns may as well be a narrow map, where nothing names their units."""
+"""Minimum number of points of a profile without named units; fewer may be a narrow map."""
 
 _MIN_NAMED_POINTS = 3
 
-# Bytes that reading takes a point, and lines in front of the first numbers, at most.
+# Memory for reading in bytes per point, and maximum number of lines before the first numbers.
 _TRACES_EACH, _HEAD = 200, 200
-# Characters of a line, which has two numbers.
+# Maximum number of characters of a line, which has two numbers.
 _TRACES_LONGEST = 10_000
-# Distance from an even grid that is rounding of what is printed, over the step; steps over the
-# median from which nothing was measured in between.
+# Deviation from an even grid due to printed digits, in steps; ratio of a step to the median from
+# which the points in between are missing.
 _EVEN, _GAP = 0.02, 5.0
-# Share of steps unlike the median, and deviation from an even grid over the last digit, by which
-# positions are rounded.
+# Share of steps that differ from the median, and deviation from an even grid over the last digit,
+# for positions that are rounded.
 _MIXED, _ROUNDED = 0.1, 1.2
 
 _TRACES_NUMBER = r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?"
@@ -367,12 +367,12 @@ _OF_A_MAP = "# roughcontact map"
 _FILLED = re.compile(rf"\s*{_TRACES_NUMBER}\s*")
 _BRACKETED = re.compile(r"[\[(]\s*([a-zA-Z\u00b5\u03bcÅ]+)\s*[\])]")
 _UNIT = re.compile(r"[\[(/]\s*([a-zA-Z\u00b5\u03bcÅ]+)\s*[\])]?\s*$")
-# A unit without brackets, where nothing else could be meant: "x in um", "Raw Micrometer".
+# A unit without brackets, if unambiguous: "x in um", "Raw Micrometer".
 _WORD = re.compile(
     r"(?:^|[\s_])([munp\u00b5\u03bc]?m|Å|microns?|(?:[Mm]illi|[Mm]icro|[Nn]ano)?[Mm]et(?:er|re)s?)\s*$"
 )
 
-# Names of a third column: behind the heights, or in front of the positions.
+# Names of a third column, after the heights or before the positions.
 _VALID = re.compile(r"\s*valid\s*", re.IGNORECASE)
 _NUMBERED = re.compile(r"\W*(?:index|number|point|sample|nr|no|n|i)?\W*", re.IGNORECASE)
 
@@ -382,11 +382,11 @@ class Trace:
     """Two columns of a text."""
 
     columns: Array  # (n, 2) Positions and heights, in their units
-    units: tuple[str, str]  # Of either, as the head of the columns names it
+    units: tuple[str, str]  # Units of positions and heights in the header of the columns
 
 
 def find_profile(path: Path) -> Trace | None:
-    """Return the trace in a text; None if it holds no two columns of which the first advances."""
+    """Return the trace in a text; None without two columns of which the first increases."""
     head: list[str] = []
     rows: list[tuple[float, ...]] = []
     room, count = 0, ""
@@ -399,7 +399,7 @@ def find_profile(path: Path) -> Trace | None:
                 if not (numbers and len(cells) in (2, 3)):
                     no_head = numbers and any(map(_FILLED.fullmatch, cells))
                     if no_head and len(cells) == 1 and not rows and not count:
-                        # How many follow.
+                        # Number of the following values.
                         count = cells[0].strip()
                         continue
                     if (
@@ -428,7 +428,7 @@ def find_profile(path: Path) -> Trace | None:
 
 
 def _third_column_name(head: Sequence[str]) -> str:
-    """Return the quantity of the third column of a profile by its name; empty if it has none."""
+    """Return the quantity of the third column of a profile by its name; empty without one."""
     named = [cells for line in head if len(cells := _cells(line.lstrip("# "))) == 3]
     if any(_VALID.fullmatch(cells[2]) for cells in named):
         return "valid"
@@ -436,7 +436,7 @@ def _third_column_name(head: Sequence[str]) -> str:
 
 
 def _trace_from_rows(values: Array, head: Sequence[str]) -> Trace | None:
-    """Return the trace in rows of two or three numbers below a head."""
+    """Return the trace in rows of two or three numbers below a header."""
     third = _third_column_name(head) if values.shape[1] == 3 else ""
     if third == "valid":
         values[values[:, 2] != 1.0, 1] = np.nan
@@ -481,7 +481,8 @@ def resample_evenly(
     off = position - position[0] - mean * np.arange(position.size)
     if np.abs(off).max() <= _EVEN * mean:
         return np.ascontiguousarray(heights), mean, ()
-    # Equal steps rounded are short and long ones in turn; one that is missing is a single long one.
+    # Equal steps that are rounded alternate between short and long; a missing point gives a single
+    # long step.
     if digit and np.mean(np.abs(steps - median) > 0.5 * digit) > _MIXED:
         index = np.arange(position.size) - 0.5 * steps.size
         slope = float(np.sum(index * off) / np.sum(index**2)) + mean
@@ -506,7 +507,7 @@ def resample_evenly(
 
 
 def _last_digit(position: Array) -> float:
-    """Return the decimal place that positions are rounded to; 0 where they have many digits."""
+    """Return the decimal place to which positions are rounded; 0 if they have many digits."""
     places = (p for p in range(7) if np.array_equal(np.round(position, p), position))
     return next((10.0**-p for p in places), 0.0)
 
@@ -524,7 +525,7 @@ def _cells(text: str) -> list[str]:
         )
         if len(cells) == 1:
             cells = words
-    # Many programs end each row with the mark, some with several.
+    # Many programs end each row with the delimiter, some with several.
     while len(cells) > 2 and not cells[-1].strip():
         cells = cells[:-1]
     return cells
@@ -536,7 +537,7 @@ def _value(cell: str) -> float:
 
 
 def _units(head: Sequence[str], count: int = 2, first: int = 0) -> tuple[str, str]:
-    """Return the units that the last line in front of the numbers gives positions and heights."""
+    """Return the units of positions and heights in the last line before the numbers."""
     partly = ("", "")
     lines = [line for line in head if line.strip()]
     for line in reversed(lines):
@@ -557,7 +558,7 @@ def _units(head: Sequence[str], count: int = 2, first: int = 0) -> tuple[str, st
 
 
 def _unit_named(cell: str) -> str:
-    """Return the unit of length with which the name of a column ends; empty if with none."""
+    """Return the unit of length at the end of the name of a column; empty without one."""
     match = _UNIT.search(cell) or _WORD.search(cell)
     if match is None:
         return ""
@@ -566,7 +567,7 @@ def _unit_named(cell: str) -> str:
 
 
 def _metres(path: Path, stated: tuple[str, str], requested: ReadOptions) -> tuple[float, float]:
-    """Return the units of positions and heights [m]: as said of the file, or else by its head."""
+    """Return the units of positions and heights [m], given by the caller or in the header."""
     said = [] if requested.unit is None else [word.strip() for word in requested.unit.split(",")]
     if len(said) == 1:
         said = [stated[0], *said]
@@ -588,7 +589,7 @@ def _metres(path: Path, stated: tuple[str, str], requested: ReadOptions) -> tupl
 
 
 def read_single_column(path: Path, heights: Array, requested: ReadOptions) -> Surface:
-    """Return the profile that a single column or a single row of heights is."""
+    """Return the profile in a single column or a single row of heights."""
     if heights.size < 2:
         raise FormatError(f"{path.name} holds one number, no heights of a map or a profile")
     metre = unit_in_meters(path, requested.unit)

@@ -1,35 +1,34 @@
 """Maps and volumes for ParaView, in VTK's XML formats.
 
-`save_vtk`: A pixel is an area, yet its values are stored at its centre, as data of the points
-of the image, not of its cells: *Warp By Scalar*, which turns the flat image into a relief,
-takes nothing else. Choose ``height`` in it and a scale factor to exaggerate the heights, and
-colour by ``pressure``. The image therefore ends half a pixel before the edge of the map on each
-side. *Threshold* over the whole range of ``height`` cuts the missing points out of the relief.
+`save_vtk`: A pixel is an area, but its values are stored at its center, as data of the points of
+the image, not of its cells: *Warp By Scalar*, which converts the flat image into a relief, requires
+point data. Select ``height`` in it and a scale factor to exaggerate the heights, and color by
+``pressure``. The image therefore ends half a pixel before the edge of the map on each side.
+*Threshold* over the whole range of ``height`` removes the missing points from the relief.
 
-All lengths are in metres; the field data ``units`` says the unit of each map. The layout is
-VTK's XML ImageData with appended data, base64, zlib, little-endian, headers of 64 bits.
+All lengths are in meters; the field data ``units`` gives the unit of each map. The layout is VTK's
+XML ImageData with appended data, base64, zlib, little-endian, headers of 64 bits.
 
 Kitware, VTK File Formats, "XML File Formats", https://docs.vtk.org/en/latest/vtk_file_formats/
 
-`save_vtr`: A cell is a pixel of a layer; its values are those of the layer, averages over its
-thickness. The map begins at x = y = 0 as in the file of `save_vtk`, and the margin of the
-volume lies around it. The surface is z = 0 and z points up: the rough body lies below, its
-counter-body above, as far as they yield. The tensors are in these axes, hence the shear
-components xz and yz of the lower body are those of `PlasticBody`, whose z points into the body,
-with the other sign.
+`save_vtr`: A cell is a pixel of a layer; its values are averages over the thickness of the layer.
+The map begins at x = y = 0 as in the file of `save_vtk`, surrounded by the margin of the volume.
+The surface is z = 0 and z points up: the rough body is below, its counter-body above, as far as
+they yield. The tensors are in these axes, hence the shear components xz and yz of the lower body
+have the opposite sign of those of `PlasticBody`, whose z points into the body.
 
-``plastic_strain``, ``stress`` and ``residual_stress`` have the components XX, YY, ZZ, XY, YZ,
-XZ, in which VTK keeps symmetric tensors; shear strains are those of the tensor, half the
-engineering ones. Stress includes its mean, tension is positive. ``accumulated_plastic_strain``,
+``plastic_strain``, ``stress`` and ``residual_stress`` have the components XX, YY, ZZ, XY, YZ, XZ,
+the order of symmetric tensors in VTK; shear strains are tensor components, half the engineering
+strains. Stress includes its mean, tension is positive. ``accumulated_plastic_strain``,
 ``von_mises`` and ``residual_von_mises`` are scalars. Numbers have the precision of the volume,
-lengths are in metres, the field data ``units`` says the rest. The layout is VTK's XML
-RectilinearGrid with appended data as in `save_vtk`: the layers are graded, and an image knows
-equal steps only.
+lengths are in meters, the field data ``units`` gives the other units. The layout is VTK's XML
+RectilinearGrid with appended data as in `save_vtk`: the layers are graded, and an image has equal
+steps only.
 
 Kitware, VTK File Formats, "XML File Formats", https://docs.vtk.org/en/latest/vtk_file_formats/
 
-`save_pvd`: A step is a second of ParaView's time; the volume is part 0 of the series, the
-surface part 1.
+`save_pvd`: A step is one second of ParaView's time; the volume is part 0 of the series, the surface
+part 1.
 """
 
 from __future__ import annotations
@@ -116,14 +115,14 @@ def save_vtr(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
 
 
 class _Layer(NamedTuple):
-    """A layer of cells; ``side`` is -1 for one below the surface, 1 for one above."""
+    """Layer of cells; ``side`` is -1 below the surface, 1 above."""
 
     side: int
     body: PlasticBody
     number: int
 
     def layer_values(self, name: str) -> NDArray[Any]:
-        """Return its part of an array of the body."""
+        """Return the part of an array of the body in this layer."""
         return getattr(self.body, name)[self.number]
 
 
@@ -152,7 +151,7 @@ def _in_cells(
     show: Callable[[_Layer], NDArray[Any]],
     components: int = 1,
 ) -> _VtkArray:
-    # One layer after the other: a tensor of the whole volume would need its memory again.
+    # One layer at a time: a tensor of the whole volume would need its memory again.
     parts = (np.asarray(show(cell)) for cell in cells)
     return _VtkArray(name, cells[0].body.stress.dtype, unit, components, parts)
 
@@ -171,7 +170,7 @@ def _tensor(name: str, mean: str | None = None) -> Callable[[_Layer], NDArray[An
 
 @dataclass(frozen=True, eq=False)
 class _VtkArray:
-    """One array of a VTK file; its numbers come in parts, one after the other."""
+    """Array of a VTK file, whose numbers are supplied in consecutive parts."""
 
     name: str
     dtype: np.dtype[Any]
@@ -191,7 +190,7 @@ class _VtkArray:
             )
         return (
             f'        <DataArray type="{_VTK_TYPES[self.dtype.str[1:]]}" Name="{self.name}"{shape} '
-            # Constant length, because the header is written again at the end.
+            # Constant length, as the header is overwritten at the end.
             f'format="appended" offset="{offset:020d}"/>\n'
         )
 
@@ -245,7 +244,7 @@ def _write_vtk(
 
 
 def _append(stream: IO[bytes], parts: Iterable[NDArray[Any]]) -> None:
-    """Write one array of appended data: its table of blocks, then the blocks, in base64."""
+    """Write an array of appended data: its table of blocks, then the blocks, in base64."""
     packed, pending = [], b""
     for part in parts:
         for piece in iter_blocks(little_endian(part)):
@@ -257,7 +256,7 @@ def _append(stream: IO[bytes], parts: Iterable[NDArray[Any]]) -> None:
         packed.append(zlib.compress(pending, 1))
     table = (len(packed), BLOCK, len(pending), *map(len, packed))
     stream.write(base64.b64encode(struct.pack(f"<{len(table)}Q", *table)))
-    # Encoded as one stream: three bytes become four letters, and only the end is filled up.
+    # Encoded as one stream: three bytes become four letters, and only the end is padded.
     rest = b""
     for block in packed:
         joined = rest + block
@@ -267,4 +266,4 @@ def _append(stream: IO[bytes], parts: Iterable[NDArray[Any]]) -> None:
     stream.write(base64.b64encode(rest))
 
 
-# --- Steps of repeated passes as a series that ParaView plays ---
+# --- Steps of repeated passes as a series of ParaView ---

@@ -1,4 +1,4 @@
-"""Registration of export formats by readers: unused here."""
+"""Replacement for SurfaceTopography's registration of export formats, not needed here."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import Any
 
 
 class UniformTopographyInterface:
-    """Interface of the maps of SurfaceTopography, by name only."""
+    """Interface of the maps of SurfaceTopography, needed by name only."""
 
     @classmethod
     def register_function(cls, name: str, function: Callable[..., Any]) -> None:
-        """Take a function that is not needed."""
+        """Ignore a function to register."""

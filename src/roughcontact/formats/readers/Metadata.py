@@ -10,8 +10,7 @@ from typing import Any
 
 from roughcontact.formats import readers
 
-# Of an instrument. Serial numbers are of no account here: the library drops those that stand for
-# none.
+# Metadata of an instrument. Serial numbers are not used: the library drops placeholders of them.
 _NAMES = ("name", "vendor", "serial", "scanner_serial", "software")
 
 
@@ -41,7 +40,7 @@ def _check_fields(fields: dict[str, Any]) -> dict[str, Any]:
 
 
 def _instrument(fields: Any) -> dict[str, Any] | None:
-    """Return the metadata of an instrument; raise `TypeError` unless it has plain types."""
+    """Return the metadata of an instrument; raise `TypeError` unless they have plain types."""
     if fields is None:
         return None
     if type(fields) is not dict:
@@ -68,7 +67,7 @@ def _amount(fields: Any) -> dict[str, Any] | None:
 
 
 def _typed(fields: dict[str, Any], **types: type) -> dict[str, Any]:
-    """Return the values of these names; raise `TypeError` unless they are absent or of the type."""
+    """Return the values of these names; raise `TypeError` for values of another type."""
     found = {name: fields.get(name) for name in types}
     if any(value is not None and type(value) is not types[name] for name, value in found.items()):
         raise TypeError
@@ -80,7 +79,7 @@ def _known(fields: dict[str, Any]) -> dict[str, Any]:
 
 
 def _library() -> Any:
-    """Return the module of SurfaceTopography that this one stands before."""
+    """Return the module of SurfaceTopography that this module replaces."""
     path = os.path.join(readers.library()[0], "Metadata.py")
     spec = importlib.util.spec_from_file_location(f"{__name__}_library", path)
     assert spec is not None

@@ -20,7 +20,7 @@ class NonuniformLineScan:
 
     @classmethod
     def register_function(cls, name: str, function: Any) -> None:
-        """Take a function that is not needed."""
+        """Ignore a function to register."""
 
     def scale(self, factor: float) -> NonuniformLineScan:
         """Return the profile with its heights multiplied."""

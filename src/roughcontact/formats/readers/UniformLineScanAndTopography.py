@@ -1,4 +1,4 @@
-"""The maps and profiles that readers make, as SurfaceTopography has them."""
+"""Maps and profiles that readers create, with the interface of SurfaceTopography."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Topography:
 
 
 class UniformLineScan:
-    """Heights of a profile and its length in the unit of the file; arguments as of `Topography`."""
+    """Heights and length of a profile in the unit of the file; see `Topography`."""
 
     is_uniform = True
 
@@ -64,7 +64,7 @@ class UniformLineScan:
 
     @classmethod
     def register_function(cls, name: str, function: Any) -> None:
-        """Take a function that is not needed."""
+        """Ignore a function to register."""
 
     def scale(self, factor: float) -> UniformLineScan:
         """Return the profile with its heights multiplied."""
@@ -72,7 +72,7 @@ class UniformLineScan:
 
     @property
     def pixel_size(self) -> tuple[float]:
-        """Distance of the points."""
+        """Distance between the points."""
         return (self._size / self._heights.size,)
 
     def heights(self) -> Any:

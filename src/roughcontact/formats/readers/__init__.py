@@ -1,11 +1,10 @@
-"""SurfaceTopography's readers one by one, without what that library imports beside them.
+"""Import of single readers of SurfaceTopography without its other dependencies.
 
-On import `SurfaceTopography` registers all that it can compute, and `SurfaceTopography.IO` loads
-all its readers with the libraries that each of them needs: two seconds for one file. This package
-has the library's own modules as its own, by its search path, but for those that stand here:
-``IO``, which imports nothing, the two modules of maps, which readers make and nobody computes
-with, and ``Metadata``, which needs no pydantic. What does not load this way is read by the whole
-library.
+On import `SurfaceTopography` registers all its functions, and `SurfaceTopography.IO` loads all
+readers with their libraries: two seconds for one file. The search path of this package contains the
+modules of the library, except those replaced here: ``IO``, which imports nothing, the two modules
+of maps, whose functions are not needed, and ``Metadata``, which needs no pydantic. A reader that
+cannot be loaded this way is used from the whole library.
 """
 
 from __future__ import annotations
@@ -15,12 +14,12 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
-# Readers whose module is not called as they are.
+# Readers whose module has another name.
 _MODULES = {"metropro": "MetroPro", "mitutoyo": "Mitutoyo", "opdx": "OPDx", "poir": "OIR"}
 
 
 def library() -> list[str]:
-    """Return the folders of SurfaceTopography, which is found and not imported."""
+    """Return the folders of SurfaceTopography without importing it."""
     known = find_spec("SurfaceTopography")
     if known is None or known.submodule_search_locations is None:
         raise ModuleNotFoundError("No module named 'SurfaceTopography'")
@@ -31,7 +30,7 @@ def reader(name: str) -> Any:
     """Return the class of a reader."""
     own = import_module(f"{__name__}.IO")
     for folder in library():
-        # An earlier import of either has not set the location of the library.
+        # An earlier import of either package has not set the location of the library.
         for path, place in ((__path__, folder), (own.__path__, os.path.join(folder, "IO"))):
             if place not in path:
                 path.append(place)

@@ -1,4 +1,4 @@
-"""Nothing is loaded here; the modules are those of SurfaceTopography's ``IO``."""
+"""Package that imports nothing; its modules are those of SurfaceTopography's ``IO``."""
 
 from pkgutil import extend_path
 
