@@ -17,8 +17,8 @@ from paths import ROOT
 LIMITS = {
     "text of src": 188,
     "text of docs": 7,
-    "text of CHANGELOG.md": 167,
-    "changelog": 49,
+    "text of CHANGELOG.md": 0,
+    "changelog": 0,
     "name": 277,
     "constant": 90,
     "test": 328,
