@@ -16,6 +16,7 @@ ceiling. The stored numbers are those of the tables of the page of assumptions, 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import math
 import time
@@ -35,7 +36,8 @@ from roughcontact.theory import hertz, indenters
 STORED = Path(__file__).with_suffix(".json")
 PAGE = ceiling_error.PAGE
 MARKS = {
-    name: (f"<!-- {name} -->", f"<!-- end of {name} -->") for name in ("rule", "shown", "imprint")
+    name: (f"<!-- {name} -->", f"<!-- end of {name} -->")
+    for name in ("rule", "shown", "confined", "imprint")
 }
 
 YOUNG, STRENGTH, RADIUS = 210e9, 1e9, 1e-3
@@ -63,6 +65,16 @@ LINES = [(0.1, 10), (0.3, 10), (0.45, 10), (0.1, 20), (0.3, 20), (0.45, 20)]
 MAPS = [(nu, index) for index in (6, 12, 30) for nu in (0.1, 0.3, 0.45)]
 NOMINAL = [0.01, 0.02, 0.03, 0.04, 0.055, 0.08, 0.1, 0.13, 0.16, 0.2, 0.25, 0.3]
 NOMINAL_SEEN = [0.08, 0.16, 0.3]
+# Rough maps (ν, E*h'/σ_Y, seed) and bi-sinusoidal ones (E*h'/σ_Y) with nominal pressures up to
+# 3.3 σ_Y, which the confinement of spots is fitted to.
+CONFINED = [(0.3, 3, 0), (0.3, 6, 0), (0.3, 12, 1), (0.3, 25, 0), (0.3, 50, 2), (0.3, 100, 0)]
+CONFINED += [(0.1, 25, 3), (0.45, 25, 4)]
+BISINUSOIDAL = [10, 25]
+HIGH = [0.01, 0.02, 0.04, 0.08, 0.13, 0.19, 0.25, 0.35, 0.5, 0.7, 1.0, 1.25, 1.5, 1.75, 2.0]
+HIGH += [2.25, 2.5, 2.75, 2.9, 3.1, 3.3]
+CONFINED_NAMES = {"confined": "rough", "bi-sinusoidal": "bi-sinusoidal"}
+SHOWN_NOMINAL = [0.5, 1.0, 2.0, 2.9, 3.3]
+HIGH_SEEN = [0.25, 0.5, 0.7, 1.0, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 2.9, 3.1, 3.3]
 
 
 @dataclass(frozen=True)
@@ -156,7 +168,7 @@ def line(nu: float, index: float, points: int = 192) -> Case:
 
 def rough(nu: float, index: float, points: int = 64, seed: int = 0) -> Case:
     """Return a self-affine period with this plasticity index E* h'/σ_Y."""
-    material, pixel = rc.Material(YOUNG, nu, STRENGTH), (1e-6, 1e-6)
+    pixel = (1e-6, 1e-6)
     heights = random_surfaces.self_affine(
         (points, points),
         pixel,
@@ -165,17 +177,34 @@ def rough(nu: float, index: float, points: int = 64, seed: int = 0) -> Case:
         cutoff_wavelength=8 * pixel[0],
         rng=np.random.default_rng(seed),
     )
-    slope = index * STRENGTH / rc.contact_modulus(material, rc.RIGID)
+    names = {"kind": "map", "poisson": nu, "index": index, "points": points, "seed": seed}
+    return periodic(names, heights, NOMINAL, NOMINAL_SEEN)
+
+
+def periodic(names: dict[str, Any], heights: Any, nominal: list[float], seen: list[float]) -> Case:
+    """Return a period with this plasticity index, up to these nominal pressures over σ_Y."""
+    material, pixel = rc.Material(YOUNG, names["poisson"], STRENGTH), (1e-6, 1e-6)
+    slope = names["index"] * STRENGTH / rc.contact_modulus(material, rc.RIGID)
     surface = rc.Surface(heights * slope / roughness.rms_gradient(heights, pixel), pixel)
-    area = surface.size[0] * surface.size[1]
     return Case(
-        {"kind": "map", "poisson": nu, "index": index, "points": points, "seed": seed},
+        names,
         surface,
         material,
-        [nominal * STRENGTH * area for nominal in NOMINAL],
-        [NOMINAL.index(nominal) for nominal in NOMINAL_SEEN],
+        [pressure * STRENGTH * surface.size[0] * surface.size[1] for pressure in nominal],
+        [nominal.index(pressure) for pressure in seen],
         boundary="periodic",
     )
+
+
+def confined(points: int = 64) -> Iterator[Case]:
+    """Yield the periodic maps on which neighboring spots confine each other."""
+    for nu, index, seed in CONFINED:
+        names = {"kind": "confined", "poisson": nu, "index": index, "seed": seed}
+        yield periodic(names, rough(nu, index, points, seed).surface.heights, HIGH, HIGH_SEEN)
+    wave = np.cos(2 * np.pi * np.arange(points) / points)
+    for index in BISINUSOIDAL:
+        names = {"kind": "bi-sinusoidal", "poisson": 0.3, "index": index, "seed": None}
+        yield periodic(names, np.outer(wave, wave), HIGH, HIGH_SEEN)
 
 
 def cases(quick: bool) -> Iterator[Case]:
@@ -199,6 +228,7 @@ def cases(quick: bool) -> Iterator[Case]:
     for nu, index in MAPS:
         yield rough(nu, index)
     yield rough(0.3, 12, 96, seed=1)
+    yield from confined()
 
 
 def plastic_work(state: ElastoplasticResult) -> float:
@@ -236,7 +266,12 @@ def _known(value: float) -> float | None:
 
 def judged(case: Case, volume: dict[str, Any]) -> dict[str, Any]:
     """Return what both ceilings give beside what the volume gives."""
-    return {**volume, **{name: under(case, volume, name) for name in ("auto", "calibrated")}}
+    row = dict(volume)
+    for name in ("auto", "calibrated"):
+        # Three yield strengths cannot carry a higher nominal pressure.
+        with contextlib.suppress(rc.CapacityError):
+            row[name] = under(case, volume, name)
+    return row
 
 
 def under(case: Case, volume: dict[str, Any], ceiling: str) -> dict[str, float]:
@@ -303,7 +338,12 @@ def percents(*errors: float) -> str:
 
 def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
     """Return the tables of the page of assumptions."""
-    return {"rule": _rule(rows), "shown": _shown(rows), "imprint": _imprint(rows)}
+    return {
+        "rule": _rule(rows),
+        "shown": _shown(rows),
+        "confined": _confined(rows),
+        "imprint": _imprint(rows),
+    }
 
 
 def _at(rows: list[dict[str, Any]], poisson: float, ratio: float) -> dict[str, Any]:
@@ -343,8 +383,25 @@ def last_of_each(rows: list[dict[str, Any]]) -> Iterator[tuple[str, dict[str, An
     keys = ("kind", "poisson", "index", "points", "last")
     last = {tuple(row.get(key) for key in keys): row for row in rows}
     for row in last.values():
-        if row["kind"] not in ("sphere", "finer"):
+        if row["kind"] not in ("sphere", "finer", *CONFINED_NAMES):
             yield names.get(row["kind"], row["kind"]).format(row.get("index")), row
+
+
+def _confined(rows: list[dict[str, Any]]) -> str:
+    heads = [
+        f"{head} {nominal:g}" for nominal in SHOWN_NOMINAL for head in ("contact at", "error at")
+    ]
+    lines = [f"| surface | ν | E\\*h′/σ_Y | {' | '.join(heads)} |", "|" + "---|" * (3 + len(heads))]
+    found = [row for row in rows if row["kind"] in CONFINED_NAMES]
+    for start in range(0, len(found), len(HIGH_SEEN)):
+        first = found[start]
+        cells = [CONFINED_NAMES[first["kind"]], f"{first['poisson']:g}", f"{first['index']:g}"]
+        for nominal in SHOWN_NOMINAL:
+            row = found[start + HIGH_SEEN.index(nominal)]
+            area = row["area"] * nominal * STRENGTH / row["load"]
+            cells += [f"{100 * area:.0f}\N{NO-BREAK SPACE}%", percents(row["calibrated"]["area"])]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
 
 
 def _imprint(rows: list[dict[str, Any]]) -> str:

@@ -254,7 +254,7 @@ def area_change(advice: CalibratedCeiling, ceiling: float | None, modulus: float
 def _recommend(
     pair: Pair, softer: Material, slope: float, mean: float, nominal: float = 0.0
 ) -> CalibratedCeiling:
-    """Return the calibrated ceiling of spheres with this a/R, mean pressure and nominal pressure [Pa]."""
+    """Return the calibrated ceiling for this a/R, mean pressure and nominal pressure [Pa]."""
     bodies = [item for item in (pair.material, pair.counter_material) if item.compliance > 0]
     load = slope**2 * mean
     # With the calibrated ceiling the same load is carried at another slope.
