@@ -278,14 +278,15 @@ def test_what_the_recommended_ceiling_leaves() -> None:
 
 def test_what_the_rule_is_shown_on() -> None:
     rows = ceiling_rule.stored()["rows"]
-    found = {
-        kind: [row for row in rows if row["kind"] == kind] for kind in ("sphere", "line", "map")
-    }
+    kinds = ("sphere", "line", "map", *ceiling_rule.CONFINED_NAMES)
+    found = {kind: [row for row in rows if row["kind"] == kind] for kind in kinds}
     others = ("finer", *found)
     found["pair"] = [row for row in rows if row["kind"] not in others]
     assert {row["poisson"] for row in found["sphere"]} == {0.0, 0.15, 0.3, 0.45, 0.49}
-    for kind, most in (("sphere", 0.035), ("pair", 0.03), ("line", 0.05), ("map", 0.09)):
-        assert max(abs(row["calibrated"]["area"]) for row in found[kind]) < most, kind
+    most = {"sphere": 0.035, "pair": 0.03, "line": 0.05, "map": 0.09}
+    most |= {"confined": 0.08, "bi-sinusoidal": 0.11}
+    for kind, limit in most.items():
+        assert max(abs(row["calibrated"]["area"]) for row in found[kind]) < limit, kind
     assert np.mean([abs(row["calibrated"]["area"]) < 0.055 for row in found["map"]]) > 0.7
     assert min(row["auto"]["area"] for row in found["sphere"]) == pytest.approx(-0.35, abs=0.03)
 
