@@ -72,6 +72,7 @@ class Cause(StrEnum):
     SAMPLE = "finite sample"
     CORRECTIONS = "difference of the two corrections"
     METHOD = "method"
+    FORM = "choice of form"
     YOUNG = "Young's modulus"
     YIELD = "yield strength"
 

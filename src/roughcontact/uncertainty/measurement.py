@@ -21,6 +21,10 @@ Grid: with f = Q for twice the points per side over Q, a factor ``f^1.5`` and a 
 ``ln f / 2``; for the largest pressure a factor f; for the stiffness no factor and a half width of
 ``2 ln f``. Material: by dimensional analysis ``S_E = n - S_p - S_lim``, with S the logarithmic
 derivative with respect to load and ceiling and n the power of a pressure in Q.
+
+Model: the removed form and the ceiling are choices. Their errors, added in squares, are the change
+by the next form, and that by plasticity of the volume (`intervals.volume_plasticity`). The latter
+is known for the contact area A; other quantities change by its ``S_lim(Q)/S_lim(A)``-fold.
 """
 
 from __future__ import annotations
@@ -152,7 +156,7 @@ def uncertainty(
     remarks = (
         *_remarks(measured, instrument, wave, intervals),
         *_seam_remark(result, measured),
-        *_modeling_remarks(study, numbers, intervals),
+        *_form_remark(study, numbers, intervals),
     )
     return Uncertainty(
         intervals,
@@ -240,9 +244,8 @@ def _reconstruction(
         rows, columns = measured.shape
         raise InputError(
             f"is drawn on {rows} × {columns} points, and intervals take at most "
-            f"{math.isqrt(MAX_POINTS)} × {math.isqrt(MAX_POINTS)}: crop the map, resample it "
-            "with ",
-            ArgumentRef("pixel"),
+            f"{math.isqrt(MAX_POINTS)} × {math.isqrt(MAX_POINTS)}: use ",
+            ArgumentRef("crop", _central_part(surface, measured.shape)),
             ", or give ",
             ArgumentRef("shortest_wave"),
             argument="surface",
@@ -252,6 +255,19 @@ def _reconstruction(
         measured = _rescale_worn(measured)
     _require_random(measured)
     return measured
+
+
+def _central_part(surface: Surface, drawn: tuple[int, int]) -> str:
+    """Return the rows and columns of the largest central part that can be drawn."""
+    factor = math.sqrt(MAX_POINTS / math.prod(drawn))
+    crops = [step for step in surface.provenance.operations if step.method == "cropped"]
+    parts = []
+    for axis, name in enumerate(("rows", "columns")):
+        points = surface.shape[axis]
+        count = int(points * factor)
+        start = (points - count) // 2 + sum(step.arguments[name][0] for step in crops)
+        parts.append(f"{start}:{start + count}")
+    return ",".join(parts)
 
 
 def _rescale_worn(measured: Reconstruction) -> Reconstruction:
@@ -515,18 +531,24 @@ def _intervals(
     # Without a correction, the method has no error.
     shifts = [abs(corrected[name][0] - column["map"]) for name, column in columns.items()]
     part = min(max(shifts, default=0.0) / _FULL_CORRECTION, 1.0)
+    area = _derivative(columns.get("contact_fraction", {}), "ceiling")
     as_measured = dict(zip(NUMBERS, map(float, measured), strict=True))
     # The area of the headline includes the excess of the rim, the corrected area does not.
     as_measured["contact_fraction"] = result.contact_fraction
     intervals = tuple(
         Interval(
             name,
-            *_corrected_interval(study, name, column, corrected[name], part, known),
+            *_corrected_interval(study, name, column, corrected[name], part, known, area),
             as_measured[name],
         )
         for name, column in columns.items()
     )
     return intervals, {name: closing for name, (_, _, closing) in corrected.items()}
+
+
+def _derivative(values: Mapping[Any, float], key: str) -> float:
+    """Return the logarithmic derivative of a quantity with respect to load or ceiling."""
+    return (values[key] - values["measured"]) / math.log(_STEP) if key in values else 0.0
 
 
 def _corrected_interval(
@@ -536,6 +558,7 @@ def _corrected_interval(
     corrected: tuple[float, Mapping[Cause, float], float],
     part: float,
     known: Mapping[str, float],
+    area_by_ceiling: float,
 ) -> tuple[float, tuple[ErrorSource, ...]]:
     """Return a corrected quantity and its error sources."""
     center, squares = corrected[0], dict(corrected[1])
@@ -552,17 +575,41 @@ def _corrected_interval(
     squares = {key: wider**2 * square for key, square in squares.items()}
     if study.draws and not saturated:
         squares[Cause.METHOD] = (part * number.remainder) ** 2
-    by_load, by_ceiling = (
-        (values[key] - values["measured"]) / math.log(_STEP) if key in values else 0.0
-        for key in ("load", "ceiling")
-    )
+    by_load, by_ceiling = (_derivative(values, key) for key in ("load", "ceiling"))
     squares[Cause.YOUNG] = (_NORMAL * known["E"] * (number.pressure - by_load - by_ceiling)) ** 2
     squares[Cause.YIELD] = (_NORMAL * known["yield"] * by_ceiling) ** 2
     halves = {cause: math.sqrt(square) for cause, square in squares.items() if square}
-    doubts = tuple(
-        ErrorSource(cause, math.expm1(-half), math.expm1(half)) for cause, half in halves.items()
+    doubts = (
+        *(
+            ErrorSource(cause, math.expm1(-half), math.expm1(half))
+            for cause, half in halves.items()
+        ),
+        *_model_sources(study, values, area_by_ceiling, by_ceiling),
     )
     return min(math.exp(center), 1.0 if name.endswith("fraction") else math.inf), doubts
+
+
+def _model_sources(
+    study: _ContactDraws, values: Mapping[Any, float], area_by_ceiling: float, by_ceiling: float
+) -> Iterator[ErrorSource]:
+    """Yield the errors of the removed form, and of the ceiling as a model of plasticity.
+
+    ``by_ceiling`` is the logarithmic derivative of the quantity with respect to the ceiling: the
+    error of the contact area stands for an error of the ceiling, which changes the quantity.
+    """
+    if "form" in values:
+        yield _one_sided(Cause.FORM, values["form"] - values["measured"])
+    volume = volume_plasticity("contact_fraction", study.result)
+    if volume is None or not volume.known or not area_by_ceiling:
+        return
+    ends = [math.log1p(end) * by_ceiling / area_by_ceiling for end in (volume.low, volume.high)]
+    if any(ends):
+        yield ErrorSource(Cause.YIELDING, math.expm1(min(ends)), math.expm1(max(ends)))
+
+
+def _one_sided(cause: Cause, change: float) -> ErrorSource:
+    """Return the error source of a change, given as a logarithm, that may be right or not."""
+    return ErrorSource(cause, math.expm1(min(change, 0.0)), math.expm1(max(change, 0.0)))
 
 
 _NORMAL = NormalDist().inv_cdf(0.975)
@@ -690,26 +737,20 @@ def _seam_remark(result: ContactResult, measured: Reconstruction) -> Iterator[st
 _STEPPED = 0.2
 
 
-def _modeling_remarks(
+def _form_remark(
     study: _ContactDraws, numbers: Mapping[Any, Array], intervals: Sequence[Interval]
 ) -> Iterator[str]:
-    """Yield the remarks on effects that the intervals exclude: removed form, and ceiling."""
-    if "form" in numbers:
-        change = dict(zip(NUMBERS, np.expm1(numbers["form"] - numbers["measured"]), strict=True))
-        changes = [
-            f"{_NAMES[item.name]} {format_change(change[item.name])}"
-            for item in intervals
-            if item.name in _NAMES
-        ]
-        if changes:
-            yield (
-                f"A choice outside the intervals: leveling a {study.next_form} changes "
-                f"{', '.join(changes)}."
-            )
-    volume = volume_plasticity("contact_fraction", study.result)
-    if volume is not None and volume.known:
-        ends = " to ".join(map(format_change, (volume.low, volume.high)))
-        yield f"Outside the intervals: plasticity of the volume changes contact area {ends}."
+    """Yield the remark on the changes of the next form, which the intervals include."""
+    if "form" not in numbers:
+        return
+    change = dict(zip(NUMBERS, np.expm1(numbers["form"] - numbers["measured"]), strict=True))
+    changes = [
+        f"{_NAMES[item.name]} {format_change(change[item.name])}"
+        for item in intervals
+        if item.name in _NAMES
+    ]
+    if changes:
+        yield f"The intervals include leveling a {study.next_form}: {', '.join(changes)}."
 
 
 _NAMES = {"contact_fraction": "contact area", "mean_gap": "mean gap", "approach": "approach"}

@@ -174,7 +174,7 @@ def _parts(interval: Interval) -> tuple[str, str]:
     known = []
     if interval.measured is not None:
         known = [
-            f"{cause} {100 * share:.0f} %"
+            f"{_SHORT.get(Cause(cause), cause)} {100 * share:.0f} %"
             for cause, share in interval.budget.items()
             if share >= _SHOWN_SHARE
         ]
