@@ -1,4 +1,4 @@
-"""The tables of docs/estimates.md, from the stored cases and formulas of the atlas."""
+"""The tables of docs/evidence/estimates.md, from the stored cases and formulas of the atlas."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import atlas_fit
 from roughcontact.analyses.estimate import model as estimate
 
-PAGE = Path(__file__).parents[1] / "docs" / "estimates.md"
+PAGE = Path(__file__).parents[1] / "docs" / "evidence" / "estimates.md"
 NAMES = {
     "contact": "contact area",
     "saturated": "saturated area",

@@ -1,7 +1,7 @@
 """This program beside the stored answers of its peers: the same problems, one certificate.
 
     python benchmarks/cross_code.py            # print the table
-    python benchmarks/cross_code.py --write    # and renew docs/cross_code.md
+    python benchmarks/cross_code.py --write    # and renew docs/evidence/cross_code.md
 
 The answers lie in ``tests/data/peers`` with the scripts that made them; no peer is needed here.
 """
@@ -32,7 +32,7 @@ from roughcontact.material.hardening import Linear  # noqa: E402
 
 Array = NDArray[np.float64]
 
-PAGE = ROOT / "docs" / "cross_code.md"
+PAGE = ROOT / "docs" / "evidence" / "cross_code.md"
 START, END = "<!-- result -->", "<!-- end -->"
 PEERS = ("contactmechanics", "tamaas", "aspher")
 TOLERANCE = 1e-10
@@ -317,51 +317,60 @@ def compare_passage() -> tuple[list[Place], float]:
 
 
 def passage_table(rows: list[Place]) -> str:
-    """Return the rows as Markdown."""
-    lines = [
-        "| program | place | its error | residual of this program | difference of the pressures "
-        "| of the peaks | of the largest plastic strain | points that touch "
-        "| of them not in both |",
-        "|---|---|---|---|---|---|---|---|---|",
-    ]
-    lines += [
-        f"| {row.peer} | {row.place} | {row.error:.0e} | {row.residual:.0e} | {row.pressure:.2%} "
-        f"| {row.peak:.2%} | {row.strain:.2%} | {row.touching} | {row.contact} |"
-        for row in rows
-    ]
-    return "\n".join(lines)
+    """Return the largest differences over the places as Markdown."""
+    return "\n".join(
+        [
+            "| program | places | pressures | largest pressure | largest plastic strain "
+            "| points in contact in one program only |",
+            "|---|---|---|---|---|---|",
+            f"| {rows[0].peer} | {len(rows)} | {max(row.pressure for row in rows):.2%} "
+            f"| {max(row.peak for row in rows):.2%} | {max(row.strain for row in rows):.2%} "
+            f"| {sum(row.contact for row in rows)} |",
+        ]
+    )
 
 
 def indentation_table(rows: list[Indent]) -> str:
-    """Return the rows as Markdown."""
+    """Return the largest differences over the loads of each grid as Markdown."""
     lines = [
-        "| program | grid | load | its error | residual of this program | difference of the "
-        "pressures | of the peaks | points that touch | of them not in both | difference of the "
-        "largest plastic strain | of its field | of its profile |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|",
+        "| program | grid | loads | pressures | largest pressure | largest plastic strain "
+        "| strain field | points in contact in one program only |",
+        "|---|---|---|---|---|---|---|---|",
     ]
-    lines += [
-        f"| {row.peer} | {row.grid} | {row.load:g} | {row.error:.0e} | {row.residual:.0e} "
-        f"| {row.pressure:.2%} | {row.peak:.2%} | {row.touching} | {row.contact} "
-        f"| {row.strain:.2%} | {row.field:.1%} | {row.profile:.1%} |"
-        for row in rows
-    ]
+    for grid in dict.fromkeys(row.grid for row in rows):
+        of_grid = [row for row in rows if row.grid == grid]
+        lines.append(
+            f"| {of_grid[0].peer} | {grid} | {len(of_grid)} "
+            f"| {max(row.pressure for row in of_grid):.2%} "
+            f"| {max(row.peak for row in of_grid):.2%} "
+            f"| {max(row.strain for row in of_grid):.2%} "
+            f"| {max(row.field for row in of_grid):.1%} "
+            f"| {sum(row.contact for row in of_grid)} |"
+        )
     return "\n".join(lines)
 
 
+def group_rows(rows: list[Row]) -> dict[tuple[str, str, str], list[Row]]:
+    """Return the rows by program, settings and limit of the pressure."""
+    groups: dict[tuple[str, str, str], list[Row]] = {}
+    for row in rows:
+        limit = "elastic" if problems.PROBLEMS[row.problem].ceiling is None else "ceiling"
+        groups.setdefault((row.peer, row.settings, limit), []).append(row)
+    return groups
+
+
 def table(rows: list[Row]) -> str:
-    """Return the rows as Markdown."""
+    """Return the largest errors and differences of each group as Markdown."""
     lines = [
-        "| program | settings | problem | its certificate | its load error | certificate of this "
-        "program | difference of the pressures | pixels that touch | of them not in both "
-        "| saturated not in both | difference of the peaks |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
+        "| program | settings | pressure | problems | its certificate | certificate of this "
+        "program | difference of pressures | pixels in contact, saturated in one program only |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     lines += [
-        f"| {row.peer} | {row.settings} | {row.problem} | {row.certificate:.1e} "
-        f"| {row.load_error:.0e} | {row.own:.1e} | {row.difference:.1e} | {row.touching} "
-        f"| {row.contact} | {row.saturated} | {row.peak:.0e} |"
-        for row in rows
+        f"| {' | '.join(name)} | {len(group)} | {max(row.certificate for row in group):.1e} "
+        f"| {max(row.own for row in group):.1e} | {max(row.difference for row in group):.1e} "
+        f"| {sum(row.contact for row in group)}, {sum(row.saturated for row in group)} |"
+        for name, group in group_rows(rows).items()
     ]
     return "\n".join(lines)
 
@@ -382,10 +391,8 @@ def indentation_page(rows: list[Indent]) -> str:
 
 def passage_page(rows: list[Place], field: float) -> str:
     """Return the part on a passage that a run renews."""
-    about = passage.load("tamaas")[0]
-    made = f"{about['program']} {about['version']} (NumPy {about['numpy']}): {about['settings']}"
     after = f"After the last place the fields of the accumulated strain differ by {field:.1%}."
-    return f"Stored answers: {made}. {after}\n\n{passage_table(rows)}"
+    return f"{after}\n\n{passage_table(rows)}"
 
 
 def main() -> None:

@@ -2,7 +2,7 @@
 
 `robustness.py` runs them. A seed names a file and its damage. Worker processes read them under a
 limit of time and of memory with their output caught, so that a crash, a hang and a word too many
-are seen. See docs/robustness.md for what counts as wrong. Run as a program, this is such a worker.
+are seen. docs/evidence/robustness.md defines the verdicts. Run as a program, this is such a worker.
 """
 
 from __future__ import annotations

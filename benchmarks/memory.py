@@ -2,7 +2,7 @@
 
     python benchmarks/memory.py                        # every case; a quarter of an hour
     python benchmarks/memory.py --cases solve --points 512
-    python benchmarks/memory.py --write                # renew the table of docs/performance.md
+    python benchmarks/memory.py --write    # renew the table of docs/evidence/performance.md
     python benchmarks/memory.py --quick                # a few small ones
 
 Each case runs in a process of its own on Linux: libraries are loaded and threads started by a small
@@ -36,7 +36,7 @@ from roughcontact.elastoplastic import problem as volume_memory
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.surface.shapes import paraboloid
 
-PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
+PAGE = Path(__file__).parents[1] / "docs" / "evidence" / "performance.md"
 START, END = "<!-- memory -->", "<!-- memory end -->"
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
@@ -265,19 +265,26 @@ def line(row: dict[str, Any]) -> str:
     )
 
 
+def spread(values: list[float], form: str) -> str:
+    """Return the smallest and the largest value, or one if they look the same."""
+    return " to ".join(dict.fromkeys(format(value, form) for value in (min(values), max(values))))
+
+
 def table(rows: list[dict[str, Any]]) -> str:
-    """Return the rows as Markdown."""
-    lines = [
-        "| case | grid | contact | foreseen | estimate | peak | peak a pixel | peak / estimate |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
+    """Return the ranges over the cases of each task and precision as Markdown."""
+    kinds: dict[str, list[dict[str, Any]]] = {}
     for row in rows:
-        (ny, nx), mega = row["shape"], 2**20
+        task, _, precision, *_ = row["case"].split()
+        kinds.setdefault(f"{task}, {precision}", []).append(row)
+    head = ("task", "cases", "contact", "peak per point", "peak / estimate")
+    lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
+    for kind, of_kind in kinds.items():
+        contacts = [100 * row["contact"] for row in of_kind]
+        bytes_per_point = [row["peak"] / row["shape"][0] / row["shape"][1] for row in of_kind]
+        ratios = [row["peak"] / row["estimate"] for row in of_kind]
         lines.append(
-            f"| {row['case']} | {ny} × {nx} | {100 * row['contact']:.3g} % "
-            f"| {100 * row['foreseen']:.3g} % | {row['estimate'] / mega:.0f} MiB "
-            f"| {row['peak'] / mega:.0f} MiB | {row['peak'] / ny / nx:.0f} B "
-            f"| {row['peak'] / row['estimate']:.2f} |"
+            f"| {kind} | {len(of_kind)} | {spread(contacts, '.3g')} % "
+            f"| {spread(bytes_per_point, '.0f')} B | {spread(ratios, '.2f')} |"
         )
     return "\n".join(lines)
 

@@ -3,7 +3,7 @@
     python benchmarks/mpi.py                                # 2048² and 4096² on 1, 2 and 4 ranks
     python benchmarks/mpi.py --points 8192 --ranks 2        # a quarter of an hour
     python benchmarks/mpi.py --volume --ranks 2             # the volume model: 256² × 64
-    python benchmarks/mpi.py --write                        # renew the table of docs/scale.md
+    python benchmarks/mpi.py --write    # renew the table of docs/evidence/scale.md
     python benchmarks/mpi.py --quick                        # 256² on two ranks
 
 The rough map R(N) with a ceiling of 3 GPa is pressed by 1 N, from a file that each rank reads its
@@ -35,7 +35,7 @@ import volume
 from peers import peak_memory
 from roughcontact._tools.ranks import Ranks
 
-PAGE = Path(__file__).parents[1] / "docs" / "scale.md"
+PAGE = Path(__file__).parents[1] / "docs" / "evidence" / "scale.md"
 RESULTS = Path(__file__).with_name("mpi.json")
 START, END = "<!-- mpi -->", "<!-- mpi end -->"
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
@@ -161,13 +161,13 @@ def named(path: Path) -> int:
 
 HEAD = (
     "| points | ranks | time | work of all cores | memory of a rank | communication | sent "
-    "by a rank | load before |\n|---|---|---|---|---|---|---|---|"
+    "by a rank |\n|---|---|---|---|---|---|---|"
 )
 
 
 def line(found: dict[str, Any], single: dict[str, Any]) -> str:
     """Return a line of the table; ``single`` is that of one process."""
-    ranks = str(found["ranks"]) if found["ranks"] else f"one process, {os.cpu_count()} threads"
+    ranks = str(found["ranks"]) if found["ranks"] else "one process"
     layers = f" × {found['layers']}" if "layers" in found else ""
     told = [f"{found['points']}²{layers}, {found['precision']}", ranks]
     for key, form in (("seconds", "{:.1f} s"), ("work", "{:.1f} s"), ("memory", "{:.2f} GB")):
@@ -179,7 +179,7 @@ def line(found: dict[str, Any], single: dict[str, Any]) -> str:
         if found["ranks"]
         else ["–", "–"]
     )
-    return f"| {' | '.join([*told, format(found['load'], '.1f')])} |"
+    return f"| {' | '.join(told)} |"
 
 
 def table(results: list[dict[str, Any]]) -> str:

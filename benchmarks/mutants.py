@@ -11,7 +11,7 @@ alike, with one of the mutants of each: an operator has eleven, a number two. A 
 copy of the tree by the tests that run its statement, the quickest first, and by the examples in its
 module. It is killed by the first test that fails, or by taking far longer than they do.
 Annotations, patterns and the stars of arguments are no code here, and are left alone.
-``docs/mutants.md`` tells what came out.
+``docs/evidence/mutants.md`` tells what came out.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from typing import Any
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "roughcontact"
-PAGE = ROOT / "docs" / "mutants.md"
+PAGE = ROOT / "docs" / "evidence" / "mutants.md"
 START, END = "<!-- result -->", "<!-- end -->"
 WINGS = ("material", "theory", "halfspace", "solvers", "surface")
 COPIED = ("src", "tests", "benchmarks", "docs", "pyproject.toml", "README.md", "CHANGELOG.md")
@@ -489,7 +489,7 @@ def main() -> None:
     parser.add_argument("--size", type=int, default=300, help="mutants of the sample")
     parser.add_argument("--seed", type=int, default=1, help="of the sample")
     parser.add_argument("--processes", type=int, default=2, help="mutants tried at a time")
-    parser.add_argument("--write", action="store_true", help="what is told into docs/mutants.md")
+    parser.add_argument("--write", action="store_true", help=f"renew {PAGE.name}")
     given, extra = parser.parse_known_args()
     folder = given.folder.resolve()
     if given.task == "cover":

@@ -1,6 +1,6 @@
 """This program beside its peers: the same problems, one table, one independent certificate.
 
-    python benchmarks/peers.py                     # the cases of docs/performance.md
+    python benchmarks/peers.py                     # the cases of docs/evidence/performance.md
     python benchmarks/peers.py --cases rough-512-ceiling rough-512-elastic --limit 300
 
 Runs every program that is installed, each solve in a process of its own, in alternation with one

@@ -1,12 +1,12 @@
 """The numbers that stay: times and memory of what people do, kept with their date.
 
     python benchmarks/record.py            # compare with the last record; exit status 1 if worse
-    python benchmarks/record.py --keep     # and keep it: record.json, and docs/performance.md
+    python benchmarks/record.py --keep     # store it in record.json
     python benchmarks/record.py --quick    # one small task, once
     python benchmarks/record.py --growth 8192   # how cost grows with the grid, up to so many points
 
 `--growth` ends a task where its next grid would take more than `LONGEST` seconds or the memory that
-is free; it writes growth.json and its table.
+is free; it writes growth.json, which the documentation draws.
 
 Every task runs in a process of its own, several times, each beside some plain padded
 ``scipy.fft.rfft2`` + ``irfft2`` pairs of 1024 × 1024 points. Times are compared as ratios to
@@ -37,14 +37,10 @@ import roughcontact as rc
 from peers import pair_time, peak_memory
 
 RECORD = Path(__file__).with_name("record.json")
-PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
 GROWTH = Path(__file__).with_name("growth.json")
-START, END = "<!-- record -->", "<!-- record end -->"
 
 # Above the last record by more than that is worse.
 WORSE = 0.1
-# Records that the page shows beside each other.
-SHOWN = 4
 PAIR_POINTS = 1024
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
@@ -196,26 +192,6 @@ def grown(name: str, largest: int) -> dict[int, dict[str, float]]:
     return rows
 
 
-def growth_table(found: dict[str, dict[int, dict[str, float]]]) -> str:
-    """Return how cost grows, as Markdown: a row a grid, a column a task."""
-    lines = [f"| points | {' | '.join(found)} |", "|" + "---|" * (1 + len(found))]
-    for points in sorted({points for rows in found.values() for points in rows}):
-        cells = [
-            f"{row['seconds']:.3g} s, {row['pairs']:.3g} T_pair, {row['bytes']:.0f} B"
-            if (row := rows.get(points))
-            else "–"
-            for rows in found.values()
-        ]
-        lines.append(f"| {points}² | {' | '.join(cells)} |")
-    return "\n".join(lines)
-
-
-def shown(text: str, start: str, end: str) -> None:
-    """Put a text between two marks of the page."""
-    before, rest = PAGE.read_text(encoding="utf-8").split(start)
-    PAGE.write_text(f"{before}{start}\n{text}\n{end}{rest.split(end)[1]}", encoding="utf-8")
-
-
 def worse(now: dict[str, dict[str, float]], last: dict[str, dict[str, float]]) -> list[str]:
     """Return what became slower or larger than it was.
 
@@ -240,30 +216,11 @@ def worse(now: dict[str, dict[str, float]], last: dict[str, dict[str, float]]) -
     return told
 
 
-def table(records: list[dict[str, Any]]) -> str:
-    """Return the last records beside each other, as Markdown."""
-    last = records[-SHOWN:]
-    head = ["task", *(f"{record['date']}, {record['version']}" for record in last)]
-    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
-    for name in last[-1]["rows"]:
-        cells = [name]
-        for record in last:
-            row = record["rows"].get(name)
-            cells.append(
-                f"{row['seconds']:.3g} s, {row['pairs']:.3g} T_pair, {row['above']:.0f} MB"
-                if row
-                else "–"
-            )
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
-
-
 def kept(record: dict[str, Any], records: list[dict[str, Any]]) -> None:
-    """Keep a record, and show it: one of a version a day."""
+    """Store a record, one per version and day."""
     once = ("date", "version")
     records = [old for old in records if any(old[key] != record[key] for key in once)] + [record]
     RECORD.write_text(json.dumps(records, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    shown(table(records), START, END)
 
 
 def main() -> int:
@@ -286,7 +243,6 @@ def main() -> int:
     if given.growth:
         found = {name: grown(name, given.growth) for name in GROWING}
         GROWTH.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-        shown(growth_table(found), "<!-- growth -->", "<!-- growth end -->")
         return 0
     pairs: list[float] = []
     rows = {

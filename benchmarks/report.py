@@ -1,4 +1,4 @@
-"""Keep rows of peers.py, and show them: the table and the plot of docs/performance.md.
+"""Keep rows of peers.py, and show them: the table and the plot of docs/evidence/performance.md.
 
 python benchmarks/report.py rows.json [more.json ...]
 
@@ -20,16 +20,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 RESULTS = Path(__file__).with_name("results.json")
-PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
+PAGE = Path(__file__).parents[1] / "docs" / "evidence" / "performance.md"
 START, END = "<!-- table -->", "<!-- end -->"
 
 
 def table(rows: list[dict]) -> str:
     """Return the rows as Markdown."""
     lines = [
-        "| case | program | time | in T_pair | × roughcontact | certificate | load error "
-        "| memory above import |",
-        "|---|---|---|---|---|---|---|---|",
+        "| case | program | time | in T_pair | × roughcontact | certificate | memory per point |",
+        "|---|---|---|---|---|---|---|",
     ]
     own = {
         row["case"]: row["seconds"]
@@ -38,20 +37,18 @@ def table(rows: list[dict]) -> str:
     }
     for row in rows:
         if "failed" in row:
-            lines.append(f"| {row['case']} | {row['program']} | {row['failed']} | | | | | |")
+            lines.append(f"| {row['case']} | {row['program']} | {row['failed']} | | | | |")
             continue
         points = CASES[row["case"]][0]
         pair = row["pair"]
         certificate = f"{row.get('own', math.nan):.1e} (own)"
-        load_error = "–"
         if "certificate" in row:
-            certificate, load_error = f"{row['certificate']:.1e}", f"{row['load_error']:.0e}"
+            certificate = f"{row['certificate']:.1e}"
         lines.append(
             f"| {row['case']} | {row['program']} | {row['seconds']:.3g} s "
             f"| {'–' if pair != pair else format(row['seconds'] / pair, '.1f')} "
             f"| {row['seconds'] / own.get(row['case'], math.nan):.3g} "
-            f"| {certificate} | {load_error} "
-            f"| {row['above']:.0f} MB, {1e6 * row['above'] / points**2:.0f} B/pixel |"
+            f"| {certificate} | {1e6 * row['above'] / points**2:.0f} B |"
         )
     return "\n".join(lines)
 

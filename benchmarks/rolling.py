@@ -1,7 +1,7 @@
 """Repeated passes over a body that yields: time, memory, disk and what they come to.
 
     python benchmarks/rolling.py                        # every case
-    python benchmarks/rolling.py --cases line --write   # one, into docs/performance.md
+    python benchmarks/rolling.py --cases line --write   # one, into docs/evidence/performance.md
     python benchmarks/rolling.py --quick                # every case at a tiny size
 
 A roller and a ball pass over a perfectly plastic flat, round and round on a periodic map, above the
@@ -28,7 +28,7 @@ import numpy as np
 from peers import peak_memory
 
 RESULTS = Path(__file__).with_name("rolling.json")
-PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
+PAGE = Path(__file__).parents[1] / "docs" / "evidence" / "performance.md"
 START, END = "<!-- rolling -->", "<!-- rolling end -->"
 
 YOUNG, POISSON, YIELD, EDGE = 210e9, 0.3, 1e9, 1e-6
@@ -126,15 +126,14 @@ def measure(name: str, *, tiny: bool) -> dict[str, Any]:
 def table(rows: list[dict[str, Any]]) -> str:
     """Return the rows as Markdown."""
     lines = [
-        "| case | points × layers | passes × steps | iterations | time | CPU | cores "
-        "| load average | peak memory | disk | what it comes to |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
+        "| case | points × layers | passes × steps | iterations | time | CPU | peak memory "
+        "| disk | outcome |",
+        "|---|---|---|---|---|---|---|---|---|",
     ]
     lines += [
         f"| {row['case']} | {row['size']} | {row['passes']} × {row['steps']} | {row['iterations']} "
-        f"| {row['seconds']:.3g} s | {row['cpu']:.3g} s | {row['cores']} "
-        f"| {row['load_average']:.1f} | {row['peak']:.0f} MB | {row['disk']:.3g} MB "
-        f"| {row['answer']} |"
+        f"| {row['seconds']:.3g} s | {row['cpu']:.3g} s | {row['peak']:.0f} MB "
+        f"| {row['disk']:.3g} MB | {row['answer']} |"
         for row in rows
     ]
     return "\n".join(lines)

@@ -1,7 +1,7 @@
 """Plasticity of the volume: time, memory and results of whole load paths.
 
     python benchmarks/volume.py                             # every case; half an hour and more
-    python benchmarks/volume.py --cases swift-256 --write   # one, into docs/performance.md
+    python benchmarks/volume.py --cases swift-256 --write   # one, into docs/evidence/performance.md
     python benchmarks/volume.py --cases indentation --peer-python env/bin/python
     python benchmarks/volume.py --quick                     # every case at a tiny size
 
@@ -36,7 +36,7 @@ if str(PEERS) not in sys.path:
 import indentation  # noqa: E402 - found beside its stored answers
 
 RESULTS = Path(__file__).with_name("volume.json")
-PAGE = ROOT / "docs" / "performance.md"
+PAGE = ROOT / "docs" / "evidence" / "performance.md"
 START, END = "<!-- volume -->", "<!-- volume end -->"
 
 # A sphere of 105 µm under 0.65 N, Swift hardening; Hertz's radius.
@@ -274,24 +274,23 @@ def line(row: dict[str, Any]) -> str:
 def table(rows: list[dict[str, Any]]) -> str:
     """Return the rows as Markdown."""
     lines = [
-        "| case | program | points × layers | boundary | increments | iterations | tolerance "
-        "| time | CPU | cores | peak memory | residual | largest plastic strain |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+        "| case | program | points × layers | iterations | time | CPU | peak memory "
+        "| largest plastic strain |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for row in rows:
         head = f"| {row['case']} | {row['program']} | {row['points']}²"
         if "seconds" not in row:
-            lines.append(f"{head} | {row['boundary']} | {row['status']} | | | | | | | | |")
+            lines.append(f"{head} | {row['status']} | | | | |")
             continue
         cpu = f"{row['cpu']:.3g} s"
         if "ratio" in row:
             cpu += f", {row['ratio']:.0f} ×"
         ended = "" if row["status"] == "converged" else f" ({row['status']})"
         lines.append(
-            f"{head} × {row['layers']} | {row['boundary']} | {row['increments']}{ended} "
-            f"| {row.get('iterations', '–')} | {row['tolerance']:.0e} "
-            f"| {row['seconds']:.3g} s | {cpu} | {row['cores']} | {row['peak']:.0f} MB "
-            f"| {row['residual']:.0e} | {row['max_plastic_strain']:.4f} |"
+            f"{head} × {row['layers']}{ended} | {row.get('iterations', '–')} "
+            f"| {row['seconds']:.3g} s | {cpu} | {row['peak']:.0f} MB "
+            f"| {row['max_plastic_strain']:.4f} |"
         )
     return "\n".join(lines)
 

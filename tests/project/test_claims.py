@@ -1,4 +1,4 @@
-"""Every sentence of the README stands in docs/claims.md with its tests and its page."""
+"""Every sentence of the README has a row in claims.tsv with its tests and page."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ import ast
 import re
 import tomllib
 from functools import cache
+from pathlib import Path
 from typing import NamedTuple
 
 from paths import ROOT
 
 DOCS = ROOT / "docs"
+TABLE = Path(__file__).with_name("claims.tsv")
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
@@ -25,14 +27,11 @@ class Claim(NamedTuple):
 
 def claims() -> list[Claim]:
     """Return the rows of the table."""
-    found = []
-    for line in (DOCS / "claims.md").read_text(encoding="utf-8").splitlines():
-        if not line.startswith("| ") or line.startswith("| the README"):
-            continue
-        sentence, tests, page = (cell.strip() for cell in line.strip("|").rsplit("|", 2))
-        link = re.fullmatch(r"\[\]\((.+)\)", page)
-        found.append(Claim(sentence, re.findall(r"`([^`]+)`", tests), link[1] if link else ""))
-    return found
+    lines = TABLE.read_text(encoding="utf-8").splitlines()[1:]
+    return [
+        Claim(sentence, tests.split(), page)
+        for sentence, tests, page in (line.split("\t") for line in lines)
+    ]
 
 
 def sentences() -> list[str]:

@@ -157,7 +157,7 @@ def test_the_paper_cites_what_its_list_holds_and_the_times_that_were_measured() 
     assert cited == set(re.findall(r"^@\w+\{(\w+),$", listed, re.MULTILINE))
     known = all_references()
     assert all(known[key].bibtex in listed for key in cited & set(known))
-    measured = (ROOT / "docs/performance.md").read_text(encoding="utf-8")
+    measured = (ROOT / "docs/evidence/performance.md").read_text(encoding="utf-8")
     for case, program, shown in (
         ("rough-1024-ceiling", "contactmechanics", "947 s"),
         ("rough-1024-elastic", "contactmechanics", "36.5 s"),

@@ -1,4 +1,4 @@
-"""The numbers that stay: what is worse is named, and the page shows what is kept."""
+"""Stored times and memory: what is worse is named."""
 
 from __future__ import annotations
 
@@ -37,45 +37,20 @@ def test_more_than_a_tenth_above_is_named(record: ModuleType) -> None:
     assert record.worse(now(pairs=99.0), {}) == []
 
 
-def test_a_record_is_kept_beside_those_before_and_shown(
+def test_kept_replaces_record_of_same_version_and_day(
     record: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    page = tmp_path / "page.md"
-    page.write_text("before\n<!-- record -->\nold\n<!-- record end -->\nafter\n", encoding="utf-8")
-    monkeypatch.setattr(record, "PAGE", page)
     monkeypatch.setattr(record, "RECORD", tmp_path / "record.json")
     first = {"date": "2026-01-01", "version": "0.1.0", "machine": "", "rows": ROWS}
-    record.kept(first, [])
     second = {**first, "date": "2026-02-01", "rows": now(pairs=9.0)}
-    record.kept(second, [first])
-    # Once more on the same day; what the version before took that day stays.
+    third = {**second, "version": "0.2.0"}
     record.kept(second, [first, {**second, "rows": now(pairs=8.0)}])
     assert json.loads(record.RECORD.read_text(encoding="utf-8")) == [first, second]
-    third = {**second, "version": "0.2.0"}
     record.kept(third, [first, second])
     assert json.loads(record.RECORD.read_text(encoding="utf-8")) == [first, second, third]
-    shown = page.read_text(encoding="utf-8")
-    assert shown.startswith("before\n")
-    assert shown.endswith("after\n")
-    assert "| contact | 0.5 s, 10 T_pair, 80 MB | 0.5 s, 9 T_pair, 80 MB |" in shown
-    assert "old" not in shown
 
 
-def test_the_page_shows_the_record(record: ModuleType) -> None:
+def test_stored_records_and_growth_match_the_tasks(record: ModuleType) -> None:
     records = json.loads(record.RECORD.read_text(encoding="utf-8"))
-    assert record.table(records) in record.PAGE.read_text(encoding="utf-8")
     assert [kept["date"] for kept in records] == sorted(kept["date"] for kept in records)
-
-
-def test_growth_is_shown_by_grid_and_task(record: ModuleType) -> None:
-    row = {"seconds": 0.1234, "pairs": 4.567, "bytes": 89.4}
-    found = {"solve": {256: row, 512: row}, "volume": {32: row, 256: row}}
-    cells = "0.123 s, 4.57 T_pair, 89 B"
-    assert record.growth_table(found).splitlines() == [
-        "| points | solve | volume |",
-        "|---|---|---|",
-        f"| 32² | – | {cells} |",
-        f"| 256² | {cells} | {cells} |",
-        f"| 512² | {cells} | – |",
-    ]
     assert {make for make, _ in record.GROWING.values()} < {t[0] for t in record.TASKS.values()}

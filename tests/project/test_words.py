@@ -16,7 +16,12 @@ from roughcontact.analyses.tasks import COMMANDS
 
 SOURCE = Path(rc.__file__).parent
 HOWTO = sorted((ROOT / "docs" / "howto").glob("*.md"))
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *HOWTO]
+PAGES = [
+    ROOT / "README.md",
+    *sorted((ROOT / "docs").glob("*.md")),
+    *sorted((ROOT / "docs" / "evidence").glob("*.md")),
+    *HOWTO,
+]
 REPORT = sorted([*(SOURCE / "report").glob("*.py"), *(SOURCE / "report").glob("templates/*")])
 GALLERY = sorted((ROOT / "docs" / "gallery").glob("*.py"))
 BOUNDARY = SOURCE / "halfspace" / "boundary.py"
