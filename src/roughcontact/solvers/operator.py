@@ -3,7 +3,7 @@
 A map may be distributed over several processes, each with a slab of its rows: they then run the
 same solver in parallel, on arrays of their local pixels. All quantities that depend on all pixels
 pass through the `Sums` of the operator, so that all processes take the same decisions; nothing
-else in `roughcontact.solvers` sums over a map.
+else in ``roughcontact.solvers`` sums over a map.
 """
 
 from __future__ import annotations

@@ -9,9 +9,10 @@ ISO 25178-2:2021, section 4.2
 `rms_height`: ISO 25178-2:2021, root mean square height; only the mean is subtracted here.
 
 `rms_gradient`: The standard defines Sdq² as the mean of ``(∂z/∂x)² + (∂z/∂y)²`` and does not
-specify the differences. Here they are the first differences to the preceding neighbors, ``(z[j, i]
-- z[j, i-1])/dx`` and ``(z[j, i] - z[j-1, i])/dy``, over the (ny - 1)(nx - 1) points that have both:
-  they include the shortest measured distance in full, which central differences would skip.
+specify the differences. Here they are the first differences to the preceding neighbors,
+``(z[j, i] - z[j, i-1])/dx`` and ``(z[j, i] - z[j-1, i])/dy``, over the (ny - 1)(nx - 1) points
+that have both: they include the shortest measured distance in full, which central differences
+would skip.
 
 ISO 25178-2:2021, root mean square gradient; the differences after Stout et al., The development
 of methods for the characterisation of roughness in three dimensions (1993), EUR 15178 EN.
