@@ -222,6 +222,9 @@ LARGE_SLOPE = 0.3
 CEILING_ERROR = 0.05
 """Relative distance from the calibrated ceiling from which a caution is shown."""
 
+CAUTION_AREA_CHANGE = 0.1
+"""Relative change of the contact area under the calibrated ceiling that is a caution."""
+
 IMPLAUSIBLE_SLOPE = 3.0
 """Root-mean-square slope that no measured map has: steeper than 70 degrees everywhere."""
 
@@ -489,11 +492,7 @@ def _check_ceiling(result: ContactResult) -> Caution | None:
     # At most one caution about the ceiling.
     if result.regime in _BEYOND:
         return None
-    if (
-        result.calibrated is not None
-        or result.calibration is not None
-        or body.tabor_ratio is not None
-    ):
+    if result.calibration is not None or body.tabor_ratio is not None:
         return None
     answer = recommended_ceiling_of(result)
     if answer is None or answer.load_ratio < TRANSITION:
@@ -504,7 +503,7 @@ def _check_ceiling(result: ContactResult) -> Caution | None:
         return None
     change = calibrated_area_change(result, answer)
     excess = ceiling / answer.ceiling - 1
-    return as_caution(
+    return (as_caution if abs(change) >= CAUTION_AREA_CHANGE else as_note)(
         CautionTag.CEILING,
         f"Ceiling {format_engineering(ceiling, 'Pa', 3)} is {100 * abs(excess):.0f} % "
         f"{('above' if excess > 0 else 'below')} the calibrated one, which gives "
@@ -519,6 +518,8 @@ def _check_ceiling(result: ContactResult) -> Caution | None:
 def _check_extrapolation(result: ContactResult) -> Caution | None:
     fraction = result.contact_fraction
     if not (fraction > SHOWN_CONTACT and math.isnan(shown_error(result))):
+        return None
+    if result.calibration is None and recommended_ceiling_of(result) is None:
         return None
     return as_note(
         CautionTag.CEILING_EXTRAPOLATED,
@@ -674,7 +675,7 @@ CHECKS = (
     Check(
         "the range of the calibrated ceiling",
         _check_extrapolation,
-        lambda r: r.calibrated is not None or r.calibration is not None,
+        lambda r: isinstance(r.ceiling, float) and r.regime is not Regime.BELOW_FIRST_YIELD,
     ),
     Check(
         "the yield strength against the hardness",
