@@ -757,7 +757,7 @@ def constants(asked: Asked) -> Found:
         "1e-12 ohm m^2",
         "--verbose",
     )
-    said = text.partition("on a disc by at most ")[2].split()[0]
+    said = text.partition("on a disk by at most ")[2].split()[0]
     assert conductivity is not None
     assert strength is not None
     return Found(

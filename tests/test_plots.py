@@ -309,9 +309,9 @@ def test_pressures_say_how_much_of_the_picture_they_mark() -> None:
     cells = style.cell_points(result.pressure.shape, (3, 3))
     marked = float(cells[~np.ma.getmaskarray(drawn(axes))].sum()) / result.pressure.size
     assert marked > 2 * result.contact_fraction
-    assert f"marks {format_percent(marked)} of the picture" in texts(figure)
-    assert f"{format_percent(result.contact_fraction)} of the map touches" in texts(figure)
-    assert "of the picture" not in texts(plots.pressure(result_of(spotted())))
+    assert f"marks {format_percent(marked)} of the figure" in texts(figure)
+    assert f"{format_percent(result.contact_fraction)} of the map is in contact" in texts(figure)
+    assert "of the figure" not in texts(plots.pressure(result_of(spotted())))
 
 
 @pytest.mark.long
@@ -537,7 +537,7 @@ def test_unfit_arguments_are_named() -> None:
             plots.section(result, width)
         with pytest.raises(InputError, match="width must be positive"):
             plots.close_up(result, (0, 0), width)
-    with pytest.raises(InputError, match="point must lie on the map"):
+    with pytest.raises(InputError, match="point must be inside the map"):
         plots.close_up(result, (40, 0), 1e-6)
     with pytest.raises(InputError, match="labels"):
         plots.comparison([result], ["a", "b"])
@@ -598,7 +598,7 @@ def test_a_png_has_an_opacity_only_where_it_is_seen_through() -> None:
 
 @pytest.mark.parametrize("name", ["figure.bmp", "figure", "figure.png.txt"])
 def test_save_refuses_unknown_suffixes(tmp_path: Path, name: str) -> None:
-    with pytest.raises(InputError, match=r"suffix; use one of \.png, \.svg, \.pdf"):
+    with pytest.raises(InputError, match=r"unknown suffix .*; use one of \.png, \.svg, \.pdf"):
         plots.save(Figure(), tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 
@@ -725,7 +725,7 @@ def test_sections_show_the_profile_and_the_pressure_through_the_peak() -> None:
     along_x, along_y, pressure_x, pressure_y = figure.axes
     assert along_x.get_title() == "along x, at y = 25 µm"
     assert along_y.get_title() == "along y, at x = 24.5 µm"
-    x, before = curve_of(along_x, "before loading, moved together")
+    x, before = curve_of(along_x, "before loading, moved by the approach")
     np.testing.assert_allclose(x, np.arange(60) + 0.5)
     np.testing.assert_allclose(before, 1e6 * (result.approach - result.initial_gap[12]), atol=1e-12)
     y, under = curve_of(along_y, "under load")
@@ -735,7 +735,7 @@ def test_sections_show_the_profile_and_the_pressure_through_the_peak() -> None:
         drawn = sum(np.asarray(patch.get_data().values) for patch in axes.patches)
         np.testing.assert_allclose(drawn, line / GIGA)
         assert np.all(axes.lines[0].get_ydata() == 3)
-    assert "has to flow away (saturated)" in texts(figure)
+    assert "overlap that flows plastically (saturated)" in texts(figure)
     assert "ceiling" in texts(figure)
 
 
@@ -748,7 +748,7 @@ def test_sections_are_tilted_as_the_bodies_are() -> None:
     along_x, along_y, *_ = plots.section(result).axes
     # What elasticity adds to the rigid motion never lets the gap shrink below it.
     for axes in (along_x, along_y):
-        _, before = curve_of(axes, "before loading, moved together")
+        _, before = curve_of(axes, "before loading, moved by the approach")
         _, under = curve_of(axes, "under load")
         assert np.all(before - under > 0)
         # Displacements die out away from the contact; a tilt that was left out would not.
@@ -785,7 +785,7 @@ def test_sections_of_two_bodies_are_of_their_sum() -> None:
     pair = dataclasses.replace(result.pair, counter_surface=result.surface)
     both = dataclasses.replace(result, pair=pair)
     figure = plots.section(both)
-    _, before = curve_of(figure.axes[0], "before loading, moved together")
+    _, before = curve_of(figure.axes[0], "before loading, moved by the approach")
     heights = 2 * result.surface.heights
     np.testing.assert_allclose(
         before, 1e6 * (both.approach - heights.max() + heights[12]), atol=1e-12

@@ -91,7 +91,7 @@ plt.show()
 
 # %%
 # The approach of a line contact needs a datum, as a line load displaces a half-space without
-# bound: here a uniform line load displaces nothing at the distance d of the longer side of the map,
+# bound: here a uniform line load causes no displacement at the distance d of the longer side of the map,
 # and the approach is :math:`W'/(\pi E^*)\, (2 \ln(2d/a) + 1)`. Between two loads on one map only the
 # difference counts, and pressure, area and gap do not depend on it.
 

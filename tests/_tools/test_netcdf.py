@@ -50,8 +50,8 @@ def a_link(file: h5py.File) -> None:
     ("change", "words"),
     [
         (more_points, r"height has \(6000, 6000\) points, its axes \(3, 4\)"),
-        (no_fill, "height holds integers, but nan for what is missing"),
-        (a_link, "height is no array of its own"),
+        (no_fill, "height holds integers, but marks missing values by nan"),
+        (a_link, "height is not a separate array"),
     ],
 )
 def test_what_cannot_be_is_refused(

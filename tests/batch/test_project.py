@@ -370,7 +370,7 @@ def alive(process: psutil.Process) -> bool:
     ("old", "new", "words"),
     [
         ('young = "210 GPa"', "young = 210", ("young needs a pressure", "no unit")),
-        ("poisson = 0.3", "poisson = 0.9", ("poisson must lie in",)),
+        ("poisson = 0.3", "poisson = 0.9", ("poisson must be in",)),
         ('yield-strength = "1 GPa"', 'yeild = "1 GPa"', ("unknown key yeild",)),
         ('unit = "um"', 'units = "um"', ("unknown key units", "unit, size")),
         ('material = "steel"', 'material = "stele"', ("material", "not in the catalog")),
@@ -623,13 +623,13 @@ def test_a_project_that_comes_by_a_pipe(folder: Path, monkeypatch: pytest.Monkey
     threading.Thread(target=path.write_text, args=(text,), daemon=True).start()
     assert [entry.name for entry in project.read_project(path)] == ["one 0.1 N", "one 1 N", "two"]
     monkeypatch.setattr(files, "_PIPE_TIMEOUT", 0.01)
-    with pytest.raises(rc.FormatError, match=r"piped\.toml is a pipe that nobody writes to"):
+    with pytest.raises(rc.FormatError, match=r"piped\.toml is a pipe without a writer"):
         project.read_project(path)
 
 
 def test_a_project_without_an_end(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if Path("/dev/zero").exists():
-        with pytest.raises(rc.FormatError, match="/dev/zero is no regular file"):
+        with pytest.raises(rc.FormatError, match="/dev/zero is not a regular file"):
             project.read_project("/dev/zero")
     with (folder / "project.toml").open("ab") as stream:
         stream.truncate(2**40)

@@ -356,7 +356,7 @@ def test_a_recommended_ceiling_is_told_beside_three(tmp_path: Path, capsys: Capt
     assert CautionTag.INDENTATION in {caution["kind"] for caution in found["cautions"]}
     assert app.main(["stress", *more, "--load", "10 N", "--json"]) == app.SOLVED
     assert json.loads(capsys.readouterr().out)["calibration"]["load"] == 10
-    words = "--ceiling calibrated is read from the yield strength of the softer body"
+    words = "--ceiling calibrated needs the yield strength of the softer body"
     assert app.main(["solve", *ball, *STEEL, "--ceiling", "calibrated", "--load", "10 N"]) == 2
     assert words in " ".join(capsys.readouterr().err.split())
 
@@ -1215,7 +1215,7 @@ def test_materials_lists_the_catalogue_with_sources(capsys: Capture) -> None:
     [
         (("--body", "sphere 10"), ("--body", "no unit")),
         (("--body", "torus 1 mm"), ("--body must read like one of", "'torus 1 mm'")),
-        (("--points", "64"), ("--points goes with a nominal --body",)),
+        (("--points", "64"), ("--points needs a nominal --body",)),
         (("--counter-body", "cone 1 mm"), ("--counter-body",)),
     ],
 )
@@ -1434,7 +1434,7 @@ def test_reports_of_sweep_and_history(rough: Path, tmp_path: Path) -> None:
     arguments = ["history", str(rough), *SCALE, *YIELDING, "--path", "0.5 N, 0 N, 0.5 N, 0 N"]
     assert app.main([*arguments, "--report", str(report)]) == app.SOLVED
     page = report.read_text(encoding="utf-8")
-    assert "What does a load history up to 500 mN leave on rough.npy?" in page
+    assert "Which indentation does a load history up to 500 mN leave on rough.npy?" in page
     # The map under the largest load, and the heights when it is gone, each named so.
     assert "Contact under 500 mN, the largest load" in page
     assert "Contact pressure under 500 mN, maximum 3 GPa" in page
@@ -1607,9 +1607,9 @@ def test_a_volume_run_that_fails_says_what_is_kept(
     folder = tmp_path / "steps"
     assert app.main(["solve", *BALL, "--folder", str(folder)]) == app.NOT_CONVERGED
     err = capsys.readouterr().err
-    assert f"the loads before it are kept in {folder}\n" in err
+    assert f"earlier loads are saved in {folder}\n" in err
     # The loads before settled: their residual is no reason.
-    assert err.startswith("roughcontact: error: not converged: stopped on the way to ")
+    assert err.startswith("roughcontact: error: not converged: stopped before ")
 
 
 @pytest.mark.slow

@@ -106,7 +106,9 @@ def test_a_file_that_is_no_solution_is_refused(tmp_path: Path) -> None:
         with pytest.raises(rc.FormatError) as caught:
             load(path, verify=True)
         sentence = str(caught.value)
-        assert sentence.startswith("out.nc is not the solution that it claims to be: computed")
+        assert sentence.startswith(
+            "out.nc does not contain the solution that it states: recomputed"
+        )
         assert "the certificate is" in sentence
         assert sentence.endswith("take a copy of the file, or solve again")
         assert "\n" not in sentence

@@ -109,15 +109,15 @@ def test_the_force_of_each_form() -> None:
 @pytest.mark.parametrize(
     ("form", "surface", "found"),
     [
-        (rc.LineLoad(1.0), ROUGH, "none that curves"),
-        (rc.HertzPressure(1.0), ROUGH, "none that curves"),
+        (rc.LineLoad(1.0), ROUGH, "no curved one"),
+        (rc.HertzPressure(1.0), ROUGH, "no curved one"),
         (rc.LineLoad(1.0), nominal_bodies.sphere(radius=0.01, **GRID), "touch in a circle"),
         (
             rc.LineLoad(1.0),
             nominal_bodies.ellipsoid(radii=(1e-2, 2e-2), **GRID),
             "touch in an ellipse",
         ),
-        (rc.HertzPressure(1.0), nominal_bodies.cone(slope=0.01, **GRID), "none that curves"),
+        (rc.HertzPressure(1.0), nominal_bodies.cone(slope=0.01, **GRID), "no curved one"),
         (rc.LineLoad(1.0), nominal_bodies.cylinder(radius=0.01, angle=30, **GRID), "at 30 degrees"),
         (
             rc.HertzPressure(1.0),

@@ -17,7 +17,7 @@ def test_bands_are_whole_on_the_coarsest_grid(shape):
     edge = 2 ** bounded.coarser_grids(shape)
     for count in (1, 2, 3, 4, 7):
         if count > shape[0] // max(edge, 2):
-            with pytest.raises(InputError, match="ranks at most"):
+            with pytest.raises(InputError, match="over at most"):
                 row_bands(shape, count)
             continue
         edges = row_bands(shape, count)

@@ -130,7 +130,7 @@ def test_what_is_wrong_is_said_in_a_sentence(tmp_path: Path, bench: WorkerPool) 
     for box in seat.joint._boxes.values():
         box.value = False
     seat.start()
-    assert "Nothing is asked" in seat.said
+    assert "at least one analysis" in seat.said
     with pytest.raises(rc.InputError, match="from"):
         seat.joint._set_range_option("from", "1 banana")
     seat.session.close()

@@ -76,5 +76,5 @@ def test_what_the_page_cannot_show_is_refused(surface: rc.Surface) -> None:
     limited = rc.solve(
         surface, load=0.01, material=STEEL, ceiling=np.full(surface.shape, 3e9), tolerance=1e-4
     )
-    with pytest.raises(InputError, match="ceiling of each pixel"):
+    with pytest.raises(InputError, match="no ceiling per pixel"):
         limited.explore()

@@ -298,7 +298,7 @@ def test_the_work_is_there_after_a_crash_of_the_program_and_a_reload(
     seat.number("Load").filter(has_text=load).wait_for()
     served.kill()
     try:
-        seat.alert("start it again").wait_for()
+        seat.alert("start the program again").wait_for()
     finally:
         served.start()
     seat.page.reload()
@@ -306,7 +306,7 @@ def test_the_work_is_there_after_a_crash_of_the_program_and_a_reload(
     seat.page.get_by_text("converged, certificate").wait_for()
     assert text_of(seat.number("Load")) == load
     assert seat.page.get_by_label("Value with unit").input_value() == "10 MPa"
-    assert seat.alert("start it again").count() == 0
+    assert seat.alert("start the program again").count() == 0
 
 
 def test_every_control_has_a_name_and_a_tablet_shows_them(seat: Seat) -> None:
@@ -368,7 +368,7 @@ def test_the_keyboard_alone_does_the_main_job(seat: Seat, tmp_path: Path) -> Non
     page.locator("p > b").get_by_text("Polished, isotropic.npz", exact=True).wait_for()
     reach(page.get_by_label("Material", exact=True))
     page.keyboard.type("100Cr6")
-    reach(page.get_by_role("radio", name="the whole contact: it ends"))
+    reach(page.get_by_role("radio", name="the whole contact: none beyond"))
     page.keyboard.press("Space")
     reach(page.get_by_label("Value with unit"))
     page.keyboard.type("10 MPa")

@@ -136,7 +136,7 @@ def test_the_folder_is_where_the_system_keeps_state(
 
 def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    with pytest.raises(InputError, match="cannot be made") as caught:
+    with pytest.raises(InputError, match="cannot be created") as caught:
         ProjectStore(tmp_path / "file" / "desk")
     assert caught.value.argument == "folder"
 

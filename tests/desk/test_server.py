@@ -131,7 +131,7 @@ def test_a_page_without_a_work_gets_a_new_one(desk: Desk) -> None:
 def test_a_work_that_is_gone_is_said_to_be(desk: Desk) -> None:
     answer = desk.ask("/?work=" + "x" * 32)
     assert answer.status == 404
-    assert "not there any more" in answer.text
+    assert "no longer exists" in answer.text
 
 
 @pytest.mark.parametrize(
@@ -321,7 +321,7 @@ def test_all_files_together_are_bounded(desk: Desk) -> None:
     assert statuses[0] == 200
     assert statuses[-1] == 413
     refused = json.loads(upload(desk, "a.npy", b"x" * 1000).text)
-    assert "Remove works" in refused["error"]
+    assert "Remove projects" in refused["error"]
     for path in desk.visits[0].work.folder.glob("map-*"):
         path.unlink()
     assert upload(desk, "a.npy", b"x" * 1000).status == 200
@@ -330,7 +330,7 @@ def test_all_files_together_are_bounded(desk: Desk) -> None:
 def test_a_file_without_a_work_is_refused(desk: Desk) -> None:
     answer = desk.ask("/upload?work=" + "x" * 32 + "&name=a.opd", "POST", b"x")
     assert answer.status == 404
-    assert "not there any more" in json.loads(answer.text)["error"]
+    assert "no longer exists" in json.loads(answer.text)["error"]
     assert desk.ask(f"/upload{desk.home[1:]}&name=a.opd").status == 405
 
 

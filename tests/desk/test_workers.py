@@ -131,7 +131,7 @@ def test_a_job_takes_no_more_memory_than_it_may(bench: WorkerPool) -> None:
     assert ended(bench.submit(devouring, 2**24, limits=limits)).value == 2**24
     error = ended(bench.submit(devouring, 2**29, limits=limits)).error
     assert isinstance(error, InsufficientMemoryError)
-    assert str(error) == "the memory of 0.25 GiB is used up; crop the map"
+    assert str(error) == "the memory of 0.25 GiB is exhausted; crop the map"
 
 
 def test_a_job_takes_no_longer_than_it_may(bench: WorkerPool) -> None:

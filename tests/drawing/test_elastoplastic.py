@@ -179,7 +179,7 @@ def test_displacement_is_centred_on_zero_and_shows_the_contact(pressed, released
 
 
 def test_a_result_that_did_not_converge_says_so(pressed) -> None:
-    stopped = dataclasses.replace(pressed, status="stopped on the way")
+    stopped = dataclasses.replace(pressed, status="stopped before 9 N")
     for figure in every_figure(stopped):
         words = figure.get_suptitle() + "".join(axes.get_title() for axes in figure.axes)
         assert "NOT CONVERGED" in words

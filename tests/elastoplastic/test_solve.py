@@ -411,7 +411,7 @@ def test_files_that_are_no_result(loaded, tmp_path) -> None:
 
 def test_progress_and_cut_increments() -> None:
     steps = []
-    with pytest.raises(ConvergenceError, match="did not settle in 2 iterations") as caught:
+    with pytest.raises(ConvergenceError, match="did not converge in 2 iterations") as caught:
         solve_elastoplastic(
             ball(),
             material=PERFECT,
@@ -551,7 +551,7 @@ HOLES[3, 4] = np.nan
         (dict(increments=0), "increments must be a whole number from 1 to 10000"),
         (dict(max_iterations=1.5), "max_iterations must be a whole number, got 1.5"),
         (dict(tolerance=0.0), "tolerance must be positive"),
-        (dict(tolerance=1e-9), "below what single precision"),
+        (dict(tolerance=1e-9), "below the limit of single precision"),
         (dict(precision="half"), "precision must be"),
         (dict(boundary="open"), "boundary must be"),
         (dict(on_failure="ignore"), "on_failure must be"),
@@ -587,7 +587,7 @@ def test_start_must_be_the_same_problem(loaded) -> None:
         (dict(material=PERFECT), "another material"),
         (dict(counter_material=ELASTIC), "another counter_material"),
         (dict(boundary="periodic"), "another boundary"),
-        (dict(depth=1e-5), "brings its layers along"),
+        (dict(depth=1e-5), "contains its layers"),
         (dict(start=3), "start must be"),
     ):
         arguments = dict(surface=ball(), material=SWIFT, loads=[0.7], start=loaded) | change
@@ -648,7 +648,7 @@ def test_a_volume_that_would_not_fit_does_not_grow(monkeypatch) -> None:
 def test_a_contact_without_certificate_settles_nothing(monkeypatch) -> None:
     monkeypatch.setattr(contact_solver, "_CONTACT_CONVOLUTIONS", 2)
     monkeypatch.setattr(increments, "_MAX_CUTS", 0)
-    with pytest.raises(ConvergenceError, match="the contact did not settle"):
+    with pytest.raises(ConvergenceError, match="the contact did not converge"):
         solve_elastoplastic(
             ball(),
             material=SWIFT,

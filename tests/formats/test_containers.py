@@ -87,8 +87,8 @@ def test_an_original_takes_scale_unit_and_size_of_the_container(tmp_path: Path) 
     # A wrong size is replaced as that of any file.
     larger = read_surface(path, size="40 um x 60 um", override_size=True)
     assert larger.size == pytest.approx((40e-6, 60e-6))
-    refused(path, "c.zip gives its unit itself", kind=InputError, unit="nm")
-    refused(path, "c.zip gives its size itself", kind=InputError, size="1 mm x 2 mm")
+    refused(path, "c.zip contains its unit", kind=InputError, unit="nm")
+    refused(path, "c.zip contains its size", kind=InputError, size="1 mm x 2 mm")
 
 
 def test_several_maps_are_chosen_by_name(tmp_path: Path) -> None:

@@ -107,8 +107,8 @@ def test_bruker_channels_are_told_apart() -> None:
 @needs_reader
 def test_unit_and_size_in_the_file_are_not_overruled() -> None:
     path = measurement("opd-1.opd")
-    refused(path, "gives its unit itself", unit="um", kind=InputError)
-    refused(path, "gives its size itself", size="1 mm x 1 mm", kind=InputError)
+    refused(path, "contains its unit", unit="um", kind=InputError)
+    refused(path, "contains its size", size="1 mm x 1 mm", kind=InputError)
 
 
 @needs_reader
@@ -279,7 +279,7 @@ def test_no_unit_and_no_size_in_the_file_are_asked_for(
     path = write(tmp_path, "map.opd", "x" * 99)
     fake(monkeypatch, entry(unit=None, data_unit=None))
     refused(path, "map.opd gives no unit", 'unit="um"', kind=InputError)
-    refused(path, "gives its size itself", unit="nm", size="1 um x 1 um", kind=InputError)
+    refused(path, "contains its size", unit="nm", size="1 um x 1 um", kind=InputError)
     assert read_surface(path, unit="nm").pixel == pytest.approx((2e-9, 1e-9))
     fake(monkeypatch, entry(physical_sizes=None))
     refused(path, "map.opd gives no lengths of its sides", "(y, x)", kind=InputError)

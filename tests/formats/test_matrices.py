@@ -165,8 +165,8 @@ def test_text_matrix_with_a_head(tmp_path: Path, suffix: str) -> None:
     np.testing.assert_allclose(surface.heights, HEIGHTS * 1e-6, rtol=1e-15)
     assert surface.pixel == pytest.approx((2e-6, 1e-6), rel=1e-15, abs=0)
     assert channels(path) == (Channel("height", "um", True, (3, 4)),)
-    refused(path, "gives its unit itself", unit="um", kind=InputError)
-    refused(path, "gives its size itself", size=(6e-6, 4e-6), kind=InputError)
+    refused(path, "contains its unit", unit="um", kind=InputError)
+    refused(path, "contains its size", size=(6e-6, 4e-6), kind=InputError)
     refused(path, "no channels", channel=0, kind=InputError)
 
 
@@ -246,8 +246,8 @@ def test_numpy_archive_with_unit_and_pixel(tmp_path: Path) -> None:
         surface = read_surface(path, channel=channel)
         np.testing.assert_allclose(surface.heights, HEIGHTS * 1e-6, rtol=1e-15)
         assert surface.pixel == pytest.approx((2e-6, 1e-6), rel=1e-15, abs=0)
-    refused(path, "gives its unit itself", unit="um", kind=InputError)
-    refused(path, "gives its size itself", size="1 um x 2 um", kind=InputError)
+    refused(path, "contains its unit", unit="um", kind=InputError)
+    refused(path, "contains its size", size="1 um x 2 um", kind=InputError)
     refused(path, "at least 2 × 2", channel="pixel")
     for changes, words in (
         ({"pixel": 1.0}, "two numbers (dy, dx) as pixel"),

@@ -74,7 +74,7 @@ def test_a_size_that_is_a_lie(tmp_path: Path) -> None:
     more = npy(np.zeros((1000, 1000)))
     path = archive(tmp_path / "map.npz", {"more.npy": more}, zipfile.ZIP_DEFLATED)
     state_size(path, "more.npy", len(more) + 8)
-    refused(path, "leaves 8 bytes of the file over")
+    refused(path, "leaves 8 bytes of the file unused")
     # An array that fits its member as that is stated, of which there is far more.
     less = npy(np.zeros((100, 100))) + bytes(10**6)
     path = archive(tmp_path / "map.npz", {"more.npy": less}, zipfile.ZIP_DEFLATED)
@@ -137,4 +137,4 @@ def test_letters_that_do_not_exist(order: str, tmp_path: Path) -> None:
         for name in ("heights", "pixel"):
             zipped.writestr(f"{name}.npy", npy(MAP[name]))
         zipped.writestr("unit.npy", raw[:-4] + b"\xff" * 4)
-    refused(path, "map.npz cannot be read", "letters that do not exist")
+    refused(path, "map.npz cannot be read", "invalid characters")

@@ -162,12 +162,9 @@ def test_other_values_than_the_axes_tell(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("attributes", "words"),
     [
-        ({"_FillValue": np.array([1.0, 2.0])}, "height has several values for what is missing"),
-        (
-            {"_FillValue": 1.0, "missing_value": 2.0},
-            "height has several values for what is missing",
-        ),
-        ({"_Unsigned": "true"}, "height holds no integers"),
+        ({"_FillValue": np.array([1.0, 2.0])}, "height has several marks of missing values"),
+        ({"_FillValue": 1.0, "missing_value": 2.0}, "height has several marks of missing values"),
+        ({"_Unsigned": "true"}, "height is declared unsigned"),
     ],
 )
 def test_what_xarray_would_tell_the_terminal(

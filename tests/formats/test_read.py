@@ -52,7 +52,7 @@ def test_netcdf(tmp_path: Path) -> None:
     assert channels(path) == (Channel("height", "m", True, (3, 4)),)
     path = write_netcdf(tmp_path / "b.nc", {"pixel_y": 3e-6, "pixel_x": 5e-6})
     assert read_surface(path).pixel == (3e-6, 5e-6)
-    refused(path, "gives its unit itself", unit="m", kind=InputError)
+    refused(path, "contains its unit", unit="m", kind=InputError)
 
 
 def test_netcdf_of_another_kind(tmp_path: Path) -> None:

@@ -91,16 +91,16 @@ def test_hdf5_that_states_its_scale_is_not_read_as_bare_arrays(name: str, tmp_pa
     given = {"unit": "um", "size": SIZE}
     (tmp_path / name).write_bytes(content)
     assert read_surface(tmp_path / name).provenance.instrument == "Zygo DATX (Zygo)"
-    refused(tmp_path / name, "gives its unit itself", **given, kind=InputError)
+    refused(tmp_path / name, "contains its unit", **given, kind=InputError)
     (tmp_path / "map.h5").write_bytes(content)
-    refused(tmp_path / "map.h5", "gives its unit itself", **given, kind=InputError)
+    refused(tmp_path / "map.h5", "contains its unit", **given, kind=InputError)
     surface = rc.Surface(np.nan_to_num(HEIGHTS) * 1e-6, (2e-6, 1e-6))
     surface.save(tmp_path / "map.nc")
     (tmp_path / name).write_bytes((tmp_path / "map.nc").read_bytes())
     read = read_surface(tmp_path / name)
     np.testing.assert_array_equal(read.heights, surface.heights)
     assert read.pixel == surface.pixel
-    refused(tmp_path / name, "gives its unit itself", **given, kind=InputError)
+    refused(tmp_path / name, "contains its unit", **given, kind=InputError)
 
 
 @needs_reader
@@ -140,7 +140,7 @@ def test_matrices_in_hdf5_are_channels(tmp_path: Path) -> None:
     close(surface, 1e-9)
     assert surface.pixel == pytest.approx((2e-6, 1e-6))
     told = read_surface(path, channel="scan/heights", size=SIZE, unit="um").provenance.steps
-    assert told == ("read: heights in um, as was said, instead of nm, as the file has it",)
+    assert told == ("read: heights in um, as given, instead of nm in the file",)
     refused(path, "gives no unit", channel="phase", size=SIZE, kind=InputError)
     with h5py.File(path, "w") as file:
         # The names that Zygo takes, for something else.
@@ -192,7 +192,7 @@ def test_classic_netcdf_of_surface_topography(tmp_path: Path) -> None:
     close(surface)
     assert surface.pixel == pytest.approx((2e-6, 2e-6))
     assert channels(path) == (Channel("heights", "um", True, (3, 4)),)
-    refused(path, "gives its unit itself", unit="nm", kind=InputError)
+    refused(path, "contains its unit", unit="nm", kind=InputError)
     bare = classic(tmp_path / "bare.nc", length=False, unit=b"", mask=False)
     refused(bare, "gives no unit", size=SIZE, kind=InputError)
     refused(bare, "no lengths of its sides", unit="um", kind=InputError)

@@ -102,9 +102,9 @@ def test_whoever_writes_may_take_their_time(
 
 def test_a_pipe_that_nobody_writes_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(files, "_PIPE_TIMEOUT", 0.01)
-    refused(fifo(tmp_path, "map.csv"), "map.csv is a pipe that nobody writes to", **GIVEN)
-    refused(fifo(tmp_path, "map.opd"), "map.opd is a pipe that nobody writes to")
-    with pytest.raises(FormatError, match="nobody writes to"):
+    refused(fifo(tmp_path, "map.csv"), "map.csv is a pipe without a writer", **GIVEN)
+    refused(fifo(tmp_path, "map.opd"), "map.opd is a pipe without a writer")
+    with pytest.raises(FormatError, match="without a writer"):
         channels(fifo(tmp_path, "map.x3p"))
 
 
@@ -133,7 +133,9 @@ def test_a_pipe_that_gives_nothing_or_something_else(tmp_path: Path) -> None:
 def test_devices(device: str) -> None:
     if not Path(device).exists():
         pytest.skip(f"there is no {device}")
-    refused(Path(device), f"{device} is no regular file; copy it into one", format="text")
+    refused(
+        Path(device), f"{device} is not a regular file; copy its content into one", format="text"
+    )
 
 
 def test_sockets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -141,7 +143,7 @@ def test_sockets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     with socket.socket(socket.AF_UNIX) as one:
         one.bind("map.csv")
-        refused(Path("map.csv"), "map.csv is no regular file")
+        refused(Path("map.csv"), "map.csv is not a regular file")
 
 
 def test_files_without_a_size(tmp_path: Path) -> None:

@@ -82,7 +82,7 @@ def test_unit_and_pixel_are_those_of_the_head(tmp_path: Path, name: str) -> None
     (channel,) = channels(path)
     assert channel.shape == (3, 4)
     assert channel.is_height
-    refused(path, "gives its size itself", size="1 mm x 1 mm", kind=InputError)
+    refused(path, "contains its size", size="1 mm x 1 mm", kind=InputError)
     larger = read_surface(path, size="1 mm x 1 mm", override_size=True)
     assert larger.size == (1e-3, 1e-3)
     assert "as the file gives them" in larger.provenance.steps[-1]
@@ -125,7 +125,7 @@ def test_units_of_who_reads_win_and_are_told(tmp_path: Path, capsys) -> None:
     path = write(tmp_path, "map.txt", HEADS["Gwyddion"][0] + MATRIX)
     surface = read_surface(path, unit="um")
     np.testing.assert_allclose(surface.heights, HEIGHTS * 1e-6)
-    told = "read: heights in um, as was said, instead of nm, as the file has it"
+    told = "read: heights in um, as given, instead of nm in the file"
     assert surface.provenance.steps == (told,)
     assert read_surface(path, unit="nm").provenance.steps == ()
     assert app.main(["info", str(path), "--verbose"]) == app.SOLVED
@@ -207,7 +207,7 @@ def test_points_on_a_grid(
     surface = read_surface(path, unit=None if head else "um")
     np.testing.assert_allclose(surface.heights, GRID * metre, rtol=1e-12)
     assert surface.pixel == pytest.approx((0.25 * lateral, 0.5 * lateral))
-    assert "read: 12 points x, y, z laid on their grid" in surface.provenance.steps
+    assert "read: 12 points x, y, z placed on their grid" in surface.provenance.steps
     assert channels(path)[0].shape == (3, 4)
 
 
@@ -226,7 +226,7 @@ def test_points_are_known_without_a_head_and_may_be_missing(tmp_path: Path) -> N
         (listed() + "0.5 0.25 3\n".replace(" ", "\t"), "1 points of its grid more than once"),
         (listed().replace("1.5", "1.63"), "x is not evenly spaced"),
         ("".join(f"{i}\t{i}\t{i}\n" for i in range(20)), "fill no grid"),
-        ("".join(f"{i}\t1\t{i}\n" for i in range(20)), "all have one y"),
+        ("".join(f"{i}\t1\t{i}\n" for i in range(20)), "all have the same y"),
         (listed().replace("0.25", "nan"), "x or y is missing"),
     ],
 )

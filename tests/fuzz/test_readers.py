@@ -95,7 +95,7 @@ def test_files_under_every_suffix(name: str, worker: Worker) -> None:
         ("dvd_afm.sur", {334: 0x11}, "heights end at byte"),
         ("made.sur", {334: 0x0C}, "heights end at byte"),
         ("uncd_afm.001", {23284: 0x33}, "the image has 513 × 512 points by its section"),
-        ("made.npy", {61: 0x32}, "bytes of the file over"),
+        ("made.npy", {61: 0x32}, "bytes of the file unused"),
         ("made.sdf", {104: 0x32}, "announces 440 heights, but has 660"),
         # A length with which a reader never comes to where checksums are compared.
         ("x3p-2.x3p", {3236014: 0x5C, 1205: 0x40, 1084: 0x34}, "packed into 3.1 MiB as no"),

@@ -224,7 +224,7 @@ def test_more_ranks_than_bands_are_refused(tmp_path):
     run = command(
         3, "solve", tmp_path / "small.npy", "--unit", "nm", "--size", "4 um x 40 um", *OPTIONS
     )
-    refused(run, "on 2 ranks at most, got 3")
+    refused(run, "over at most 2 ranks, got 3")
 
 
 @pytest.mark.parametrize("task", ["die_solving", "die_writing"])

@@ -134,7 +134,7 @@ def test_the_command_says_and_writes_what_one_process_does(tmp_path, folder):
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--folder", "kept"], "--folder keeps the states of one process"),
+        (["--folder", "kept"], "--folder needs all states in one process"),
         (["--output", "out.vtr"], "written as .nc"),
         (["--load", "1 MN"], "more than the map can carry"),
         (["--crop", "2:99,0:9"], "rows must be"),

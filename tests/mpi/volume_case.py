@@ -96,7 +96,7 @@ def solve(folder, ranks):
         assert comm.allgather(words) == [words] * ranks.count
         if ranks.is_root:
             (folder / f"{name}.json").write_text(json.dumps(words))
-    with pytest.raises(rc.InputError, match="lies on several ranks"):
+    with pytest.raises(rc.InputError, match="distributed over several ranks"):
         result.save(folder / "fields.vtr")
 
 

@@ -76,11 +76,11 @@ def test_rigid_and_elastic_counter_bodies_are_told_apart() -> None:
 
 def test_boundary_and_second_body_are_stated() -> None:
     free = stated(solved(rough()))
-    assert {"Body ends at the map edge", "Smooth counter-body"} <= set(free)
+    assert {"No contact beyond the map edge", "Smooth counter-body"} <= set(free)
     assert "Periodic sample" not in free
     periodic = stated(solved(rough(), boundary="periodic"))
     assert periodic["Periodic sample"].endswith("repeats along x and y")
-    assert "Body ends at the map edge" not in periodic
+    assert "No contact beyond the map edge" not in periodic
     strip = stated(solved(rough(), boundary="periodic-x"))
     assert strip["Periodic sample"].endswith("repeats along x")
     assert "Datum of the approach" in strip
@@ -93,7 +93,9 @@ def test_boundary_and_second_body_are_stated() -> None:
 def test_a_profile_has_ridges_and_a_datum() -> None:
     surface = rc.Surface(rough().heights[0], PIXEL[1])
     profile = stated(solved(surface, load="1 N/mm"))
-    assert {"Straight ridges", "Datum of the approach", "Body ends at the map edge"} <= set(profile)
+    assert {"Straight ridges", "Datum of the approach", "No contact beyond the map edge"} <= set(
+        profile
+    )
     periodic = stated(solved(surface, load="1 N/mm", boundary="periodic"))
     assert "Periodic sample" in periodic
     assert "Datum of the approach" not in periodic
@@ -119,7 +121,7 @@ def test_missing_points_are_counted_and_fillings_called_so() -> None:
     assert stated(solved(holed.masked()))["Missing points"].startswith("6 points (0.146 %)")
     filled = stated(solved(holed.filled()))["Missing points"]
     assert "interpolated, not measured" in filled
-    assert "never touch" not in filled
+    assert "never in contact" not in filled
 
 
 @pytest.mark.parametrize(

@@ -295,7 +295,7 @@ def test_what_does_not_apply_is_left_out() -> None:
                     (1e-6, 1e-6),
                 ).masked()
             },
-            "1 point (0.0244 %) without height never touch",
+            "1 point (0.0244 %) without height are never in contact",
         ),
     ],
     ids=[
@@ -328,7 +328,7 @@ def test_every_case_is_told_as_it_is(problem: dict[str, Any], words: str) -> Non
 @pytest.mark.usefixtures("quick")
 def test_a_nominal_body_has_no_roughness() -> None:
     ball = nominal_bodies.sphere(radius=1e-3, shape=rough().shape, pixel=rough().pixel)
-    told = "nominal form that was added"
+    told = "the added nominal form"
     assert told not in report(solved()).words
     assert told in report(solved(rough().with_form(ball))).words
     smooth = report(solved(ball, load=0.01))
@@ -530,7 +530,7 @@ MAKE: dict[str, tuple[Callable[[], Any], str, int]] = {
     ),
     "history": (
         lambda: rc.history(ground(), [0.2, 0.05, 0.0, 0.2], material=STEEL),
-        "What does a load history up to 200 mN leave",
+        "Which indentation does a load history up to 200 mN leave",
         8,
     ),
     "search": (

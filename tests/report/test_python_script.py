@@ -203,7 +203,7 @@ def test_what_no_script_repeats_is_in_the_file_of_the_result(folder: Path) -> No
         result = rc.solve(about, material=STEEL, load=0.1)
         result.save("result.nc")
         text = python_script.script_of_result(result)
-        assert f"# No script can repeat what is known as: {words}" in text
+        assert f"# No script can repeat these steps: {words}" in text
         names = repeated(result)
         assert names["surface"].heights.tobytes() == surface.heights.tobytes()
         assert names["result"].pressure.tobytes() == result.pressure.tobytes()

@@ -325,7 +325,10 @@ def test_a_project_writes_what_each_task_leaves(
     [
         ({"from": "1 MPa"}, "to is needed"),
         ({"from": "2 MPa", "to": "1 MPa"}, "from must be positive and below to"),
-        ({"from": "1 MPa", "to": "2 MPa", "load": "1 N"}, "load goes without from and to"),
+        (
+            {"from": "1 MPa", "to": "2 MPa", "load": "1 N"},
+            "load cannot be combined with from and to",
+        ),
         ({}, "load is needed, such as '1 N'"),
     ],
 )

@@ -30,7 +30,7 @@ def test_a_bar_shows_the_share_that_is_done():
     drawn = stream.getvalue().split("\r")[1:]
     assert [line.count("█") for line in drawn] == [0, 3, 9, 12, 24]
     assert "1 of 2, 1e-02, target 1e-05" in drawn[1]
-    assert drawn[-1].rstrip("\n").split(maxsplit=1)[1].strip() == "map, 2 of 2, kept from before"
+    assert drawn[-1].rstrip("\n").split(maxsplit=1)[1].strip() == "map, 2 of 2, from an earlier run"
     # Each line hides the one before, and the last ends.
     lengths = [len(line.rstrip("\n")) for line in drawn]
     assert all(later >= len(line.rstrip()) for line, later in zip(drawn, lengths[1:], strict=False))
@@ -100,7 +100,7 @@ def test_a_part_that_was_kept_counts_as_whole():
     stream = io.StringIO()
     ProgressBar(stream)(Progress(1, 2, None, kept=True))
     assert stream.getvalue().count("█") * 2 == _width(stream.getvalue())
-    assert "kept from before" in stream.getvalue()
+    assert "from an earlier run" in stream.getvalue()
 
 
 def _width(line):

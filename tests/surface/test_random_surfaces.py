@@ -149,7 +149,7 @@ def test_reference_map_does_not_change_unnoticed():
     ("change", "message"),
     [
         ({"rms_height": 0.0}, "^rms_height must be positive"),
-        ({"hurst": 1.2}, r"^hurst must lie in \[0, 1\], got 1.2"),
+        ({"hurst": 1.2}, r"^hurst must be in \[0, 1\], got 1.2"),
         ({"cutoff_wavelength": 1e-6}, "^cutoff_wavelength must be at least two pixels"),
         ({"cutoff_wavelength": 3e-5}, "^cutoff_wavelength must not exceed"),
         ({"rolloff_wavelength": 3e-4, "cutoff_wavelength": 2e-4}, "^no wave"),

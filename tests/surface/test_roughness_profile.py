@@ -262,7 +262,7 @@ def test_uneven_points_are_brought_to_equal_distances_and_told(tmp_path):
     path = written(tmp_path / "t.txt", x, np.sin(20 * x))
     surface = rc.read_surface(path, unit="mm, um")
     (note,) = surface.provenance.steps
-    assert "brought to" in note
+    assert "resampled to" in note
     assert "linear interpolation" in note
     even = 1e3 * (x[0] * 1e-3 + surface.pixel[1] * np.arange(surface.shape[1]))
     np.testing.assert_allclose(surface.heights[0], 1e-6 * np.sin(20 * even), atol=1e-10)
@@ -306,7 +306,7 @@ def test_units_and_length_of_a_profile_are_asked_for_and_may_be_replaced(tmp_pat
     found = rc.read_surface(stated, unit="mm, nm")
     assert found.provenance.steps == ("read: units mm and um of the file replaced by mm, nm",)
     assert np.ptp(found.heights) == pytest.approx(1e-9 * np.ptp(z))
-    with pytest.raises(rc.InputError, match="gives its size itself"):
+    with pytest.raises(rc.InputError, match="contains its size"):
         rc.read_surface(stated, size="2 mm")
     found = rc.read_surface(stated, size="2 mm", override_size=True)
     assert found.size[1] == pytest.approx(2e-3)

@@ -188,7 +188,7 @@ def test_cone_and_wedge_have_their_slope():
         (lambda: shapes.ellipsoid(*GRID, (1.0, -1.0)), r"^radii\[1\] must be positive"),
         (lambda: shapes.ellipsoid(*GRID, 1.0), "^radii must be a pair"),
         (lambda: shapes.punch(*GRID, 1e-9), "^no point of the grid lies under the punch"),
-        (lambda: shapes.punch(*GRID, 1e-5, 2e-5), "^edge_radius must lie between 0 and 1e-05"),
+        (lambda: shapes.punch(*GRID, 1e-5, 2e-5), "^edge_radius must be between 0 and 1e-05"),
         (lambda: shapes.punch(*GRID, 1e-5, -1e-6), "^edge_radius"),
         (lambda: shapes.rectangular_punch(*GRID, (1e-5, 0)), r"^sides\[1\] must be positive"),
         (lambda: shapes.rectangular_punch(*GRID, (1e-5, 3e-5), 6e-6), "between 0 and 5e-06"),

@@ -287,7 +287,7 @@ def test_a_number_of_the_surface_has_the_scatter_of_samples_of_it() -> None:
         assert Cause.SAMPLE not in one.budget
         assert item.high / item.low > one.high / one.low
     part = rc.Surface(image.heights[:32, :32], image.pixel)
-    with pytest.raises(InputError, match="no sample of the surface"):
+    with pytest.raises(InputError, match="not a sample of the surface"):
         pressed(part).uncertainty(Instrument(resolution=4 * UM), 4 * UM, of="surface")
     with pytest.raises(InputError, match="instrument is needed with of"):
         result.uncertainty(of="surface")

@@ -112,7 +112,7 @@ def write_step(path: Path, arrays: Mapping[str, Any], mark: Mapping[str, Any]) -
             np.savez(stream, **held, checksum=checksums.checksum_arrays(held))
     except OSError as error:
         raise InputError(
-            f"{path} cannot be written ({error.strerror}); the steps before it are kept"
+            f"{path} cannot be written ({error.strerror}); earlier steps are saved"
         ) from None
 
 

@@ -225,7 +225,7 @@ def as_regular_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     elif stat.S_ISREG(mode):
         yield path
     else:
-        raise FormatError(f"{path} is no regular file; copy it into one")
+        raise FormatError(f"{path} is not a regular file; copy its content into one")
 
 
 def _copy_stream(pipe: Path, target: Path) -> None:
@@ -248,8 +248,7 @@ def _copy_stream(pipe: Path, target: Path) -> None:
                 return
             elif time.monotonic() > end:
                 raise FormatError(
-                    f"{pipe} is a pipe that nobody writes to; start what writes to it, or "
-                    "give a file"
+                    f"{pipe} is a pipe without a writer; start the writer, or give a file"
                 )
             else:
                 time.sleep(0.01)

@@ -220,7 +220,7 @@ def require_grid(argument: str, shape: Sequence[float], value: object = None) ->
     if math.prod(points) > POINTS:
         grid = " × ".join(f"{n:.6g}" if isinstance(n, float) else str(n) for n in points)
         raise InputError(
-            f"asks for {grid} points, more than the {POINTS} (2³⁰) that a map may have",
+            f"gives {grid} points, more than the {POINTS} (2³⁰) that a map may have",
             argument=argument,
             value=tuple(shape) if value is None else value,
         )

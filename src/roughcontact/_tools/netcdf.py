@@ -136,8 +136,8 @@ def _check_blocks(path: Path, name: str, array: Any, block: int) -> None:
 
 def _external_storage(path: Path, name: str, how: str) -> FormatError:
     return FormatError(
-        f"{path.name} keeps {name!r} in another file ({how}), which is not followed; save it as "
-        "one file"
+        f"{path.name} keeps {name!r} in another file ({how}), which is not read; save it as one "
+        "file"
     )
 
 
@@ -454,7 +454,7 @@ def open_dataset(path: Path) -> Iterator[xarray.Dataset]:
             # xarray takes the shape from the dimensions, but reads the array.
             result = arrays.get(str(key))
             if result is None:
-                raise ValueError(f"{key} is no array of its own")
+                raise ValueError(f"{key} is not a separate array")
             if result.shape[: variable.ndim] != variable.shape:
                 raise ValueError(f"{key} has {result.shape} points, its axes {variable.shape}")
         # One by one: the function of xarray for all variables changes the warning filters.
@@ -471,8 +471,8 @@ def _check_marks(name: str, variable: Any) -> None:
     fills = [attributes[key] for key in ("missing_value", "_FillValue") if key in attributes]
     marks = {mark for fill in fills for mark in np.ravel(fill) if mark == mark}
     if whole and fills and not marks:
-        raise ValueError(f"{name} holds integers, but {fills[0]} for what is missing")
+        raise ValueError(f"{name} holds integers, but marks missing values by {fills[0]}")
     if len(marks) > 1:
-        raise ValueError(f"{name} has several values for what is missing")
+        raise ValueError(f"{name} has several marks of missing values")
     if "_Unsigned" in attributes and not whole:
-        raise ValueError(f"{name} holds no integers, but says that they have no sign")
+        raise ValueError(f"{name} is declared unsigned, but holds no integers")

@@ -196,9 +196,9 @@ def _lost_task_text(client: Client, scheduler: str, error: BaseException) -> str
             "enough memory?"
         )
     if _worker_state(client) == GONE:
-        return f"{scheduler} is gone"
+        return f"{scheduler} does not answer any longer"
     if isinstance(error, CancelledError):
-        return f"{scheduler} was lost while it was under way"
+        return f"{scheduler} was lost during the run"
     return f"{type(error).__name__} ({' '.join(str(error).split())}) from {scheduler}"
 
 

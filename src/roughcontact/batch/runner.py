@@ -42,15 +42,16 @@ def open_project(
     """Read a project, and yield an engine for it and the project."""
     if scheduler is not None and (kind != DASK or workers is not None):
         raise InputError(
-            "is that of a cluster with workers of its own: it needs ",
+            "is the address of a cluster with its workers: it needs ",
             ArgumentRef("engine", DASK),
-            " and goes without ",
+            " and cannot be combined with ",
             ArgumentRef("workers"),
             argument="scheduler",
         )
     if ranks.is_parallel_run():
         raise InputError(
-            "mpiexec started several of these, each of which would do all of it: start a single one"
+            "mpiexec started several processes, each of which would run the whole project: start a "
+            "single one"
         )
     read = load()
     several = _process_count(count(read), workers)

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 SIGNALED, INTERRUPTED, PIPE_CLOSED = 128, 130, 141
 
 _NO_MEMORY = Sentence(
-    "the memory is used up; ",
+    "the memory is exhausted; ",
     ArgumentRef("crop"),
     " the map or try ",
     ArgumentRef("precision", "single"),
@@ -442,7 +442,7 @@ def _show_outcome(outcome: Outcome, display: DisplayOptions) -> None:
         terminal.print_error(
             f"error: {terminal.spell_options(outcome.shortfall, request.task)}"
             + ("; no file was written" if wanted else "")
-            + (f"; the loads before it are kept in {folder}" if folder else "")
+            + (f"; earlier loads are saved in {folder}" if folder else "")
         )
         raise typer.Exit(NOT_CONVERGED)
 

@@ -85,7 +85,7 @@ class Verification:
         if self.differences:
             text = ", ".join(words[what] for what in self.differences)
             raise FormatError(
-                f"{name} is not the solution that it claims to be: computed again from its "
+                f"{name} does not contain the solution that it states: recomputed from its "
                 f"pressures and heights, {text}; take a copy of the file, or solve again"
             )
 
@@ -341,7 +341,7 @@ def _dataset(
     )
     for name, values in maps.items():
         dataset[name] = (("y", "x"), values, map_attributes(name))
-    about = {"units": "m", "long_name": "centre of the pixel"}
+    about = {"units": "m", "long_name": "center of the pixel"}
     for axis, count, pixel in zip("yx", surface.shape, surface.pixel, strict=True):
         dataset[axis] = (axis, (np.arange(count) + 0.5) * pixel, about)
     return dataset
@@ -406,7 +406,7 @@ def load_contact(path: str | os.PathLike[str], *, verify: bool = False) -> Conta
 def open_archive(path: str | os.PathLike[str]) -> xarray.Dataset:
     """Return the content of a file after a check of its checksums."""
     if not Path(path).is_file():
-        raise FormatError(f"{path} does not exist or is no file; check its name")
+        raise FormatError(f"{path} does not exist or is not a file; check its name")
     with as_format_error(path, "ContactResult"), netcdf.open_dataset(Path(path)) as dataset:
         memory.require_memory(
             dataset.nbytes,
@@ -460,7 +460,7 @@ def _maps(dataset: xarray.Dataset) -> dict[str, NDArray[np.float64]]:
     for name in _ARCHIVE_MAPS:
         if name in dataset:
             if dataset[name].dims != ("y", "x"):
-                raise ValueError(f"{name} lies over {dataset[name].dims}, not over (y, x)")
+                raise ValueError(f"{name} has dimensions {dataset[name].dims}, not (y, x)")
             maps[name] = np.array(dataset[name].values, dtype=float)
             maps[name].flags.writeable = False
     return maps

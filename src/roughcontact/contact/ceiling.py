@@ -112,9 +112,8 @@ def resolve_ceiling(
         body = pair.softer
         if ceiling == CALIBRATED and (body is None or body.yield_strength is None):
             raise InputError(
-                f"{ArgumentRef('ceiling', CALIBRATED)} is read from the yield strength of the "
-                "softer body, and none is known: give its material one, or a "
-                f"{ArgumentRef('ceiling')} in Pa"
+                f"{ArgumentRef('ceiling', CALIBRATED)} needs the yield strength of the softer "
+                f"body, and none is given: give it, or a {ArgumentRef('ceiling')} in Pa"
             )
         return None if body is None else body.ceiling
     if ceiling is None:
@@ -230,8 +229,8 @@ def _coated_ceiling(ceiling: str, pair: Pair) -> float:
         offered.append(f"{BRACKET!r} (both, in one solve)")
     raise InputError(
         "of a coated body has to be given: spots much smaller than the coating yield at its "
-        f"pressure, much larger ones at that of the base; give {', '.join(offered)}"
-        f"{' or ' if offered else ''}a pressure, or 'none'",
+        "pressure, much larger ones at the ceiling of the base; give "
+        f"{', '.join(offered)}{' or ' if offered else ''}a pressure, or 'none'",
         argument="ceiling",
         value=ceiling,
     )
@@ -363,20 +362,19 @@ def _advice(result: ContactResult) -> CalibratedCeiling:
     advice = recommended_ceiling(result)
     if advice is None:
         raise InputError(
-            f"{ArgumentRef('ceiling', CALIBRATED)} is read from the slope within the contact "
-            "spots, and these have none: single pixels, or flats; give a "
-            f"{ArgumentRef('ceiling')} in Pa"
+            f"{ArgumentRef('ceiling', CALIBRATED)} depends on the slope within the contact spots, "
+            f"and these have none: single pixels, or flats; give a {ArgumentRef('ceiling')} in Pa"
         )
     return advice
 
 
 def _too_low(chosen: CalibratedCeiling, error: CapacityError) -> CapacityError:
     return CapacityError(
-        f"{chosen.factor:.3g} yield strengths, the calibrated ceiling, are too few: ",
+        f"the calibrated ceiling, {chosen.factor:.3g} yield strengths, is too low: ",
         *error.sentence,
-        "; where nearly all of the map has to bear, ",
+        "; for contact of nearly the whole map use ",
         ArgumentRef("ceiling", "auto"),
-        " takes three",
+        ", three yield strengths",
     )
 
 

@@ -201,7 +201,7 @@ def force_on_pair(load: Any, pair: Pair, argument: str = "load") -> Any:
         case LineLoad():
             shape = nominal_hertz.shape_of(pair)
             if shape is None or shape.axis is None:
-                raise _form_error(load, "cylinder that lies along x or y", shape, argument)
+                raise _form_error(load, "cylinder along x or y", shape, argument)
             return load.value * pair.size[shape.axis]
         case HertzPressure():
             shape = nominal_hertz.shape_of(pair)
@@ -211,7 +211,7 @@ def force_on_pair(load: Any, pair: Pair, argument: str = "load") -> Any:
                 else nominal_hertz.load_of_peak_pressure(pair, shape, load.value)
             )
             if result is None:
-                needed = "sphere, ellipsoid, or cylinder that lies along x or y"
+                needed = "sphere, ellipsoid, or cylinder along x or y"
                 raise _form_error(load, needed, shape, argument)
             return result
     return load
@@ -221,7 +221,7 @@ def _form_error(
     load: Load, needed: str, shape: nominal_hertz.ContactShape | None, argument: str
 ) -> InputError:
     if shape is None:
-        result = "none that curves"
+        result = "no curved one"
     elif shape.kind == nominal_hertz.LINE:
         result = f"one at {shape.angle:g} degrees from x"
     else:
@@ -345,8 +345,8 @@ def units_of_problem(pair: Pair, terms: LoadCase, gap: NDArray[np.float64]) -> P
 def _require_range(argument: str, words: str, value: float) -> None:
     if not 1 / _MAX_RANGE < value < _MAX_RANGE:
         raise InputError(
-            f"= {words}: too {'small' if value < 1 else 'large'} to be computed with; "
-            "check its unit and those of the map",
+            f"= {words}: too {'small' if value < 1 else 'large'} for the computation; check its "
+            "unit and those of the map",
             argument=argument,
             value=value,
         )

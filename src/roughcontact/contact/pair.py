@@ -105,7 +105,8 @@ class Pair:
         if self.is_shared:
             raise InputError(
                 f"{what}: this needs the whole map in one process and is not available on several "
-                "ranks; save the result as .nc and load it where it fits, or start without mpiexec"
+                "ranks; save the result as .nc and read it in one process, or start without "
+                "mpiexec"
             )
 
     @property

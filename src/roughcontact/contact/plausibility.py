@@ -666,7 +666,7 @@ CHECKS = (
     Check("strains", strain_caution, works_on_slabs=True),
     Check("number of atoms in contact", atom_caution, lambda r: not r.pair.is_profile),
     Check("adhesion", adhesion_caution, lambda r: not r.pair.is_profile),
-    Check("what the materials do that the model does not", material_cautions, works_on_slabs=True),
+    Check("material behavior outside the model", material_cautions, works_on_slabs=True),
     Check(
         "the ceiling against plasticity of the volume",
         _check_ceiling,

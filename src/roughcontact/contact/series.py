@@ -122,7 +122,7 @@ def require_one_model(first: bool, other: bool) -> None:
     """Raise `InputError` for contacts of which one has a ceiling and another is elastic."""
     if first != other:
         raise InputError(
-            "are some with a ceiling and some elastic; give contacts of one model",
+            "are partly with a ceiling and partly elastic; give contacts of one model",
             argument="contacts",
         )
 
@@ -159,10 +159,10 @@ def _constants(material: Material) -> str:
 RIM = 3.0
 """Width of the rim, in autocorrelation lengths.
 
-Beyond the edge of a free map nothing touches. What lacks there, the local relation of pressure and
-gap feels as far as its longest waves reach: on self-affine maps with a roll-off, three lengths Sal
-are about its longest wave, and what is left inside follows the relation of the same map made
-periodic to some 2 %, whatever pressure the edge takes on (``tests/physics/test_interface_law``).
+Beyond the edge of a free map there is no contact, which changes the local relation of pressure and
+gap within the longest wavelength. On self-affine maps with a roll-off, this is about three lengths
+Sal, and the inner part follows the relation of the periodic map to about 2 %, for any pressure at
+the edge (``tests/physics/test_interface_law``).
 """
 
 MIN_POINTS = 16
@@ -203,8 +203,8 @@ def _nothing_left(pair: Pair, rim: float) -> InputError:
     wide = "without end" if math.isnan(rim) else f"of {format_engineering(rim, 'm', 3)}"
     return InputError(
         f"of {format_lengths(pair.size)} is too small for a free boundary: a rim {wide} along each "
-        "edge, "
-        f"{RIM:.0f} autocorrelation lengths, leaves less than half of a side; take long waves out "
-        f"with {ArgumentRef('l')}, give a larger map, or {ArgumentRef('boundary', 'periodic')}",
+        f"edge, {RIM:.0f} autocorrelation lengths, leaves less than half of a side; remove long "
+        f"waves with {ArgumentRef('l')}, give a larger map, or "
+        f"{ArgumentRef('boundary', 'periodic')}",
         argument="surface",
     )

@@ -38,8 +38,8 @@ def row_bands(shape: tuple[int, int], count: int) -> tuple[int, ...]:
     maximum = shape[0] // edge
     if count > maximum:
         raise InputError(
-            f"a map of {shape[0]} × {shape[1]} points can lie on {maximum} ranks at most, got "
-            f"{count}; start fewer of them, each with more threads"
+            f"a map of {shape[0]} × {shape[1]} points can be distributed over at most {maximum} "
+            f"ranks, got {count}; start fewer of them, each with more threads"
         )
     return (*(edge * (maximum * rank // count) for rank in range(count)), shape[0])
 
@@ -147,9 +147,7 @@ class Slab:
                 argument="heights",
             )
         if np.isinf(taken).any():
-            raise InputError(
-                "must not be infinite; mark what is missing by NaN", argument="heights"
-            )
+            raise InputError("must not be infinite; mark missing points by NaN", argument="heights")
         return taken
 
     @cached_property

@@ -50,7 +50,7 @@ MOMENT_TOLERANCE = 1e-8
 Watch = Callable[[Step], None] | None
 
 MOMENT_ERROR_TEXT = (
-    "moments not balanced; the point of the load may lie too near to the edge of the contact"
+    "moments not balanced; the point of the load may be too close to the edge of the contact"
 )
 """Status of a result whose moments are not balanced at any tilt."""
 

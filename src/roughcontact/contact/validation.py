@@ -141,15 +141,15 @@ def check_holes(pair: Pair) -> None:
     share = pair.share
     if isinstance(share, Slab) and share.missing and not share.holes_masked:
         raise InputError(
-            f"has {share.missing} missing points: fill them beforehand, or let them never touch "
-            f"with {ArgumentRef('holes_masked', True)}",
+            f"has {share.missing} missing points: fill them beforehand, or exclude them from "
+            f"contact with {ArgumentRef('holes_masked', True)}",
             argument="surface",
         )
     for name, body in (("surface", share), ("counter_surface", pair.counter_surface)):
         if body is not None and body.missing and not body.holes_masked:
             raise InputError(
                 f"has {body.missing} missing points: fill them (.filled()), crop them away "
-                "(.cropped(...)) or let them never touch (.masked())",
+                "(.cropped(...)) or exclude them from contact (.masked())",
                 argument=name,
             )
 
@@ -161,7 +161,7 @@ def touchable_gap(pair: Pair) -> Array:
         gap[np.isnan(gap)] = np.inf
     if pair.has_holes and not pair.sums.count(np.isfinite(gap)):
         raise CapacityError(
-            "no contact is possible: together the holes of both bodies leave no point to touch"
+            "no contact is possible: the holes of both bodies together leave no valid point"
         )
     return gap
 

@@ -56,7 +56,7 @@ class AccessPolicy:
         """Return the reason for rejecting a request; empty if it is accepted."""
         host = request.host.lower()
         if _name(host) not in LOOPBACK and host not in map(_host_of, self.origins):
-            return f"{host!r} is no name of this server; allow it with --allow-origin"
+            return f"{host!r} is not a name of this server; allow it with --allow-origin"
         headers = request.headers
         origin = headers.get("Origin") or headers.get("Sec-Websocket-Origin")
         own = (f"http://{host}", f"https://{host}") if _name(host) in LOOPBACK else ()
@@ -185,9 +185,9 @@ class _EntryHandler(web.RequestHandler):
             self.set_status(404)
             self.set_header("Content-Type", "text/html; charset=UTF-8")
             self.finish(
-                "<!doctype html><html lang='en'><title>roughcontact desk</title>"
-                "<body style='font: 14px system-ui; margin: 4em'><p>This piece of work is not "
-                "there any more. <a href='/'>Begin a new one.</a></body></html>"
+                "<!doctype html><html lang='en'><title>roughcontact desk</title><body style='font: "
+                "14px system-ui; margin: 4em'><p>This project no longer exists. <a href='/'>Start "
+                "a new one.</a></body></html>"
             )
             return
         self.set_header("Cache-Control", "no-store")

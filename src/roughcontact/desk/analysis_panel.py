@@ -180,9 +180,7 @@ def figure_view(drawing: Drawing) -> Any:
 # --- Joint analyses of one contact: solved once, several results ---
 
 
-_NO_ESTIMATE_HTML = (
-    '<p class="quiet">No estimate: the formulas of flat contact do not know this one.</p>'
-)
+_NO_ESTIMATE_HTML = '<p class="quiet">No estimate: the formulas apply to flat contact only.</p>'
 
 _TASK, _ = analysis_jobs.JOINTS[0]
 _RANGE = dict(zip((option.name for option in RANGE), ("1 MPa", "100 MPa", "5"), strict=True))
@@ -212,8 +210,8 @@ class JointPanel(TabPanel):
         self._formulas = pn.pane.HTML("", **style.WIDE)
         self._answers = pn.Column(**style.HIGH)
         about = pn.pane.HTML(
-            '<p class="quiet">Under nominal pressures from one to another, each solved once for '
-            "all that is asked.</p>",
+            '<p class="quiet">Range of nominal pressures, each solved once for all selected '
+            "analyses.</p>",
             **style.SHEET,
         )
         parts = [
@@ -249,7 +247,7 @@ class JointPanel(TabPanel):
     def _started(self) -> None:
         wanted = [item for item in analysis_jobs.JOINTS if self._boxes[item[1].name].value]
         if not wanted:
-            self._working.show_refusal("Nothing is asked: tick what the joint is asked.")
+            self._working.show_refusal("Select at least one analysis.")
             return
         self._run_count += 1
         requests = []

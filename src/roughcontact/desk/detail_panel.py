@@ -236,7 +236,7 @@ class SpectrumPlot:
             }
             finest = np.pi / max(surface.pixel)
             style.set_markup(
-                self.note, f"Beyond {finest:.3g} rad/m only the corners of the grid count."
+                self.note, f"Beyond {finest:.3g} rad/m only the corners of the grid contribute."
             )
             style.hover_units(self._hover, [unit, "rad/m", "m⁴"])
 
@@ -391,8 +391,7 @@ class SectionPlot:
         share = float(np.count_nonzero(touching)) / touching.size
         self.pressure.title.text = (
             f"Pressure, largest {format_engineering(largest, 'Pa')}, {100 * share:.3g} % of the "
-            "line "
-            f"touches{doubtful}"
+            f"line is in contact{doubtful}"
         )
 
     def _name(self, surface: Surface, line: Line, where: SectionPoints) -> None:
@@ -428,7 +427,7 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
         "lower",
         source=source,
         color=SATURATED,
-        legend_label="has to flow away (saturated)",
+        legend_label="overlap that flows plastically (saturated)",
     )
     heights.line(
         "place", "upper", source=source, color=NEUTRAL, line_width=1.4, legend_label="counter-body"
@@ -593,8 +592,8 @@ class SpotTable:
             shown = f", the {count} largest of them here" if count < result.spots().count else ""
             style.set_markup(
                 self.note,
-                f"{whole}{shown}. Choose a row to see its spot; its place is that of its largest "
-                "pressure.",
+                f"{whole}{shown}. Select a row to see its spot; its position is that of its "
+                "largest pressure.",
             )
 
     def _handle_selection(self, attr: str, old: Any, new: Any) -> None:

@@ -97,8 +97,7 @@ def _option_values(result: ContactResult) -> dict[str, Value]:
     """Return the options that reproduce a result, to the last digit."""
     if result.moments is not None or not isinstance(result.ceiling, (float, type(None))):
         raise InputError(
-            "the page has no words for a ceiling of each pixel and for moments: explore the "
-            "surface of the result"
+            "the app has no ceiling per pixel and no moments: explore the surface of the result"
         )
     specified: dict[str, Value] = {
         **_constant_options(result.material, ""),

@@ -27,7 +27,7 @@ from roughcontact.surface.provenance import Provenance
 from roughcontact.units import format_engineering
 
 _QUESTION = {
-    "free": "the whole contact: it ends where the map ends",
+    "free": "the whole contact: none beyond the map edge",
     "periodic": "a sample of a larger surface",
     "periodic-x": "a sample along x, the whole contact along y",
     "periodic-y": "a sample along y, the whole contact along x",
@@ -506,7 +506,7 @@ class MapPanel:
             self._wrong,
             self._demonstration,
             self._of_file,
-            make_fold("Earlier work, or remove this", self._about_works),
+            make_fold("Earlier projects, or remove this one", self._about_works),
             make_fold("Counter-body with its own map", self._about_other),
             make_fold("Generate a surface", self._about_generated),
             make_fold("A smooth body without a map", self._about_smooth),
@@ -539,7 +539,9 @@ class MapPanel:
             f'<p><a href="?work={work.key}">{controls.escape_markup(_work_title(work))}</a></p>'
             for work in self._visit.earlier()[:_LISTED]
         )
-        text = pn.pane.HTML(links or '<p class="quiet">No other work is kept.</p>', **style.SHEET)
+        text = pn.pane.HTML(
+            links or '<p class="quiet">No other project is saved.</p>', **style.SHEET
+        )
         requested = pn.widgets.TextInput(
             label='To remove this project with all its files, type "remove"', **style.CONTROL
         )
@@ -562,7 +564,7 @@ class MapPanel:
         return [*(control.root for control in wanted), created]
 
     def _about_smooth(self) -> list[Any]:
-        words = '<p class="quiet">Its form stands under Bodies.</p>'
+        words = '<p class="quiet">Its form is set under Bodies.</p>'
         nominal = self._nominal.roots("points", "size")
         return [pn.pane.HTML(words, **style.SHEET), *nominal, make_button("Use no map", self._bare)]
 
@@ -615,7 +617,7 @@ class MapPanel:
         path = self._folder / Path(str(text.get("file", ""))).name
         # The browser is not trusted: accept only files that the server stored for this project.
         if not path.is_file() or not path.name.startswith(KEPT):
-            raise InputError("the file did not arrive; bring it again")
+            raise InputError("the file was not received; upload it again")
         return path, str(text.get("name", ""))
 
     def _unfaced(self) -> None:

@@ -172,7 +172,7 @@ class LiveSolver:
         except RoughcontactError as error:
             return FailedRequest(request, error)
         except MemoryError:
-            words = "the memory is used up; crop the map, or choose a coarser pixel"
+            words = "the memory is exhausted; crop the map, or choose a coarser pixel"
             return FailedRequest(request, InputError(words))
         except OSError as error:
             place = error.filename or "a file"

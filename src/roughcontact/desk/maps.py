@@ -543,7 +543,7 @@ class MapsView:
             return
         own = self._scales[key].limits
         if not (own.low if low is None else low) < (own.high if high is None else high):
-            raise InputError("the highest value must lie above the lowest")
+            raise InputError("the highest value must be above the lowest")
         self.own_limits[key] = low, high
         with style.batch_changes(self.plot.document):
             self._draw_map(key)

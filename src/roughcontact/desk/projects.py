@@ -90,7 +90,7 @@ class ProjectStore:
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(
-                f"the folder '{self.folder}' cannot be made ({error.strerror}); give another",
+                f"the folder '{self.folder}' cannot be created ({error.strerror}); give another",
                 argument="folder",
             ) from None
         if not os.access(self.folder, os.W_OK | os.X_OK):
@@ -136,11 +136,9 @@ class ProjectStore:
                 total += path.stat().st_size if path.is_file() else 0
         if total + size > limit:
             raise InputError(
-                f"{name} has {_format_bytes(size)}, and the works kept here have "
-                f"{_format_bytes(total)}: more "
-                f"than {_format_bytes(limit)} together. Remove works that are not needed, or start "
-                "the "
-                "desk with a larger ",
+                f"{name} has {_format_bytes(size)}, and the saved projects have "
+                f"{_format_bytes(total)}: more than {_format_bytes(limit)} together. Remove "
+                "projects that are not needed, or start the desk with a larger ",
                 ArgumentRef("upload_limit"),
             )
         self._coming += size
@@ -224,8 +222,8 @@ def require_size(name: str, size: int, limit: int) -> None:
     """Raise `InputError` if a file is larger than the upload limit."""
     if size > limit:
         raise InputError(
-            f"{name} has more than {_format_bytes(limit)}, the most that may be brought; "
-            "crop it, or start the desk with a larger ",
+            f"{name} has more than {_format_bytes(limit)}, the upload limit; crop it, or start the "
+            "desk with a larger ",
             ArgumentRef("upload_limit"),
         )
 

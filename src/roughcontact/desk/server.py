@@ -331,7 +331,7 @@ class Server:
         context = document.session_context
         work = self._works.open_project(access.work_key(context.request))
         if work is None:
-            return pn.pane.Str("This piece of work is not there any more.")
+            return pn.pane.Str("This project no longer exists.")
         if len(self._visits) >= MAX_PAGES:
             return pn.pane.Str(_FULL)
         ends = ExitStack()
@@ -422,8 +422,8 @@ def serve(load: Load, settings: Settings, say: Callable[[str], None]) -> None:
     say(server.url)
     if settings.is_open:
         say(
-            "whoever has this address can read files that are brought here and use this "
-            "machine's processor and memory; over http others on the network can read along"
+            "anyone with this address can read uploaded files and use the processor and memory of "
+            "this machine; over http, others on the network can read the traffic"
         )
     with contextlib.ExitStack() as ends:
         if settings.browser:
@@ -446,7 +446,7 @@ def _open_socket(settings: Settings) -> tuple[socket.socket, int]:
         listening.setblocking(False)
         return listening, int(listening.getsockname()[1])
     raise InputError(
-        f"{wanted[-1]} of {settings.address} cannot be listened on ({reason}); give another",
+        f"{wanted[-1]} of {settings.address} cannot be opened ({reason}); give another",
         argument="port",
     )
 
@@ -533,7 +533,7 @@ class UploadHandler(web.RequestHandler):
             return
         work = self._works.open_project(work_key(self.request))
         if work is None:
-            self._refuse(404, "this piece of work is not there any more")
+            self._refuse(404, "this project no longer exists")
             return
         name = self.get_query_argument("name", "")
         if "Content-Length" not in self.request.headers:

@@ -339,7 +339,7 @@ class Session:
             raise InputError(
                 "is done before ",
                 ArgumentRef(changing[0].replace("-", "_")),
-                ": take that away, draw the part again, and put it back",
+                ": remove that, draw the part again, and add it back",
                 argument="crop",
             )
         before = window(str(state.specified.get("crop", ":,:")), "crop")

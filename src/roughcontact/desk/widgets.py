@@ -85,8 +85,8 @@ class FileDrop(JSComponent):  # type: ignore[misc]
 
 
 LOST = (
-    "The program has ended, or cannot be reached. What was done is kept: start it again, and "
-    "reload this page."
+    "The program has ended, or cannot be reached. The project is saved: start the program again, "
+    "and reload this page."
 )
 
 BROKEN = "This page shows an old state. Reload it."

@@ -303,7 +303,7 @@ def _limit_memory(maximum: int | None) -> Iterator[None]:
 
 def _limit_error(maximum: int | None) -> InsufficientMemoryError:
     specified = "" if maximum is None else f" of {maximum / memory.GIB:.3g} GiB"
-    return InsufficientMemoryError(f"the memory{specified} is used up; crop the map")
+    return InsufficientMemoryError(f"the memory{specified} is exhausted; crop the map")
 
 
 # Jobs

@@ -55,8 +55,7 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     kind = _SUFFIXES.get(target.suffix.lower())
     if kind is None:
         raise InputError(
-            f"cannot tell the type of the figure {str(target)!r} from its suffix; "
-            f"use one of {', '.join(_SUFFIXES)}"
+            f"unknown suffix of the figure {str(target)!r}; use one of {', '.join(_SUFFIXES)}"
         )
     if not target.parent.is_dir():
         raise InputError(

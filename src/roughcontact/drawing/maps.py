@@ -278,7 +278,7 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     require_positive(width=width)
     if not all(0 <= index < points for index, points in zip(point, result.gap.shape, strict=True)):
         raise InputError(
-            f"must lie on the map of {result.gap.shape} points, got {point!r}",
+            f"must be inside the map of {result.gap.shape} points, got {point!r}",
             argument="point",
             value=point,
         )
@@ -467,6 +467,6 @@ def _marked_share_text(result: ContactResult, blocks: tuple[int, int]) -> str:
         float(style.cell_points(result.pressure.shape, blocks)[cells].sum()) / result.pressure.size
     )
     return (
-        f"That marks {format_percent(marked)} of the picture of the pressure, where "
-        f"{format_percent(result.contact_fraction)} of the map touches."
+        f"That marks {format_percent(marked)} of the figure of the pressure, while "
+        f"{format_percent(result.contact_fraction)} of the map is in contact."
     )

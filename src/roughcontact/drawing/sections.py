@@ -269,13 +269,20 @@ def draw_profile(axes: Axes, line: Line, factor: float, height_factor: float) ->
     place = line.place * factor
     before, under = line.before * height_factor, line.under * height_factor
     axes.fill_between(place, under, 0, where=under < 0, color="#dcebf5", label="gap left")
-    axes.plot(place, before, color="#8a8a8a", linewidth=1.1, label="before loading, moved together")
+    axes.plot(
+        place, before, color="#8a8a8a", linewidth=1.1, label="before loading, moved by the approach"
+    )
     axes.axhline(0, color="#000000", linewidth=1.2, label="counter-body")
     axes.plot(place, under, color=style.SERIES[0], linewidth=1.6, label="under load")
     if line.saturated.any():
         sunk = np.where(line.saturated, np.maximum(under, 0), 0.0)
         axes.fill_between(
-            place, sunk, 0, step="mid", color=style.SATURATED, label="has to flow away (saturated)"
+            place,
+            sunk,
+            0,
+            step="mid",
+            color=style.SATURATED,
+            label="overlap that flows plastically (saturated)",
         )
 
 
@@ -481,7 +488,7 @@ def versus_hertz(result: ContactResult) -> Figure:
     """
     smooth = result.hertz
     if smooth is None:
-        raise InputError("has no nominal bodies that Hertz's theory knows", argument="result")
+        raise InputError("has no nominal bodies covered by Hertz's theory", argument="result")
     line = smooth.shape.kind == LINE
     distance, mean, largest = _mean_lines(result, smooth) if line else _rings(result, smooth)
     half = smooth.semi_axes[0]
@@ -519,7 +526,7 @@ def versus_hertz(result: ContactResult) -> Figure:
         axes,
         f"{name} [{unit}]",
         f"pressure [{pressure_unit}]",
-        f"Beside Hertz at {style.load_text(result)}{style.doubt_suffix(result)}",
+        f"Compared with Hertz at {style.load_text(result)}{style.doubt_suffix(result)}",
     )
     style.legend_below(axes, columns=1)
     return figure

@@ -264,7 +264,7 @@ class CheckpointSeries:
         except OSError as error:
             reason = error.strerror or " ".join(str(error).split())
             raise InputError(
-                f"{file} cannot be written ({reason}); the loads before it are kept"
+                f"{file} cannot be written ({reason}); earlier loads are saved"
             ) from None
 
 

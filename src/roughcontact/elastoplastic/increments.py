@@ -292,9 +292,9 @@ class IncrementLoop:
     def _reason(self, load: float, cuts: int) -> str:
         what = "plastic strain" if self.solver.is_converged else "contact"
         return Sentence(
-            f"stopped on the way to {load:.6g} N: the {what} did not settle in "
-            f"{int(self.problem.max_iterations)} iterations, though the step was halved {cuts} "
-            f"times; raise {ArgumentRef('max_iterations')}, or ask for a larger "
+            f"stopped before {load:.6g} N: the {what} did not converge in "
+            f"{int(self.problem.max_iterations)} iterations, although the step was halved {cuts} "
+            f"times; increase {ArgumentRef('max_iterations')}, or set a larger "
             f"{ArgumentRef('tolerance')}"
         )
 

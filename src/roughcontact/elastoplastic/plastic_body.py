@@ -313,8 +313,8 @@ class SharedBody:
         else:
             raise InputError(
                 "of a volume on several ranks only the row and the column through the largest "
-                f"plastic strain are kept, {row} and {column}; save the result, and load it where "
-                "it fits"
+                f"plastic strain are kept, {row} and {column}; save the result as .nc, and read it "
+                "in one process"
             )
         return faces, item, two, three, four
 

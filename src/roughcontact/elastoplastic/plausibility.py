@@ -302,7 +302,7 @@ def _coarse_step_caution(stride: float, half: float, steps: int) -> Caution:
     return (as_warning if apart else as_caution)(
         CautionTag.STEP_LENGTH,
         f"Step is {stride:.2g} contact half-widths: "
-        f"{'strain means nothing' if apart else 'strain per pass is too small'}. Use ",
+        f"{'strain is meaningless' if apart else 'strain per pass is too small'}. Use ",
         ArgumentRef("steps", steps),
         ".",
         step_over_half_width=stride,

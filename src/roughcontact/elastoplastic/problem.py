@@ -255,8 +255,8 @@ def first_extent(
     if thickness.sum() < radius:
         raise InputError(
             f"reach {thickness.sum():.4g} m deep, less than the radius {radius:.4g} m of "
-            "the largest contact spot: plastic strain would go deeper; let them reach "
-            f"{_DEPTH * radius:.4g} m, or leave them out",
+            "the largest contact spot: plastic strain would be deeper; make them "
+            f"{_DEPTH * radius:.4g} m deep, or leave them out",
             argument="layers",
         )
     return Extent(thickness, margin)

@@ -96,8 +96,8 @@ def check_arguments(
     require_positive(tolerance=tolerance)
     if tolerance < 1e-6 and precision == "single":
         raise InputError(
-            f"= {tolerance!r} lies below what single precision can reach; ask for 1e-6 or more, "
-            f"or for {ArgumentRef('precision', 'double')}",
+            f"= {tolerance!r} is below the limit of single precision; set 1e-6 or more, or "
+            f"{ArgumentRef('precision', 'double')}",
             argument="tolerance",
             value=tolerance,
         )
@@ -112,8 +112,7 @@ def check_arguments(
         return
     if depth is not None or layers is not None:
         raise InputError(
-            f"brings its layers along: leave out {ArgumentRef('depth')} and "
-            f"{ArgumentRef('layers')}",
+            f"contains its layers: leave out {ArgumentRef('depth')} and {ArgumentRef('layers')}",
             argument="start",
         )
     problem.check_same("start", start)
@@ -185,7 +184,7 @@ def points_of_path(
         points = [PathPoint(value, last) for value in _load_list(load, loads)]
     if not any(point.load for point in points) and (start is None or start.solution.load == 0):
         raise InputError(
-            "are all zero: at least one must press the bodies together",
+            "are all zero: give at least one above zero",
             argument="loads" if path is None else "path",
         )
     if load is None or isinstance(increments, str):
@@ -199,15 +198,15 @@ def _check_path(problem: ElastoplasticProblem, points: Sequence[PathPoint]) -> N
     pair = problem.pair
     if pair.counter_surface is None and any(any(point.offset) for point in points):
         raise InputError(
-            "moves a counter-surface, and there is none but a flat: give its heights",
+            "moves a counter-surface, but the counter-body is flat: give its heights",
             argument="path",
         )
     yields = pair.counter_material.yield_strength is not None
     if yields and pair.boundary.free_axes and any(point.friction for point in points):
         raise InputError(
-            "slides a counter-body that yields over a map that ends, and its strain with it: that "
-            "is not in the model; give a periodic boundary, or leave out its yield strength or "
-            "the friction",
+            "slides a counter-body that yields, with its plastic strain, over a map with a free "
+            "boundary, which the model does not include; give a periodic boundary, or leave out "
+            "its yield strength or the friction",
             argument="path",
         )
 
@@ -534,7 +533,7 @@ def _require_complete(
 ) -> ElastoplasticResult:
     """Return a result, or raise `ConvergenceError` if its path was not completed."""
     if not result.converged and on_failure == "raise":
-        hint = "" if folder is None else f"; the loads before it are kept in {folder}"
+        hint = "" if folder is None else f"; earlier loads are saved in {folder}"
         raise ConvergenceError(
             Sentence(
                 *message_parts(result.status),

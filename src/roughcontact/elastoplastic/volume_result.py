@@ -250,8 +250,8 @@ class ElastoplasticResult(Result):
         whole = tuple(body for body in self.bodies if isinstance(body, PlasticBody))
         if len(whole) < len(self.bodies):
             raise InputError(
-                "the volume lies on several ranks, and its fields are nowhere whole: save the "
-                "result as .nc, and load it where it fits"
+                "the fields are distributed over several ranks: save the result as .nc, and read "
+                "it in one process"
             )
         return whole
 
@@ -370,7 +370,7 @@ def profile(
     row, column = most_strained(result, body)[1:] if point is None else point
     shape = result.solution.pressure.shape
     if not (0 <= row < shape[0] and 0 <= column < shape[1]):
-        raise input_error("point", point, f"must lie on the map of {shape} points")
+        raise input_error("point", point, f"must be inside the map of {shape} points")
     dy, dx = result.solution.surface.pixel
     where = row + held.margin, column + held.margin
     return DepthProfile(

@@ -116,7 +116,7 @@ def _head(stream: IO[bytes], size: int) -> NumpyHead:
         raise ValueError("Python objects instead of numbers")
     spare = size - start.tell() - head.size
     if spare:
-        raise ValueError(f"shape {shape} of {dtype} leaves {spare} bytes of the file over")
+        raise ValueError(f"shape {shape} of {dtype} leaves {spare} bytes of the file unused")
     return head
 
 
@@ -125,7 +125,7 @@ def _check_letters(values: NDArray[Any]) -> None:
     if values.dtype.kind == "U" and values.dtype.itemsize:
         numbers = np.atleast_1d(values).view(values.dtype.byteorder + "u4")
         if numbers.max(initial=0) > sys.maxunicode:
-            raise ValueError("text with letters that do not exist")
+            raise ValueError("text with invalid characters")
 
 
 def _errors(path: Path) -> AbstractContextManager[None]:
@@ -241,7 +241,7 @@ def _map_of_points(
     lateral = head.lateral or metre
     stated = steps_apart[0] * lateral, steps_apart[1] * lateral
     pixel = resolve_pixel(path, stated, heights.shape, requested)
-    note = f"read: {values.shape[0]} points x, y, z laid on their grid"
+    note = f"read: {values.shape[0]} points x, y, z placed on their grid"
     if absent:
         note += f", {absent} of it without a point"
     about = Provenance(path.name, f"points ({name})", head.channel, (*steps, *text, note))
@@ -270,8 +270,7 @@ def _height_unit(path: Path, head: Head, requested: ReadOptions) -> tuple[float,
     if metre == unit_in_meters(path, head.unit):
         return metre, ()
     return metre, (
-        f"read: heights in {requested.unit}, as was said, instead of {head.unit}, "
-        "as the file has it",
+        f"read: heights in {requested.unit}, as given, instead of {head.unit} in the file",
     )
 
 

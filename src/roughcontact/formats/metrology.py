@@ -84,8 +84,8 @@ def check_x3p(path: Path) -> None:
         name, text = _x3p_points(document)
         if name in names and (found_there := archive.getinfo(name).file_size) != text:
             raise FormatError(
-                f"{path.name} holds {found_there} bytes of points in {name!r}, and its document "
-                f"tells of {text}; take a copy of the file, or export it again"
+                f"{path.name} holds {found_there} bytes of points in {name!r}, but its document "
+                f"states {text}; take a copy of the file, or export it again"
             )
 
 

@@ -233,6 +233,3 @@ def _suffix(path: Path) -> str:
     """Return the suffix of a file; of a gzip file the suffix before ``.gz``."""
     suffix = path.suffix.lower()
     return Path(path.stem).suffix.lower() if suffix == _PACKED else suffix
-
-
-# --- Saved results ---

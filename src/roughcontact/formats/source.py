@@ -399,7 +399,7 @@ def refuse_unit(path: Path, requested: ReadOptions) -> None:
     """Raise `InputError` for a unit in addition to the unit in the file."""
     if requested.unit is not None:
         raise InputError(
-            f"{path.name} gives its unit itself; leave out ", ArgumentRef("unit", requested.unit)
+            f"{path.name} contains its unit; leave out ", ArgumentRef("unit", requested.unit)
         )
 
 
@@ -411,7 +411,7 @@ def resolve_pixel(
         return stated
     if stated is not None and not requested.override_size:
         raise InputError(
-            f"{path.name} gives its size itself; leave out ",
+            f"{path.name} contains its size; leave out ",
             ArgumentRef("size", requested.size),
             ", or give ",
             ArgumentRef("override_size", True),
@@ -469,7 +469,7 @@ def pixel_of(
             length = units.format_engineering(sides[-1], "m")
             raise InputError(
                 f"gives two sides, {size!r}, but {name} is a single line of heights; a profile has "
-                "its length alone, ",
+                "only its length, ",
                 ArgumentRef("size", length),
                 ", and a map more lines: was it cut off?",
                 argument="size",

@@ -326,7 +326,9 @@ def _steps(path: Path, axis: str, values: Array) -> tuple[NDArray[np.int64], flo
     # Digits are cut off: coordinates within a millionth of the map are one position.
     separately = gaps[gaps > 1e-6 * extent]
     if separately.size == 0:
-        raise FormatError(f"{path.name} lists points that all have one {axis}; a map was expected")
+        raise FormatError(
+            f"{path.name} lists points that all have the same {axis}; a map was expected"
+        )
     step = extent / max(round(extent / float(separately.min())), 1)
     # The smallest step has the largest rounding error: the mean of similar steps is more accurate.
     alike = separately[separately < 1.5 * step]
@@ -500,8 +502,8 @@ def resample_evenly(
     even[(steps[left] > _GAP * median) & (reference > 0.5 * spacing)] = np.nan
     few, many = (format_engineering(float(end), "m", 3) for end in (steps.min(), steps.max()))
     note = (
-        f"read: {heights.size} points {few} to {many} apart, brought to {count} at equal distances "
-        f"of {format_engineering(spacing, 'm')} by linear interpolation"
+        f"read: {heights.size} points {few} to {many} apart, resampled to {count} at equal "
+        f"distances of {format_engineering(spacing, 'm')} by linear interpolation"
     )
     return even, spacing, (note,)
 

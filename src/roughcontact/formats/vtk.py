@@ -264,6 +264,3 @@ def _append(stream: IO[bytes], parts: Iterable[NDArray[Any]]) -> None:
         stream.write(base64.b64encode(joined[:whole]))
         rest = joined[whole:]
     stream.write(base64.b64encode(rest))
-
-
-# --- Steps of repeated passes as a series of ParaView ---

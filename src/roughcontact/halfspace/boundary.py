@@ -379,7 +379,7 @@ def _strip(axis: int) -> _BoundaryModel:
 _MODELS = {
     Boundary.FREE: _BoundaryModel(
         (),
-        "the body ends at the map edge",
+        "no contact beyond the map edge",
         ("Johnson1985", "Love1929"),
         _free_operator,
         known_below=True,

@@ -462,7 +462,9 @@ def checked_traction(traction: ArrayLike, shape: tuple[int, int], friction: floa
             argument="traction",
         )
     if friction:
-        raise InputError("goes without friction: it is the whole traction", argument="traction")
+        raise InputError(
+            "cannot be combined with friction: it is the whole traction", argument="traction"
+        )
     return values
 
 
@@ -705,7 +707,7 @@ def graded_depths(
     require_pixel(pixel)
     total = float(pressure.sum())
     if not total > 0:
-        raise InputError("is zero everywhere: there is no stress to look at", argument="pressure")
+        raise InputError("is zero everywhere: there is no stress", argument="pressure")
     if pressure.shape[0] == 1:
         # The width of a profile has no effect.
         pixel = (pixel[1], pixel[1])
@@ -873,7 +875,7 @@ def sections(
     )
     listed, (ny, nx) = depth_list(depths), field.shape
     if not (0 <= point[0] < ny and 0 <= point[1] < nx):
-        raise input_error("point", point, f"must lie on the map of {ny} × {nx} pixels")
+        raise input_error("point", point, f"must be inside the map of {ny} × {nx} pixels")
     return planes(field, [cross_section(field, depth, point) for depth in listed.tolist()])
 
 

@@ -449,4 +449,4 @@ def _require_load(depth: float, direction: str) -> None:
 def require_poisson(poisson: float) -> None:
     """Raise `InputError` unless Poisson's ratio is in the range of stable isotropic bodies."""
     if not -1 < poisson <= 0.5:
-        raise input_error("poisson", poisson, "must lie in (-1, 0.5]")
+        raise input_error("poisson", poisson, "must be in (-1, 0.5]")

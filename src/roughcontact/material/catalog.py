@@ -131,7 +131,7 @@ def layer(name: str, thickness: float) -> Layer:
     if len(same) != 1:
         known = ", ".join(row.key for row in same or films())
         raise InputError(
-            f"{name!r} may be {known}; write it so"
+            f"{name!r} is ambiguous: {known}; give one of these"
             if same
             else f"{name!r} is not in the catalog of coatings: {known}; give its values, as "
             "'E=350 GPa, nu=0.22, 2 um'"

@@ -145,7 +145,7 @@ class Swift:
         object.__setattr__(self, "exponent", exponent)
         require_positive(coefficient=self.coefficient, offset=self.offset)
         if not isinstance(self.exponent, Real) or not 0 <= self.exponent <= 1:
-            raise input_error("exponent", self.exponent, "must lie in [0, 1]")
+            raise input_error("exponent", self.exponent, "must be in [0, 1]")
 
     @property
     def initial(self) -> float:

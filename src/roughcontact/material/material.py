@@ -202,7 +202,7 @@ class Material(RenamedAttributes):
                     value=value,
                 )
         if not -1 < self.poisson <= 0.5:
-            raise input_error("poisson", self.poisson, "must lie in (-1, 0.5]")
+            raise input_error("poisson", self.poisson, "must be in (-1, 0.5]")
         require_choice(BASES, base=self.base)
         for layer in self.coating:
             if not isinstance(layer, Layer):

@@ -170,7 +170,7 @@ def _boundary_text(case: Case) -> str:
     if case.is_profile:
         axes = ["x"] if case.boundary is Boundary.PERIODIC else []
     if not axes:
-        return f"the map, {size}, is all that touches"
+        return f"the map, {size}; no contact beyond its edges"
     return f"the map, {size}, repeats along {' and '.join(sorted(axes))}"
 
 
@@ -235,9 +235,9 @@ def _missing(case: Case) -> str:
     text = []
     if case.contact is not None and (gone := int(np.count_nonzero(np.isnan(case.contact.gap)))):
         share = format_percent(gone / case.contact.gap.size)
-        text.append(f"{count_noun(gone, 'point')} ({share}) without height never touch")
+        text.append(f"{count_noun(gone, 'point')} ({share}) without height are never in contact")
     elif case.prepared_by("masked"):
-        text.append("points without height never touch")
+        text.append("points without height are never in contact")
     if case.prepared_by("filled"):
         text.append("filled points are interpolated, not measured")
     return "; ".join(text)
@@ -310,7 +310,7 @@ ASSUMPTIONS = (
     Assumption("Half-spaces", _half_spaces, "a coating, thin wall or edge is near"),
     Assumption("Periodic sample", _boundary_text, "waves are longer than the map", _periodic),
     Assumption(
-        "Body ends at the map edge",
+        "No contact beyond the map edge",
         _boundary_text,
         "the map is a sample of a larger face",
         lambda c: not _periodic(c),
@@ -318,7 +318,7 @@ ASSUMPTIONS = (
     Assumption(
         "Datum of the approach",
         lambda c: (
-            "a line load displaces nothing at a distance of "
+            "a line load causes no displacement at a distance of "
             f"{format_engineering(c.size[1] if c.is_profile else max(c.size), 'm', 3)}"
         ),
         "approach or stiffness is used",

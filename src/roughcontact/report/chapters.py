@@ -143,7 +143,7 @@ def _roughness(surface: Surface, is_second: bool) -> list[Block]:
     for head in _PARAMETERS:
         blocks += table([tuple(inputs.parameter(name, values) for name in head)], head)
     if any(step.method == "with_form" for step in surface.provenance.operations):
-        blocks.append(Block("small", "The nominal form that was added is in these parameters."))
+        blocks.append(Block("small", "These parameters include the added nominal form."))
     return blocks
 
 
@@ -165,9 +165,6 @@ def body_blocks(
         *([Block("small", f"Sources: {sources}.")] if sources else []),
         *table([(name, text) for name, text, _ in cells(specified)], style="key"),
     ]
-
-
-# --- Results ---
 
 
 # --- Method and reproduction ---

@@ -371,7 +371,7 @@ def _pressure_figure(name: str) -> Illustration:
     entry = _nested_figure("loaded_contact", _in_contact(name))
 
     def caption(scene: VolumeScene) -> str:
-        gone = "" if scene.loaded else " It is the largest load of the path, and is gone."
+        gone = "" if scene.loaded else " This was the largest load; the body is now unloaded."
         return f"{entry.text(scene)}{gone}"
 
     return replace(entry, caption=caption, when=lambda scene: scene.known)
@@ -484,7 +484,7 @@ def _profile_caption(scene: ContactScene) -> str:
 
 def _close(scene: ContactScene) -> str:
     width = format_engineering(scene.most_loaded.width, "m", 3)
-    return f"{width} around the segment that carries most. Look whether points resolve the contact."
+    return f"{width} around the segment that carries most. Check that points resolve the contact."
 
 
 PROFILE_MAP = Illustration("surface", lambda s: profiles.heights(s.surface), _trace, FILES, WIDE)

@@ -39,7 +39,7 @@ def progress_text(state: Progress) -> str:
     part = f"{state.number} of {state.count}: " if state.count > 1 else ""
     label = f"{state.label}: " if state.label else ""
     if state.kept:
-        return f"{label}{part}kept from before"
+        return f"{label}{part}from an earlier run"
     if state.step is None:
         return f"{label}{part}".removesuffix(": ")
     text = _step(state.step) if isinstance(state.step, Step) else _iteration_text(state.step)
@@ -384,12 +384,12 @@ def volume_regime(result: ElastoplasticResult) -> str:
     surface = (
         " and up to the surface."
         if result.regime is PlasticRegime.AT_SURFACE
-        else "; the surface above it has stayed elastic."
+        else "; the surface above it remained elastic."
     )
     if result.solution.load:
         return text + surface
     deepest = format_engineering(float(result.residual_displacement.max()), "m", 3)
-    return f"{text}{surface} The load is gone, and has left an indentation of up to {deepest}."
+    return f"{text}{surface} After unloading, an indentation remains of up to {deepest}."
 
 
 # --- Problem and solver status of a contact, one line each ---

@@ -129,8 +129,8 @@ class _Script:
         """Add the lines that create a surface of a result."""
         lost = _unrepeatable_steps(surface.provenance)
         if lost:
-            self.comment(f"No script can repeat what is known as: {'; '.join(lost)}")
-            self.comment("The map as it was pressed is in the file that holds the result.")
+            self.comment(f"No script can repeat these steps: {'; '.join(lost)}")
+            self.comment("The prepared map is in the file of the result.")
             self.lines.append(f'{name} = rc.read_result("{_RESULT}"){self.held}.{name}')
         else:
             self.add(name, surface.traced())
@@ -143,7 +143,7 @@ class _Script:
             return _quoted(CALIBRATED)
         if not isinstance(result.ceiling, np.ndarray):
             return _number(result.ceiling)
-        self.comment("One ceiling for each point, from the file that holds the result.")
+        self.comment("One ceiling per point, from the file of the result.")
         self.lines.append(f'ceiling = rc.read_result("{_RESULT}").ceiling')
         return "ceiling"
 

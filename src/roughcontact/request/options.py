@@ -155,7 +155,7 @@ def check_rules(rules: Iterable[Rule], request: Any) -> None:
                 ArgumentRef(about, rule.text),
             )
         if rule.demand is ANY_OF and not specified:
-            raise InputError("nothing is asked: give ", *join_mentions(rule.options, " or "))
+            raise InputError("no target: give ", *join_mentions(rule.options, " or "))
         if rule.demand is NEEDS and rule.value:
             if first in specified and request.get(others[0]) != rule.value:
                 needed = ArgumentRef(others[0].argument, rule.value)
@@ -163,7 +163,9 @@ def check_rules(rules: Iterable[Rule], request: Any) -> None:
         elif rule.demand is NEEDS and specified == [first]:
             raise InputError("needs ", *join_mentions(others, " or "), argument=about)
         if rule.demand is EXCLUDES and first in specified and specified != [first]:
-            raise InputError("goes without ", *join_mentions(others, " and "), argument=about)
+            raise InputError(
+                "cannot be combined with ", *join_mentions(others, " and "), argument=about
+            )
 
 
 def join_mentions(options: Iterable[Option[Any]], last: str) -> list[Any]:

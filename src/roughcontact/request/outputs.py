@@ -50,7 +50,7 @@ def write_files(tasks: Iterable[Writing], say: Say) -> list[Path]:
         except OSError as error:
             reason = error.strerror or " ".join(str(error).split())
             raise InputError(
-                f"{path} cannot be written ({reason}); what was there before is unchanged"
+                f"{path} cannot be written ({reason}); its previous content is unchanged"
             ) from None
         written.append(path)
     return written

@@ -122,7 +122,7 @@ def _prepared(request: Request, requested: ParsedOptions, surface: Surface, path
             ArgumentRef("missing", "fill"),
             " (smooth interpolation), ",
             ArgumentRef("missing", "mask"),
-            " (they never touch) or ",
+            " (no contact there) or ",
             ArgumentRef("missing", "crop"),
             " (the largest rectangle without them), or cut them away with ",
             ArgumentRef("crop"),
@@ -135,9 +135,9 @@ def _prepared(request: Request, requested: ParsedOptions, surface: Surface, path
             ArgumentRef("crop"),
             ", or choose ",
             ArgumentRef("missing", "mask"),
-            " (they never touch) or ",
+            " (no contact there) or ",
             ArgumentRef("missing", "fill-all"),
-            " (smooth interpolation, whatever their share)",
+            " (smooth interpolation of any share)",
         )
     if holes in ("fill", "fill-all"):
         surface = surface.filled(1.0 if holes == "fill-all" else MAX_FILLED_SHARE)

@@ -198,7 +198,7 @@ class Request(OptionValues):
             )
         if measured and self.get(shared.POINTS) is not None:
             raise InputError(
-                "goes with a nominal ",
+                "needs a nominal ",
                 ArgumentRef("body"),
                 " without ",
                 ArgumentRef("file"),

@@ -21,8 +21,8 @@ class Status(Enum):
         f"stopped at {ArgumentRef('max_iterations')}; allow more, or start from a nearby solution"
     )
     STALLED = (
-        "no further progress; the tolerance may lie below the rounding error of this problem "
-        "(single precision promises 1e-4)"
+        "no further progress; the tolerance may be below the rounding error of this problem "
+        "(single precision guarantees 1e-4)"
     )
     INTERRUPTED = "interrupted"
 
@@ -232,7 +232,7 @@ class ProgressBar:
         if state.count > 1:
             parts.append(f"{state.number} of {state.count}")
         if state.kept:
-            parts.append("kept from before")
+            parts.append("from an earlier run")
         elif state.step is not None:
             parts.append(f"{_error(state):.0e}, target {state.step.tolerance:.0e}")
         filled = round(_WIDTH * min(max(done, 0.0), 1.0))

@@ -163,9 +163,8 @@ def fill_missing(heights: Array, pixel: tuple[float, float], maximum: float = 1.
     if not share <= maximum:
         raise InputError(
             f"has no height at {format_percent(share)} of its points, and at most "
-            f"{format_percent(maximum)} are "
-            "filled: crop it, let the missing points never touch (masked), or fill them all with "
-            f"{ArgumentRef('most', 1.0)}",
+            f"{format_percent(maximum)} are filled: crop it, exclude the missing points from "
+            f"contact (masked), or fill them all with {ArgumentRef('most', 1.0)}",
             argument="surface",
             value=share,
         )

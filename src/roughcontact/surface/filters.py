@@ -172,7 +172,7 @@ def _check_cutoff(shape: tuple[int, ...], pixel: tuple[float, float], cutoff: fl
     # The tolerance accepts rounding of a cut-off of two pixels or of the whole side.
     if not shortest * (1 - 1e-12) <= cutoff <= longest * (1 + 1e-12):
         raise InputError(
-            "must lie between two pixels and the shorter side of the map, "
+            "must be between two pixels and the shorter side of the map, "
             f"{format_engineering(shortest, 'm')} to {format_engineering(longest, 'm')}, got "
             f"{format_engineering(cutoff, 'm')}",
             argument="cutoff",

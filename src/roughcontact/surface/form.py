@@ -318,8 +318,8 @@ class _Fit:
                 self.inverse(matrix)
                 return values
         raise InputError(
-            f"no {self.name} fits the heights: the least-squares iteration did not settle; "
-            "level the map or fit another shape"
+            f"no {self.name} fits the heights: the least-squares iteration did not converge; level "
+            "the map or fit another shape"
         )
 
     def feasible(self, model: _Model, values: Array, curvature: int) -> Array:
@@ -381,8 +381,8 @@ def _remove_cylinder(heights: Array, pixel: tuple[float, float]) -> tuple[Array,
     fit.require_curved(-across, float(weights @ covariance @ weights))
     if abs(along) > 0.95 * abs(across):
         raise InputError(
-            "is curved alike in both directions, which leaves the axis of a cylinder "
-            "open; fit a sphere or a polynomial",
+            "has equal curvatures in both directions, so the axis of a cylinder is undefined; fit "
+            "a sphere or a polynomial",
             argument="heights",
         )
     x, y = (float(value) for value in directions[:, axis])
@@ -449,7 +449,7 @@ def _three_point(heights: Array, points: Sequence[tuple[int, int]]) -> Array:
     for y, x in corners:
         if not (0 <= y < ny and 0 <= x < nx):
             raise InputError(
-                f"must lie on the map of {ny} × {nx} points, got ({y}, {x})", argument="points"
+                f"must be inside the map of {ny} × {nx} points, got ({y}, {x})", argument="points"
             )
         if not np.isfinite(heights[y, x]):
             raise InputError(
@@ -459,7 +459,7 @@ def _three_point(heights: Array, points: Sequence[tuple[int, int]]) -> Array:
     (ay, ax), (by, bx) = corners[1:] - corners[0]
     determinant = int(ay * bx - ax * by)
     if determinant == 0:
-        raise input_error("points", points, "must not lie on one line")
+        raise input_error("points", points, "must not be on one line")
     origin, first, second = (float(heights[y, x]) for y, x in corners)
     slope_y = ((first - origin) * bx - (second - origin) * ax) / determinant
     slope_x = ((second - origin) * ay - (first - origin) * by) / determinant

@@ -43,8 +43,8 @@ def turned_heights(
     sides = ny * dy, nx * dx
     if not 4 * max(pixel) <= feed <= max(sides):
         raise InputError(
-            f"has a feed of {feed:.4g} m, which must lie between four pixels, "
-            f"{4 * max(pixel):.4g} m, and a side of the map, {max(sides):.4g} m",
+            f"has a feed of {feed:.4g} m, which must be between four pixels, {4 * max(pixel):.4g} "
+            f"m, and a side of the map, {max(sides):.4g} m",
             argument="turning",
         )
     if not feed <= 2 * nose_radius < math.inf:
@@ -329,13 +329,14 @@ def _feed(specified: dict[str, Any]) -> float | None:
     for name in ("Sal", "Sdq", "Str", "Sku", "honing"):
         if specified[name] is not None:
             raise InputError(
-                f"does not go with {ArgumentRef('turning')}, whose grooves decide it; leave one "
-                "out",
+                f"cannot be combined with {ArgumentRef('turning')}, whose grooves decide it; leave "
+                "one out",
                 argument=name,
             )
     if specified["Ssk"]:
         raise InputError(
-            f"does not go with {ArgumentRef('turning')}, whose grooves decide it; leave one out",
+            f"cannot be combined with {ArgumentRef('turning')}, whose grooves decide it; leave one "
+            "out",
             argument="Ssk",
         )
     if not all(0 < length < math.inf for length in turning):
@@ -352,7 +353,7 @@ def _check(
         if specified[name] is not None:
             require_positive(**{name: specified[name]})
     if requested.Str is not None and not 0 < requested.Str <= 1:
-        raise input_error("Str", requested.Str, "must lie in (0, 1]")
+        raise input_error("Str", requested.Str, "must be in (0, 1]")
     if requested.honing is not None and not 0 < requested.honing < 180:
         raise input_error("honing", requested.honing, "must be an angle between 0 and 180 degrees")
     cosine_sine(requested.lay)
@@ -363,8 +364,8 @@ def _check(
         )
     if requested.Sal is None and requested.Sdq is None and requested.rolloff is None:
         raise InputError(
-            f"or {ArgumentRef('Sdq')} or {ArgumentRef('rolloff_wavelength')} must be given: how "
-            "far the hills are apart",
+            f"or {ArgumentRef('Sdq')} or {ArgumentRef('rolloff_wavelength')} must be given, for "
+            "the length of the waves",
             argument="Sal",
         )
     longest = requested.rolloff or requested.cutoff
@@ -567,7 +568,7 @@ def compare_parameters(surface: Surface) -> tuple[Parameter, ...]:
     """Return the requested and the actual parameters of a generated map."""
     created = surface.provenance.origin
     if created is None or created.method != "generate" or surface.provenance.operations:
-        raise InputError("is no map as it was generated", argument="surface")
+        raise InputError("is not an unchanged generated map", argument="surface")
     specified, result = created.arguments, created.found
     requested = {name: specified[name] for name in ("Sq", "Sal", "Sdq", "Str")}
     if specified["turning"] is None:

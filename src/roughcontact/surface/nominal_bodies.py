@@ -32,7 +32,7 @@ class NominalBody(partial[Surface]):
             if self.func not in (cylinder, wedge) or values["angle"] not in (0.0, 90.0):
                 raise InputError(
                     "a profile takes 'flat', a cylinder such as 'cylinder 5 mm' or a wedge such as "
-                    "'wedge 0.01', which go on alike across it"
+                    "'wedge 0.01', which continue unchanged across it"
                 )
             values = {**values, "angle": 90.0}
         return self.func(shape=surface.shape, pixel=surface.pixel, **values)
@@ -63,7 +63,7 @@ _OPTIONS = {
     "edge_radius": "; ``edge_radius`` [m], 0 by default",
 }
 
-_CONTRACT = """Return a nominal {word}, with its own grid or for that of a rough map.
+_CONTRACT = """Return a nominal {word}, on a grid or for the grid of a rough map.
 
 Parameters
 ----------
@@ -74,7 +74,7 @@ shape : (int, int), optional
 pixel : (float, float), optional
     Pixel edges ``(dy, dx)`` [m]; given with ``shape``.
 center : (float, float), optional
-    Place of the axis ``(row, column)``; the middle of the grid without it.
+    Position of the axis ``(row, column)``; the center of the grid by default.
 **sizes
     ``{size}`` without ``size``{option}.
 

@@ -193,7 +193,7 @@ def check_waves(
     """Raise `InputError` unless a grid resolves waves of these lengths [m] and Hurst exponent."""
     require_positive(rolloff_wavelength=rolloff_wavelength, cutoff_wavelength=cutoff_wavelength)
     if not 0 <= hurst <= 1:
-        raise input_error("hurst", hurst, "must lie in [0, 1]")
+        raise input_error("hurst", hurst, "must be in [0, 1]")
     # The tolerance accepts rounding of the quotient side / waves.
     if cutoff_wavelength < 2 * max(pixel) * (1 - _SLACK):
         raise input_error(
@@ -271,9 +271,6 @@ def _half_shell(
 
 
 # --- Power spectra of random maps: roll-off, exponent, cut-off and direction ---
-
-
-# Tolerance for rounding of a side over a number of waves.
 
 
 @dataclass(frozen=True)
@@ -356,7 +353,7 @@ def with_gradient(spectrum: Spectrum, name: str, gradient: float, height: float)
         raise input_error(
             "Sdq",
             gradient,
-            f"must lie in {flattest:.4g} to {steepest:.4g}, which this map has with Sq = "
+            f"must be in {flattest:.4g} to {steepest:.4g}, which this map has with Sq = "
             f"{height:.4g} m, a Hurst exponent of {spectrum.hurst:g} and {other}",
         )
     return spectrum_at(brentq(excess, low, high, xtol=1e-4))

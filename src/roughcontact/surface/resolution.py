@@ -303,7 +303,10 @@ def wave_limits(heights: Array, pixel: tuple[float, float]) -> list[Limit]:
     limits = []
     wave = noise_cutoff(part, pixel)
     if wave is not None:
-        text = f"{_below_limit(wave, pixel)} the map is noise: elastic area and pressure too. "
+        text = (
+            f"Waves {_below_limit(wave, pixel).lower()} are mostly noise: elastic contact area and "
+            "pressure depend on them. "
+        )
         limits.append(Limit(LimitCause.NOISE, wave, Sentence(text, *_filtered(wave))))
     wave = smoothing_cutoff(part, pixel)
     if wave is not None:

@@ -132,7 +132,7 @@ def rms_gradient(heights: NDArray[np.float64], pixel: tuple[float, float]) -> fl
         total += float(np.nansum(squares))
     if count == 0:
         raise InputError(
-            "has no point with both neighbours there: no gradient is defined", argument="heights"
+            "has no point with two valid neighbors: the gradient is undefined", argument="heights"
         )
     return float(np.sqrt(total / count))
 
@@ -155,7 +155,7 @@ def developed_area_ratio(heights: Array, pixel: tuple[float, float]) -> float:
         total += float(np.nansum(excess)) / 4
     if count == 0:
         raise InputError(
-            "has no cell with all four corners there: no area is defined", argument="heights"
+            "has no cell with four valid corners: the area is undefined", argument="heights"
         )
     return total / count
 
@@ -237,7 +237,7 @@ def volume_parameters(
     """Return the volume parameters Vmp, Vmc, Vvc and Vvv."""
     if not 0 < peak < core < 1:
         raise InputError(
-            f"and {ArgumentRef('core')} must fulfil 0 < peak < core < 1, got {peak!r}, {core!r}",
+            f"and {ArgumentRef('core')} must satisfy 0 < peak < core < 1, got {peak!r}, {core!r}",
             argument="peak",
             value=peak,
         )

@@ -204,8 +204,8 @@ def _pair(name: str, values: tuple[float, float]) -> tuple[float, float]:
 def _checked_edge(edge_radius: float, largest: float) -> float:
     if not isinstance(edge_radius, Real) or not 0 <= edge_radius <= largest:
         raise InputError(
-            f"must lie between 0 and {largest:g} m, which rounds the whole punch, "
-            f"got {edge_radius!r}",
+            f"must be between 0 and {largest:g} m, which rounds the whole punch, got "
+            f"{edge_radius!r}",
             argument="edge_radius",
             value=edge_radius,
         )
@@ -231,8 +231,7 @@ def _rounded(beyond: Array, edge_radius: float, size: float) -> Array:
 def _require_points(heights: Array, name: str) -> Array:
     if np.isnan(heights).all():
         raise InputError(
-            f"no point of the grid lies under the {name}: check its size and center against the "
-            "pixel"
+            f"no point of the grid is under the {name}: check its size and center against the pixel"
         )
     return heights
 

@@ -102,7 +102,7 @@ def _decay(heights: Array, pixel: tuple[float, float], threshold: float) -> tupl
     """Return first crossing of the threshold and length above it for each ray from zero lag."""
     require_pixel(pixel)
     if not 0 < threshold < 1:
-        raise input_error("threshold", threshold, "must lie between 0 and 1")
+        raise input_error("threshold", threshold, "must be between 0 and 1")
     function = autocorrelation(heights)
     if np.isnan(function[function.shape[0] // 2, 0]):
         return np.full(1, math.nan), np.full(1, math.nan)

@@ -486,10 +486,8 @@ class Surface(Displayable):
         if form.shape != self.shape or not np.allclose(form.pixel, self.pixel, rtol=1e-9, atol=0):
             raise InputError(
                 f"has {form.shape} pixels of {format_lengths(form.pixel)}, the surface "
-                f"{self.shape} of "
-                f"{format_lengths(self.pixel)}: make it with shape=surface.shape, "
-                "pixel=surface.pixel, or "
-                "bring it there with form.aligned(surface)",
+                f"{self.shape} of {format_lengths(self.pixel)}: make it with shape=surface.shape, "
+                "pixel=surface.pixel, or resample it with form.aligned(surface)",
                 argument="form",
             )
         heights = self.heights + form.heights

@@ -146,8 +146,8 @@ def uncertainty(
     measured = _reconstruction(result, instrument, wave, also)
     if of == "surface" and not measured.has_rolloff:
         raise InputError(
-            "has higher waves the longer they are, up to its side: it is no sample of the surface;"
-            " measure a larger map",
+            "has waves that grow up to the length of its side: it is not a sample of the surface; "
+            "measure a larger map",
             argument="surface",
         )
     study = _ContactDraws(result, measured, draws if instrument else 0, seed, of == "surface")
@@ -243,8 +243,8 @@ def _reconstruction(
     if math.prod(measured.shape) > MAX_POINTS:
         rows, columns = measured.shape
         raise InputError(
-            f"is drawn on {rows} × {columns} points, and intervals take at most "
-            f"{math.isqrt(MAX_POINTS)} × {math.isqrt(MAX_POINTS)}: use ",
+            f"needs {rows} × {columns} points for intervals, the limit is {math.isqrt(MAX_POINTS)} "
+            f"× {math.isqrt(MAX_POINTS)}: use ",
             ArgumentRef("crop", _central_part(surface, measured.shape)),
             ", or give ",
             ArgumentRef("shortest_wave"),
@@ -693,7 +693,7 @@ def _remarks(
     """Yield the remarks on the limits of the intervals."""
     if instrument is None:
         yield Sentence(
-            "The intervals hold the grid and the material alone. Give ",
+            "The intervals include only the grid and the material. Give ",
             ArgumentRef("instrument"),
             " to include the measurement.",
         )
@@ -701,9 +701,8 @@ def _remarks(
     resolved = 1 / measured.reach
     if wave is None:
         yield Sentence(
-            f"The map shows waves down to {format_engineering(resolved, 'm', 2)}. The intervals "
-            "hold if "
-            f"the surface ends between this and "
+            f"The intervals assume that the shortest wave of the surface is between "
+            f"{format_engineering(resolved, 'm', 2)}, which the map shows, and "
             f"{format_engineering(resolved / reconstruction.UNKNOWN, 'm', 2)}; give ",
             ArgumentRef("shortest_wave"),
             ".",
@@ -726,8 +725,8 @@ def _seam_remark(result: ContactResult, measured: Reconstruction) -> Iterator[st
     step = float(np.std(surface.heights - measured.heights))
     if result.boundary.periodic_axes and measured.form and step > _STEPPED * surface.Sq:
         yield Sentence(
-            "Opposite edges of the map differ, and the corrected map has no such step. If leveling "
-            "did not make it, use ",
+            "Opposite edges of the map do not match, so the periodic map has a step there. Remove "
+            "the form, or use ",
             ArgumentRef("boundary", "free"),
             ".",
         )

@@ -192,9 +192,9 @@ def test_what_cannot_be_compared_is_refused() -> None:
     assert caught.value.argument == "maps"
     with pytest.raises(rc.InputError, match="group without maps"):
         rc.compare({"a": MAPS[:2], "b": []}, material=STEEL, pressure=1e8)
-    with pytest.raises(rc.InputError, match="two groups of as many maps"):
+    with pytest.raises(rc.InputError, match="two groups with the same number of maps"):
         rc.compare({"a": MAPS[:2], "b": MAPS[:1]}, material=STEEL, pressure=1e8, paired=True)
-    with pytest.raises(rc.InputError, match="one group of maps"):
+    with pytest.raises(rc.InputError, match="a single group of maps"):
         rc.compare(
             {"a": MAPS[:1], "b": MAPS[1:2]}, material=STEEL, pressure=1e8, preload_pressure=1
         )
@@ -298,7 +298,7 @@ def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
         "yield strength σ_Y 1 GPa",
         "Contact modulus E* 230.8 GPa",
         "3 GPa, three times the yield strength",
-        "free: the body ends at the map edge",
+        "free: no contact beyond the map edge",
         "leveled: least-squares plane subtracted",
         "The model assumes In this case Matters if",
         "rms slope",
@@ -340,7 +340,7 @@ def test_what_the_command_cannot_compare_ends_in_one_sentence(
         (["compare", "--group", first, *OPTIONS], "--group must be a name and files"),
         (
             ["compare", "--group", f"a={first}", "--group", f"b={second}", "--quarters", *OPTIONS],
-            "--quarters goes without --group and --paired",
+            "--quarters cannot be combined with --group and --paired",
         ),
         (["compare", first, second, "--paired", *OPTIONS], "--paired needs two groups"),
         (["compare", *OPTIONS], "FILE is missing"),

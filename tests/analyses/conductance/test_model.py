@@ -63,7 +63,7 @@ def test_a_film_adds_its_resistance() -> None:
     assert added == pytest.approx(1e-6 / RESULT.contact_area)
     # What is told of a disc is no bound if it is below 32/(3π²) to 1.
     text = " ".join(sentences(film))
-    bound = float(re.search(r"disc by at most ([\d.]+) % of the constriction", text)[1])
+    bound = float(re.search(r"disk by at most ([\d.]+) % of the constriction", text)[1])
     assert bound == pytest.approx(100 * (32 / (3 * math.pi**2) - 1), abs=0.05)
 
 
@@ -336,7 +336,7 @@ def test_the_command_tells_in_a_table_and_in_json(
     assert app.main([*words, "--verbose"]) == app.SOLVED
     shown = capsys.readouterr().out
     assert "42CrMo4, ρ 220 nΩ m, k 42.6 W/(m K)" in shown
-    assert "what the joint adds to the bodies of one period" in " ".join(shown.split())
+    assert "that of the joint over one period" in " ".join(shown.split())
     assert (tmp_path / "joint.png").stat().st_size > 1000
     text = (tmp_path / "joint.html").read_text("utf-8")
     assert "How well do heat and current cross the joint" in text

@@ -200,8 +200,8 @@ def test_an_answer_takes_a_millisecond_or_two() -> None:
         ({"Ssk": 1.4, "Sku": 3.5}, "Sku", "Sku − Ssk² − 1 of"),
         ({"Str": 0.001}, "Str", "Str of 0.0"),
         ({"Sal": 1.0}, "Sal", "Sdq Sal/Sq of"),
-        ({"Sdq": None}, "Sdq", "how steep"),
-        ({"Sq": None}, "Sq", "how high"),
+        ({"Sdq": None}, "Sdq", "gradient"),
+        ({"Sq": None}, "Sq", "height of the surface"),
         ({"Sq": math.nan}, "Sq", "positive and finite"),
         ({"Ssk": math.inf}, "Ssk", "finite"),
         ({"pressure": "4 MPa", "ceiling": "20 MPa"}, "ceiling", "E[*] Sdq over the ceiling of 0"),
@@ -390,7 +390,7 @@ def test_a_map_outside_the_formulas_is_named(
     words = ["estimate", str(tmp_path / "map.npy"), "--unit", "m", "--size", "0.1 mm", *COMMAND[7:]]
     assert app.main([*words, "--pressure", "50 MPa"]) == app.BAD_INPUT
     error = capsys.readouterr().err
-    assert "map.npy lies outside the formulas, which hold for" in error
+    assert "map.npy is outside the range of the formulas," in error
     assert "--s" not in error
 
 
@@ -399,7 +399,7 @@ def test_a_map_outside_the_formulas_is_named(
     [
         (COMMAND, "--pressure is needed"),
         (["estimate", *COMMAND[3:], "--pressure", "1 MPa"], "--sq must be given"),
-        ([*COMMAND, "--pressure", "1 MPa"], "--pressure lies outside the formulas"),
+        ([*COMMAND, "--pressure", "1 MPa"], "--pressure is outside the range of the formulas"),
         ([*COMMAND, "--pressure", "200 MPa", "--ceiling", "calibrated"], "--ceiling"),
     ],
 )

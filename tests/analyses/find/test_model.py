@@ -137,10 +137,12 @@ def test_what_no_load_gives_is_refused_with_what_is_reached() -> None:
     with pytest.raises(rc.InputError, match="must be below that of the bodies") as caught:
         rc.find_load(ROUGH, material=STEEL, mean_gap=1.0)
     assert caught.value.argument == "mean_gap"
-    with pytest.raises(rc.InputError, match="not passed at any load: under the smallest") as caught:
+    with pytest.raises(
+        rc.InputError, match="not reached at any load: under the smallest"
+    ) as caught:
         rc.find_load(ROUGH, material=STEEL, contact_fraction=1e-9)
     assert caught.value.argument == "contact_fraction"
-    with pytest.raises(rc.InputError, match="nothing is asked"):
+    with pytest.raises(rc.InputError, match="no target"):
         rc.find_load(ROUGH, material=STEEL)
     with pytest.raises(rc.InputError, match="nothing is saturated"):
         rc.find_load(ROUGH, material=STEEL, ceiling=None, saturated_fraction=0.1)
@@ -235,7 +237,7 @@ def test_the_command_answers_in_a_table_and_in_json(
     assert app.main([*words[:-6], "--mean-gap", "1 m"]) == app.BAD_INPUT
     assert "--mean-gap must be below" in capsys.readouterr().err
     assert app.main(words[:-6]) == app.BAD_INPUT
-    assert "nothing is asked: give --contact-fraction" in capsys.readouterr().err
+    assert "no target: give --contact-fraction" in capsys.readouterr().err
 
 
 @pytest.mark.long

@@ -581,7 +581,7 @@ def test_capacity_is_judged_where_the_bodies_overlap(monkeypatch: pytest.MonkeyP
     holed = surface.heights.copy()
     holed[16:] = np.nan
     upper = rc.Surface(holed, surface.pixel).masked()
-    with pytest.raises(rc.CapacityError, match="no point left"):
+    with pytest.raises(rc.CapacityError, match="no valid point"):
         history(
             upper,
             [1.0, Stage(load=0.0, shift=(16 * surface.pixel[0], 0.0))],

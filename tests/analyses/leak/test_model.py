@@ -237,10 +237,10 @@ def test_what_is_missing_or_wrong_gets_its_sentence() -> None:
         ({"gas": "helium"}, "inlet is needed for a leak rate, such as '2 bar'"),
         ({**SEAL, "gas": "xenon"}, "gas must be one of air, nitrogen, helium, argon"),
         ({**SEAL, "outlet": "3 bar"}, "outlet must be below the inlet pressure"),
-        ({**SEAL, "viscosity": 1e-5}, "viscosity goes without gas"),
+        ({**SEAL, "viscosity": 1e-5}, "viscosity cannot be combined with gas"),
         ({"inlet": 1e5}, 'inlet needs gas="helium"'),
         ({**SEAL, "temperature": "20 C"}, "temperature needs a temperature with its unit"),
-        ({**SEAL, "ring": 0.04, "seal_width": 0.1}, "seal_width goes without ring"),
+        ({**SEAL, "ring": 0.04, "seal_width": 0.1}, "seal_width cannot be combined with ring"),
         ({**SEAL, "ring": 0.04, "seal_length": 0.04}, "seal_length must be below the diameter"),
     ):
         with pytest.raises(rc.InputError, match=said):

@@ -174,7 +174,7 @@ def test_bad_paths(path: list[rc.PathPoint], words: str) -> None:
 def test_paths_that_no_model_has() -> None:
     line = Line(3.0, points=32)
     options = dict(material=line.steel, boundary="periodic")
-    with pytest.raises(InputError, match="moves a counter-surface, and there is none"):
+    with pytest.raises(InputError, match="moves a counter-surface, but the counter-body is flat"):
         rc.solve_elastoplastic(line.flat, path=[line.at(1)], **options)
     with pytest.raises(InputError, match="load must be finite and not negative"):
         rc.PathPoint(-1.0)
@@ -235,9 +235,9 @@ def test_to_and_fro_under_a_load_that_does_nothing() -> None:
             [5e-3, 1e-3, 9.5e-4],
             "ratchets by a plastic strain of 0.00095 a pass",
         ),
-        ([5e-3, 4e-3, 3.9e-3], [5e-3, 1e-3, 5e-4], "not settled after 3: ask for more passes"),
-        ([5e-3, 4e-3], [5e-3, 1e-3], "not settled after 2: ask for more passes"),
-        ([5e-3], [5e-3], "not settled after 1: ask for more passes"),
+        ([5e-3, 4e-3, 3.9e-3], [5e-3, 1e-3, 5e-4], "not settled after 3: use more passes"),
+        ([5e-3, 4e-3], [5e-3, 1e-3], "not settled after 2: use more passes"),
+        ([5e-3], [5e-3], "not settled after 1: use more passes"),
     ],
 )
 def test_answers(flows: list[float], gains: list[float], answer: str) -> None:
@@ -352,7 +352,7 @@ def test_dents_that_lie_apart_have_no_verdict(tmp_path: Path) -> None:
     # Each dent bears the roller, which ratchets where the dents overlap.
     assert found.passes[-1].strain_added < found.strain_threshold
     assert found.shakedown is Shakedown.NOT_RESOLVED
-    assert found.outcome_text.startswith("not told: the steps are longer than the half-width")
+    assert found.outcome_text.startswith("not evaluated: the steps are longer than the contact")
     assert found.settled_after is None
     caution = cautions_of(found)[CautionTag.STEP_LENGTH]
     assert caution.severity is Severity.WARNING
@@ -391,7 +391,7 @@ def test_a_roller_on_few_pixels_is_told() -> None:
 @pytest.mark.long
 def test_a_limit_is_not_sought_with_dents_that_lie_apart() -> None:
     line = Line(4.5, half_width=4, points=32)
-    with pytest.raises(InputError, match="steps must be more: at"):
+    with pytest.raises(InputError, match="steps must be larger: at"):
         rc.shakedown_load(
             line.flat,
             low=line.load,

@@ -352,7 +352,7 @@ def test_a_project_rolls(home: Path, capsys: pytest.CaptureFixture[str]) -> None
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        ({"--counter-body": None}, "--counter-body is needed: what passes over the body"),
+        ({"--counter-body": None}, "--counter-body is needed: the body that rolls over the map"),
         ({"--hertz": None}, "give one of --load and --hertz, and no more than one"),
         ({"--load": "1 N"}, "give one of --load and --hertz, and no more than one"),
         ({"--friction": "-0.1"}, "--friction must not be negative, got '-0.1'"),

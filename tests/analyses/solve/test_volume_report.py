@@ -101,16 +101,16 @@ def test_the_area_keeps_the_perimeter_that_has_yielded(pressed) -> None:
 @pytest.mark.usefixtures("quick")
 def test_unloaded_it_tells_what_is_left(released) -> None:
     page = told(released)
-    assert page.startswith("What does a load of 350 mN leave on ball.nc?")
+    assert page.startswith("Which indentation does a load of 350 mN leave on ball.nc?")
     dent = format_engineering(float(released.residual_displacement.max()), "m", 3)
-    assert f"has left an indentation of up to {dent}" in page
+    assert f"an indentation remains of up to {dent}" in page
     assert "0 N → 350 mN → 0 N" in page
     stress = float(released.bodies[0].residual_von_mises.max())
     assert stress > 0
     assert "Residual displacement" in page
     assert "Largest von Mises stress under load" not in page
     assert "Contact spots" not in page
-    assert "It is the largest load of the path, and is gone" in page
+    assert "This was the largest load; the body is now unloaded" in page
 
 
 @pytest.mark.slow
@@ -151,9 +151,9 @@ def test_the_file_stands_alone(pressed, tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("quick")
 def test_failure_is_on_top(pressed) -> None:
-    stopped = dataclasses.replace(pressed, status="stopped on the way to 9 N: <why>")
+    stopped = dataclasses.replace(pressed, status="stopped before 9 N: <why>")
     front = told(stopped).split("Key numbers")[0]
-    assert "Not converged: stopped on the way to 9 N: <why>. Do not use these numbers." in front
+    assert "Not converged: stopped before 9 N: <why>. Do not use these numbers." in front
 
 
 @pytest.mark.usefixtures("quick")

@@ -302,5 +302,5 @@ def test_the_search_finds_any_power(power):
 @pytest.mark.parametrize("depths", [[0.0], [1e-6, -1e-6]])
 def test_depths_lie_below_the_surface(depths):
     result = rc.solve(rc.Surface(*rc.reference_map(32)), material=STEEL, load=0.1)
-    with pytest.raises(rc.InputError, match="depths must lie below the surface"):
+    with pytest.raises(rc.InputError, match="depths must be below the surface"):
         subsurface_stress.subsurface_stress(result, depths)

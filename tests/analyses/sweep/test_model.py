@@ -393,7 +393,7 @@ def test_the_largest_load_is_checked_first(tmp_path: Path) -> None:
 
 
 def test_a_step_that_fails_names_itself_and_keeps_the_others(tmp_path: Path) -> None:
-    with pytest.raises(rc.ConvergenceError, match=r"step 1 of 2, load = 0\.1 N: .* are kept in"):
+    with pytest.raises(rc.ConvergenceError, match=r"step 1 of 2, load = 0\.1 N: .* are saved in"):
         rc.sweep(
             rough(),
             material=STEEL,

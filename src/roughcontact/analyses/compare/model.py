@@ -348,7 +348,7 @@ class MapLoadCase:
         """Raise `InputError` if groups with these numbers of maps cannot be compared."""
         if self.before is not None and len(counts) != 1:
             raise InputError(
-                "sets each map beside itself after a first loading, and goes with one group of "
+                "compares each map before and after a first loading; it needs a single group of "
                 "maps",
                 argument="preload_pressure",
             )
@@ -357,15 +357,13 @@ class MapLoadCase:
         numbers = [*counts.values()]
         if self.before is None and paired and (len(counts) != 2 or numbers[0] != numbers[1]):
             raise InputError(
-                "needs two groups of as many maps, in the same order; got "
+                "needs two groups with the same number of maps, in the same order; got "
                 + ", ".join(f"{count} of {name!r}" for name, count in counts.items()),
                 argument="paired",
             )
         if self.before is None and sum(numbers) < 2:
             raise InputError(
-                "is a single map, which nothing can be compared with: give a second one, or its "
-                "parts",
-                argument="maps",
+                "is a single map; give a second one to compare with, or its parts", argument="maps"
             )
 
     def solve_map(self, surface: Surface, name: str, progress: Tell = None) -> Pressed:

@@ -108,7 +108,7 @@ def _mean(name: str, result: Mean) -> str:
         return quantity_text(name, result.value)
     # Solver tolerance.
     if result.deviation <= _ROUNDING * abs(result.value):
-        return f"{quantity_text(name, result.value)} (all alike)"
+        return f"{quantity_text(name, result.value)} (all equal)"
     factor, unit = scale_of(name, result.value or result.deviation)
     half = result.high - result.value
     # Two digits of the half-width; up to three of a smaller mean.
@@ -445,7 +445,7 @@ def question(result: Comparison) -> str:
     names = [group.name for group in result.groups if group.name]
     if result.preload_pressure is not None:
         count = count_noun(len(result.groups[0].samples), "map")
-        return f"What does a first loading change on {count} at {pressure}?"
+        return f"How does a first loading change {count} at {pressure}?"
     if len(result.groups) < 2:
         return f"How much do {count_noun(len(result.samples), 'map')} scatter at {pressure}?"
     if not 1 < len(names) <= _NAMED:
@@ -489,7 +489,7 @@ def _details(result: Comparison, scene: Any, **more: Any) -> list[Block]:
             blocks += [Block("head", "Scatter between and within groups (one-way, random effects)")]
             blocks += chapters.table(split, shares)
     for study in result.sampling:
-        blocks += [Block("head", f"The area that is needed: {study.name}")]
+        blocks += [Block("head", f"Required area: {study.name}")]
         blocks += [Block("text", f"{answer(study)}."), *chapters.steps(SAMPLING_KIND, study)]
         blocks += chapters.figure_blocks(SAMPLING_KIND.figures, study, FRONT)
     return blocks
@@ -539,8 +539,8 @@ def _method(_: Comparison) -> list[Block]:
     return [
         Block(
             "text",
-            "Each map is solved by itself under the nominal pressure. The certificates say how "
-            "exactly; the intervals say how well the maps represent their surfaces.",
+            "Each map is solved separately under the nominal pressure. The certificates give the "
+            "accuracy of the solutions, the intervals how well the maps represent their surfaces.",
         )
     ]
 
@@ -550,9 +550,9 @@ def _sampling_method(study: SamplingStudy) -> list[Block]:
     return [
         Block(
             "text",
-            f"The map was cut into {parts} equal parts; each was leveled and solved by itself. "
-            "Their scatter gives the error of the whole, which falls with the root of the area as "
-            "long as parts are independent.",
+            f"The map was divided into {parts} equal parts; each was leveled and solved "
+            "separately. Their scatter gives the error of the whole map, which decreases with the "
+            "root of the area if the parts are independent.",
         )
     ]
 

@@ -275,14 +275,14 @@ CONDUCTANCE_COLUMNS: Columns = (
 """Columns of the loads of a `Conductance`."""
 
 _MEANING = {
-    (): "The resistance is that between points far away in both bodies: the spreading from all of "
-    "the map is in it, and a larger map has less, though not in proportion to its area.",
-    (0, 1): "The resistance is what the joint adds to the bodies of one period, inversely "
-    "proportional to the area.",
+    (): "The resistance is between distant points in both bodies: it includes the spreading from "
+    "the whole map. A larger map has less, but not in proportion to its area.",
+    (0, 1): "The resistance is that of the joint over one period, inversely proportional to the "
+    "area.",
 }
 _STRIP = (
-    "The resistance is that of one period up to a distance of the longer side of the map: the "
-    "potential of an endless strip has no bound."
+    "The resistance is that of one period, up to a distance of the longer side of the map: the "
+    "potential of an endless strip is unbounded."
 )
 
 
@@ -308,27 +308,25 @@ def sentences(result: joint.Conductance) -> tuple[str, ...]:
         "The constriction length over the sum of the resistivities of the two bodies, or of their "
         "1/k, is the conductance.",
         meaning,
-        f"All of the contact conducts, yielded metal included; {_gap_sentence(result)}.",
+        f"The whole contact conducts, including yielded metal; {_gap_sentence(result)}.",
         *(
             (
-                "The film is added over the contact area; as it evens the flow out, the true "
-                "resistance is a little larger, on a disc by at most "
-                f"{format_percent(joint.EVEN_FLOW)} of "
-                "the constriction.",
+                "The film is added over the contact area; as it makes the flow more uniform, the "
+                "true resistance is slightly larger, on a disk by at most "
+                f"{format_percent(joint.EVEN_FLOW)} of the constriction.",
             )
             if film
             else ()
         ),
         "The resistance of an elastic contact depends on its coarse outline, where the current "
-        "crowds: a cluster of small spots conducts like one of its size. The contact area, and a "
-        "film on it, depend on the finest scales; under a ceiling, which bounds the area, more and "
-        "smaller spots conduct better.",
-        "The last two columns are estimates of the constriction length over that computed: "
-        "Greenwood's formula from radii and places of the spots (1966), and the correlation for "
-        f"large flat rough joints, which depends on the slope and so on the pixel; 95 % of "
+        "concentrates: a cluster of small spots conducts like one spot of its size. The contact "
+        "area, and a film on it, depend on the finest scales; under a ceiling, which bounds the "
+        "area, more and smaller spots conduct better.",
+        "The last two columns are estimates of the constriction length, relative to the computed "
+        "one: Greenwood's formula from radii and places of the spots (1966), and the correlation "
+        "for large flat rough joints, which depends on the slope and so on the pixel; 95 % of "
         f"{joint.CASES} rough maps had {_span(joint.GREENWOOD_RANGE)} and "
-        f"{_span(joint.CORRELATION_RANGE)}. A "
-        "dash is outside the range of the formula.",
+        f"{_span(joint.CORRELATION_RANGE)}. A dash is outside the range of the formula.",
     )
 
 
@@ -341,7 +339,7 @@ def question(result: joint.Conductance) -> str:
 
 _ASSUMPTIONS = (
     Assumption(
-        "All of the contact conducts",
+        "The whole contact conducts",
         lambda r: "film included" if r.film or r.thermal_film else "no oxide or other film",
         "the bodies carry films",
     ),

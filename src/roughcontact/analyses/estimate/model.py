@@ -419,7 +419,9 @@ def estimate(
     mean = to_si(pressure, "pressure", "pressure")
     require_positive(pressure=mean)
     if material.coating or counter_material.coating:
-        raise InputError("is not in the formulas: solve a map of the surface", argument="coating")
+        raise InputError(
+            "is not included in the formulas: solve a map of the surface", argument="coating"
+        )
     strengths = [
         item.yield_strength for item in (material, counter_material) if item.yield_strength
     ]
@@ -466,7 +468,7 @@ def surface_parameters(surface: Surface) -> Roughness:
     for name, value in (*known.items(), ("Str", texture)):
         if not math.isfinite(value):
             raise InputError(
-                f"shows no {name}: it is flat, or its waves are longer than it is",
+                f"shows no {name}: it is flat, or its waves are longer than the map",
                 argument="surface",
             )
     return Roughness(**known, Str=texture, waves=min(surface.size) / known["Sal"])
@@ -482,13 +484,16 @@ def _roughness(surface: Surface | None, specified: dict[str, Any]) -> Roughness:
     if surface is not None:
         if surface.is_profile:
             raise InputError(
-                "is a profile, and formulas are of areas: give Sq and Sdq of the surface",
+                "is a profile, and the formulas apply to areas: give Sq and Sdq of the surface",
                 argument="surface",
             )
         return replace(surface_parameters(surface), **stated)
-    for name, what in (("Sq", "how high the surface is"), ("Sdq", "how steep")):
+    for name, what in (
+        ("Sq", "root-mean-square height of the surface"),
+        ("Sdq", "its root-mean-square gradient"),
+    ):
         if name not in stated:
-            raise InputError(f"must be given, or a map: {what}", argument=name)
+            raise InputError(f"must be given without a map: {what}", argument=name)
     skewness = stated.get("Ssk", 0.0)
     usual = {
         "Sal": None,
@@ -643,8 +648,8 @@ def _require(
         )
     for name, value in _outside_domain(groups, domain).items():
         raise InputError(
-            f"lies outside the formulas, which hold for {_range_text(name, value, domain)}; "
-            "solve the contact on a map instead",
+            f"is outside the range of the formulas, {_range_text(name, value, domain)}; solve the "
+            "contact on a map instead",
             argument=_CAUSES[name],
             value=value,
         )

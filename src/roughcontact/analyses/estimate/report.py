@@ -101,7 +101,7 @@ ESTIMATE: Table = (
         "plastic_volume",
         "mean depth with plastic strain",
         "m",
-        "volume of material with any plastic strain over nominal area, not what is displaced",
+        "volume of material with any plastic strain over nominal area, not the displaced volume",
         "",
         length_of,
     ),

@@ -281,8 +281,8 @@ _ARGUMENTS = {
     GAP: "mean_gap",
 }
 _NAMES = {
-    CONTACT: "the part of the map that touches",
-    SATURATED: "the part of the contact at the ceiling",
+    CONTACT: "the share of the map in contact",
+    SATURATED: "the share of the contact at the ceiling",
     APPROACH: "the approach",
     GAP: "the mean gap",
     YIELD: "the largest stress over the yield strength",
@@ -560,7 +560,7 @@ class _Finder:
         reached = self.seen[end[0]][name]
         side = "largest" if end[1] < 0 else "smallest"
         return InputError(
-            f"{_text(name, value)} is not passed at any load: under the {side} that was tried, "
+            f"{_text(name, value)} is not reached at any load: under the {side} load tried, "
             f"{format_engineering(math.exp(end[0]), 'N')}, {_NAMES[name]} is "
             f"{_text(name, reached)}",
             argument=_ARGUMENTS.get(name, name),
@@ -635,7 +635,7 @@ def _targets(
     ]
     if not targets:
         raise InputError(
-            f"nothing is asked: give {ArgumentRef('contact_fraction')}, "
+            f"no target: give {ArgumentRef('contact_fraction')}, "
             f"{ArgumentRef('saturated_fraction')}, {ArgumentRef('approach')}, "
             f"{ArgumentRef('mean_gap')} or {ArgumentRef('first_yield')}"
         )

@@ -228,8 +228,8 @@ def _method(_: search.LoadSearch) -> list[Block]:
     return [
         Block(
             "text",
-            "Each load is one of its bracket, two neighboring loads that were solved: the value is "
-            "reached under the larger, not under the smaller.",
+            "Each value is reached between two solved loads, under the larger and not under the "
+            "smaller.",
         )
     ]
 

@@ -177,7 +177,7 @@ def run_generate(specified: Given, say: Say) -> tuple[Surface, list[Path]]:
     requested = COMMAND.parse_values(specified)
     places = _output_places(requested)
     if requested[SQ] is None:
-        raise InputError("must be given: how high the surface is", argument="Sq")
+        raise InputError("must be given: root-mean-square height of the surface", argument="Sq")
     shape = requested[POINTS]
     pixel = pixel_of(requested[SIZE], shape)
     say("generating the surface")

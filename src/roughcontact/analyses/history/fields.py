@@ -103,7 +103,9 @@ HISTORY: Table = (
     Quantity(
         "is_elastic_now",
         "shaken down",
-        form=lambda v: f"{'yes: going on stays elastic' if v else 'no: going on may indent more'}",
+        form=lambda v: (
+            f"{'yes: more cycles are elastic' if v else 'no: more cycles may indent further'}"
+        ),
     ),
     Quantity("volume_account", of=lambda _: VOLUME_ACCOUNT),
     *CAUTIONS,

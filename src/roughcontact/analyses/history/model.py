@@ -80,8 +80,8 @@ class SlidingPair:
         moved[here] = self._rolled(heights, shift)[there]
         if np.isnan(moved + surface.heights).all():
             raise CapacityError(
-                f"no contact is possible: shifted by {shift} pixels the counter-body has no point "
-                "left that faces one of the surface"
+                f"no contact is possible: shifted by {shift} pixels the counter-body has no valid "
+                "point opposite one of the surface"
             )
         moved_counter = replace(counter, heights=moved, holes_masked=True)
         return replace(self.pair, share=surface, counter_surface=moved_counter)
@@ -184,9 +184,9 @@ NEGLIGIBLE_GROWTH = 1e-5
 _REACHED = 1e-6
 
 VOLUME_ACCOUNT = (
-    "the indented volume is lost: saturated pixels are lowered and nothing is raised in return "
-    "(no pile-up), pixels below the ceiling keep their height to the bit, and no other residual "
-    "displacement or stress stays behind"
+    "the indented volume is lost: saturated pixels are lowered and none is raised (no pile-up), "
+    "pixels below the ceiling keep their exact height, and there is no other residual displacement "
+    "or stress"
 )
 """Conserved and lost quantities of the model."""
 
@@ -582,9 +582,9 @@ def _path_in_pixels(pair: Pair, requested: Sequence[Stage], terms: LoadCase, eac
     bodies = sliding_pair(pair, shifts)
     if bodies.on_counter and isinstance(limit, np.ndarray) and any(map(any, shifts)):
         raise InputError(
-            f"a {ArgumentRef('ceiling')} per pixel stays with the pixels of "
-            f"{ArgumentRef('surface')}, but here the counter-body is indented and moves: give one "
-            "ceiling, or swap the two bodies"
+            f"a {ArgumentRef('ceiling')} per pixel belongs to the pixels of "
+            f"{ArgumentRef('surface')}, but here the counter-body is indented and moves: give a "
+            "single ceiling, or swap the two bodies"
         )
     untouched = np.zeros(bodies.indented.shape)
     reference = bodies.pair_at(untouched, (0, 0)).highest
@@ -767,7 +767,7 @@ def _solve_history_stage(
         terms = way.terms_of(stage, lowered)
         result = _solve_stage(pair, terms, progress_callback(progress, number + 1, count, label))
     except ConvergenceError as error:
-        hint = "" if place is None else f"; the stages before it are kept in {place.folder}"
+        hint = "" if place is None else f"; earlier stages are saved in {place.folder}"
         text = Sentence(f"stage {number + 1} of {count}: ", *error.parts, hint)
         raise ConvergenceError(text, error.result) from None
     new = result.residual_indentation

@@ -21,7 +21,7 @@ def history_question(history: LoadHistory) -> str:
     """Return the question that a load history answers."""
     name = phrases.source(history.before.surface.provenance)
     load = format_engineering(history.under_largest.load, "N")
-    return f"What does a load history up to {load} leave on {name}?"
+    return f"Which indentation does a load history up to {load} leave on {name}?"
 
 
 def _details(history: LoadHistory, scene: Any, **more: Any) -> list[Block]:

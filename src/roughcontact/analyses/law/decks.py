@@ -52,8 +52,8 @@ def csv(law: InterfaceLaw) -> str:
 def abaqus(law: InterfaceLaw) -> str:
     """Return the surface interactions for an Abaqus deck."""
     text = (
-        "The faces stand for the mean planes of the rough surfaces. Overclosure 0: the mean "
-        "planes meet. Negative overclosure: the faces are apart.",
+        "The faces represent the mean planes of the rough surfaces. Overclosure 0: the mean planes "
+        "meet. Negative overclosure: the faces are apart.",
     )
 
     def rows(branch: str) -> list[str]:
@@ -84,18 +84,18 @@ def abaqus(law: InterfaceLaw) -> str:
 def calculix(law: InterfaceLaw) -> str:
     """Return the surface interactions for a CalculiX deck."""
     text = (
-        "The faces stand for planes at the highest summits of the rough surfaces. Overclosure 0: "
-        "first touch. It is the distance by which the mean planes came closer since then.",
-        "Use TYPE=NODE TO SURFACE: face-to-face contact of CalculiX 2.20 makes no pressure of a "
-        "table. Beyond the last row the pressure stays as it is.",
+        "The faces represent planes at the highest summits of the rough surfaces. Overclosure 0: "
+        "first touch. It is the approach of the mean planes since then.",
+        "Use TYPE=NODE TO SURFACE: face-to-face contact of CalculiX 2.20 ignores pressure tables. "
+        "Beyond the last row the pressure is constant.",
     )
 
     def rows(branch: str) -> list[str]:
         return [
             *_comments(
                 "Conductance over pressure. In node-to-surface contact with a table of overclosure "
-                "CalculiX 2.20 takes the first row, whatever the pressure: give *GAP CONDUCTANCE "
-                "with the row that fits."
+                "CalculiX 2.20 uses the first row at all pressures: give *GAP CONDUCTANCE with the "
+                "row of your pressure."
             ),
             *(f"** {row}" for row in _rows(*_conductances(law, branch)[0][::-1])),
         ]
@@ -104,7 +104,9 @@ def calculix(law: InterfaceLaw) -> str:
         assert law.friction is not None
         pressure, slopes = _stick_slopes(law, branch)
         return [
-            *_comments("Stick slope over pressure. The last row is taken: give that which fits."),
+            *_comments(
+                "Stick slope over pressure. The last row is used: give the row of your pressure."
+            ),
             *(f"** {row}" for row in _rows(slopes, pressure)),
             "*FRICTION",
             f"{law.friction.sliding:.9g}, {slopes[-1]:.9e}",
@@ -164,8 +166,8 @@ def moose(law: InterfaceLaw) -> str:
         *_comment_head(law, "#"),
         *_comments(
             "Units: m, Pa, W/(m^2 K), S/m^2. The faces represent planes at the highest summits. "
-            "Pressure is over the distance by which the mean planes came closer since first "
-            "touch, conductance over pressure. For c_normal take the slope named with a branch.",
+            "Pressure is over the approach of the mean planes since first touch, conductance over "
+            "pressure. For c_normal use the slope given with a branch.",
             "#",
         ),
         "[Functions]",
@@ -343,7 +345,7 @@ def _make_deck(
 
 def _words(table: LawTable) -> str:
     words = "unloading and loading again" if table.branch == UNLOADING else "first loading"
-    return f"{words}; straight lines between rows are right to {100 * table.error:.3g} %"
+    return f"{words}; linear interpolation is accurate to {100 * table.error:.3g} %"
 
 
 def _overclosure(table: LawTable) -> Array:

@@ -654,8 +654,8 @@ def interface_law(
     ):
         if len(samples.points) < 2:
             raise InputError(
-                f"has {len(samples.points)} pressure at which map {number} touches inside its rim: "
-                "a law needs two at least",
+                f"has {len(samples.points)} pressure at which map {number} has contact inside its "
+                "rim: a law needs at least two",
                 argument="contacts",
             )
         samples.unloading = after
@@ -722,7 +722,7 @@ def _collect_points(contacts: Iterable[ContactResult]) -> list[_Samples]:
             answer.append(samples)
         samples.add(result)
     if not answer:
-        raise InputError("is empty: give two contacts at least", argument="contacts")
+        raise InputError("is empty: give at least two contacts", argument="contacts")
     return answer
 
 
@@ -739,7 +739,7 @@ def _unloading_points(
             collected[0].pair,
             result.pair,
             "unloading",
-            "; give the maps pressed alike",
+            "; give contacts of the same bodies and boundary",
             only_elastic=True,
         )
         if not pairs or again or not same_heights(pairs[-1], result.pair):
@@ -773,8 +773,8 @@ def _indentation_inside(samples: _Samples, pair: Pair, number: int) -> float:
 
 def _unlike_error(number: int) -> InputError:
     return InputError(
-        f"map {number} is not map {number} of the contacts as its largest load left it: give the "
-        f"maps in their order, each from {ArgumentRef('indented_surface')}",
+        f"map {number} is not map {number} of the contacts after its largest load: give the maps "
+        f"in the same order, each from {ArgumentRef('indented_surface')}",
         argument="unloading",
     )
 
@@ -855,8 +855,8 @@ def _check(result: ContactResult, first: ContactResult) -> None:
     pair.require_map(LAW_NAME, coated=False)
     if shape_of(pair) is not None:
         raise InputError(
-            "are of curved bodies, and an interface law is one of nominally flat ones: take the "
-            "form away, or leave the nominal bodies out",
+            "are of curved bodies, and an interface law requires nominally flat ones: remove the "
+            "form, or omit the nominal bodies",
             argument="contacts",
         )
     require_alike(
@@ -865,7 +865,7 @@ def _check(result: ContactResult, first: ContactResult) -> None:
         "contacts",
         "; contact and stiffness depend on all of them: give maps of one surface on one grid (",
         ArgumentRef("pixel"),
-        "), pressed alike",
+        "), solved with the same bodies and boundary",
     )
     require_one_model(first.ceiling is None, result.ceiling is None)
 

@@ -82,7 +82,7 @@ LAW: Table = (
         text=lambda law: count_noun(len(law.maps), "map"),
         part=PROBLEM,
     ),
-    Quantity("rim", "rim that is left out", unit="m", part=PROBLEM, when=lambda law: law.rim > 0),
+    Quantity("rim", "rim that is excluded", unit="m", part=PROBLEM, when=lambda law: law.rim > 0),
     Quantity(
         "first_touch",
         "separation at first touch",
@@ -210,18 +210,18 @@ def _known(law: InterfaceLaw) -> str:
     error = max(law.curve(branch).error for branch in law.branches)
     if math.isnan(error):
         return "."
-    return f"; between those that were solved the law is known to about {100 * error:.2g} %."
+    return f"; between the solved pressures the law has an error of about {100 * error:.2g} %."
 
 
 def sentences(law: InterfaceLaw) -> tuple[str, ...]:
     """Return the sentences that precede the law."""
     several = len(law.maps) > 1
     return (
-        "The separation ū is that of the mean planes of the two surfaces, with what is indented "
-        "counted as negative; at first touch it is the height of the highest summit. Overclosure "
-        "is minus the separation.",
-        "Stiffness per area, in GPa/µm: while loading, the elastic contact alone resists; while "
-        "unloading, all of the contact does.",
+        "The separation ū is the distance of the mean planes of the two surfaces, where indented "
+        "points have a negative gap; at first touch it is the height of the highest summit. "
+        "Overclosure is minus the separation.",
+        "Stiffness per area, in GPa/µm: during loading only the elastic contact resists, during "
+        "unloading the whole contact.",
         *(
             ()
             if law.is_elastic
@@ -232,9 +232,8 @@ def sentences(law: InterfaceLaw) -> tuple[str, ...]:
         ),
         *(
             (
-                "± is half of the interval in which the mean over all maps of this surface lies "
-                "with "
-                f"{100 * LEVEL:.0f} %.",
+                f"± is half of the {100 * LEVEL:.0f} % interval of the mean over all maps of this "
+                "surface.",
             )
             if several
             else ()
@@ -245,16 +244,16 @@ def sentences(law: InterfaceLaw) -> tuple[str, ...]:
             else ("The unloading branch was not solved.",)
         ),
         *(
-            ("Nothing is at the ceiling: unloading goes back the way of loading.",)
+            ("No point is at the ceiling: unloading follows the loading curve.",)
             if law.is_elastic
             else ()
         ),
         *(
-            ("Persson's theory is that of the elastic joint with the spectrum of the maps.",)
+            ("Persson's theory is evaluated for the elastic joint with the spectrum of the maps.",)
             if math.isfinite(law.persson_length)
             else ("Persson's theory needs maps without missing points.",)
         ),
-        f"Tables for other programs have as many rows as straight lines need for {100 * ERROR:.0f} "
+        f"Tables for other programs have enough rows for linear interpolation to {100 * ERROR:.0f} "
         f"% of the pressure{_known(law)}",
     )
 

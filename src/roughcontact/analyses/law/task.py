@@ -94,7 +94,7 @@ def _check(request: Request) -> None:
     for option in (options.COUNTER_SURFACE, options.COUNTER_BODY):
         if len(request.files) > 1 and request.is_given(option):
             raise InputError(
-                "goes with one map; several are pressed by a flat", argument=option.argument
+                "needs a single map; several maps are pressed by a flat", argument=option.argument
             )
     known = all(body.conductivity is not None for body in joints.conductors(request))
     if request[joints.THERMAL_FILM] and not known:

@@ -699,7 +699,7 @@ def seal_of(
         return Seal(known["viscosity"], known["pressure_difference"], *face)
     for name in ("viscosity", "pressure_difference"):
         if name in known:
-            raise InputError("goes without ", ArgumentRef("gas"), argument=name)
+            raise InputError("cannot be combined with ", ArgumentRef("gas"), argument=name)
     _require(known, {"inlet": "'2 bar'", "outlet": "'1 mbar'"})
     state = _gas_state(gas, known["inlet"], known["outlet"], temperature)
     return Seal(state.viscosity, state.inlet - state.outlet, *face, state)
@@ -724,6 +724,6 @@ def _check_ring(width: float | None, length: float | None, ring: float | None) -
     if ring is None:
         return
     if width is not None:
-        raise InputError("goes without ", ArgumentRef("ring"), argument="seal_width")
+        raise InputError("cannot be combined with ", ArgumentRef("ring"), argument="seal_width")
     if length is not None and not length < ring:
         raise input_error("seal_length", length, "must be below the diameter of the ring")

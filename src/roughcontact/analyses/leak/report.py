@@ -282,13 +282,13 @@ def _sides(result: Leakage) -> str:
     periodic_axes = result.largest.boundary.periodic_axes
     if all(axis in periodic_axes for axis in result.axes):
         return (
-            "The pressure falls by the same amount over each period of the map; it leads through "
-            "where a way leads on from each period to the next."
+            "The pressure falls by the same amount over each period of the map; flow needs an open "
+            "path from each period to the next."
         )
     return (
-        "Where the map ends the pressure is given at two opposite sides, and nothing flows "
-        "through the other two. The gap along the sides of a free map is that of a body that ends "
-        "there: as part of a larger face give it a periodic boundary."
+        "Where the map ends the pressure is given at two opposite sides, and no fluid flows "
+        "through the other two. The gap along the sides of a free map is for contact inside the "
+        "map only: for a part of a larger face use a periodic boundary."
     )
 
 
@@ -297,17 +297,17 @@ def _sentences(result: Leakage) -> tuple[str, ...]:
         "The gas flows from viscous to free molecular by the local Knudsen number, walls reflect "
         "its molecules diffusely, and its temperature is constant."
         if _is_gas(result)
-        else "The rate is k Δp w/(12 η l) of a liquid; of a gas that does not slip it is the "
-        "volume at the mean of the pressures at inlet and outlet."
+        else "The rate is k Δp w/(12 η l) for a liquid; for a gas without slip it is the volume at "
+        "the mean of inlet and outlet pressure."
     )
     return (
         "Reynolds' equation of a thin film in the gap: nothing flows through contact. The mean "
-        "pressure of the fluid is taken off the load where it carries more than "
+        "pressure of the fluid is subtracted from the load where it carries more than "
         f"{100 * MIN_FLUID_SHARE:.0f} % of it.",
         _sides(result),
         *((fluid,) if result.seal is not None else ()),
         "The flow factor φ is k over the cube of the mean gap ū, 1 between smooth plates; closed "
-        "points count in ū with zero.",
+        "points are included in ū as zero.",
         "The leak rate depends on the narrowest constrictions, and so on single summits. Another "
         "part of the same face may differ by a factor, near sealing most of all.",
     )

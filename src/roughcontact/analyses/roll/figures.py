@@ -84,17 +84,15 @@ def _draw_strains(axes: Axes, rolling: RollingResult, number: Array) -> None:
             [item.strain_added for item in rolling.passes],
             "o-",
             style.SERIES[0],
-            "added, there and back counted",
+            "added, forward and backward",
         ),
-        ([item.strain_net for item in rolling.passes], "s--", style.SERIES[1], "left of it"),
-        (shear, "^:", style.SERIES[2], "mean shear left of it"),
+        ([item.strain_net for item in rolling.passes], "s--", style.SERIES[1], "net"),
+        (shear, "^:", style.SERIES[2], "net mean shear"),
     ):
         # A logarithmic scale has no zero.
         held = np.array(values)
         axes.plot(number, np.where(held > 0, held, np.nan), line, color=colour, label=name)
-    axes.axhline(
-        minimum, color=style.NEUTRAL, linewidth=1.2, linestyle="-.", label="counts as none"
-    )
+    axes.axhline(minimum, color=style.NEUTRAL, linewidth=1.2, linestyle="-.", label="threshold")
     style.log_scale(axes, "y")
     top = max(item.strain_added for item in rolling.passes)
     axes.set_ylim(minimum / 100, 3 * max(top, minimum))

@@ -291,9 +291,9 @@ class RollingResult(Result):
         if kind is Shakedown.RATCHETING:
             return f"ratchets by a plastic strain of {self.passes[-1].strain_net:.2g} a pass"
         if kind is Shakedown.NOT_SETTLED:
-            return f"not settled after {len(self.passes)}: ask for more passes"
+            return f"not settled after {len(self.passes)}: use more passes"
         if kind is Shakedown.NOT_RESOLVED:
-            return "not told: the steps are longer than the half-width of the contact"
+            return "not evaluated: the steps are longer than the contact half-width"
         return str(kind)
 
     @property
@@ -325,7 +325,9 @@ class RollingResult(Result):
             If there is no folder of saved states.
         """
         if self.folder is None:
-            raise InputError("is needed: the steps of the passes are kept there", argument="folder")
+            raise InputError(
+                "is needed: the steps of the passes are saved there", argument="folder"
+            )
         for number in range(1, len(self.passes) + 1):
             files = sorted(_pass_folder(self.folder, number).glob("step-*.nc"))
             for file in files:
@@ -609,7 +611,7 @@ def shakedown_load(
         rolled = roll(surface, load=load, passes=passes, **options)
         if rolled.shakedown is Shakedown.NOT_RESOLVED:
             raise InputError(
-                f"must be more: at {load:.4g} N they are longer than the half-width of the contact",
+                f"must be larger: at {load:.4g} N the steps are longer than the contact half-width",
                 argument="steps",
             )
         return rolled.shakedown in (Shakedown.ELASTIC, Shakedown.ELASTIC_SHAKEDOWN)
@@ -631,22 +633,22 @@ def shakedown_load(
 
 
 _NUMBERS = {
-    "strain_added": ("1", "largest plastic strain that the pass added, there and back counted"),
-    "strain_net": ("1", "largest plastic strain that is left of it"),
-    "max_pressure": ("Pa", "largest contact pressure on the way"),
+    "strain_added": ("1", "largest plastic strain added by the pass, forward and backward"),
+    "strain_net": ("1", "largest net plastic strain of the pass"),
+    "max_pressure": ("Pa", "largest contact pressure during the pass"),
     "max_plastic_strain": ("1", "largest accumulated plastic strain after the pass"),
     "max_residual_stress": ("Pa", "largest von Mises stress by the plastic strain alone"),
     "max_residual_displacement": ("m", "deepest residual displacement"),
     "steps": ("1", "increments"),
-    "contact_area": ("m2", "largest contact area on the way"),
-    "approach": ("m", "largest approach on the way"),
+    "contact_area": ("m2", "largest contact area during the pass"),
+    "approach": ("m", "largest approach during the pass"),
     "Sq": ("m", "root-mean-square height of the rough body after the pass"),
     "Spk": ("m", "reduced peak height of the rough body after the pass"),
 }
 # Names in files since version 0.2.
 _STORED = {"strain_added": "flow", "strain_net": "gain"}
 _PROFILES = {
-    "shear": ("1", "shear strain along the first pass that the pass added"),
+    "shear": ("1", "shear strain added by the pass, along the first pass"),
     "residual_along": ("Pa", "normal stress by the plastic strain alone, along the pass"),
     "residual_across": ("Pa", "normal stress by the plastic strain alone, across the pass"),
 }

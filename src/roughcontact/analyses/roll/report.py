@@ -103,9 +103,7 @@ ROLLING: Table = (
     ),
     Quantity("requested", of=lambda r: r.requested or len(r.passes)),
     Quantity("reciprocating"),
-    Quantity(
-        "shakedown", "passes come to", of=lambda r: str(r.shakedown), text=lambda r: r.outcome_text
-    ),
+    Quantity("shakedown", "outcome", of=lambda r: str(r.shakedown), text=lambda r: r.outcome_text),
     Quantity("settled_after"),
     Quantity(
         "strain_added",
@@ -114,7 +112,13 @@ ROLLING: Table = (
         form=strain,
         meaning="plastic, largest, forward and backward added",
     ),
-    Quantity("strain_net", "left of it", of=_last("strain_net"), form=strain, meaning="largest"),
+    Quantity(
+        "strain_net",
+        "net strain of the last pass",
+        of=_last("strain_net"),
+        form=strain,
+        meaning="largest",
+    ),
     Quantity(
         "shear",
         "shear by the last pass",
@@ -123,7 +127,9 @@ ROLLING: Table = (
         form=strain,
         meaning="largest of all layers, towards where the counter-body moved on the first pass",
     ),
-    Quantity("strain_threshold", "counts as none", form=strain, meaning="1 % of the yield strain"),
+    Quantity(
+        "strain_threshold", "threshold of no strain", form=strain, meaning="1 % of the yield strain"
+    ),
     Quantity(
         "in_plane_stress",
         "residual stress in the plane",
@@ -153,7 +159,7 @@ def _column(key: str, name: str = "", unit: str = "1", **text: Any) -> Column:
 PASSES: Columns = (
     Column("number", "pass", of=lambda r: range(1, len(r.passes) + 1)),
     _column("strain_added", "strain", form=strain),
-    _column("strain_net", "left of it", form=strain),
+    _column("strain_net", "net strain", form=strain),
     _column("largest_shear", "shear", form=strain),
     _column("max_plastic_strain", "in all", form=strain, brief=False),
     _column("max_pressure", "largest pressure", "Pa", digits=3),
@@ -176,20 +182,20 @@ _CRITERIA = {
         "and hardening carry the load without yielding."
     ),
     Shakedown.PLASTIC_SHAKEDOWN: (
-        "The last pass added as much plastic strain as that before, to 10 %, and less than 2 % of "
-        "it is left: the metal yields forward and backward: expect fatigue."
+        "The last pass added the same plastic strain as the one before, within 10 %, and less than "
+        "2 % of it remains: the metal yields forward and backward: expect fatigue."
     ),
     Shakedown.RATCHETING: (
-        "The last pass added as much plastic strain as that before, and what is left of it is "
-        "alike, both to 10 %: each pass drags the metal on."
+        "The last pass added the same plastic strain as the one before, and the same net strain, "
+        "both within 10 %: each pass moves the metal further."
     ),
     Shakedown.NOT_SETTLED: (
-        "The strain that passes add still changes by more than 10 % from one to the next, and is "
+        "The strain added by a pass still changes by more than 10 % from one to the next, and is "
         "above {least}, 1 % of the yield strain σ_Y/(3μ)."
     ),
     Shakedown.NOT_RESOLVED: (
-        "The steps of a pass are longer than the half-width of the contact: the strain is not "
-        "that of a roller in continuous motion. Use more steps."
+        "The steps of a pass are longer than the contact half-width: the strain does not represent "
+        "a roller in continuous motion. Use more steps."
     ),
 }
 
@@ -210,7 +216,7 @@ FIGURES: Illustrations = (
         "passes",
         plots.passes,
         "Pass by pass: plastic strain added and net, mean shear, maximum pressure and contact "
-        "area, Sq and Spk of the unloaded body. Look whether the strain added falls.",
+        "area, Sq and Spk of the unloaded body. Check whether the added strain decreases.",
         FRONT,
         WIDE,
     ),
@@ -293,7 +299,7 @@ def _answer(rolling: RollingResult) -> str:
             return f"Ratchets: each pass adds {net} of net plastic strain."
         case Shakedown.NOT_SETTLED:
             return f"Not settled after {count_noun(count, 'pass')}: the last one adds {added}."
-    return "Not resolved: the steps are longer than the half-width of the contact."
+    return "Not resolved: the steps are longer than the contact half-width."
 
 
 def _numbers(rolling: RollingResult) -> CellTable:

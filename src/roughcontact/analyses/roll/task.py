@@ -44,7 +44,7 @@ PASSES = Option(
     "passes",
     Panel.BODIES,
     "NUMBER",
-    "Maximum number of passes (forward and back count as two); default: 5.",
+    "Maximum number of passes (forward and back are two); default: 5.",
     parsing.int_parser(1, limits.STEPS),
     5,
 )
@@ -190,7 +190,7 @@ def _leaves_series(request: Request) -> bool:
 def _check(request: Request) -> None:
     if not any(map(request.is_given, (options.COUNTER_BODY, options.COUNTER_SURFACE))):
         raise InputError(
-            "is needed: what passes over the body, such as ",
+            "is needed: the body that rolls over the map, such as ",
             ArgumentRef("counter_body", "cylinder 5 mm 90 deg"),
             "; or a ",
             ArgumentRef("counter_surface"),

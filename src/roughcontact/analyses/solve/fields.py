@@ -36,7 +36,7 @@ from roughcontact.report.kind import (
 )
 from roughcontact.units import count_noun, format_engineering, format_percent, order_of_magnitude
 
-# The contact
+# --- The contact ---
 
 
 def ceiling_stored(result: Any) -> Any:
@@ -140,7 +140,7 @@ CONTACT: Table = (
         "moments",
         symbol="W·y, W·x",
         unit="N m",
-        meaning="of the load about the middle of the map, as given",
+        meaning="of the load about the center of the map, as given",
         of=lambda r: None if r.moments is None else list(r.moments),
         part=PROBLEM,
         when=_tilts,
@@ -156,7 +156,7 @@ CONTACT: Table = (
         "tilt",
         "tilt (y, x)",
         unit="rad",
-        meaning="by which the counter-body is turned away, about the middle",
+        meaning="rotation of the counter-body away from the body, about the center",
         of=lambda r: list(r.tilt),
         when=_tilts,
     ),
@@ -164,7 +164,7 @@ CONTACT: Table = (
         "center_of_pressure",
         "center of pressure (y, x)",
         unit="m",
-        meaning="from the middle of the map",
+        meaning="from the center of the map",
         of=lambda r: list(r.center_of_pressure),
         when=_tilts,
         stored=False,
@@ -219,7 +219,7 @@ CONTACT: Table = (
     Quantity(
         "contact_fraction",
         "real contact",
-        meaning="share of the map that touches",
+        meaning="share of the map in contact",
         form=format_percent,
         part=HEADLINE,
     ),
@@ -227,7 +227,7 @@ CONTACT: Table = (
         "perimeter_corrected_area",
         "perimeter-corrected area",
         unit="m²",
-        meaning="without what whole pixels at the perimeter of spots add",
+        meaning="without the excess of whole pixels at the perimeter of spots",
     ),
     Quantity(
         "saturated_fraction",
@@ -267,7 +267,7 @@ CONTACT: Table = (
         "max_residual_indentation",
         "residual indentation",
         unit="m",
-        meaning="depth that saturated points keep",
+        meaning="residual depth of saturated points",
         of="totals.max_indentation",
         form=up_to,
         when=_limited,
@@ -276,16 +276,11 @@ CONTACT: Table = (
         "calibration",
         "with three yield strengths",
         of=lambda r: r.calibration and r.calibration.summary(),
-        meaning="before the ceiling was recommended, and by how much it differs",
+        meaning="before calibration of the ceiling, and its difference",
         text=phrases.with_usual_ceiling,
         when=_has_usual_ceiling,
     ),
-    Quantity(
-        "regime",
-        "regime",
-        meaning="how far the softer body is from elastic",
-        of=lambda r: str(r.regime),
-    ),
+    Quantity("regime", "regime", meaning="of the softer body", of=lambda r: str(r.regime)),
     Quantity("calibrated", of=lambda r: r.calibrated and r.calibrated.summary()),
     Quantity("uncertainty", of=lambda r: r.measurement and r.measurement.summary()),
     *formulas.BESIDE,
@@ -328,7 +323,7 @@ HEADLINES = ("contact_fraction", "mean_pressure", "saturated_fraction", "mean_ga
 """Headline quantities of the report of a contact."""
 
 
-# The volume model
+# --- The volume model ---
 
 
 def _loaded(result: ElastoplasticResult) -> bool:
@@ -400,7 +395,7 @@ VOLUME: Table = (
         "perimeter_corrected_area",
         "perimeter-corrected area",
         unit="m²",
-        meaning="less what whole pixels at the elastic rim of spots add",
+        meaning="less the excess of whole pixels at the elastic rim of spots",
         when=_loaded,
         stored=False,
         brief=False,
@@ -412,7 +407,7 @@ VOLUME: Table = (
         "max_residual_displacement",
         "residual displacement",
         unit="m",
-        meaning="what plastic strain adds to the gap",
+        meaning="increase of the gap by plastic strain",
         of=lambda r: float(r.residual_displacement.max()),
         form=up_to,
     ),
@@ -420,7 +415,7 @@ VOLUME: Table = (
         "raised",
         "raised surface",
         unit="m",
-        meaning="by which it takes from the gap (pile-up)",
+        meaning="decrease of the gap by plastic strain (pile-up)",
         of=_is_raised,
         form=up_to,
         stored=False,
@@ -440,12 +435,7 @@ VOLUME: Table = (
     ),
     Quantity("plastic_volume", "plastic volume", unit="m³", meaning="with any plastic strain"),
     Quantity("plastic_depth", "plastic depth", unit="m", meaning="that plastic strain reaches"),
-    Quantity(
-        "regime",
-        "regime",
-        meaning="how far the bodies are from elastic",
-        of=lambda r: str(r.regime),
-    ),
+    Quantity("regime", "regime", meaning="of the bodies", of=lambda r: str(r.regime)),
     *CAUTIONS,
     _contact_quantity("boundary"),
     Quantity(
@@ -519,12 +509,6 @@ INCREMENTS: Columns = (
 """Columns of the increments of an `ElastoplasticResult`."""
 
 
-# Stress below the surface
-
-
-# Many loads
-
-
 # --- Bodies of contacts under several loads ---
 
 
@@ -545,17 +529,20 @@ PAIR: Table = tuple(
 LOAD = "N/m"
 
 BOUNDARY = {
-    Boundary.PERIODIC_Y: ("free", "the profile is all that touches, alike along y without end"),
+    Boundary.PERIODIC_Y: (
+        "free",
+        "contact occurs only inside the profile, which continues unchanged along y",
+    ),
     Boundary.PERIODIC: (
         "periodic",
-        "the profile is one period of an endless one, alike along y without end",
+        "the profile is one period of an endless one, which continues unchanged along y",
     ),
 }
 """Boundary condition at the ends of a profile: name and meaning."""
 
 REFERENCE = (
-    "from the first touch; of a free profile a line load displaces nothing at a distance of the "
-    "length of the profile"
+    "from the first touch; on a free profile a line load causes no displacement at a distance of "
+    "its length"
 )
 """Reference of the approach."""
 
@@ -612,7 +599,7 @@ PROFILE_CONTACT: Table = (
         meaning="points with pressure, and their share of the profile",
     ),
     _changed_quantity(
-        "contact_fraction", name="contact", meaning="share of the profile that touches"
+        "contact_fraction", name="contact", meaning="share of the profile in contact"
     ),
     _changed_quantity(
         "saturated_fraction", name="saturated length", meaning="share of the profile at the ceiling"
@@ -631,13 +618,7 @@ PROFILE_CONTACT: Table = (
 """Quantities of a `ContactResult` of profiles."""
 
 
-# Stress below a profile
-
-
-# Many loads
-
-
-# The contact segments
+# --- Contact segments of profiles ---
 
 
 def segments(result: ContactResult, spots: Spots) -> list[tuple[str, str, str]]:
@@ -645,7 +626,7 @@ def segments(result: ContactResult, spots: Spots) -> list[tuple[str, str, str]]:
     largest, load = float(spots.area[0]), float(spots.load[0])
     share = format_percent(min(load / float(spots.load.sum()), 1.0))
     return [
-        ("Number", str(spots.count), "parts of the profile that touch without a break"),
+        ("Number", str(spots.count), "connected parts of the profile in contact"),
         ("Mean length", format_engineering(float(spots.area.mean()), "m"), ""),
         (
             "Longest",

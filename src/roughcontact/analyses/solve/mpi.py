@@ -48,7 +48,7 @@ def _check(request: Request, is_volume: bool) -> None:
     """Raise `InputError` for options that are not available on several ranks."""
     if is_volume and request[solve.FOLDER] is not None:
         raise InputError(
-            "keeps the states of one process and is not available on several ranks; leave it out, "
+            "needs all states in one process and is not available on several ranks; leave it out, "
             "or start without mpiexec",
             argument="folder",
         )
@@ -74,8 +74,8 @@ def _check_map(request: Request) -> None:
     for option in request.task.options:
         if option.whole_map and request.is_given(option):
             raise InputError(
-                "takes a map in one place and is not available on several ranks; prepare the map "
-                "beforehand and save it as .nc or .npy, or start without mpiexec",
+                "needs the whole map in one process and is not available on several ranks; prepare "
+                "the map beforehand and save it as .nc or .npy, or start without mpiexec",
                 argument=option.argument,
             )
     for option, known in ((options.LEVEL, ("plane", "none")), (options.MISSING, ("error", "mask"))):

@@ -285,7 +285,7 @@ def _hertz_comparison(result: ContactResult, smooth: float, interval: Interval |
     value = result.nominal_area * interval.value if interval else result.contact_area
     area, ratio = phrases.format_short(value, unit), value / smooth
     if abs(ratio - 1) < _AREA_TOLERANCE:
-        return f"The bodies touch on {area}{ends}, as Hertz's theory has it{_yields(result)}"
+        return f"The bodies touch on {area}{ends}, as in Hertz's theory{_yields(result)}"
     share = f", {phrases.format_share(ratio)} of the Hertz contact{_yields(result)}"
     if not is_smooth(result.pair):
         return f"Roughness carries the load on {area}{ends}{share}"

@@ -38,7 +38,7 @@ def question(result: ElastoplasticResult) -> str:
     if not result.increments:
         return f"How deep does {name} yield?"
     largest = format_engineering(contact_fields.largest_load(result), "N")
-    return f"What does a load of {largest} leave on {name}?"
+    return f"Which indentation does a load of {largest} leave on {name}?"
 
 
 def inputs_of(result: ElastoplasticResult, specified: Sequence[Row], drawn: bool) -> list[Block]:
@@ -80,7 +80,7 @@ def method(result: ElastoplasticResult) -> list[Block]:
     texts = (
         "Plastic strain follows from J2 plasticity with radial return, layer by layer. It is "
         "iterated with the contact until both agree. Each increment starts from the one before; "
-        "those that did not settle were halved.",
+        "increments that did not converge were halved.",
         "Residual: largest change of the plastic strain in the last iteration of an increment, "
         "over its largest strain or the yield strain σ_Y/(2μ). Yield excess: von Mises stress over "
         "yield strength, less one, computed again from strain and pressure. Certificate of the "

@@ -65,7 +65,7 @@ def _interface_stresses(stress: StressResult) -> str:
 
 
 STRESS: Table = (
-    Quantity("body", "looked into", text=lambda stress: f"the {BODIES[stress.body]}"),
+    Quantity("body", "evaluated body", text=lambda stress: f"the {BODIES[stress.body]}"),
     Quantity(
         "friction",
         "friction",

@@ -221,7 +221,7 @@ def shown_depth(result: StressResult, values: Any, depth: float | None, width: f
     """Return the depth of a drawn section [m]; raise `InputError` if it is invalid."""
     depths = result.profile.depths
     if depths.size < 2:
-        raise InputError("a section needs two depths or more, and the result has one")
+        raise InputError("a section needs at least two depths, and the result has one")
     if depth is None:
         strong = int(np.flatnonzero(values.max(axis=1) >= _STRONG * values.max())[-1])
         weak = min(strong + 1, depths.size - 1)
@@ -282,7 +282,7 @@ def stress_map(result: StressResult) -> Figure:
             axes, [(style.OVER, f"yield strength exceeded below {share} of the map")]
         )
         black = float(style.cell_points(peak.shape, blocks)[cells > strength].sum()) / peak.size
-        more = f"That makes {format_percent(black)} of the picture black."
+        more = f"That makes {format_percent(black)} of the figure black."
     style.name_axes(axes, title=_stress_title(result, (factor, unit), length))
     style.cell_note(figure, blocks, "the largest stress in it", more)
     return figure

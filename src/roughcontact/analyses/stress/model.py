@@ -518,8 +518,7 @@ def _check_depths(depths: ArrayLike | None) -> None:
     minimum = float(as_finite_row(depths, "depths").min())
     if minimum <= 0:
         raise InputError(
-            f"must lie below the surface, got {minimum!r} m; the "
-            "surface itself is `stress.slices` at 0",
+            f"must be below the surface, got {minimum!r} m; give depths above 0",
             argument="depths",
             value=minimum,
         )

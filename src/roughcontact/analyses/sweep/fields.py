@@ -59,7 +59,7 @@ def _slope(curve: LoadCurve) -> str:
     slope = f"{curve.low_load_slope:.4g}"
     if curve.low_loads.any():
         return f"{slope}; theory 1.6 (Persson) to 2.5 (Bush, Gibson, Thomas)"
-    return f"{slope} at the smallest load; none is low (5 % of the map) and elastic"
+    return f"{slope} at the smallest load; no load is elastic with less than 5 % contact"
 
 
 def given_loads_of(unit: Callable[[Any], str] = lambda _: "N") -> Quantity:

@@ -132,7 +132,7 @@ class LoadCurve(Result):
     def largest(self) -> ContactResult:
         """Contact under the last load, solved again from its pressure."""
         if self._solve_largest is None:
-            raise InputError("this load curve does not hold its contacts: sweep again")
+            raise InputError("this load curve has no contacts: compute the curve again")
         return self._solve_largest()
 
     @property
@@ -485,7 +485,7 @@ def _unsolved(
 ) -> ConvergenceError:
     unit = sweep.pair.load_unit if sweep.control == "load" else "m"
     label = f"{sweep.control} = {sweep.values[number - 1]:.6g} {unit}"
-    hint = "" if place is None else f"; the steps before it are kept in {place.folder}"
+    hint = "" if place is None else f"; earlier steps are saved in {place.folder}"
     return ConvergenceError(
         Sentence(f"step {number} of {len(sweep.values)}, {label}: ", *error.parts, hint),
         error.result,

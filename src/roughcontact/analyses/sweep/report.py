@@ -96,6 +96,3 @@ PROFILE_KIND = replace(
     figures=sweep_illustrations.PROFILE_CURVE,
     plots=(profile_figures.load_curve,),
 )
-
-
-# --- A load history ---

@@ -396,11 +396,11 @@ def _check(result: ContactResult, friction: float, direction: float) -> None:
         raise InputError("tangential loading needs a contact without tilt", argument="result")
     if result.pair.is_profile:
         if direction not in (0.0, 180.0):
-            raise InputError("must be 0 of a profile", argument="direction", value=direction)
+            raise InputError("must be 0 for a profile", argument="direction", value=direction)
     else:
         result.boundary.require_tangential()
     if not result.contact.any():
-        raise CapacityError("the bodies do not touch: nothing carries a tangential force")
+        raise CapacityError("the bodies do not touch and carry no tangential force")
 
 
 def require_friction(friction: float) -> None:

@@ -277,7 +277,7 @@ def _sentences(result: Tangential) -> tuple[str, ...]:
         "Coulomb friction on elastic half-spaces: traction is at most friction times pressure, and "
         "slip is along the traction.",
         "Both components of the traction are solved for. The pressure does not change with it.",
-        "The shift is that of the interface: the bodies' own shear comes on top.",
+        "The shift is that of the interface, without the shear of the bodies.",
     )
 
 
