@@ -1,4 +1,8 @@
-"""Files of repeated passes."""
+"""Files of repeated passes.
+
+`save_pvd`: A step is one second of ParaView's time; the volume is part 0 of the series, the
+surface part 1.
+"""
 
 from __future__ import annotations
 
