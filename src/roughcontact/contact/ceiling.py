@@ -148,15 +148,7 @@ def resolve_ceiling(
 def confinement(pressure_ratio: float) -> float:
     """Return the ceiling of neighboring spots over that of separate spots.
 
-    Parameters
-    ----------
-    pressure_ratio : float
-        Nominal pressure of a periodic map over the ceiling of separate spots.
-
-    Returns
-    -------
-    float
-        The factor, (1 + x^3.5)^(1/3.5); 1 where the change is below `CEILING_TOLERANCE`.
+    1 where the change is below `CEILING_TOLERANCE`.
     """
     if pressure_ratio < _MIN_CONFINED:
         return 1.0
@@ -225,8 +217,8 @@ def _coated_ceiling(ceiling: str, pair: Pair) -> float:
     if len(limits) > 1 and len(set(limits.values())) == 1 and ceiling in ("auto", BRACKET):
         return limits[COATING]
     offered = [f"{name!r} ({format_engineering(value, 'Pa', 3)})" for name, value in limits.items()]
-    if len(limits) > 1:
-        offered.append(f"{BRACKET!r} (both, in one solve)")
+    if len(limits) > 1 and ceiling != BRACKET:
+        offered.append(f"{BRACKET!r} (both)")
     raise InputError(
         "of a coated body has to be given: spots much smaller than the coating yield at its "
         "pressure, much larger ones at the ceiling of the base; give "

@@ -15,6 +15,7 @@ from roughcontact.analyses.find import model as load_search
 from roughcontact.analyses.find.model import ACCURACY, SHARE_ACCURACY
 from roughcontact.cli import app
 from roughcontact.halfspace.stress_summary import summarize
+from roughcontact.report import phrases
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 
@@ -265,3 +266,23 @@ def test_shares_are_given_in_per_cent_too() -> None:
     assert [answer.load for answer in found.answers] == [answer.load for answer in same.answers]
     with pytest.raises(rc.InputError, match="per cent"):
         rc.find_load(surface, material=steel, contact_fraction="2")
+
+
+def test_a_bracket_is_the_searches_of_coating_and_base() -> None:
+    film = rc.Layer(83e9, 0.37, 5e-6, hardness="264 MPa", name="silver")
+    tool = rc.Material(124e9, 0.34, 180e6, coating=[film])
+    problem = {"material": tool, "boundary": "periodic", "contact_fraction": 0.05}
+    surface = rc.Surface(*rc.reference_map(64))
+    both = rc.find_load(surface, ceiling="bracket", **problem)
+    loads = [
+        rc.find_load(surface, ceiling=name, **problem).answers[0].load
+        for name in ("coating", "base")
+    ]
+    assert both.base is not None
+    assert [both.answers[0].load, both.base.answers[0].load] == loads
+    assert loads[0] < loads[1]
+    record = both.summary()
+    assert record["base_answers"][0]["load"] == loads[1]
+    # Both ends are in the first line.
+    for load in loads:
+        assert phrases.format_short(load, "N").split()[0] in str(both).split("wanted")[0]

@@ -464,3 +464,23 @@ def test_loads_are_given_in_one_text_too() -> None:
     found = rc.sweep(surface, material=steel, loads="5 MPa, 10 MPa")
     same = rc.sweep(surface, material=steel, loads=["5 MPa", "10 MPa"])
     assert found.column("load").tolist() == same.column("load").tolist()
+
+
+def test_a_bracket_is_the_curves_of_coating_and_base(tmp_path: Path) -> None:
+    film = rc.Layer(83e9, 0.37, 5e-6, hardness="264 MPa", name="silver")
+    tool = rc.Material(124e9, 0.34, 180e6, coating=[film])
+    problem = {"material": tool, "boundary": "periodic", "loads": "5 MPa, 20 MPa"}
+    surface = rc.Surface(*rc.reference_map(64))
+    both = rc.sweep(surface, ceiling="bracket", folder=tmp_path, **problem)
+    assert both.base is not None
+    for curve, name in ((both, "coating"), (both.base, "base")):
+        alone = rc.sweep(surface, ceiling=name, **problem)
+        assert curve.ceiling == alone.ceiling
+        for key in ("contact_area", "mean_gap", "approach"):
+            np.testing.assert_array_equal(curve.column(key), alone.column(key))
+    assert both.ceiling < both.base.ceiling
+    again = rc.sweep(surface, ceiling="bracket", folder=tmp_path, **problem)
+    np.testing.assert_array_equal(both.base.column("load"), again.base.column("load"))
+    record = both.summary()
+    assert record["base_contact_area"] == list(both.base.column("contact_area"))
+    assert "under that of the base" in str(both)

@@ -20,11 +20,11 @@ from numpy.typing import ArrayLike
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.deprecated import RenamedAttributes
 from roughcontact.cautions import Caution, sort_cautions
-from roughcontact.contact.ceiling import resolve_ceiling
+from roughcontact.contact.ceiling import is_bracket, resolve_ceiling
 from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.plausibility import over_loads
-from roughcontact.contact.result import ContactResult
+from roughcontact.contact.result import BASE, COATING, ContactResult
 from roughcontact.contact.solve import solve_pair
 from roughcontact.contact.validation import check_holes, check_problem, touchable_gap
 from roughcontact.errors import ArgumentRef, InputError, input_error
@@ -112,6 +112,8 @@ class LoadSearch(Result):
         Wall time.
     extra_cautions : tuple of Caution
         Remarks on the measurement of the maps.
+    base : LoadSearch, optional
+        The same targets under the ceiling of the base of a coated body, if both were asked for.
     """
 
     answers: tuple[LoadAnswer, ...]
@@ -119,6 +121,7 @@ class LoadSearch(Result):
     convolutions: int
     seconds: float
     extra_cautions: tuple[Caution, ...] = ()
+    base: LoadSearch | None = None
 
     @property
     def largest(self) -> ContactResult:
@@ -360,11 +363,19 @@ max_iterations
     >>> print(f"{again.mean_gap * 1e6:.6f}")
     0.500000
     """
-    began = time.perf_counter()
     targets = _targets(contact_fraction, saturated_fraction, approach, mean_gap, first_yield)
     pair = Pair.from_arguments(surface, material, counter_surface, counter_material, boundary)
     pair.require_map("a search of loads")
     terms = LoadCase(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
+    if not is_bracket(pair, ceiling):
+        return _search(pair, terms, targets, progress)
+    base = _search(pair, replace(terms, ceiling=BASE), targets, progress)
+    return replace(_search(pair, replace(terms, ceiling=COATING), targets, progress), base=base)
+
+
+def _search(pair: Pair, terms: LoadCase, targets: list[Target], progress: Tell) -> LoadSearch:
+    """Return the loads of the targets under one ceiling."""
+    began = time.perf_counter()
     finder, elastic = (_Finder(pair, t) for t in (terms, replace(terms, ceiling=None)))
     of = {target: elastic if target[0] == YIELD else finder for target in targets}
     for target in targets:

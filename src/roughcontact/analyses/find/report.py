@@ -110,6 +110,7 @@ def _each(read: Callable[[Any], Any]) -> Callable[[search.LoadSearch], list[Any]
 FOUND: Table = (
     *PAIR,
     Quantity("answers", of=_answers),
+    Quantity("base_answers", of=lambda r: _answers(r.base), when=lambda r: r.base is not None),
     Quantity(
         "solves",
         "contacts solved",
@@ -150,6 +151,14 @@ FOUND_COLUMNS: Columns = (
     Column(
         "certificate", of=_each(lambda item: item.certificate), form=order_of_magnitude, brief=False
     ),
+    Column(
+        "base_load",
+        "load (base)",
+        unit="N",
+        digits=_DIGITS,
+        of=lambda loads: [item.load for item in loads.base.answers],
+        when=lambda loads: loads.base is not None,
+    ),
 )
 """Columns of the answers of a `LoadSearch`."""
 
@@ -182,22 +191,32 @@ def _answer(loads: search.LoadSearch) -> str:
     subject = wanted[:1].upper() + wanted[1:]
     if loads.largest.pair.is_profile:
         return f"{subject} needs {force}."
-    return f"{subject} needs {_pressure(loads, first.load)} nominal pressure ({force})."
+    pressure, under = _pressure(loads, first.load), ""
+    if loads.base is not None:
+        other = loads.base.answers[0].load
+        force = phrases.range_text(first.load, other, lambda v: phrases.format_short(v, unit))
+        pressure = phrases.range_text(first.load, other, lambda v: _pressure(loads, v))
+        under = ", from the ceiling of the coating to that of the base"
+    return f"{subject} needs {pressure} nominal pressure ({force}){under}."
 
 
 def _numbers(loads: search.LoadSearch) -> CellTable:
     """Return nominal pressure, load and bracket of each target."""
     unit = loads.largest.pair.load_unit
     rows = []
-    for item in loads.answers:
-        low, high = item.bracket
-        half = (high - low) / 2 / item.load if item.load else 0.0
-        row = (
-            _format_target(item),
-            _pressure(loads, item.load),
-            phrases.format_short(item.load, unit),
-        )
-        rows.append((*row, f"± {100 * half:.1g} %"))
+    searches = {"": loads.answers}
+    if loads.base is not None:
+        searches = {", coating": loads.answers, ", base": loads.base.answers}
+    for ceiling, answers in searches.items():
+        for item in answers:
+            low, high = item.bracket
+            half = (high - low) / 2 / item.load if item.load else 0.0
+            row = (
+                _format_target(item) + ceiling,
+                _pressure(loads, item.load),
+                phrases.format_short(item.load, unit),
+            )
+            rows.append((*row, f"± {100 * half:.1g} %"))
     return ("wanted", "nominal pressure", "load", "bracket"), rows
 
 

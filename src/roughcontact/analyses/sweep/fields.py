@@ -138,6 +138,34 @@ _INTERVALS: Columns = (
 """Columns of the intervals of each step of a `LoadCurve`, if computed."""
 
 
+def _of_base(key: str, name: str, unit: str, **shown: Any) -> Column:
+    """Return the column of a quantity under the ceiling of the base of a coated body."""
+    return Column(
+        f"base_{key}",
+        f"{name} (base)" if name else "",
+        unit=unit,
+        of=lambda curve: curve.base.column(key).tolist(),
+        when=lambda curve: curve.base is not None,
+        **shown,
+    )
+
+
+_BASE: Columns = (
+    _of_base(
+        "contact_area",
+        "contact",
+        "m²",
+        shown=lambda curve: share_of("contact_area")(curve.base),
+        form=format_percent,
+    ),
+    _of_base("saturated_area", "", "m²"),
+    _of_base("mean_gap", "mean gap", "m", brief=False),
+    _of_base("approach", "", "m"),
+    _of_base("stiffness", "", "N/m"),
+)
+"""Columns of the steps of the ``base`` of a `LoadCurve`."""
+
+
 CURVE_COLUMNS: Columns = (
     Column("load", "load", unit="N"),
     Column("approach", "approach", unit="m"),
@@ -174,6 +202,7 @@ CURVE_COLUMNS: Columns = (
     Column("persson_contact_area", unit="m²", of=lambda c: c.persson[0].tolist()),
     Column("persson_saturated_area", unit="m²", of=lambda c: c.persson[1].tolist()),
     *_INTERVALS,
+    *_BASE,
 )
 """Columns of the steps of a `LoadCurve`."""
 

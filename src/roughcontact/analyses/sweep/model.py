@@ -20,11 +20,11 @@ from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.checkpoints import RunFolder
 from roughcontact._tools.deprecated import RenamedAttributes
 from roughcontact.cautions import Caution, sort_cautions
-from roughcontact.contact.ceiling import resolve_ceiling
+from roughcontact.contact.ceiling import is_bracket, resolve_ceiling
 from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.plausibility import over_loads
-from roughcontact.contact.result import CALIBRATED, CalibrationRecord, ContactResult
+from roughcontact.contact.result import BASE, CALIBRATED, COATING, CalibrationRecord, ContactResult
 from roughcontact.contact.solve import solve_pair
 from roughcontact.contact.stiffness import contact_growth, predict_pressure, unloading_stiffness
 from roughcontact.contact.validation import check_problem, check_profile
@@ -108,6 +108,8 @@ class LoadCurve(Result):
         The loads that were not given as forces, in their given form.
     intervals : tuple of Uncertainty
         Intervals of each load that include the instrument, if computed.
+    base : LoadCurve, optional
+        The same loads under the ceiling of the base of a coated body, if both were asked for.
     _solve_largest : callable, optional
         Function that solves the contact under the last load again, for a report.
     """
@@ -126,6 +128,7 @@ class LoadCurve(Result):
     is_profile: bool = False
     specified_load: tuple[GivenLoad, ...] = ()
     intervals: tuple[Any, ...] = ()
+    base: LoadCurve | None = None
     _solve_largest: Callable[[], ContactResult] | None = field(default=None, repr=False)
 
     @cached_property
@@ -251,7 +254,8 @@ def sweep(
     ----------
     surface, material, counter_material, counter_surface, ceiling, boundary, tolerance, \
 max_iterations, precision
-        As for `solve`. With ``"calibrated"`` the ceiling is calibrated for each load.
+        As for `solve`. With ``"calibrated"`` the ceiling is calibrated for each load; with
+        ``"bracket"`` the curve is that of the coating, and its ``base`` that of the base.
     loads : sequence of float, str, quantity of pint, or `Load`
         Normal loads W, ascending: numbers in N, or any form that `solve` takes, such as ``"1 N"``
         or ``"20 MPa, 50 MPa"``; give either this or ``approaches``.
@@ -301,20 +305,29 @@ max_iterations, precision
             "them"
         )
     pair = Pair.from_arguments(surface, material, counter_surface, counter_material, boundary)
-    terms = LoadCase(None, None, None, ceiling, tolerance, max_iterations, precision)
     listed = [] if loads is None else _list_loads(pair, loads)
     resolved = [resolve_force(load, pair, "loads") for load in listed]
     forces = None if loads is None else [force for force, _ in resolved]
     stated = tuple(specified for _, specified in resolved if specified is not None)
     control = "load" if approaches is None else "approach"
-    sweep = _Sweep(pair, terms, control, _require_ascending(pair, forces, approaches), stated)
-    sweep.check()
-    if folder is None:
-        return sweep.curve(_steps(sweep, None, progress))
-    with checkpoints.lock_folder(
-        folder, sweep.record(), kind="sweep", record="sweep.json", pattern="step-*.npz"
-    ) as place:
-        return sweep.curve(_steps(sweep, place, progress))
+    values = _require_ascending(pair, forces, approaches)
+
+    def solve_curve(ceiling: Any, folder: Path | None) -> LoadCurve:
+        terms = LoadCase(None, None, None, ceiling, tolerance, max_iterations, precision)
+        sweep = _Sweep(pair, terms, control, values, stated)
+        sweep.check()
+        if folder is None:
+            return sweep.curve(_steps(sweep, None, progress))
+        with checkpoints.lock_folder(
+            folder, sweep.record(), kind="sweep", record="sweep.json", pattern="step-*.npz"
+        ) as place:
+            return sweep.curve(_steps(sweep, place, progress))
+
+    place = None if folder is None else Path(folder)
+    if not is_bracket(pair, ceiling):
+        return solve_curve(ceiling, place)
+    coating = solve_curve(COATING, place)
+    return replace(coating, base=solve_curve(BASE, place and place / BASE))
 
 
 def contact_curve(

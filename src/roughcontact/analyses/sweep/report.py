@@ -57,10 +57,18 @@ def _problem(curve: LoadCurve) -> str:
 
 def _answer(curve: LoadCurve) -> str:
     """Return the growth of the contact from first to last load as a sentence."""
-    first, last = (curve.steps[n].contact_area / curve.nominal_area for n in (0, -1))
     what = "profile" if curve.is_profile else "face"
-    ends = phrases.range_text(first, last, phrases.format_share)
-    return f"The contact grows from {ends} of the {what}."
+    if curve.base is None:
+        return f"The contact grows from {_growth(curve)} of the {what}."
+    return (
+        f"The contact grows from {_growth(curve)} of the {what} under the ceiling of the coating, "
+        f"from {_growth(curve.base)} under that of the base."
+    )
+
+
+def _growth(curve: LoadCurve) -> str:
+    first, last = (curve.steps[n].contact_area / curve.nominal_area for n in (0, -1))
+    return phrases.range_text(first, last, phrases.format_share)
 
 
 def _remarks(curve: LoadCurve) -> tuple[str, ...]:
