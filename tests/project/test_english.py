@@ -15,7 +15,7 @@ from paths import ROOT
 
 # Most hits allowed: lower a number when fewer are left, so that none comes back.
 LIMITS = {
-    "text of src": 188,
+    "text of src": 1,
     "text of docs": 0,
     "text of CHANGELOG.md": 0,
     "changelog": 0,

@@ -54,7 +54,7 @@ _BESIDE = 10
 
 
 class MapScale(NamedTuple):
-    """Scale of a map: dots per metre, axis units per metre, and extent of the map [m]."""
+    """Scale of a map: dots per meter, axis units per meter, and extent of the map [m]."""
 
     dots: float
     factor: float

@@ -75,7 +75,7 @@ class DepthSection(_Stresses):
 
     @property
     def place(self) -> NDArray[np.float64]:
-        """Centres of the pixels along the plane [m], shape (n,)."""
+        """Centers of the pixels along the plane [m], shape (n,)."""
         return _layer_centers(self.edges)
 
 

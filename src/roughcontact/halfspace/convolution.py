@@ -404,7 +404,7 @@ def multiply_columns(
     coming : iterable of (slice, ndarray)
         Nonzero rows, ascending, and their values; the other rows are zero.
     outgoing : iterable of (slice, ndarray)
-        Requested rows, and the arrays to fill with their values, unnormalised.
+        Requested rows, and the arrays to fill with their values, unnormalized.
     symbol : ndarray, shape (my//2 + 1, columns)
         Symbol of the waves from 0 to half the period.
     scratch : ndarray of complex, shape (my, columns)

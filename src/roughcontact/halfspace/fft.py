@@ -75,7 +75,7 @@ def rfft_rows(rows: NDArray[Any], out: NDArray[Any]) -> None:
 
 
 def irfft_rows(spectrum: NDArray[Any], length: int, out: NDArray[Any]) -> NDArray[Any]:
-    """Return the unnormalised inverse of `rfft_rows`, in ``out`` if supported."""
+    """Return the unnormalized inverse of `rfft_rows`, in ``out`` if supported."""
     if _ducc0 is not None:
         _ducc0.fft.c2r(
             spectrum,
@@ -93,7 +93,7 @@ def irfft_rows(spectrum: NDArray[Any], length: int, out: NDArray[Any]) -> NDArra
 
 
 def fft_columns(columns: NDArray[Any], forward: bool) -> NDArray[Any]:
-    """Return the transform along axis 0, in place if supported; inverse unnormalised."""
+    """Return the transform along axis 0, in place if supported; inverse unnormalized."""
     if _ducc0 is not None:
         _ducc0.fft.c2c(columns, axes=(0,), forward=forward, out=columns, nthreads=1)
         return columns
@@ -174,7 +174,7 @@ def half_spectrum(
 def from_half_spectrum(
     spectrum: NDArray[Any], shape: tuple[int, int], padded: tuple[int, int]
 ) -> NDArray[Any]:
-    """Return the first points of the unnormalised inverse transform of a half spectrum.
+    """Return the first points of the unnormalized inverse transform of a half spectrum.
 
     Parameters
     ----------

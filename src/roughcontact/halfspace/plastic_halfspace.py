@@ -51,7 +51,7 @@ def periods(
 
 def _cubic(points: int, coarse: int, cells: int) -> NDArray[np.float64]:
     """Return the matrix of cubic Lagrange interpolation, shape (points, cells)."""
-    # Positions of the points, in cells from the centre of the first one.
+    # Positions of the points, in cells from the center of the first one.
     place = (np.arange(points) + 0.5) / coarse - 0.5 + _GUARD
     left = np.floor(place).astype(int)
     t = place - left
@@ -68,7 +68,7 @@ def _cubic(points: int, coarse: int, cells: int) -> NDArray[np.float64]:
 
 
 def _linear(fine: NDArray[np.float64], coarse: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the matrix (nz, mz) of interpolation between the centres of layers."""
+    """Return the matrix (nz, mz) of interpolation between the centers of layers."""
     below = np.cumsum(coarse) - coarse / 2
     middle = np.cumsum(fine) - fine / 2
     left = np.clip(np.searchsorted(below, middle) - 1, 0, max(0, below.size - 2))

@@ -736,7 +736,7 @@ class Slice:
     depth : float
         z [m].
     stress : ndarray, shape (6, ny, nx)
-        Tensors xx, yy, zz, yz, xz, xy at the pixel centres [Pa].
+        Tensors xx, yy, zz, yz, xz, xy at the pixel centers [Pa].
     """
 
     depth: float
@@ -794,11 +794,11 @@ def slices(
 
     Notes
     -----
-    Free: pressure is constant on each pixel, and the stress at the pixel centres is exact
+    Free: pressure is constant on each pixel, and the stress at the pixel centers is exact
     (`stress_kernels.coefficients`). In single precision, kernels that are smooth at their depth are
     sampled at fewer points, which keeps the stress within 1e-6 of the largest pressure.
 
-    Periodic: pressure is the trigonometric polynomial through the pixel centres, and each of its
+    Periodic: pressure is the trigonometric polynomial through the pixel centers, and each of its
     waves has its exact stress (`stress_kernels.waves`). The mean pressure acts on a body that
     cannot expand sideways: σ_xx = σ_yy = -ν/(1-ν) p̄.
     """

@@ -44,7 +44,7 @@ def coefficients(
     Returns
     -------
     ndarray, shape (6, ny, nx)
-        Stress over traction at the pixel centres [1]. Under a pressure yz is odd in y, xz odd in
+        Stress over traction at the pixel centers [1]. Under a pressure yz is odd in y, xz odd in
         x, xy odd in both, the others are even; a traction along x or y flips this in that
         direction.
 
@@ -90,7 +90,7 @@ def uniform_pressure(x_edges: Array, y_edges: Array, z: float, poisson: float) -
     Parameters
     ----------
     x_edges, y_edges : ndarray, shape (nx + 1,) and (ny + 1,)
-        Edges of consecutive pixels [m], relative to the centre of the loaded pixel.
+        Edges of consecutive pixels [m], relative to the center of the loaded pixel.
     z : float
         Depth [m].
     poisson : float

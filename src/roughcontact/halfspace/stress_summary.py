@@ -76,7 +76,7 @@ class Rim(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Sliding:
-    """Sliding contact, sampled at the pixel centres of its surface.
+    """Sliding contact, sampled at the pixel centers of its surface.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ class Sliding:
 class _Points(NamedTuple):
     """Points of rims, each located from a pixel along an axis of the map.
 
-    ``ahead`` is the distance from the centre of the pixel in steps, ``normal`` points out of the
+    ``ahead`` is the distance from the center of the pixel in steps, ``normal`` points out of the
     contact, components along y and x.
     """
 
@@ -179,7 +179,7 @@ def largest(contact: Sliding) -> Rim | None:
     -----
     A pressure that is constant on each pixel has waves of a few pixels, whose stress is not in
     plane strain across the rim. So for relevant rims, the stress is first replaced by the stress
-    of the sum of waves through the pixel centres.
+    of the sum of waves through the pixel centers.
     """
     points = _with_slope(contact, _points(contact))
     if points is None:
@@ -410,8 +410,8 @@ _REFINEMENTS = 4
 class Summary:
     """Largest stresses of a volume, depth by depth, and their places.
 
-    Stresses are evaluated at the pixel centres; with friction, at the surface also between the
-    centres, at the rims of spots (`stress_summary.largest`).
+    Stresses are evaluated at the pixel centers; with friction, at the surface also between the
+    centers, at the rims of spots (`stress_summary.largest`).
 
     Parameters
     ----------
@@ -682,7 +682,7 @@ class _DepthScan:
         return layer
 
     def _with_rim(self, layer: _Layer, rim: Rim) -> _Layer:
-        """Return the layer at the surface, with the stresses between its pixel centres."""
+        """Return the layer at the surface, with the stresses between its pixel centers."""
         squared = rim.von_mises**2
         self._peak[rim.pixel] = max(self._peak[rim.pixel], squared)
         if self._limit is not None and squared > self._limit:

@@ -1,4 +1,4 @@
-"""Materials: constants, hardening, hardness, catalogue."""
+"""Materials: constants, hardening, hardness, catalog."""
 
 import lazy_loader
 

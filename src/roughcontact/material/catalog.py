@@ -1,4 +1,4 @@
-"""Catalogue of engineering materials with the sources of values, from ``catalog.toml``.
+"""Catalog of engineering materials with the sources of values, from ``catalog.toml``.
 
 The values are typical of the named condition and not guaranteed: heat treatment, size and supplier
 change a yield strength by a tenth and more.
@@ -39,7 +39,7 @@ class Number(NamedTuple):
 
 @dataclass(frozen=True)
 class Entry:
-    """Material of the catalogue."""
+    """Material of the catalog."""
 
     key: str  # Name in reports: the European designation if there is one
     names: tuple[str, ...]  # Other names
@@ -100,7 +100,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Film:
-    """Coating of the catalogue."""
+    """Coating of the catalog."""
 
     key: str  # Name in reports
     names: tuple[str, ...]  # Other names
@@ -117,12 +117,12 @@ class Film:
 
 @cache
 def films() -> tuple[Film, ...]:
-    """Return all coatings of the catalogue."""
+    """Return all coatings of the catalog."""
     return _rows("film", Film)
 
 
 def layer(name: str, thickness: float) -> Layer:
-    """Return a layer of a coating or a material of the catalogue."""
+    """Return a layer of a coating or a material of the catalog."""
     rows: tuple[Film | Entry, ...] = (*films(), *entries())
     # Exact names first: TiN (titanium nitride) is not tin.
     same = [row for row in rows if name in (row.key, *row.names)] or [
@@ -141,7 +141,7 @@ def layer(name: str, thickness: float) -> Layer:
 
 @cache
 def entries() -> tuple[Entry, ...]:
-    """Return all materials of the catalogue."""
+    """Return all materials of the catalog."""
     return _rows("material", Entry)
 
 

@@ -1,4 +1,4 @@
-"""Catalogue of gases and liquids in a gap, with sources, from ``fluids.toml``."""
+"""Catalog of gases and liquids in a gap, with sources, from ``fluids.toml``."""
 
 from __future__ import annotations
 

@@ -181,7 +181,7 @@ class Material(RenamedAttributes):
 
     @classmethod
     def _from_name(cls, name: str) -> Material:
-        """Return a metal of the catalogue."""
+        """Return a metal of the catalog."""
         return presentation().material(name)
 
     def _check(self) -> None:

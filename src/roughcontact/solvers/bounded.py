@@ -1,6 +1,6 @@
 """Bounded contact problem: pressures that close the gap without exceeding the ceiling.
 
-Minimise ½⟨p, K p⟩ + ⟨h₀, p⟩ over 0 ≤ p ≤ limit, with a given sum of p or a given approach ω.
+Minimize ½⟨p, K p⟩ + ⟨h₀, p⟩ over 0 ≤ p ≤ limit, with a given sum of p or a given approach ω.
 Differences from the textbook methods (Polonsky and Keer 1999,
 doi:10.1016/S0043-1648(99)00113-1; Hintermüller, Ito and Kunisch 2002,
 doi:10.1137/S1052623401383558):
@@ -119,7 +119,7 @@ def solve(
     max_iterations : int
         Maximum number of convolutions on each grid.
     start : (ndarray of int, ndarray), shapes (n,), optional
-        Pixels, ascending, and pressure [Pa] to start from, such as those of a neighbouring
+        Pixels, ascending, and pressure [Pa] to start from, such as those of a neighboring
         load; by default the first pressure comes from coarser grids.
     progress : callable, optional
         Called with each `Step`.

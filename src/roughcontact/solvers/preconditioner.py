@@ -54,7 +54,7 @@ class FreePixelInverse:
     wrapped : Operator
         ``displacement / K₀₀ → pressure``; see `Operator.approximate_inverse`.
     blocks : Operator, optional
-        Displacement of the centres of the blocks by the pressure on them; without it only the
+        Displacement of the centers of the blocks by the pressure on them; without it only the
         wrapped inverse is used.
     edges : (int, int)
         Pixels along the edges ``(y, x)`` of a block.

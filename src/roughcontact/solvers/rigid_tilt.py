@@ -1,6 +1,6 @@
 """Tilt of one body on another at which the contact pressure balances given moments.
 
-All quantities are dimensionless except lengths: a lever is a distance from the centre of the map
+All quantities are dimensionless except lengths: a lever is a distance from the center of the map
 over its longer side, a moment the mean lever of the pressure, and a tilt the difference in gap
 over the longer side [m].
 """
@@ -204,7 +204,7 @@ def moment_arms(shape: tuple[int, ...], pixel: tuple[float, float]) -> tuple[Arr
     Returns
     -------
     (ndarray, ndarray), shapes (ny, 1) and (nx,)
-        Distance of the pixel centres from the centre of the map, over its longer side.
+        Distance of the pixel centers from the center of the map, over its longer side.
 
     Examples
     --------

@@ -521,7 +521,7 @@ def _normal_scores(points: int) -> Array:
 
 
 def _rank_transform(heights: Array, ranks: Array) -> Array:
-    """Return the map with the given heights in the order of its own heights."""
+    """Return the map with the given heights in the rank order of its heights."""
     created = np.empty_like(heights)
     created.reshape(-1)[np.argsort(heights, axis=None)] = ranks
     return created

@@ -28,7 +28,7 @@ def hysteresis(history: LoadHistory) -> Figure:
     -------
     Figure
         The computed points, joined by curves: elastic ones between points of the same shape and
-        position, in another colour than new indentation. Below them, the dissipated energy of
+        position, in another color than new indentation. Below them, the dissipated energy of
         each step and the volume indented so far.
     """
     from matplotlib.ticker import MaxNLocator
@@ -46,7 +46,7 @@ def hysteresis(history: LoadHistory) -> Figure:
     lower.xaxis.set_major_locator(MaxNLocator(integer=True))
     lower.set_xlim(0.3, number[-1] + 0.7)
     lower.set_ylim(0, 1.15 * float(energy.max()) * factor or 1)
-    # Cubic micrometres: SI prefixes of m³ are ambiguous.
+    # Cubic micrometers: SI prefixes of m³ are ambiguous.
     total = lower.twinx()
     total.plot(
         number, volume * 1e18, color=style.SERIES[0], marker="o", markersize=4, linewidth=1.8

@@ -39,7 +39,7 @@ def interface_law(law: InterfaceLaw) -> Figure:
     Figure
         Pressure over separation, and areas, stiffness and gap over pressure. Thick lines are means
         of the maps, thin lines single maps; Persson's theory of the elastic joint is dashed, and
-        pressures that the maps do not resolve are grey.
+        pressures that the maps do not resolve are gray.
     """
     figure, grid = style.panels(11.0, 9.4, 2, 2)
     _draw_separation(grid[0, 0], law)

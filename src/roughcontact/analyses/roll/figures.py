@@ -227,7 +227,7 @@ def _figure_depth(rolling: RollingResult, body: int, faces: Array) -> float:
 
 
 def _choose_passes(count: int) -> Sequence[tuple[int, Any]]:
-    """Return the indices of the drawn passes, including first and last, with their colours."""
+    """Return the indices of the drawn passes, including first and last, with their colors."""
     from matplotlib import colormaps
 
     numbers = np.unique(np.geomspace(1, count, min(count, _LINES)).round().astype(int)) - 1
@@ -296,7 +296,7 @@ def save(
 
 
 def _pictures(rolling: RollingResult, frames: Sequence[MovieFrame]) -> list[Any]:
-    """Return the images of the frames, with a common colour scale."""
+    """Return the images of the frames, with a common color scale."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from PIL import Image

@@ -300,7 +300,7 @@ def _stress_title(result: StressResult, scale: tuple[float, str], length: tuple[
 
 
 def stress_scale(result: StressResult) -> tuple[float, tuple[float, str]]:
-    """Return the end of the colour scale [Pa], at most the yield strength, and its unit."""
+    """Return the end of the color scale [Pa], at most the yield strength, and its unit."""
     strength = result.profile.yield_strength
     top = result.max_von_mises if strength is None else min(result.max_von_mises, strength)
     return top or 1.0, style.prefixed(top, "Pa")

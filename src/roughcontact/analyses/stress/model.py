@@ -346,7 +346,7 @@ def add_profile(dataset: netcdf.Dataset, profile: stress_summary.Summary) -> Non
         "largest amplitude of the orthogonal shear stress in a pass along an axis",
     )
     if profile.yielded_area is not None:
-        # Pixels of a profile are one metre wide, so that areas are lengths.
+        # Pixels of a profile are one meter wide, so that areas are lengths.
         extent, unit = ("length", "m") if profile.peak.shape[0] == 1 else ("area", "m2")
         dataset["yielded_area"] = _variable(
             ("depth",),
