@@ -104,7 +104,7 @@ def is_coincident(placement: Placement) -> bool:
 
 
 def cutoffs(placement: Placement) -> tuple[float, float]:
-    """Return the nesting indices [pixels] for sampling a map on a coarser grid; 0 for no filter."""
+    """Return the nesting indices [pixels] for sampling a map on a coarser grid, or 0."""
     along_y, along_x = (math.hypot(*row) for row in placement[0])
     limit = MAX_PIXEL_RATIO * (1 + _EDGE_TOLERANCE)
     return 2 * along_y if along_y > limit else 0.0, 2 * along_x if along_x > limit else 0.0

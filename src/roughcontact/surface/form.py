@@ -135,7 +135,7 @@ def _inverse(matrix: Array) -> Array:
 
 
 def _projected(values: Array, along_y: Array, along_x: Array) -> Array:
-    """Return the sums over a map of its products with functions of y (columns) and of x (rows)."""
+    """Return the sums of products of a map with functions of y (columns) and x (rows)."""
     rows = np.einsum("by,yx->bx", np.ascontiguousarray(along_y.T), values)
     return np.einsum("bx,ix->bi", rows, along_x)
 

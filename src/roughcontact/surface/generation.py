@@ -37,7 +37,7 @@ def turned_heights(
     nose_radius: float,
     lay: float = 0.0,
 ) -> Array:
-    """Return the heights of an ideally turned surface: parabolic grooves at the feed distance."""
+    """Return the heights of an ideally turned surface: parabolic grooves, feed apart."""
     (ny, nx), (dy, dx) = shape, pixel
     cosine, sine = cosine_sine(lay)
     sides = ny * dy, nx * dx
@@ -417,7 +417,7 @@ def _with_gradient(spectrum: Spectrum, requested: _RequestedParameters) -> Spect
 
 
 def _corrected(spectrum: Spectrum, requested: _RequestedParameters, heights: Array) -> Spectrum:
-    """Return a spectrum corrected for measured Sal and Str; the same object if they are close."""
+    """Return a spectrum corrected for measured Sal and Str, or the same if they are close."""
     if requested.Sal is None and requested.Str is None:
         return spectrum
     Sal, Str, _ = texture(heights, spectrum.pixel)
@@ -509,7 +509,7 @@ def _next_moments(
 
 
 def _part_moments(moments: tuple[float, float], parts: int) -> tuple[float, float]:
-    """Return skewness and kurtosis of each of several independent maps, from those of the sum."""
+    """Return skewness and kurtosis of independent maps from those of their sum."""
     return math.sqrt(parts) * moments[0], 3 + parts * (moments[1] - 3)
 
 

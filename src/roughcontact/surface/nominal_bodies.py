@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 class NominalBody(partial[Surface]):
-    """A nominal body without a grid: called with ``shape`` and ``pixel`` it gives a surface."""
+    """Nominal body without a grid; called with ``shape`` and ``pixel`` it gives a surface."""
 
     def sample_body(self, surface: Surface) -> Surface:
         """Return the body on the grid of a map; on the grid of a profile, its cross-section."""
@@ -92,7 +92,7 @@ InputError
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NominalForm:
-    """Kind of nominal body: called with its size, ``shape`` and ``pixel`` it gives a surface."""
+    """Kind of nominal body; called with size, ``shape`` and ``pixel`` it gives a surface."""
 
     name: str  # Name in this module and of its heights in `shapes`
     size: str  # Argument for the size

@@ -115,7 +115,7 @@ def self_affine(
 def reference_map(
     n: int, rng: int | np.random.Generator | None = 0
 ) -> tuple[Array, tuple[float, float]]:
-    """Return the rough test problem R(n): side 0.1 mm, RMS height 0.2 µm, Hurst exponent 0.8.
+    """Return the rough test problem R(n): side 0.1 mm, RMS height 0.2 µm, exponent 0.8.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def random_amplitudes(
 def check_waves(
     pixel: tuple[float, float], rolloff_wavelength: float, cutoff_wavelength: float, hurst: float
 ) -> None:
-    """Raise `InputError` unless a grid resolves waves of these lengths [m] and Hurst exponent."""
+    """Raise `InputError` unless a grid resolves these wavelengths [m] and Hurst exponent."""
     require_positive(rolloff_wavelength=rolloff_wavelength, cutoff_wavelength=cutoff_wavelength)
     if not 0 <= hurst <= 1:
         raise input_error("hurst", hurst, "must be in [0, 1]")

@@ -157,7 +157,7 @@ def noise_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None:
 
 
 def noise_height(heights: Array, pixel: tuple[float, float]) -> float:
-    """Return the root-mean-square height of the white noise of a spectrum, 0 if none is found."""
+    """Return the root-mean-square height of the white noise of a spectrum, or 0."""
     spectrum = _binned_spectrum(heights, pixel)
     floor = 0.0 if spectrum is None else _plateau(*spectrum)
     return math.sqrt(floor / (pixel[0] * pixel[1]))

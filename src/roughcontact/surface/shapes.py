@@ -41,7 +41,7 @@ def paraboloid(
     radius: float,
     center: tuple[float, float] | None = None,
 ) -> Array:
-    """Return the heights ``-r²/(2R)`` of a paraboloid, the shape of a sphere near its summit."""
+    """Return the heights ``-r²/(2R)`` of a paraboloid, a sphere near its summit."""
     y, x = _from_center(shape, pixel, center)
     require_positive(radius=radius)
     return -(y**2 + x**2) / (2 * radius)

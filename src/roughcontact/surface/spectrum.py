@@ -88,7 +88,7 @@ def autocorrelation_lengths(
 def texture(
     heights: Array, pixel: tuple[float, float], threshold: float = 0.2
 ) -> tuple[float, float, float]:
-    """Return autocorrelation length and texture aspect ratio, with the upper bound of the ratio."""
+    """Return autocorrelation length, texture aspect ratio and its upper bound."""
     lengths, reached = _decay(heights, pixel, threshold)
     fastest, slowest = float(lengths.min()), float(lengths.max())
     if not math.isfinite(fastest):
@@ -99,7 +99,7 @@ def texture(
 
 
 def _decay(heights: Array, pixel: tuple[float, float], threshold: float) -> tuple[Array, Array]:
-    """Return first crossing of the threshold and length above it for each ray from zero lag."""
+    """Return first threshold crossing and length above it, for each ray from zero lag."""
     require_pixel(pixel)
     if not 0 < threshold < 1:
         raise input_error("threshold", threshold, "must be between 0 and 1")
