@@ -182,11 +182,16 @@ class SmoothContact:
         return math.hypot(a * s, b * c), math.hypot(a * c, b * s)
 
 
-def shape_of(pair: Pair) -> ContactShape | None:
-    """Return the shape of the contact of the nominal bodies of a pair; None without one."""
+def relative_curvature(pair: Pair) -> Array | None:
+    """Return the sum of the curvatures of both nominal bodies [1/m]; None if one has none."""
     result = [curvature_of_map(origin) for origin in pair.origins]
     known = [item for item in result if item is not None]
-    total = sum(known[1:], known[0]) if len(known) == len(result) else None
+    return sum(known[1:], known[0]) if len(known) == len(result) else None
+
+
+def shape_of(pair: Pair) -> ContactShape | None:
+    """Return the shape of the contact of the nominal bodies of a pair; None without one."""
+    total = relative_curvature(pair)
     if total is None or not total.any():
         return None
     if pair.is_profile:

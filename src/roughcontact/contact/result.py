@@ -200,6 +200,8 @@ class ContactResult(Result):
         Mean time of communication and waiting of the processes that share the map [s].
     sent : int
         Mean number of bytes that each of these processes sent.
+    fluid_load : float
+        Load that the pressure of a fluid between the bodies carries, in addition to ``load`` [N].
     _counted : tuple, optional
         The `totals` of a copy, and the maps for which they were counted.
     """
@@ -230,6 +232,7 @@ class ContactResult(Result):
     measurement: Any = None
     communication: float = 0.0
     sent: int = 0
+    fluid_load: float = 0.0
     # Totals, and the maps for which they were counted: a copy with the same maps reuses them.
     _counted: tuple[Totals, tuple[Any, ...]] | None = field(default=None, repr=False)
 
@@ -246,6 +249,11 @@ class ContactResult(Result):
         """Numbers over all pixels of the map, including those of other processes."""
         assert self._counted is not None
         return self._counted[0]
+
+    @property
+    def total_load(self) -> float:
+        """Load of the bodies [N]: of the contact pressure and of the fluid in the contact."""
+        return self.load + self.fluid_load
 
     @property
     def share(self) -> MapOrSlab:

@@ -442,7 +442,7 @@ def result_names(results: Sequence[ContactResult], labels: Sequence[str] | None)
 
 def load_text(result: ContactResult) -> str:
     """Return the load of a result as text for a title."""
-    return format_engineering(result.load, result.pair.load_unit, 3)
+    return format_engineering(result.total_load, result.pair.load_unit, 3)
 
 
 def doubt_suffix(result: ContactResult | ElastoplasticResult) -> str:

@@ -257,7 +257,7 @@ MAP = Illustration("surface", lambda s: maps.surface(s.surface), _heights, FILES
 
 
 def _load(scene: ContactScene) -> str:
-    return format_engineering(scene.result.load, scene.result.pair.load_unit, 3)
+    return format_engineering(scene.result.total_load, scene.result.pair.load_unit, 3)
 
 
 def _classes(scene: ContactScene) -> str:

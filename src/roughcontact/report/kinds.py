@@ -174,7 +174,7 @@ def _front_page(kind: Presentation, result: Any, scene: Any, pressed: Any, study
     lead = next(iter(chapters.picture_list(kind.figures, scene, figures.FRONT)), None)
     meaning = kind.meaning(result)
     if not meaning and pressed is not None and result is not pressed and pressed.load:
-        under = format_engineering(pressed.load, pressed.pair.load_unit)
+        under = format_engineering(pressed.total_load, pressed.pair.load_unit)
         meaning = phrases.regime(pressed, in_layers=bool(getattr(result, "faces", ())))
         meaning = meaning and f"{meaning} (Under {under}.)"
     return Front(

@@ -124,7 +124,7 @@ def load_phrase(result: ContactResult) -> str:
     if specified is None:
         if result.pair.is_profile:
             return f"under {_line_load(result.load)}"
-        return f"under {format_engineering(result.load, result.pair.load_unit)}"
+        return f"under {format_engineering(result.total_load, result.pair.load_unit)}"
     value = _form(specified.form)
     if isinstance(specified.form, load_case.NominalPressure):
         return f"at {value}"
@@ -466,7 +466,7 @@ def load(contact: ContactResult) -> str:
         return f"approach {format_short(contact.approach, 'm')}"
     specified = contact.specified_load
     # For an unloaded body, the largest load.
-    largest = contact.load if specified is None else specified.force
+    largest = contact.total_load if specified is None else specified.force
     return load_text(specified, largest, contact.pair.load_unit)
 
 

@@ -230,8 +230,8 @@ class JointContacts:
         """Raise `InputError` for profiles, before anything is solved."""
         self.request.pair(self.maps).require_map(what)
 
-    def solve_loads(self, loads: Sequence[Any], relief: float = 0.0) -> Iterator[ContactResult]:
-        """Yield the contacts under several loads, given in any form, each less ``relief`` [N]."""
+    def solve_loads(self, loads: Sequence[Any]) -> Iterator[ContactResult]:
+        """Yield the contacts under several loads, given in any form."""
         forces = [self.request.force(self.maps, load) for load in loads]
         forces.sort(key=lambda load: -load[0])
         arguments = self.request.arguments(self.maps, *options.SOLVER)
@@ -240,7 +240,7 @@ class JointContacts:
             def watch(state: Progress, number: int = number) -> None:
                 self.work.look(replace(state, number=number, count=len(forces)))
 
-            result = self.work.solve(self.maps[0], **arguments, load=force - relief, progress=watch)
+            result = self.work.solve(self.maps[0], **arguments, load=force, progress=watch)
             yield replace(result, specified_load=specified)
 
     def over_draws(self, compute: Callable[[JointContacts], Any]) -> Any:
@@ -254,7 +254,7 @@ class JointContacts:
         from roughcontact.uncertainty.resolution import coarsen_pair
 
         largest, arguments = result.largest, self.request.arguments(self.maps, *options.SOLVER)
-        arguments |= {"surface": self.maps[0], "load": largest.load}
+        arguments |= {"surface": self.maps[0], "load": largest.total_load}
         ceiling, pair = calibrated_ceiling(largest), coarsen_pair(largest.pair)
         # The longer solve comes first, so that the remaining time is overestimated.
         variants: dict[str, dict[str, Any]] = {}

@@ -154,4 +154,4 @@ def last_contact(outcome: Outcome) -> dict[str, Any]:
     assert outcome.contact is not None
     numbers = outcome.contact.summary()
     keys = ("load", "max_pressure", "contact_fraction", "saturated_fraction", "certificate")
-    return {key: numbers[key] for key in (*keys, "ceiling")}
+    return {key: numbers[key] for key in (*keys, "ceiling")} | {"load": outcome.contact.total_load}

@@ -9,8 +9,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.analyses.conductance.model import slip_factor
-from roughcontact.analyses.leak.flow import flow
-from roughcontact.analyses.leak.model import flow_gap
+from roughcontact.analyses.leak.flow import flow, flow_gap
 from roughcontact.analyses.leak.task import GAS
 from roughcontact.cautions import CautionTag
 from roughcontact.cli import app

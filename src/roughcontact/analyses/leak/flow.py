@@ -33,6 +33,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ConvergenceError, InputError
 from roughcontact.solvers.aggregation import Indices, Multigrid, Network, conjugate_gradients
 
@@ -46,6 +47,11 @@ class Constriction:
 
     gap: float  # Critical gap [m]: the largest of the narrowest gaps of all paths
     place: tuple[int, int]  # Pixel `(y, x)`
+
+
+def flow_gap(result: ContactResult) -> Array:
+    """Return the gap for the fluid [m], 0 where the bodies touch, shape (ny, nx)."""
+    return np.where(result.contact, 0.0, np.fmax(result.gap, 0.0))
 
 
 def percolating_points(opened: Mask, axis: int, periodic_axes: tuple[int, ...] = ()) -> Mask:

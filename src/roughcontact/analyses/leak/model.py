@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import starmap
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +15,12 @@ from roughcontact._tools import statistics
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.statistics import Mean
 from roughcontact.analyses.conductance.model import ATMOSPHERE, slip_factor, temperature_or_room
-from roughcontact.analyses.leak.flow import Constriction, Flow, constriction, flow
+from roughcontact.analyses.leak.flow import Constriction, Flow, constriction, flow, flow_gap
+from roughcontact.analyses.leak.fluid_load import (
+    fluid_pressure,
+    integrate_pressure,
+    nominal_contact,
+)
 from roughcontact.analyses.leak.gas_flow import GasState, gas_factor
 from roughcontact.cautions import (
     Caution,
@@ -178,6 +185,14 @@ class Seal:
     ring: float | None = None  # Mean diameter of a ring-shaped face [m]
     gas: GasState | None = None  # None for a liquid, and for a gas that is treated as viscous
 
+    def excess(self, potential: Array) -> Array:
+        """Return the excess over the outlet pressure [Pa] of a potential, 1 at the inlet."""
+        if self.gas is None:
+            return self.pressure_difference * potential
+        inlet, outlet = self.gas.inlet, self.gas.outlet
+        pressure: Array = np.sqrt(outlet**2 + potential * (inlet**2 - outlet**2)) - outlet
+        return pressure
+
     @property
     def mean_pressure(self) -> float:
         """Mean excess of the pressure over the outlet pressure [Pa], for a viscous fluid."""
@@ -211,6 +226,8 @@ class LeakageStep:
     gas_factor: tuple[float, float] = (1.0, 1.0)  # Gas flow over viscous flow
     sheared_gap: tuple[float, float] = (math.nan, math.nan)  # Mean of g ∂p per unit gradient [m]
     inverse_gap: float = math.nan  # Mean of 1/g where g exceeds σ/100 [1/m]
+    fluid_load: float = 0.0  # Load that the fluid carries in the nominal contact [N]
+    solid_load: float = math.nan  # Load of the contact pressure [N], below the load if solved wet
 
 
 @dataclass(frozen=True)
@@ -249,9 +266,6 @@ class Leakage(Result):
     calibrated : CalibratedChange or None
         Change of the permeabilities along y and x under the calibrated ceiling, if known; see
         `with_calibrated_ceiling`.
-    fluid_load : float
-        Part of the loads of the steps that the fluid pressure carries [N]; see
-        `with_fluid_load`.
     draws : tuple of Mean
         Permeability along y and x [m³] under the largest load over pairs of faces, times the
         factor of a gas; see `with_draws`.
@@ -267,7 +281,6 @@ class Leakage(Result):
     extra_cautions: tuple[Caution, ...] = ()
     coarser: Change | None = None
     calibrated: CalibratedChange | None = None
-    fluid_load: float = 0.0
     draws: tuple[Mean, ...] = ()
 
     def with_draws(self, others: Sequence[Leakage]) -> Leakage:
@@ -330,9 +343,24 @@ class Leakage(Result):
         contact pressure over the fluid pressure is the pressure of a dry contact under the rest of
         the load (Kuznetsov 1985).
         """
-        steps = tuple(replace(step, load=step.load + load) for step in self.steps)
+        steps = tuple(replace(step, load=step.load + load, fluid_load=load) for step in self.steps)
         messages = tuple(text for text in self.messages if text.kind != CautionTag.FLUID_PRESSURE)
-        return replace(self, steps=steps, fluid_load=load, messages=messages)
+        return replace(self, steps=steps, messages=messages)
+
+    def with_axis(self, other: Leakage) -> Leakage:
+        """Return this leakage along y with that along x, of contacts under another fluid pressure.
+
+        Areas and gaps are those of this leakage.
+        """
+        steps = tuple(starmap(_join_axes, zip(self.steps, other.steps, strict=True)))
+        changes = {
+            name: replace(mine, **{key: _join(getattr(mine, key), getattr(yours, key))})
+            for name, key in (("coarser", "permeability"), ("calibrated", "numbers"))
+            if (mine := getattr(self, name)) and (yours := getattr(other, name))
+        }
+        messages = (*self.messages, *(m for m in other.messages if m not in self.messages))
+        axes, flows = (0, 1), (*self.flows, *other.flows)
+        return replace(self, steps=steps, axes=axes, flows=flows, messages=messages, **changes)
 
     def _changes(self, step: LeakageStep) -> tuple[float, float]:
         """Return the relative change of the flow along y and x at a step."""
@@ -349,11 +377,15 @@ class Leakage(Result):
 
     @property
     def fluid_share(self) -> Array:
-        """Mean pressure of the fluid over the nominal pressure, shape (n,); 0 without a fluid."""
-        pressure = 0.0 if self.seal is None else self.seal.mean_pressure
+        """Share of the load that the fluid carries, shape (n,); 0 without a fluid."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            share: Array = pressure * self.nominal_area / self.column("load")
+            share: Array = self.column("fluid_load") / self.column("load")
         return share
+
+    @property
+    def fluid_load(self) -> Array:
+        """Part of the load that was subtracted for the fluid [N], shape (n,)."""
+        return self.column("load") - self.column("solid_load")
 
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `LeakageStep`."""
@@ -520,8 +552,8 @@ def leakage(
     from viscous to free molecular, by the local Knudsen number: see
     `roughcontact.analyses.leak.gas_flow`.
 
-    The mean pressure of the fluid over the land carries a share of the load; a caution shows this
-    share from 5 % on.
+    The fluid carries a share of the load where the smooth forms of the bodies touch, and on the
+    whole map without a nominal body; a caution shows this share from 5 % on.
 
     References
     ----------
@@ -581,8 +613,8 @@ def _step_messages(
     yield from step_cautions(result, None in [step.constriction[axis] for axis in axes])
     if seal is None:
         return
-    height, width = result.pair.size
-    yield from fluid_load_caution(seal.mean_pressure * height * width, result.load)
+    if step.load == step.solid_load:
+        yield from fluid_load_caution(step.fluid_load, step.load)
     if seal.gas is None:
         yield from slip_caution(flow_gap(result), flows, seal.viscosity, seal.pressure_difference)
 
@@ -633,7 +665,7 @@ def _step(
         sheared[answer.axis] = answer.sheared_gap
     thinnest = float(np.nanstd(result.pair.initial_gap)) / _MIN_FILM_RATIO
     step = LeakageStep(
-        load=result.load,
+        load=result.total_load,
         contact_area=result.contact_area,
         saturated_area=result.saturated_fraction * result.pressure.size * result.pixel_area,
         mean_gap=result.mean_gap,
@@ -644,13 +676,44 @@ def _step(
         gas_factor=(factors[0], factors[1]),
         sheared_gap=(sheared[0], sheared[1]),
         inverse_gap=float((1 / gap[gap > thinnest]).sum() / gap.size),
+        fluid_load=_carried_by_fluid(result, flows, seal),
+        solid_load=result.load,
     )
     return step, flows
 
 
-def flow_gap(result: ContactResult) -> Array:
-    """Return the gap for the fluid [m], 0 where the bodies touch, shape (ny, nx)."""
-    return np.where(result.contact, 0.0, np.fmax(result.gap, 0.0))
+def _carried_by_fluid(result: ContactResult, flows: tuple[Flow, ...], seal: Seal | None) -> float:
+    """Return the load that the fluid carries between the bodies [N], of the axis with the most."""
+    if seal is None:
+        return 0.0
+    if result.fluid_load:
+        return result.fluid_load
+    contact = nominal_contact(result.pair, result.load, result.ceiling) if result.load else None
+    fields = (
+        fluid_pressure(result, solved, seal.mean_pressure, seal.excess, contact) for solved in flows
+    )
+    return max(integrate_pressure(pressure, result.pair) for pressure in fields)
+
+
+def _join(along_y: tuple[Any, ...], along_x: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return the first of one pair (y, x) and the second of another."""
+    return along_y[0], along_x[1]
+
+
+def _join_axes(along_y: LeakageStep, along_x: LeakageStep) -> LeakageStep:
+    """Return the step of both axes from two contacts under one load."""
+    pairs: dict[str, Any] = {
+        name: _join(getattr(along_y, name), getattr(along_x, name))
+        for name in ("constriction", "gas_factor", "sheared_gap")
+    }
+    tensor = [_join(*rows) for rows in zip(along_y.permeability, along_x.permeability, strict=True)]
+    return replace(
+        along_y,
+        **pairs,
+        permeability=(tensor[0], tensor[1]),
+        unbalanced=max(along_y.unbalanced, along_x.unbalanced),
+        steps=along_y.steps + along_x.steps,
+    )
 
 
 def _axes(direction: str | None) -> tuple[int, ...]:

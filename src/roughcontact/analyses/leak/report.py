@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from roughcontact.analyses.leak.figures import flow_factors, leak
+from roughcontact.analyses.leak.fluid_load import has_nominal_body
 from roughcontact.analyses.leak.model import AXES, MIN_FLUID_SHARE, THRESHOLD, Leakage
 from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
 from roughcontact.analyses.solve.fields import PAIR
@@ -235,7 +236,6 @@ _TABLE: Table = (
         when=lambda r: r.coarser is not None,
     ),
     Quantity("leak_class", of=lambda r: r.leak_class and r.leak_class[0]),
-    Quantity("fluid_load", unit="N"),
     Quantity("calibrated", of=lambda r: r.calibrated and asdict(r.calibrated)),
     Quantity("draws", of=lambda r: [asdict(mean) for mean in r.draws]),
     Quantity("intervals", of=lambda r: [_interval(r, axis).summary() for axis in r.axes]),
@@ -274,6 +274,13 @@ _COLUMNS: Columns = (
         brief=False,
         when=lambda r: r.seal is not None,
     ),
+    Column(
+        "fluid_load",
+        unit="N",
+        of=lambda r: r.fluid_load.tolist(),
+        brief=False,
+        when=lambda r: r.seal is not None,
+    ),
     Column("unbalanced", unit="1", brief=False),
 )
 
@@ -301,9 +308,9 @@ def _sentences(result: Leakage) -> tuple[str, ...]:
         "the mean of inlet and outlet pressure."
     )
     return (
-        "Reynolds' equation of a thin film in the gap: nothing flows through contact. The mean "
-        "pressure of the fluid is subtracted from the load where it carries more than "
-        f"{100 * MIN_FLUID_SHARE:.0f} % of it.",
+        "Reynolds' equation of a thin film in the gap: nothing flows through contact. The fluid "
+        f"{_pressed(result)} and carries a part of the load there; from "
+        f"{100 * MIN_FLUID_SHARE:.0f} % on the bodies deform under both pressures.",
         _sides(result),
         *((fluid,) if result.seal is not None else ()),
         "The flow factor φ is k over the cube of the mean gap ū, 1 between smooth plates; closed "
@@ -311,6 +318,16 @@ def _sentences(result: Leakage) -> tuple[str, ...]:
         "The leak rate depends on the narrowest constrictions, and so on single summits. Another "
         "part of the same face may differ by a factor, near sealing most of all.",
     )
+
+
+def _pressed(result: Leakage) -> str:
+    """Return where the fluid presses on the bodies as a clause."""
+    if has_nominal_body(result.largest.pair):
+        return (
+            "presses on the bodies where their smooth forms touch (its thrust on the free faces "
+            "belongs to the clamping force)"
+        )
+    return "presses on the bodies on the whole map"
 
 
 # --- Headline ---
@@ -456,8 +473,13 @@ def _fluid_lines(result: Leakage) -> Iterator[str]:
         )
     largest = float(np.max(result.fluid_share))
     smallest = "smallest " * (len(result.steps) > 1)
-    effect = "included" if result.fluid_load else "neglected"
-    yield f"Fluid pressure carries {format_percent(largest)} of the {smallest}load ({effect})"
+    effect = "included" if result.fluid_load.any() else "neglected"
+    where = ""
+    if has_nominal_body(result.largest.pair):
+        where = " in the nominal contact; its thrust on free faces belongs to the clamping force"
+    yield (
+        f"Fluid pressure carries {format_percent(largest)} of the {smallest}load ({effect}){where}"
+    )
 
 
 _FIGURES: Illustrations = (

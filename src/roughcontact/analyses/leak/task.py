@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from roughcontact import units
-from roughcontact.errors import InputError
 from roughcontact.request import contacts as joints, options, parsing
 from roughcontact.request.options import LENGTH, PICTURES, PRESSURE, Option, Panel, file_option
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
@@ -105,34 +104,55 @@ _FLUID = (FLOW_AXIS, *_SEAL)
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
-    from roughcontact.analyses.leak.model import LEAKAGE_NAME, leakage
+    from roughcontact.analyses.leak.model import AXES, LEAKAGE_NAME, leakage
 
     contacts = joints.JointContacts.from_request(request, work)
     contacts.require_map(LEAKAGE_NAME)
     loads = joints.loads(request)
-    relief = _fluid_load(request, contacts.maps, loads)
     fluid = {option.argument: request[option] for option in _FLUID}
-    result = contacts.over_draws(lambda pair: leakage(pair.solve_loads(loads, relief), **fluid))
-    return joints.outcome(request, work, result.with_fluid_load(relief) if relief else result)
+
+    def along(axes: str | None, contacts: joints.JointContacts) -> Any:
+        requested = fluid | {FLOW_AXIS.argument: axes}
+        return contacts.over_draws(lambda pair: leakage(pair.solve_loads(loads), **requested))
+
+    axes: list[str | None] = [request[FLOW_AXIS]]
+    if not _carries_load(request, contacts.maps, loads):
+        return joints.outcome(request, work, along(axes[0], contacts))
+    # Unless it is uniform, the pressure of a fluid along y opens another gap than along x.
+    if axes == [None] and request.pair(contacts.maps).boundary.free_axes:
+        axes = list(AXES)
+    results = [along(axis, _with_fluid(request, contacts, axis)) for axis in axes]
+    result = results[0].with_axis(results[1]) if len(results) > 1 else results[0]
+    return joints.outcome(request, work, result)
 
 
-def _fluid_load(request: Request, maps: Sequence[Surface], loads: Sequence[Any]) -> float:
-    """Return the load that the fluid carries [N]; 0 if it is a negligible share."""
+def _with_fluid(
+    request: Request, contacts: joints.JointContacts, axis: str | None
+) -> joints.JointContacts:
+    """Return contacts of which the fluid carries a part of the load."""
+    from roughcontact.analyses.leak.fluid_load import solve_with_fluid
+    from roughcontact.analyses.leak.model import AXES
+
+    seal, work = _seal(request), contacts.work
+    assert seal is not None
+    solve = solve_with_fluid(work.solve, AXES.index(axis or "y"), seal.mean_pressure, seal.excess)
+    return replace(contacts, work=replace(work, solve=solve))
+
+
+def _carries_load(request: Request, maps: Sequence[Surface], loads: Sequence[Any]) -> bool:
+    """Return whether the fluid carries a relevant share of the smallest load."""
+    from roughcontact.analyses.leak.fluid_load import nominal_contact, require_solid_load
     from roughcontact.analyses.leak.model import MIN_FLUID_SHARE
 
     seal = _seal(request)
     if seal is None:
-        return 0.0
-    height, width = request.pair(maps).size
-    load = float(seal.mean_pressure * height * width)
-    smallest = min(request.force(maps, load)[0] for load in loads)
-    if load >= smallest:
-        mean = units.format_engineering(seal.mean_pressure, "Pa", 3)
-        raise InputError(
-            f"is too small: the mean pressure of the fluid, {mean}, lifts the bodies",
-            argument="load",
-        )
-    return load if load > MIN_FLUID_SHARE * smallest else 0.0
+        return False
+    pair, load = request.pair(maps), min(request.force(maps, load)[0] for load in loads)
+    contact = nominal_contact(pair, load, request[options.CEILING])
+    share = 1.0 if contact is None else float(contact.mean())
+    carried = seal.mean_pressure * pair.size[0] * pair.size[1] * share
+    require_solid_load(carried, load)
+    return carried > MIN_FLUID_SHARE * load
 
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:

@@ -56,6 +56,13 @@ def _specified_text(quantity: str, unit: str) -> Callable[[ContactResult], str]:
     return text
 
 
+def _load(result: ContactResult) -> str:
+    if not result.fluid_load:
+        return _specified_text("load", "N")(result)
+    solid, total = (format_engineering(load, "N") for load in (result.load, result.total_load))
+    return f"{solid} of {total}; a fluid carries the rest"
+
+
 def _tilts(result: ContactResult) -> bool:
     return result.moments is not None
 
@@ -116,7 +123,7 @@ CONTACT: Table = (
         symbol="W",
         unit="N",
         meaning="normal force that the pressure adds up to",
-        text=_specified_text("load", "N"),
+        text=_load,
     ),
     Quantity(
         "approach",

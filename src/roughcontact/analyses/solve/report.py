@@ -112,9 +112,8 @@ def short_blocks(result: ContactResult) -> list[Block]:
     kind = kind_of(result)
     keys = [key for key in headlines(result) if quantity_of(kind.table, key).when(result)]
     rows = [*chapters.headlines(kind, result, keys), *spot_rows(result)]
-    head = (
-        f"Contact under {format_engineering(result.load, result.pair.load_unit)}, the largest load"
-    )
+    load = format_engineering(result.total_load, result.pair.load_unit)
+    head = f"Contact under {load}, the largest load"
     scene = figures.ContactScene(result)
     front = chapters.figure_blocks(kind.figures, scene, FRONT)
     if not (result.pair.is_profile or scene.is_sparse):
