@@ -29,6 +29,10 @@ Array = NDArray[np.float64]
 STANDARD_TEMPERATURE, STANDARD_PRESSURE = 273.15, 101325.0
 """Standard state [K], [Pa] of a cubic centimeter: 0 °C and one atmosphere (SEMI E12)."""
 
+# Test pressures [Pa] of the classes of leak rates of helium, with a margin of 1 %: 1 bar or one
+# atmosphere at the inlet, at most 1 mbar at the outlet (Rottländer, Umrath and Voss 2016).
+_CLASS_INLET, _CLASS_OUTLET = (0.99e5, 1.01 * STANDARD_PRESSURE), 101.0
+
 # Number of quadrature points over the land, and of points in the table of the potential.
 _POINTS, _TABLE = 2, 4001
 
@@ -48,6 +52,13 @@ class GasState:
     def mean_pressure(self) -> float:
         """Mean of the pressures at inlet and outlet [Pa]."""
         return (self.inlet + self.outlet) / 2
+
+    @property
+    def has_leak_class(self) -> bool:
+        """Whether leak classes hold: helium from 1 bar or an atmosphere into vacuum, 1 mbar."""
+        low, high = _CLASS_INLET
+        is_test = low <= self.inlet <= high and self.outlet <= _CLASS_OUTLET
+        return self.name == "helium" and is_test
 
     def knudsen(self, gap: float, pressure: float) -> float:
         """Return the Knudsen number Kn = λ/g."""

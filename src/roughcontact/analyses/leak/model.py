@@ -185,6 +185,11 @@ class Seal:
     ring: float | None = None  # Mean diameter of a ring-shaped face [m]
     gas: GasState | None = None  # None for a liquid, and for a gas that is treated as viscous
 
+    @property
+    def is_whole(self) -> bool:
+        """Whether the width of the face is known, so that the rate is that of the whole seal."""
+        return self.ring is not None or self.width is not None
+
     def excess(self, potential: Array) -> Array:
         """Return the excess over the outlet pressure [Pa] of a potential, 1 at the inlet."""
         if self.gas is None:
@@ -475,10 +480,11 @@ class Leakage(Result):
     def leak_class(self) -> tuple[str, float] | None:
         """Class of the larger gas leak rate under the largest load, and its limit [Pa m³/s].
 
-        A class applies to a whole seal: None if the width of the face is not known.
+        A class applies to a whole seal, and to helium from one bar into vacuum: None if the width
+        of the face is not known, and for other gases and pressures.
         """
         seal = self.seal
-        if seal is None or seal.gas is None or (seal.ring is None and seal.width is None):
+        if seal is None or not seal.is_whole or seal.gas is None or not seal.gas.has_leak_class:
             return None
         rate = max(self.throughput(axis)[-1] for axis in self.axes)
         known = ((name, limit) for limit, name in LEAK_CLASSES if rate < limit)

@@ -428,7 +428,7 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
     """Return remarks on the scaling of the rate, the narrowest constriction and accuracy."""
     lines: list[str] = []
     seal = result.seal
-    if seal is not None and (seal.length is None or (seal.width is None and seal.ring is None)):
+    if seal is not None and (seal.length is None or not seal.is_whole):
         edges = f"{ArgumentRef('seal_width')}, {ArgumentRef('seal_length')}"
         lines.append(Sentence(f"Rate scales with width/length of the land: {edges}"))
     lines += _fluid_lines(result)
@@ -465,6 +465,8 @@ def _fluid_lines(result: Leakage) -> Iterator[str]:
             if key != _SHOWN_FLOW
         )
         yield f"Along {AXES[axis]}: {', '.join(rates)}"
+        if seal.is_whole and not gas.has_leak_class:
+            yield "No leak class: classes are for helium from 1 bar into vacuum, 1 mbar or less"
         gap = float(result.critical_gap(axis)[-1])
         low, high = (gas.knudsen(gap, p) for p in (gas.inlet, gas.outlet))
         yield (
