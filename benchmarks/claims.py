@@ -28,11 +28,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-import atlas
-import atlas_cases
-import atlas_fit
-import intervals
 import roughcontact as rc
+
+CALIBRATION = Path(__file__).parents[1] / "calibration"
+if str(CALIBRATION) not in sys.path:
+    sys.path.append(str(CALIBRATION))
+
+import atlas  # noqa: E402
+import atlas_cases  # noqa: E402
+import atlas_fit  # noqa: E402
+import intervals  # noqa: E402
 
 Array = NDArray[np.float64]
 

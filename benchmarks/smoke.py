@@ -14,7 +14,7 @@ from asv_bench import solve, stress
 SCRIPTS = (
     ("claims.py", "--quick"),
     ("desk.py", "--quick"),
-    ("robustness.py", "--problems", "2", "--files", "20", "--kills", "1"),
+    ("../tests/fuzz/robustness.py", "--problems", "2", "--files", "20", "--kills", "1"),
     ("fleet.py", "--quick"),
     ("rolling.py", "--quick"),
     ("volume.py", "--quick"),
@@ -55,7 +55,7 @@ def methods(name: str, suite: type) -> None:
 def quickly(command: tuple[str, ...]) -> str:
     """Run a script of this folder, or raise with what it said."""
     script, *options = command
-    path = Path(__file__).with_name(script)
+    path = Path(__file__).parent / script
     done = subprocess.run(
         [sys.executable, str(path), *options],
         text=True,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
 HERE = Path(__file__).parent
-sys.path += [str(HERE / "_ext"), str(HERE.parent / "benchmarks")]
+sys.path += [str(HERE / "_ext"), str(HERE.parent / "benchmarks"), str(HERE.parent / "calibration")]
 mpl.use("Agg")
 
 project = "roughcontact"

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
+sys.path += [str(Path(__file__).parents[1] / name) for name in ("benchmarks", "calibration")]
 
 from browsing import Seat, Served, browser, lacking
 

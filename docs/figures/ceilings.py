@@ -1,4 +1,4 @@
-"""Error of the ceiling model over load and ceiling, from benchmarks/ceiling_error.json."""
+"""Error of the ceiling model over load and ceiling, from calibration/ceiling_error.json."""
 
 import matplotlib.pyplot as plt
 import numpy as np

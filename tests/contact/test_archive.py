@@ -613,7 +613,7 @@ def test_a_report_cannot_be_made_to_ask_for_gigabytes(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_damaged_files_are_refused_or_nothing_is_lost(tmp_path: Path) -> None:
-    # benchmarks/damaged_files.py does it with thousands.
+    # tests/fuzz/damaged_files.py does it with thousands.
     path = tmp_path / "out.nc"
     solved("two rough bodies").save(path)
     content, sound = path.read_bytes(), load_result(path).to_xarray()

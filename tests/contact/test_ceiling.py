@@ -47,7 +47,7 @@ def sphere(
     return rc.solve(surface, material=material, load=load, **more)
 
 
-# Factors that give the area of plasticity in the volume, by benchmarks/ceiling_error.py; the mean
+# Factors that give the area of plasticity in the volume, by calibration/ceiling_error.py; the mean
 # pressures of Kogut and Etsion 2002 are 1.96, 2.19, 2.42, 2.64 and 2.85 σ_Y at these loads.
 @pytest.mark.parametrize(
     ("ratio", "factor"), [(12, 1.96), (40, 2.19), (120, 2.46), (300, 2.65), (700, 2.80)]
@@ -119,7 +119,7 @@ def test_a_material_that_hardens_is_taken_at_the_strain_of_the_contact() -> None
 @pytest.mark.parametrize(
     ("law", "ratio", "true"),
     [
-        # Factors that give the area of plasticity in the volume, benchmarks/ceiling_error.py.
+        # Factors that give the area of plasticity in the volume, calibration/ceiling_error.py.
         (Linear(1e9, 210e9 / 50), 300, 2.90),
         (Linear(1e9, 210e9 / 50), 700, 3.18),
         (Swift(1240e6, 30, 0.085), 120, 3.45),
@@ -293,7 +293,7 @@ def solve_egg_box(pressure: str, **terms) -> rc.ContactResult:
     return rc.solve(surface, load=pressure, material=material, boundary="periodic", **terms)
 
 
-# Contact fraction of the elastoplastic model (benchmarks/ceiling_rule.py): bi-sinusoidal, 25.
+# Contact fraction of the elastoplastic model (calibration/ceiling_rule.py): bi-sinusoidal, 25.
 @pytest.mark.parametrize(
     ("pressure", "volume"),
     [("1 GPa", 0.362), ("2 GPa", 0.675), ("2.9 GPa", 0.865), ("3.3 GPa", 0.917)],

@@ -1,4 +1,4 @@
-"""A small part of `benchmarks/killed_runs.py`, and that its judge sees what is wrong."""
+"""A small part of `tests/fuzz/killed_runs.py`, and that its judge sees what is wrong."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""A small part of `benchmarks/random_problems.py`, and that it sees what is wrong."""
+"""A small part of `tests/fuzz/random_problems.py`, and that it sees what is wrong."""
 
 from dataclasses import replace
 

@@ -1,6 +1,6 @@
 """Damaged files are refused or read at the scale that they state, whatever is damaged.
 
-A small part of `benchmarks/damaged_files.py`, and that its judge sees what is wrong.
+A small part of `tests/fuzz/damaged_files.py`, and that its judge sees what is wrong.
 """
 
 import struct

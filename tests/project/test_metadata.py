@@ -59,7 +59,9 @@ def test_table_of_additions_has_eight_rows() -> None:
 
 
 def test_the_commands_that_contributors_are_given_exist() -> None:
-    for command in re.findall(r"python ((?:benchmarks|scripts)/\w+\.py)", GUIDE):
+    for command in re.findall(
+        r"python ((?:benchmarks|calibration|tests/fuzz|scripts)/\w+\.py)", GUIDE
+    ):
         assert (ROOT / command).exists(), command
     assert (ROOT / ".ci/run").exists()
 

@@ -88,7 +88,7 @@ def test_the_work_is_done_without_what_others_lack(gone: str, tmp_path: Path) ->
 def test_no_file_of_the_tree_has_a_name_that_windows_lacks() -> None:
     paths = [
         path.relative_to(ROOT)
-        for folder in ("src", "tests", "docs", "benchmarks", "scripts")
+        for folder in ("src", "tests", "docs", "benchmarks", "calibration", "scripts")
         for path in (ROOT / folder).rglob("*")
     ]
     assert not [path for path in paths if any(map(RESERVED.fullmatch, path.parts))]

@@ -90,7 +90,7 @@ CEILING_TOLERANCE = 2e-3
 MAX_SOLVES = 6
 """Maximum number of solves for a calibrated ceiling."""
 
-# Exponent of the confinement of neighboring spots (benchmarks/ceiling_rule.py).
+# Exponent of the confinement of neighboring spots (calibration/ceiling_rule.py).
 _CONFINEMENT = 3.5
 
 # Nominal pressure over the ceiling of separate spots above which confinement changes the ceiling by

@@ -42,7 +42,7 @@ TRANSITION = 2.0
 
 # Ratios of residual depth and energy between calibrated ceiling and volume model: 1.0 to 1.3 and
 # 1.2 to 1.5, on spheres and rough maps from 4 times the load of first yield on
-# (benchmarks/ceiling_rule.py).
+# (calibration/ceiling_rule.py).
 _DEPTH, _ENERGY = 1.1, 1.3
 
 # Ratio below which, and inverse above which, the two have little in common.

@@ -306,7 +306,7 @@ PLATEAU = 3.0
 """Mean pressure in full plasticity over the yield strength (Tabor 1951)."""
 
 # Decrease of the distance to the plateau with the logarithm of the index: powers one to three;
-# benchmarks/ceiling_rule.py fits them to solutions with plasticity of the volume.
+# calibration/ceiling_rule.py fits them to solutions with plasticity of the volume.
 _FIRST, _SECOND, _THIRD = 1.268, -0.182, 0.0722
 
 # Second power for the ceiling model, whose plateau is the ceiling; fitted there to its solutions.

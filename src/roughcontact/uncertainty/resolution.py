@@ -5,7 +5,7 @@ previous change over e, restricted to 0.5 to 1, the limit is between the last va
 1.25/(2ᵖ - 1) beyond the last value; or 3 e to either side of the last value if the two changes
 differ in sign or e is the larger change, provided that e is below 5 % or the change before both is
 larger. The interval is wider on either side by 20 % of the change compared with e, a margin of this
-package, calibrated on maps other than those of benchmarks/intervals.py.
+package, calibrated on maps other than those of calibration/intervals.py.
 
 Roache 1994, doi:10.1115/1.2910291
 """
@@ -62,7 +62,7 @@ _ORDERS = (0.5, 1.0)
 _AGREED, _AT_ODDS = 1.25, 3.0
 
 # Margin over the previous change: two grids may agree by coincidence, and heights between the
-# points of a map are interpolated; benchmarks/intervals.py measures the coverage of intervals.
+# points of a map are interpolated; calibration/intervals.py measures the coverage of intervals.
 _BY_CHANCE = 0.2
 
 

@@ -224,7 +224,7 @@ def form_note(texture: Texture) -> tuple[Caution, ...]:
 CASES = 108
 """Number of rough contacts in the test of the estimates.
 
-See ``benchmarks/constriction.py``: periodic maps of Gaussian heights, eight roll-off wavelengths
+See ``calibration/constriction.py``: periodic maps of Gaussian heights, eight roll-off wavelengths
 per side, Hurst exponents 0.5 and 0.8, roll-off over cut-off 4 to 16, elastic and under a ceiling,
 1 to 12 % in contact.
 """

@@ -1,8 +1,8 @@
 """How often the interval of a number holds what the same heights give on a far finer grid.
 
-    python benchmarks/intervals.py                  # 200 maps, a quarter of an hour on one core
-    python benchmarks/intervals.py --maps 20 --first 1000
-    python benchmarks/intervals.py --write          # and the table in docs/howto/study.md anew
+    python calibration/intervals.py                  # 200 maps, a quarter of an hour on one core
+    python calibration/intervals.py --maps 20 --first 1000
+    python calibration/intervals.py --write          # and the table in docs/howto/study.md anew
 
 Band-limited self-affine maps of 128² points, of Hurst exponents from 0.2 to 1 and shortest waves of
 2.3 to 16 pixels, under a random load, elastic or with a ceiling, periodic or free, every other free

@@ -3,7 +3,7 @@
 The correlations of rough joints and Greenwood's formula over the constriction length computed, on
 self-affine maps of two Hurst exponents and three breadths of the spectrum, elastic and under a
 ceiling, at three shares of the map in contact. `constriction.json` holds what
-`python benchmarks/constriction.py` found.
+`python calibration/constriction.py` found.
 """
 
 from __future__ import annotations

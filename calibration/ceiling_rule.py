@@ -1,9 +1,9 @@
 """The rule behind ``ceiling="calibrated"``: what it is fitted to, and what it is shown on.
 
-    python benchmarks/ceiling_rule.py             # table; about an hour on one core
-    python benchmarks/ceiling_rule.py --write     # and the stored numbers and the tables
-    python benchmarks/ceiling_rule.py --quick     # a few cases, a minute
-    python benchmarks/ceiling_rule.py --judge     # the rule as it is now, on the stored volumes
+    python calibration/ceiling_rule.py             # table; about an hour on one core
+    python calibration/ceiling_rule.py --write     # and the stored numbers and the tables
+    python calibration/ceiling_rule.py --quick     # a few cases, a minute
+    python calibration/ceiling_rule.py --judge     # the rule as it is now, on the stored volumes
 
 Spheres over Poisson's ratio and load, which the constants of `yielding_sphere.mean_pressure` are
 fitted to; pairs of bodies of which one or both yield, line contacts and rough maps, which they are

@@ -1,11 +1,11 @@
 """The whole attack in one command: random problems, damaged files and killed runs.
 
-    python benchmarks/robustness.py                       # 1000, 20 000 and 50: half an hour
-    python benchmarks/robustness.py --write               # and docs/evidence/robustness.md from it
-    python benchmarks/robustness.py --files 0 --kills 0   # the problems alone
-    python benchmarks/robustness.py --problems 50 --files 200 --kills 5    # a small part of each
-    python benchmarks/robustness.py --first 20000         # others
-    python benchmarks/robustness.py --only problems 17 230    # single ones again, each in a line
+    python tests/fuzz/robustness.py                       # 1000, 20 000 and 50: half an hour
+    python tests/fuzz/robustness.py --write               # and docs/evidence/robustness.md from it
+    python tests/fuzz/robustness.py --files 0 --kills 0   # the problems alone
+    python tests/fuzz/robustness.py --problems 50 --files 200 --kills 5    # a small part of each
+    python tests/fuzz/robustness.py --first 20000         # others
+    python tests/fuzz/robustness.py --only problems 17 230    # single ones again, each in a line
 
 Each part stands in a module of its own: `random_problems`, `damaged_files`, `killed_runs`. The exit
 status is 1 if anything was wrong.
@@ -24,7 +24,7 @@ import damaged_files
 import killed_runs
 import random_problems
 
-PAGE = Path(__file__).parents[1] / "docs" / "evidence" / "robustness.md"
+PAGE = Path(__file__).parents[2] / "docs" / "evidence" / "robustness.md"
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,10 @@
 """Whether the tests notice a wrong operator, number or branch: a sample of mutants, one by one.
 
     pip install cosmic-ray coverage pytest-cov     # besides what the tests need
-    python benchmarks/mutants.py cover FOLDER      # which test runs which line
-    python benchmarks/mutants.py run FOLDER        # 300 mutants; goes on where it stopped
-    python benchmarks/mutants.py again FOLDER      # those that survived, with more tests
-    python benchmarks/mutants.py tell FOLDER       # how many were killed, and which were not
+    python tests/fuzz/mutants.py cover FOLDER      # which test runs which line
+    python tests/fuzz/mutants.py run FOLDER        # 300 mutants; goes on where it stopped
+    python tests/fuzz/mutants.py again FOLDER      # those that survived, with more tests
+    python tests/fuzz/mutants.py tell FOLDER       # how many were killed, and which were not
 
 cosmic-ray says what can be mutated and mutates it. The sample is one of places in the code, all
 alike, with one of the mutants of each: an operator has eleven, a number two. A mutant is tried in a
@@ -36,12 +36,22 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src" / "roughcontact"
 PAGE = ROOT / "docs" / "evidence" / "mutants.md"
 START, END = "<!-- result -->", "<!-- end -->"
 WINGS = ("material", "theory", "halfspace", "solvers", "surface")
-COPIED = ("src", "tests", "benchmarks", "docs", "pyproject.toml", "README.md", "CHANGELOG.md")
+IMPORTED = ("src", "benchmarks", "calibration", "tests", "tests/fuzz")
+COPIED = (
+    "src",
+    "tests",
+    "benchmarks",
+    "calibration",
+    "docs",
+    "pyproject.toml",
+    "README.md",
+    "CHANGELOG.md",
+)
 # Of the tests that import a wing, those of what is made of it: they take long, and would tell late.
 ELSEWHERE = (
     "contact/test_archive",
@@ -175,7 +185,7 @@ def _files() -> Iterator[Path]:
 
 
 def _surroundings(tree: Path, folder: Path) -> dict[str, str]:
-    path = os.pathsep.join([str(tree / "src"), str(tree / "benchmarks"), *sys.path[1:]])
+    path = os.pathsep.join([*(str(tree / folder) for folder in IMPORTED), *sys.path[1:]])
     return {**os.environ, "PYTHONPATH": path, "MUTANTS_TIMES": str(folder / "times.json")}
 
 
@@ -375,7 +385,7 @@ def _killer(tree: Path, tests: list[list[str]]) -> str:
     import pytest
 
     os.chdir(tree)
-    sys.path[:0] = [str(tree / "src"), str(tree / "benchmarks"), str(tree / "tests")]
+    sys.path[:0] = [str(tree / folder) for folder in IMPORTED]
     os.environ["PYTHONPATH"] = os.pathsep.join(sys.path)
     with (tree / "output").open("w", encoding="utf-8") as output:
         os.dup2(output.fileno(), 1)

@@ -24,7 +24,12 @@ from pathlib import Path
 import numpy as np
 
 import roughcontact as rc
-from items import items_of_file, normal
+
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+if str(BENCHMARKS) not in sys.path:
+    sys.path.append(str(BENCHMARKS))
+
+from items import items_of_file, normal  # noqa: E402
 
 SOURCE = Path(rc.__file__).parents[1]
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)

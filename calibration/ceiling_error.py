@@ -1,8 +1,8 @@
 """Error of the ceiling model against plasticity of the volume, over load and ceiling.
 
-    python benchmarks/ceiling_error.py             # table; about a quarter of an hour on one core
-    python benchmarks/ceiling_error.py --write     # and the stored numbers and the tables
-    python benchmarks/ceiling_error.py --quick     # a few cases, half a minute
+    python calibration/ceiling_error.py             # table; about a quarter of an hour on one core
+    python calibration/ceiling_error.py --write     # and the stored numbers and the tables
+    python calibration/ceiling_error.py --quick     # a few cases, half a minute
 
 Spheres from first yield to full plasticity and periodic rough maps, perfectly plastic and
 hardening. Each is solved once with plasticity of the volume, with a row of ceilings, and with

@@ -1,8 +1,8 @@
 """Formulas for nominally flat contact: their cases computed, fitted, tested and stored.
 
-    python benchmarks/atlas.py                 # what is missing of all cases, then fit and test
-    python benchmarks/atlas.py --maps 4        # the first maps of each kind alone
-    python benchmarks/atlas.py --fit           # fit and test what is stored
+    python calibration/atlas.py                 # what is missing of all cases, then fit and test
+    python calibration/atlas.py --maps 4        # the first maps of each kind alone
+    python calibration/atlas.py --fit           # fit and test what is stored
 
 Every case is a line of ``atlas/ceiling.csv`` or ``atlas/volume.csv`` as soon as its map is done;
 what stands there is not solved again. On all cores, one map each at a time, or on any other engine

@@ -1,11 +1,11 @@
 """How often the interval of a number holds what the surface behind a measured map gives.
 
-    python benchmarks/interval_coverage.py --cases 24          # some twenty minutes on one core
-    python benchmarks/interval_coverage.py --cases 40 --first 100
-    python benchmarks/interval_coverage.py --cases 10 --also
-    python benchmarks/interval_coverage.py --cases 10 --part
-    python benchmarks/interval_coverage.py --cases 200 --first 5100 --keep cases.jsonl
-    python benchmarks/interval_coverage.py --measured ../shared/measurements/*.x3p
+    python calibration/interval_coverage.py --cases 24          # some twenty minutes on one core
+    python calibration/interval_coverage.py --cases 40 --first 100
+    python calibration/interval_coverage.py --cases 10 --also
+    python calibration/interval_coverage.py --cases 10 --part
+    python calibration/interval_coverage.py --cases 200 --first 5100 --keep cases.jsonl
+    python calibration/interval_coverage.py --measured ../shared/measurements/*.x3p
 
 Surfaces of 512² points: Hurst exponents from 0.4 to 0.95, a roll-off at 1/2.5 to 1/8 of the side,
 shortest waves of 8 to 32 points, slope 0.1; a third isotropic, a third with a lay, a third with
