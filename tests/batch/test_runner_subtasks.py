@@ -115,7 +115,7 @@ def test_pieces_in_any_order_give_the_bits_of_the_whole(
     words = [task.piece for task in tasks]
     assert words == [*tasks[0].parts[0].entry.request.subtask_ids(), ""]
     assert len(words) == count + 1
-    assert said[-1] == f"{count} of {count} pieces of one found"
+    assert said[-1] == f"{count} of {count} subtasks of one done"
     alone = written(tmp_path / "whole", text, 64)
     monkeypatch.setattr(Request, "subtask_ids", lambda request: ())
     reports, tasks, _ = run(alone)
@@ -149,7 +149,7 @@ def test_pieces_that_fail_fail_their_contact_once_and_the_others_are_kept(tmp_pa
     assert (bad.state, good.state) == (plan.FAILED, plan.SOLVED)
     # Each of them is told of; the whole is not begun.
     assert all(bad.reason.count(name) == 1 for name in ("r0.npy", "s0.npy"))
-    assert "2 of 4 pieces of one found" in said
+    assert "2 of 4 subtasks of one done" in said
     assert [task.piece for task in tasks] == ["0", "1", "2", "3", ""]
     assert tasks[-1].parts[0].entry.name == "two"
     for name in ("r0.npy", "s0.npy"):
@@ -212,7 +212,9 @@ def test_pieces_that_were_found_are_not_done_again(
         reports, tasks, said = run(path)
         assert [report.state for report in reports] == [plan.SOLVED]
         assert [task.piece for task in tasks] == [*lost, ""]
-        assert (f"{count - len(lost)} of {count} pieces of one kept" in said) == (lost != words)
+        assert (f"{count - len(lost)} of {count} subtasks of one from an earlier run" in said) == (
+            lost != words
+        )
         assert (items_of_file(summary), items_of_file(csv)) == before
         # Those of a comparison stay.
         if problem == "a study":
@@ -233,7 +235,7 @@ def test_a_bad_map_is_the_only_one_that_is_done_again(tmp_path: Path) -> None:
     (report,), tasks, said = run(path)
     assert report.state == plan.SOLVED
     assert [task.piece for task in tasks] == ["3", ""]
-    assert said[0] == "4 of 5 pieces of one kept"
+    assert said[0] == "4 of 5 subtasks of one from an earlier run"
 
 
 def test_a_map_more_is_the_only_one_that_is_solved(tmp_path: Path) -> None:
@@ -247,7 +249,7 @@ def test_a_map_more_is_the_only_one_that_is_solved(tmp_path: Path) -> None:
     (report,), tasks, said = run(path)
     assert report.state == plan.SOLVED
     assert [task.piece for task in tasks] == ["0", "5", ""]
-    assert said[0] == "4 of 6 pieces of one kept"
+    assert said[0] == "4 of 6 subtasks of one from an earlier run"
     other = written(tmp_path / "whole", text.replace('"s1.npy"', '"s1.npy", "r0.npy"'))
     assert [task.piece for task in run(other)[1]] == ["0", "1", "2", "3", "4", "5", ""]
     one, two = bits(path.parent), bits(other.parent)

@@ -274,7 +274,7 @@ def _find_class(name: str, base: type = object) -> Any:
         raise TypeError(f"{name} is not of this package")
     kind = getattr(importlib.import_module(module), own)
     if not isinstance(kind, type) or not issubclass(kind, base):
-        raise TypeError(f"{name} is not what it is taken for")
+        raise TypeError(f"{name} is not of the expected type")
     if base is object and not is_dataclass(kind):
         raise TypeError(f"{name} is no dataclass")
     return kind

@@ -224,7 +224,9 @@ class _ProjectRun:
         self._digests[part.number] = digests
         known = self._pieces[part.number] = plan.load_subtasks(part.entry, digests)
         if known:
-            self._tell.say(f"{len(known)} of {len(words)} pieces of {part.entry.name} kept")
+            self._tell.say(
+                f"{len(known)} of {len(words)} subtasks of {part.entry.name} from an earlier run"
+            )
         separately = [replace(whole, piece=word) for word in words if word not in known]
         return [self._with_transfer(task) for task in separately] or [self._finish_pieces(part)]
 
@@ -324,7 +326,7 @@ class _ProjectRun:
             result[task.piece] = answer.result
             plan.save_piece(entry, self._digests[number][task.piece], answer.result)
             few = f"{len(result)} of {len(self._digests[number])}"
-            self._tell.say(f"{few} pieces of {entry.name} found")
+            self._tell.say(f"{few} subtasks of {entry.name} done")
         if len(result) + len(failed) < len(self._digests[number]):
             return
         if failed:

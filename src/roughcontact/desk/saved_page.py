@@ -87,7 +87,7 @@ def save_page(tell: Callable[[Progress | str], None], request: Request, path: Pa
 def render_page(result: ContactResult, request: Request) -> str:
     """Return the page of a contact as the text of a self-contained HTML file."""
     if result.surface.is_profile:
-        raise InputError("a profile has no maps: take its report instead")
+        raise InputError("a profile has no maps: use its report instead")
     maps, legend = _maps(result)
     # Escape closing tags, which a browser would take for the end of the script.
     item = json.dumps(json_item(maps, "maps")).replace("</", "<\\/")

@@ -124,14 +124,14 @@ def _prepared(request: Request, requested: ParsedOptions, surface: Surface, path
             ArgumentRef("missing", "mask"),
             " (no contact there) or ",
             ArgumentRef("missing", "crop"),
-            " (the largest rectangle without them), or cut them away with ",
+            " (the largest rectangle without them), or crop it with ",
             ArgumentRef("crop"),
         )
     share = surface.missing / surface.heights.size
     if holes == "fill" and share > MAX_FILLED_SHARE:
         raise InputError(
             f"{path.name} has no height at {format_percent(share)} of its points, and at most "
-            f"{format_percent(MAX_FILLED_SHARE)} are filled: cut it with ",
+            f"{format_percent(MAX_FILLED_SHARE)} may be filled: crop it with ",
             ArgumentRef("crop"),
             ", or choose ",
             ArgumentRef("missing", "mask"),

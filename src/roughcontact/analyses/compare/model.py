@@ -428,8 +428,8 @@ def _after_preload(surface: Surface, pressure: float, problem: Mapping[str, Any]
     history = load_history(surface, [load, 0.0], **terms)
     if history.indented_body != "surface":
         raise InputError(
-            "indents the counter-body, which is softer: the map stays as it is; swap the two "
-            f"{ArgumentRef('material')}s to see what the map keeps",
+            "indents the counter-body, which is softer, and leaves the map unchanged; swap the "
+            f"two {ArgumentRef('material')}s to indent the map",
             argument="preload_pressure",
         )
     return history.residual

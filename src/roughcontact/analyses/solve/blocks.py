@@ -72,7 +72,7 @@ def hertz_blocks(result: ContactResult) -> list[Block]:
     picture = Picture(
         partial(versus_hertz, result),
         "Mean and maximum pressure over the distance from the middle, and that of the smooth "
-        "bodies. Look how far roughness spreads the load.",
+        "bodies. Compare how far roughness spreads the load.",
         page.HALF,
     )
     return [
