@@ -210,6 +210,15 @@ def test_the_command_asks_solves_and_tells(
     shown = " ".join(capsys.readouterr().out.split())
     assert "CrN 2 µm on Cr 500 nm on 100Cr6" in shown
     assert "ceiling of the base (6.1 GPa)" in shown
+    assert app.main(["stress", *words, "--ceiling", "bracket", "--json"]) == app.SOLVED
+    both = json.loads(capsys.readouterr().out)["stress"]
+    for name, record in (("coating", both), ("base", both["base"])):
+        assert app.main(["stress", *words, "--ceiling", name, "--json"]) == app.SOLVED
+        alone = json.loads(capsys.readouterr().out)["stress"]
+        assert record["parts"] == alone["parts"]
+        assert record["faces"] == alone["faces"]
+    assert app.main(["stress", *words, "--ceiling", "bracket"]) == app.SOLVED
+    assert "ceiling of the coating ceiling of the base" in " ".join(capsys.readouterr().out.split())
     report = tmp_path / "stress.html"
     words += ["--ceiling", "none", "--report", str(report), "--json"]
     assert app.main(["stress", *words]) == app.SOLVED

@@ -97,7 +97,12 @@ _STUDY_SOLVER = (options.TOLERANCE, options.PRECISION)
 
 
 def contact(
-    request: Request, work: TaskContext, *, calibrated: bool, load: tuple[Any, str] | None = None
+    request: Request,
+    work: TaskContext,
+    *,
+    calibrated: bool,
+    load: tuple[Any, str] | None = None,
+    ceiling: Any = None,
 ) -> ContactResult:
     """Solve the contact of a request; return the best iterate if it does not converge.
 
@@ -108,6 +113,8 @@ def contact(
     force, specified = request.force(work.maps, *(load or request.load))
     point = request[options.LOAD_POINT]
     arguments = request.arguments(work.maps, *_SOLVER)
+    if ceiling is not None:
+        arguments["ceiling"] = ceiling
     result = solve(
         work.maps[0],
         **arguments,

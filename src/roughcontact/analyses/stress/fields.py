@@ -105,6 +105,18 @@ STRESS: Table = (
         when=lambda s: bool(s.faces),
         text=_interface_stresses,
     ),
+    Quantity(
+        "base",
+        of=lambda s: (
+            s.base
+            and {
+                "ceiling": s.base.solution.ceiling,
+                "parts": [part._asdict() for part in s.base.parts],
+                "faces": [asdict(face) for face in s.base.faces],
+            }
+        ),
+        when=lambda s: s.base is not None,
+    ),
     Quantity("max_tension", "largest tension", unit="Pa", when=_has_tension),
     Quantity(
         "max_tension_place",

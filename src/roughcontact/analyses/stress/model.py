@@ -90,6 +90,8 @@ class StressResult(Result):
         Version of the program.
     faces : tuple of coating_stress.Face
         Largest stresses of the surface and of both sides of the interfaces of a coated body.
+    base : StressResult, optional
+        The same stress under the ceiling of the base of a coated body, if both were asked for.
     """
 
     solution: ContactResult
@@ -103,6 +105,7 @@ class StressResult(Result):
     version: str = field(default="")
     traction: NDArray[Any] | None = None
     faces: tuple[coating_stress.Face, ...] = ()
+    base: StressResult | None = None
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""

@@ -65,7 +65,10 @@ def _answer(stress: StressResult, onset: StressResult | None = None) -> str:
     reached = phrases.format_short(stress.max_von_mises, "Pa")
     where = f"{phrases.format_short(depth, 'm')} deep" if depth else "at the surface"
     if stress.parts:
-        return _layered(stress)
+        under = (
+            "" if stress.base is None else f" With the ceiling of the base: {_layered(stress.base)}"
+        )
+        return _layered(stress) + under
     strength = stress.material.yield_strength
     if strength is None:
         return f"The von Mises stress reaches {reached}, {where}."
@@ -126,6 +129,10 @@ def _layer_rows(stress: StressResult) -> list[tuple[str, str]]:
 def _numbers(stress: StressResult, onset: StressResult | None = None) -> CellTable:
     """Return largest stress, its position, load of first yield and orthogonal shear."""
     kind = _kind(stress)
+    if stress.base is not None:
+        columns = zip(_layer_rows(stress), _layer_rows(stress.base), strict=True)
+        heads = ("", "ceiling of the coating", "ceiling of the base")
+        return heads, [(*first, second[1]) for first, second in columns]
     if stress.parts:
         return (), _layer_rows(stress)
     rows = [

@@ -54,6 +54,8 @@ OUTPUT = file_option("output", "FILE.nc", "Contact and stress as NetCDF.", (".nc
 
 def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.stress.model import solve_first_yield, subsurface_stress
+    from roughcontact.contact.ceiling import is_bracket
+    from roughcontact.contact.result import BASE
 
     Boundary(request[options.BOUNDARY]).require_stress()
     contact = solve.contact(request, work, calibrated=False)
@@ -66,6 +68,11 @@ def _run(request: Request, work: TaskContext) -> Outcome:
         stress = subsurface_stress(
             contact, request[DEPTHS], in_body=body, progress=work.look, **traction
         )
+        if is_bracket(contact.pair, request[options.CEILING]):
+            other = solve.contact(request, work, calibrated=False, ceiling=BASE)
+            if other.converged:
+                base = subsurface_stress(other, request[DEPTHS], in_body=body, **traction)
+                stress = replace(stress, base=base)
         extras = {}
         if request[FIRST_YIELD]:
             work.say("searching the load of first yield")
