@@ -76,7 +76,7 @@ def check_same_pair(
     contacts: ContactResult | Iterable[ContactResult], what: str
 ) -> Iterator[ContactResult]:
     """Yield the contacts after checking that all are of the same bodies."""
-    # Not the contact itself, so that its maps are free again.
+    # Bodies of the first contact without its result, so that its maps are released.
     first: tuple[Pair, bool] | None = None
     for result in [contacts] if isinstance(contacts, ContactResult) else contacts:
         result.pair.require_map(what)
@@ -153,7 +153,7 @@ def _constants(material: Material) -> str:
     return ", ".join(parts)
 
 
-# --- The part of a map that stands for a wide joint: without the rim of a free one ---
+# --- Part of a map that represents a wide joint: without the rim of a free map ---
 
 
 RIM = 3.0

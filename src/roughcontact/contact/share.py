@@ -132,7 +132,7 @@ class Slab:
         known = self.sums.count(finite)
         if not known:
             raise InputError("hold no finite value", argument="heights")
-        # Counted here: what a property returns must not wait for other ranks.
+        # Counted here, as a property must not wait for other ranks.
         object.__setattr__(self, "missing", self.shape[0] * self.shape[1] - known)
         object.__setattr__(self, "highest", self.sums.largest(self.heights[finite]))
 
@@ -194,7 +194,7 @@ class Slab:
         x = np.arange(nx) - (nx - 1) / 2
         points = math.prod(self.shape)
         heights = self.heights
-        # A second time for what the first has lost by rounding.
+        # A second pass removes the rounding error of the first.
         for _ in range(2):
             along_y, along_x = heights.sum(axis=1), heights.sum(axis=0)
             parts = [along_y.sum(), (along_y * y).sum(), (along_x * x).sum()]

@@ -92,9 +92,9 @@ def solve(
     load : float, str, quantity of pint, NominalPressure, LineLoad or HertzPressure
         Normal load W: a number in N, or a text with its unit, as for all quantities. Give either
         ``load`` or ``approach``. ``"50 N"`` is a force, ``"20 MPa"`` a pressure on the area of the
-        whole map, ``"600 N/mm"`` a load per length of the map along a nominal cylinder. ``"hertz
-        1.5 GPa"`` is the load at which the smooth nominal bodies have this peak pressure. For a
-        profile, a load per length, in N/m or as ``"600 N/mm"``.
+        whole map, ``"600 N/mm"`` a load per length of the map along a nominal cylinder.
+        ``"hertz 1.5 GPa"`` is the load at which the smooth nominal bodies have this peak pressure.
+        For a profile, a load per length, in N/m or as ``"600 N/mm"``.
     approach : float, str or quantity of pint
         Approach ω of the bodies from the first touch [m].
     moments : (float, float), optional
@@ -105,17 +105,17 @@ def solve(
         map that was measured from its own front), or a body such as ``rc.sphere("6 mm")``; a
         flat by default.
     ceiling : "auto", "calibrated", float, str, quantity of pint, array_like or None
-        Largest pressure [Pa], a number or an array of one per pixel; or a hardness, as
+        Largest pressure [Pa], a number or an array of one per pixel; or a hardness, such as
         ``"62 HRC"``. ``"auto"`` is the smaller ceiling of the bodies: three times the yield
         strength or, without one, the hardness; none if neither is known. ``"calibrated"`` starts
-        with that and repeats the solve until the ceiling reproduces the contact area of the
-        elastoplastic model (`recommended_ceiling`). ``None`` is purely elastic. A coated body
-        needs one, unless an uncoated counter-body is the softest: ``"coating"`` or ``"base"``,
-        that of the outermost layer or of what is below all layers; ``"bracket"`` solves with
-        both, the second for ``calibrated`` of the result.
+        with it and repeats the solve until the ceiling reproduces the contact area of the
+        elastoplastic model (`recommended_ceiling`). ``None`` is purely elastic. A coated body needs
+        one, unless an uncoated counter-body is the softest: ``"coating"`` or ``"base"``, the
+        ceiling of the outermost layer or of the material below all layers; ``"bracket"`` solves
+        with both, the second for ``calibrated`` of the result.
     boundary : {"free", "periodic", "periodic-x", "periodic-y"}
-        Whether the body ends with the map, or the map is one period of an endless surface, or of
-        a strip that is endless along one axis; see `Boundary`.
+        Whether contact occurs only inside the map, or the map is one period of an endless surface
+        or of a strip that is endless along one axis; see `Boundary`.
     tolerance : float, optional
         Certificate ε at which the result is converged; 1e-6, or 1e-4 in single precision.
     max_iterations : int
@@ -131,9 +131,8 @@ def solve(
         Response to Ctrl-C: raise ``KeyboardInterrupt``, or return the best result so far, marked
         as not converged.
     progress : callable or bool, optional
-        ``True`` draws a bar on standard error; a function is
-        called with a `Progress`, whose step is a `Step`, every time the solver has checked the
-        whole map.
+        ``True`` draws a bar on standard error; a function is called with a `Progress`, whose step
+        is a `Step`, every time the solver has checked the whole map.
     calibrated : bool
         Whether to solve again under the calibrated ceiling (`recommended_ceiling`) if it changes
         the contact area, for ``calibrated`` of the result. It takes about half as long as the

@@ -120,8 +120,8 @@ class Instrument:
         Parameters
         ----------
         name : str
-            Name, such as ``"CSI 50x"``, or kind with resolution or tip radius, such as ``"optical
-            1.2 um"`` or ``"tip 50 nm"``.
+            Name, such as ``"CSI 50x"``, or kind with resolution or tip radius, such as
+            ``"optical 1.2 um"`` or ``"tip 50 nm"``.
         noise : float
             Root-mean-square noise of one point [m]. The catalog has none: data sheets state
             the noise on a flat, and noise on a rough surface is higher.

@@ -113,7 +113,7 @@ class LoadSearch(Result):
     extra_cautions : tuple of Caution
         Remarks on the measurement of the maps.
     base : LoadSearch, optional
-        The same targets under the ceiling of the base of a coated body, if both were asked for.
+        The same targets under the ceiling of the base of a coated body, if both were requested.
     """
 
     answers: tuple[LoadAnswer, ...]

@@ -109,7 +109,7 @@ class LoadCurve(Result):
     intervals : tuple of Uncertainty
         Intervals of each load that include the instrument, if computed.
     base : LoadCurve, optional
-        The same loads under the ceiling of the base of a coated body, if both were asked for.
+        The same loads under the ceiling of the base of a coated body, if both were requested.
     _solve_largest : callable, optional
         Function that solves the contact under the last load again, for a report.
     """
