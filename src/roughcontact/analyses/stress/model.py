@@ -91,7 +91,7 @@ class StressResult(Result):
     faces : tuple of coating_stress.Face
         Largest stresses of the surface and of both sides of the interfaces of a coated body.
     base : StressResult, optional
-        The same stress under the ceiling of the base of a coated body, if both were asked for.
+        The same stress under the ceiling of the base of a coated body, if both were requested.
     """
 
     solution: ContactResult
