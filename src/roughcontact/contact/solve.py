@@ -174,20 +174,25 @@ def solve(
     terms = LoadCase(
         force, approach, moments, ceiling, tolerance, max_iterations, precision, specified
     )
-    watch = progress_callback(progress, 1, 1)
-    asked = replace(terms, ceiling=COATING) if is_bracket(pair, ceiling) else terms
-    result = solve_pair(
+    result = solve_case(
         pair,
-        asked,
+        terms,
+        progress,
         start=initial_guess,
         on_failure=on_failure,
         on_interrupt=on_interrupt,
-        progress=watch,
         workers=workers,
     )
     if not calibrated:
         return result
     return add_calibrated(result, ceiling, max_iterations, progress)
+
+
+def solve_case(pair: Pair, terms: LoadCase, progress: Tell = None, **how: Any) -> ContactResult:
+    """Return the contact of two bodies, of a coated one under the first of both ceilings."""
+    if is_bracket(pair, terms.ceiling):
+        terms = replace(terms, ceiling=COATING)
+    return solve_pair(pair, terms, progress=progress_callback(progress, 1, 1), **how)
 
 
 def add_calibrated(

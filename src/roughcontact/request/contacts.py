@@ -232,7 +232,8 @@ class JointContacts:
 
     def solve_loads(self, loads: Sequence[Any]) -> Iterator[ContactResult]:
         """Yield the contacts under several loads, given in any form."""
-        forces = [self.request.force(self.maps, load) for load in loads]
+        pair = self.request.pair(self.maps)
+        forces = [self.request.force(pair, load) for load in loads]
         forces.sort(key=lambda load: -load[0])
         arguments = self.request.arguments(self.maps, *options.SOLVER)
         for number, (force, specified) in enumerate(forces, start=1):

@@ -257,13 +257,10 @@ class Request(OptionValues):
         counter = maps[1] if len(maps) > 1 else None
         return Pair(maps[0], material, counter, counter_material, self._boundary)
 
-    def force(
-        self, maps: Sequence[Surface], load: Any, argument: str = "load"
-    ) -> tuple[Any, GivenLoad | None]:
+    def force(self, pair: Pair, load: Any, argument: str = "load") -> tuple[Any, GivenLoad | None]:
         """Return the force of a load on the bodies, and its given form."""
         from roughcontact.contact import load_case
 
-        pair = self.pair(maps)
         if pair.is_profile and isinstance(load, float):
             raise InputError(
                 "is a force, and the file holds a profile: give a load per length such as "

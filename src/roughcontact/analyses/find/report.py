@@ -110,7 +110,9 @@ def _each(read: Callable[[Any], Any]) -> Callable[[search.LoadSearch], list[Any]
 FOUND: Table = (
     *PAIR,
     Quantity("answers", of=_answers),
-    Quantity("base_answers", of=lambda r: r.base and _answers(r.base), when=lambda r: r.base is not None),
+    Quantity(
+        "base_answers", of=lambda r: r.base and _answers(r.base), when=lambda r: r.base is not None
+    ),
     Quantity(
         "solves",
         "contacts solved",

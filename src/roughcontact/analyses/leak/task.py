@@ -147,7 +147,8 @@ def _carries_load(request: Request, maps: Sequence[Surface], loads: Sequence[Any
     seal = _seal(request)
     if seal is None:
         return False
-    pair, load = request.pair(maps), min(request.force(maps, load)[0] for load in loads)
+    pair = request.pair(maps)
+    load = min(request.force(pair, load)[0] for load in loads)
     contact = nominal_contact(pair, load, request[options.CEILING])
     share = 1.0 if contact is None else float(contact.mean())
     carried = seal.mean_pressure * pair.size[0] * pair.size[1] * share

@@ -127,7 +127,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.roll.figures import along_of
     from roughcontact.analyses.roll.model import make_frame, roll
 
-    force, specified = request.force(work.maps, *request.load)
+    force, specified = request.force(request.pair(work.maps), *request.load)
     arguments = request.arguments(work.maps, *_SOLVER)
     del arguments["ceiling"]
     frames: list[MovieFrame] = []

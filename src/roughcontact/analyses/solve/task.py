@@ -108,29 +108,26 @@ def contact(
 
     Another ``load`` than that of the request is given with the name of its argument.
     """
-    from roughcontact.contact.solve import add_calibrated, solve
+    from roughcontact.contact.load_case import LoadCase
+    from roughcontact.contact.solve import add_calibrated, solve_case
 
-    force, specified = request.force(work.maps, *(load or request.load))
+    pair = request.pair(work.maps)
+    force, specified = request.force(pair, *(load or request.load))
     point = request[options.LOAD_POINT]
-    arguments = request.arguments(work.maps, *_SOLVER)
-    if ceiling is not None:
-        arguments["ceiling"] = ceiling
-    result = solve(
-        work.maps[0],
-        **arguments,
-        load=force,
-        approach=request[options.APPROACH],
-        moments=None if point is None else (force * point[0], force * point[1]),
-        calibrated=False,
-        on_failure="return",
-        progress=work.look,
+    terms = LoadCase(
+        force,
+        request[options.APPROACH],
+        None if point is None else (force * point[0], force * point[1]),
+        request[options.CEILING] if ceiling is None else ceiling,
+        specified=specified,
+        **request.solver(*_SOLVER),
     )
-    result = replace(result, specified_load=specified)
+    result = solve_case(pair, terms, on_failure="return", progress=work.look)
     if not calibrated or result.ceiling is None:
         return result
     work.show(result)
     iterations = request.solver(MAX_ITERATIONS)
-    return add_calibrated(result, arguments["ceiling"], **iterations, progress=work.look)
+    return add_calibrated(result, terms.ceiling, **iterations, progress=work.look)
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
@@ -152,7 +149,7 @@ def _volume(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.elastoplastic.solve import solve_elastoplastic
     from roughcontact.elastoplastic.volume_result import PathPoint
 
-    load, specified = request.force(work.maps, *request.load)
+    load, specified = request.force(request.pair(work.maps), *request.load)
     steps = request[INCREMENTS]
     way = points_between(PathPoint(0.0), PathPoint(load), 1 if steps == AUTO else int(steps))
     loads = [point.load for point in way]
@@ -256,9 +253,10 @@ def solve_study_part(request: Request, word: str, say: Say, look: OnProgress) ->
     from roughcontact.uncertainty.resolution import study_part
 
     maps = surfaces(request, say)
-    load, _ = request.force(maps, *request.load)
+    pair = request.pair(maps)
+    load, _ = request.force(pair, *request.load)
     terms = LoadCase(load, ceiling=request[options.CEILING], **request.solver(*_STUDY_SOLVER))
-    return study_part(word, request.pair(maps), terms, look)
+    return study_part(word, pair, terms, look)
 
 
 # --- The task ---

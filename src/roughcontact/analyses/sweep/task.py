@@ -78,7 +78,7 @@ def _run(request: Request, work: TaskContext) -> Outcome:
 
     control, values = _steps(request)
     if control == "load":
-        request.force(work.maps, values[-1], "from")
+        request.force(request.pair(work.maps), values[-1], "from")
     with work.report_saved_steps_on_interrupt("step-*.npz", "load") as (watch, reused):
         curve = sweep(
             work.maps[0],
