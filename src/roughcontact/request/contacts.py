@@ -226,6 +226,12 @@ class JointContacts:
         """Return the contacts of another map."""
         return replace(self, maps=(surface, *self.maps[1:]), more=(), counter_maps=())
 
+    def under_ceiling(self, ceiling: str, look: OnProgress) -> JointContacts:
+        """Return the same contacts under another ceiling."""
+        values = {**self.request.values, options.CEILING.name: ceiling}
+        request = replace(self.request, values=values)
+        return replace(self, request=request, work=replace(self.work, look=look))
+
     def require_map(self, what: str) -> None:
         """Raise `InputError` for profiles, before anything is solved."""
         self.request.pair(self.maps).require_map(what)

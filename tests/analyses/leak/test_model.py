@@ -15,6 +15,7 @@ from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.material import fluids
 from roughcontact.report import kinds
+from roughcontact.uncertainty.intervals import Cause
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 ROUGH = rc.Surface(*rc.reference_map(64, 3))
@@ -336,6 +337,30 @@ def test_the_command_tells_in_a_table_and_in_json(
     assert told["load"] == [0.3, 1.0]
     assert told["leak_rate_y"] == near(found.rate(0), rel=1e-3)
     assert told["coarser"]["pixel"] == near(2 * ROUGH.pixel[0])
+
+
+def test_bracket_shows_both_ceilings(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = command(tmp_path / "map.npy", "--load", "30 MPa, 100 MPa", "--coating", "silver 5 um")
+    words += ["--viscosity", "1 mPa s", "--pressure-difference", "1 bar", "--flow-axis", "y"]
+
+    def told(ceiling: str, *more: str) -> Any:
+        assert app.main([*words, "--ceiling", ceiling, *more]) == app.SOLVED
+        return capsys.readouterr().out
+
+    coating, base, both = (json.loads(told(c, "--json")) for c in ("coating", "base", "bracket"))
+    assert base["leak_rate_y"][-1] > 1.1 * coating["leak_rate_y"][-1]
+    for key in ("contact_area", "mean_gap", "permeability_y", "leak_rate_y"):
+        assert both[key] == coating[key]
+        assert both[f"base_{key}"] == base[key]
+        assert f"base_{key}" not in coating
+    (interval,) = both["intervals"]
+    low, high = interval["causes"][Cause.YIELDING]
+    assert low == 0
+    assert high == near(base["leak_rate_y"][-1] / coating["leak_rate_y"][-1] - 1, rel=1e-3)
+    shown = " ".join(told("bracket").split())
+    assert "contact (base) leak along y leak along y (base)" in shown
+    assert "Ceiling of the coating: It leaks" in shown
+    assert "Ceiling of the base: It leaks" in shown
 
 
 def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

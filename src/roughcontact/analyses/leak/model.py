@@ -274,6 +274,9 @@ class Leakage(Result):
     draws : tuple of Mean
         Permeability along y and x [m³] under the largest load over pairs of faces, times the
         factor of a gas; see `with_draws`.
+    base : Leakage, optional
+        The same contacts under the ceiling of the base of a coated body, if both ceilings were
+        requested.
     """
 
     steps: tuple[LeakageStep, ...]
@@ -287,12 +290,13 @@ class Leakage(Result):
     coarser: Change | None = None
     calibrated: CalibratedChange | None = None
     draws: tuple[Mean, ...] = ()
+    base: Leakage | None = None
 
     def with_draws(self, others: Sequence[Leakage]) -> Leakage:
         """Return the mean of this and other pairs of faces under the same loads."""
         every = (self, *others)
         steps = tuple(map(_mean_step, zip(*(item.steps for item in every), strict=True)))
-        flows = np.array([_flow_of(item.steps[-1]) for item in every])
+        flows = np.array([flow_of(item.steps[-1]) for item in every])
         draws = tuple(statistics.mean_with_interval(flows[:, axis]) for axis in (0, 1))
         return replace(self, steps=steps, draws=draws)
 
@@ -486,7 +490,8 @@ class Leakage(Result):
         seal = self.seal
         if seal is None or not seal.is_whole or seal.gas is None or not seal.gas.has_leak_class:
             return None
-        rate = max(self.throughput(axis)[-1] for axis in self.axes)
+        leaks = (self, *([] if self.base is None else [self.base]))
+        rate = max(leak.throughput(axis)[-1] for leak in leaks for axis in self.axes)
         known = ((name, limit) for limit, name in LEAK_CLASSES if rate < limit)
         return next(known, ("not watertight", math.inf))
 
@@ -625,7 +630,7 @@ def _step_messages(
         yield from slip_caution(flow_gap(result), flows, seal.viscosity, seal.pressure_difference)
 
 
-def _flow_of(step: LeakageStep) -> tuple[float, float]:
+def flow_of(step: LeakageStep) -> tuple[float, float]:
     """Return the permeability along y and x times the factor of a gas [m³]."""
     along_y, along_x = (step.permeability[axis][axis] * step.gas_factor[axis] for axis in (0, 1))
     return along_y, along_x
@@ -634,7 +639,7 @@ def _flow_of(step: LeakageStep) -> tuple[float, float]:
 def _mean_step(steps: Sequence[LeakageStep]) -> LeakageStep:
     mean = mean_step(steps, ("constriction", "gas_factor"))
     # Average the flows of the pairs, not their factors.
-    flows = np.mean([_flow_of(step) for step in steps], axis=0)
+    flows = np.mean([flow_of(step) for step in steps], axis=0)
     along_y, along_x = (
         float(flow / mean.permeability[axis][axis]) if mean.permeability[axis][axis] else 1.0
         for axis, flow in enumerate(flows)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from operator import attrgetter
 from typing import Any
 
@@ -12,9 +12,10 @@ import numpy as np
 
 from roughcontact.analyses.leak.figures import flow_factors, leak
 from roughcontact.analyses.leak.fluid_load import has_nominal_body
-from roughcontact.analyses.leak.model import AXES, MIN_FLUID_SHARE, THRESHOLD, Leakage
+from roughcontact.analyses.leak.model import AXES, MIN_FLUID_SHARE, THRESHOLD, Leakage, flow_of
 from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
 from roughcontact.analyses.solve.fields import PAIR
+from roughcontact.contact.series import relative_change
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.references import make_use
 from roughcontact.report import phrases
@@ -31,7 +32,7 @@ from roughcontact.report.kind import (
     Table,
 )
 from roughcontact.report.page import WIDE
-from roughcontact.uncertainty.intervals import Interval
+from roughcontact.uncertainty.intervals import Cause, ErrorSource, Interval
 from roughcontact.units import (
     format_change,
     format_engineering,
@@ -249,7 +250,7 @@ _TABLE: Table = (
     *CAUTIONS,
 )
 
-_COLUMNS: Columns = (
+_COLUMNS: tuple[Column, ...] = (
     Column("load", "load", unit="N"),
     Column("contact_area", "contact", unit="m²", shown=contact_fields.shares("contact_area")),
     Column("saturated_area", unit="m²", brief=False),
@@ -285,6 +286,29 @@ _COLUMNS: Columns = (
 )
 
 
+_OF_BASE = (
+    *("contact_area", "mean_gap", "permeability", "flow_factor", "critical_gap", "leak_rate"),
+    *("gas_factor", *(name for name, _ in _FLOWS)),
+)
+"""Quantities of a coated body that are stored under the ceiling of its base, too."""
+
+
+def _of_base(column: Column) -> Column:
+    """Return the column of a quantity under the ceiling of the base of a coated body."""
+    return replace(
+        column,
+        key=f"base_{column.key}",
+        name="",
+        of=lambda r: column.values(r.base),
+        when=lambda r: r.base is not None and column.when(r),
+    )
+
+
+_COLUMNS += tuple(
+    _of_base(column) for column in _COLUMNS if column.stored and column.key.startswith(_OF_BASE)
+)
+
+
 def _sides(result: Leakage) -> str:
     periodic_axes = result.largest.boundary.periodic_axes
     if all(axis in periodic_axes for axis in result.axes):
@@ -308,9 +332,8 @@ def _sentences(result: Leakage) -> tuple[str, ...]:
         "the mean of inlet and outlet pressure."
     )
     return (
-        "Reynolds' equation of a thin film in the gap: nothing flows through contact. The fluid "
-        f"{_pressed(result)} and carries a part of the load there; from "
-        f"{100 * MIN_FLUID_SHARE:.0f} % on the bodies deform under both pressures.",
+        "Reynolds' equation of a thin film in the gap: nothing flows through contact.",
+        *([_pressed(result)] if result.seal is not None else []),
         _sides(result),
         *((fluid,) if result.seal is not None else ()),
         "The flow factor φ is k over the cube of the mean gap ū, 1 between smooth plates; closed "
@@ -321,13 +344,18 @@ def _sentences(result: Leakage) -> tuple[str, ...]:
 
 
 def _pressed(result: Leakage) -> str:
-    """Return where the fluid presses on the bodies as a clause."""
+    """Return where the fluid carries a part of the load as a sentence."""
+    where = "on the whole map"
     if has_nominal_body(result.largest.pair):
-        return (
-            "presses on the bodies where their smooth forms touch (its thrust on the free faces "
-            "belongs to the clamping force)"
+        where = (
+            "where the smooth forms of the bodies touch (its thrust on free faces belongs to the "
+            "clamping force)"
         )
-    return "presses on the bodies on the whole map"
+    share = f"{100 * MIN_FLUID_SHARE:.0f} %"
+    return (
+        f"The fluid carries a part of the load {where}; from {share} on the bodies deform under "
+        "both pressures."
+    )
 
 
 # --- Headline ---
@@ -350,9 +378,17 @@ def _interval(result: Leakage, axis: int) -> Interval:
     """Return the interval of a permeability under the largest load."""
     coarser = math.nan if result.coarser is None else result.coarser.permeability[axis]
     value = float(result.permeability(axis)[-1])
-    return uncertainty.joint_interval(
+    interval = uncertainty.joint_interval(
         result, f"permeability_{AXES[axis]}", value, axis, coarser, *result.draws[axis:][:1]
     )
+    if result.base is None:
+        return interval
+    # The ceiling of a coated body is between those of its coating and its base.
+    coating, base = (flow_of(item.steps[-1])[axis] for item in (result, result.base))
+    change = relative_change(base, coating)
+    ceiling = ErrorSource(Cause.YIELDING, min(change, 0.0), max(change, 0.0))
+    others = (doubt for doubt in interval.doubts if doubt.cause is not Cause.YIELDING)
+    return replace(interval, doubts=(ceiling, *others))
 
 
 def _rate_of(result: Leakage, axis: int) -> Callable[[float], str]:
@@ -369,6 +405,14 @@ def _gas_rate(throughput: float) -> str:
 
 def _answer(result: Leakage) -> str:
     """Return the leak rate or permeability under the largest load as a sentence."""
+    if result.base is None:
+        return _leaks(result) + _class(result)
+    coating, base = (f"Ceiling of the {name}: " for name in ("coating", "base"))
+    return f"{coating}{_leaks(result)} {base}{_leaks(result.base)}{_class(result)}"
+
+
+def _leaks(result: Leakage) -> str:
+    """Return the leak rate or permeability under one ceiling as a sentence."""
     at = phrases.load(result.largest)
     closed = [AXES[axis] for axis in result.axes if not _flows(result, axis)]
     if len(closed) == len(result.axes):
@@ -381,7 +425,7 @@ def _answer(result: Leakage) -> str:
     if result.seal.gas is None:
         return f"It leaks {texts} at {at}."
     gas = result.seal.gas.name.capitalize()
-    return f"{gas} leaks {texts} at {at}.{_class(result)}"
+    return f"{gas} leaks {texts} at {at}."
 
 
 def _class(result: Leakage) -> str:
@@ -401,27 +445,35 @@ def _with_interval(result: Leakage, axis: int) -> str:
 
 def _numbers(result: Leakage) -> CellTable:
     """Return contact, gap, rate and flow factor of each load."""
-    heads = ["pressure", "contact", "mean gap"]
-    columns = [
-        [phrases.format_short(load / result.nominal_area, "Pa") for load in result.column("load")],
-        contact_fields.shares("contact_area")(result),
-        [phrases.format_short(gap, "m") for gap in result.column("mean_gap")],
-    ]
+    pressures = result.column("load") / result.nominal_area
+    columns = _number_columns(result)
+    if result.base is not None:
+        # Two columns each of contact and rate; without gaps and flow factors they are not too wide.
+        base = {f"{head} (base)": cells for head, cells in _number_columns(result.base).items()}
+        pairs = zip(columns.items(), base.items(), strict=True)
+        kept = ("contact", "leak", "k ")
+        columns = dict(item for pair in pairs for item in pair if item[0].startswith(kept))
+    cells = [[phrases.format_short(value, "Pa") for value in pressures], *columns.values()]
+    return ("pressure", *columns), list(zip(*cells, strict=True))
+
+
+def _number_columns(result: Leakage) -> dict[str, list[str]]:
+    """Return the cells of contact, gap, rate and flow factor, by head."""
+    columns = {
+        "contact": contact_fields.shares("contact_area")(result),
+        "mean gap": [phrases.format_short(gap, "m") for gap in result.column("mean_gap")],
+    }
     for axis in result.axes:
         if result.seal is None:
-            heads.append(f"k along {AXES[axis]}")
-            columns.append([f"{value:.3g} m³" for value in result.permeability(axis)])
+            head, cells = "k", [f"{value:.3g} m³" for value in result.permeability(axis)]
+        elif _is_gas(result):
+            head, cells = "leak", [_gas_rate(v) for v in result.throughput(axis, "mbar l/s")]
         else:
-            heads.append(f"leak along {AXES[axis]}")
-            columns.append(
-                [_gas_rate(value) for value in result.throughput(axis, "mbar l/s")]
-                if _is_gas(result)
-                else [_rate(value) for value in result.rate(axis)]
-            )
+            head, cells = "leak", [_rate(value) for value in result.rate(axis)]
+        columns[f"{head} along {AXES[axis]}"] = cells
     for axis in result.axes:
-        heads.append(f"φ {AXES[axis]}")
-        columns.append([f"{value:.3g}" for value in result.flow_factor(axis)])
-    return tuple(heads), list(zip(*columns, strict=True))
+        columns[f"φ {AXES[axis]}"] = [f"{value:.3g}" for value in result.flow_factor(axis)]
+    return columns
 
 
 def _remarks(result: Leakage) -> tuple[str, ...]:

@@ -11,9 +11,10 @@ from roughcontact.request.options import LENGTH, PICTURES, PRESSURE, Option, Pan
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
+from roughcontact.solvers.progress import one_of_several
 
 if TYPE_CHECKING:
-    from roughcontact.analyses.leak.model import Seal
+    from roughcontact.analyses.leak.model import Leakage, Seal
     from roughcontact.surface.surface import Surface
 
 FLOW_AXIS = Option(
@@ -104,10 +105,26 @@ _FLUID = (FLOW_AXIS, *_SEAL)
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
-    from roughcontact.analyses.leak.model import AXES, LEAKAGE_NAME, leakage
+    from roughcontact.analyses.leak.model import LEAKAGE_NAME
+    from roughcontact.contact.ceiling import is_bracket
+    from roughcontact.contact.result import BASE, COATING
 
     contacts = joints.JointContacts.from_request(request, work)
     contacts.require_map(LEAKAGE_NAME)
+    if not is_bracket(request.pair(contacts.maps), request[options.CEILING]):
+        return joints.outcome(request, work, _leakage(contacts))
+    coating, base = (
+        _leakage(contacts.under_ceiling(ceiling, one_of_several(work.look, number, 2)))
+        for number, ceiling in enumerate((COATING, BASE), start=1)
+    )
+    return joints.outcome(request, work, replace(coating, base=base))
+
+
+def _leakage(contacts: joints.JointContacts) -> Leakage:
+    """Return the leakage of contacts under one ceiling."""
+    from roughcontact.analyses.leak.model import AXES, leakage
+
+    request = contacts.request
     loads = joints.loads(request)
     fluid = {option.argument: request[option] for option in _FLUID}
 
@@ -117,23 +134,20 @@ def _run(request: Request, work: TaskContext) -> Outcome:
 
     axes: list[str | None] = [request[FLOW_AXIS]]
     if not _carries_load(request, contacts.maps, loads):
-        return joints.outcome(request, work, along(axes[0], contacts))
+        return along(axes[0], contacts)
     # Unless it is uniform, the pressure of a fluid along y opens another gap than along x.
     if axes == [None] and request.pair(contacts.maps).boundary.free_axes:
         axes = list(AXES)
-    results = [along(axis, _with_fluid(request, contacts, axis)) for axis in axes]
-    result = results[0].with_axis(results[1]) if len(results) > 1 else results[0]
-    return joints.outcome(request, work, result)
+    results = [along(axis, _with_fluid(contacts, axis)) for axis in axes]
+    return results[0].with_axis(results[1]) if len(results) > 1 else results[0]
 
 
-def _with_fluid(
-    request: Request, contacts: joints.JointContacts, axis: str | None
-) -> joints.JointContacts:
+def _with_fluid(contacts: joints.JointContacts, axis: str | None) -> joints.JointContacts:
     """Return contacts of which the fluid carries a part of the load."""
     from roughcontact.analyses.leak.fluid_load import solve_with_fluid
     from roughcontact.analyses.leak.model import AXES
 
-    seal, work = _seal(request), contacts.work
+    seal, work = _seal(contacts.request), contacts.work
     assert seal is not None
     solve = solve_with_fluid(work.solve, AXES.index(axis or "y"), seal.mean_pressure, seal.excess)
     return replace(contacts, work=replace(work, solve=solve))
