@@ -18,6 +18,7 @@ from roughcontact.analyses.conductance.model import ATMOSPHERE, slip_factor, tem
 from roughcontact.analyses.leak.flow import Constriction, Flow, constriction, flow, flow_gap
 from roughcontact.analyses.leak.fluid_load import (
     fluid_pressure,
+    has_nominal_body,
     integrate_pressure,
     nominal_contact,
 )
@@ -30,6 +31,7 @@ from roughcontact.cautions import (
     as_warning,
     sort_cautions,
 )
+from roughcontact.contact.pair import Pair
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.series import (
@@ -544,8 +546,8 @@ def leakage(
     ------
     InputError
         If a quantity is not positive, only one of viscosity and pressure difference is given, a
-        gas has no pressures, the outlet is not below the inlet, the axis is unknown, the contacts
-        belong to different maps, or the bodies are profiles.
+        gas has no pressures, the outlet is not below the inlet, the axis is unknown, a nominal body
+        has a length of the face, the contacts belong to different maps, or the bodies are profiles.
     ConvergenceError
         As for `roughcontact.analyses.leak.flow.flow`.
 
@@ -584,7 +586,7 @@ def leakage(
     >>> bool(found.rate(axis=0)[0] > 0)
     True
     """
-    axes = _axes(flow_axis)
+    axes = flow_axes(flow_axis)
     seal = seal_of(
         viscosity,
         pressure_difference,
@@ -600,6 +602,7 @@ def leakage(
     largest: ContactResult | None = None
     flows: tuple[Flow, ...] = ()
     for result in check_same_pair(contacts, LEAKAGE_NAME):
+        require_land(seal, result.pair, axes)
         step, driven = _step(result, axes, seal)
         own = _step_messages(result, step, driven, axes, seal)
         answer.append((step, (*result.cautions, *own)))
@@ -727,7 +730,19 @@ def _join_axes(along_y: LeakageStep, along_x: LeakageStep) -> LeakageStep:
     )
 
 
-def _axes(direction: str | None) -> tuple[int, ...]:
+def require_land(seal: Seal | None, pair: Pair, axes: tuple[int, ...]) -> None:
+    """Raise `InputError` for the length of a land where the nominal body bounds the contact."""
+    across = any(axis in pair.boundary.free_axes for axis in axes)
+    if seal is not None and seal.length is not None and across and has_nominal_body(pair):
+        raise InputError(
+            "goes without a nominal body: the load determines the length of its contact along the "
+            "flow; leave it out",
+            argument="seal_length",
+        )
+
+
+def flow_axes(direction: str | None) -> tuple[int, ...]:
+    """Return the requested flow axes; by default both."""
     if direction is None:
         return 0, 1
     if direction not in AXES:

@@ -480,7 +480,10 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
     """Return remarks on the scaling of the rate, the narrowest constriction and accuracy."""
     lines: list[str] = []
     seal = result.seal
-    if seal is not None and (seal.length is None or not seal.is_whole):
+    if seal is not None and has_nominal_body(result.largest.pair):
+        if not seal.is_whole:
+            lines.append(Sentence(f"Rate scales with the width: {ArgumentRef('seal_width')}"))
+    elif seal is not None and (seal.length is None or not seal.is_whole):
         edges = f"{ArgumentRef('seal_width')}, {ArgumentRef('seal_length')}"
         lines.append(Sentence(f"Rate scales with width/length of the land: {edges}"))
     lines += _fluid_lines(result)

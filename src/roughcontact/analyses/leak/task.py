@@ -122,9 +122,10 @@ def _run(request: Request, work: TaskContext) -> Outcome:
 
 def _leakage(contacts: joints.JointContacts) -> Leakage:
     """Return the leakage of contacts under one ceiling."""
-    from roughcontact.analyses.leak.model import AXES, leakage
+    from roughcontact.analyses.leak.model import AXES, flow_axes, leakage, require_land
 
     request = contacts.request
+    require_land(_seal(request), request.pair(contacts.maps), flow_axes(request[FLOW_AXIS]))
     loads = joints.loads(request)
     fluid = {option.argument: request[option] for option in _FLUID}
 
