@@ -462,7 +462,7 @@ UPLOADS = "upload"
 """Address for uploads, relative to the page."""
 
 _LISTED = 12
-_FILE = ("channel", "unit", "size", "override-size", "format")
+_FILE = ("channel", "unit", "size", "override-size", "no-data", "format")
 _GENERATED = ("size", "points", "sq", "sal", "sdq", "hurst", "str", "lay", "ssk", "sku", "seed")
 _FIRST_MAP_OPTIONS: dict[str, Value] = {
     "size": "0.2 mm",

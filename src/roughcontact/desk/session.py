@@ -22,7 +22,7 @@ from roughcontact.desk.live_solver import (
     PreparedMaps,
 )
 from roughcontact.errors import ArgumentRef, FormatError, InputError
-from roughcontact.request.options import Panel
+from roughcontact.request.options import READING, Panel
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.parsing import window
 from roughcontact.request.request import Request
@@ -104,7 +104,7 @@ class SessionState:
 
     def with_map(self, path: Path | None, name: str = "") -> SessionState:
         """Return the state with another map; file properties of the old one are dropped."""
-        of_file = ("format", "channel", "unit", "size", "override-size", "points", "crop")
+        of_file = {*(option.name for option in READING), "points", "crop"}
         others = {key: value for key, value in self.specified.items() if key not in of_file}
         state = replace(self, file=path, specified=MappingProxyType(others), line=None, pinned=None)
         return state if path is None else state._with_name(path, name)

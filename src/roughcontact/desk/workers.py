@@ -350,7 +350,7 @@ def make_reader(bench: WorkerPool, limits: Limits = READING) -> Callable[..., Su
     """Return a reader in another process, called like `formats.read.read_announced`."""
 
     def read_in_worker(path: Path, announced: Callable[..., None], *reading: Any) -> Surface:
-        names = ("format", "channel", "unit", "size", "override_size")
+        names = ("format", "channel", "unit", "size", "override_size", "no_data")
         requested = dict(zip(names, reading, strict=False))
         end = bench.submit(partial(read_map, path=path, reading=requested), limits=limits).wait()
         assert end is not None

@@ -84,7 +84,7 @@ def read_container(path: Path, requested: ReadOptions, format_of: FormatOf) -> S
     if item.is_squeezed:
         note = "heights as prepared by contact.engineering"
     else:
-        surface = replace(surface, heights=surface.heights * item.scale)
+        surface = _scale_heights(surface, item.scale)
         note = f"heights times {item.scale:g}, as the container states" if item.scale != 1 else ""
     about = replace(
         surface.provenance,
@@ -93,6 +93,17 @@ def read_container(path: Path, requested: ReadOptions, format_of: FormatOf) -> S
         instrument=item.instrument or surface.provenance.instrument,
     )
     return replace(surface, provenance=about.then(Operation.note(note)) if note else about)
+
+
+def _scale_heights(surface: Surface, factor: float) -> Surface:
+    """Return a map with the heights, and the unit of its numbers, times a factor."""
+    about = surface.provenance
+    assert about.origin is not None
+    unit = about.origin.found["unit"] * factor
+    origin = replace(about.origin, found={**about.origin.found, "unit": unit})
+    return replace(
+        surface, heights=surface.heights * factor, provenance=replace(about, origin=origin)
+    )
 
 
 def channels(path: Path, format_of: FormatOf) -> tuple[Channel, ...]:

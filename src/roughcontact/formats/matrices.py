@@ -350,7 +350,10 @@ def _scaled(
         refuse_unit(path, requested)
         metre, stated = scale
     pixel = resolve_pixel(path, stated, values.shape, requested)
-    return make_surface(path, to_meters(values, metre), pixel, provenance, metre, stated)
+    heights = to_meters(values, metre)
+    # Files of this program have NaN for missing points.
+    details: dict[str, Any] = {} if scale is None else {"marks_missing": True}
+    return make_surface(path, heights, pixel, provenance, metre, stated, **details)
 
 
 @contextmanager

@@ -11,7 +11,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from roughcontact.errors import ArgumentRef, FormatError, InputError, input_error
-from roughcontact.formats import containers, instruments, matrices, netcdf, source, spreadsheets
+from roughcontact.formats import (
+    containers,
+    instruments,
+    matrices,
+    netcdf,
+    no_data as codes,
+    source,
+    spreadsheets,
+)
 from roughcontact.formats.source import (
     Channel,
     InputFormat,
@@ -37,13 +45,19 @@ def _container_channels(path: Path, name: str) -> tuple[Channel, ...]:
 
 FORMATS: tuple[InputFormat, ...] = (
     InputFormat("netcdf", (".nc",), netcdf.read_netcdf, netcdf.channels),
-    InputFormat("npy", (".npy",), matrices.read_arrays, matrices.array_channels),
-    InputFormat("npz", (".npz",), matrices.read_arrays, matrices.array_channels),
-    InputFormat("xlsx", (".xlsx",), spreadsheets.read_workbook, spreadsheets.channels),
-    InputFormat(containers.NAME, (".zip",), _read_container, _container_channels),
-    InputFormat("hdf5", (".h5", ".hdf5"), matrices.read_hdf5, matrices.channels),
+    InputFormat("npy", (".npy",), matrices.read_arrays, matrices.array_channels, has_codes=True),
+    InputFormat("npz", (".npz",), matrices.read_arrays, matrices.array_channels, has_codes=True),
     InputFormat(
-        "text", (".csv", ".txt", ".asc", ".xyz", ".hfm"), matrices.read_text, matrices.text_channels
+        "xlsx", (".xlsx",), spreadsheets.read_workbook, spreadsheets.channels, has_codes=True
+    ),
+    InputFormat(containers.NAME, (".zip",), _read_container, _container_channels, has_codes=True),
+    InputFormat("hdf5", (".h5", ".hdf5"), matrices.read_hdf5, matrices.channels, has_codes=True),
+    InputFormat(
+        "text",
+        (".csv", ".txt", ".asc", ".xyz", ".hfm"),
+        matrices.read_text,
+        matrices.text_channels,
+        has_codes=True,
     ),
     *(
         InputFormat(
@@ -72,6 +86,7 @@ def read_surface(
     unit: str | None = None,
     size: Quantities | str | None = None,
     override_size: bool = False,
+    no_data: float | str | None = None,
 ) -> Surface:
     """Read a height map from a file.
 
@@ -98,6 +113,9 @@ def read_surface(
         one length for a square map. For files without a size, or with ``override_size``.
     override_size : bool
         Whether ``size`` replaces a wrong size in the file; the provenance lists both.
+    no_data : float, {"auto", "none"}, optional
+        Value of missing points, as the number is in the file; ``"auto"`` for all known codes that
+        are in it, ``"none"`` if all its values are heights. By default a known code raises.
 
     Returns
     -------
@@ -110,13 +128,19 @@ def read_surface(
     FormatError
         If the file is missing, empty, damaged, of another type, or contains no height map.
     InputError
-        If unit, size or channel are missing, or contradict the file.
+        If unit, size or channel are missing, or contradict the file; if a known code for missing
+        points occurs several times, far from all other heights.
 
     Notes
     -----
-    A text matrix contains its unit and pixel if it starts with the lines ``# roughcontact map``,
-    ``# quantity: height``, ``# unit: um``, ``# pixel_y: 2 um`` and ``# pixel_x: 1 um``; a NumPy
-    archive if it contains arrays ``heights``, ``pixel`` (dy, dx) and ``unit``, the unit of both.
+    Known codes are ±999 and longer rows of nines, the limits of integers of 16 and 32 bits and
+    their decimal fractions (-32.768), ±1e10 and larger powers of ten, all values beyond ±1e30
+    (1.70141e38, 3.4e38), and 0 where all else is far from it.
+
+    A text matrix gives its unit and pixel itself if it starts with the lines ``# roughcontact
+    map``, ``# quantity: height``, ``# unit: um``, ``# pixel_y: 2 um`` and ``# pixel_x: 1 um``; a
+    NumPy archive if it holds arrays ``heights``, ``pixel`` (dy, dx) and ``unit``, the unit of
+    both.
 
     Scales that no measured map has are rejected: sides outside 1 nm to 10 m, pixel edges outside 1
     pm to 10 mm, heights that span more than 100 times the longer side, or are further than 10 m
@@ -127,7 +151,9 @@ def read_surface(
     checksums (x3p); and files without a scale that the reader would set to 1 (opd).
     """
     with _open_with_format(path, format) as (file, known):
-        return _read_map(file, known, format, ReadOptions(channel, unit, size, override_size))
+        return _read_map(
+            file, known, format, ReadOptions(channel, unit, size, override_size, no_data)
+        )
 
 
 def read_announced(
@@ -138,11 +164,12 @@ def read_announced(
     unit: str | None = None,
     size: Quantities | str | None = None,
     override_size: bool = False,
+    no_data: float | str | None = None,
 ) -> Surface:
     """Read a surface like `read_surface`; its size may be rejected before its heights."""
     with _open_with_format(path, format) as (file, known):
         return _read_map(
-            file, known, format, ReadOptions(channel, unit, size, override_size, announced)
+            file, known, format, ReadOptions(channel, unit, size, override_size, no_data, announced)
         )
 
 
@@ -153,10 +180,13 @@ def read_with_channels(
     unit: str | None = None,
     size: Quantities | str | None = None,
     override_size: bool = False,
+    no_data: float | str | None = None,
 ) -> tuple[Surface, tuple[Channel, ...]]:
     """Read a surface and list its channels, also from a pipe, which can be read only once."""
     with _open_with_format(path, format) as (file, known):
-        surface = _read_map(file, known, format, ReadOptions(channel, unit, size, override_size))
+        surface = _read_map(
+            file, known, format, ReadOptions(channel, unit, size, override_size, no_data)
+        )
         return surface, known.channels(file, known.name)
 
 
@@ -185,16 +215,35 @@ def _read_map(
     if requested.override_size and requested.size is None:
         raise InputError(f"needs a {ArgumentRef('size')}", argument="override_size")
     surface = known.read(file, known.name, requested)
+    about = surface.provenance
+    read = {} if about.origin is None else dict(about.origin.found)
+    has_codes = known.has_codes and not read.pop("marks_missing", False)
+    heights, marked = codes.mark_missing(
+        file.name,
+        surface.heights,
+        read.get("unit", 1.0),
+        codes.NONE if requested.no_data is None and not has_codes else requested.no_data,
+    )
+    if marked:
+        surface = replace(surface, heights=heights)
+    # Those of a profile were marked before it was interpolated.
+    marked = {**marked, **dict(read.pop("no_data", ()))}
     check_scale(file, surface)
-    said = {"channel": requested.channel, "unit": requested.unit, "size": requested.size}
+    said: dict[str, object] = {
+        "channel": requested.channel,
+        "unit": requested.unit,
+        "size": requested.size,
+    }
     if requested.override_size:
         said["override_size"] = True
+    if requested.no_data is not None:
+        said["no_data"] = requested.no_data
     specified = {"path": file.name, "format": wanted, **said}
-    about = surface.provenance
-    read = {} if about.origin is None else about.origin.found
-    notes = replace(about, origin=None).steps
+    notes = replace(about, origin=None).steps + codes.describe_codes(marked)
     size = surface.size[surface.is_profile :]
     result = {"format": known.name, "size": size, "notes": notes, **read}
+    if any(marked.values()):
+        result["no_data"] = list(marked.items())
     origin = Operation("read_surface", specified, result)
     return replace(surface, provenance=replace(about, origin=origin, operations=()))
 

@@ -17,6 +17,7 @@ from roughcontact.contact.share import Slab, slab_rows
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
 from roughcontact.formats import matrices
 from roughcontact.formats.matrices import choose_array
+from roughcontact.formats.no_data import NONE, describe_codes, mark_missing
 from roughcontact.formats.source import (
     ReadOptions,
     check_lengths,
@@ -27,6 +28,7 @@ from roughcontact.formats.source import (
     resolve_pixel,
     unit_in_meters,
 )
+from roughcontact.halfspace.distributed import SlabSums
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.units import Quantities
 
@@ -53,6 +55,7 @@ def read_slab(
     unit: str | None = None,
     size: Quantities | str | None = None,
     override_size: bool = False,
+    no_data: float | str | None = None,
     mask_missing: bool = False,
 ) -> Slab:
     """Read the rows of this rank of a map of heights; all ranks call it.
@@ -63,8 +66,8 @@ def read_slab(
         Matrix as ``.npy`` or ``.h5``, or map as NetCDF of this package, ``.nc``; readable by all
         ranks.
     ranks : Ranks or mpi4py communicator
-        Ranks that share the map.
-    channel, unit, size, override_size
+        Those that will hold the map.
+    channel, unit, size, override_size, no_data
         As in `roughcontact.read_surface`.
     mask_missing : bool
         Whether missing points are accepted as points without contact.
@@ -84,12 +87,15 @@ def read_slab(
     No rank reads the whole file, so checksums of its maps are not verified.
     """
     ranks = ranks if isinstance(ranks, Ranks) else Ranks(ranks)
-    requested = ReadOptions(channel, unit, size, override_size)
+    requested = ReadOptions(channel, unit, size, override_size, no_data)
     result = ranks.run_on_all(lambda: _rows(Path(path), ranks, requested))
     heights = np.array(result.values, np.float64, order="C")
     heights *= result.metre
+    sums = SlabSums(ranks)
+    no_data = NONE if requested.no_data is None and result.format == "netcdf" else requested.no_data
+    heights, marked = mark_missing(Path(path).name, heights, result.metre, no_data, sums)
     slab = Slab(heights, result.shape, result.pixel, ranks, holes_masked=mask_missing)
-    about = _about(Path(path).name, requested, result, slab)
+    about = _about(Path(path).name, requested, result, slab, describe_codes(marked))
     slab = Slab(slab.heights, slab.shape, slab.pixel, ranks, about, mask_missing)
     finite = slab.heights[np.isfinite(slab.heights)]
     lowest = slab.sums.smallest(finite)
@@ -97,9 +103,11 @@ def read_slab(
     return slab
 
 
-def _about(name: str, requested: ReadOptions, result: _Found, slab: Slab) -> Provenance:
-    """Return the provenance of a map with the way in which it was read."""
-    specified = {
+def _about(
+    name: str, requested: ReadOptions, result: _Found, slab: Slab, notes: tuple[str, ...]
+) -> Provenance:
+    """Return where a map came from and how it was read."""
+    specified: dict[str, object] = {
         "path": name,
         "format": None,
         "channel": requested.channel,
@@ -108,7 +116,9 @@ def _about(name: str, requested: ReadOptions, result: _Found, slab: Slab) -> Pro
     }
     if requested.override_size:
         specified["override_size"] = True
-    read = {"format": result.format, "size": slab.size, "notes": (), "unit": result.metre}
+    if requested.no_data is not None:
+        specified["no_data"] = requested.no_data
+    read = {"format": result.format, "size": slab.size, "notes": notes, "unit": result.metre}
     masked = (Operation("masked", found={"missing": slab.missing}),) if slab.missing else ()
     about = Provenance(name, f"{result.kind}, rows by rank")
     return replace(about, origin=Operation("read_surface", specified, read), operations=masked)

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from roughcontact import units
 from roughcontact._tools import files, memory, netcdf
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError, input_error
+from roughcontact.formats.no_data import parse_no_data
 from roughcontact.surface.grid import PROFILE_WIDTH
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
@@ -175,12 +176,14 @@ class ReadOptions:
     unit: str | None = None
     size: Quantities | str | None = None
     override_size: bool = False
+    no_data: float | str | None = None
     announced: Callable[[tuple[int, int]], None] | None = None
 
     def __post_init__(self) -> None:
         """Convert a size to meters unless it is a text."""
         if not isinstance(self.size, str):
             object.__setattr__(self, "size", to_si(self.size, "length", "size"))
+        object.__setattr__(self, "no_data", parse_no_data(self.no_data))
 
     def check_shape(self, shape: tuple[int, ...]) -> None:
         """Report the shape of the map to the caller before its heights are read."""
@@ -197,7 +200,8 @@ class InputFormat:
     suffixes: tuple[str, ...]  # Suffixes of its files
     read: Callable[[Path, str, ReadOptions], Surface]  # Returns the map of a file, by format
     channels: Callable[[Path, str], tuple[Channel, ...]]
-    numbered: bool = False  # Whether the suffix may also be three digits
+    numbered: bool = False  # Whether three digits as a suffix stand for it as well
+    has_codes: bool = False  # Whether numbers may stand for missing points; others have a marker
 
 
 @contextmanager
@@ -232,9 +236,10 @@ def make_surface(
     metre: float = 1.0,
     stated: tuple[float, float] | None = None,
     acquired: str = "",
+    **details: object,
 ) -> Surface:
-    """Return a map, or raise an error about its file."""
-    result: dict[str, object] = {"unit": metre}
+    """Return a map, or raise an error about its file; ``details`` are for `read.read_surface`."""
+    result: dict[str, object] = {"unit": metre, **details}
     if stated is not None and stated != pixel:
         sides = [n * edge for n, edge in zip(heights.shape, stated, strict=True)]
         result["stated_size"] = sides[heights.shape[0] == 1 :]
@@ -532,7 +537,8 @@ def check_lengths(
         raise FormatError(
             f"{path.name} was read with heights that span {units.format_engineering(span, 'm')} on "
             "sides "
-            f"of {units.format_engineering(longest, 'm')}; {what}, or mark outliers as missing"
+            f"of {units.format_engineering(longest, 'm')}; {what}, or give the value of points "
+            f"without data, e.g. {ArgumentRef('no_data', -9999.0)}"
         )
     if max(top, -bottom) > _SIDE_RANGE[1]:
         raise FormatError(

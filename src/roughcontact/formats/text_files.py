@@ -17,6 +17,7 @@ from roughcontact import units
 from roughcontact._tools import memory
 from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.formats import source
+from roughcontact.formats.no_data import mark_missing
 from roughcontact.formats.source import (
     ReadOptions,
     is_length,
@@ -459,6 +460,8 @@ def read_trace(path: Path, trace: Trace, requested: ReadOptions) -> Surface:
     """Return the profile of a trace."""
     along, across = _metres(path, trace.units, requested)
     position, heights = trace.columns.T
+    # Before heights are interpolated between points.
+    heights, marked = mark_missing(path.name, heights, 1.0, requested.no_data)
     even, spacing, notes = resample_evenly(position * along, heights, _last_digit(position) * along)
     if requested.unit is not None and all(trace.units):
         notes += (
@@ -468,7 +471,9 @@ def read_trace(path: Path, trace: Trace, requested: ReadOptions) -> Surface:
     requested.check_shape((1, even.size))
     pixel = resolve_pixel(path, stated, (1, even.size), requested)
     about = Provenance(path.name, "profile (text)", "", notes)
-    return make_surface(path, to_meters(even[None], across), pixel, about, across, stated)
+    heights = to_meters(even[None], across)
+    codes: dict[str, Any] = {"no_data": list(marked.items())} if marked else {}
+    return make_surface(path, heights, pixel, about, across, stated, **codes)
 
 
 def resample_evenly(

@@ -247,7 +247,18 @@ OVERRIDE_SIZE = flag_option(
     prepares=True,
     whole_map=False,
 )
-READING = (FORMAT, CHANNEL, UNIT, SIZE, OVERRIDE_SIZE)
+NO_DATA: Option[float | str | None] = Option(
+    "no-data",
+    Panel.MAP,
+    "VALUE",
+    "Value of missing points in the file: -9999; auto: all known codes; none: all are heights.",
+    parsing.no_data,
+    None,
+    "Value of missing points",
+    prepares=True,
+    whole_map=False,
+)
+READING = (FORMAT, CHANNEL, UNIT, SIZE, OVERRIDE_SIZE, NO_DATA)
 
 # Preparation of a map
 

@@ -80,6 +80,13 @@ def number(text: str, argument: str) -> float:
         ) from None
 
 
+def no_data(text: str, argument: str) -> float | str | None:
+    """Return the value of points without data, or the name of a rule for it."""
+    from roughcontact.formats.no_data import parse_no_data
+
+    return parse_no_data(text, argument)
+
+
 def parse_int(text: str, argument: str) -> int:
     """Return an integer."""
     try:

@@ -132,6 +132,7 @@ def _read_slab(request: Request, ranks: Ranks, say: Say) -> Slab:
         request[options.UNIT],
         request[options.SIZE],
         request[options.OVERRIDE_SIZE],
+        request[options.NO_DATA],
         mask_missing=request[options.MISSING] == "mask",
     )
     return slab if request[options.LEVEL] == "none" else slab.leveled()
