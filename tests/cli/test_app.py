@@ -907,6 +907,47 @@ def test_info_advises_options_of_solve(tmp_path: Path, capsys: Capture) -> None:
     assert "Use --s-filter '" in capsys.readouterr().out
 
 
+NO_DATA = Path(__file__).parents[1] / "data" / "nodata_int16.csv"
+FLAT = ("--load", "50 MPa", "--boundary", "periodic", "--material", "42CrMo4")
+
+
+def options_in(text: str) -> list[str]:
+    """Return the options that a headline of `info` names, as a shell would split them."""
+    return re.findall(r"--?[\w.-]+|(?<= )\w+", text.split("solve it with ")[1].split(". ")[0])
+
+
+def test_info_and_solve_name_the_value_of_missing_points(capsys: Capture) -> None:
+    given = [str(NO_DATA), "--unit", "um", "--size", "64 um"]
+    assert app.main(["info", *given]) == app.SOLVED
+    out = " ".join(capsys.readouterr().out.split())
+    assert "0.293 % missing (12 points at -32.768); solve it with " in out
+    refused(capsys, app.main(["solve", *given, *FLAT]), "-32.768 at 12 points")
+    advice = options_in(out)
+    assert advice == ["--no-data", "-32.768", "--missing", "fill"]
+    assert app.main(["solve", *given, *FLAT, *advice, "--json"]) == app.SOLVED
+    # As a map without these points; 367 nm with pits at -32.768 µm.
+    assert json.loads(capsys.readouterr().out)["mean_gap"] == pytest.approx(195e-9, rel=5e-3)
+    assert app.main(["info", *given, "--json"]) == app.SOLVED
+    shown = json.loads(capsys.readouterr().out)
+    assert (shown["no_data"], shown["missing"], shown["cautions"]) == ([-32.768], 12, [])
+
+
+def test_info_advises_removal_of_spikes_that_solve_finds(tmp_path: Path, capsys: Capture) -> None:
+    heights = np.random.default_rng(3).normal(size=(64, 64))
+    heights[[5, 20, 40], [7, 50, 31]] = 60.0
+    np.save(tmp_path / "spiky.npy", heights)
+    given = [str(tmp_path / "spiky.npy"), "--unit", "nm", "--size", "64 um"]
+    assert app.main(["info", *given]) == app.SOLVED
+    out = " ".join(capsys.readouterr().out.split())
+    assert "WARNING spikes: " in out
+    advice = options_in(out)
+    assert advice == ["--outliers", "6", "--missing", "fill"]
+    assert app.main(["solve", *given, *FLAT]) == app.SOLVED
+    assert f"Remove with {' '.join(advice)}." in " ".join(capsys.readouterr().out.split())
+    assert app.main(["solve", *given, *FLAT, *advice]) == app.SOLVED
+    assert "spikes" not in capsys.readouterr().out
+
+
 @needs_reader
 def test_info_prints_the_table_of_a_measured_file(capsys: Capture) -> None:
     assert app.main(["info", measurement("uncd_afm.001"), "--verbose"]) == app.SOLVED

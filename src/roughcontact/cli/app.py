@@ -34,7 +34,7 @@ from roughcontact.errors import (
     Sentence,
 )
 from roughcontact.request import options
-from roughcontact.request.options import JSON, QUIET, READING, VERBOSE, Option
+from roughcontact.request.options import JSON, NO_DATA, QUIET, READING, VERBOSE, Option
 from roughcontact.request.outputs import UnfinishedError
 from roughcontact.request.task import Command, ParsedOptions, Task
 
@@ -584,11 +584,15 @@ def _verify(files: Subject, specified: Given) -> None:
 
 @_make_command(INFO, _argument(Path, "FILE", _FILE))
 def _info(file: Path | str | None, specified: Given) -> None:
+    from roughcontact.contact.plausibility import map_cautions
     from roughcontact.formats import read
+    from roughcontact.formats.no_data import AUTO
     from roughcontact.report import inputs
     from roughcontact.report.kind import stored_values
 
     reading = {item.argument: specified[item.name] for item in READING if item.name in specified}
+    # What `solve` would ask for is shown together with the heights without it.
+    reading.setdefault(NO_DATA.argument, AUTO)
     display = _display(specified)
     if display in (DisplayOptions.JSON, DisplayOptions.VERBOSE):
         surface, channels = read.read_with_channels(str(file), **reading)
@@ -600,7 +604,9 @@ def _info(file: Path | str | None, specified: Given) -> None:
             {"name": c.name, "unit": c.unit, "is_height": c.is_height, "shape": list(c.shape)}
             for c in channels
         ]
-        print(to_json({**stored_values(inputs.file_table(measured), measured), "channels": listed}))
+        stored = stored_values(inputs.file_table(measured), measured)
+        cautions = [caution.summary() for caution in map_cautions(measured.leveled)]
+        print(to_json({**stored, "channels": listed, "cautions": cautions}))
     else:
         from roughcontact.cli import console
 

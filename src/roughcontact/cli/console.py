@@ -19,7 +19,6 @@ from rich.text import Text
 from roughcontact import units
 from roughcontact.analyses.generate.task import COMMAND as GENERATE
 from roughcontact.analyses.solve.task import TASK as SOLVE
-from roughcontact.analyses.tasks import INFO
 from roughcontact.cli import terminal
 from roughcontact.cli.terminal import DisplayOptions
 from roughcontact.request.task import Command
@@ -244,7 +243,7 @@ def show_info(
     measured: Measured, channels: Sequence[Channel], file: str, display: DisplayOptions
 ) -> None:
     """Print the parameters of the map in a file."""
-    from roughcontact.contact.plausibility import implausible_slope
+    from roughcontact.contact.plausibility import map_cautions
     from roughcontact.report import inputs
 
     _print_headline(inputs.headline(measured, Path(file).name))
@@ -253,8 +252,7 @@ def show_info(
     else:
         print("All parameters and channels: --verbose")
         print()
-    mistaken = implausible_slope(measured.leveled.Sdq)
-    _print_messages([] if mistaken is None else [mistaken], INFO)
+    _print_messages(map_cautions(measured.leveled))
 
 
 def _print_parameters(measured: Measured, channels: Sequence[Channel]) -> None:

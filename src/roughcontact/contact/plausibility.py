@@ -26,13 +26,14 @@ from roughcontact.cautions import (
     no_checksums,
     sort_cautions,
 )
-from roughcontact.contact import hertz_comparison
+from roughcontact.contact import hertz_comparison, near_contact
 from roughcontact.contact.ceiling import area_change, recommended_ceiling
 from roughcontact.contact.result import CALIBRATED, CalibratedCeiling, ContactResult, Regime
 from roughcontact.contact.spots import MIN_SPOT_PIXELS, Spots
 from roughcontact.errors import ArgumentRef, Part
 from roughcontact.material.material import softer_material
 from roughcontact.solvers.progress import Status
+from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
 from roughcontact.theory import hertz, indenters
 from roughcontact.units import count_noun, format_engineering, format_percent, plain_decimal
@@ -420,29 +421,41 @@ def _check_resolution(result: ContactResult) -> Caution | None:
 
 
 def _check_slopes(result: ContactResult) -> Caution | None:
-    slope = result.pair.rms_slope
-    if (mistaken := implausible_slope(slope)) is not None:
+    slope = near_contact.rms_slope(result)
+    if (mistaken := _implausible_slope(slope, "RMS slope at the contact is")) is not None:
         return mistaken
     if not slope >= LARGE_SLOPE:
         return None
     return as_caution(
         CautionTag.SLOPES,
-        f"RMS slope {slope:.2g} exceeds {LARGE_SLOPE:g}: small-slope theory is 10 % off or more. "
-        "Numbers are estimates.",
+        f"RMS slope at the contact {slope:.2g} exceeds {LARGE_SLOPE:g}: small-slope theory is 10 % "
+        "off or more. Numbers are estimates.",
         rms_slope=slope,
     )
 
 
-def implausible_slope(slope: float) -> Caution | None:
-    """Return the caution on a root-mean-square slope that no measured map has."""
+def map_cautions(surface: Surface) -> tuple[Caution, ...]:
+    """Return the cautions on a leveled map that hold in every contact."""
+    found = (steepness_caution(surface), spike_caution(surface))
+    return sort_cautions(caution for caution in found if caution is not None)
+
+
+def _implausible_slope(slope: float, what: str) -> Caution | None:
+    """Return the message on a slope that no measured map has."""
     if not slope >= IMPLAUSIBLE_SLOPE:
         return None
     return as_warning(
         CautionTag.UNITS,
-        f"RMS slope {slope:.3g} ({math.degrees(math.atan(slope)):.0f}°): no real surface is this "
+        f"{what} {slope:.3g} ({math.degrees(math.atan(slope)):.0f}°): no real surface is this "
         "steep. Check unit and missing points.",
-        rms_slope=slope,
+        slope=slope,
     )
+
+
+def steepness_caution(surface: Surface) -> Caution | None:
+    """Return the message on a map of which half is steeper than any measured map."""
+    slope = roughness.median_gradient(surface.heights, surface.pixel)
+    return _implausible_slope(slope, "Half of the map is steeper than")
 
 
 def _range_adjective(value: float, ends: tuple[float, float], low: str, high: str) -> str:
@@ -571,17 +584,34 @@ def _check_hardness(result: ContactResult) -> Caution | None:
 
 def _check_spikes(result: ContactResult) -> Caution | None:
     for surface in (result.surface, result.counter_surface):
-        answer = None if surface is None else spike_statistics(surface)
-        if answer is not None:
-            kurtosis, peak = answer
-            return as_warning(
-                CautionTag.SPIKES,
-                f"Measurement spikes: kurtosis {kurtosis:.3g}, highest point {peak:.3g} robust σ "
-                f"above median. Remove with {ArgumentRef('outliers', 6.0)} and solve again.",
-                kurtosis=kurtosis,
-                peak=peak,
-            )
+        caution = None if surface is None else spike_caution(surface)
+        if caution is not None:
+            return caution
     return _first_touch(result)
+
+
+def spike_caution(surface: Surface) -> Caution | None:
+    """Return the message on a map whose heights look like spikes on a surface."""
+    answer = spike_statistics(surface)
+    if answer is None:
+        return None
+    kurtosis, peak = answer
+    return as_warning(
+        CautionTag.SPIKES,
+        f"Measurement spikes: kurtosis {kurtosis:.3g}, highest point {peak:.3g} robust σ above "
+        f"median. {_remove_spikes(surface)}.",
+        kurtosis=kurtosis,
+        peak=peak,
+    )
+
+
+def _remove_spikes(*surfaces: Surface | None) -> str:
+    """Return how to remove spikes: with all options that it takes."""
+    steps = [step.method for body in surfaces if body for step in body.provenance.operations]
+    if "without_outliers" in steps:
+        # Wider than the window of the median.
+        return f"Cut them away with {ArgumentRef('crop')}"
+    return f"Remove with {ArgumentRef('outliers', 6.0)} {ArgumentRef('missing', 'fill')}"
 
 
 def _first_touch(result: ContactResult) -> Caution | None:
@@ -603,8 +633,8 @@ def _first_touch(result: ContactResult) -> Caution | None:
     effect = f" with {part} and the deepest indentation" if own else f": {part} is its flattening"
     return as_warning(
         CautionTag.SPIKES,
-        f"First contact is a {pixels}-pixel spike{effect}. Remove with "
-        f"{ArgumentRef('outliers', 6.0)}.",
+        f"First contact is a {pixels}-pixel spike{effect}. "
+        f"{_remove_spikes(result.surface, result.counter_surface)}.",
         lead=lead,
         spike_load=share,
     )
@@ -625,15 +655,13 @@ def spike_statistics(surface: Surface) -> tuple[float, float] | None:
 
 
 def _check_missing(result: ContactResult) -> Caution | None:
-    missing = math.prod(result.pair.shape) - result.totals.points
+    missing, share = near_contact.missing_points(result)
     if not missing:
         return None
-    share = missing / math.prod(result.pair.shape)
     return (as_note if share < MISSING_FRACTION else as_caution)(
         CautionTag.MISSING,
-        f"{format_percent(share)} of the {result.pair.whole} is missing and cannot touch: contact "
-        "area "
-        "may be low.",
+        f"{format_percent(share)} of the points near the contact is missing and cannot touch: "
+        "contact area may be low.",
         share=share,
         missing=missing,
     )

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from roughcontact.contact import near_contact
 from roughcontact.contact.plausibility import LARGE_SLOPE, LARGE_STRAIN, load_bearing_spot_pixels
 from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.plausibility import largest_strain, slope_under
@@ -39,6 +40,7 @@ class Case:
     size: tuple[float, float]  # Sides (y, x) of a map [m]
     pixel: tuple[float, float]  # Pixel edges (y, x) of a map [m]
     slope: float  # rms slope of the gap
+    contact_slope: float  # The same from points near the contact
     max_pressure: float  # Largest pressure [Pa]
     ceiling: Any  # Pressure ceiling, as in results
     reached: bool  # Whether the pressure reaches the ceiling anywhere
@@ -71,6 +73,7 @@ def contact_case(result: ContactResult, history: Any = None) -> Case:
         pair.size,
         pair.pixel,
         pair.rms_slope,
+        near_contact.rms_slope(result),
         result.max_pressure,
         result.ceiling,
         result.saturated_fraction > 0,
@@ -89,6 +92,7 @@ def volume_case(result: ElastoplasticResult) -> Case:
         contact.pair.size,
         contact.pair.pixel,
         contact.pair.rms_slope,
+        near_contact.rms_slope(contact),
         contact.max_pressure,
         None,
         False,
@@ -107,7 +111,7 @@ def sample_case(samples: Sequence[Any]) -> Case:
         [o for s in samples for o in s.curve.origins],
         min(s.size for s in samples),
         max(s.pixel for s in samples),
-        max(slopes, default=math.nan),
+        *2 * (max(slopes, default=math.nan),),
         max(s.numbers["max_pressure"] for s in samples),
         first.curve.ceiling,
         any(s.numbers["saturated_fraction"] > 0 for s in samples),
@@ -144,13 +148,14 @@ def slope_errors(case: Case) -> tuple[float, float]:
     dundurs = abs(first - second) * case.modulus / 2
     cone = 2 / math.pi * (0.15483073 + 0.83119312)
     sideways = dundurs * (math.pi / 4 if case.is_profile else cone)
-    return case.slope**2 / 2, sideways * case.slope
+    return case.contact_slope**2 / 2, sideways * case.contact_slope
 
 
 def _slope(case: Case) -> str:
-    if math.isnan(case.slope):
+    if math.isnan(case.contact_slope):
         return "no slope is known on this map"
-    return f"rms slope {case.slope:.3g}: error {format_percent(min(sum(slope_errors(case)), 1.0))}"
+    error = format_percent(min(sum(slope_errors(case)), 1.0))
+    return f"rms slope {case.contact_slope:.3g} at the contact: error {error}"
 
 
 def _half_spaces(case: Case) -> str:

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from roughcontact.contact.plausibility import spike_statistics
 from roughcontact.errors import InputError, Sentence, message_parts
+from roughcontact.formats.no_data import AUTO, format_code
 from roughcontact.material import catalog
 from roughcontact.material.material import Material
 from roughcontact.report import phrases
@@ -26,6 +28,7 @@ from roughcontact.report.kind import (
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
 from roughcontact.units import (
+    count_noun,
     format_engineering,
     format_lengths,
     format_percent,
@@ -242,6 +245,25 @@ def _character(values: Mapping[str, float]) -> str:
     return f"{'Weakly directional' if values['Str'] < _ISOTROPIC else 'Isotropic'}, {heights}"
 
 
+def _codes(surface: Surface) -> dict[float, int]:
+    """Return the values of missing points in the file of a map, and how often they occur."""
+    origin = surface.provenance.origin
+    return {} if origin is None else dict(origin.found.get("no_data", ()))
+
+
+def _action(result: Measured) -> str:
+    """Return the options without which `solve` refuses a map or warns."""
+    codes, spikes = _codes(result.surface), spike_statistics(result.leveled) is not None
+    words = []
+    if codes:
+        words.append(f"--no-data {format_code(*codes) if len(codes) == 1 else AUTO}")
+    if spikes:
+        words.append("--outliers 6")
+    if words:
+        return f"solve it with {' '.join([*words, '--missing fill'])}"
+    return "choose --missing fill, mask or crop" if result.surface.missing else "ready to solve"
+
+
 def headline(result: Measured, name: str) -> Headline:
     """Return the headline of a file: grid, type of map, and roughness."""
     surface, leveled = result.surface, result.leveled
@@ -250,7 +272,10 @@ def headline(result: Measured, name: str) -> Headline:
     state = (
         "complete" if not missing else f"{format_percent(missing / surface.heights.size)} missing"
     )
-    action = "ready to solve" if not missing else "choose --missing fill, mask or crop"
+    codes = [f"{count_noun(n, 'point')} at {format_code(c)}" for c, n in _codes(surface).items()]
+    if codes:
+        state += f" ({', '.join(codes)})"
+    action = _action(result)
     if surface.is_profile:
         grid = f"{surface.shape[1]} points, {format_lengths((surface.size[1],))}"
         roughness = [(f"{key}", value) for key, value, *_ in profile_parameters(leveled)[:6]]
@@ -272,6 +297,17 @@ def headline(result: Measured, name: str) -> Headline:
     )
 
 
+_MISSING_PART: Table = (
+    Quantity("missing_fraction", of=lambda f: f.surface.missing / f.surface.heights.size),
+    Quantity(
+        "no_data",
+        "value of missing points",
+        of=lambda f: list(_codes(f.surface)),
+        when=lambda f: bool(_codes(f.surface)),
+        form=lambda codes: ", ".join(map(format_code, codes)),
+    ),
+)
+
 FILE: Table = (
     *(delegated("surface", quantity) for quantity in SURFACE if quantity.key != "missing"),
     _both("Sq", "m"),
@@ -279,14 +315,14 @@ FILE: Table = (
     _both("Sdq", "1"),
     Quantity("Sdq_leveled", of="leveled.Sdq"),
     delegated("surface", quantity_of(SURFACE, "missing")),
-    Quantity("missing_fraction", of=lambda f: f.surface.missing / f.surface.heights.size),
+    *_MISSING_PART,
     Quantity("roughness_leveled", of=lambda result: result.leveled.roughness()),
 )
 """Quantities of a map in a file, `Measured`."""
 
 FILE_OF_PROFILE: Table = (
     *(delegated("surface", quantity) for quantity in TRACE),
-    Quantity("missing_fraction", of=lambda f: f.surface.missing / f.surface.heights.size),
+    *_MISSING_PART,
     Quantity(
         "cutoff",
         "roughness without waves beyond λc",

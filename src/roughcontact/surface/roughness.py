@@ -62,6 +62,7 @@ ISO 21920-2:2021, sections 4.3 and 4.4; ISO 4287:1997, sections 4.1 to 4.4
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,16 +119,8 @@ def rms_height(heights: NDArray[np.float64]) -> float:
 
 def rms_gradient(heights: NDArray[np.float64], pixel: tuple[float, float]) -> float:
     """Return the root-mean-square gradient, Sdq."""
-    dy, dx = pixel
-    if heights.shape[0] == 1:
-        # A profile is uniform across its direction.
-        heights = np.repeat(heights, 2, axis=0)
     total, count = 0.0, 0
-    for rows in grid.row_blocks((heights.shape[0] - 1, heights.shape[1])):
-        here = heights[rows.start + 1 : rows.stop + 1]
-        slope_y = (here[:, 1:] - heights[rows, 1:]) / dy
-        slope_x = np.diff(here, axis=1) / dx
-        squares = slope_x * slope_x + slope_y * slope_y
+    for squares in squared_gradients(heights, pixel):
         count += int(np.count_nonzero(~np.isnan(squares)))
         total += float(np.nansum(squares))
     if count == 0:
@@ -135,6 +128,26 @@ def rms_gradient(heights: NDArray[np.float64], pixel: tuple[float, float]) -> fl
             "has no point with two valid neighbors: the gradient is undefined", argument="heights"
         )
     return float(np.sqrt(total / count))
+
+
+def median_gradient(heights: Array, pixel: tuple[float, float]) -> float:
+    """Return the median of the gradients, which holes, steps and spikes hardly change."""
+    squares = np.concatenate([part.ravel() for part in squared_gradients(heights, pixel)])
+    known = squares[~np.isnan(squares)]
+    return math.sqrt(float(np.median(known))) if known.size else math.nan
+
+
+def squared_gradients(heights: Array, pixel: tuple[float, float]) -> Iterator[Array]:
+    """Yield blocks of rows of the squared gradient, without the first row and column."""
+    dy, dx = pixel
+    if heights.shape[0] == 1:
+        # A profile is uniform across its direction.
+        heights = np.repeat(heights, 2, axis=0)
+    for rows in grid.row_blocks((heights.shape[0] - 1, heights.shape[1])):
+        here = heights[rows.start + 1 : rows.stop + 1]
+        slope_y = (here[:, 1:] - heights[rows, 1:]) / dy
+        slope_x = np.diff(here, axis=1) / dx
+        yield slope_x * slope_x + slope_y * slope_y
 
 
 def developed_area_ratio(heights: Array, pixel: tuple[float, float]) -> float:

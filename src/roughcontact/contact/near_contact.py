@@ -1,0 +1,60 @@
+"""Measured points inside or near a contact; all others have no effect on it.
+
+Near is where the bodies touch, or would overlap without deformation: the gap at first contact is
+at most the approach. Under a sphere this is √2 times the Hertz radius.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.surface import roughness
+
+if TYPE_CHECKING:
+    from roughcontact.contact.result import ContactResult
+
+
+def points_near_contact(result: ContactResult) -> NDArray[np.bool_]:
+    """Return the measured points inside or near the contact, shape (ny, nx)."""
+    near: NDArray[np.bool_] = (result.initial_gap <= result.approach) | result.contact
+    return near
+
+
+def rms_slope(result: ContactResult) -> float:
+    """Return the RMS slope of both bodies together from points near the contact to neighbors.
+
+    NaN if no such point has both neighbors.
+    """
+    near = points_near_contact(result)
+    if near.shape[0] == 1:
+        near = np.repeat(near, 2, axis=0)
+    counted = near[1:, 1:] | near[:-1, 1:] | near[1:, :-1]
+    squares = np.concatenate(
+        list(roughness.squared_gradients(result.initial_gap, result.pair.pixel))
+    )
+    known = squares[counted & ~np.isnan(squares)]
+    return math.sqrt(float(known.mean())) if known.size else math.nan
+
+
+def missing_points(result: ContactResult) -> tuple[int, float]:
+    """Return the number of missing points near the contact, and their share of all there.
+
+    A missing point is near if the next measured point is. Where several processes hold the map,
+    all points count.
+    """
+    total = math.prod(result.pair.shape)
+    missing = total - result.totals.points
+    if not missing or result.pair.is_shared:
+        return missing, missing / total
+    from scipy import ndimage
+
+    near, absent = points_near_contact(result), np.isnan(result.initial_gap)
+    nearest = ndimage.distance_transform_edt(
+        absent, result.pair.pixel, return_distances=False, return_indices=True
+    )
+    count = int(np.count_nonzero(near[tuple(nearest)] & absent))
+    return count, count / max(count + int(np.count_nonzero(near)), 1)

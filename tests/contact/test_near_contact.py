@@ -1,0 +1,89 @@
+"""Messages on slopes and missing points: those near the contact count, others do not."""
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.cautions import CautionTag
+from roughcontact.contact import near_contact, plausibility
+from roughcontact.surface import nominal_bodies
+
+STEEL = rc.Material(210e9, 0.3)
+R, PIXEL = 5e-6, (1e-6 / 25, 1e-6 / 25)
+
+
+def kinds(result: rc.ContactResult) -> set[str]:
+    return {caution.kind for caution in result.cautions}
+
+
+def press_sphere(shape: tuple[int, int] = (256, 256), load: float = 1e-5) -> rc.ContactResult:
+    body = nominal_bodies.sphere(radius=R, shape=shape, pixel=PIXEL)
+    return rc.solve(body, material=STEEL, load=load)
+
+
+def test_rim_of_a_sphere_gives_no_messages() -> None:
+    # The map shows all of the sphere: vertical at the rim, nothing in the corners.
+    result = press_sphere()
+    assert result.pair.rms_slope > 1
+    assert result.surface.missing > 0.2 * result.surface.heights.size
+    assert not kinds(result) & {CautionTag.SLOPES, CautionTag.UNITS, CautionTag.MISSING}
+
+
+def test_near_region_of_a_sphere_is_the_overlap() -> None:
+    # Hertz: the undeformed sphere overlaps the plane in √2 times the contact radius, δ = a²/R.
+    result = press_sphere(load=5e-3)
+    overlap = np.sqrt(2 * R * result.approach)
+    near = near_contact.points_near_contact(result)
+    assert near[result.contact].all()
+    radius = np.sqrt(near.sum() * PIXEL[0] * PIXEL[1] / np.pi)
+    assert radius == pytest.approx(overlap, rel=0.02)
+    # The mean of (r/R)² over that disk is half of its value at the rim.
+    expected = overlap / R / np.sqrt(2)
+    assert near_contact.rms_slope(result) == pytest.approx(expected, rel=0.06)
+
+
+def test_steep_contact_is_reported() -> None:
+    body = nominal_bodies.cone(0.5, shape=(64, 64), pixel=PIXEL)
+    result = rc.solve(body, material=STEEL, load=1e-4)
+    (caution,) = (c for c in result.cautions if c.kind == CautionTag.SLOPES)
+    assert caution.numbers["rms_slope"] == pytest.approx(0.5, rel=0.1)
+    steep = nominal_bodies.cone(5.0, shape=(64, 64), pixel=PIXEL)
+    assert CautionTag.UNITS in kinds(rc.solve(steep, material=STEEL, load=1e-4))
+
+
+def test_missing_points_count_inside_the_contact_alone() -> None:
+    body = nominal_bodies.sphere(radius=R, shape=(64, 64), pixel=PIXEL)
+    inside, outside = body.heights.copy(), body.heights.copy()
+    inside[32, 31:33] = np.nan
+    outside[2:10, 2:60] = np.nan
+    one, other = (
+        rc.solve(rc.Surface(heights, PIXEL).masked(), material=STEEL, load=1e-4)
+        for heights in (inside, outside)
+    )
+    assert near_contact.missing_points(other) == (0, 0.0)
+    assert CautionTag.MISSING not in kinds(other)
+    (caution,) = (c for c in one.cautions if c.kind == CautionTag.MISSING)
+    near = near_contact.points_near_contact(one).sum()
+    assert caution.numbers["missing"] == 2
+    assert caution.numbers["share"] == pytest.approx(2 / (2 + near))
+
+
+def test_map_alone_is_judged_by_half_of_its_slopes() -> None:
+    heights = np.random.default_rng(3).normal(size=(64, 64))
+    surface = rc.Surface(1e-8 * heights, (1e-6, 1e-6))
+    assert not plausibility.map_cautions(surface)
+    (caution,) = plausibility.map_cautions(rc.Surface(1e-5 * heights, (1e-6, 1e-6)))
+    assert caution.kind == CautionTag.UNITS
+    # A few deep pits, as steep as they are, are no wrong unit.
+    pits = 1e-8 * heights
+    pits[::8, ::8] = -1e-4
+    surface = rc.Surface(pits, (1e-6, 1e-6))
+    assert surface.Sdq > plausibility.IMPLAUSIBLE_SLOPE
+    assert not plausibility.map_cautions(surface)
+
+
+def test_profile_has_a_slope_near_its_contact() -> None:
+    x = np.arange(-50, 50) * 1e-6
+    result = rc.solve(rc.Surface(-(x**2) / 2e-3, 1e-6), material=STEEL, load="10 N/mm")
+    slope = near_contact.rms_slope(result)
+    assert 0 < slope < result.pair.rms_slope
