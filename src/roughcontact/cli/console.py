@@ -269,7 +269,7 @@ def _print_parameters(measured: Measured, channels: Sequence[Channel]) -> None:
     rows = [(row.title, row.text) for row in rows_of(inputs.file_table(measured), measured)]
     _print_table(rows, listed)
     if measured.surface.is_profile:
-        heads = ("after line", "all waves", "without λc", "")
+        heads = ("after line", "P: all waves", "R: below λc", "")
         _print_table(inputs.profile_parameters(measured.leveled), heads=heads)
     else:
         values = measured.leveled.roughness()

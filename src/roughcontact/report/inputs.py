@@ -17,6 +17,7 @@ from roughcontact.material.material import Material
 from roughcontact.report import phrases
 from roughcontact.report.kind import (
     ABSENT,
+    Cells,
     Headline,
     Quantity,
     Table,
@@ -264,6 +265,19 @@ def _action(result: Measured) -> str:
     return "choose --missing fill, mask or crop" if result.surface.missing else "ready to solve"
 
 
+def _brief_parameters(surface: Surface) -> list[Cells]:
+    """Return the main parameters of a leveled profile: of the roughness below λc, and of all."""
+    wave, rows = roughness.cutoff(surface.size[1]), []
+    if wave is not None:
+        head = f"λc {format_engineering(wave, 'm')}"
+        rows.append((head, ("Rq", "Ra", "Rz", "Rt"), filtered(surface)))
+    rows.append(("all waves", ("Pq", "Pa", "Pz", "Pt"), primary(surface)))
+    return [
+        (head, *(f"{name} {_parameter(values[name], 'm')}" for name in names))
+        for head, names, values in rows
+    ]
+
+
 def headline(result: Measured, name: str) -> Headline:
     """Return the headline of a file: grid, type of map, and roughness."""
     surface, leveled = result.surface, result.leveled
@@ -278,9 +292,9 @@ def headline(result: Measured, name: str) -> Headline:
     action = _action(result)
     if surface.is_profile:
         grid = f"{surface.shape[1]} points, {format_lengths((surface.size[1],))}"
-        roughness = [(f"{key}", value) for key, value, *_ in profile_parameters(leveled)[:6]]
         answer = f"{capitalize_first(state)}; {action}."
-        return Headline(f"{name}: {about}, {grid}", answer, (), roughness, ())
+        brief = _brief_parameters(leveled)
+        return Headline(f"{name}: {about}, {grid}", answer, (), brief, ())
     values = leveled.roughness()
     ny, nx = surface.shape
     grid = (
@@ -358,9 +372,11 @@ def filtered(surface: Surface) -> dict[str, float]:
     heights, spacing = surface.filtered(l=wave).heights[0], surface.pixel[1]
     rest = round((surface.size[1] - roughness.SECTIONS * wave) / spacing)
     end = min(round(0.5 * wave / spacing), rest // 2)
-    inner = heights[end : heights.size - end]
     # The margin absorbs the rounding of positions.
-    return roughness.summary(inner, spacing, int(inner.size * spacing / wave + 0.01))
+    sections = int((heights.size - 2 * end) * spacing / wave + 0.01)
+    points = min(round(sections * wave / spacing), heights.size)
+    first = (heights.size - points) // 2
+    return roughness.summary(heights[first : first + points], spacing, sections)
 
 
 def measured(surface: Surface) -> Measured:
@@ -371,10 +387,10 @@ def measured(surface: Surface) -> Measured:
 PROFILE_ROUGHNESS = {
     "q": ("m", "root-mean-square height"),
     "a": ("m", "mean absolute height"),
-    "z": ("m", "height from deepest dale to highest peak, mean of the section lengths"),
+    "z": ("m", "height from deepest dale to highest peak, R: mean of the sections λc"),
     "t": ("m", "the same of the whole profile"),
-    "p": ("m", "highest peak above the mean"),
-    "v": ("m", "deepest dale below the mean"),
+    "p": ("m", "highest peak above the mean, R: mean of the sections λc"),
+    "v": ("m", "deepest dale below the mean, R: mean of the sections λc"),
     "sk": ("", "skewness: negative if dales reach further than peaks"),
     "ku": ("", "kurtosis: 3 for a Gaussian distribution of heights"),
     "sm": ("m", "mean width of the elements, a peak and a dale each"),

@@ -49,12 +49,14 @@ ratio. Vmp = Vm(p), Vmc = Vm(q) - Vm(p), Vvc = Vv(p) - Vv(q), Vvv = Vv(q).
 ISO 25178-2:2021, section 4.5 (void and material volume); the default ratios of 10 % and 80 % are
 from ISO 25178-3.
 
-`summary`: Only the mean is subtracted. The letter R is correct for a profile without its waves
-beyond λc (`cutoff`); for a profile that was only leveled these are Pa, Pq and so on of the primary
-profile. Rp, Rv and Rt are evaluated over the whole profile, Rz is the mean over the sections of the
-height between their lowest and highest points. Rsm is the mean width of profile elements: from one
-crossing of the mean line to the next in the same direction, where a peak and a dale between the two
-exceed a tenth of Rz. The slope of Rdq is defined in the standard, over three points to each side.
+`summary`: Only the mean is subtracted. The letter R is right for a profile without its waves
+beyond λc (`cutoff`); of one that was only leveled these are Pa, Pq and so on of the primary
+profile, whose section length is all of it. Rp, Rv and Rz are means over the sections: of the
+highest peak, of the deepest dale, and of the height between both. Rt is that of all of the
+profile. Short waves are not removed (λs). Rsm is the mean width of profile elements:
+from one crossing of the mean line to the next in the same direction, where between the two a
+peak and a dale reach beyond a tenth of Rz. The slope of Rdq is that of the standard, over three
+points to each side.
 
 ISO 21920-2:2021, sections 4.3 and 4.4; ISO 4287:1997, sections 4.1 to 4.4
 """
@@ -308,16 +310,17 @@ def summary(heights: Array, spacing: float, sections: int = 1) -> dict[str, floa
     """Return the parameters of a profile, by the symbols of the standard and in SI units."""
     require_positive(spacing=spacing)
     values = height_parameters(heights[None])
-    top = [float(np.nanmax(part)) - float(np.nanmin(part)) for part in _parts(heights, sections)]
-    depth = float(np.mean(top))
     z = heights - (float(np.nanmax(heights)) - values["Sp"])
+    parts = _parts(z, sections)
+    peak, dale = (float(np.mean([end(part) for part in parts])) for end in (np.nanmax, np.nanmin))
+    depth = peak - dale
     return {
         "Rq": values["Sq"],
         "Ra": values["Sa"],
         "Rsk": values["Ssk"],
         "Rku": values["Sku"],
-        "Rp": values["Sp"],
-        "Rv": values["Sv"],
+        "Rp": peak,
+        "Rv": -dale,
         "Rt": values["Sz"],
         "Rz": depth,
         "Rsm": element_width(z, spacing, _COUNTED * depth),
