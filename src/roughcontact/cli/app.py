@@ -591,7 +591,7 @@ def _info(file: Path | str | None, specified: Given) -> None:
     from roughcontact.report.kind import stored_values
 
     reading = {item.argument: specified[item.name] for item in READING if item.name in specified}
-    # What `solve` would ask for is shown together with the heights without it.
+    # The options that `solve` needs are shown with the heights before these options.
     reading.setdefault(NO_DATA.argument, AUTO)
     display = _display(specified)
     if display in (DisplayOptions.JSON, DisplayOptions.VERBOSE):

@@ -105,7 +105,7 @@ def mark_missing(
 
 
 def describe_codes(codes: Mapping[float, int]) -> tuple[str, ...]:
-    """Return what was marked, in a sentence for each code."""
+    """Return the marked points as text, one sentence per code."""
     return tuple(
         f"read: {count_noun(count, 'point')} at {format_code(code)} set missing"
         for code, count in codes.items()

@@ -253,7 +253,7 @@ def _codes(surface: Surface) -> dict[float, int]:
 
 
 def _action(result: Measured) -> str:
-    """Return the options without which `solve` refuses a map or warns."""
+    """Return the options that `solve` needs for a map to be accepted without a warning."""
     codes, spikes = _codes(result.surface), spike_statistics(result.leveled) is not None
     words = []
     if codes:
