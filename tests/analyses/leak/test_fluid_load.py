@@ -187,7 +187,7 @@ def test_fluid_above_the_load_raises_input_error(
     # The land of a curved seal is as long as the load makes it.
     with pytest.raises(AssertionError):
         answer(tmp_path / "seat.npy", capsys, 64, "--seal-length", "1 mm")
-    assert "--seal-length goes without a nominal body" in capsys.readouterr().err
+    assert "--seal-length is not valid with a nominal body" in capsys.readouterr().err
 
 
 FLAT = rc.Surface(np.zeros((64, 48)), (2e-6, 2e-6))

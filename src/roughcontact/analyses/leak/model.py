@@ -735,7 +735,7 @@ def require_land(seal: Seal | None, pair: Pair, axes: tuple[int, ...]) -> None:
     across = any(axis in pair.boundary.free_axes for axis in axes)
     if seal is not None and seal.length is not None and across and has_nominal_body(pair):
         raise InputError(
-            "goes without a nominal body: the load determines the length of its contact along the "
+            "is not valid with a nominal body: the load sets the length of its contact along the "
             "flow; leave it out",
             argument="seal_length",
         )
