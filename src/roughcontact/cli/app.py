@@ -20,6 +20,7 @@ from roughcontact import units
 from roughcontact._tools import deprecated
 from roughcontact._tools.files import to_json
 from roughcontact._tools.processes import redeliver_interrupts
+from roughcontact._tools.text import join_words
 from roughcontact._version import __version__
 from roughcontact.analyses import tasks
 from roughcontact.analyses.generate import task as making
@@ -101,7 +102,7 @@ def _exit_status(arguments: list[str], stopped: list[int]) -> int:
             raise
         context = getattr(error, "ctx", None)
         command = context.command_path if context else "roughcontact"
-        sentence = terminal.one_line(describe()).rstrip(".")
+        sentence = join_words(describe()).rstrip(".")
         sentence = sentence[:1].lower() + sentence[1:]
         terminal.print_error(f"error: {sentence}; see {command} --help")
         return BAD_INPUT

@@ -17,6 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 from roughcontact import units
+from roughcontact._tools.text import replace_unprintable
 from roughcontact.analyses.generate.task import COMMAND as GENERATE
 from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.cli import terminal
@@ -127,7 +128,7 @@ def _print_messages(cautions: Iterable[Caution], command: Command = SOLVE) -> No
 
 def _print_lines(text: str, indent: str = "", hang: str = "") -> None:
     """Print wrapped text, without a line break between a number and its unit."""
-    joined = _UNIT.sub("\\1\N{NO-BREAK SPACE}\\2", terminal.strip_control_characters(text))
+    joined = _UNIT.sub("\\1\N{NO-BREAK SPACE}\\2", replace_unprintable(text))
     wrapped = textwrap.wrap(
         joined,
         _console_width(),
@@ -235,7 +236,7 @@ def _print_written(written: Iterable[Path], words: str = "written:") -> None:
     if paths:
         print(words)
         for path in paths:
-            print(terminal.strip_control_characters(str(path)))
+            print(replace_unprintable(str(path)))
         print()
 
 
@@ -306,7 +307,7 @@ def show_demo(
     ]
     first = kinds.headline(limited)
     _print_headline(replace(first, heads=("", *labels), rows=rows, remarks=first.remarks[-1:]))
-    print(f"written to:\n{terminal.strip_control_characters(str(folder))}")
+    print(f"written to:\n{replace_unprintable(str(folder))}")
     _print_lines(", ".join(files))
     print('Next: roughcontact solve ground.x3p --load "100 MPa" --material 42CrMo4 \\')
     print("          --boundary periodic")
@@ -334,9 +335,7 @@ def _print_table(
         if not block:
             continue
         for row in block:
-            texts = (
-                terminal.strip_control_characters(terminal.spell_options(cell)) for cell in row
-            )
+            texts = (replace_unprintable(terminal.spell_options(cell)) for cell in row)
             table.add_row(*map(Text, texts))
         table.add_section()
     _print(table, indent)

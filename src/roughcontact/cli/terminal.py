@@ -13,6 +13,7 @@ from enum import Enum, auto
 from typing import TYPE_CHECKING, TextIO
 
 from roughcontact._tools import processes
+from roughcontact._tools.text import join_words, replace_unprintable
 from roughcontact.analyses.solve import task as solve
 from roughcontact.errors import message_parts, render_message
 from roughcontact.request.task import Command
@@ -84,7 +85,7 @@ class ProgressLine:
     def __str__(self) -> str:
         """Return the line as text."""
         left = f", about {format_duration(self.seconds)} left" if self.seconds else ""
-        return strip_control_characters(self._text) + left
+        return replace_unprintable(self._text) + left
 
     def __rich__(self) -> Text:
         """Return the line for Rich, which redraws it a few times a second."""
@@ -125,7 +126,7 @@ def _print_lines(line: ProgressLine, ended: threading.Event) -> None:
             continue
         waited, printed = 0.0, True
         with contextlib.suppress(OSError, ValueError):
-            print(f"{PROGRESS_PREFIX}{one_line(str(line))}", file=sys.stderr, flush=True)
+            print(f"{PROGRESS_PREFIX}{join_words(str(line))}", file=sys.stderr, flush=True)
 
 
 @contextlib.contextmanager
@@ -169,19 +170,9 @@ def print_error(sentence: str) -> None:
     with contextlib.suppress(OSError, ValueError, AttributeError):
         sys.stdout.flush()
     try:
-        print(f"roughcontact: {one_line(sentence)}", file=sys.stderr, flush=True)
+        print(f"roughcontact: {join_words(sentence)}", file=sys.stderr, flush=True)
     except (OSError, ValueError):
         _discard_output(sys.stderr)
-
-
-def one_line(text: str) -> str:
-    """Return text as one line, without control characters."""
-    return " ".join(strip_control_characters(text).split())
-
-
-def strip_control_characters(text: str) -> str:
-    """Return text with blanks for control characters, which file names may contain."""
-    return "".join(c if c.isprintable() else " " for c in text)
 
 
 def discard_output() -> None:

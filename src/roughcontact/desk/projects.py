@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from roughcontact._tools import files, memory
+from roughcontact._tools.text import join_words
 from roughcontact.errors import ArgumentRef, InputError
 
 DAYS = 30
@@ -214,8 +215,7 @@ def format_suffix(name: str) -> str:
 def safe_file_name(name: str) -> str:
     """Return a file name as one line without folders."""
     last = re.split(r"[/\\]", name)[-1]
-    text = " ".join("".join(c if c.isprintable() else " " for c in last).split())
-    return text[-_MAX_NAME_LENGTH:] or "map"
+    return join_words(last)[-_MAX_NAME_LENGTH:] or "map"
 
 
 def require_size(name: str, size: int, limit: int) -> None:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools import memory, netcdf
+from roughcontact._tools.text import replace_unprintable
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
 from roughcontact.formats import metrology, readers, source, text_files
 from roughcontact.formats.source import (
@@ -197,7 +198,7 @@ def _choose_channel(
     heights = [index for index, entry in enumerate(result) if entry.is_height]
     listing = "; ".join(
         f"{index}: {entry.name!r}"
-        + (f" [{''.join(c if c.isprintable() else ' ' for c in entry.unit)}]" if entry.unit else "")
+        + (f" [{replace_unprintable(entry.unit)}]" if entry.unit else "")
         + ("" if entry.is_height else " (not a height)")
         for index, entry in enumerate(result)
     )

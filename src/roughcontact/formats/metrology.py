@@ -26,6 +26,7 @@ from pathlib import Path
 import numpy as np
 
 from roughcontact._tools.files import atomic_write, require_suffix
+from roughcontact._tools.text import replace_unprintable
 from roughcontact._version import __version__
 from roughcontact.errors import FormatError, InputError
 from roughcontact.formats.source import BLOCK, iter_blocks, little_endian
@@ -216,7 +217,7 @@ def _sur_header(
 ) -> bytes:
     """Return the 512 bytes before the heights; pixel and step in mm."""
     ny, nx = surface.shape
-    source = _printable(surface.provenance.source).encode("latin-1", "replace")[:30]
+    source = replace_unprintable(surface.provenance.source).encode("latin-1", "replace")[:30]
     return struct.pack(
         "<12s4H30s30s5H8xH5i3f" + 9 * "16s" + "3f3H12x7Hf10x2H128s3f34x",
         b"DIGITAL SURF",
@@ -269,15 +270,11 @@ def _sur_header(
 
 
 def _xml(text: str) -> str:
-    # Imported here, as the module imports network libraries.
+    # XML cannot represent most control characters, and UTF-8 no lone surrogates. Imported here, as
+    # the module imports network libraries.
     from xml.sax.saxutils import escape
 
-    return escape(_printable(text))
-
-
-def _printable(text: str) -> str:
-    # XML cannot represent most control characters, and UTF-8 no lone surrogates.
-    return "".join(c if c.isprintable() else " " for c in text)
+    return escape(replace_unprintable(text))
 
 
 def _md5(content: bytes | memoryview) -> str:

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from roughcontact import units
 from roughcontact._tools import files, memory, netcdf
+from roughcontact._tools.text import join_words
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError, input_error
 from roughcontact.formats.no_data import parse_no_data
 from roughcontact.surface.grid import PROFILE_WIDTH
@@ -268,9 +269,8 @@ def damage_as_error(path: Path, kind: str, advice: str) -> Iterator[None]:
 
 def one_line(error: BaseException) -> str:
     """Return the error message of another library in one line."""
-    # Readers quote unexpected bytes; keep printable characters only.
-    printable = "".join(c if c.isprintable() else " " for c in str(error))
-    text = " ".join(printable.split()) or "no reason given"
+    # Readers quote unexpected bytes.
+    text = join_words(str(error)) or "no reason given"
     return f"{type(error).__name__}: {text if len(text) <= 160 else text[:159] + '…'}"
 
 

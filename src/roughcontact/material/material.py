@@ -9,6 +9,7 @@ from numbers import Real
 
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.deprecated import RenamedAttributes
+from roughcontact._tools.text import replace_unprintable
 from roughcontact.errors import (
     ArgumentRef,
     InputError,
@@ -171,10 +172,10 @@ class Material(RenamedAttributes):
         object.__setattr__(self, "young", to_si(young, "pressure", "young"))
         object.__setattr__(self, "poisson", poisson)
         object.__setattr__(self, "yield_strength", strength)
-        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "name", replace_unprintable(name))
         object.__setattr__(self, "hardness", stress(hardness, "hardness"))
         object.__setattr__(self, "hardening", hardening)
-        object.__setattr__(self, "caveat", caveat)
+        object.__setattr__(self, "caveat", replace_unprintable(caveat))
         object.__setattr__(self, "coating", tuple(coating))
         object.__setattr__(self, "base", base)
         self._check()
@@ -422,7 +423,7 @@ class Conductor:
             ("melting_voltage", melting_voltage, "voltage"),
         ):
             object.__setattr__(self, argument, _positive(value, dimension, argument))
-        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "name", replace_unprintable(name))
 
 
 def _positive(value: Quantity | None, dimension: str, argument: str) -> float | None:

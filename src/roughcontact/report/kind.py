@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact._tools.files import require_suffix, to_json, write_atomically
 from roughcontact._tools.ranks import Ranks
+from roughcontact._tools.text import csv_cell
 from roughcontact._version import __version__
 from roughcontact.errors import InputError
 from roughcontact.references import Reference
@@ -278,7 +279,7 @@ def csv_text(columns: Columns, result: Any) -> str:
     lines = [",".join(f"{column.key} [{column.unit}]" for column in stored_only)]
     steps = zip(*(column.values(result) for column in stored_only), strict=True)
     lines += [
-        ",".join(value if isinstance(value, str) else repr(value) for value in step)
+        ",".join(csv_cell(value) if isinstance(value, str) else repr(value) for value in step)
         for step in steps
     ]
     return "\n".join(lines) + "\n"

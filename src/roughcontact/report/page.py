@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from roughcontact._tools.files import write_atomically
+from roughcontact._tools.text import replace_unprintable
 from roughcontact._version import __version__
 from roughcontact.cautions import Caution, CautionTag, Severity
 from roughcontact.drawing import export
@@ -230,9 +231,7 @@ def _printable(value: Any, spell: Spell) -> Any:
     if isinstance(value, Sentence):
         value = render_message(value.parts, spell)
     # A file name can contain undecodable bytes or control characters, which HTML forbids.
-    if type(value) is not str or value.isprintable():
-        return value
-    return "".join(c if c.isprintable() or c in "\n\t" else "�" for c in value)
+    return replace_unprintable(value, "\n\t", "�") if type(value) is str else value
 
 
 def as_sentence(note: str) -> str:

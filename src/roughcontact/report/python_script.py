@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roughcontact._tools.text import replace_unprintable
 from roughcontact.contact.result import CALIBRATED, ContactResult
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic
@@ -108,8 +109,7 @@ class _Script:
 
     def comment(self, text: str) -> None:
         """Add a comment from a name in a file, on one line."""
-        printable = "".join(c if c.isprintable() else " " for c in text)
-        self.lines.append(f"# {printable}")
+        self.lines.append(f"# {replace_unprintable(text)}")
 
     def add_laws(self, bodies: Mapping[str, Material]) -> None:
         """Add the imports of the hardening laws of bodies."""

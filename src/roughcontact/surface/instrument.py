@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools.arguments import validate_public_methods
+from roughcontact._tools.text import replace_unprintable
 from roughcontact.errors import InputError, input_error, require_choice
 from roughcontact.halfspace import fft
 from roughcontact.surface import resolution as resolutions
@@ -111,7 +112,7 @@ class Instrument:
                 raise input_error(key, value, "must not be negative")
             object.__setattr__(self, key, float(value))
         object.__setattr__(self, "kind", kind)
-        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "name", replace_unprintable(name))
 
     @classmethod
     def named(cls, name: str, noise: Quantity = 0.0) -> Instrument:

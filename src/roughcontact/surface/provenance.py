@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from roughcontact._tools.text import replace_unprintable
 from roughcontact.units import format_engineering
 
 NOTE = "note"
@@ -35,7 +36,7 @@ class Operation:
     @classmethod
     def note(cls, text: str) -> Operation:
         """Return a record that consists of a sentence only."""
-        return cls(NOTE, {"text": text})
+        return cls(NOTE, {"text": replace_unprintable(text)})
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -79,9 +80,10 @@ class Provenance:
         origin: Operation | None = None,
         operations: Iterable[Operation] = (),
     ) -> None:
-        object.__setattr__(self, "source", source)
-        object.__setattr__(self, "instrument", instrument)
-        object.__setattr__(self, "channel", channel)
+        # Names reach every written text: a line separator would end a comment of a script.
+        object.__setattr__(self, "source", replace_unprintable(source))
+        object.__setattr__(self, "instrument", replace_unprintable(instrument))
+        object.__setattr__(self, "channel", replace_unprintable(channel))
         object.__setattr__(self, "origin", origin)
         object.__setattr__(self, "operations", (*map(Operation.note, steps), *operations))
 

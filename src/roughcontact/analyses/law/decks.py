@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools.files import atomic_write, to_json, write_atomically
+from roughcontact._tools.text import replace_unprintable
 from roughcontact._version import __version__
 from roughcontact.analyses.law.curve import ERROR, refine_geometrically, thin_points
 from roughcontact.analyses.law.model import UNLOADING, InterfaceLaw, LawTable
@@ -310,7 +311,7 @@ def _comment_head(law: InterfaceLaw, mark: str) -> list[str]:
 
 
 def _ascii(text: str) -> str:
-    return text.replace("µ", "u").encode("ascii", "replace").decode()
+    return replace_unprintable(text).replace("µ", "u").encode("ascii", "replace").decode()
 
 
 def _make_deck(

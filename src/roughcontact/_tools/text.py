@@ -1,0 +1,26 @@
+"""Names of files and from files, as one line of text."""
+
+from __future__ import annotations
+
+# First characters of a cell that spreadsheets evaluate as a formula.
+_FORMULA = ("=", "+", "-", "@")
+
+
+def replace_unprintable(text: str, kept: str = "", replacement: str = " ") -> str:
+    """Return text without control characters and line separators, except for ``kept`` ones."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in kept else replacement for c in text)
+
+
+def join_words(text: str) -> str:
+    """Return text as one line of words with single blanks."""
+    return " ".join(replace_unprintable(text).split())
+
+
+def csv_cell(text: str) -> str:
+    """Return a text as a cell of a CSV file that is no formula and has no separator."""
+    plain = replace_unprintable(text)
+    if plain.lstrip().startswith(_FORMULA):
+        plain = f"'{plain}"
+    return f'"{plain.replace(chr(34), chr(34) * 2)}"' if "," in plain or '"' in plain else plain
