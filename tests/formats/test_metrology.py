@@ -223,5 +223,5 @@ def test_a_member_with_another_md5_is_refused(name: str, tmp_path: Path) -> None
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("main.xml", document)
         archive.writestr("bindata/data.bin", bytes(8) + members["bindata/data.bin"])
-    with pytest.raises(rc.FormatError, match=r"bytes of points in 'bindata/data.bin', and its"):
+    with pytest.raises(rc.FormatError, match=r"bytes of points in 'bindata/data.bin', but its"):
         rc.read_surface(path)

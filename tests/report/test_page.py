@@ -149,7 +149,7 @@ def test_question_and_answer_come_before_seven_sections(whole: tuple[ContactResu
 def test_what_users_wrote_is_text(whole: tuple[ContactResult, str]) -> None:
     text = whole[1]
     page = Page(text)
-    assert '<script>alert("1")</script> & ��.opd' in page.texts["title"][0]
+    assert '<script>alert("1")</script> &   .opd' in page.texts["title"][0]
     assert '<script>alert("1")</script>' in page.rows()["Source"]
     assert page.texts["code"] == ["roughcontact solve '<b>.opd' --load \"1 N\""]
     assert "\x1b" not in text

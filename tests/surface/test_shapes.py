@@ -64,7 +64,7 @@ def test_every_point_of_a_sphere_is_at_its_radius(radius, center):
     y, x = from_center(center)
     r = np.hypot(y, x)
     if r.min() > radius:
-        with pytest.raises(InputError, match="no point of the grid lies under the sphere"):
+        with pytest.raises(InputError, match="no point of the grid is under the sphere"):
             shapes.sphere(*GRID, radius, center)
         return
     z = shapes.sphere(*GRID, radius, center)
@@ -187,7 +187,7 @@ def test_cone_and_wedge_have_their_slope():
         (lambda: shapes.cylinder(*GRID, 1e-6, 0, (40, 0)), "^no point .* under the cylinder"),
         (lambda: shapes.ellipsoid(*GRID, (1.0, -1.0)), r"^radii\[1\] must be positive"),
         (lambda: shapes.ellipsoid(*GRID, 1.0), "^radii must be a pair"),
-        (lambda: shapes.punch(*GRID, 1e-9), "^no point of the grid lies under the punch"),
+        (lambda: shapes.punch(*GRID, 1e-9), "^no point of the grid is under the punch"),
         (lambda: shapes.punch(*GRID, 1e-5, 2e-5), "^edge_radius must be between 0 and 1e-05"),
         (lambda: shapes.punch(*GRID, 1e-5, -1e-6), "^edge_radius"),
         (lambda: shapes.rectangular_punch(*GRID, (1e-5, 0)), r"^sides\[1\] must be positive"),
