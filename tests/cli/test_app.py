@@ -1752,4 +1752,4 @@ def test_the_volume_model_takes_the_options_of_the_solver(
     # One iteration never settles: the change from nothing is all of the strain.
     capsys.readouterr()
     assert solve(rough, *YIELDING, *given, "--max-iterations", "1") == app.NOT_CONVERGED
-    assert "raise --max-iterations" in capsys.readouterr().err
+    assert "increase --max-iterations" in capsys.readouterr().err

@@ -311,6 +311,7 @@ def test_a_file_that_is_too_large_is_refused(desk: Desk) -> None:
     answer = upload(desk, "a.opd", b"x" * 1001)
     assert answer.status == 413
     assert json.loads(answer.text)["error"].startswith("a.opd has more than 1000 bytes")
+    assert "--upload-limit" in json.loads(answer.text)["error"]
     assert sorted(os.listdir(desk.visits[0].work.folder)) == before
 
 

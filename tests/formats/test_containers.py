@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import errno
+import gzip
 import json
+import math
 import subprocess
 import sys
 import zipfile
@@ -16,6 +19,7 @@ from scipy.io import netcdf_file
 from reading import HEIGHTS, needs_reader, refused
 from roughcontact._tools import memory
 from roughcontact.errors import InputError
+from roughcontact.formats import containers, source
 from roughcontact.formats.read import channels, read_surface
 from roughcontact.formats.source import Channel
 
@@ -132,6 +136,99 @@ surfaces:
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("meta.yml", "surfaces: !!python/object/apply:os.getcwd []")
     refused(path, "c.zip cannot be read as a container", "python/object")
+
+
+def write_yaml(path: Path, text: str) -> Path:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("meta.yml", text)
+        archive.writestr("a.txt", TEXT)
+    return path
+
+
+def test_yaml_with_aliases_is_rejected(tmp_path: Path) -> None:
+    pytest.importorskip("yaml")
+    # 14 levels of nine aliases are 10¹³ values, merged keys 2³⁰.
+    laughs = [f"a{i}: &a{i} [" + ",".join([f"*a{i - 1}"] * 9) + "]" for i in range(1, 14)]
+    merged = [f"b{i}: &b{i} {{<<: [*b{i - 1}, *b{i - 1}], k: 1}}" for i in range(1, 30)]
+    for lines, name in ((["a0: &a0 [x]", *laughs], "*a13"), (["b0: &b0 {k: 1}", *merged], "*b29")):
+        entry = f"{{name: {name}, size: [6, 4], unit: um, datafile: {{original: a.txt}}}}"
+        text = "\n".join([*lines, f"surfaces: [{{name: s, topographies: [{entry}]}}]"])
+        refused(write_yaml(tmp_path / "c.zip", text), "c.zip holds meta.yml with aliases")
+
+
+def test_long_indexes_are_rejected_before_they_are_parsed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    yaml = pytest.importorskip("yaml")
+    for name in ("load", "parse"):
+        monkeypatch.setattr(yaml, name, lambda *_: pytest.fail("parsed"))
+    text = "surfaces:\n" + "- {name: s, topographies: []}\n" * 300000
+    refused(write_yaml(tmp_path / "c.zip", text), "c.zip holds meta.yml of 9000010 characters")
+
+
+def test_many_measurements_are_rejected_and_few_listed_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "c.zip"
+    same = measurement("a")
+    container(path, [same] * 1001, a__txt=TEXT)
+    refused(path, "c.zip lists 1001 measurements, the limit is 1000")
+    container(path, [same] * 1000, a__txt=TEXT)
+    unpacked = []
+    whole = containers._unpack_member
+    monkeypatch.setattr(containers, "_unpack_member", lambda *a: unpacked.append(a[1]) or whole(*a))
+    listed = channels(path)
+    assert [listed[0].name, listed[999].name] == ["a (0)", "a (999)"]
+    assert unpacked == ["a.txt"]
+
+
+@pytest.mark.parametrize("key", ["name", "unit", "datafile"])
+@pytest.mark.parametrize("value", [["a"], {"a": "b"}])
+def test_an_entry_that_is_no_text_is_rejected(tmp_path: Path, key: str, value: object) -> None:
+    more = {"original": value} if key == "datafile" else value
+    path = container(tmp_path / "c.zip", [measurement("a") | {key: more}], a__txt=TEXT)
+    refused(path, "c.zip cannot be read as a container", "not a text")
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("height_scale", 0),
+        ("height_scale", -1),
+        ("height_scale", math.nan),
+        ("data_source", -1),
+        ("size", [1, 2, 3]),
+        ("size", [-1, 2]),
+    ],
+)
+def test_values_that_mean_nothing_are_rejected(tmp_path: Path, key: str, value: object) -> None:
+    path = container(tmp_path / "c.zip", [measurement("a", **{key: value})], a__txt=TEXT)
+    refused(path, f"c.zip states {key} = ", "of 'a'")
+
+
+def test_a_size_that_contradicts_the_file_is_noted(tmp_path: Path) -> None:
+    for size, is_noted in ((SIZE, False), ([60.0, 40.0], True)):
+        entry = measurement("a", size=size, datafile={"original": "a.npz"}, height_scale=1)
+        entry["datafile"] = {"squeezed-netcdf": "a.nc"}
+        path = container(tmp_path / "c.zip", [entry], a__nc=squeezed(tmp_path))
+        surface = read_surface(path)
+        assert surface.size == pytest.approx((4e-6, 6e-6))
+        words = surface.provenance.in_words()
+        assert ("states a size of 40 µm × 60 µm, the data file 4 µm × 6 µm" in words) is is_noted
+
+
+def test_a_full_disk_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = container(tmp_path / "c.zip", [measurement("a")], a__txt=TEXT)
+
+    def fill(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(containers.shutil, "copyfileobj", fill)
+    refused(path, "c.zip cannot be unpacked", "no space left", "TMPDIR")
+    packed = tmp_path / "map.csv.gz"
+    packed.write_bytes(gzip.compress(TEXT.encode()))
+    monkeypatch.setattr(source.gzip.GzipFile, "read", fill)
+    refused(packed, "map.csv.gz cannot be unpacked", "no space left", "TMPDIR")
 
 
 def test_what_cannot_be_read_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -40,6 +40,9 @@ BLAS = {
 # Functions that may, and why it is never much: room -> function -> reason.
 FEW = {
     "contact.archive": {"verify_solution": "a gap that is compared with a bound only"},
+    "analyses.leak.fluid_load": dict.fromkeys(
+        ("nominal_contact", "_covered_part"), "a curvature of two by two"
+    ),
     "analyses.sweep.model": {"low_load_slope": "the loads of a curve"},
     "halfspace.plastic_halfspace": {
         "_restricted": "a sparse matrix, no BLAS",

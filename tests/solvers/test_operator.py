@@ -415,7 +415,7 @@ ALLOWED = {
         "_balance_multipliers": "three sums",
     },
     "preconditioner": {
-        "on": "parts that `allreduce` sums over the processes",
+        "restrict_inverse": "parts that `allreduce` sums over the processes",
         "apply": "parts that `allreduce` sums over the processes",
         "_displaced": "blocks of the map, which all processes hold",
         "_dot": "blocks of the map, which all processes hold",

@@ -9,14 +9,18 @@ site shows. The latter are preferred, as they need no other reader.
 from __future__ import annotations
 
 import json
+import math
 import shutil
 import tempfile
 import zipfile
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from roughcontact._tools import memory
 from roughcontact.errors import FormatError, InputError
@@ -31,12 +35,20 @@ from roughcontact.formats.source import (
 )
 from roughcontact.surface.provenance import Operation
 from roughcontact.surface.surface import Surface
+from roughcontact.units import format_engineering
 
 NAME = "container"
 """Name of the format."""
 
 _INDEX, _YAML = "index.json", "meta.yml"
 _SQUEEZED, _ORIGINAL = "squeezed-netcdf", "original"
+
+# Largest number of measurements of a container, and of characters of its YAML index: they are
+# listed within seconds.
+_MAX_ENTRIES, _MAX_YAML = 1000, 2 * 10**6
+
+# Relative difference of sizes in the index and in a data file that is noted.
+_SIZE_TOLERANCE = 1e-3
 
 # Formats of arrays whose first axis is x in SurfaceTopography, and y here.
 _BARE = "npy", "npz", "hdf5"
@@ -86,13 +98,31 @@ def read_container(path: Path, requested: ReadOptions, format_of: FormatOf) -> S
     else:
         surface = _scale_heights(surface, item.scale)
         note = f"heights times {item.scale:g}, as the container states" if item.scale != 1 else ""
+    notes = [text for text in (note, _size_note(path, item, surface)) if text]
     about = replace(
         surface.provenance,
         source=path.name,
         channel=item.name if len(measurements) > 1 else "",
         instrument=item.instrument or surface.provenance.instrument,
     )
-    return replace(surface, provenance=about.then(Operation.note(note)) if note else about)
+    for text in notes:
+        about = about.then(Operation.note(text))
+    return replace(surface, provenance=about)
+
+
+def _size_note(path: Path, item: ContainerEntry, surface: Surface) -> str:
+    """Return the note on a size of the index that contradicts the data file; empty if equal."""
+    if not (item.size and item.unit):
+        return ""
+    metre = unit_in_meters(path, item.unit)
+    stated = [side * metre for side in reversed(item.size)]
+    if np.allclose(surface.size, stated, rtol=_SIZE_TOLERANCE, atol=0):
+        return ""
+    sizes = (
+        " × ".join(format_engineering(side, "m") for side in sides)
+        for sides in (stated, surface.size)
+    )
+    return "the container states a size of {}, the data file {}, which was used".format(*sizes)
 
 
 def _scale_heights(surface: Surface, factor: float) -> Surface:
@@ -109,13 +139,17 @@ def _scale_heights(surface: Surface, factor: float) -> Surface:
 def channels(path: Path, format_of: FormatOf) -> tuple[Channel, ...]:
     """Return the measurements of a container; line scans are not maps."""
     result = []
+    # Many measurements may share a data file.
+    listed: dict[str, tuple[Channel, ...]] = {}
     with _container_errors(path):
         for item in _list_entries(path).values():
             if not item.is_map:
                 result.append(Channel(item.name, item.unit, False, ()))
                 continue
-            with _unpack_member(path, item.member, format_of) as (file, known):
-                inside = known.channels(file, known.name)[item.channel]
+            if item.member not in listed:
+                with _unpack_member(path, item.member, format_of) as (file, known):
+                    listed[item.member] = known.channels(file, known.name)
+            inside = listed[item.member][item.channel]
             result.append(replace(inside, name=item.name, unit=inside.unit or item.unit))
     return tuple(result)
 
@@ -164,31 +198,59 @@ def _list_entries(path: Path) -> dict[str, ContainerEntry]:
         text = archive.read(member).decode()
     surfaces = (json.loads(text) if name == _INDEX else _from_yaml(path, text))["surfaces"]
     listed = [
-        (f"{surface['name']}: " if len(surfaces) > 1 else "", item)
+        (_text(surface, "name") if len(surfaces) > 1 else "", item)
         for surface in surfaces
         for item in surface["topographies"]
     ]
-    names = [before + str(item.get("name") or index) for index, (before, item) in enumerate(listed)]
+    if len(listed) > _MAX_ENTRIES:
+        raise FormatError(
+            f"{path.name} lists {len(listed)} measurements, the limit is {_MAX_ENTRIES}; download "
+            "the surfaces one by one"
+        )
+    names = [
+        f"{before}: {label}" if before else label
+        for index, (before, item) in enumerate(listed)
+        for label in (_text(item, "name") or str(index),)
+    ]
+    counts = Counter(names)
     result = {}
     for index, (name, (_, item)) in enumerate(zip(names, listed, strict=True)):
-        if names.count(name) > 1:
+        if counts[name] > 1:
             name = f"{name} ({index})"
-        result[name] = _parse_entry(name, item)
+        result[name] = _parse_entry(path, name, item)
     return result
 
 
-def _parse_entry(name: str, item: dict[str, Any]) -> ContainerEntry:
+def _text(item: dict[str, Any], key: str) -> str:
+    """Return a text of the index, where YAML has numbers as well; empty if it is missing."""
+    value = item.get(key)
+    if not isinstance(value, str | int | float | None):
+        raise TypeError(f"{key} is a {type(value).__name__}, not a text")
+    return str(value or "")
+
+
+def _parse_entry(path: Path, name: str, item: dict[str, Any]) -> ContainerEntry:
     files = item["datafile"]
-    squeezed = files.get(_SQUEEZED)
+    squeezed = _text(files, _SQUEEZED)
+    scale = item.get("height_scale")
+    scale, source_index = 1.0 if scale is None else float(scale), int(item.get("data_source") or 0)
+    size = tuple(map(float, item.get("size") or ()))
+    for key, value, allowed in (
+        ("size", size, len(size) <= 2 and all(0 < side < math.inf for side in size)),
+        ("height_scale", scale, 0 < scale < math.inf),
+        ("data_source", source_index, source_index >= 0),
+    ):
+        if not allowed:
+            raise FormatError(f"{path.name} states {key} = {value} of {name!r}; correct its index")
     return ContainerEntry(
         name,
-        str(squeezed or files[_ORIGINAL]),
+        squeezed or _text(files, _ORIGINAL),
         is_squeezed=bool(squeezed),
-        size=tuple(map(float, item.get("size") or ())),
-        unit=str(item.get("unit") or ""),
-        channel=0 if squeezed else int(item.get("data_source") or 0),
-        scale=float(item.get("height_scale") or 1),
-        instrument=str((item.get("instrument") or {}).get("name") or ""),
+        size=size,
+        unit=_text(item, "unit"),
+        channel=0 if squeezed else source_index,
+        scale=scale,
+        instrument=_text(item.get("instrument") or {}, "name"),
     )
 
 
@@ -202,7 +264,15 @@ def _from_yaml(path: Path, text: str) -> Any:
             "install 'roughcontact[io]'"
         ) from None
 
-    loader: Any = type("Loader", (yaml.SafeLoader,), {})
+    # The parser of libyaml is ten times faster, where PyYAML has it.
+    base: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    limit = _MAX_YAML if base is not yaml.SafeLoader else _MAX_YAML // 10
+    if len(text) > limit:
+        raise FormatError(f"{path.name} holds {_YAML} of {len(text)} characters, too long")
+    # A few aliases of aliases stand for more values than fit in memory.
+    if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, base)):
+        raise FormatError(f"{path.name} holds {_YAML} with aliases, which no container needs")
+    loader: Any = type("Loader", (base,), {})
     loader.add_constructor("tag:yaml.org,2002:python/tuple", loader.construct_sequence)
     return yaml.load(text, loader)
 

@@ -7,6 +7,7 @@ more; with a damaged length, readers would stop before the checksum.
 from __future__ import annotations
 
 import codecs
+import errno
 import gzip
 import io
 import math
@@ -87,7 +88,8 @@ def _decompress(path: Path, target: Path) -> None:
         with gzip.open(path) as source, target.open("xb") as copy:
             while size <= maximum and (block := source.read(_BLOCK)):
                 size += copy.write(block)
-    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+    except (EOFError, OSError, zlib.error) as error:
+        require_space(path, error)
         raise FormatError(
             f"{path.name} cannot be unpacked ({error}); check that the file is complete"
         ) from None
@@ -262,8 +264,18 @@ def damage_as_error(path: Path, kind: str, advice: str) -> Iterator[None]:
         raise
     # Damaged files raise ValueError, BadZipFile, EOFError, KeyError, MemoryError and others.
     except Exception as error:
+        require_space(path, error)
         raise FormatError(
             f"{path.name} cannot be read as {kind} ({one_line(error)}); {advice}"
+        ) from None
+
+
+def require_space(path: Path, error: BaseException) -> None:
+    """Raise `FormatError` if an error while a file was unpacked is a full disk."""
+    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+        raise FormatError(
+            f"{path.name} cannot be unpacked: {tempfile.gettempdir()} has no space left; free some "
+            "space, or set TMPDIR to another folder"
         ) from None
 
 
