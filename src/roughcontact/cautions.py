@@ -32,6 +32,7 @@ class CautionTag(StrEnum):
     ROLLING_PIXEL = "rolling-pixel"
     STEP_LENGTH = "step-length"
     EDGE = "edge"
+    PERIODIC_EDGE = "periodic-edge"
     HERTZ = "hertz"
     PLASTIC_EDGE = "plastic-edge"
     YIELD_EXCESS = "yield-excess"

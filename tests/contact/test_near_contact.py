@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.cautions import CautionTag
+from messages import fault
+from roughcontact.cautions import Caution, CautionTag
 from roughcontact.contact import near_contact, plausibility
+from roughcontact.errors import ArgumentRef
 from roughcontact.surface import nominal_bodies
 
 STEEL = rc.Material(210e9, 0.3)
@@ -80,6 +82,64 @@ def test_map_alone_is_judged_by_half_of_its_slopes() -> None:
     surface = rc.Surface(pits, (1e-6, 1e-6))
     assert surface.Sdq > plausibility.IMPLAUSIBLE_SLOPE
     assert not plausibility.map_cautions(surface)
+
+
+def bent(points: tuple[int, int] = (64, 80)) -> rc.Surface:
+    """Return half a wave along x: the highest edge meets the lowest where the map repeats."""
+    nx = points[1]
+    rough = 0.02 * np.random.default_rng(3).normal(size=points)
+    return rc.Surface(1e-7 * (np.cos(np.pi * (np.arange(nx) + 0.5) / nx) + rough), PIXEL)
+
+
+def periodic_edge(result: rc.ContactResult) -> Caution:
+    (caution,) = (c for c in result.cautions if c.kind == CautionTag.PERIODIC_EDGE)
+    return caution
+
+
+@pytest.mark.parametrize("boundary", ["periodic", "periodic-x"])
+def test_edges_of_a_periodic_map_that_differ_are_reported(boundary: str) -> None:
+    surface = bent()
+    result = rc.solve(surface, material=STEEL, load=1e-4, boundary=boundary)
+    caution = periodic_edge(result)
+    # The edges are 2 amplitudes apart, Sq is 1/√2 of one.
+    assert caution.numbers["step_over_sq"] == pytest.approx(2 * np.sqrt(2), rel=0.02)
+    near = 1 - result.pressure[:, 4:-4].sum() / result.pressure.sum()
+    assert caution.numbers["edge_load"] == pytest.approx(near)
+    assert caution.numbers["even_load"] == pytest.approx(0.1)
+    assert near > 0.5
+    assert caution.severity == "warning"
+    assert ArgumentRef("level", "quadric") in caution.parts
+    assert fault(caution) == ""
+    along = rc.solve(surface, material=STEEL, load=1e-4, boundary="periodic-y")
+    assert CautionTag.PERIODIC_EDGE not in kinds(along)
+    # Without a form the advice is another.
+    level = rc.solve(surface.leveled("quadric"), material=STEEL, load=1e-4, boundary=boundary)
+    assert "larger map" in periodic_edge(level).text
+
+
+def test_edges_that_differ_under_an_even_load_are_a_note() -> None:
+    heights, pixel = rc.reference_map(128)
+    cut = rc.Surface(heights[:100, :96], pixel)
+    caution = periodic_edge(rc.solve(cut, material=STEEL, load=5e3, boundary="periodic"))
+    assert caution.numbers["edge_load"] < 2 * caution.numbers["even_load"]
+    assert caution.severity == "note"
+
+
+def test_periodic_map_has_no_step() -> None:
+    sphere = nominal_bodies.sphere(radius=1e-3, shape=(64, 64), pixel=PIXEL)
+    noise = rc.Surface(1e-9 * np.random.default_rng(3).normal(size=(64, 64)), PIXEL)
+    for surface in (rc.Surface(*rc.reference_map(64)), sphere, noise):
+        result = rc.solve(surface, material=STEEL, load=1e-4, boundary="periodic")
+        assert near_contact.find_periodic_step(result) is None
+
+
+def test_edges_of_a_periodic_profile_are_compared() -> None:
+    profile = rc.Surface(bent((4, 200)).heights[0], PIXEL[1])
+    result = rc.solve(profile, material=STEEL, load="1 N/mm", boundary="periodic")
+    found = near_contact.find_periodic_step(result)
+    assert found is not None
+    assert found.load > 0.3
+    assert found.area == pytest.approx(0.1)
 
 
 def test_profile_has_a_slope_near_its_contact() -> None:

@@ -7,6 +7,7 @@ at most the approach. Under a sphere this is √2 times the Hertz radius.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +17,12 @@ from roughcontact.surface import roughness
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
+
+EDGE_WIDTH = 0.05
+"""Part of a side that counts as near an edge."""
+
+# Step between opposite edges over that between neighbors, from which the map is not periodic.
+_SEAM = 2.0
 
 
 def points_near_contact(result: ContactResult) -> NDArray[np.bool_]:
@@ -38,6 +45,41 @@ def rms_slope(result: ContactResult) -> float:
     )
     known = squares[counted & ~np.isnan(squares)]
     return math.sqrt(float(known.mean())) if known.size else math.nan
+
+
+@dataclass(frozen=True)
+class PeriodicStep:
+    """Step between opposite edges of a periodic map, and the load near them."""
+
+    step: float  # Largest rms step over the standard deviation of the gap
+    load: float  # Share of the load within `EDGE_WIDTH` of these edges
+    area: float  # Share of the area within it, hence of an even load
+
+
+def find_periodic_step(result: ContactResult) -> PeriodicStep | None:
+    """Return the step between opposite edges along periodic axes; None where the map has none."""
+    gap, pressure = result.initial_gap, result.pressure
+    deviation, steps = float(np.nanstd(gap)), []
+    inner = [slice(None), slice(None)]
+    for axis in result.boundary.periodic_axes:
+        points = gap.shape[axis]
+        if points < 2 / EDGE_WIDTH:
+            continue
+        seam = _rms(np.take(gap, 0, axis) - np.take(gap, -1, axis))
+        if seam > _SEAM * _rms(np.diff(gap, axis=axis)):
+            steps.append(seam / deviation)
+            width = round(EDGE_WIDTH * points)
+            inner[axis] = slice(width, points - width)
+    total = float(pressure.sum())
+    if not steps or total == 0:
+        return None
+    part = pressure[tuple(inner)]
+    return PeriodicStep(max(steps), 1 - float(part.sum()) / total, 1 - part.size / gap.size)
+
+
+def _rms(values: NDArray[np.float64]) -> float:
+    known = values[~np.isnan(values)]
+    return float(np.sqrt(np.mean(np.square(known)))) if known.size else math.nan
 
 
 def missing_points(result: ContactResult) -> tuple[int, float]:

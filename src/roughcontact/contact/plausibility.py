@@ -266,6 +266,9 @@ A real summit that leads by half of the approach has the highest pressure and ca
 load.
 """
 
+UNEVEN_LOAD, MUCH_PERIODIC_LOAD = 2.0, 0.5
+"""Load near edges that differ over an even one that gives a caution; its share, a warning."""
+
 EDGE_LOAD, MUCH_EDGE_LOAD = 0.001, 0.01
 """Load shares at the map edge that give a caution, and that affect the approach."""
 
@@ -372,6 +375,38 @@ def edge_caution(result: ContactResult) -> Caution | None:
         f"{format_percent(share)} of the load is at the {whole} edge. ",
         *action,
         edge_load=share,
+    )
+
+
+def _check_periodic_edges(result: ContactResult) -> Caution | None:
+    """Return the message on a periodic map whose opposite edges differ."""
+    found = near_contact.find_periodic_step(result)
+    if found is None:
+        return None
+    uneven = found.load > UNEVEN_LOAD * found.area
+    severe = uneven and found.load > MUCH_PERIODIC_LOAD
+    action: tuple[Part, ...] = ()
+    if uneven:
+        advice = (f"Measure a larger {result.pair.whole}.",)
+        action = (" ", *(advice if _is_form_removed(result.surface) else _LEVEL_QUADRIC))
+    return (as_warning if severe else as_caution if uneven else as_note)(
+        CautionTag.PERIODIC_EDGE,
+        f"{format_percent(found.load)} of the load is within {100 * near_contact.EDGE_WIDTH:g} % "
+        f"of edges that differ by {found.step:.2g} Sq.",
+        *action,
+        edge_load=found.load,
+        step_over_sq=found.step,
+        even_load=found.area,
+    )
+
+
+_LEVEL_QUADRIC = ("Use ", ArgumentRef("level", "quadric"), ".")
+
+
+def _is_form_removed(surface: Surface) -> bool:
+    return any(
+        step.method in ("without_form", "filtered") or step.arguments.get("form") == "quadric"
+        for step in surface.provenance.operations
     )
 
 
@@ -669,7 +704,8 @@ def _check_missing(result: ContactResult) -> Caution | None:
 
 def _check_ranks(result: ContactResult) -> Caution:
     return as_note(
-        CautionTag.PARALLEL, "Parallel run: spots, slopes, spikes and spectrum were not checked."
+        CautionTag.PARALLEL,
+        "Parallel run: spots, slopes, spikes, edges and spectrum were not checked.",
     )
 
 
@@ -681,6 +717,11 @@ CHECKS = (
         edge_caution,
         lambda r: bool(r.boundary.free_axes),
         works_on_slabs=True,
+    ),
+    Check(
+        "opposite edges of a periodic map",
+        _check_periodic_edges,
+        lambda r: bool(r.boundary.periodic_axes),
     ),
     Check(
         "pressure against the strength of the softer body",

@@ -64,6 +64,8 @@ def performed_checks(result: ElastoplasticResult) -> tuple[str, ...]:
     ]
     if result.solution.boundary.free_axes:
         subjects.append("contact at the edges")
+    if result.solution.boundary.periodic_axes:
+        subjects.append("opposite edges of a periodic map")
     return (
         *subjects,
         "size of the spots in pixels",
