@@ -913,7 +913,7 @@ FLAT = ("--load", "50 MPa", "--boundary", "periodic", "--material", "42CrMo4")
 
 def options_in(text: str) -> list[str]:
     """Return the options that a headline of `info` names, as a shell would split them."""
-    return re.findall(r"--?[\w.-]+|(?<= )\w+", text.split("solve it with ")[1].split(". ")[0])
+    return text.split("solve it with ")[1].split(". ")[0].split()
 
 
 def test_info_and_solve_name_the_value_of_missing_points(capsys: Capture) -> None:
@@ -946,6 +946,21 @@ def test_info_advises_removal_of_spikes_that_solve_finds(tmp_path: Path, capsys:
     assert f"Remove with {' '.join(advice)}." in " ".join(capsys.readouterr().out.split())
     assert app.main(["solve", *given, *FLAT, *advice]) == app.SOLVED
     assert "spikes" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("spikes", [0, 3])
+def test_info_advises_filling_of_any_share(spikes: int, tmp_path: Path, capsys: Capture) -> None:
+    heights = np.random.default_rng(3).normal(size=(64, 64))
+    heights.flat[1000 : 1000 + 70 * spikes : 70] = 60.0
+    heights[40:] = np.nan
+    np.save(tmp_path / "half.npy", heights)
+    given = [str(tmp_path / "half.npy"), "--unit", "nm", "--size", "64 um"]
+    assert app.main(["info", *given]) == app.SOLVED
+    out = " ".join(capsys.readouterr().out.split())
+    assert "--missing fill-all" in out
+    refused(capsys, app.main(["solve", *given, *FLAT]), "--missing fill-all")
+    advice = options_in(out) if spikes else ["--missing", "fill-all"]
+    assert app.main(["solve", *given, *FLAT, *advice, "--quiet"]) == app.SOLVED
 
 
 @needs_reader

@@ -72,6 +72,14 @@ def test_several_codes_are_marked_with_auto() -> None:
     assert mark_missing("map.csv", heights, 1.0, "none")[0] is heights
 
 
+def test_advice_fills_any_share_of_missing_points() -> None:
+    for rows, choice in ((3, "fill"), (5, "fill-all")):
+        heights = ROUGH.copy()
+        heights[:rows] = -9999
+        with pytest.raises(InputError, match=f'missing="{choice}"'):
+            mark_missing("map.csv", heights, 1.0, None)
+
+
 def save_plain(path: Path, heights: np.ndarray) -> dict[str, str]:
     """Write a plain matrix in the format of the suffix; return arguments to read it."""
     if path.suffix == ".npy":

@@ -34,6 +34,7 @@ from roughcontact.errors import ArgumentRef, Part
 from roughcontact.material.material import softer_material
 from roughcontact.solvers.progress import Status
 from roughcontact.surface import roughness
+from roughcontact.surface.cleaning import filling
 from roughcontact.surface.surface import Surface
 from roughcontact.theory import hertz, indenters
 from roughcontact.units import count_noun, format_engineering, format_percent, plain_decimal
@@ -646,7 +647,8 @@ def _remove_spikes(*surfaces: Surface | None) -> str:
     if "without_outliers" in steps:
         # Wider than the window of the median.
         return f"Cut them away with {ArgumentRef('crop')}"
-    return f"Remove with {ArgumentRef('outliers', 6.0)} {ArgumentRef('missing', 'fill')}"
+    share = max(body.missing / body.heights.size for body in surfaces if body)
+    return f"Remove with {ArgumentRef('outliers', 6.0)} {ArgumentRef('missing', filling(share))}"
 
 
 def _first_touch(result: ContactResult) -> Caution | None:

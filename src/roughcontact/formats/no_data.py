@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace.convolution import LocalSums
+from roughcontact.surface.cleaning import filling
 from roughcontact.units import count_noun
 
 Array = NDArray[np.float64]
@@ -95,7 +96,7 @@ def mark_missing(
                 "other heights: a code for missing data. Set them missing with ",
                 ArgumentRef("no_data", remedy),
                 " and, for example, ",
-                ArgumentRef("missing", "fill"),
+                ArgumentRef("missing", filling(count / sums.size(heights))),
                 ", or keep the heights with ",
                 ArgumentRef("no_data", NONE),
             )

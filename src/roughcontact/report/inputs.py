@@ -27,6 +27,7 @@ from roughcontact.report.kind import (
     quantity_of,
 )
 from roughcontact.surface import roughness
+from roughcontact.surface.cleaning import filling
 from roughcontact.surface.surface import Surface
 from roughcontact.units import (
     count_noun,
@@ -260,9 +261,10 @@ def _action(result: Measured) -> str:
         words.append(f"--no-data {format_code(*codes) if len(codes) == 1 else AUTO}")
     if spikes:
         words.append("--outliers 6")
+    fill = f"--missing {filling(result.surface.missing / result.surface.heights.size)}"
     if words:
-        return f"solve it with {' '.join([*words, '--missing fill'])}"
-    return "choose --missing fill, mask or crop" if result.surface.missing else "ready to solve"
+        return f"solve it with {' '.join([*words, fill])}"
+    return f"choose {fill}, mask or crop" if result.surface.missing else "ready to solve"
 
 
 def _brief_parameters(surface: Surface) -> list[Cells]:

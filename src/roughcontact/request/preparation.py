@@ -17,7 +17,7 @@ from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command, ParsedOptions
 from roughcontact.surface import placement
-from roughcontact.surface.cleaning import MAX_FILLED_SHARE
+from roughcontact.surface.cleaning import MAX_FILLED_SHARE, filling
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_percent
 
@@ -116,10 +116,11 @@ def _prepared(request: Request, requested: ParsedOptions, surface: Surface, path
         surface = surface.leveled(level)
     if form is not None:
         surface = surface.without_form(*form)
+    share = surface.missing / surface.heights.size
     if surface.missing and holes == "error":
         raise InputError(
             f"{path.name} has {surface.missing} missing points; choose ",
-            ArgumentRef("missing", "fill"),
+            ArgumentRef("missing", filling(share)),
             " (smooth interpolation), ",
             ArgumentRef("missing", "mask"),
             " (no contact there) or ",
@@ -127,7 +128,6 @@ def _prepared(request: Request, requested: ParsedOptions, surface: Surface, path
             " (the largest rectangle without them), or crop it with ",
             ArgumentRef("crop"),
         )
-    share = surface.missing / surface.heights.size
     if holes == "fill" and share > MAX_FILLED_SHARE:
         raise InputError(
             f"{path.name} has no height at {format_percent(share)} of its points, and at most "

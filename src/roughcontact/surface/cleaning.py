@@ -41,6 +41,11 @@ MAX_FILLED_SHARE = 0.3
 """Share of missing points above which a map is filled only on request."""
 
 
+def filling(share: float) -> str:
+    """Return the choice for missing points that fills this share of a map."""
+    return "fill" if share <= MAX_FILLED_SHARE else "fill-all"
+
+
 def remove_outliers(heights: Array, limit: float = 6.0, window: int = 5) -> Array:
     """Return the heights with spikes replaced by NaN."""
     require_positive(limit=limit)
