@@ -133,6 +133,16 @@ def test_periodic_map_has_no_step() -> None:
         assert near_contact.find_periodic_step(result) is None
 
 
+def test_one_point_is_near_the_edge_of_a_small_map() -> None:
+    small = bent((16, 12))
+    result = rc.solve(small, material=STEEL, load=1e-5, boundary="periodic-x")
+    found = near_contact.find_periodic_step(result)
+    assert found is not None
+    assert found.width == 1 / 12
+    assert found.area == pytest.approx(2 / 12)
+    assert "within 8.33 % of edges" in periodic_edge(result).text
+
+
 def test_edges_of_a_periodic_profile_are_compared() -> None:
     profile = rc.Surface(bent((4, 200)).heights[0], PIXEL[1])
     result = rc.solve(profile, material=STEEL, load="1 N/mm", boundary="periodic")

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 EDGE_WIDTH = 0.05
 """Part of a side that counts as near an edge."""
 
+# Points along a side below which one of them is too much of it.
+_MIN_POINTS = 8
+
 # Step between opposite edges over that between neighbors, from which the map is not periodic.
 _SEAM = 2.0
 
@@ -40,11 +43,11 @@ def rms_slope(result: ContactResult) -> float:
     if near.shape[0] == 1:
         near = np.repeat(near, 2, axis=0)
     counted = near[1:, 1:] | near[:-1, 1:] | near[1:, :-1]
-    squares = np.concatenate(
-        list(roughness.squared_gradients(result.initial_gap, result.pair.pixel))
-    )
-    known = squares[counted & ~np.isnan(squares)]
-    return math.sqrt(float(known.mean())) if known.size else math.nan
+    row, total, count = 0, 0.0, 0
+    for squares in roughness.squared_gradients(result.initial_gap, result.pair.pixel):
+        known = squares[counted[row : row + len(squares)] & ~np.isnan(squares)]
+        row, total, count = row + len(squares), total + float(known.sum()), count + known.size
+    return math.sqrt(total / count) if count else math.nan
 
 
 @dataclass(frozen=True)
@@ -52,29 +55,32 @@ class PeriodicStep:
     """Step between opposite edges of a periodic map, and the load near them."""
 
     step: float  # Largest rms step over the standard deviation of the gap
-    load: float  # Share of the load within `EDGE_WIDTH` of these edges
-    area: float  # Share of the area within it, hence of an even load
+    width: float  # Part of a side that counts as near, `EDGE_WIDTH` or one point
+    load: float  # Share of the load near these edges
+    area: float  # Share of the area near these edges, hence of an even load
 
 
 def find_periodic_step(result: ContactResult) -> PeriodicStep | None:
     """Return the step between opposite edges along periodic axes; None where the map has none."""
     gap, pressure = result.initial_gap, result.pressure
-    deviation, steps = float(np.nanstd(gap)), []
+    deviation, steps, widths = float(np.nanstd(gap)), [], []
     inner = [slice(None), slice(None)]
     for axis in result.boundary.periodic_axes:
         points = gap.shape[axis]
-        if points < 2 / EDGE_WIDTH:
+        if points < _MIN_POINTS:
             continue
         seam = _rms(np.take(gap, 0, axis) - np.take(gap, -1, axis))
         if seam > _SEAM * _rms(np.diff(gap, axis=axis)):
             steps.append(seam / deviation)
-            width = round(EDGE_WIDTH * points)
-            inner[axis] = slice(width, points - width)
+            near = max(1, round(EDGE_WIDTH * points))
+            inner[axis] = slice(near, points - near)
+            widths.append(near / points)
     total = float(pressure.sum())
     if not steps or total == 0:
         return None
     part = pressure[tuple(inner)]
-    return PeriodicStep(max(steps), 1 - float(part.sum()) / total, 1 - part.size / gap.size)
+    load, area = 1 - float(part.sum()) / total, 1 - part.size / gap.size
+    return PeriodicStep(max(steps), max(widths), load, area)
 
 
 def _rms(values: NDArray[np.float64]) -> float:

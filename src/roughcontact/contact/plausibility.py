@@ -392,7 +392,7 @@ def _check_periodic_edges(result: ContactResult) -> Caution | None:
         action = (" ", *(advice if _is_form_removed(result.surface) else _LEVEL_QUADRIC))
     return (as_warning if severe else as_caution if uneven else as_note)(
         CautionTag.PERIODIC_EDGE,
-        f"{format_percent(found.load)} of the load is within {100 * near_contact.EDGE_WIDTH:g} % "
+        f"{format_percent(found.load)} of the load is within {format_percent(found.width)} "
         f"of edges that differ by {found.step:.2g} Sq.",
         *action,
         edge_load=found.load,
