@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
 
 EDGE_WIDTH = 0.05
-"""Part of a side that counts as near an edge."""
+"""Part of a side that is near an edge."""
 
 # Points along a side below which one of them is too much of it.
 _MIN_POINTS = 8
@@ -55,7 +55,7 @@ class PeriodicStep:
     """Step between opposite edges of a periodic map, and the load near them."""
 
     step: float  # Largest rms step over the standard deviation of the gap
-    width: float  # Part of a side that counts as near, `EDGE_WIDTH` or one point
+    width: float  # Part of a side next to an edge: `EDGE_WIDTH` or one point
     load: float  # Share of the load near these edges
     area: float  # Share of the area near these edges, hence of an even load
 
