@@ -15,7 +15,7 @@ STEEL = rc.Material(210e9, 0.3, 1e9)
 BALL = nominal_bodies.sphere(radius=0.01, shape=(32, 32), pixel=PIXEL)
 
 
-def test_a_material_takes_units() -> None:
+def test_material_accepts_units() -> None:
     for young, strength in (("210 GPa", "1e3 MPa"), (210 * UNIT.GPa, 1 * UNIT.kN / UNIT.mm**2)):
         assert rc.Material(young, 0.3, strength) == STEEL
     assert rc.Material("300 GPa", 0.25, hardness="700 HV").hardness == pytest.approx(
@@ -33,7 +33,7 @@ def test_a_material_takes_units() -> None:
     )
 
 
-def test_a_map_takes_units() -> None:
+def test_map_accepts_units() -> None:
     micrometres = np.arange(12.0).reshape(3, 4)
     for pixel in (("1 um", "2 um"), (1 * UNIT.um, 2e-6), [1.0, 2.0] * UNIT.um):
         surface = rc.Surface(micrometres * UNIT.um, pixel)
@@ -58,14 +58,14 @@ def test_a_map_takes_units() -> None:
 
 
 @pytest.mark.parametrize("load", ["100 mN", 0.1 * UNIT.N, 100 * UNIT.mN, "1e-1 kg m/s^2"])
-def test_a_load_takes_units(load: object) -> None:
+def test_load_accepts_units(load: object) -> None:
     expected = rc.solve(BALL, material=STEEL, load=0.1)
     found = rc.solve(BALL, material=STEEL, load=load)
     assert found.load == expected.load == 0.1
     np.testing.assert_array_equal(found.pressure, expected.pressure)
 
 
-def test_every_task_takes_units() -> None:
+def test_every_task_accepts_units() -> None:
     result = rc.solve(BALL, material=STEEL, approach="10 nm", ceiling="2 GPa")
     assert (result.approach, result.ceiling) == (1e-8, 2e9)
     tilted = rc.solve(BALL, material=STEEL, load="0.1 N", moments=("0 N m", "1e-5 N mm"))
@@ -101,7 +101,7 @@ def test_every_task_takes_units() -> None:
         (lambda: rc.history(BALL, ["1 m"], material=STEEL), "stage 1: load needs a load"),
     ],
 )
-def test_another_dimension_is_refused(call: object, words: str) -> None:
+def test_wrong_dimension_raises_input_error(call: object, words: str) -> None:
     with pytest.raises(InputError, match=words):
         call()  # type: ignore[operator]
 
@@ -124,7 +124,7 @@ def test_a_number_in_another_unit_is_suspected(
     assert list(found.numbers) == [name]
 
 
-def test_the_moduli_of_solids_are_no_mistakes() -> None:
+def test_moduli_of_solids_raise_no_error() -> None:
     # Rubber, lead, diamond.
     for young, strength in ((2e6, 5e5), (16e9, 5e6), (1.2e12, None)):
         material = rc.Material(young, 0.3, strength)

@@ -60,7 +60,7 @@ def test_every_new_name_exists() -> None:
     ("function", "old"),
     [(function, old) for function, table in deprecated.ARGUMENTS.items() for old in table],
 )
-def test_an_old_argument_warns_its_caller(function: str, old: str) -> None:
+def test_old_argument_warns_with_line_of_caller(function: str, old: str) -> None:
     called = getattr(rc.mpi if function == "read_slab" else rc, function)
     with (
         pytest.raises((TypeError, rc.InputError)),
@@ -83,7 +83,7 @@ def classes() -> set[type]:
 
 
 @pytest.mark.parametrize("old", deprecated.ATTRIBUTES)
-def test_an_old_attribute_warns_its_reader(old: str) -> None:
+def test_old_attribute_warns_with_line_of_reader(old: str) -> None:
     new = deprecated.ATTRIBUTES[old]
     assert any(hasattr(kind, new) or new in kind.__annotations__ for kind in classes())
     result = Result()
@@ -134,7 +134,7 @@ def test_old_attributes_of_every_result_warn_and_work() -> None:
     assert not hasattr(surface, "given")
 
 
-def test_an_old_option_is_read_and_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_old_option_works_with_one_message(capsys: pytest.CaptureFixture[str]) -> None:
     assert app.main(["solve", *BALL, "--holes", "mask"]) == app.SOLVED
     out, err = capsys.readouterr()
     assert json.loads(out)["converged"]

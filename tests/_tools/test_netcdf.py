@@ -54,7 +54,7 @@ def a_link(file: h5py.File) -> None:
         (a_link, "height is not a separate array"),
     ],
 )
-def test_what_cannot_be_is_refused(
+def test_inconsistent_file_raises_format_error(
     change: Callable[[h5py.File], None], words: str, path: Path
 ) -> None:
     with h5py.File(path, "a") as file:
@@ -63,7 +63,7 @@ def test_what_cannot_be_is_refused(
         rc.read_surface(path)
 
 
-def test_other_hdf5_is_refused_without_a_warning(tmp_path: Path) -> None:
+def test_other_hdf5_raises_format_error_without_warning(tmp_path: Path) -> None:
     path = tmp_path / "other.nc"
     with h5py.File(path, "w") as file:
         file["numbers"] = np.ones((3, 4))
@@ -86,7 +86,7 @@ def framed(attributes: dict[str, float] | None = None) -> netcdf.Dataset:
 
 
 @pytest.mark.parametrize("packed", [False, True])
-def test_a_map_in_parts_is_sealed_as_one(tmp_path: Path, packed: bool) -> None:
+def test_map_written_in_parts_has_checksum_of_whole_map(tmp_path: Path, packed: bool) -> None:
     values = np.random.default_rng(0).normal(size=(5, 4))
     frame, whole = framed({"load": 1.0}), framed({"load": 1.0})
     whole["gap"] = (("y", "x"), values, {"units": "m"})
@@ -101,7 +101,7 @@ def test_a_map_in_parts_is_sealed_as_one(tmp_path: Path, packed: bool) -> None:
             )
 
 
-def test_a_disk_without_room_is_told_before_anything_is_written(
+def test_full_disk_raises_os_error_before_writing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=100))

@@ -34,7 +34,7 @@ def drop(kind: type[BaseException]) -> None:
 
 
 @pytest.mark.parametrize("kind", [KeyboardInterrupt, SystemExit])
-def test_an_interrupt_that_python_drops_comes_again(kind: type[BaseException]) -> None:
+def test_dropped_interrupt_is_raised_again(kind: type[BaseException]) -> None:
     def ended(number: int, frame: object) -> None:
         raise SystemExit
 
@@ -65,7 +65,7 @@ def test_a_signal_during_the_start_of_the_timer_is_repeated(
 
 
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM", "SIGHUP"])
-def test_what_is_half_made_at_an_interrupt_is_not_told_of(
+def test_destructor_error_after_interrupt_is_not_reported(
     number: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if not hasattr(signal, number):
@@ -93,7 +93,7 @@ def interrupted_file(folder: str) -> None:
 
 
 @pytest.mark.long
-def test_a_process_that_is_told_to_end_in_the_midst_of_a_file_says_nothing(
+def test_terminated_worker_removes_partial_file_silently(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     executor = LocalExecutor(1)
@@ -104,7 +104,7 @@ def test_a_process_that_is_told_to_end_in_the_midst_of_a_file_says_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_other_errors_in_destructors_are_told_as_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_other_destructor_errors_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[type[BaseException]] = []
     monkeypatch.setattr(sys, "unraisablehook", lambda given: told.append(given.exc_type))
     with redeliver_interrupts():

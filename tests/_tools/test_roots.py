@@ -32,7 +32,7 @@ SHAPES: tuple[Callable[[float], float], ...] = (
     accuracy=st.sampled_from(({}, {"rtol": 1e-12}, {"xtol": 1e-15, "rtol": 1e-15}, {"xtol": 1e-6})),
 )
 @settings(max_examples=300, deadline=None)
-def test_the_steps_are_those_of_scipy(
+def test_steps_match_scipy(
     shape: Callable[[float], float],
     zero: float,
     sides: tuple[float, float],
@@ -58,12 +58,12 @@ def test_the_steps_are_those_of_scipy(
     assert seen[0] == seen[1]
 
 
-def test_an_end_can_be_the_zero() -> None:
+def test_end_of_interval_can_be_root() -> None:
     assert brentq(lambda x: x - 1, 1.0, 2.0) == 1.0
     assert brentq(lambda x: x - 2, 1.0, 2.0) == 2.0
 
 
-def test_what_has_no_zero_is_refused() -> None:
+def test_function_without_root_raises_error() -> None:
     with pytest.raises(ValueError, match="one sign"):
         brentq(lambda x: x, 1.0, 2.0)
     with pytest.raises(ValueError, match="NaN at 2"):

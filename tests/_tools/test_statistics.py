@@ -121,7 +121,7 @@ def test_intervals_of_three_groups_hold_together() -> None:
     assert held(together)
 
 
-def test_the_scatter_splits_as_it_was_made() -> None:
+def test_variance_components_match_generated_data() -> None:
     rng = np.random.default_rng(3)
     held_shares, between, within = 0, [], []
     for _ in range(GROUPS):
@@ -153,7 +153,7 @@ def test_unequal_groups_split_by_their_mean_size() -> None:
 
 # In pixels; parts have 16. Correlation has fallen to 1/e at twice the width.
 @pytest.mark.parametrize("width", [0, 2, 6])
-def test_the_error_of_a_whole_holds_whatever_joins_its_parts(width: int) -> None:
+def test_error_of_whole_covers_correlated_parts(width: int) -> None:
     rng = np.random.default_rng(0)
     size, found, misses = 64, [], 0
     for _ in range(GROUPS):
@@ -169,7 +169,7 @@ def test_the_error_of_a_whole_holds_whatever_joins_its_parts(width: int) -> None
     assert falling > 0.9 if width <= 2 else falling < 0.2
 
 
-def test_without_small_parts_sixteen_tell_the_error() -> None:
+def test_interval_without_small_parts_uses_sixteen_parts() -> None:
     rng = np.random.default_rng(5)
     parts = rng.normal(size=16)
     found = statistics.parts_interval({2: rng.normal(size=4), 4: parts})
@@ -179,7 +179,7 @@ def test_without_small_parts_sixteen_tell_the_error() -> None:
     assert math.isnan(found.scaling)
 
 
-def test_a_deviation_is_as_sure_as_chi_square_says() -> None:
+def test_interval_of_deviation_matches_chi_square() -> None:
     rng = np.random.default_rng(6)
     low, high = statistics.deviation_range(16)
     spreads = rng.normal(size=(GROUPS, 16)).std(axis=1, ddof=1)
