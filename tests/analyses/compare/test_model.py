@@ -122,7 +122,7 @@ def test_every_number_is_that_of_a_solve_under_the_same_nominal_pressure() -> No
     assert sizes.numbers["largest"] == pytest.approx(2e-8)
 
 
-def test_the_smoother_surface_touches_more_and_the_interval_says_so() -> None:
+def test_smoother_surface_has_significantly_larger_contact() -> None:
     found = rc.compare({"rough": MAPS[:3], "smooth": SMOOTH}, material=STEEL, pressure=1e8, steps=1)
     apart = found.differences("contact_fraction")[0, 1]
     assert apart.excludes_zero
@@ -174,7 +174,7 @@ def test_before_and_after_a_first_loading_are_pairs() -> None:
     assert found.components("Sq") is None
 
 
-def test_other_pixels_and_other_waves_are_told() -> None:
+def test_different_pixels_and_cutoffs_give_caution() -> None:
     coarse = MAPS[1].resampled((32, 32))
     found = rc.compare([MAPS[0], coarse], material=STEEL, pressure=1e8, steps=1)
     (pixels,) = (c for c in found.cautions if c.kind == CautionTag.UNLIKE_PIXEL)
@@ -186,7 +186,7 @@ def test_other_pixels_and_other_waves_are_told() -> None:
     assert ArgumentRef("s") in waves.parts
 
 
-def test_what_cannot_be_compared_is_refused() -> None:
+def test_incomparable_groups_raise_input_error() -> None:
     with pytest.raises(rc.InputError, match="single map") as caught:
         rc.compare([MAPS[0]], material=STEEL, pressure=1e8)
     assert caught.value.argument == "maps"
@@ -307,7 +307,7 @@ def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
 
 
 @pytest.mark.long
-def test_quarters_and_the_area_that_is_needed(folder: Path, capsys: Capture) -> None:
+def test_command_compares_quarters_and_sampling(folder: Path, capsys: Capture) -> None:
     files = [str(folder / name) for name in ("g1.npy", "h1.npy")]
     words = ["compare", *files, *OPTIONS, "--quarters", "--sampling", "--steps", "1", "--json"]
     assert app.main(words) == app.SOLVED
@@ -327,9 +327,7 @@ def test_quarters_and_the_area_that_is_needed(folder: Path, capsys: Capture) -> 
     assert told["components"] == {}
 
 
-def test_what_the_command_cannot_compare_ends_in_one_sentence(
-    folder: Path, capsys: Capture
-) -> None:
+def test_command_rejects_incomparable_groups_in_one_sentence(folder: Path, capsys: Capture) -> None:
     first, second = str(folder / "g1.npy"), str(folder / "g2.npy")
     profile = folder / "trace.txt"
     np.savetxt(profile, np.column_stack([np.arange(64.0), 1e3 * MAPS[0].heights[0] * 1e3]))

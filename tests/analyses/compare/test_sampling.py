@@ -36,7 +36,7 @@ def study(surface: rc.Surface) -> rc.results.SamplingStudy:
 
 
 @pytest.mark.long
-def test_parts_are_pressed_by_themselves_and_tell_the_error() -> None:
+def test_error_of_map_follows_from_contacts_of_its_parts() -> None:
     surface = patch(64, 8e-6, 1)
     found = study(surface)
     assert sorted(found.levels) == [2, 4]
@@ -70,7 +70,7 @@ def test_parts_are_pressed_by_themselves_and_tell_the_error() -> None:
 
 
 @pytest.mark.slow
-def test_long_waves_are_told() -> None:
+def test_long_waves_give_sampling_caution() -> None:
     y, x = np.mgrid[:128, :128] / 128
     waves = 1.5e-6 * np.cos(2 * np.pi * (2.5 * x + 0.3)) * np.cos(2 * np.pi * 1.5 * y)
     found = study(rc.Surface(patch(128, 8e-6, 2).heights + waves, PIXEL))
@@ -84,14 +84,14 @@ def test_long_waves_are_told() -> None:
     assert "Sdq" not in told.numbers
 
 
-def test_a_map_too_small_for_sixteen_parts_is_refused() -> None:
+def test_map_too_small_for_sixteen_parts_raises_input_error() -> None:
     with pytest.raises(rc.InputError, match="needs 64 points") as caught:
         study(patch(63, 8e-6, 3))
     assert caught.value.argument == "surface"
 
 
 @pytest.mark.slow
-def test_the_error_of_a_map_holds_over_400_maps() -> None:
+def test_error_of_map_covers_400_maps() -> None:
     found = [study(patch(128, 10e-6, 4, number)) for number in range(400)]
     for name in ("contact_fraction", "Sq", "Sdq"):
         errors = [one.error(name) for one in found]

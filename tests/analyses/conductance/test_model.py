@@ -74,7 +74,7 @@ def test_one_kind_of_conduction_is_enough() -> None:
     assert "electrical_resistance" not in found.summary()
 
 
-def test_what_is_missing_or_wrong_gets_its_sentence() -> None:
+def test_missing_or_invalid_arguments_raise_input_error() -> None:
     with pytest.raises(rc.InputError, match="known are neither of the body and resistivity and"):
         rc.conductance(RESULT, "PEEK", COPPER)
     with pytest.raises(rc.InputError, match="known are resistivity of the body and conductivity"):
@@ -139,7 +139,7 @@ def test_a_square_spreads_as_the_sum_over_its_parts() -> None:
     assert spreading(4.0, 0.5) == pytest.approx(2 * 0.5 * total, rel=4e-3)
 
 
-def test_what_fills_the_gap_stands_beside_the_contact(tmp_path: Path) -> None:
+def test_gap_filling_adds_to_contact_conductance(tmp_path: Path) -> None:
     found = rc.conductance(RESULT, COPPER, COPPER)
     gap = np.where(RESULT.contact, np.nan, np.fmax(RESULT.gap, 0))
     for name in ("air", "oil"):
@@ -155,7 +155,7 @@ def test_what_fills_the_gap_stands_beside_the_contact(tmp_path: Path) -> None:
         assert np.isnan(other.filled_conductance("air")).all()
 
 
-def test_contact_and_gap_stand_apart_and_together() -> None:
+def test_contact_and_gap_are_reported_separately_and_together() -> None:
     alone = rc.conductance(RESULT, COPPER, COPPER)
     for fluid in ("helium", "grease", "0.8 W/m/K", 0.8):
         found = rc.conductance(RESULT, COPPER, COPPER, gap=fluid)
@@ -170,7 +170,7 @@ def test_contact_and_gap_stand_apart_and_together() -> None:
     assert "joint_conductance" not in alone.summary()
 
 
-def test_radiation_is_told_where_little_else_conducts() -> None:
+def test_radiation_caution_appears_at_low_conductance() -> None:
     # Black faces at 25 °C exchange 6.01 W/(m² K).
     poor = rc.Conductor(conductivity=1e-2)
     for conductor, told in ((COPPER, False), (poor, True)):
@@ -243,7 +243,7 @@ def test_greenwoods_formula_is_left_out_where_spots_are_no_discs() -> None:
     assert [row[column] for row in rows] == [f"{ratios[0]:.3g}", "–"]
 
 
-def test_a_length_that_depends_on_the_grid_has_its_change_beside_it() -> None:
+def test_coarser_grid_gives_change_of_spreading_length() -> None:
     other = rc.solve(ROUGH, material=STEEL, load=1.3, boundary="periodic")
     found = rc.conductance(RESULT, COPPER, COPPER).with_coarser_grid(other)
     assert found.coarser is not None
@@ -313,9 +313,7 @@ def command(path: Path, *more: str) -> list[str]:
 
 
 @pytest.mark.long
-def test_the_command_tells_in_a_table_and_in_json(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_command_prints_table_and_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = command(
         tmp_path / "map.npy",
         "--load",
@@ -351,7 +349,9 @@ def test_the_command_tells_in_a_table_and_in_json(
     assert told["thermal_resistance"] == pytest.approx(found.thermal_resistance, rel=1e-3)
 
 
-def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_invalid_options_are_rejected_in_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     load = ("--load", "1 N")
     for more, said in (
         (load, "--counter-conductivity is needed. Give --counter-conductivity '46 W/m/K'"),
@@ -373,7 +373,7 @@ def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 @pytest.mark.slow
-def test_a_project_may_ask_for_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_project_runs_conductance(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     np.save(tmp_path / "map.npy", ROUGH.heights[:32, :32] * 1e6)
     project = tmp_path / "project.toml"
     project.write_text(

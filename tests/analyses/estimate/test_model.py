@@ -81,7 +81,7 @@ def test_the_plastic_volume_is_that_of_the_volume_model_in_metres() -> None:
     assert float(np.median(ratios)) == pytest.approx(1, abs=0.1)
 
 
-def test_there_are_as_many_cases_as_are_told() -> None:
+def test_stored_case_counts_match_documentation() -> None:
     import atlas
     import atlas_fit
 
@@ -101,7 +101,7 @@ def test_the_tables_of_the_page_are_those_of_the_stored_cases() -> None:
 
 
 @pytest.mark.long
-def test_a_map_that_is_solved_lies_in_the_interval() -> None:
+def test_solved_map_is_within_interval() -> None:
     surface = rc.generate(
         (256, 256), (1e-6, 1e-6), Sq=0.4e-6, Sdq=0.1, rolloff_wavelength=36e-6, hurst=0.7, rng=77
     )
@@ -158,7 +158,7 @@ def test_without_the_correlation_length_the_gap_is_less_sure() -> None:
     assert unknown.contact.value == pytest.approx(known.contact.value, rel=0.05)
 
 
-def test_the_plastic_volume_is_told_where_its_formula_holds() -> None:
+def test_plastic_volume_is_given_within_its_domain() -> None:
     perfect = of_steel(200e6)
     assert perfect.plastic_volume is not None
     hard = rc.Material(young=210e9, poisson=0.3, hardening=rc.hardening.Linear(1e9, 4e9))
@@ -174,7 +174,7 @@ def test_the_plastic_volume_is_told_where_its_formula_holds() -> None:
     assert ArgumentRef("model", "elastoplastic") in caution.parts
 
 
-def test_an_answer_takes_a_millisecond_or_two() -> None:
+def test_estimate_takes_few_milliseconds() -> None:
     of_steel(200e6)
     spent = []
     for _ in range(50):
@@ -207,7 +207,7 @@ def test_an_answer_takes_a_millisecond_or_two() -> None:
         ({"pressure": "4 MPa", "ceiling": "20 MPa"}, "ceiling", "E[*] Sdq over the ceiling of 0"),
     ],
 )
-def test_what_lies_outside_is_refused_with_the_domain(
+def test_values_outside_domain_raise_input_error(
     changes: dict[str, object], argument: str, words: str
 ) -> None:
     with pytest.raises(rc.InputError, match=words) as caught:
@@ -215,7 +215,7 @@ def test_what_lies_outside_is_refused_with_the_domain(
     assert caught.value.argument == argument
 
 
-def test_a_profile_and_a_flat_map_are_refused() -> None:
+def test_profile_and_flat_map_raise_input_error() -> None:
     with pytest.raises(rc.InputError, match="is a profile"):
         rc.estimate(rc.Surface([[0.0, 1e-6, 0.0]], (1.0, 1e-6)), pressure=1e6, material=STEEL)
     with pytest.raises(rc.InputError, match="shows no"):
@@ -225,7 +225,7 @@ def test_a_profile_and_a_flat_map_are_refused() -> None:
 # --- beside what was solved, and on the command line
 
 
-def test_a_result_is_told_beside_its_estimate() -> None:
+def test_report_compares_result_with_estimate() -> None:
     surface = rc.Surface(*rc.reference_map(128, 3))
     periodic = rc.solve(surface, material=STEEL, load="500 MPa", boundary="periodic")
     told = {row.key: row.text for row in rows_of(BESIDE, periodic)}
@@ -238,7 +238,7 @@ def test_a_result_is_told_beside_its_estimate() -> None:
     assert faint.estimate is None
 
 
-def test_a_small_map_is_refused() -> None:
+def test_small_map_raises_input_error() -> None:
     heights = rc.self_affine(
         (64, 64),
         (1e-6, 1e-6),
@@ -293,7 +293,7 @@ def test_intervals_of_measured_maps_hold_maps_that_did_not_widen_them() -> None:
 
 
 @pytest.mark.slow
-def test_kurtosis_moves_contact_area_as_solved_maps_say() -> None:
+def test_effect_of_kurtosis_matches_solved_maps() -> None:
     spectrum = {
         "shape": (256, 256),
         "pixel": (1e-6, 1e-6),
@@ -338,9 +338,7 @@ COMMAND = [
 ]
 
 
-def test_the_command_tells_in_a_table_and_in_json(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_command_prints_table_and_json(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     written = tmp_path / "estimate.json"
     asked = [*COMMAND, "--pressure", "200 MPa", "--verbose", "--output", str(written)]
     assert app.main(asked) == app.SOLVED
@@ -403,7 +401,7 @@ def test_a_map_outside_the_formulas_is_named(
         ([*COMMAND, "--pressure", "200 MPa", "--ceiling", "calibrated"], "--ceiling"),
     ],
 )
-def test_the_command_refuses_in_one_sentence(
+def test_command_rejects_input_in_one_sentence(
     words: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert app.main(words) == app.BAD_INPUT

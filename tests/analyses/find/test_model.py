@@ -94,7 +94,7 @@ def test_the_saturated_part_of_a_ball_is_passed_between_two_loads() -> None:
 
 
 @pytest.mark.long
-def test_several_answers_share_their_contacts() -> None:
+def test_several_targets_share_contacts() -> None:
     one = rc.find_load(ROUGH, material=STEEL, contact_fraction=0.05)
     two = rc.find_load(ROUGH, material=STEEL, contact_fraction=[0.05, 0.05])
     assert two.solves == one.solves
@@ -120,7 +120,7 @@ def test_a_ball_yields_first_where_hertz_says() -> None:
 
 
 @pytest.mark.parametrize("boundary", ["free", "periodic"])
-def test_the_largest_stress_lies_beside_the_pixels_in_contact(boundary: str) -> None:
+def test_utilization_matches_stress_of_whole_map(boundary: str) -> None:
     contact = rc.solve(ROUGH, material=STEEL, load=0.01, ceiling=None, boundary=boundary)
     whole = summarize(contact.pressure, PIXEL, 0.3, boundary=boundary).max_von_mises
     # In single precision.
@@ -134,7 +134,7 @@ def test_a_smooth_quantity_takes_few_contacts(boundary: str) -> None:
         assert found.solves <= 6, quantity
 
 
-def test_what_no_load_gives_is_refused_with_what_is_reached() -> None:
+def test_unreachable_target_raises_input_error() -> None:
     with pytest.raises(rc.InputError, match="must be below that of the bodies") as caught:
         rc.find_load(ROUGH, material=STEEL, mean_gap=1.0)
     assert caught.value.argument == "mean_gap"
@@ -191,9 +191,7 @@ def test_a_curve_that_never_passes_ends_at_the_end() -> None:
 
 
 @pytest.mark.long
-def test_the_command_answers_in_a_table_and_in_json(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_command_prints_table_and_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "map.npy"
     np.save(path, HEIGHTS * 1e6)
     words = [

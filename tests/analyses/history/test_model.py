@@ -227,7 +227,7 @@ def test_no_path_gives_energy_or_volume_back(
 # --- several positions -----------------------------------------------------------------------
 
 
-def test_imprints_far_apart_are_copies() -> None:
+def test_distant_indentations_are_identical() -> None:
     # A hard ball on a soft flat without end: the second imprint knows nothing of the first.
     surface = ball()
     pixel = surface.pixel[1]
@@ -297,7 +297,7 @@ def test_swapped_bodies_are_the_same_contact(boundary: str) -> None:
     assert one.column("indentation_volume")[1] > 0
 
 
-def test_what_is_off_the_map_never_touches_and_comes_back() -> None:
+def test_points_shifted_off_map_have_no_contact_and_return() -> None:
     surface, counter = rough(32, 1), rough(32, 2)
     dy, _ = surface.pixel
     away = Stage(load=0.5, shift=(20 * dy, 0.0))
@@ -337,7 +337,7 @@ def test_a_strip_rolls_along_its_period_and_ends_across(boundary: str) -> None:
 
 
 @pytest.mark.parametrize("boundary", ["periodic-x", "periodic-y"])
-def test_a_strip_indents_a_flat_that_goes_on_across(boundary: str) -> None:
+def test_strip_indents_flat_extended_across_period(boundary: str) -> None:
     # The flat is one period long, and as wide as what will face the map.
     surface = ball()
     across = 0 if boundary == "periodic-x" else 1
@@ -421,7 +421,7 @@ def same(step: HistoryStep) -> HistoryStep:
 
 
 @pytest.mark.parametrize("counter", [None, rough(48, 5)])
-def test_an_interrupted_history_goes_on_with_the_same_numbers(
+def test_interrupted_history_resumes_with_same_numbers(
     counter: rc.Surface | None, tmp_path: Path
 ) -> None:
     pixel = rough().pixel[0]
@@ -462,7 +462,7 @@ def test_an_interrupted_history_goes_on_with_the_same_numbers(
         history(rough(), [0.5, 0.9], **options, folder=tmp_path)
 
 
-def test_more_passes_at_one_position_go_on_in_the_same_folder(tmp_path: Path) -> None:
+def test_more_passes_resume_in_same_folder(tmp_path: Path) -> None:
     once = history(rough(), [1.0, 0.0], material=STEEL, folder=tmp_path)
     more = history(rough(), [1.0, 0.0], passes=9, material=STEEL, folder=tmp_path)
     assert more.steps[:2] == once.steps
@@ -491,7 +491,7 @@ def test_saved_csv_keeps_every_number(found: LoadHistory, tmp_path: Path) -> Non
         assert [float(row[number]) for row in rows] == found.column(name).tolist()
 
 
-def test_saved_json_says_what_was_lost(found: LoadHistory, tmp_path: Path) -> None:
+def test_saved_json_holds_dissipated_energy(found: LoadHistory, tmp_path: Path) -> None:
     found.save(tmp_path / "history.json")
     read = json.loads((tmp_path / "history.json").read_text(encoding="utf-8"))
     assert read == found.summary()
@@ -541,7 +541,7 @@ def test_progress_names_the_step() -> None:
         ([], rc.InputError, "path is empty"),
     ],
 )
-def test_a_path_that_cannot_be_walked_is_refused_before_it_begins(
+def test_invalid_path_raises_error_before_solve(
     path: list[Stage | float], error: type[Exception], message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     no_solve(monkeypatch)
@@ -567,7 +567,7 @@ def test_a_path_that_cannot_be_walked_is_refused_before_it_begins(
         {"load": 1.0, "shift": (math.inf, 0)},
     ],
 )
-def test_a_stage_that_is_none(arguments: dict[str, object]) -> None:
+def test_invalid_stage_raises_error(arguments: dict[str, object]) -> None:
     with pytest.raises(rc.InputError):
         Stage(**arguments)
 
@@ -590,7 +590,7 @@ def test_capacity_is_judged_where_the_bodies_overlap(monkeypatch: pytest.MonkeyP
         )
 
 
-def test_other_arguments_are_refused_as_by_solve(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_invalid_arguments_raise_same_errors_as_solve(monkeypatch: pytest.MonkeyPatch) -> None:
     no_solve(monkeypatch)
     surface = rough(32)
     for arguments, message in (

@@ -97,7 +97,7 @@ def test_a_thinned_table_is_right_to_one_per_cent_and_monotone(branch: str) -> N
     assert table.mean_gap[0] == table.separation[0]
 
 
-def test_thinning_keeps_what_a_straight_line_needs() -> None:
+def test_thinned_curve_matches_linear_interpolation() -> None:
     x = np.linspace(0, 1, 101)
     assert thin_points(x, 1 + x, 0.01).tolist() == [0, 100]
     bent = np.where(x < 0.5, 1 + x, 1.5 + 4 * (x - 0.5))
@@ -121,7 +121,7 @@ def test_a_curve_is_monotone_whatever_its_slopes() -> None:
 
 
 @pytest.mark.parametrize("points", [4, 6, 9])
-def test_a_curve_tells_how_well_it_is_known_between_its_points(points: int) -> None:
+def test_curve_error_matches_interpolation_error(points: int) -> None:
     # ū = Δ (1 - m + m ln m): Westergaard's, whose slope is Δ m ln m.
     def at(m: np.ndarray) -> np.ndarray:
         return 1e-7 * (1 - m + m * np.log(m))
@@ -153,14 +153,14 @@ def test_the_range_ends_where_too_few_spots_or_too_much_touch() -> None:
     assert CautionTag.FEW_MAPS in kinds
 
 
-def test_a_law_says_that_its_counter_face_is_smooth() -> None:
+def test_law_reports_smooth_counter_face() -> None:
     assert sum(caution.kind == CautionTag.ONE_ROUGH_FACE for caution in LAW.cautions) == 1
     rough = rc.interface_law(solved(MAPS[0], counter_surface=MAPS[1]))
     assert CautionTag.ONE_ROUGH_FACE not in {caution.kind for caution in rough.cautions}
 
 
 @pytest.mark.long
-def test_parts_tell_whether_a_map_is_large_enough() -> None:
+def test_parts_give_caution_for_too_small_map() -> None:
     def quarters(surface: rc.Surface) -> rc.results.InterfaceLaw:
         parts = rc.partition(surface, 2, "mean")
         return rc.interface_law(one for part in parts for one in solved(part, ceiling=None))
@@ -209,7 +209,7 @@ def test_each_branch_conducts_by_its_own_contacts() -> None:
     assert (ratio[:-1] > 1.2).all()
 
 
-def test_a_closed_joint_resists_no_more() -> None:
+def test_closed_joint_has_no_resistance() -> None:
     p = [0.05e6, 0.5e6, 50e9]
     contacts = [
         rc.solve(
@@ -402,7 +402,7 @@ def test_tables_and_numbers_are_written(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_what_has_no_law_gets_its_sentence() -> None:
+def test_contacts_without_law_raise_input_error() -> None:
     def law(*contacts: rc.ContactResult, after: tuple[rc.ContactResult, ...] = ()) -> None:
         rc.interface_law(contacts, after)
 
@@ -456,7 +456,7 @@ def command(folder: Path, *more: str) -> list[str]:
 
 
 @pytest.mark.long
-def test_the_command_tells_draws_and_writes(
+def test_command_prints_draws_and_writes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = [str(tmp_path / f"law{suffix}") for suffix in (".inp", ".ccx", ".csv", ".txt", ".json")]
@@ -495,7 +495,9 @@ def test_the_command_tells_draws_and_writes(
     assert told["maps"] == ["map0.npy", "map1.npy"]
 
 
-def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_invalid_options_are_rejected_in_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     for more, said in (
         (("--to", "10 MPa"), "--from must be positive and below --to, got '30 MPa' and '10 MPa'"),
         (("--from", "30"), "--from needs a nominal pressure such as '20 MPa'"),
@@ -518,7 +520,7 @@ def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 @pytest.mark.slow
-def test_a_project_may_ask_for_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_project_runs_law(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command(tmp_path)
     project = tmp_path / "project.toml"
     text = (
@@ -537,7 +539,7 @@ def test_a_project_may_ask_for_it(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert 'task = "law" needs a file, or files, a list' in capsys.readouterr().err
 
 
-def test_the_variants_tell_what_closing_and_stiffness_change() -> None:
+def test_variants_give_change_of_closing_and_stiffness() -> None:
     contact = CONTACTS[0][-1]
     stiffer, last = contact.stiffness() / 1e-8, LAW.maps[0].loading[-1]
     same = LAW.with_coarser_grid(contact)

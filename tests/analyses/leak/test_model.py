@@ -95,7 +95,7 @@ def test_a_gas_between_plates_slips_by_the_closed_form() -> None:
 
 
 @pytest.mark.parametrize("pressure", [30e6, 300e6])
-def test_a_gas_in_a_rough_gap_slips_as_if_it_were_solved_with_it(pressure: float) -> None:
+def test_slip_in_rough_gap_matches_solution_with_slip(pressure: float) -> None:
     result = rc.solve(ROUGH, material=STEEL, load=rc.NominalPressure(pressure), boundary="periodic")
     gap = flow_gap(result)
     for axis in (0, 1):
@@ -106,7 +106,7 @@ def test_a_gas_in_a_rough_gap_slips_as_if_it_were_solved_with_it(pressure: float
             assert 0.84 * expected < slip_factor(gap, bare.density, path) < 1.01 * expected
 
 
-def test_a_gas_is_told_by_how_much_it_slips() -> None:
+def test_gas_slip_gives_rarefied_caution() -> None:
     found = rc.leakage(RESULT, **HELIUM)
     (caution,) = (caution for caution in found.cautions if caution.kind == CautionTag.RAREFIED)
     # λ = η/p √(π R T/2M) at 20 °C.
@@ -199,7 +199,7 @@ def test_a_fluid_that_carries_the_load_opens_the_gap() -> None:
     assert CautionTag.FLUID_PRESSURE not in [caution.kind for caution in opened.cautions]
 
 
-def test_where_no_way_leads_through_is_an_answer() -> None:
+def test_blocked_direction_has_zero_leak_rate() -> None:
     wall = RESULT.pressure.copy()
     wall[20] = 1e6
     closed = dataclasses.replace(RESULT, pressure=wall)
@@ -224,7 +224,7 @@ def test_near_the_threshold_one_constriction_decides() -> None:
     assert CautionTag.NEAR_THRESHOLD in {caution.kind for caution in rc.leakage(result).cautions}
 
 
-def test_a_coarser_grid_tells_what_it_hangs_on() -> None:
+def test_coarser_grid_gives_change_of_permeability() -> None:
     coarse = rc.Surface(ROUGH.heights[::2, ::2], tuple(2 * edge for edge in ROUGH.pixel))
     other = rc.solve(coarse, material=STEEL, load=1.0, boundary="periodic")
     found = rc.leakage(RESULT, flow_axis="y").with_coarser_grid(other)
@@ -234,7 +234,7 @@ def test_a_coarser_grid_tells_what_it_hangs_on() -> None:
     assert math.isnan(found.coarser.permeability[1])
 
 
-def test_what_is_missing_or_wrong_gets_its_sentence() -> None:
+def test_missing_or_invalid_arguments_raise_input_error() -> None:
     for given, said in (
         ({"flow_axis": "z"}, "flow_axis must be 'y' or 'x'"),
         ({"viscosity": 1e-3}, "pressure_difference is needed for a leak rate"),
@@ -299,9 +299,7 @@ def command(path: Path, *more: str) -> list[str]:
 
 
 @pytest.mark.long
-def test_the_command_tells_in_a_table_and_in_json(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_command_prints_table_and_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = command(
         tmp_path / "map.npy",
         "--load",
@@ -363,7 +361,9 @@ def test_bracket_shows_both_ceilings(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "Ceiling of the base: It leaks" in shown
 
 
-def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_invalid_options_are_rejected_in_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     load = ("--load", "1 N")
     for more, said in (
         ((), "--load is needed"),
@@ -423,7 +423,7 @@ def test_the_command_opens_the_gap_by_the_pressure_of_a_gas(
 
 
 @pytest.mark.slow
-def test_a_project_may_ask_for_it_beside_another(
+def test_project_runs_leak_with_second_task(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     np.save(tmp_path / "map.npy", ROUGH.heights[:32, :32] * 1e6)

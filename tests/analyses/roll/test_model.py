@@ -31,7 +31,7 @@ def strain_of(result: rc.ElastoplasticResult) -> NDArray[np.float64]:
     return tensors.tensor(result.bodies[0].plastic_strain.swapaxes(0, 1))
 
 
-def test_a_way_there_and_back_without_flow_is_elastic() -> None:
+def test_reciprocating_pass_without_yield_is_elastic() -> None:
     line = Line(2.0)
     result = line.solved([line.at(x) for x in (0, 5, 9.5, 5, 0)], tolerance=1e-8)
     assert result.plastic_volume == 0
@@ -49,7 +49,7 @@ def test_a_way_there_and_back_without_flow_is_elastic() -> None:
 
 
 @pytest.mark.slow
-def test_a_pass_the_other_way_mirrors_the_strain() -> None:
+def test_opposite_pass_mirrors_strain() -> None:
     line = Line(4.3, half_width=5, points=32)
     there = line.solved([line.at(x, 0.1, 0.0) for x in range(0, 16, 4)])
     back = line.solved([line.at(-x, 0.1, 180.0) for x in range(0, 16, 4)])
@@ -96,7 +96,7 @@ def test_friction_shears_along_its_direction() -> None:
 
 @pytest.mark.slow
 @pytest.mark.long
-def test_a_path_goes_on_to_the_same_bits(tmp_path: Path) -> None:
+def test_resumed_path_is_identical(tmp_path: Path) -> None:
     line = Line(4.3, half_width=5, points=32)
     path = [line.at(x, 0.1) for x in (0, 3, 6, 9)]
     whole = line.solved(path, folder=tmp_path / "whole")
@@ -132,7 +132,7 @@ def test_both_bodies_yield_alike_where_they_roll() -> None:
 
 
 @pytest.mark.long
-def test_what_is_told_of_a_path(tmp_path: Path) -> None:
+def test_path_appears_in_listing_report_and_script(tmp_path: Path) -> None:
     line = Line(4.3, half_width=5, points=32)
     result = line.solved([line.at(x, 0.1, 180.0) for x in (0, 3)], None, "single", 1e-3)
     told = str(kinds.listing(result, brief=True))
@@ -153,7 +153,7 @@ def test_what_is_told_of_a_path(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_isotropic_hardening_dies_out_and_kinematic_hardening_cycles() -> None:
+def test_isotropic_hardening_decays_and_kinematic_hardening_cycles() -> None:
     isotropic = Line(4.6, law=Linear(STRENGTH, 20e9)).passes(5)
     assert isotropic[-1] < 0.02 * isotropic[0]
     law = Kinematic(Perfect(STRENGTH), 20e9)
@@ -171,7 +171,7 @@ def test_bad_paths(path: list[rc.PathPoint], words: str) -> None:
         line.solved(path)
 
 
-def test_paths_that_no_model_has() -> None:
+def test_invalid_paths_raise_input_error() -> None:
     line = Line(3.0, points=32)
     options = dict(material=line.steel, boundary="periodic")
     with pytest.raises(InputError, match="moves a counter-surface, but the counter-body is flat"):
@@ -215,7 +215,7 @@ def test_passes_that_shake_down(tmp_path: Path) -> None:
     assert found.passes[2].max_residual_stress > 0.05 * STRENGTH
 
 
-def test_to_and_fro_under_a_load_that_does_nothing() -> None:
+def test_reciprocating_elastic_pass_has_expected_offsets() -> None:
     line = Line(1.5, half_width=5, points=40)
     found = rolled(line, 2, steps=3, reciprocating=True, friction=0.1, travel="9 um")
     assert found.shakedown is Shakedown.ELASTIC
@@ -317,7 +317,7 @@ def test_surfaces_that_move() -> None:
         ((0.0, -2.4), np.s_[:, -3:]),
     ],
 )
-def test_what_comes_in_over_the_edge_of_a_measured_map_is_unknown(way, unknown):
+def test_shifted_measured_map_has_missing_points_at_edge(way, unknown):
     heights = np.random.default_rng(2).normal(size=(12, 16))
     moved = shift_surface(rc.Surface(heights, PIXEL), (way[0] * PIXEL[0], way[1] * PIXEL[1]))
     expected = np.zeros(heights.shape, bool)
@@ -346,7 +346,7 @@ def cautions_of(found: RollingResult) -> dict[str, Caution]:
 
 @pytest.mark.slow
 @pytest.mark.long
-def test_dents_that_lie_apart_have_no_verdict(tmp_path: Path) -> None:
+def test_separate_dents_are_not_resolved(tmp_path: Path) -> None:
     line = Line(4.5, half_width=4, points=32)
     found = rolled(line, 3, steps=3)
     # Each dent bears the roller, which ratchets where the dents overlap.
@@ -372,7 +372,7 @@ def test_dents_that_lie_apart_have_no_verdict(tmp_path: Path) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize(("steps", "told"), [(16, None), (10, Severity.CAUTION)])
-def test_steps_of_more_than_half_the_half_width_are_told(steps, told) -> None:
+def test_steps_above_half_the_half_width_give_caution(steps, told) -> None:
     found = cautions_of(rolled(Line(3.7, half_width=4, points=32), 1, steps=steps))
     assert (
         found[CautionTag.STEP_LENGTH].severity if told else found.get(CautionTag.STEP_LENGTH)
@@ -381,7 +381,7 @@ def test_steps_of_more_than_half_the_half_width_are_told(steps, told) -> None:
 
 
 @pytest.mark.long
-def test_a_roller_on_few_pixels_is_told() -> None:
+def test_roller_on_few_pixels_gives_caution() -> None:
     found = cautions_of(rolled(Line(3.7, half_width=2, points=16), 1, steps=16))
     assert found[CautionTag.ROLLING_PIXEL].numbers["pixels"] < 3
     # There is no place between those of pixels.
@@ -389,7 +389,7 @@ def test_a_roller_on_few_pixels_is_told() -> None:
 
 
 @pytest.mark.long
-def test_a_limit_is_not_sought_with_dents_that_lie_apart() -> None:
+def test_limit_with_separate_dents_raises_input_error() -> None:
     line = Line(4.5, half_width=4, points=32)
     with pytest.raises(InputError, match="steps must be larger: at"):
         rc.shakedown_load(
@@ -418,7 +418,7 @@ def test_a_limit_is_not_sought_with_dents_that_lie_apart() -> None:
         (None, 0.0, False),
     ],
 )
-def test_a_roller_that_slides_along_its_axis_is_told(axis, direction, slides) -> None:
+def test_sliding_along_roller_axis_gives_caution(axis, direction, slides) -> None:
     line = Line(1.5, half_width=5, points=40)
     result = line.solved([line.at(0)])
     found = RollingResult(result, (Pass(0.0, 0.0, 1e9, 0, 0, 0),), direction, axis=axis)

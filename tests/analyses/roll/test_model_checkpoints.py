@@ -69,7 +69,7 @@ def test_a_stopped_path_ends_with_the_same_bits(stop: int, tmp_path: Path) -> No
 
 
 @pytest.mark.long
-def test_a_path_without_flow_is_kept_too(tmp_path: Path) -> None:
+def test_path_without_yield_is_saved(tmp_path: Path) -> None:
     light = [replace_load(point, 0.2 * LOAD) for point in PATH[:2]]
     with pytest.raises(StopError):
         solved(light, folder=tmp_path, progress=stopping_at(2))
@@ -81,7 +81,7 @@ def replace_load(point: rc.PathPoint, load: float) -> rc.PathPoint:
 
 
 @pytest.mark.long
-def test_other_paths_are_refused(tmp_path: Path) -> None:
+def test_other_paths_raise_input_error(tmp_path: Path) -> None:
     with pytest.raises(StopError):
         solved(PATH, folder=tmp_path, progress=stopping_at(3))
     other = [PATH[0], rc.PathPoint(LOAD, (0.0, 3e-6)), *PATH[2:]]
@@ -112,7 +112,7 @@ def rolled(folder: str | Path | None = None) -> rc.results.RollingResult:
 @pytest.mark.slow
 @pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
-def test_killed_passes_go_on(tmp_path: Path) -> None:
+def test_killed_passes_resume(tmp_path: Path) -> None:
     """Killed on the second pass, the same call ends with the same bits."""
     folder = tmp_path / "run"
     paths = os.pathsep.join(

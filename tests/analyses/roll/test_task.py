@@ -124,7 +124,7 @@ def test_each_step_is_shown_once_and_in_order(
     assert again == seen
 
 
-def test_a_pass_tells_what_its_state_holds(found: rc.results.RollingResult) -> None:
+def test_pass_quantities_match_volume_result(found: rc.results.RollingResult) -> None:
     last, state = found.passes[-1], found.result
     (body,) = state.bodies
     after = rolled_surface(state)
@@ -176,7 +176,7 @@ def test_passes_are_loaded_as_they_were_saved(
         load_rolling(folder / "state.nc")
 
 
-def test_numbers_are_told_alike(found: rc.results.RollingResult, folder: Path) -> None:
+def test_json_and_csv_match_result(found: rc.results.RollingResult, folder: Path) -> None:
     found.save(folder / "out.json")
     found.save(folder / "out.csv")
     told = json.loads((folder / "out.json").read_text())
@@ -203,7 +203,7 @@ def test_paraview_plays_every_step(found: rc.results.RollingResult, folder: Path
 
 
 @pytest.mark.slow
-def test_a_movie_has_a_picture_a_step(found: rc.results.RollingResult, folder: Path) -> None:
+def test_movie_has_one_frame_per_step(found: rc.results.RollingResult, folder: Path) -> None:
     from PIL import Image
 
     frames = [make_frame(state, n, k, "x") for n, k, state in found.states()]
@@ -220,7 +220,7 @@ def test_a_movie_has_a_picture_a_step(found: rc.results.RollingResult, folder: P
 
 
 @pytest.mark.slow
-def test_long_movies_leave_steps_out(
+def test_long_movies_skip_steps(
     found: rc.results.RollingResult, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from PIL import Image
@@ -254,7 +254,7 @@ def test_every_answer_has_its_criterion(found: rc.results.RollingResult) -> None
         assert rolling_report._CRITERIA[kind].format(least="x")
 
 
-def test_strain_that_is_taken_back_is_not_large(found: rc.results.RollingResult) -> None:
+def test_reversed_strain_is_not_large(found: rc.results.RollingResult) -> None:
     (body,) = found.result.bodies
     worn = replace(found.result, bodies=(replace(body, accumulated=body.accumulated + 0.5),))
     assert plausibility.largest_strain(worn) < 0.1 < worn.max_plastic_strain
@@ -264,7 +264,7 @@ def test_strain_that_is_taken_back_is_not_large(found: rc.results.RollingResult)
     assert CautionTag.PLASTIC_STRAIN in {caution.kind for caution in torn.cautions}
 
 
-def test_hardness_alone_hides_no_ratcheting() -> None:
+def test_hardness_does_not_hide_ratcheting() -> None:
     line = Line(4.6, points=32)
     steel = replace(line.steel, hardness=4e9)
     assert steel.hardens
@@ -282,7 +282,7 @@ def test_hardness_alone_hides_no_ratcheting() -> None:
     assert not found.result.bodies[0].material.hardens
 
 
-def test_a_way_with_two_ends_lies_around_the_counter_body() -> None:
+def test_reciprocating_travel_is_centered_on_counter_body() -> None:
     elastic = rc.roll(
         nominal_bodies.flat(**GRID),
         counter_surface=nominal_bodies.sphere(radius=1e-3, **GRID),
@@ -310,7 +310,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 @pytest.mark.slow
-def test_the_command_writes_all_and_goes_on(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_command_writes_outputs_and_resumes(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = [word for word in WORDS if word != "--quiet"]
     files = ("--output", "out.nc", "--output", "out.csv", "--movie", "out.gif")
     asked = [*words, "--folder", "kept", *files, "--passes", "2"]
@@ -363,7 +363,7 @@ def test_a_project_rolls(home: Path, capsys: pytest.CaptureFixture[str]) -> None
         ({"--passes": "0"}, "--passes"),
     ],
 )
-def test_what_cannot_be_rolled_is_refused(
+def test_invalid_options_are_rejected(
     changed: dict[str, str | None], said: str, home: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     given = dict(zip(WORDS[1:-1:2], WORDS[2:-1:2], strict=True)) | changed
@@ -375,7 +375,7 @@ def test_what_cannot_be_rolled_is_refused(
     assert not list(home.iterdir())
 
 
-def test_a_run_of_more_than_a_day_has_to_be_wanted(
+def test_long_run_needs_confirmation(
     home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(request, "_LONG", 0.0)
@@ -389,7 +389,7 @@ def test_a_run_of_more_than_a_day_has_to_be_wanted(
 
 @pytest.mark.slow
 @needs_reader
-def test_a_measured_map_is_run_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_measured_map_is_rolled(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, kept = measurement("x3p-2.x3p"), tmp_path / "rolled.nc"
     assert (
         app.main(

@@ -99,7 +99,7 @@ def test_the_area_keeps_the_perimeter_that_has_yielded(pressed) -> None:
 
 
 @pytest.mark.usefixtures("quick")
-def test_unloaded_it_tells_what_is_left(released) -> None:
+def test_unloaded_report_shows_residual_indentation(released) -> None:
     page = told(released)
     assert page.startswith("Which indentation does a load of 350 mN leave on ball.nc?")
     dent = format_engineering(float(released.residual_displacement.max()), "m", 3)
@@ -157,7 +157,7 @@ def test_failure_is_on_top(pressed) -> None:
 
 
 @pytest.mark.usefixtures("quick")
-def test_a_first_load_that_was_not_reached_is_told(unmoved) -> None:
+def test_unreached_first_load_gives_warning(unmoved) -> None:
     assert unmoved.increments == ()
     page = told(unmoved)
     assert page.startswith("How deep does ball.nc yield?")
@@ -167,7 +167,7 @@ def test_a_first_load_that_was_not_reached_is_told(unmoved) -> None:
 
 
 @pytest.mark.usefixtures("quick")
-def test_strains_of_more_than_one_are_told(pressed) -> None:
+def test_strains_above_one_are_printed_in_percent(pressed) -> None:
     body = dataclasses.replace(pressed.bodies[0], accumulated=100 * pressed.bodies[0].accumulated)
     stretched = dataclasses.replace(pressed, bodies=(body,))
     strain = f"{100 * stretched.max_plastic_strain:.0f} %"
@@ -201,7 +201,7 @@ def test_small_deformations_are_checked(pressed) -> None:
     assert 0.1 < larger.numbers["max_plastic_strain"] < 0.2
 
 
-def test_perfect_plasticity_and_short_tables_are_told(pressed, released) -> None:
+def test_perfect_plasticity_and_short_tables_give_cautions(pressed, released) -> None:
     told = cautions(with_material(pressed, yield_strength=1656e6))
     assert told[CautionTag.PIXEL_SCATTER].severity is Severity.NOTE
     assert CautionTag.PIXEL_SCATTER not in cautions(with_material(released, yield_strength=1656e6))
@@ -214,7 +214,7 @@ def test_perfect_plasticity_and_short_tables_are_told(pressed, released) -> None
         assert (CautionTag.HARDENING_RANGE in told) is short
 
 
-def test_flow_on_unloading_is_told(pressed, released) -> None:
+def test_yield_on_unloading_gives_caution(pressed, released) -> None:
     weak = dict(yield_strength=400e6)
     assert CautionTag.RESIDUAL_YIELD in cautions(with_material(pressed, **weak))
     assert CautionTag.RESIDUAL_YIELD not in cautions(with_material(released, **weak))
@@ -263,5 +263,5 @@ def test_two_bodies_have_a_table_each() -> None:
         ),
     ],
 )
-def test_laws_in_words(material: rc.Material, words: str) -> None:
+def test_hardening_law_is_formatted_as_text(material: rc.Material, words: str) -> None:
     assert phrases.hardening(material) == words

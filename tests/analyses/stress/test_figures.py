@@ -104,7 +104,7 @@ def test_section_shows_the_plane(light, along):
     assert "at depth" in axes.get_title()
 
 
-def test_default_section_holds_what_is_strong(light):
+def test_default_section_contains_largest_stress(light):
     axes = plots.stress_section(light).axes[0]
     deep = axes.get_ylim()[0] * 1e-6
     plane = light.von_mises_section("x").max(axis=1)
@@ -170,7 +170,7 @@ def test_map_shows_the_peak_and_what_yields(light, heavy):
     assert cross.get_ydata()[0] == pytest.approx(heavy.max_von_mises_at[1] * 1e6)
 
 
-def test_bodies_are_told_apart(light):
+def test_body_is_named_in_figure(light):
     assert "counter-body" not in texts(plots.stress_map(light))
     assert "counter-body" in texts(plots.stress_map(below(0.2, in_body="counter_body")))
 

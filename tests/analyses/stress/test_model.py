@@ -192,7 +192,7 @@ def test_bad_arguments(pressed):
         subsurface_stress.subsurface_stress(on_rigid, in_body="counter_body")
 
 
-def test_memory_is_asked_for_first(pressed, monkeypatch):
+def test_insufficient_memory_raises_error(pressed, monkeypatch):
     need = subsurface_stress.memory_estimate((96, 96))
 
     class Memory:
@@ -229,7 +229,7 @@ def test_memory_estimate_is_what_is_allocated(boundary, precision, friction):
 @pytest.mark.long
 @pytest.mark.parametrize("poisson", [0.2, 0.3])
 @pytest.mark.parametrize("start", [None, 5.0])
-def test_onset_of_a_sphere(poisson, start):
+def test_first_yield_of_sphere_matches_hertz(poisson, start):
     material = rc.Material(210e9, poisson, yield_strength=1e9)
     modulus = rc.contact_modulus(material, rc.RIGID)
     expected = hertz.first_yield_load(RADIUS, modulus, material.first_yield_pressure)
@@ -300,7 +300,7 @@ def test_the_search_finds_any_power(power):
 
 
 @pytest.mark.parametrize("depths", [[0.0], [1e-6, -1e-6]])
-def test_depths_lie_below_the_surface(depths):
+def test_depths_must_be_below_surface(depths):
     result = rc.solve(rc.Surface(*rc.reference_map(32)), material=STEEL, load=0.1)
     with pytest.raises(rc.InputError, match="depths must be below the surface"):
         subsurface_stress.subsurface_stress(result, depths)

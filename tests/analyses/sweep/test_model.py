@@ -145,7 +145,7 @@ def test_stiffness_takes_few_convolutions_and_is_good_to_its_digits(
 
 @pytest.mark.parametrize("boundary", ["free", "periodic-x"])
 @pytest.mark.parametrize("ceiling", [None, 3e9])
-def test_a_contact_grows_as_its_stiffness_says(ceiling: float | None, boundary: str) -> None:
+def test_contact_growth_matches_stiffness(ceiling: float | None, boundary: str) -> None:
     options = {"material": STEEL, "ceiling": ceiling, "boundary": boundary, "tolerance": 1e-10}
     here = rc.solve(rough(), load=1.0, **options)
     there = rc.solve(rough(), load=1.001, **options)
@@ -165,7 +165,9 @@ def test_a_contact_grows_as_its_stiffness_says(ceiling: float | None, boundary: 
 
 @pytest.mark.long
 @pytest.mark.parametrize(("ceiling", "boundary"), [(3e9, "free"), (None, "periodic")])
-def test_a_step_begins_where_the_load_before_leads(ceiling: float | None, boundary: str) -> None:
+def test_sweep_needs_fewer_convolutions_than_chained_solves(
+    ceiling: float | None, boundary: str
+) -> None:
     surface, loads = rough(128), load_case.spaced(0.5, 1.0, 12)
     options = {"material": STEEL, "ceiling": ceiling, "boundary": boundary}
     curve = rc.sweep(surface, loads=loads, **options)
@@ -294,7 +296,7 @@ rc.sweep(surface, material=steel, loads={loads}, folder=sys.argv[1])
 
 @pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
-def test_killed_sweep_goes_on(tmp_path: Path) -> None:
+def test_killed_sweep_resumes(tmp_path: Path) -> None:
     loads = load_case.spaced(0.01, 10, 25)
     surface = rough(128)
     folder = tmp_path / "sweep"
@@ -315,7 +317,7 @@ def test_killed_sweep_goes_on(tmp_path: Path) -> None:
     assert numbers(resumed) == numbers(whole)
 
 
-def test_a_folder_of_another_sweep_is_refused(tmp_path: Path) -> None:
+def test_folder_of_another_sweep_raises_input_error(tmp_path: Path) -> None:
     surface = rough(32)
     folder = tmp_path / "s"
     rc.sweep(surface, material=STEEL, loads=[0.1], folder=folder)
@@ -340,7 +342,7 @@ def test_a_folder_of_another_sweep_is_refused(tmp_path: Path) -> None:
         rc.sweep(surface, material=STEEL, loads=[0.1], folder=folder / "step-0001.npz")
 
 
-def test_a_step_that_is_not_as_it_was_written_is_refused(tmp_path: Path) -> None:
+def test_changed_step_raises_format_error(tmp_path: Path) -> None:
     surface, folder = rough(32), tmp_path / "s"
     arguments = dict(material=STEEL, loads=[0.1, 0.2, 0.3], folder=folder)
     whole = rc.sweep(surface, **arguments)

@@ -64,7 +64,7 @@ def test_texts_quantities_and_numbers_are_one_force() -> None:
         ({"friction": 0.15, "stages": [(0.0, 0.05)]}, "stages"),
     ],
 )
-def test_what_cannot_be_used_is_refused(options: dict, argument: str) -> None:
+def test_invalid_options_raise_input_error(options: dict, argument: str) -> None:
     with pytest.raises(rc.InputError) as refused:
         rc.tangential(contact(), **options)
     assert refused.value.argument == argument
@@ -76,7 +76,7 @@ def test_a_force_that_friction_does_not_carry_slides(force: float) -> None:
         rc.tangential(contact(), friction=0.15, force=force)
 
 
-def test_strip_and_tilt_are_refused() -> None:
+def test_strip_and_tilt_raise_input_error() -> None:
     with pytest.raises(rc.InputError) as refused:
         rc.tangential(contact(boundary="periodic-x"), friction=0.15, force=0.05)
     assert refused.value.argument == "boundary"
@@ -141,7 +141,7 @@ def test_files_hold_the_maps_and_the_steps(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_the_stress_is_told_drawn_and_written(tmp_path: Path) -> None:
+def test_stress_is_printed_drawn_and_saved(tmp_path: Path) -> None:
     result = rc.tangential(contact(), friction=0.15, force="50 mN", stress=True)
     below = result.fretting
     assert "σ_t τδ" in repr(result)
@@ -226,7 +226,7 @@ def test_the_command_writes_and_prints(
 
 @pytest.mark.slow
 @pytest.mark.process
-def test_a_project_asks_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_project_runs_tangential(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     heights, pixel = rc.reference_map(32)
     rc.Surface(heights, pixel).save("map.nc")

@@ -111,7 +111,7 @@ def test_the_traction_on_a_sphere_is_that_of_cattaneo(part: float, error: float)
 
 @pytest.mark.long
 @pytest.mark.parametrize(("poisson", "error"), [(0.0, 1e-3), (0.3, 5e-3)])
-def test_a_loop_dissipates_what_mindlin_and_deresiewicz_say(poisson: float, error: float) -> None:
+def test_loop_dissipation_matches_mindlin_and_deresiewicz(poisson: float, error: float) -> None:
     contact = sphere(poisson, 64)
     most = 0.6 * FRICTION * LOAD
     loop = pushed(contact, 0.6, force=[most, -most, most])
@@ -150,7 +150,7 @@ def backbone(contact: rc.ContactResult, part: float) -> float:
 
 @pytest.mark.long
 @pytest.mark.parametrize(("poisson", "error"), [(0.0, 1e-6), (0.3, 3e-3)])
-def test_an_inner_loop_closes_and_is_forgotten(poisson: float, error: float) -> None:
+def test_inner_loop_closes_without_effect_on_outer_loop(poisson: float, error: float) -> None:
     contact = rough(poisson, "periodic")
     parts = [0.8, -0.5, 0.2, -0.5, 0.8]
     most = FRICTION * contact.load
@@ -244,7 +244,7 @@ def test_shear_yields_before_it_slips_where_friction_is_high() -> None:
 # --- Stiffness ---
 
 
-def test_a_circle_that_sticks_has_the_stiffness_of_mindlin() -> None:
+def test_sticking_circle_has_mindlin_ratio() -> None:
     points, poisson = 112, 0.3
     y = np.arange(points) - points / 2 + 0.5
     index = np.flatnonzero(np.hypot(y[:, None], y) <= 50)
@@ -258,7 +258,7 @@ def test_a_circle_that_sticks_has_the_stiffness_of_mindlin() -> None:
 
 
 @pytest.mark.parametrize("load", [0.5, 1.0])
-def test_rough_contacts_that_stick_have_it_too(load: float) -> None:
+def test_sticking_rough_contact_has_mindlin_ratio(load: float) -> None:
     heights, pixel = rc.reference_map(128)
     body = steel(0.3)
     contact = rc.solve(
@@ -371,7 +371,7 @@ def test_a_reversed_force_reverses_the_traction() -> None:
     assert back.cycle_energy == pytest.approx(there.cycle_energy, rel=1e-6)
 
 
-def test_near_the_limit_all_slides() -> None:
+def test_force_near_limit_slides_everywhere() -> None:
     contact = rough(0.0, "free")
     result = pushed(contact, 1 - 1e-6)
     assert result.last.stick_fraction < 0.01
@@ -407,7 +407,7 @@ def test_a_shift_gives_the_force_that_needs_it() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("poisson", [0.0, 0.3])
-def test_first_loading_dissipates_twice_what_lies_between_curve_and_chord(poisson: float) -> None:
+def test_first_loading_dissipates_twice_area_between_curve_and_chord(poisson: float) -> None:
     contact = sphere(poisson, 32)
     most = 0.8 * FRICTION * LOAD
     result = pushed(contact, 0.8, force=[most * n / 16 for n in range(1, 17)])
