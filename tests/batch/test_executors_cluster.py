@@ -157,7 +157,7 @@ def test_workers_that_are_killed_lose_nothing(cluster: Cluster, tmp_path: Path) 
 
 @pytest.mark.slow
 @pytest.mark.process
-def test_a_scheduler_that_is_gone_and_one_that_comes_back(cluster: Cluster, tmp_path: Path) -> None:
+def test_lost_scheduler_fails_and_restarted_one_resumes(cluster: Cluster, tmp_path: Path) -> None:
     cluster.add()
     path = write_project(tmp_path / "far", 16)
     run = cluster.run(path, "--quiet")
@@ -183,7 +183,7 @@ def test_a_scheduler_that_is_gone_and_one_that_comes_back(cluster: Cluster, tmp_
 
 @pytest.mark.slow
 @pytest.mark.process
-def test_workers_are_waited_for_and_one_without_memory_loses_no_other_contact(
+def test_run_waits_for_workers_and_survives_one_without_memory(
     cluster: Cluster, tmp_path: Path, capsys: Capture
 ) -> None:
     path = write_project(tmp_path / "far", 3, LARGE)
@@ -308,7 +308,7 @@ def test_a_cluster_of_this_machine_serves_none_but_the_run() -> None:
         (("--engine", "slurm"), "--engine must be one of local, dask"),
     ],
 )
-def test_what_does_not_fit_is_refused(
+def test_invalid_cluster_options_are_rejected(
     words: tuple[str, ...],
     told: str,
     tmp_path: Path,
@@ -325,7 +325,7 @@ def test_what_does_not_fit_is_refused(
 
 
 @pytest.mark.parametrize("words", [(), ("--engine", "dask")])
-def test_what_mpiexec_has_started_several_times_is_refused(
+def test_several_mpi_processes_are_rejected(
     words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     path = write_project(tmp_path, 1)

@@ -61,7 +61,7 @@ def moved(solved: Path, tmp_path: Path) -> Path:
     return shutil.copytree(solved, tmp_path / "there")
 
 
-def test_what_is_solved_is_known_from_everywhere(
+def test_solved_contact_is_recognized_from_any_folder(
     moved: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     for start in (moved, moved.parent, moved / "maps"):
@@ -132,7 +132,7 @@ def test_content_and_options_decide(change: Callable[[Path], object], moved: Pat
 
 
 @pytest.mark.slow
-def test_steps_of_what_was_asked_before_are_no_hindrance(moved: Path) -> None:
+def test_steps_of_previous_options_are_replaced(moved: Path) -> None:
     rewritten(moved / "p.toml", b'"1 N"', b'"2 N"')
     path = moved / "p.toml"
     assert states(path) == [plan.SOLVED]
@@ -168,7 +168,7 @@ def compared(folder: Path, asked: str) -> Path:
 
 
 @pytest.mark.slow
-def test_groups_are_what_they_are_called(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_group_names_are_part_of_contact(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     groups = 'groups = {{ "{0}/5, N" = ["a,1.npy", "a,2.npy"], "x=y" = ["[b]?.npy"] }}'
     path = compared(tmp_path, groups.format("dry"))
     assert states(path) == [plan.SOLVED]
@@ -186,7 +186,7 @@ def test_groups_are_what_they_are_called(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 @pytest.mark.slow
-def test_a_profile_with_pictures_is_known_again(tmp_path: Path) -> None:
+def test_profile_with_figures_is_recognized(tmp_path: Path) -> None:
     heights = np.cumsum(np.random.default_rng(1).standard_normal(64))
     np.savetxt(tmp_path / "line.txt", np.c_[np.arange(64) * 1e-6, 1e-8 * heights])
     (tmp_path / "p.toml").write_text(
@@ -206,7 +206,7 @@ def test_a_profile_with_pictures_is_known_again(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
-def test_what_has_no_checksum_is_never_the_same(moved: Path) -> None:
+def test_file_without_checksum_is_solved_again(moved: Path) -> None:
     (moved / "maps" / "rough.npy").unlink()
     os.mkfifo(moved / "maps" / "rough.npy")
     (entry,) = project.read_project(moved / "p.toml")

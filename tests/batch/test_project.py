@@ -280,7 +280,7 @@ def hidden(folder: Path) -> list[str]:
 @pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_project_goes_on(folder: Path, number: int, start) -> None:
+def test_interrupted_project_resumes(folder: Path, number: int, start) -> None:
     many = ", ".join(f'"{load} mN"' for load in range(1, 41))
     path = changed(folder, '"0.1 N", "1 N"', many)
     run = start(path)
@@ -430,7 +430,7 @@ def test_messages_name_key_and_line(
         (f"[[contact]]\nname='a'\nfile='b'\n{'.'.join('a' * 1200)} = 1", ("too deep",)),
     ],
 )
-def test_a_file_that_is_no_project(
+def test_invalid_project_file_raises_error(
     text: str, words: tuple[str, ...], tmp_path: Path, capsys: Capture
 ) -> None:
     path = tmp_path / "p.toml"
@@ -459,9 +459,7 @@ def test_a_byte_order_mark_is_no_part_of_a_project(folder: Path) -> None:
         ('folder = "results"', f'folder = "{"/".join(30 * [200 * "y"])}"'),
     ],
 )
-def test_names_too_long_for_a_file_are_refused_before_anything_is_solved(
-    old: str, new: str, folder: Path
-) -> None:
+def test_too_long_names_raise_input_error_before_solve(old: str, new: str, folder: Path) -> None:
     with pytest.raises(rc.InputError, match="too many for the file system"):
         project.read_project(changed(folder, old, new))
     with pytest.raises(rc.InputError, match="303 characters"):
@@ -514,7 +512,7 @@ points = 32
 
 @pytest.mark.slow
 @pytest.mark.process
-def test_every_task_can_be_asked_for(folder: Path, capsys: Capture) -> None:
+def test_project_runs_every_task(folder: Path, capsys: Capture) -> None:
     path = folder / "tasks.toml"
     path.write_text(TASKS, encoding="utf-8")
     assert app.main(["run", str(path)]) == app.SOLVED
@@ -616,7 +614,7 @@ def test_messages_of_tasks_name_key_and_line(
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
-def test_a_project_that_comes_by_a_pipe(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_project_is_read_from_pipe(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = folder / "piped.toml"
     os.mkfifo(path)
     text = (folder / "project.toml").read_text(encoding="utf-8")
@@ -627,7 +625,9 @@ def test_a_project_that_comes_by_a_pipe(folder: Path, monkeypatch: pytest.Monkey
         project.read_project(path)
 
 
-def test_a_project_without_an_end(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_endless_project_file_raises_format_error(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     if Path("/dev/zero").exists():
         with pytest.raises(rc.FormatError, match="/dev/zero is not a regular file"):
             project.read_project("/dev/zero")
@@ -638,7 +638,7 @@ def test_a_project_without_an_end(folder: Path, monkeypatch: pytest.MonkeyPatch)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
-def test_what_has_no_end_has_no_digest(folder: Path) -> None:
+def test_endless_file_has_no_stable_digest(folder: Path) -> None:
     os.mkfifo(folder / "fifo.npy")
     for file in ("fifo.npy", "/dev/zero"):
         path = changed(folder, 'file = "rough.npy"', f'file = "{file}"')

@@ -105,7 +105,7 @@ def run(
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
-def test_pieces_in_any_order_give_the_bits_of_the_whole(
+def test_subtasks_in_any_order_give_identical_result(
     problem: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text, count = PROBLEMS[problem]
@@ -131,7 +131,7 @@ def test_pieces_in_any_order_give_the_bits_of_the_whole(
     assert ([report.state for report in reports], tasks) == ([plan.KEPT], [])
 
 
-def test_each_piece_reads_its_own_map(tmp_path: Path) -> None:
+def test_each_subtask_reads_one_map(tmp_path: Path) -> None:
     text, _ = PROBLEMS["groups"]
     path = written(tmp_path / "here", text)
     _, tasks, _ = run(path)
@@ -139,7 +139,7 @@ def test_each_piece_reads_its_own_map(tmp_path: Path) -> None:
     assert names == [["r0.npy"], ["r1.npy"], ["r2.npy"], ["s0.npy"], ["s1.npy"], []]
 
 
-def test_pieces_that_fail_fail_their_contact_once_and_the_others_are_kept(tmp_path: Path) -> None:
+def test_failed_subtask_fails_contact_once_and_others_are_saved(tmp_path: Path) -> None:
     more = '\n[[contact]]\nname = "two"\nfile = "r2.npy"\nload = "1 N"\n'
     text = PROBLEMS["groups"][0].replace('"r?.npy"', '"r0.npy", "r1.npy"') + more
     path = written(tmp_path / "here", text)
@@ -159,7 +159,7 @@ def test_pieces_that_fail_fail_their_contact_once_and_the_others_are_kept(tmp_pa
     assert [task.piece for task in tasks] == ["0", "2", ""]
 
 
-def test_a_map_that_changes_meanwhile_is_no_part_of_it(tmp_path: Path) -> None:
+def test_map_changed_during_run_is_excluded(tmp_path: Path) -> None:
     path = written(tmp_path / "here", PROBLEMS["groups"][0])
     other = np.load(path.with_name("r0.npy"))[::-1]
 
@@ -186,7 +186,7 @@ def test_a_map_that_changes_meanwhile_is_no_part_of_it(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("problem", PROBLEMS)
-def test_pieces_that_were_found_are_not_done_again(
+def test_saved_subtasks_are_not_solved_again(
     problem: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text, count = PROBLEMS[problem]
@@ -223,7 +223,7 @@ def test_pieces_that_were_found_are_not_done_again(
             assert sorted(place.iterdir()) == sorted(files.values())
 
 
-def test_a_bad_map_is_the_only_one_that_is_done_again(tmp_path: Path) -> None:
+def test_only_failed_map_is_solved_again(tmp_path: Path) -> None:
     path = written(tmp_path / "here", PROBLEMS["groups"][0])
     bad = path.with_name("s0.npy")
     good = bad.read_bytes()
@@ -238,7 +238,7 @@ def test_a_bad_map_is_the_only_one_that_is_done_again(tmp_path: Path) -> None:
     assert said[0] == "4 of 5 subtasks of one from an earlier run"
 
 
-def test_a_map_more_is_the_only_one_that_is_solved(tmp_path: Path) -> None:
+def test_only_added_map_is_solved(tmp_path: Path) -> None:
     text = PROBLEMS["groups"][0]
     path = written(tmp_path / "here", text.replace('"s1.npy"', '"s1.npy", "r0.npy"'))
     fewer = written(tmp_path / "fewer", text.replace('"r?.npy"', '"r1.npy", "r2.npy"'))
@@ -285,7 +285,7 @@ def test_maps_of_one_content_keep_their_names(tmp_path: Path) -> None:
     assert names == ["r0.npy", "r1.npy", "s0.npy", "s1.npy"]
 
 
-def test_an_interruption_tells_of_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interrupt_reports_saved_subtasks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = written(tmp_path / "here", PROBLEMS["groups"][0])
     place = path.parent / "results" / "one.pieces"
 
@@ -313,13 +313,13 @@ def test_an_interruption_tells_of_pieces(tmp_path: Path, monkeypatch: pytest.Mon
         'load = "1 N"\nceiling = "calibrated"\nstudy = true',
     ],
 )
-def test_what_waits_for_its_contact_is_one_piece(keys: str, tmp_path: Path) -> None:
+def test_contact_with_dependent_outputs_has_no_subtasks(keys: str, tmp_path: Path) -> None:
     path = written(tmp_path / "here", HEAD + f'file = "r0.npy"\n{keys}\n')
     (entry,) = project.read_project(path)
     assert entry.request.subtask_ids() == ()
 
 
-def test_pieces_are_shared_by_the_processes_of_a_machine(
+def test_subtasks_are_shared_between_processes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = written(tmp_path / "here", PROBLEMS["groups"][0])
