@@ -316,7 +316,7 @@ def test_cautions_name_options_in_console_and_report(
         assert "this elastic stress is an upper bound" in report
 
 
-def test_a_ceiling_that_does_not_fit_has_the_calibrated_one_beside_it(capsys: Capture) -> None:
+def test_unsuitable_ceiling_shows_calibrated_ceiling(capsys: Capture) -> None:
     ball = ("--body", "sphere 1 mm", "--points", "64", "--size", "150 um", "--load", "10 N")
     assert app.main(["solve", *ball, *YIELDING, "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)
@@ -339,7 +339,9 @@ def test_a_ceiling_that_does_not_fit_has_the_calibrated_one_beside_it(capsys: Ca
         assert own["contact_area"] == pytest.approx(other["contact_area"], rel=0.01)
 
 
-def test_a_recommended_ceiling_is_told_beside_three(tmp_path: Path, capsys: Capture) -> None:
+def test_calibrated_ceiling_is_compared_with_three_yield_strengths(
+    tmp_path: Path, capsys: Capture
+) -> None:
     ball = ("--body", "sphere 1 mm", "--points", "64", "--size", "150 um")
     more = (*ball, *YIELDING, "--ceiling", "calibrated")
     assert app.main(["solve", *more, "--load", "10 N", "--verbose"]) == app.SOLVED
@@ -378,7 +380,7 @@ def test_names_with_markup_and_control_characters_stay_harmless(
     assert "\x1b" not in out
 
 
-def test_progress_is_told_on_a_terminal_only(
+def test_progress_appears_on_terminal_only(
     rough: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # With this Rich would take a pipe for a terminal.
@@ -423,9 +425,7 @@ def test_figures_go_into_an_existing_folder(rough: Path, tmp_path: Path) -> None
 
 
 @pytest.mark.long
-def test_demo_writes_both_solutions_and_tells_what_they_are(
-    tmp_path: Path, capsys: Capture
-) -> None:
+def test_demo_writes_and_explains_both_solutions(tmp_path: Path, capsys: Capture) -> None:
     folder = tmp_path / "demo"
     assert app.main(["demo", "--folder", str(folder), "--points", "64"]) == app.SOLVED
     out, err = capsys.readouterr()
@@ -491,7 +491,7 @@ WRITERS: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
         pytest.param("run", 200, marks=pytest.mark.process),
     ],
 )
-def test_paths_stand_whole_on_lines_of_their_own(
+def test_paths_are_unbroken_on_separate_lines(
     command: str, length: int, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # A short path is one that is told from where one stands.
@@ -645,14 +645,14 @@ def test_bad_files_end_in_one_sentence(
     refused(capsys, app.main([command, str(path), *SCALE, *options]), *words)
 
 
-def test_missing_unit_or_size_is_asked_for_as_an_option(rough: Path, capsys: Capture) -> None:
+def test_missing_unit_or_size_names_option(rough: Path, capsys: Capture) -> None:
     options = ["solve", str(rough), "--load", "1 N", *STEEL]
     refused(capsys, app.main(options), "no unit", "--unit um")
     refused(capsys, app.main([*options, "--unit", "um"]), "--size '0.1 mm x 0.2 mm'")
     refused(capsys, app.main([*options, "--unit", "s"]), "--unit needs a length")
 
 
-def test_holes_are_refused_until_the_user_chooses(holed: Path, capsys: Capture) -> None:
+def test_holes_without_choice_are_rejected(holed: Path, capsys: Capture) -> None:
     choices = ("holed.npy has 3 missing points", "--missing fill", "--missing mask", "--crop")
     refused(capsys, solve(holed, *STEEL), *choices)
     for options, steps in (
@@ -664,7 +664,7 @@ def test_holes_are_refused_until_the_user_chooses(holed: Path, capsys: Capture) 
     assert solve(holed, *STEEL, "--crop", "8:,:") == app.SOLVED
 
 
-def test_bodies_on_unequal_grids_are_refused(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+def test_bodies_on_unequal_grids_are_rejected(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     other = tmp_path / "other.npy"
     np.save(other, bumps()[:20])
     status = solve(rough, *STEEL, "--counter-surface", str(other))
@@ -733,7 +733,7 @@ def test_not_converged_shows_the_best_and_writes_nothing(
     assert told["written"] == []
 
 
-def test_an_old_output_survives_a_refused_run(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+def test_rejected_run_keeps_old_output(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     output = tmp_path / "out.nc"
     output.write_text("an older result")
     refused(capsys, solve(rough, *YIELDING, "--output", str(output), load="61 N"), "60 N")
@@ -865,7 +865,7 @@ def test_a_wrong_size_in_a_file_is_replaced(rough: Path, tmp_path: Path, capsys:
     assert json.loads(capsys.readouterr().out)["size"] == pytest.approx([1e-4, 2e-4])
 
 
-def test_info_tells_of_heights_that_cannot_be(tmp_path: Path, capsys: Capture) -> None:
+def test_info_warns_about_impossible_heights(tmp_path: Path, capsys: Capture) -> None:
     heights = np.random.default_rng(1).standard_normal((40, 40))
     np.save(tmp_path / "map.npy", heights)
     given = ["info", str(tmp_path / "map.npy"), "--size", "0.1 mm", "--unit"]
@@ -879,7 +879,7 @@ def test_info_tells_of_heights_that_cannot_be(tmp_path: Path, capsys: Capture) -
     assert "WARNING units: " in " ".join(capsys.readouterr().out.split())
 
 
-def test_info_tells_size_and_roughness(holed: Path, capsys: Capture) -> None:
+def test_info_shows_size_and_roughness(holed: Path, capsys: Capture) -> None:
     assert app.main(["info", str(holed), *SCALE, "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     heights = np.load(holed) * 1e-6
@@ -1107,7 +1107,7 @@ def test_bad_preparation_is_one_sentence(
 
 
 @pytest.mark.long
-def test_study_is_told_in_plain_words(tmp_path: Path, capsys: Capture) -> None:
+def test_study_prints_sentences(tmp_path: Path, capsys: Capture) -> None:
     heights = np.kron(bumps(), np.ones((2, 2)))
     path = tmp_path / "rough.npy"
     np.save(path, heights)
@@ -1191,7 +1191,7 @@ def test_sweep_needs_both_ends(rough: Path, capsys: Capture) -> None:
     refused(capsys, app.main(["sweep", str(rough), *SCALE, *STEEL]), "--from is needed")
 
 
-def test_a_sweep_in_the_folder_of_another_is_refused(
+def test_sweep_in_folder_of_another_sweep_is_rejected(
     rough: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     folder = ("--folder", str(tmp_path / "steps"))
@@ -1556,7 +1556,7 @@ def test_the_volume_model_ends_without_load(tmp_path: Path, capsys: Capture) -> 
     assert stored.residual_displacement.max() > 0
 
 
-def test_a_law_of_hardening_counts_for_the_recommended_ceiling(capsys: Capture) -> None:
+def test_hardening_law_enters_calibrated_ceiling(capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "64", "--size", "3 mm", "--load", "8 kN")
     elastic = ("--young", "210 GPa", "--poisson", "0.3")
     for given, factor in (
@@ -1589,9 +1589,7 @@ BALL = (
 )
 
 
-def test_a_sweep_says_what_it_took_from_before(
-    rough: Path, tmp_path: Path, capsys: Capture
-) -> None:
+def test_resumed_sweep_reports_reused_steps(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     folder = tmp_path / "kept"
     sweep = ["sweep", str(rough), *SCALE, *STEEL, "--from", "10 mN", "--to", "1 N", "--steps", "3"]
     sweep += ["--folder", str(folder)]
@@ -1606,7 +1604,7 @@ def test_a_sweep_says_what_it_took_from_before(
 
 
 @pytest.mark.slow
-def test_a_volume_run_is_kept_and_goes_on(
+def test_volume_run_is_saved_and_resumes(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     outputs = [tmp_path / f"whole.{suffix}" for suffix in ("nc", "vtr", "vti", "csv", "json")]
@@ -1652,7 +1650,7 @@ def test_a_volume_run_is_kept_and_goes_on(
 
 
 @pytest.mark.long
-def test_a_volume_run_that_fails_says_what_is_kept(
+def test_failed_volume_run_reports_saved_steps(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(increments, "_MAX_CUTS", 0)

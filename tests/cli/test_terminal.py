@@ -103,7 +103,7 @@ def test_streams_that_are_closed_or_full(
 
 
 @pytest.mark.parametrize("arguments", ["--help", "materials"])
-def test_nobody_reads_what_is_printed(arguments: str) -> None:
+def test_closed_output_pipe_ends_quietly(arguments: str) -> None:
     reading, writing = os.pipe()
     os.close(reading)
     done = subprocess.run(
@@ -195,7 +195,7 @@ except KeyboardInterrupt:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="no status tells of signals there")
-def test_the_status_tells_of_the_signal_wherever_it_came(tmp_path: Path) -> None:
+def test_exit_status_names_signal_caught_in_c_code(tmp_path: Path) -> None:
     # CPython remembers an interrupt that C code has seen, and a module ends by SIGINT at last.
     (tmp_path / "through_c.py").write_text(THROUGH_C)
     done = subprocess.run(
@@ -253,7 +253,7 @@ def test_a_terminal_shows_the_time_left_as_it_runs_down(monkeypatch: pytest.Monk
     assert re.search(r"a solve, about 3\d s left", shown)
 
 
-def test_a_long_sweep_tells_its_time_and_what_an_interrupt_leaves(run: Run, tmp_path: Path) -> None:
+def test_long_sweep_prints_time_left_and_saved_steps_at_interrupt(run: Run, tmp_path: Path) -> None:
     (tmp_path / "sitecustomize.py").write_text(SLOW)
     sweep = SOLVE.replace("solve", "sweep").replace('--load "1 mN"', '--from "1 mN" --to "9 mN"')
     done = run(f"{sweep} --steps 13 --folder kept")
