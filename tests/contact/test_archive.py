@@ -167,7 +167,7 @@ def test_a_file_from_before_steps_were_data(tmp_path: Path) -> None:
     assert told == result.summary() | more
 
 
-def test_a_damaged_provenance_is_refused(tmp_path: Path) -> None:
+def test_damaged_provenance_raises_format_error(tmp_path: Path) -> None:
     dataset = solved("two rough bodies").to_xarray()
     dataset.attrs["provenance"] = dataset.attrs["provenance"][:-1]
     dataset.to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
@@ -175,7 +175,7 @@ def test_a_damaged_provenance_is_refused(tmp_path: Path) -> None:
         load_result(tmp_path / "out.nc")
 
 
-def test_what_was_loaded_is_read_only(tmp_path: Path) -> None:
+def test_loaded_arrays_are_read_only(tmp_path: Path) -> None:
     solved("ceiling by pixel").save(tmp_path / "out.nc")
     again = load_result(tmp_path / "out.nc")
     for name in ("pressure", "gap", "ceiling"):
@@ -404,7 +404,7 @@ def test_no_folder_to_write_to(tmp_path: Path, result: rc.ContactResult) -> None
         result.save(tmp_path / "absent" / "out.nc")
 
 
-def test_a_name_that_is_no_text(tmp_path: Path, result: rc.ContactResult) -> None:
+def test_file_name_that_is_not_utf_8_is_escaped(tmp_path: Path, result: rc.ContactResult) -> None:
     # As Python gives the name of a file whose bytes are not UTF-8.
     surface = replace(result.surface, provenance=rc.Provenance("gr\udcfcn.opd"))
     replace(result, pair=replace(result.pair, share=surface)).save(tmp_path / "out.nc")
@@ -425,7 +425,7 @@ def refused(path: Path, *words: str) -> None:
     assert caught.value.__suppress_context__ or caught.value.__context__ is None
 
 
-def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+def test_missing_file_raises_error(tmp_path: Path) -> None:
     refused(tmp_path / "out.nc", "does not exist", "check")
 
 
@@ -553,7 +553,7 @@ def test_a_variable_that_was_changed_is_named(
         ("/", "checksum_sha256", "0" * 64),
     ],
 )
-def test_attributes_that_were_changed_are_told(
+def test_changed_attributes_raise_format_error(
     where: str, name: str, value: object, tmp_path: Path, result: rc.ContactResult
 ) -> None:
     path = tmp_path / "out.nc"
@@ -564,7 +564,7 @@ def test_attributes_that_were_changed_are_told(
 
 
 @pytest.mark.long
-def test_a_checksum_that_is_gone_is_missed(tmp_path: Path, result: rc.ContactResult) -> None:
+def test_missing_checksum_raises_format_error(tmp_path: Path, result: rc.ContactResult) -> None:
     path = tmp_path / "out.nc"
     for where, words in (("/", "attributes do"), ("gap", "gap and attributes do")):
         result.save(path)
@@ -602,7 +602,7 @@ def test_the_note_on_a_file_without_checksums_stays(tmp_path: Path) -> None:
     assert load_result(tmp_path / "new.nc").cautions == old.cautions
 
 
-def test_a_report_cannot_be_made_to_ask_for_gigabytes(tmp_path: Path) -> None:
+def test_tiny_ceiling_attribute_gives_few_bins(tmp_path: Path) -> None:
     # The ceiling was the width of a bin, and the pressures the range: 3e9 bins.
     dataset = solved("scalar ceiling").to_xarray()
     dataset.attrs["ceiling"] = 1.0
@@ -612,7 +612,7 @@ def test_a_report_cannot_be_made_to_ask_for_gigabytes(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_damaged_files_are_refused_or_nothing_is_lost(tmp_path: Path) -> None:
+def test_damaged_files_raise_format_error_or_lose_nothing(tmp_path: Path) -> None:
     # tests/fuzz/damaged_files.py does it with thousands.
     path = tmp_path / "out.nc"
     solved("two rough bodies").save(path)

@@ -52,7 +52,7 @@ def yielded(*loads: float) -> rc.ElastoplasticResult:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_result_is_what_it_says(case: str, tmp_path: Path) -> None:
+def test_result_passes_verification(case: str, tmp_path: Path) -> None:
     result = solved(case)
     found = verify_solution(result)
     assert found.differences == ()
@@ -65,7 +65,7 @@ def test_a_result_is_what_it_says(case: str, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("loads", [(0.3,), (0.3, 0.0)])
-def test_the_contact_of_a_volume_is_what_it_says(loads: tuple[float, ...], tmp_path: Path) -> None:
+def test_contact_of_volume_passes_verification(loads: tuple[float, ...], tmp_path: Path) -> None:
     result = yielded(*loads)
     # The volume goes on beyond the map, which the contact does not see.
     assert result.bodies[0].margin > 0
@@ -77,7 +77,7 @@ def test_the_contact_of_a_volume_is_what_it_says(loads: tuple[float, ...], tmp_p
         load(tmp_path / "out.nc", verify=True)
 
 
-def test_whatever_does_not_fit_is_told() -> None:
+def test_changed_quantities_are_reported_as_differences() -> None:
     result = solved()
     pressure, gap = result.pressure.copy(), result.gap.copy()
     pressure[result.contact & ~result.saturated] *= 1.001
@@ -96,7 +96,7 @@ def test_whatever_does_not_fit_is_told() -> None:
 
 
 @pytest.mark.long
-def test_a_file_that_is_no_solution_is_refused(tmp_path: Path) -> None:
+def test_inconsistent_solution_raises_format_error(tmp_path: Path) -> None:
     # Everything agrees, checksums too, but the heights are another surface's.
     result = solved()
     path = tmp_path / "out.nc"
@@ -114,14 +114,14 @@ def test_a_file_that_is_no_solution_is_refused(tmp_path: Path) -> None:
         assert "\n" not in sentence
 
 
-def test_memory_is_asked_for_first(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_insufficient_memory_raises_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("roughcontact._tools.memory.free_bytes", lambda: 1000)
     with pytest.raises(rc.InsufficientMemoryError, match="points needs about"):
         verify_solution(solved())
 
 
 @pytest.mark.long
-def test_bodies_apart_have_nothing_to_certify() -> None:
+def test_separated_bodies_have_no_certificate() -> None:
     found = verify_result(yielded(0.3, 0.0))
     assert (found.found_load, found.found_certificate) == (0.0, 0.0)
 
@@ -130,7 +130,7 @@ def test_bodies_apart_have_nothing_to_certify() -> None:
 
 
 @pytest.mark.long
-def test_files_are_told_one_by_one(tmp_path: Path, capsys, monkeypatch) -> None:
+def test_command_prints_one_row_per_file(tmp_path: Path, capsys, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     solved().save("sound.nc")
     yielded(0.3).save("volume.nc")
@@ -156,7 +156,9 @@ def test_files_are_told_one_by_one(tmp_path: Path, capsys, monkeypatch) -> None:
 
 
 @pytest.mark.long
-def test_a_file_that_fails_is_told_in_a_sentence(tmp_path: Path, capsys, monkeypatch) -> None:
+def test_failed_files_are_reported_in_one_sentence_each(
+    tmp_path: Path, capsys, monkeypatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     result = solved()
     result.save("sound.nc")
@@ -199,6 +201,6 @@ def test_json_holds_what_the_table_shows(tmp_path: Path, capsys, monkeypatch) ->
     assert "does not exist" in absent["reason"]
 
 
-def test_a_file_has_to_be_named(capsys) -> None:
+def test_command_without_file_is_rejected(capsys) -> None:
     assert app.main(["verify"]) == app.BAD_INPUT
     assert "missing argument 'FILE" in capsys.readouterr().err

@@ -271,7 +271,7 @@ def test_the_cost_is_that_of_all_solves() -> None:
     assert result.convolutions > sphere(40).convolutions
 
 
-def test_what_came_out_with_three_is_told() -> None:
+def test_calibration_keeps_results_with_three_yield_strengths() -> None:
     usual, result = sphere(40), advised(40)
     found = result.calibration
     assert found.usual_ceiling == usual.ceiling == 3e9
@@ -327,7 +327,7 @@ def test_a_load_above_three_yield_strengths_names_the_calibrated_ceiling() -> No
     assert "with three yield strengths" not in str(result)
 
 
-def test_a_ceiling_that_cannot_carry_the_load_is_refused() -> None:
+def test_too_low_calibrated_ceiling_raises_capacity_error() -> None:
     heights, pixel = rc.reference_map(32)
     surface = rc.Surface(heights, pixel)
     body = rc.Material(210e9, 0.3, 1e9)
@@ -347,13 +347,13 @@ def test_without_a_yield_strength_none_can_be_recommended(body: rc.Material) -> 
         rc.solve(ball, material=body, load=1.0, ceiling="calibrated")
 
 
-def test_flats_have_no_slope_to_be_judged_by() -> None:
+def test_flat_surfaces_have_no_calibrated_ceiling() -> None:
     flat = rc.Surface(np.zeros((8, 8)), (1e-6, 1e-6))
     with pytest.raises(rc.InputError, match="these have none: single pixels, or flats"):
         rc.solve(flat, material=STEEL, load=0.16, ceiling="calibrated")
 
 
-def test_two_alike_share_alike_and_an_elastic_one_pushes_further() -> None:
+def test_elastic_counter_body_lowers_ceiling_below_equal_bodies() -> None:
     ball = sphere(40).surface
     load = 40 * hertz.first_yield_load(RADIUS, MODULUS, STEEL.first_yield_pressure)
     # Half the modulus: four times the load of first yield, so 20 times it.
@@ -415,7 +415,7 @@ def test_a_study_keeps_the_ceiling_of_the_map() -> None:
     )
 
 
-def test_it_is_stored_and_told(tmp_path: Path) -> None:
+def test_calibration_is_saved_and_shown(tmp_path: Path) -> None:
     result = advised(40)
     result.save(tmp_path / "ball.nc")
     assert rc.read_result(tmp_path / "ball.nc").calibration == result.calibration

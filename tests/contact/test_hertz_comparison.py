@@ -104,7 +104,7 @@ def kinds(result: rc.ContactResult) -> str:
     )
 
 
-def test_a_contact_beyond_the_map_is_told() -> None:
+def test_contact_beyond_map_gives_warning() -> None:
     result, _ = pressed(ball(points=48))
     assert "warning: Hertz contact (±" in kinds(result)
     # What the load was taken from is wrong here: a warning of the result, not of the page alone.
@@ -113,7 +113,7 @@ def test_a_contact_beyond_the_map_is_told() -> None:
     assert not any(c.kind == CautionTag.HERTZ for c in plain.cautions)
 
 
-def test_ends_copies_size_and_ceilings_are_told() -> None:
+def test_ends_images_size_and_ceiling_limit_comparison() -> None:
     roller = nominal_bodies.cylinder(radius=0.005, shape=(128, 6), pixel=(1e-6, 2e-6))
     free, smooth = pressed(roller)
     (ends,) = hertz_comparison.comparison_limits(free)

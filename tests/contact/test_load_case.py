@@ -61,7 +61,7 @@ def test_a_quantity_of_pint_is_a_load_by_its_unit() -> None:
 
 
 @pytest.mark.parametrize("text", ["5", "5 m", "hertz 5 N", "hertz", "-20 MPa", "0 N/mm", "0 N"])
-def test_what_is_no_load_is_refused(text: str) -> None:
+def test_invalid_load_raises_input_error(text: str) -> None:
     with pytest.raises(rc.InputError) as refused:
         load_case.parse_required_load(text, "load")
     assert refused.value.argument == "load"
@@ -126,7 +126,7 @@ def test_the_force_of_each_form() -> None:
         ),
     ],
 )
-def test_a_form_that_does_not_fit_the_bodies_is_refused(
+def test_load_form_unfit_for_bodies_raises_input_error(
     form: Any, surface: rc.Surface, found: str
 ) -> None:
     with pytest.raises(rc.InputError, match=found) as refused:
@@ -228,7 +228,7 @@ def test_a_line_load_and_a_peak_of_hertz_on_the_command_line(capsys: Capture) ->
         (("--load", "1 N/mm"), "--load (line load) needs a nominal cylinder"),
     ],
 )
-def test_loads_that_do_not_go_are_refused_in_one_sentence(
+def test_invalid_loads_are_rejected_in_one_sentence(
     words: tuple[str, ...], sentence: str, capsys: Capture
 ) -> None:
     flat = ("--body", "flat", *STRIP[2:])
@@ -288,7 +288,7 @@ def test_a_project_takes_lists_of_peaks(tmp_path: Path) -> None:
     ]
 
 
-def test_the_console_sets_smooth_beside_rough_and_names_the_load(capsys: Capture) -> None:
+def test_console_compares_with_smooth_bodies_and_names_load(capsys: Capture) -> None:
     assert app.main(["solve", *STRIP, "--hertz", "400 MPa", "--verbose"]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     assert "compared with Hertz smooth (Hertz) solved ratio" in shown

@@ -74,7 +74,7 @@ def first(folder: str, most: object, used: int, files: int = 0):
     }
 
 
-def test_no_control_groups_leave_everything(tmp_path: Path) -> None:
+def test_missing_control_groups_set_no_limit(tmp_path: Path) -> None:
     assert left(tmp_path) == []
     assert left(tree(tmp_path, "0::/", {})) == []
     # The outermost group of a machine has no limit.
@@ -119,7 +119,7 @@ def test_groups_of_version_1(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", ["/docker/b3b4", "/../../other", "/"])
-def test_a_container_sees_its_own_group_as_the_outermost(path: str, tmp_path: Path) -> None:
+def test_container_uses_its_group_as_root(path: str, tmp_path: Path) -> None:
     # The kernel names the path as the machine has it, and no such folder is mounted.
     tree(tmp_path, f"4:memory:{path}\n0::{path}", first("", 2 * GIB, GIB))
     assert left(tmp_path) == [GIB]
@@ -273,7 +273,7 @@ def test_just_enough_is_enough(
 
 
 @pytest.mark.parametrize(("boundary", "precision"), KINDS)
-def test_solve_refuses_before_it_computes(
+def test_solve_raises_memory_error_before_it_computes(
     boundary: str, precision: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def touched(*_: object, **__: object) -> None:
@@ -351,7 +351,7 @@ def test_a_start_that_cannot_carry_the_load_takes_all_of_the_map(
 
 
 @pytest.mark.parametrize("ceiling", [None, 3e9])
-def test_a_coarse_grid_foresees_no_smaller_contact(
+def test_coarse_grid_does_not_underestimate_contact(
     ceiling: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     surface = rough(128)
@@ -372,16 +372,14 @@ def test_a_coarse_grid_foresees_no_smaller_contact(
         monkeypatch.setattr(contact_memory, "_PREVIEW_PIXELS", 32**2)
 
 
-def test_the_stiffness_asks_for_its_own_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stiffness_checks_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     result = rc.solve(rough(), material=STEEL, load=0.1)
     leave(monkeypatch, memory_estimate((96, 96), contact_fraction=0.0))
     with pytest.raises(rc.InsufficientMemoryError, match="96 × 96 points in contact on"):
         stiffness(result)
 
 
-def test_the_finer_grid_of_a_study_is_refused_before_it_is_made(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_study_leaves_out_too_large_finer_grid(monkeypatch: pytest.MonkeyPatch) -> None:
     surface = rough(64)
     given = {"material": STEEL, "load": 0.1, "ceiling": None}
     leave(monkeypatch, memory_estimate((64, 64), contact_fraction=0.3))
@@ -413,7 +411,7 @@ PIXEL = (1e-8, 1e-8)
     ],
     ids=["heights", "integers", "sphere", "flat", "generated", "waves", "spline"],
 )
-def test_large_maps_are_refused_before_they_are_made(made, monkeypatch) -> None:
+def test_large_maps_raise_memory_error_before_allocation(made, monkeypatch) -> None:
     leave(monkeypatch, GIB)
     with pytest.raises(rc.InsufficientMemoryError) as caught:
         made()
@@ -453,7 +451,7 @@ TASKS = {
 
 @pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems do not keep these limits")
-def test_a_command_is_refused_before_it_takes_memory() -> None:
+def test_command_is_rejected_before_it_allocates() -> None:
     # The kernel ended it after a minute.
     script = COMMAND.format(arguments=["solve", *BODY, "--points", "30000", "--load", "1 N"])
     status, peak = map(int, limited("RLIMIT_AS", script).split())
@@ -470,7 +468,7 @@ def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 
 
 @pytest.mark.parametrize("task", TASKS)
-def test_nominal_bodies_are_refused_by_what_the_task_needs(
+def test_nominal_bodies_are_rejected_by_memory_of_task(
     task: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(rc.Surface, "__init__", lambda *_, **__: pytest.fail("made"))
@@ -480,7 +478,7 @@ def test_nominal_bodies_are_refused_by_what_the_task_needs(
     assert "1.0 GiB are free" in said
 
 
-def test_the_example_is_refused_before_it_is_made(
+def test_too_large_demo_is_rejected_before_allocation(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -491,7 +489,7 @@ def test_the_example_is_refused_before_it_is_made(
 
 
 @pytest.mark.parametrize("suffix", [".npy", ".npz", ".nc", ".x3p", ".sur", ".csv"])
-def test_files_are_refused_by_their_header(
+def test_too_large_files_are_rejected_by_their_header(
     suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     surface, path = rough(96), tmp_path / f"map{suffix}"
@@ -515,7 +513,7 @@ def test_files_are_refused_by_their_header(
     [(("--report", "out.html"), 13), (("--counter-body", "sphere 1 mm"), 2)],
     ids=["report", "counter-body"],
 )
-def test_what_else_is_asked_for_counts(
+def test_memory_estimate_includes_further_outputs(
     more: tuple[str, str],
     maps: int,
     tmp_path: Path,
@@ -537,7 +535,7 @@ def test_what_else_is_asked_for_counts(
         app.main([*given, *more])
 
 
-def test_a_finer_pixel_is_refused_before_it_is_made(
+def test_too_fine_pixel_is_rejected_before_resampling(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     surface, path = rough(96), tmp_path / "map.npz"

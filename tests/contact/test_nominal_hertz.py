@@ -51,14 +51,14 @@ def measured(surface: rc.Surface) -> np.ndarray:
         lambda s: rc.Surface(np.zeros(s.shape), s.pixel).with_form(s).masked(),
     ],
 )
-def test_the_curvature_told_is_that_of_the_heights(name: str, prepared: Any) -> None:
+def test_curvature_matches_heights(name: str, prepared: Any) -> None:
     surface = prepared(BODIES[name])
     # Spheres deviate from their paraboloid by 1e-5 at this size; splines by a little more.
     found = nominal_hertz.curvature_of_map(surface.provenance)
     np.testing.assert_allclose(found, measured(surface), rtol=1e-4, atol=3e-3)
 
 
-def test_what_has_no_curvature_or_none_that_is_known() -> None:
+def test_curvature_is_none_where_unknown_and_zero_where_removed() -> None:
     for body in (nominal_bodies.cone(slope=0.1, **GRID), nominal_bodies.punch(radius=1e-5, **GRID)):
         assert nominal_hertz.curvature_of_map(body.provenance) is None
     ball = BODIES["sphere"]

@@ -71,12 +71,12 @@ def test_operators_are_those_of_the_boundary(boundary: Boundary) -> None:
         ((surface(), rc.RIGID), "both bodies are rigid"),
     ],
 )
-def test_what_cannot_be_pressed_together(bodies: tuple, message: str) -> None:
+def test_invalid_pairs_raise_input_error(bodies: tuple, message: str) -> None:
     with pytest.raises(rc.InputError, match=message):
         Pair(*bodies)
 
 
-def test_records_tell_pairs_apart() -> None:
+def test_different_pairs_have_different_records() -> None:
     record = Pair(surface(), STEEL).record()
     assert record == Pair(surface(HEIGHTS.copy()), STEEL).record()
     for other in (
@@ -88,7 +88,7 @@ def test_records_tell_pairs_apart() -> None:
         assert other.record() != record
 
 
-def test_bodies_on_other_grids_are_told_in_few_digits_and_how_to_align_them() -> None:
+def test_unequal_grids_raise_input_error_with_align_option() -> None:
     body = rc.Surface(np.zeros((4, 4)), (1.0982520279867458e-06, 1.0982520279867458e-06))
     with pytest.raises(rc.InputError) as caught:
         Pair(body, STEEL, rc.Surface(np.zeros((3, 4)), (2e-6, 1e-6)))

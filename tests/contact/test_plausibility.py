@@ -168,7 +168,7 @@ NAMES = tuple(calls())
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_slip_is_taken_or_refused_in_the_words_of_the_package(name: str) -> None:
+def test_mistaken_argument_works_or_raises_package_error(name: str) -> None:
     function, usual = calls()[name]
     # Of shakedown the loads would have to lie on both sides.
     if name != "shakedown_load":
@@ -185,7 +185,7 @@ def test_a_slip_is_taken_or_refused_in_the_words_of_the_package(name: str) -> No
             assert len(told) < 400, (argument, slip)
 
 
-def test_what_is_plain_is_taken() -> None:
+def test_plain_arguments_are_accepted() -> None:
     surface, steel = rc.Surface(*rc.reference_map(32)), rc.catalog.material("100Cr6")
     one = {"Sq": 1e-7, "rolloff_wavelength": 1.6e-5, "cutoff_wavelength": 4e-6}
     square, pair = rc.generate(32, 1e-6, **one), rc.generate((32, 32), (1e-6, 1e-6), **one)
@@ -218,7 +218,7 @@ def test_what_is_plain_is_taken() -> None:
         ),
     ],
 )
-def test_a_slip_is_told_with_what_was_found(call: Callable[[], Any], told: str) -> None:
+def test_mistaken_argument_is_quoted_in_error(call: Callable[[], Any], told: str) -> None:
     with pytest.raises(rc.InputError) as caught:
         call()
     assert told in str(caught.value)

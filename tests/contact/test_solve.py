@@ -329,7 +329,7 @@ def test_masked_pixels_never_touch(independent, missing, ceiling, boundary):
     assert math.isfinite(result.mean_gap)
 
 
-def test_masking_what_lies_deep_changes_nothing():
+def test_masking_deep_points_keeps_solution():
     surface = rough()
     options = {"material": STEEL, "load": 0.2, "tolerance": 1e-9}
     whole = rc.solve(surface, **options)
@@ -609,7 +609,7 @@ def test_single_precision_reaches_what_it_promises(independent, ceiling, boundar
     assert (single.pressure != double.pressure).any()
 
 
-def test_single_precision_does_not_claim_what_it_cannot_reach():
+def test_single_precision_does_not_converge_to_1e_10():
     result = rc.solve(
         reference(128),
         material=STEEL,
@@ -701,7 +701,7 @@ def test_a_wrong_operator_is_not_certified_away(independent, monkeypatch):
     assert independent.judge(result).certificate > 1e-3
 
 
-def test_progress_is_told_while_it_runs():
+def test_progress_callback_follows_solve():
     seen = []
     result = rc.solve(reference(128), material=YIELDING, load=LOAD, progress=seen.append)
     first, second = (
@@ -955,7 +955,7 @@ def test_capacity_names_the_load_and_what_can_be_carried():
         rc.solve(surface, material=STEEL, load=0.5, ceiling=1e8)
 
 
-def test_memory_is_said_before_starting(monkeypatch):
+def test_insufficient_memory_raises_error_before_solve(monkeypatch):
     def room(points):
         return MemoryNeed((points, points), Boundary.FREE)
 

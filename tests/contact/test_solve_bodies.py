@@ -220,7 +220,7 @@ def test_a_square_punch():
     assert 2 * stiffness[1] - stiffness[0] == pytest.approx(math.pi * 0.3667892, rel=3e-4)
 
 
-def test_a_rectangular_punch_lies_as_it_is_said():
+def test_rectangular_punch_has_given_sides():
     on = grid((100, 120), (1e-4, 1.2e-4))
     result = solve(nominal_bodies.rectangular_punch(sides=(2e-5, 6e-5), **on), load=1.0)
     assert (result.contact.any(axis=1).sum(), result.contact.any(axis=0).sum()) == (20, 60)

@@ -24,7 +24,7 @@ def told(rows):
     return [(row.peer, row.settings, row.problem) for row in rows]
 
 
-def test_all_that_a_program_can_solve_is_there(rows):
+def test_all_solvable_problems_of_each_program_are_stored(rows):
     tight = {(row.peer, row.problem) for row in rows if row.settings == "tight"}
     elastic = {name for name in problems.NAMES if "ceiling" not in name and "x" not in name}
     assert tight == {
@@ -50,7 +50,7 @@ def test_programs_agree_as_far_as_their_certificates_reach(rows):
     assert told(row for row in tight if row.contact > 1 or row.saturated > 1) == told([])
 
 
-def test_the_certificate_tells_what_other_settings_leave(rows):
+def test_certificate_matches_error_at_other_settings(rows):
     other = {(row.peer, row.problem): row for row in rows if row.settings != "tight"}
     # Loose, but right to what the certificate says.
     for key in (

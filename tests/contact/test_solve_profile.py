@@ -114,7 +114,7 @@ def test_a_wave_in_full_contact_is_exact():
 
 
 @pytest.mark.parametrize("boundary", ["free", "periodic"])
-def test_a_profile_is_a_map_that_goes_on_alike(boundary):
+def test_profile_matches_extruded_map(boundary):
     heights = 1e-7 * np.random.default_rng(4).standard_normal(192)
     spacing, rows = 2e-6, 5
     profile = press(rc.Surface(heights, spacing), load=2e3, boundary=boundary)
@@ -176,7 +176,7 @@ def test_two_profiles_count_as_their_sum():
     np.testing.assert_allclose(apart.pressure, once.pressure, atol=1e-8 * once.max_pressure)
 
 
-def test_what_needs_a_map_says_so():
+def test_map_options_raise_input_error_for_profile():
     _, surface = cylinder(128)
     result = press(surface)
     steel = rc.Material(210e9, 0.3, 1e9)

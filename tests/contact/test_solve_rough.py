@@ -33,7 +33,7 @@ def test_light_loads_touch_in_proportion(curve: rc.results.LoadCurve) -> None:
     assert 1.6 < curve.low_load_slope < 2.3
 
 
-def test_area_lies_between_persson_and_bush_gibson_thomas(curve: rc.results.LoadCurve) -> None:
+def test_area_is_between_persson_and_bush_gibson_thomas(curve: rc.results.LoadCurve) -> None:
     area, load = curve.column("perimeter_corrected_area"), curve.column("load")
     many = curve.column("spots") >= 20
     assert many.sum() >= 5

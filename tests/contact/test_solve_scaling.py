@@ -60,6 +60,6 @@ def test_a_ceiling_too_small_for_the_units_is_met():
         ({"approach": 1e300}, r"approach = 1e\+300 m: too large"),
     ],
 )
-def test_what_no_square_holds_is_refused(options, words):
+def test_values_whose_square_overflows_raise_input_error(options, words):
     with pytest.raises(rc.InputError, match=words):
         rc.solve(rough(), material=STEEL, ceiling=None, **options)
