@@ -81,7 +81,7 @@ def bench() -> Iterator[WorkerPool]:
 
 
 @pytest.mark.slow
-def test_a_joint_is_asked_and_tells_how_to_ask_again(tmp_path: Path, bench: WorkerPool) -> None:
+def test_joint_analyses_show_results_and_commands(tmp_path: Path, bench: WorkerPool) -> None:
     seat = Seat(tmp_path, bench)
     for name, text in RANGE.items():
         seat.joint._set_range_option(name.strip("_"), text)
@@ -102,7 +102,7 @@ def test_a_joint_is_asked_and_tells_how_to_ask_again(tmp_path: Path, bench: Work
     seat.session.close()
 
 
-def test_formulas_stand_beside_a_nominally_flat_contact(tmp_path: Path, bench: WorkerPool) -> None:
+def test_formulas_are_shown_for_nominally_flat_contact(tmp_path: Path, bench: WorkerPool) -> None:
     heights = rc.self_affine(
         (128, 128),
         (1e-6, 1e-6),
@@ -121,7 +121,7 @@ def test_formulas_stand_beside_a_nominally_flat_contact(tmp_path: Path, bench: W
     seat.session.close()
 
 
-def test_what_is_wrong_is_said_in_a_sentence(tmp_path: Path, bench: WorkerPool) -> None:
+def test_invalid_input_is_reported_in_one_sentence(tmp_path: Path, bench: WorkerPool) -> None:
     seat = Seat(tmp_path, bench, **{"counter-material": "PEEK"})
     for name, box in seat.joint._boxes.items():
         box.value = name == "Conductance"
@@ -137,7 +137,7 @@ def test_what_is_wrong_is_said_in_a_sentence(tmp_path: Path, bench: WorkerPool) 
 
 
 @pytest.mark.slow
-def test_all_that_is_asked_at_once_is_solved_once(
+def test_joint_analyses_share_solved_contacts(
     tmp_path: Path, bench: WorkerPool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Elastic, so that the law has no second branch of its own.

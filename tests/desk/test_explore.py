@@ -70,7 +70,7 @@ def test_the_page_is_served_and_ends(surface: rc.Surface, opened: list[Any]) -> 
     assert not folder.exists()
 
 
-def test_what_the_page_cannot_show_is_refused(surface: rc.Surface) -> None:
+def test_explore_of_unsupported_objects_raises_input_error(surface: rc.Surface) -> None:
     with pytest.raises(InputError, match="the page"):
         rc.Surface(surface.heights[0], 1e-6).explore()
     limited = rc.solve(

@@ -59,7 +59,7 @@ def test_another_result_changes_only_what_is_of_the_result(surface, results):
     assert "largest 3 GPa" in shown.plot.title.text
 
 
-def test_it_is_told_whose_heights_are_shown(surface, results):
+def test_title_names_body_of_heights(surface, results):
     shown = MapsView()
     shown.show_contact(surface, results[0])
     title = shown.plot.title
@@ -119,7 +119,7 @@ def test_moving_the_ranges_shows_the_points_there(results, surface):
     )
 
 
-def test_what_is_not_there_is_not_shown(surface, results):
+def test_missing_maps_are_hidden(surface, results):
     shown = MapsView()
     shown.show_contact(surface, results[0])
     shown.show_contact(surface, None)

@@ -22,7 +22,7 @@ def maps():
     return shown
 
 
-def test_dragging_an_end_tells_the_line(maps):
+def test_dragging_an_end_reports_section_line(maps):
     told = []
     maps.set_section_listener(told.append)
     maps.section.set_line((10e-6, 10e-6, 20e-6, 50e-6))
@@ -54,7 +54,7 @@ def test_zooming_keeps_the_line_and_the_size_of_its_handles(maps):
     assert told == []
 
 
-def test_a_box_is_drawn_moved_and_taken_away(maps):
+def test_box_is_drawn_moved_and_removed(maps):
     told = []
     maps.set_box_listener(told.append)
     plot = maps.plot

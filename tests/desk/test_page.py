@@ -55,9 +55,7 @@ def text_of(pane: Any) -> str:
 
 
 @pytest.mark.long
-def test_a_page_asks_for_what_it_lacks_and_then_tells_the_contact(
-    page: Page, tmp_path: Path
-) -> None:
+def test_page_lists_missing_inputs_and_then_shows_contact(page: Page, tmp_path: Path) -> None:
     assert lacking(page) == ["Map", "Material", "Extent", "Load"]
     page._run_action(lambda: page.session.open_map(map_file(tmp_path), "<b>mine</b>.npz"))
     settle(page)
@@ -129,7 +127,7 @@ def test_results_of_another_request_are_gray_until_the_last_is_answered(
 
 
 @pytest.mark.long
-def test_two_pages_on_one_work_follow_each_other(
+def test_two_pages_on_one_project_follow_each_other(
     page: Page, work: SavedProject, tmp_path: Path
 ) -> None:
     bench = WorkerPool(spare=False)
@@ -151,7 +149,7 @@ def test_two_pages_on_one_work_follow_each_other(
 
 
 @pytest.mark.long
-def test_what_cannot_be_pressed_is_seen_and_said(page: Page, tmp_path: Path) -> None:
+def test_map_with_holes_is_shown_and_reported(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path, holes=3)))
     page._run_action(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
@@ -160,7 +158,7 @@ def test_what_cannot_be_pressed_is_seen_and_said(page: Page, tmp_path: Path) -> 
 
 
 @pytest.mark.long
-def test_an_empty_file_is_refused_by_its_name_alone(page: Page, work: SavedProject) -> None:
+def test_empty_file_is_rejected_with_name_of_user(page: Page, work: SavedProject) -> None:
     path = work.folder / "map-1.opd"
     path.touch()
     page._run_action(lambda: page.session.open_map(path, "mine.opd"))
@@ -265,7 +263,7 @@ def test_what_waits_for_a_map_is_made_with_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_the_slider_gives_the_load_it_tells(page: Page, tmp_path: Path) -> None:
+def test_slider_sets_displayed_load(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
     page._run_action(lambda: page.session.give_all({**GIVEN, "load": "1 MPa"}))
     settle(page)
@@ -369,7 +367,7 @@ def test_a_caution_is_remedied_by_its_button(page: Page, tmp_path: Path) -> None
     assert page.session.state.specified["boundary"] == "free"
 
 
-def test_a_work_that_is_removed_says_so(work: SavedProject, tmp_path: Path) -> None:
+def test_removed_project_is_reported(work: SavedProject, tmp_path: Path) -> None:
     gone: list[bool] = []
     bench = WorkerPool(spare=False)
     made = Page(PageVisit(work, None, tmp_path, bench, 1, lambda: gone.append(True), list))
@@ -447,7 +445,7 @@ def test_a_form_has_an_order_and_the_last_step_is_undone_on_the_folded_line(
 
 
 @pytest.mark.long
-def test_a_coated_body_is_pressed(page: Page, tmp_path: Path) -> None:
+def test_coated_body_is_solved(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
     page._run_action(
         lambda: page.session.give_all({**GIVEN, "coating": "DLC 2 um", "ceiling": "base"})

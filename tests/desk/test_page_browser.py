@@ -190,7 +190,7 @@ _DRAWN = "(images) => images.map((one) => one.naturalWidth > 20 && one.width > 2
 
 
 @pytest.mark.slow
-def test_the_maps_are_there_again_after_a_look_at_another_tab(seat: Seat) -> None:
+def test_maps_return_after_change_of_tab(seat: Seat) -> None:
     demonstrate(seat)
     frames = seat.page.evaluate(_MAPS)
     assert len(frames) == 1
@@ -235,7 +235,7 @@ def wait_for_file(seat: Seat, path: Path, is_so: Callable[[str], bool]) -> None:
 
 
 @pytest.mark.slow
-def test_a_long_solve_is_cancelled_and_the_page_goes_on(seat: Seat) -> None:
+def test_long_solve_is_canceled_while_page_responds(seat: Seat) -> None:
     demonstrate(seat)
     page = seat.page
     seat.turn("Analyze")
@@ -253,7 +253,7 @@ def test_a_long_solve_is_cancelled_and_the_page_goes_on(seat: Seat) -> None:
 
 
 @pytest.mark.slow
-def test_a_wrong_file_is_refused_in_a_sentence(seat: Seat, measured: Path) -> None:
+def test_invalid_file_is_rejected_in_one_sentence(seat: Seat, measured: Path) -> None:
     wrong = {"name": "broken.opd", "mimeType": "", "buffer": b"no map at all" * 100}
     seat.bring(wrong, "broken.opd")
     told = text_of(seat.alert("broken.opd"))
@@ -266,7 +266,7 @@ def test_a_wrong_file_is_refused_in_a_sentence(seat: Seat, measured: Path) -> No
 
 
 @pytest.mark.slow
-def test_units_and_sizes_are_asked_for_and_no_name_of_a_file_is_markup(seat: Seat) -> None:
+def test_missing_units_are_requested_and_file_name_is_escaped(seat: Seat) -> None:
     page = seat.page
     seat.bring({"name": EVIL, "mimeType": "", "buffer": wavy()}, EVIL)
     # What is lacking is asked for where it is told.
@@ -288,9 +288,7 @@ def test_units_and_sizes_are_asked_for_and_no_name_of_a_file_is_markup(seat: Sea
 
 
 @pytest.mark.slow
-def test_the_work_is_there_after_a_crash_of_the_program_and_a_reload(
-    seat: Seat, served: Served
-) -> None:
+def test_project_survives_crash_and_reload(seat: Seat, served: Served) -> None:
     demonstrate(seat)
     load = text_of(seat.number("Load"))
     seat.page.reload()
@@ -411,7 +409,7 @@ def test_a_page_that_cannot_take_up_a_change_is_loaded_again_and_never_without_e
 
 
 @pytest.mark.slow
-def test_two_tabs_of_one_work_are_both_live(seat: Seat, served: Served, chromium: Any) -> None:
+def test_two_tabs_of_one_project_are_both_live(seat: Seat, served: Served, chromium: Any) -> None:
     demonstrate(seat)
     other = Seat(chromium, f"{served.home}&work={seat.key}")
     other.page.get_by_text("converged, certificate").wait_for()

@@ -18,7 +18,7 @@ POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no modes
 
 
 @POSIX
-def test_a_work_is_private_and_its_key_long(tmp_path: Path) -> None:
+def test_project_is_private_with_long_key(tmp_path: Path) -> None:
     desk = ProjectStore(tmp_path / "desk")
     one, other = desk.create(), desk.create()
     assert one.key != other.key
@@ -29,7 +29,7 @@ def test_a_work_is_private_and_its_key_long(tmp_path: Path) -> None:
         assert stat.S_IMODE(page.stat().st_mode) == 0o700
 
 
-def test_a_work_is_found_by_its_key_and_nothing_else(tmp_path: Path) -> None:
+def test_project_is_found_by_its_key_only(tmp_path: Path) -> None:
     desk = ProjectStore(tmp_path / "desk")
     work = desk.create()
     assert desk.open_project(work.key) == work
@@ -68,7 +68,7 @@ def test_a_file_that_is_too_large_leaves_nothing(tmp_path: Path) -> None:
     assert list(work.folder.iterdir()) == []
 
 
-def test_suffixes_tell_a_format_and_nothing_else() -> None:
+def test_format_suffix_keeps_known_suffixes_only() -> None:
     assert format_suffix("a.b.csv.gz") == ".csv.gz"
     assert format_suffix("scan.001") == ".001"
     assert format_suffix("my.map.X3P") == ".x3p"
@@ -83,7 +83,7 @@ def test_names_are_one_line_without_folders() -> None:
     assert len(safe_file_name("x" * 1000 + ".opd")) == 200
 
 
-def test_what_a_page_made_goes_with_it(tmp_path: Path) -> None:
+def test_files_of_page_are_removed_with_it(tmp_path: Path) -> None:
     work = ProjectStore(tmp_path).create()
     with work.page() as page:
         (page / "result.nc").write_bytes(b"x")
@@ -93,7 +93,7 @@ def test_what_a_page_made_goes_with_it(tmp_path: Path) -> None:
     assert not page.exists()
 
 
-def test_what_nobody_used_goes(tmp_path: Path) -> None:
+def test_unused_projects_are_removed(tmp_path: Path) -> None:
     desk = ProjectStore(tmp_path)
     old, new = desk.create(), desk.create()
     stranger = tmp_path / "not-a-key"
@@ -134,14 +134,14 @@ def test_the_folder_is_where_the_system_keeps_state(
     assert state_folder() == tmp_path / ".local" / "state" / "roughcontact" / "desk"
 
 
-def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+def test_folder_that_cannot_be_created_raises_input_error(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match="cannot be created") as caught:
         ProjectStore(tmp_path / "file" / "desk")
     assert caught.value.argument == "folder"
 
 
-def test_works_in_which_something_was_done_are_told_the_last_first(tmp_path: Path) -> None:
+def test_saved_projects_are_listed_latest_first(tmp_path: Path) -> None:
     works = ProjectStore(tmp_path)
     first, empty, last = (works.create() for _ in range(3))
     for age, work in ((100, first), (1, last)):

@@ -60,7 +60,7 @@ def test_a_small_window_shows_the_points(result):
     )
 
 
-def test_a_window_goes_on_by_its_margin_but_not_beyond_the_map():
+def test_window_includes_margin_within_map():
     seen = Box(20e-6, 10e-6, 40e-6, 30e-6)
     view = rasters.window_of((37, 50), PIXEL, seen, (1e3, 1e3), margin=0.5)
     assert (view.rows, view.columns) == ((5, 25), (0, 40))
@@ -136,7 +136,7 @@ def test_missing_points_have_their_colour():
     assert np.isnan(rasters.mean_heights(result.surface, all_of(result, (4, 4)), 0.0)[1, 1])
 
 
-def test_cells_lie_where_their_points_lie():
+def test_cells_are_at_their_points():
     view = rasters.window_of((10, 10), PIXEL, Box(0, 0, 20e-6, 10e-6), (3, 3))
     assert view.blocks == (4, 4)
     assert rasters.window_extent(view, PIXEL) == pytest.approx((0, 0, 24e-6, 12e-6))

@@ -125,7 +125,7 @@ def test_a_map_alone_has_the_colors_of_its_heights(view: relief.ReliefView, path
     assert len(np.unique(levels_of(view._canvas))) > 100
 
 
-def test_missing_points_are_told_from_all_heights() -> None:
+def test_missing_points_are_distinct_from_all_heights() -> None:
     heights = np.random.default_rng(0).standard_normal((8, 8))
     heights[2:4, 5] = np.nan
     head, data = relief._heights(rc.Surface(heights, PIXEL))
@@ -183,7 +183,7 @@ def test_the_film_is_the_contact_under_each_load(view: relief.ReliefView, path: 
 
 
 @pytest.mark.long
-def test_a_profile_is_refused_in_a_sentence(view: relief.ReliefView, tmp_path: Path) -> None:
+def test_profile_is_rejected_in_one_sentence(view: relief.ReliefView, tmp_path: Path) -> None:
     heights = 1e-7 * np.random.default_rng(3).standard_normal(64)
     rc.Surface(heights[None], (1.0, 1e-6)).save(tmp_path / "profile.npz")
     view._session.open_map(tmp_path / "profile.npz")
@@ -251,7 +251,7 @@ def alike(first: Image.Image, second: Image.Image) -> bool:
 
 @pytest.mark.process
 @pytest.mark.skipif(bool(_LACKING), reason=f"there is no {', no '.join(_LACKING)}")
-def test_one_turns_zooms_plays_and_takes_a_film(seat: Seat, path: Path, tmp_path: Path) -> None:
+def test_view_rotates_zooms_plays_and_records_movie(seat: Seat, path: Path, tmp_path: Path) -> None:
     page = seat.page
     seat.bring(path, path.name)
     seat.choose("Material", "100Cr6")

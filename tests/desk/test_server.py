@@ -118,7 +118,7 @@ def test_a_page_is_served(desk: Desk) -> None:
     assert desk.visits[-1].folder.is_dir()
 
 
-def test_a_page_without_a_work_gets_a_new_one(desk: Desk) -> None:
+def test_page_without_project_gets_new_project(desk: Desk) -> None:
     answer = desk.ask("/")
     assert answer.status == 302
     place = answer.headers["Location"]
@@ -128,7 +128,7 @@ def test_a_page_without_a_work_gets_a_new_one(desk: Desk) -> None:
     assert desk.visits[-1].work.key in place
 
 
-def test_a_work_that_is_gone_is_said_to_be(desk: Desk) -> None:
+def test_removed_project_is_reported(desk: Desk) -> None:
     answer = desk.ask("/?work=" + "x" * 32)
     assert answer.status == 404
     assert "no longer exists" in answer.text
@@ -149,7 +149,9 @@ def test_a_work_that_is_gone_is_said_to_be(desk: Desk) -> None:
     ],
 )
 @pytest.mark.parametrize("path", ["/", "/static/js/bokeh.min.js", "/ws", "/upload"])
-def test_strangers_are_refused(desk: Desk, headers: dict[str, str], path: str) -> None:
+def test_requests_of_other_hosts_are_rejected(
+    desk: Desk, headers: dict[str, str], path: str
+) -> None:
     # Tornado knows what is no host at all.
     broken = "@" in headers.get("Host", "")
     assert desk.ask(path, **headers).status == (400 if broken else 403)
@@ -242,7 +244,7 @@ def test_what_changes_before_a_page_is_drawn_is_sent(
     assert '"name":"panel.models.markup.HTML"' in asyncio.run(told())
 
 
-def test_a_forged_session_is_refused(desk: Desk) -> None:
+def test_forged_session_is_rejected(desk: Desk) -> None:
     token = token_of(desk.open(desk.home))
     opened = len(desk.visits)
 
@@ -256,7 +258,9 @@ def test_a_forged_session_is_refused(desk: Desk) -> None:
     assert len(desk.visits) == opened
 
 
-def test_what_a_page_holds_goes_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_resources_of_page_are_released_with_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(server, "_LINGER", 1.0)
     monkeypatch.setattr(server, "_LOOK", 0.05)
     desk = Desk(tmp_path)
@@ -278,7 +282,7 @@ def test_what_a_page_holds_goes_with_it(tmp_path: Path, monkeypatch: pytest.Monk
     desk.close()
 
 
-def test_what_open_pages_hold_goes_with_the_server(tmp_path: Path) -> None:
+def test_resources_of_open_pages_are_released_with_server(tmp_path: Path) -> None:
     desk = Desk(tmp_path)
     desk.open(desk.home)
     desk.close()
@@ -294,7 +298,7 @@ def upload(desk: Desk, name: str, body: bytes, **headers: str) -> Answer:
     return desk.ask(f"/upload{desk.home[1:]}&name={name}", "POST", body, **headers)
 
 
-def test_a_file_is_brought_and_kept(desk: Desk) -> None:
+def test_file_is_uploaded_and_saved(desk: Desk) -> None:
     before = set(os.listdir(desk.visits[0].work.folder))
     answer = upload(desk, "..%2F%3Cb%3Eground.OPD", b"x" * 1000)
     assert answer.status == 200
@@ -306,7 +310,7 @@ def test_a_file_is_brought_and_kept(desk: Desk) -> None:
     assert path.suffix == ".opd"
 
 
-def test_a_file_that_is_too_large_is_refused(desk: Desk) -> None:
+def test_too_large_file_is_rejected(desk: Desk) -> None:
     before = sorted(os.listdir(desk.visits[0].work.folder))
     answer = upload(desk, "a.opd", b"x" * 1001)
     assert answer.status == 413
@@ -328,14 +332,14 @@ def test_all_files_together_are_bounded(desk: Desk) -> None:
     assert upload(desk, "a.npy", b"x" * 1000).status == 200
 
 
-def test_a_file_without_a_work_is_refused(desk: Desk) -> None:
+def test_file_without_project_is_rejected(desk: Desk) -> None:
     answer = desk.ask("/upload?work=" + "x" * 32 + "&name=a.opd", "POST", b"x")
     assert answer.status == 404
     assert "no longer exists" in json.loads(answer.text)["error"]
     assert desk.ask(f"/upload{desk.home[1:]}&name=a.opd").status == 405
 
 
-def test_a_file_that_does_not_come_to_its_end_leaves_nothing(desk: Desk) -> None:
+def test_incomplete_upload_leaves_no_file(desk: Desk) -> None:
     folder = desk.visits[0].work.folder
     before = sorted(os.listdir(folder))
     connection = http.client.HTTPConnection("127.0.0.1", desk.port, timeout=PATIENCE)
@@ -383,7 +387,7 @@ def test_the_scripts_that_are_read_ahead_are_those_of_the_page(desk: Desk) -> No
     assert all("bokeh-tables" in one for one in ahead - set(found))
 
 
-def test_who_comes_before_the_page_is_there_is_told_so(tmp_path: Path) -> None:
+def test_request_before_startup_shows_starting_page(tmp_path: Path) -> None:
     go_on = threading.Event()
 
     def load() -> Any:
@@ -410,7 +414,7 @@ def test_who_comes_before_the_page_is_there_is_told_so(tmp_path: Path) -> None:
     assert not thread.is_alive()
 
 
-def test_what_cannot_be_imported_ends_the_server(tmp_path: Path) -> None:
+def test_error_during_import_ends_server(tmp_path: Path) -> None:
     def load() -> Any:
         raise InputError("not installed")
 
@@ -419,7 +423,7 @@ def test_what_cannot_be_imported_ends_the_server(tmp_path: Path) -> None:
         served.run()
 
 
-def test_a_page_too_many_is_told_so(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_pages_are_reported(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     desk.open(desk.home)
     monkeypatch.setattr(server, "MAX_PAGES", 1)
     opened = len(desk.visits)
@@ -471,7 +475,7 @@ def test_nothing_is_fetched_from_elsewhere(desk: Desk) -> None:
 
 
 @pytest.mark.parametrize("origins", [(), ("http://lab-pc:5106",)])
-def test_nobody_is_let_in_without_the_token(tmp_path: Path, origins: tuple[str, ...]) -> None:
+def test_request_without_token_is_rejected(tmp_path: Path, origins: tuple[str, ...]) -> None:
     desk = Desk(tmp_path, origins=origins)
     parts = urlsplit(desk.server.url)
     assert parts.netloc == (f"127.0.0.1:{desk.port}" if not origins else "lab-pc:5106")
@@ -503,7 +507,7 @@ def test_nobody_is_let_in_without_the_token(tmp_path: Path, origins: tuple[str, 
 
 
 @pytest.mark.parametrize(("origins", "status"), [((), 200), (("http://lab-pc:5106",), 403)])
-def test_a_browser_of_this_machine_comes_in_again_after_a_restart(
+def test_browser_of_same_machine_is_admitted_after_restart(
     tmp_path: Path, origins: tuple[str, ...], status: int
 ) -> None:
     first = Desk(tmp_path, origins=origins)
@@ -525,7 +529,7 @@ def test_a_frame_keeps_its_token_for_it_has_no_cookie(desk: Desk) -> None:
     assert f"token={desk.visits[-1].token}" in desk.visits[-1].offer(Path("a-1.nc"))
 
 
-def test_programs_are_not_told_the_token(desk: Desk) -> None:
+def test_token_is_hidden_from_other_programs(desk: Desk) -> None:
     with desk.server.login_file() as address:
         path = Path(url2pathname(urlsplit(address).path))
         assert "token" not in address
@@ -534,7 +538,7 @@ def test_programs_are_not_told_the_token(desk: Desk) -> None:
     assert not path.exists()
 
 
-def test_others_are_let_in_only_if_they_are_named() -> None:
+def test_other_hosts_are_admitted_if_allowed() -> None:
     with pytest.raises(InputError, match="admits other machines") as caught:
         Settings(address="0.0.0.0")
     assert caught.value.argument == "address"
@@ -608,7 +612,7 @@ def test_mistakes_end_in_one_sentence(
     assert capsys.readouterr().err == f"roughcontact: error: {sentence}\n"
 
 
-def test_without_panel_it_is_said_how_to_get_it(
+def test_missing_panel_names_installation(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)

@@ -100,7 +100,7 @@ def test_a_map_shows_before_anything_can_be_solved(session: Session, tmp_path: P
     assert session.outcome is None
 
 
-def test_what_cannot_be_done_is_told(session: Session, tmp_path: Path) -> None:
+def test_failure_is_reported_and_map_remains_shown(session: Session, tmp_path: Path) -> None:
     session.open_map(save_map(tmp_path, "a.npz", holes=2))
     session.give_all(dict(GIVEN))
     assert session.wait(PATIENCE)
@@ -114,7 +114,7 @@ def test_what_cannot_be_done_is_told(session: Session, tmp_path: Path) -> None:
     assert session.failure is None
 
 
-def test_a_file_that_is_gone_is_told(session: Session, tmp_path: Path) -> None:
+def test_missing_file_is_reported(session: Session, tmp_path: Path) -> None:
     path = save_map(tmp_path, "a.npz")
     path.unlink()
     session.open_map(path)
@@ -123,7 +123,7 @@ def test_a_file_that_is_gone_is_told(session: Session, tmp_path: Path) -> None:
     assert "a.npz" in session.failure.error.message_for()
 
 
-def test_of_loads_asked_for_meanwhile_only_the_last_is_told(tmp_path: Path) -> None:
+def test_only_last_of_several_loads_is_solved(tmp_path: Path) -> None:
     reading = threading.Event()
 
     heard = Heard()
@@ -224,7 +224,7 @@ def test_a_file_that_changes_is_read_again(session: Session, tmp_path: Path) -> 
     assert second.pressure.shape == (20, 20)
 
 
-def test_the_work_is_there_again(session: Session, tmp_path: Path) -> None:
+def test_reopened_session_restores_project(session: Session, tmp_path: Path) -> None:
     session.open_map(save_map(tmp_path, "a.npz"), "the real name.opd")
     session.give_all(dict(GIVEN))
     session.pin()

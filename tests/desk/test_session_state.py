@@ -34,7 +34,7 @@ def complete(map_file: Path) -> SessionState:
     return state
 
 
-def test_a_new_state_tells_what_it_lacks(map_file: Path) -> None:
+def test_new_state_lists_missing_inputs(map_file: Path) -> None:
     assert SessionState().missing == ("file", "material", "boundary", "load")
     assert SessionState().with_map(map_file).missing == ("material", "boundary", "load")
 
@@ -63,7 +63,9 @@ def test_text_that_cannot_be_used_changes_nothing(complete: SessionState) -> Non
 
 
 @pytest.mark.parametrize("name", ["output", "report", "quiet", "nonsense"])
-def test_a_state_holds_what_a_project_file_knows_alone(complete: SessionState, name: str) -> None:
+def test_options_foreign_to_project_file_raise_input_error(
+    complete: SessionState, name: str
+) -> None:
     with pytest.raises(InputError) as refused:
         complete.with_option(name, "x.nc")
     assert refused.value.argument == name
@@ -77,18 +79,16 @@ def test_one_load_replaces_the_other(complete: SessionState) -> None:
     )
 
 
-def test_empty_text_takes_an_option_away(complete: SessionState) -> None:
+def test_empty_text_removes_option(complete: SessionState) -> None:
     assert complete.with_option("ceiling", "3 GPa").with_option("ceiling", " ") == complete
 
 
-def test_another_map_forgets_what_was_said_of_the_file(
-    complete: SessionState, map_file: Path
-) -> None:
+def test_another_map_clears_file_options(complete: SessionState, map_file: Path) -> None:
     state = complete.with_option("crop", "0:8,0:8").with_option("unit", "um").with_map(map_file)
     assert set(state.specified) == {"material", "load", "boundary"}
 
 
-def test_undoing_the_level_says_that_there_is_none(complete: SessionState) -> None:
+def test_remove_step_of_leveling_sets_level_none(complete: SessionState) -> None:
     assert complete.remove_step("leveled").specified["level"] == "none"
     assert complete.with_option("form", "sphere").remove_step("without_form") == complete
 
@@ -144,7 +144,7 @@ def test_the_project_file_holds_everything(name: str, line: tuple[float, ...] | 
 @pytest.mark.parametrize(
     "text", ["", "[[contact]]", "contact = 3", 'x = "', "[desk]\nline = [1]\n[[contact]]\nname = 1"]
 )
-def test_a_damaged_project_file_is_refused_in_a_sentence(text: str, tmp_path: Path) -> None:
+def test_damaged_project_file_raises_format_error(text: str, tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="project file of this page cannot be read"):
         from_script(text, tmp_path)
 
@@ -161,9 +161,7 @@ def test_other_tasks_take_what_fits(complete: SessionState) -> None:
     assert complete.request(STRESS, friction="0.2").specified["load"] == "10 mN"
 
 
-def test_what_is_taken_away_has_the_names_of_the_user(
-    complete: SessionState, map_file: Path
-) -> None:
+def test_downloads_use_file_name_of_user(complete: SessionState, map_file: Path) -> None:
     request = complete.request()
     assert request.command.startswith("roughcontact solve 'from <me>.opd' ")
     assert str(map_file) not in complete.portable_script

@@ -98,7 +98,7 @@ def ended(job: workers.Job) -> JobResult:
     return end
 
 
-def test_a_job_tells_how_far_it_is_and_gives_its_result(bench: WorkerPool) -> None:
+def test_job_reports_progress_and_result(bench: WorkerPool) -> None:
     stages: list[JobStage] = []
     ends: list[JobResult] = []
     end = ended(bench.submit(adding, 2, 3, on_stage=stages.append, ended=ends.append))
@@ -113,14 +113,14 @@ def test_a_job_tells_how_far_it_is_and_gives_its_result(bench: WorkerPool) -> No
     assert 0 <= stages[0].seconds <= stages[2].seconds <= end.seconds
 
 
-def test_an_error_comes_with_what_it_speaks_of(bench: WorkerPool) -> None:
+def test_error_keeps_its_argument(bench: WorkerPool) -> None:
     error = ended(bench.submit(refusing)).error
     assert isinstance(error, InputError)
     assert error.argument == "load"
     assert str(error) == "load must be less"
 
 
-def test_a_process_that_is_gone_is_told_of(bench: WorkerPool) -> None:
+def test_lost_process_is_reported(bench: WorkerPool) -> None:
     error = ended(bench.submit(dying)).error
     assert str(error) == "its process ended with status 7; is there enough memory?"
 
@@ -142,7 +142,7 @@ def test_a_job_takes_no_longer_than_it_may(bench: WorkerPool) -> None:
 
 
 @pytest.mark.parametrize("work", [lasting, stubborn])
-def test_a_job_that_nobody_wants_ends(bench: WorkerPool, work: Any) -> None:
+def test_canceled_job_ends(bench: WorkerPool, work: Any) -> None:
     job, number = told_first(bench, work)
     job.cancel()
     job.cancel()
@@ -153,7 +153,7 @@ def test_a_job_that_nobody_wants_ends(bench: WorkerPool, work: Any) -> None:
     job.cancel()
 
 
-def test_nothing_is_left_half_written(bench: WorkerPool, tmp_path: Path) -> None:
+def test_canceled_job_leaves_no_partial_file(bench: WorkerPool, tmp_path: Path) -> None:
     job, _ = told_first(bench, lasting, tmp_path, folders=(tmp_path,))
     assert list(tmp_path.iterdir()) != []
     job.cancel()
@@ -161,7 +161,7 @@ def test_nothing_is_left_half_written(bench: WorkerPool, tmp_path: Path) -> None
     assert list(tmp_path.iterdir()) == []
 
 
-def test_closing_ends_what_is_under_way_and_what_waits() -> None:
+def test_close_ends_running_and_waiting_jobs() -> None:
     before = set(psutil.Process().children())
     bench = WorkerPool()
     job, number = told_first(bench, lasting)
@@ -171,7 +171,7 @@ def test_closing_ends_what_is_under_way_and_what_waits() -> None:
     assert set(psutil.Process().children()) <= before
 
 
-def test_what_raises_while_it_is_told_ends_the_job(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_error_in_callback_ends_job(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = WorkerPool(spare=False)
 
     def told(stage: JobStage) -> None:
@@ -185,7 +185,7 @@ def test_what_raises_while_it_is_told_ends_the_job(monkeypatch: pytest.MonkeyPat
     assert len(ignored) == 1
 
 
-def test_a_request_gives_the_same_as_here(bench: WorkerPool, tmp_path: Path) -> None:
+def test_request_in_worker_matches_local_run(bench: WorkerPool, tmp_path: Path) -> None:
     from roughcontact.request import run
 
     request = from_text(
@@ -210,7 +210,7 @@ def test_a_request_gives_the_same_as_here(bench: WorkerPool, tmp_path: Path) -> 
     assert workers.output_folders(request) == [tmp_path]
 
 
-def test_a_map_is_read_apart(bench: WorkerPool, tmp_path: Path) -> None:
+def test_map_is_read_in_worker(bench: WorkerPool, tmp_path: Path) -> None:
     heights = np.random.default_rng(1).normal(0, 1e-6, (8, 9))
     np.save(tmp_path / "map.npy", heights)
     shapes: list[tuple[int, int]] = []
@@ -230,7 +230,7 @@ def test_a_map_is_read_apart(bench: WorkerPool, tmp_path: Path) -> None:
     assert ended(bench.submit(workers.read_channels, tmp_path / "map.npy")).value == channels
 
 
-def test_a_file_that_takes_too_long_is_refused(bench: WorkerPool, tmp_path: Path) -> None:
+def test_slow_file_raises_error(bench: WorkerPool, tmp_path: Path) -> None:
     np.save(tmp_path / "map.npy", np.ones((4, 4)))
     read = workers.make_reader(bench, Limits(seconds=0.0))
     with pytest.raises(RoughcontactError, match="took longer"):
