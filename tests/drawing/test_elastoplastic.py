@@ -90,7 +90,7 @@ def test_section_compares_the_stress_with_the_strength_at_its_place(pressed) -> 
     assert mesh.get_clim() == (0, 1)
 
 
-def test_a_narrow_section_lies_around_the_largest_strain(pressed) -> None:
+def test_narrow_section_is_centered_on_largest_strain(pressed) -> None:
     figure = elastoplastic.section(pressed, "x", width=5e-6)
     axes = titled(figure, "pressure")
     left, right = axes.get_xlim()
@@ -125,7 +125,7 @@ def test_profile_draws_the_components(pressed) -> None:
     np.testing.assert_allclose(steps["under load"].edges, 1e6 * stored.faces)
 
 
-def test_path_tells_loading_from_unloading(released) -> None:
+def test_path_separates_loading_and_unloading(released) -> None:
     figure = elastoplastic.path(released)
     axes = figure.axes[0]
     lines = {line.get_label(): line.get_xydata() for line in axes.get_lines()}
@@ -178,7 +178,7 @@ def test_displacement_is_centred_on_zero_and_shows_the_contact(pressed, released
     assert len(line.get_segments()) == 0
 
 
-def test_a_result_that_did_not_converge_says_so(pressed) -> None:
+def test_unconverged_result_is_marked(pressed) -> None:
     stopped = dataclasses.replace(pressed, status="stopped before 9 N")
     for figure in every_figure(stopped):
         words = figure.get_suptitle() + "".join(axes.get_title() for axes in figure.axes)
