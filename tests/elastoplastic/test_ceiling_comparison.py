@@ -109,7 +109,7 @@ def test_columns_are_those_of_the_results(compared: rc.results.ModelComparison) 
     assert alone.ceiling == last.ceiling
 
 
-def test_rims_that_flowed_are_no_elastic_rims(compared: rc.results.ModelComparison) -> None:
+def test_yielded_rims_enlarge_corrected_area(compared: rc.results.ModelComparison) -> None:
     elastic, _, plastic = compared.volume
     assert elastic.perimeter_corrected_area == elastic.contact.perimeter_corrected_area
     assert plastic.yielded.any()
@@ -120,7 +120,7 @@ def test_rims_that_flowed_are_no_elastic_rims(compared: rc.results.ModelComparis
     )
 
 
-def test_it_is_written(compared: rc.results.ModelComparison, tmp_path: Path) -> None:
+def test_comparison_is_saved(compared: rc.results.ModelComparison, tmp_path: Path) -> None:
     compared.save(tmp_path / "c.json")
     read = json.loads((tmp_path / "c.json").read_text(encoding="utf-8"))
     assert read["mean_pressure_ratio"] == compared.mean_pressure_ratio.tolist()
@@ -151,7 +151,7 @@ def test_it_is_written(compared: rc.results.ModelComparison, tmp_path: Path) -> 
         ({"factors": [1e-9, 3.0]}, "more than the surface can carry"),
     ],
 )
-def test_bad_input_is_refused_before_anything_runs(change: dict, message: str) -> None:
+def test_invalid_input_raises_input_error_before_solve(change: dict, message: str) -> None:
     with pytest.raises(rc.InputError, match=message):
         rc.compare_models(ball()[0], **{"material": STEEL, "loads": [1.0], **change})
 

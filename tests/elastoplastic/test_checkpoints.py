@@ -138,7 +138,7 @@ def test_loads_may_be_added(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_run_goes_on_from_a_result_in_a_folder_of_its_own(tmp_path: Path) -> None:
+def test_run_from_start_result_resumes_in_new_folder(tmp_path: Path) -> None:
     arguments = dict(
         material=SWIFT, increments=1, loads=[0.25, 0.0], boundary="periodic", tolerance=1e-3
     )
@@ -183,7 +183,7 @@ rc.solve_elastoplastic(ball, material=swift, load=0.4, increments=8, depth=9e-6,
 @pytest.mark.slow
 @pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
-def test_a_killed_run_goes_on(tmp_path: Path) -> None:
+def test_killed_run_resumes(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     paths = os.pathsep.join([str(ROOT / "src"), os.environ.get("PYTHONPATH", "")])
     environment = {**os.environ, "PYTHONPATH": paths}
@@ -204,7 +204,7 @@ def test_a_killed_run_goes_on(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_folder_of_another_run_is_refused(tmp_path: Path) -> None:
+def test_folder_of_another_run_raises_input_error(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     arguments = dict(surface=ball(), material=SWIFT, increments=1, loads=[0.02, 0.04], depth=8e-6)
     solve_elastoplastic(folder=folder, **arguments)
@@ -254,7 +254,7 @@ def test_damage_in_the_folder_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_state_that_is_not_as_it_was_written_is_refused(tmp_path: Path) -> None:
+def test_changed_step_raises_format_error(tmp_path: Path) -> None:
     arguments = dict(material=SWIFT, increments=1, loads=[0.02], depth=8e-6)
     solve_elastoplastic(ball(), folder=tmp_path / "run", **arguments)
     step = tmp_path / "run" / "step-0001.nc"
@@ -286,7 +286,7 @@ def test_two_runs_do_not_share_a_folder(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_run_that_fails_keeps_its_loads(tmp_path: Path) -> None:
+def test_failed_run_keeps_saved_loads(tmp_path: Path) -> None:
     # At 0.02 N the ball is elastic: one iteration.
     arguments = dict(
         material=PERFECT, increments=1, loads=[0.02, 0.65], max_iterations=2, boundary="periodic"
@@ -300,7 +300,7 @@ def test_a_run_that_fails_keeps_its_loads(tmp_path: Path) -> None:
         assert {path.name for path in tmp_path.iterdir()} == {"step-0001.nc", "volume.json"}
 
 
-def test_a_first_load_that_fails_is_told(tmp_path: Path) -> None:
+def test_failed_first_load_raises_convergence_error(tmp_path: Path) -> None:
     with pytest.raises(rc.ConvergenceError, match="the state at 0 N is kept"):
         solve_elastoplastic(
             ball(), material=PERFECT, increments=1, loads=[1.0], max_iterations=1, depth=1e-5
@@ -308,7 +308,7 @@ def test_a_first_load_that_fails_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_full_disk_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_full_disk_raises_input_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(result: object, path: Path, carried: object) -> None:
         if path.name == "step-0002.nc":
             raise OSError(28, "No space left on device")
@@ -332,7 +332,7 @@ def claim(folder: Path, **problem: object) -> Path:
         return place.folder
 
 
-def test_a_folder_is_made_and_known_again(tmp_path: Path) -> None:
+def test_folder_is_created_and_recognized(tmp_path: Path) -> None:
     folder = claim(tmp_path / "deep" / "down", load=0.1, name="ä", bodies={"a": [1, 2]})
     assert claim(folder, load=0.1, name="ä", bodies={"a": [1, 2]}) == folder
     with pytest.raises(rc.InputError, match="another trial: load, bodies differ"):
@@ -356,7 +356,7 @@ def test_folders_that_cannot_be_used(tmp_path: Path) -> None:
             claim(used, load=1.0)
 
 
-def test_a_folder_without_permission_is_refused(
+def test_folder_without_permission_raises_input_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     claim(tmp_path, load=1.0)

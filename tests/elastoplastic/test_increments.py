@@ -81,13 +81,13 @@ def hardened() -> rc.ElastoplasticResult:
 
 
 @pytest.mark.slow
-def test_loads_that_are_asked_for_are_reached_in_steps(hardened: rc.ElastoplasticResult) -> None:
+def test_requested_loads_are_reached_in_increments(hardened: rc.ElastoplasticResult) -> None:
     one = solve_elastoplastic(**sphere(4, 12, HARDENING), loads=[4 * FIRST])
     assert one.increments == hardened.increments
     assert len(one.increments) == 12
 
 
-def test_where_nothing_flows_one_step_is_enough(chosen: rc.ElastoplasticResult) -> None:
+def test_elastic_run_takes_one_increment(chosen: rc.ElastoplasticResult) -> None:
     problem = sphere(12, 16)
     del problem["layers"]
     released = solve_elastoplastic(**problem, loads=[0.0, 8 * FIRST], start=chosen)
@@ -99,7 +99,7 @@ def test_where_nothing_flows_one_step_is_enough(chosen: rc.ElastoplasticResult) 
 
 
 @pytest.mark.slow
-def test_steps_become_smaller_where_the_error_asks_for_it(
+def test_increments_shrink_with_error_estimate(
     hardened: rc.ElastoplasticResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert hardened.step_error is not None
@@ -111,7 +111,7 @@ def test_steps_become_smaller_where_the_error_asks_for_it(
 
 
 @pytest.mark.slow
-def test_the_error_is_told(chosen: rc.ElastoplasticResult, tmp_path: Path) -> None:
+def test_step_error_is_reported(chosen: rc.ElastoplasticResult, tmp_path: Path) -> None:
     assert "of approach and contact area" in phrases.step_error(chosen)
     assert quantity_of(contact_fields.VOLUME, "step_error").value(chosen) == chosen.step_error
     assert json.loads(json.dumps(chosen.summary()))["step_error"] == chosen.step_error
@@ -129,7 +129,7 @@ def test_the_error_is_told(chosen: rc.ElastoplasticResult, tmp_path: Path) -> No
 
 
 @pytest.mark.slow
-def test_a_run_that_goes_on_chooses_the_same_steps(tmp_path: Path) -> None:
+def test_resumed_run_chooses_same_increments(tmp_path: Path) -> None:
     problem, loads = sphere(4, 12, HARDENING), [2 * FIRST, 3 * FIRST]
     solve_elastoplastic(**problem, loads=loads[:1], folder=tmp_path)
     resumed = solve_elastoplastic(**problem, loads=loads, folder=tmp_path)
@@ -141,7 +141,7 @@ def test_a_run_that_goes_on_chooses_the_same_steps(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_comparison_tells_the_error_of_its_steps() -> None:
+def test_comparison_reports_step_errors() -> None:
     surface = sphere(3, 12)["surface"]
     both = rc.compare_models(
         surface, material=HARDENING, loads=[FIRST, 3 * FIRST], boundary="periodic"

@@ -45,7 +45,7 @@ def strain(result: rc.ElastoplasticResult) -> NDArray[np.float64]:
 
 
 @pytest.mark.slow
-def test_what_slides_along_yields_once() -> None:
+def test_body_sliding_under_constant_load_yields_once() -> None:
     """A flat that stays elastic leaves the roller under the same load, at the same place in it."""
     alone = solved(LINE.flat, ROLLER, there((0,)), "counter_material")
     moved = solved(LINE.flat, ROLLER, there((0, 3, 6)), "counter_material")
@@ -61,7 +61,7 @@ def test_what_slides_along_yields_once() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("middle", "error"), [(3, 1e-3), (2.5, 0.05)], ids=["whole", "parts"])
-def test_it_does_not_matter_who_moves(middle: float, error: float) -> None:
+def test_sliding_flat_matches_sliding_roller(middle: float, error: float) -> None:
     """A flat slides under a roller as the roller slides over the flat, the other way.
 
     Between pixels the rim of the contact falls differently on the grids of the two.
@@ -83,7 +83,7 @@ def test_it_does_not_matter_who_moves(middle: float, error: float) -> None:
 
 @pytest.mark.slow
 @pytest.mark.long
-def test_a_stopped_slide_goes_on_to_the_same_bits(tmp_path: Path) -> None:
+def test_stopped_slide_resumes_to_identical_result(tmp_path: Path) -> None:
     options = dict(material=SOFT, folder=tmp_path)
     whole = solved(LINE.flat, ROLLER, there(), "counter_material", material=SOFT)
     solved(LINE.flat, ROLLER, there()[:2], "counter_material", **options)
@@ -101,7 +101,7 @@ def test_fields_are_carried_by_parts_of_a_pixel() -> None:
     np.testing.assert_allclose(shift_field(field, (1.5, 2.5)), half, atol=1e-14)
 
 
-def test_over_a_map_that_ends_it_is_refused() -> None:
+def test_sliding_over_free_map_raises_input_error() -> None:
     with pytest.raises(InputError, match="slides a counter-body that yields, with its"):
         rc.solve_elastoplastic(
             LINE.flat, counter_surface=ROLLER, material=SOFT, counter_material=SOFT, path=there()

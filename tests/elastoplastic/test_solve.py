@@ -152,7 +152,7 @@ def test_periodic_contact_and_its_balance() -> None:
     )
 
 
-def test_what_unloading_leaves_carries_no_force() -> None:
+def test_residual_state_carries_no_force() -> None:
     result = solve_elastoplastic(
         ball(),
         material=PERFECT,
@@ -205,7 +205,7 @@ def test_reloading_closes_the_loop(loaded, unloaded) -> None:
 
 
 @pytest.mark.slow
-def test_two_like_bodies_are_one_and_a_mirror() -> None:
+def test_two_equal_bodies_match_body_on_mirror_plane() -> None:
     # Two equal bodies share the gap: each does what it does on a rigid one with half the gap.
     both = solve_elastoplastic(
         ball(), material=SWIFT, counter_material=SWIFT, increments=1, loads=[0.3, 0.6], **MORE
@@ -340,7 +340,7 @@ def test_contact_at_the_edge_is_reported() -> None:
 
 
 @pytest.mark.slow
-def test_what_lies_beyond_the_edge_of_a_rough_map_does_not_matter() -> None:
+def test_frame_of_missing_points_keeps_solution() -> None:
     # In contact up to its edge, alone and framed by points that never touch: the same bodies, on
     # volumes of different size.
     points, frame, pixel = 32, 14, (0.6e-6, 0.6e-6)
@@ -370,7 +370,7 @@ def test_what_lies_beyond_the_edge_of_a_rough_map_does_not_matter() -> None:
 
 
 @pytest.mark.slow
-def test_saved_results_come_back_and_go_on(loaded, tmp_path) -> None:
+def test_saved_results_load_and_resume(loaded, tmp_path) -> None:
     path = tmp_path / "state.nc"
     loaded.save(path)
     back = load_elastoplastic(path)
@@ -493,7 +493,7 @@ def test_load_goes_in_equal_steps() -> None:
 
 
 @pytest.mark.long
-def test_the_last_load_is_the_one_asked_for() -> None:
+def test_last_increment_has_exact_load() -> None:
     # 0.1 · 3/3 is not 0.1 in floating point.
     assert 0.1 * 3 / 3 != 0.1
     result = solve_elastoplastic(ball((8, 8)), material=SWIFT, load=0.1, increments=3, **MORE)
@@ -509,7 +509,7 @@ def test_a_strength_beyond_single_precision_leaves_the_body_elastic() -> None:
 
 
 @pytest.mark.long
-def test_stress_far_above_the_yield_strength_is_told() -> None:
+def test_stress_far_above_yield_strength_gives_caution() -> None:
     # Strains of 30000 yield strains: of them the tolerance is more than the yield strength.
     soft = rc.Material(young=YOUNG, poisson=POISSON, yield_strength=1e6)
     result = solve_elastoplastic(
@@ -596,7 +596,7 @@ def test_start_must_be_the_same_problem(loaded) -> None:
             solve_elastoplastic(surface, **arguments)
 
 
-def test_too_large_is_said_before_it_starts(monkeypatch) -> None:
+def test_insufficient_memory_raises_error_before_solve(monkeypatch) -> None:
     class Little:
         available = 1000
 
@@ -606,7 +606,7 @@ def test_too_large_is_said_before_it_starts(monkeypatch) -> None:
         solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.1])
 
 
-def test_more_than_a_map_can_carry_is_refused() -> None:
+def test_load_above_capacity_raises_capacity_error() -> None:
     area = 24 * 22 * PIXEL**2
     with pytest.raises(CapacityError, match="more than the map can carry"):
         solve_elastoplastic(ball(), material=PERFECT, load=3.6 * 1656e6 * area)
@@ -645,7 +645,7 @@ def test_a_volume_that_would_not_fit_does_not_grow(monkeypatch) -> None:
     assert CautionTag.PLASTIC_EDGE in {caution.kind for caution in result.cautions}
 
 
-def test_a_contact_without_certificate_settles_nothing(monkeypatch) -> None:
+def test_contact_without_certificate_does_not_converge(monkeypatch) -> None:
     monkeypatch.setattr(contact_solver, "_CONTACT_CONVOLUTIONS", 2)
     monkeypatch.setattr(increments, "_MAX_CUTS", 0)
     with pytest.raises(ConvergenceError, match="the contact did not converge"):

@@ -157,7 +157,7 @@ def test_increments_grid_and_layers_do_not_matter() -> None:
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.15, 0.3, 0.45, 0.49])
-def test_the_law_of_the_sphere_beside_jackson_and_green(poisson: float) -> None:
+def test_sphere_law_matches_jackson_and_green(poisson: float) -> None:
     # Finite elements, doi:10.1115/1.1866166: ν enters by first yield alone there, too. At ν = 0,
     # for which they computed nothing, they are 8 % higher.
     first = 1.295 * math.exp(0.736 * poisson)
