@@ -260,7 +260,7 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path, monkeypatch: pytest.Monk
     refused(path, "a.txt in c.zip holds", "packed")
 
 
-def test_damaged_containers_are_refused_or_read_as_they_were(tmp_path: Path) -> None:
+def test_damaged_containers_raise_input_error_or_read_unchanged(tmp_path: Path) -> None:
     whole = container(tmp_path / "c.zip", [measurement("a")], a__txt=TEXT).read_bytes()
     path, expected = tmp_path / "d.zip", read_surface(tmp_path / "c.zip")
     rng = np.random.default_rng(0)

@@ -197,7 +197,7 @@ def test_one_table_knows_every_format() -> None:
     assert ".vtr strain and stress" in export.list_formats(export.CONTACT, export.VOLUME)
 
 
-def test_the_suffixes_are_told_where_none_fits(
+def test_unknown_suffix_lists_suffixes(
     result: rc.ContactResult, volume: rc.ElastoplasticResult, tmp_path: Path
 ) -> None:
     for source, suffixes in (
@@ -215,7 +215,7 @@ def test_the_suffixes_are_told_where_none_fits(
     assert not any(tmp_path.iterdir())
 
 
-def test_each_function_insists_on_its_suffix(
+def test_wrong_suffix_raises_input_error(
     result: rc.ContactResult, volume: rc.ElastoplasticResult, tmp_path: Path
 ) -> None:
     for write, source, suffix in (

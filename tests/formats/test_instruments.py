@@ -81,12 +81,12 @@ def test_rows_and_columns_are_not_swapped() -> None:
 
 @needs_reader
 @pytest.mark.parametrize("name", ["bullet_land_original.x3p", "di_corrupted.di"])
-def test_bad_measurements_are_refused(name: str) -> None:
+def test_invalid_measurements_raise_format_error(name: str) -> None:
     refused(measurement(name), name, "cannot be read as format", "check that the file is complete")
 
 
 @needs_reader
-def test_bruker_channels_are_told_apart() -> None:
+def test_bruker_channels_of_same_name_are_distinguished() -> None:
     path = measurement("uncd_afm.001")
     found = channels(path)
     assert [entry.name for entry in found] == ["Height", "Height", "Phase", "AmplitudeError"]
@@ -134,7 +134,7 @@ def test_a_size_a_million_times_too_large_is_replaced(tmp_path: Path) -> None:
 @needs_reader
 @pytest.mark.parametrize("name", ["sur-2.sur", "opd-1.opd", "metropro-1.dat", "mnt-1.mnt"])
 @pytest.mark.parametrize("fraction", [0.001, 0.5])
-def test_truncated_files_are_refused(tmp_path: Path, name: str, fraction: float) -> None:
+def test_truncated_files_raise_format_error(tmp_path: Path, name: str, fraction: float) -> None:
     content = measurement(name).read_bytes()
     refused(write(tmp_path, name, content[: int(fraction * len(content))]), name, "cannot be read")
 
@@ -145,7 +145,7 @@ def test_truncated_files_are_refused(tmp_path: Path, name: str, fraction: float)
 @needs_reader
 @pytest.mark.parametrize("suffix", sorted(itertools.chain(*instruments.SUFFIXES.values())))
 @pytest.mark.parametrize("content", [b"hello world\n" * 50, b"\0" * 5000, bytes(range(256)) * 20])
-def test_other_content_is_refused_for_every_suffix(
+def test_other_content_raises_format_error_for_every_suffix(
     tmp_path: Path, suffix: str, content: bytes
 ) -> None:
     # Text under a suffix that other programs give to theirs is read as such.
@@ -185,7 +185,7 @@ def sdf(x_scale: float = 1e-6, z_scale: float = 1e-9, points: int = 4) -> str:
 
 
 @needs_reader
-def test_instrument_file_in_our_axes_and_units(
+def test_instrument_file_has_package_axes_and_units(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     path = write(tmp_path, "map.sdf", sdf())
@@ -201,14 +201,14 @@ def test_instrument_file_in_our_axes_and_units(
 
 
 @needs_reader
-def test_implausible_scales_are_refused(tmp_path: Path) -> None:
+def test_implausible_scales_raise_format_error(tmp_path: Path) -> None:
     path = write(tmp_path, "map.sdf", sdf(x_scale=1.0))
     refused(path, "map.sdf", "pixel (dy, dx) of 2 µm × 1 m", "check the unit")
     refused(write(tmp_path, "a.sdf", sdf(x_scale=1e-13)), "a.sdf", "sides (y, x)", "400 fm")
     refused(write(tmp_path, "b.sdf", sdf(z_scale=1.0)), "heights that span 11.5 m", "6 µm")
 
 
-def test_heights_far_from_zero_are_refused(tmp_path: Path) -> None:
+def test_heights_far_from_zero_raise_format_error(tmp_path: Path) -> None:
     # Few digits are left there for the roughness.
     path = write(tmp_path, "far.csv", "11.0,11.0\n11.0,11.01\n")
     words = ("heights from 11 m to 11.01 m", "further than 10 m from zero")
@@ -263,7 +263,7 @@ def fake(monkeypatch: pytest.MonkeyPatch, *entries: SimpleNamespace) -> None:
     )
 
 
-def test_what_a_reader_gives_in_our_axes_and_units(
+def test_output_of_reader_has_package_axes_and_units(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fake(monkeypatch, entry())
@@ -273,7 +273,7 @@ def test_what_a_reader_gives_in_our_axes_and_units(
     assert surface.provenance.channel == ""
 
 
-def test_no_unit_and_no_size_in_the_file_are_asked_for(
+def test_missing_unit_or_size_raises_input_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = write(tmp_path, "map.opd", "x" * 99)
@@ -305,7 +305,7 @@ def test_no_unit_and_no_size_in_the_file_are_asked_for(
         ({"is_height_channel": False}, False),
     ],
 )
-def test_what_counts_as_a_height(
+def test_channel_is_height_by_its_unit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, changes: dict[str, object], is_height: bool
 ) -> None:
     fake(monkeypatch, entry(**changes))
@@ -324,7 +324,7 @@ def test_the_first_height_where_the_default_is_none(
     assert read_surface(path, channel="1").provenance.channel == "ZSensor"
 
 
-def test_absurd_grids_are_refused_before_memory_is_asked_for(
+def test_huge_grids_raise_format_error_before_allocation(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fake(monkeypatch, entry(nb_grid_pts=(10**7, 10**7), topography=None))
@@ -351,7 +351,7 @@ def test_missing_library_says_how_to_install_it(
     refused(write(tmp_path, "map.opd", "x"), "pip install 'roughcontact[io]'")
 
 
-def test_a_map_without_a_height_is_said_to_be_one(
+def test_file_without_heights_raises_format_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Also where its header would be compared with them.

@@ -223,7 +223,7 @@ def test_a_profile_is_no_map(tmp_path: Path, falling: bool) -> None:
     assert channels(tmp_path / "map.csv")[0].shape == (400, 2)
 
 
-def test_a_size_that_the_file_has_wrong_is_replaced_and_told(tmp_path: Path) -> None:
+def test_override_size_replaces_size_and_adds_step(tmp_path: Path) -> None:
     path = write(tmp_path, "map.csv", HEAD + TEXTS["semicolon"])
     refused(path, "leave out size", "override_size=True", size=(6e-6, 4e-6), kind=InputError)
     refused(path, "override_size needs a size", override_size=True, kind=InputError)

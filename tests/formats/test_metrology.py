@@ -183,7 +183,7 @@ def test_missing_points_of_the_deepest_map_fit_into_32_bits(tmp_path: Path) -> N
     ("height", "pixel"),
     [(1e-6, (1e-60, 1e-6)), (1e-6, (1e-6, 1e60)), (1e60, (1.0, 1.0)), (1e306, (1.0, 1.0))],
 )
-def test_scales_that_sur_cannot_tell(
+def test_scales_out_of_range_of_sur_raise_input_error(
     height: float, pixel: tuple[float, float], tmp_path: Path
 ) -> None:
     with pytest.raises(rc.InputError, match=r"map\.sur keeps pixel and step .*\.x3p or \.npz"):
@@ -192,7 +192,7 @@ def test_scales_that_sur_cannot_tell(
 
 
 @pytest.mark.parametrize("name", ["main.xml", "bindata/data.bin"])
-def test_a_member_with_another_md5_is_refused(name: str, tmp_path: Path) -> None:
+def test_member_with_wrong_md5_raises_format_error(name: str, tmp_path: Path) -> None:
     """The checksums of the archive hold, those of the standard do not."""
     if not HAS_READER:
         pytest.skip("SurfaceTopography is absent")

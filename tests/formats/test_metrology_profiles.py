@@ -125,7 +125,7 @@ def test_a_profile_of_an_instrument(tmp_path, file, made, instrument):
     assert rc.solve(surface, material=rc.Material(210e9, 0.3), load=1.0).converged
 
 
-def test_uneven_positions_of_an_instrument_are_told(tmp_path):
+def test_uneven_positions_of_instrument_add_step(tmp_path):
     position = np.sort(SPACING * (np.arange(POINTS) + np.random.default_rng(1).random(POINTS) / 2))
     path = tmp_path / "trace.qep"
     path.write_bytes(qep(position))
@@ -145,7 +145,7 @@ def test_one_row_of_an_x3p_is_a_profile(tmp_path):
     np.testing.assert_allclose(surface.heights[0], HEIGHTS, atol=1e-20)
 
 
-def test_what_is_no_profile_of_mahr_is_refused(tmp_path):
+def test_invalid_mahr_profile_raises_format_error(tmp_path):
     path = tmp_path / "trace.prf"
     path.write_bytes(b"PRF 1 2\nmm 1.0\n" * 9)
     with pytest.raises(rc.FormatError, match=r"trace\.prf cannot be read as format 'qep'"):

@@ -40,7 +40,7 @@ def other(tmp_path: Path) -> Path:
     return map_file(tmp_path / "other.nc", lambda file: file.create_dataset("height", data=HEIGHTS))
 
 
-def test_arrays_are_told_and_not_read(other: Path) -> None:
+def test_check_hdf5_lists_arrays_without_reading(other: Path) -> None:
     assert check_hdf5(other) == {
         "height": ((30, 40), 9600, "f"),
         "x": ((40,), 320, "f"),
@@ -106,7 +106,7 @@ def test_arrays_of_which_little_is_stored(tmp_path: Path) -> None:
     refused(path, "'height' in map.nc holds 26.8 GiB or more, packed into")
 
 
-def test_axes_that_fill_the_memory(tmp_path: Path) -> None:
+def test_huge_axes_raise_format_error(tmp_path: Path) -> None:
     path = map_file(tmp_path / "map.nc", lambda file: file.create_dataset("height", data=HEIGHTS))
     with h5py.File(path, "a") as file:
         file.create_dataset("long", (2**40,), "f8", chunks=(100,)).make_scale("long")
@@ -114,7 +114,9 @@ def test_axes_that_fill_the_memory(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_what_exceeds_the_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_block_larger_than_memory_raises_memory_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = map_file(
         tmp_path / "map.nc",
         lambda file: file.create_dataset(
@@ -145,7 +147,7 @@ def test_instruments_that_write_hdf5(other: Path, tmp_path: Path) -> None:
     refused(path, "'Measurement/Surface' in map.datx holds 8192.0 GiB")
 
 
-def test_other_values_than_the_axes_tell(tmp_path: Path) -> None:
+def test_values_of_other_shape_than_axes_raise_format_error(tmp_path: Path) -> None:
     # xarray takes the shape from the axes, and then reads all.
     path = map_file(tmp_path / "map.nc", lambda file: file.create_dataset("height", data=HEIGHTS))
     with h5py.File(path, "a") as file:
@@ -167,7 +169,7 @@ def test_other_values_than_the_axes_tell(tmp_path: Path) -> None:
         ({"_Unsigned": "true"}, "height is declared unsigned"),
     ],
 )
-def test_what_xarray_would_tell_the_terminal(
+def test_invalid_attributes_print_no_xarray_message(
     tmp_path: Path, attributes: dict[str, object], words: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     path = map_file(tmp_path / "map.nc", lambda file: file.create_dataset("height", data=HEIGHTS))
@@ -204,7 +206,7 @@ def test_blocks_that_unpack_to_more_than_they_state(
     refused(path, "holds 'height' in blocks that unpack to more than they state")
 
 
-def test_a_block_that_states_more_bytes_than_the_file_has(tmp_path: Path) -> None:
+def test_block_larger_than_file_raises_format_error(tmp_path: Path) -> None:
     path = tmp_path / "packed.h5"
     with h5py.File(path, "w") as file:
         made = file.create_dataset(
@@ -221,7 +223,7 @@ def test_a_block_that_states_more_bytes_than_the_file_has(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("chunks", [None, (100, 100)])
-def test_a_map_of_which_nothing_is_stored_is_refused_unread(
+def test_map_without_stored_values_raises_format_error_unread(
     chunks: tuple[int, int] | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(memory, "free_bytes", lambda: 2**60)
@@ -240,7 +242,7 @@ def test_a_map_of_which_nothing_is_stored_is_refused_unread(
     assert check_hdf5(tmp_path / "field.h5")["strain"].size == 1_600_000_000
 
 
-def test_heights_over_other_axes_are_refused_unread(tmp_path: Path) -> None:
+def test_heights_over_other_axes_raise_format_error_unread(tmp_path: Path) -> None:
     path = tmp_path / "stack.nc"
     with h5netcdf.File(path, "w") as file:
         file.dimensions = {"t": 900, "y": 1000, "x": 1000}

@@ -13,7 +13,7 @@ from roughcontact.formats.source import Channel
 # Files that are none
 
 
-def test_files_that_are_none(tmp_path: Path) -> None:
+def test_invalid_paths_raise_error(tmp_path: Path) -> None:
     refused(tmp_path / "absent.opd", "absent.opd does not exist")
     with pytest.raises(
         FormatError, match=r"absent\.opd does not exist; check the name of the file$"
@@ -89,7 +89,7 @@ def test_the_reading_is_kept_as_given_and_as_found(tmp_path: Path) -> None:
     assert surface.provenance.operations == ()
 
 
-def test_axes_that_tell_no_pixel(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_uneven_axes_raise_format_error(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     import xarray
 
     for number, y in enumerate(([0.0], [0.0, np.inf, 1.0], [1e308, -1e308, 1e308])):

@@ -30,7 +30,7 @@ def close(surface: Any, metre: float = 1e-6) -> None:
 # What gzip has packed
 
 
-def test_a_packed_file_is_what_is_in_it(tmp_path: Path) -> None:
+def test_compressed_file_is_read_as_its_content(tmp_path: Path) -> None:
     plain = tmp_path / "map.csv"
     np.savetxt(plain, HEIGHTS, delimiter=",")
     packed = tmp_path / "map.csv.gz"
@@ -49,7 +49,9 @@ def test_a_packed_file_is_what_is_in_it(tmp_path: Path) -> None:
     close(read_surface(again))
 
 
-def test_damaged_packings_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_damaged_compressed_files_raise_format_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     whole = gzip.compress(b"1 2\n3 4\n" * 1000)
     path = tmp_path / "map.txt.gz"
     for content in (whole[:-10], whole[:30], whole[:40] + b"\0\0\0" + whole[43:], whole[:2]):
@@ -216,7 +218,7 @@ def test_what_surface_topography_writes_is_read_as_it_reads_it(tmp_path: Path) -
     assert surface.pixel == pytest.approx((3e-6, 2e-6))
 
 
-def test_damaged_classic_netcdf_is_refused(tmp_path: Path) -> None:
+def test_damaged_classic_netcdf_raises_format_error(tmp_path: Path) -> None:
     path = classic(tmp_path / "map.nc")
     content = path.read_bytes()
     for length in (4, 20, 100, len(content) - 8):
@@ -237,7 +239,7 @@ def test_damaged_classic_netcdf_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_heads_and_points_that_ask_for_terabytes_are_refused(tmp_path: Path) -> None:
+def test_heads_and_points_of_terabytes_raise_format_error(tmp_path: Path) -> None:
     pytest.importorskip("resource", reason="limits of memory are POSIX")
     reader = Reader(tmp_path)
     rows = "1 2\n3 4\n"
@@ -269,7 +271,7 @@ def test_heads_and_points_that_ask_for_terabytes_are_refused(tmp_path: Path) -> 
         reader.close()
 
 
-def test_the_table_of_examples_says_of_each_what_came_of_it(tmp_path: Path) -> None:
+def test_table_of_examples_counts_outcomes(tmp_path: Path) -> None:
     import examples
 
     np.savetxt(tmp_path / "bare.txt", HEIGHTS)
@@ -322,7 +324,7 @@ def test_sheets_of_excel_are_matrices_points_or_profiles(tmp_path: Path) -> None
         refused(path, "two.xlsx cannot be read as an Excel workbook")
 
 
-def test_a_sheet_that_states_millions_of_cells_is_not_believed(tmp_path: Path) -> None:
+def test_sheet_with_wrong_dimensions_is_read_by_its_cells(tmp_path: Path) -> None:
     path = workbook(tmp_path / "map.xlsx", heights=[[1.0, 2.0], [3.0, 4.0]])
     vast = tmp_path / "vast.xlsx"
     with zipfile.ZipFile(path) as old, zipfile.ZipFile(vast, "w") as new:

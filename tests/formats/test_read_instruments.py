@@ -42,9 +42,7 @@ def files(folder: Path) -> Iterator[tuple[Path, dict[str, str]]]:
 
 
 @pytest.mark.long
-def test_a_reader_alone_gives_the_bits_of_the_library(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_separate_reader_matches_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("SurfaceTopography.IO", exc_type=ImportError)
     from SurfaceTopography.IO import open_topography
 
@@ -62,7 +60,7 @@ def test_a_reader_alone_gives_the_bits_of_the_library(
 
 
 @pytest.mark.parametrize("name", sorted(instruments.SUFFIXES))
-def test_every_reader_loads_alone(name: str) -> None:
+def test_every_reader_loads_separately(name: str) -> None:
     assert readers.reader(name).format() == name
 
 
@@ -91,7 +89,7 @@ TOLD = (
 
 
 @pytest.mark.parametrize("told", TOLD, ids=[str(number) for number, _ in enumerate(TOLD)])
-def test_what_files_tell_is_kept_as_the_library_keeps_it(told: dict[str, Any]) -> None:
+def test_metadata_match_library(told: dict[str, Any]) -> None:
     readers.reader("opd")
     own = import_module("roughcontact.formats.readers.Metadata").InfoModel
     library = pytest.importorskip("SurfaceTopography.Metadata", exc_type=ImportError).InfoModel
@@ -103,15 +101,13 @@ def test_what_files_tell_is_kept_as_the_library_keeps_it(told: dict[str, Any]) -
 @pytest.mark.parametrize(
     "told", [{"channel_name": 3}, {"instrument": "NT"}, {"acquisition_time": "never"}]
 )
-def test_what_files_cannot_tell_is_refused(told: dict[str, Any]) -> None:
+def test_invalid_metadata_raise_value_error(told: dict[str, Any]) -> None:
     own = import_module("roughcontact.formats.readers.Metadata").InfoModel
     with pytest.raises(ValueError, match="InfoModel"):
         own(**told)
 
 
-def test_what_does_not_load_alone_is_read_by_the_library(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_other_readers_use_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, words = next(iter(files(tmp_path)))
 
     def absent(name: str) -> None:
@@ -123,7 +119,7 @@ def test_what_does_not_load_alone_is_read_by_the_library(
     assert alone.heights.tobytes() == whole.heights.tobytes()
 
 
-def test_reading_leaves_the_rest_of_the_library_alone(tmp_path: Path) -> None:
+def test_reading_does_not_import_rest_of_library(tmp_path: Path) -> None:
     path, _ = next(iter(files(tmp_path)))
     code = (
         "import sys; from roughcontact.formats.read import read_surface; "

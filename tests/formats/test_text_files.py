@@ -121,7 +121,7 @@ def test_lines_of_wyko_run_along_y(tmp_path: Path) -> None:
         np.testing.assert_allclose(surface.heights[0], np.array([1, 4, 7, 10]) * metre)
 
 
-def test_units_of_who_reads_win_and_are_told(tmp_path: Path, capsys) -> None:
+def test_unit_argument_overrides_file_and_adds_step(tmp_path: Path, capsys) -> None:
     path = write(tmp_path, "map.txt", HEADS["Gwyddion"][0] + MATRIX)
     surface = read_surface(path, unit="um")
     np.testing.assert_allclose(surface.heights, HEIGHTS * 1e-6)
@@ -153,12 +153,12 @@ def test_units_of_who_reads_win_and_are_told(tmp_path: Path, capsys) -> None:
         ("Some title\n", "'Some title' in line 1"),
     ],
 )
-def test_heads_that_contradict_are_refused(tmp_path: Path, head: str, words: str) -> None:
+def test_contradictory_heads_raise_error(tmp_path: Path, head: str, words: str) -> None:
     text = MATRIX.replace(" ", "\t")
     refused(write(tmp_path, "map.txt", head.replace("title", "title") + text), words.split("'")[0])
 
 
-def test_what_a_head_does_not_say_is_asked_for(tmp_path: Path) -> None:
+def test_missing_head_fields_raise_input_error(tmp_path: Path) -> None:
     head = "# Channel: Topo\n# Width: 8 µm\n# Height: 3 µm\n"
     path = write(tmp_path, "map.txt", head + MATRIX)
     refused(path, "gives no unit of the heights", kind=InputError)
@@ -171,7 +171,7 @@ def test_what_a_head_does_not_say_is_asked_for(tmp_path: Path) -> None:
     assert channels(remark) == (Channel("", "", True, (3, 4)),)
 
 
-def test_several_maps_in_one_file_are_refused(tmp_path: Path) -> None:
+def test_several_maps_in_one_file_raise_error(tmp_path: Path) -> None:
     text = HEADS["Gwyddion"][0] + MATRIX
     refused(write(tmp_path, "map.txt", text + "\n" + text), "several maps, another from line 9 on")
 

@@ -187,7 +187,7 @@ def test_the_stress_in_the_file_is_in_equilibrium(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_only_the_counter_body_lies_above(tmp_path: Path) -> None:
+def test_counter_body_is_above_origin(tmp_path: Path) -> None:
     y, x = (1e-6 * (np.arange(n) - 7.5) for n in (16, 16))
     ball = rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 105e-6), (1e-6, 1e-6))
     found = rc.solve_elastoplastic(
