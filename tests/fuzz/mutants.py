@@ -87,8 +87,8 @@ PROCESSES = ("batch", "desk", "mpi", "project", "fuzz")
 # What processes of its own run, which coverage does not see, and the tests that start them.
 APART = {
     "src/roughcontact/halfspace/distributed.py": (
-        "tests/mpi/test_slabs.py::test_operator_inverse_and_level_are_those_of_one_process[3]",
-        "tests/mpi/test_slabs.py::test_any_number_of_ranks_finds_the_same[3]",
+        "tests/mpi/test_slabs.py::test_operator_inverse_and_level_match_one_process[3]",
+        "tests/mpi/test_slabs.py::test_result_is_independent_of_rank_count[3]",
     )
 }
 # What long tests and whole processes show is asked as well.

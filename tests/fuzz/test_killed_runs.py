@@ -15,7 +15,9 @@ pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="ne
 
 
 @pytest.mark.process
-def test_a_sweep_goes_on_to_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_killed_sweep_resumes_to_identical_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     write = killed_runs.inputs
     monkeypatch.setattr(killed_runs, "inputs", lambda folder: write(folder, 64))
     whole = killed_runs.reference("sweep", tmp_path / "whole")
@@ -89,9 +91,7 @@ def attempt(mode: str, number: int, folder: Path, monkeypatch: pytest.MonkeyPatc
 
 @pytest.mark.process
 @pytest.mark.parametrize("number", [SIGTERM, SIGINT, SIGKILL])
-def test_a_run_that_stops_and_goes_on(
-    number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_stopped_run_resumes(number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     outcome = attempt("", number, tmp_path / "here", monkeypatch)
     assert (outcome.verdict, outcome.words, outcome.kept) == (RESUMED, "", 1)
 

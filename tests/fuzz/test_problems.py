@@ -15,7 +15,7 @@ BLOCK = 20
 
 
 @pytest.mark.parametrize("first", range(0, 200, BLOCK))
-def test_random_problems_are_certified_or_refused(first):
+def test_random_problems_are_certified_or_rejected(first):
     outcomes = [
         random_problems.attempt(random_problems.draw(seed, 48))
         for seed in range(first, first + BLOCK)
@@ -51,7 +51,7 @@ def test_problems_that_once_failed(seed, largest):
 # Of a tilt: the displacement was lost in the rounding of the gap, and divided by.
 @pytest.mark.slow
 @pytest.mark.parametrize(("seed", "largest"), [(1595, 150)])
-def test_what_the_digits_do_not_hold_is_said(seed, largest):
+def test_unreachable_digits_are_classified_as_rounding(seed, largest):
     outcome = random_problems.attempt(random_problems.draw(seed, largest))
     assert outcome.verdict == random_problems.ROUNDED, str(outcome)
 
@@ -122,7 +122,7 @@ def test_a_wrong_answer_is_seen(monkeypatch):
     assert random_problems.attempt(broken).verdict == random_problems.WRONG
 
 
-def test_giving_up_is_told_apart_from_rounding():
+def test_iteration_limit_is_distinguished_from_rounding():
     case = solved_case()
     few = replace(case, options={**case.options, "max_iterations": 2})
     assert random_problems.attempt(few).verdict == random_problems.GAVE_UP
