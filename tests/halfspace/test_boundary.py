@@ -37,7 +37,7 @@ def test_values_are_the_texts_of_arguments_and_files():
 
 
 @pytest.mark.parametrize("value", ["open", "", "Free", "periodic_x", None, 3, ["free"]])
-def test_other_values_are_refused_with_the_choice(value):
+def test_invalid_boundary_raises_input_error_with_choices(value):
     with pytest.raises(InputError, match="boundary must be 'free' or 'periodic' or") as caught:
         Boundary(value)
     assert caught.value.argument == "boundary"
@@ -71,7 +71,7 @@ def test_the_operator_wraps_along_the_periodic_axes(boundary):
             assert near_seam < 0.7 * near
 
 
-def test_a_boundary_is_one_entry_and_nothing_is_said_below_a_new_one(monkeypatch):
+def test_new_boundary_entry_provides_operator_and_rejects_stress(monkeypatch):
     made = Boundary.PERIODIC.operator((4, 6), PIXEL, MODULUS)
     new = boundary_room._MODELS[Boundary.PERIODIC]._replace(
         periodic_axes=(), operator=lambda *_, **__: made, known_below=False
@@ -113,7 +113,7 @@ def soft_bed(monkeypatch):
     return member
 
 
-def test_a_boundary_added_does_what_any_does(soft_bed, tmp_path):
+def test_new_boundary_supports_all_operations(soft_bed, tmp_path):
     heights, pixel = rc.reference_map(32)
     surface, steel = rc.Surface(heights, pixel), rc.Material(210e9, 0.3, 1e9)
     asked = {"material": steel, "load": 1e-3, "ceiling": None}
@@ -143,7 +143,7 @@ def test_a_boundary_added_does_what_any_does(soft_bed, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_boundary_added_is_reported(soft_bed, tmp_path):
+def test_new_boundary_is_reported(soft_bed, tmp_path):
     heights, pixel = rc.reference_map(32)
     steel = rc.Material(210e9, 0.3, 1e9)
     result = rc.solve(rc.Surface(heights, pixel), material=steel, load=1e-3, boundary=soft_bed)
@@ -153,7 +153,7 @@ def test_a_boundary_added_is_reported(soft_bed, tmp_path):
         assert words in page
 
 
-def test_the_command_line_offers_a_boundary_added():
+def test_command_line_offers_new_boundary():
     lines = [
         ADDING,
         "Boundary._member_names_.append('SOFT_BED')",
@@ -170,7 +170,7 @@ def test_the_command_line_offers_a_boundary_added():
 
 
 @pytest.mark.parametrize("shape", [(12, 31), (31, 12), (2, 33), (8, 8)])
-def test_a_strip_along_x_is_that_along_y_transposed(shape):
+def test_strip_along_x_is_transposed_strip_along_y(shape):
     pressure = np.random.default_rng(0).random(shape)
     along_x = Boundary.PERIODIC_X.operator(shape, PIXEL, MODULUS)(pressure)
     turned = Boundary.PERIODIC_Y.operator(shape[::-1], PIXEL[::-1], MODULUS)
@@ -237,13 +237,13 @@ def test_a_patch_holds_the_whole_period(boundary, shape):
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * expected.max())
 
 
-def test_words_tell_the_axis():
+def test_meaning_names_axis():
     for boundary in Boundary:
         assert ("along x" in boundary.meaning) == (len(boundary.periodic_axes) == 1)
 
 
 @pytest.mark.parametrize("boundary", STRIPS)
-def test_what_is_not_available_on_a_strip_says_so(boundary):
+def test_unsupported_options_of_strip_raise_input_error(boundary):
     advice = f"'{boundary}' is not available for .*solve with 'free' or 'periodic'"
     with pytest.raises(InputError, match=advice):
         stress.slices(np.ones((8, 8)), PIXEL, [1.0], 0.3, boundary=boundary)
@@ -255,7 +255,7 @@ def test_what_is_not_available_on_a_strip_says_so(boundary):
 
 @pytest.mark.parametrize("precision", ["double", "single"])
 @pytest.mark.parametrize("shape", [(30, 50), (64, 64)])
-def test_memory_of_a_strip_lies_between_that_of_the_others(shape, precision):
+def test_memory_of_strip_is_between_periodic_and_free(shape, precision):
     free, periodic, *strips = (boundary.operator_memory(shape, precision) for boundary in Boundary)
     assert periodic < min(strips)
     assert max(strips) < free
@@ -264,7 +264,7 @@ def test_memory_of_a_strip_lies_between_that_of_the_others(shape, precision):
 @pytest.mark.parametrize("shape", [(512, 512), (300, 700)])
 @pytest.mark.parametrize("boundary", list(Boundary))
 @pytest.mark.parametrize("precision", ["double", "single"])
-def test_memory_of_an_operator_is_what_its_making_takes(boundary, precision, shape):
+def test_operator_memory_matches_allocation(boundary, precision, shape):
     # Once before, for what is imported and kept.
     boundary.operator((8, 8), PIXEL, 1.0, precision=precision, workspace=Workspace(1))
     workspace = Workspace(1)
@@ -356,7 +356,7 @@ def test_only_an_edge_where_the_map_ends_is_flagged(place, flagged):
 
 
 @pytest.mark.slow
-def test_the_report_of_a_strip_tells_axis_and_datum(pressed_strip, tmp_path):
+def test_report_of_strip_shows_axis_and_datum(pressed_strip, tmp_path):
     pressed_strip.report(tmp_path / "strip.html")
     page = html.unescape((tmp_path / "strip.html").read_text(encoding="utf-8"))
     axis = str(pressed_strip.boundary)[-1]
@@ -405,7 +405,7 @@ def test_grids_of_a_study_keep_the_period_and_the_means_across():
 
 
 @pytest.mark.parametrize("boundary", STRIPS)
-def test_what_needs_both_axes_alike_is_refused_before_it_starts(boundary, rough, monkeypatch):
+def test_unsupported_analyses_of_strip_raise_input_error_before_solve(boundary, rough, monkeypatch):
     def no_solve(*arguments, **options):
         raise AssertionError("solved something")
 
@@ -458,7 +458,7 @@ def test_command_line_and_project_file_know_strips(boundary, rough, tmp_path, mo
     assert all(f"{kind}: {kind.meaning}" in shown for kind in Boundary)
 
 
-def test_the_command_stress_refuses_a_strip_before_it_solves(rough, tmp_path, monkeypatch, capsys):
+def test_command_stress_rejects_strip_before_solve(rough, tmp_path, monkeypatch, capsys):
     def no_solve(*arguments, **options):
         raise AssertionError("solved something")
 

@@ -37,18 +37,18 @@ def test_a_layer_is_a_material_of_some_thickness() -> None:
 @pytest.mark.parametrize(
     "values", [{"young": math.inf}, {"poisson": 0.6}, {"thickness": 0.0}, {"thickness": "2 GPa"}]
 )
-def test_a_layer_that_is_none_is_refused(values: dict[str, object]) -> None:
+def test_invalid_layer_raises_input_error(values: dict[str, object]) -> None:
     with pytest.raises(rc.InputError):
         rc.Layer(**{"young": 1e9, "poisson": 0.3, "thickness": 1e-6, **values})
 
 
-def test_a_base_that_is_no_layers_is_refused() -> None:
+def test_invalid_coating_or_base_raises_input_error() -> None:
     for more in ({"coating": [1.0]}, {"base": "glued"}, {"base": "frictionless"}):
         with pytest.raises(rc.InputError):
             rc.Material(210e9, 0.3, **more)
 
 
-def test_the_ceiling_has_to_be_chosen() -> None:
+def test_coated_body_needs_choice_of_ceiling() -> None:
     for ceiling in ("auto", "calibrated"):
         with pytest.raises(rc.InputError) as error:
             solved(ceiling=ceiling)
@@ -60,7 +60,7 @@ def test_the_ceiling_has_to_be_chosen() -> None:
         solved(ceiling="base", material=rc.Material(210e9, 0.3, coating=[FILM]))
 
 
-def test_a_bracket_is_both() -> None:
+def test_bracket_solves_both_ceilings() -> None:
     both, base = solved(ceiling="bracket"), solved(ceiling="base")
     assert both.ceiling == 16.7e9
     assert both.calibrated is not None
@@ -71,7 +71,7 @@ def test_a_bracket_is_both() -> None:
     assert intervals["contact_fraction"].high == pytest.approx(base.contact_fraction, rel=1e-2)
 
 
-def test_a_softer_counter_body_leaves_no_choice() -> None:
+def test_softer_counter_body_sets_ceiling() -> None:
     counter = rc.Material(210e9, 0.3, 0.5e9)
     for ceiling in ("auto", "bracket", "coating", "base"):
         result = solved(ceiling=ceiling, counter_material=counter)
@@ -81,7 +81,7 @@ def test_a_softer_counter_body_leaves_no_choice() -> None:
         assert uncertainty.Cause.YIELDING in interval.unknown
 
 
-def test_a_file_brings_it_back(tmp_path: Path) -> None:
+def test_saved_coating_is_loaded(tmp_path: Path) -> None:
     result = solved(ceiling="bracket")
     result.save(tmp_path / "tool.nc")
     again = rc.read_result(tmp_path / "tool.nc")
@@ -90,7 +90,7 @@ def test_a_file_brings_it_back(tmp_path: Path) -> None:
     assert again.calibrated.is_of_base
 
 
-def test_a_script_repeats_it(tmp_path: Path) -> None:
+def test_script_repeats_coated_contact(tmp_path: Path) -> None:
     from roughcontact.report import python_script
 
     text = python_script._material(TOOL)
@@ -111,7 +111,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("what", REFUSED)
-def test_what_is_not_known_is_refused(what: str) -> None:
+def test_unsupported_analyses_of_coating_raise_input_error(what: str) -> None:
     with pytest.raises(rc.InputError):
         REFUSED[what]()
 
@@ -126,7 +126,7 @@ def test_formulas_for_bare_bodies_are_absent() -> None:
     }
 
 
-def test_stress_is_told_by_layer() -> None:
+def test_stress_is_reported_by_layer() -> None:
     stress = rc.subsurface_stress(solved())
     film, steel = stress.parts
     assert (film.name, steel.name) == ("DLC", "steel")
@@ -140,7 +140,7 @@ def test_stress_is_told_by_layer() -> None:
     assert any("quarter of a layer" in str(caution) for caution in cautions)
 
 
-def test_layers_below_a_profile_are_told_by_its_points() -> None:
+def test_stress_of_coated_profile_is_reported_by_layer() -> None:
     trace = rc.Surface(ROUGH.heights[0], 2e-7)
     result = rc.solve(trace, material=TOOL, load="10 N/mm", ceiling=None, boundary="periodic")
     stress = rc.subsurface_stress(result)
@@ -166,7 +166,7 @@ def test_every_value_of_a_film_has_its_source(film: catalog.Film) -> None:
     assert film.layer(1e-6).name == film.key
 
 
-def test_words_of_a_layer() -> None:
+def test_layer_is_parsed_from_text() -> None:
     assert parsing.coating("DLC 2 um", "coating") == catalog.layer("DLC", 2e-6)
     own = parsing.coating("E=350 GPa, nu=0.22, H=25 GPa, name=AlTiN, 3 um", "coating")
     assert own == rc.Layer(350e9, 0.22, 3e-6, hardness=25e9, name="AlTiN")
@@ -178,16 +178,14 @@ def test_words_of_a_layer() -> None:
         assert error.value.argument == "coating"
 
 
-def test_a_film_is_no_material() -> None:
+def test_film_as_material_raises_input_error() -> None:
     with pytest.raises(rc.InputError, match="is a coating"):
         catalog.material("TiN")
     assert catalog.material("tin").young == 50e9
 
 
 @pytest.mark.long
-def test_the_command_asks_solves_and_tells(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_command_solves_coated_body(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     np.save(tmp_path / "map.npy", ROUGH.heights)
     words = [
         str(tmp_path / "map.npy"),

@@ -135,7 +135,7 @@ def test_a_traction_map_of_full_sliding_is_friction(boundary):
     ("traction", "friction"),
     [(np.ones((2, 3, 4)), 0.0), (np.full((2, 4, 4), np.nan), 0.0), (np.ones((2, 4, 4)), 0.1)],
 )
-def test_a_traction_map_that_cannot_be_used_is_refused(traction, friction):
+def test_invalid_traction_map_raises_input_error(traction, friction):
     with pytest.raises(InputError) as refused:
         one(np.ones((4, 4)), 1.0, traction=traction, friction=friction)
     assert refused.value.argument == "traction"
@@ -434,7 +434,7 @@ def test_memory_does_not_grow_with_the_number_of_depths():
     assert many < 6 * 4 * pressure.size * 64 / 4
 
 
-def test_traction_pulls_along_x_unless_told_otherwise():
+def test_traction_is_along_x_by_default():
     pressure = hertz(24, 5)
     plain, told = (
         stress_summary.summarize(pressure, PIXEL, 0.3, depths=[1.0, 2.0], friction=0.3, **more)

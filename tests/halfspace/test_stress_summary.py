@@ -162,7 +162,7 @@ def test_first_yield_of_a_sliding_sphere(friction):
     assert caution.numbers["depth"] == 0
 
 
-def test_depths_that_leave_the_surface_out_are_told():
+def test_depths_without_surface_give_caution():
     result, _ = pressed(10.0)
     found = rc.subsurface_stress(result, PIXEL * np.array([3.0, 10.0, 30.0]), friction=0.5)
     (told,) = (caution for caution in found.cautions if caution.kind == CautionTag.STRESS_DEPTH)
@@ -171,7 +171,7 @@ def test_depths_that_leave_the_surface_out_are_told():
     assert not {CautionTag.STRESS_DEPTH, CautionTag.STRESS_PIXEL} & whole
 
 
-def test_nothing_lies_beyond_the_edges_and_everything_within() -> None:
+def test_values_beyond_free_edges_are_zero_and_periodic_values_wrap() -> None:
     from types import SimpleNamespace
 
     from roughcontact.halfspace import stress_summary

@@ -119,6 +119,6 @@ def test_a_profile_is_displaced_in_its_plane_as_by_pressure() -> None:
     assert not displacement[0].any()
 
 
-def test_a_strip_is_refused() -> None:
+def test_strip_raises_input_error() -> None:
     with pytest.raises(InputError, match="tangential loading"):
         tangential.operator(Boundary("periodic-x"), (8, 8), PIXEL, MODULUS, POISSON)

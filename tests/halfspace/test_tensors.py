@@ -67,7 +67,7 @@ def test_meeting_roots_keep_all_digits(values):
 
 
 @given(stresses)
-def test_tresca_lies_between_one_and_two_over_root_three_of_mises(stress):
+def test_tresca_is_between_one_and_two_over_root_three_of_mises(stress):
     # The square of less than that is no number any more.
     assume(np.abs(stress).max() == 0 or np.abs(stress).max() > 1e-140)
     mises, tresca = tensors.von_mises(stress), tensors.tresca(stress)
