@@ -49,7 +49,7 @@ def alone(problems):
 @pytest.mark.parametrize(
     "count", [3, *(pytest.param(count, marks=pytest.mark.slow) for count in (1, 2, 4))]
 )
-def test_any_number_of_ranks_finds_the_same(tmp_path, problems, alone, count):
+def test_result_is_independent_of_rank_count(tmp_path, problems, alone, count):
     run = case(count, "solve", tmp_path)
     assert run.returncode == 0, run.stderr
     for name, expected in alone.items():
@@ -81,12 +81,12 @@ def test_any_number_of_ranks_finds_the_same(tmp_path, problems, alone, count):
 
 
 @pytest.mark.parametrize("count", [1, 3])
-def test_operator_inverse_and_level_are_those_of_one_process(tmp_path, count):
+def test_operator_inverse_and_level_match_one_process(tmp_path, count):
     run = case(count, "apply", tmp_path)
     assert run.returncode == 0, run.stderr
 
 
-def test_what_needs_the_whole_map_is_refused(tmp_path):
+def test_whole_map_is_gathered_or_raises_error(tmp_path):
     run = case(2, "whole", tmp_path)
     assert run.returncode == 0, run.stderr
     assert (tmp_path / "out.html").read_text(encoding="utf-8").count("data:image/png") == 3
@@ -150,7 +150,7 @@ def test_the_command_reads_solves_and_writes_by_slabs(tmp_path, folder, suffix):
     assert '<th scope="row">Ranks</th><td>2</td>' in page
 
 
-def test_a_nominal_pressure_is_told_as_it_was_given(tmp_path, folder):
+def test_nominal_pressure_is_shown_as_specified(tmp_path, folder):
     report = tmp_path / "out.html"
     words = ["solve", folder / "map.npy", *GIVEN["npy"], "--load", "80 MPa", *OPTIONS[2:]]
     run = command(2, *words, "--verbose", "--report", report)
@@ -214,12 +214,12 @@ def test_command_and_script_of_the_page_run(tmp_path, problems, monkeypatch):
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
-def test_what_needs_the_whole_map_is_refused_once(folder, monkeypatch, words, sentence):
+def test_options_for_whole_map_are_rejected_once(folder, monkeypatch, words, sentence):
     monkeypatch.chdir(folder)
     refused(command(2, *words), sentence)
 
 
-def test_more_ranks_than_bands_are_refused(tmp_path):
+def test_too_many_ranks_are_rejected(tmp_path):
     np.save(tmp_path / "small.npy", np.random.default_rng(0).normal(size=(4, 40)))
     run = command(
         3, "solve", tmp_path / "small.npy", "--unit", "nm", "--size", "4 um x 40 um", *OPTIONS
@@ -228,7 +228,7 @@ def test_more_ranks_than_bands_are_refused(tmp_path):
 
 
 @pytest.mark.parametrize("task", ["die_solving", "die_writing"])
-def test_a_rank_that_dies_ends_all_and_leaves_no_half_file(tmp_path, task):
+def test_lost_rank_ends_all_without_partial_file(tmp_path, task):
     (tmp_path / "out.nc").write_text("what was there before")
     run = case(2, task, tmp_path)
     assert run.returncode != 0
@@ -236,7 +236,7 @@ def test_a_rank_that_dies_ends_all_and_leaves_no_half_file(tmp_path, task):
     assert (tmp_path / "out.nc").read_text() == "what was there before"
 
 
-def test_a_full_disk_is_told_to_all_ranks(tmp_path):
+def test_full_disk_raises_error_on_all_ranks(tmp_path):
     (tmp_path / "out.nc").write_text("what was there before")
     run = case(2, "fail_writing", tmp_path)
     assert run.returncode == 0, run.stderr
@@ -246,7 +246,7 @@ def test_a_full_disk_is_told_to_all_ranks(tmp_path):
     assert (tmp_path / "out.nc").read_text() == "what was there before"
 
 
-def test_a_rank_that_fails_alone_ends_all(tmp_path):
+def test_failed_rank_ends_all(tmp_path):
     np.save(tmp_path / "map.npy", np.random.default_rng(0).normal(size=(64, 64)) * 1e-7)
     run = case(2, "fail_alone", tmp_path)
     assert run.returncode != 0

@@ -52,7 +52,7 @@ def alone(problems):
 @pytest.mark.parametrize(
     "count", [3, *(pytest.param(count, marks=pytest.mark.slow) for count in (1, 2, 4))]
 )
-def test_any_number_of_ranks_finds_the_same_bits(tmp_path, problems, alone, count):
+def test_result_is_identical_for_any_rank_count(tmp_path, problems, alone, count):
     run = case(count, "solve", tmp_path)
     assert run.returncode == 0, run.stderr
     for name, expected in alone.items():
@@ -71,7 +71,7 @@ def test_any_number_of_ranks_finds_the_same_bits(tmp_path, problems, alone, coun
 
 
 @pytest.mark.parametrize("count", [2, 3])
-def test_the_operators_are_those_of_one_process(tmp_path, count):
+def test_operators_match_one_process(tmp_path, count):
     run = case(count, "apply", tmp_path)
     assert run.returncode == 0, run.stderr
 
@@ -105,7 +105,7 @@ WORDS = [*UNLOADED, "--load", "0.2 N"]
 
 
 @pytest.mark.slow
-def test_the_command_says_and_writes_what_one_process_does(tmp_path, folder):
+def test_command_output_matches_one_process(tmp_path, folder):
     words = ["solve", folder / "map.npy", *WORDS, "--crop", "2:22,4:26", "--json"]
     output, report, figure = (tmp_path / f"out{suffix}" for suffix in (".nc", ".html", ".png"))
     run = command(2, *words, "--output", output, "--report", report, "--figures", figure)
@@ -141,13 +141,13 @@ def test_the_command_says_and_writes_what_one_process_does(tmp_path, folder):
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
-def test_what_cannot_be_done_is_refused_once(folder, monkeypatch, words, sentence):
+def test_unsupported_options_are_rejected_once(folder, monkeypatch, words, sentence):
     monkeypatch.chdir(folder)
     known = [] if "--load" in words else ["--load", "0.2 N"]
     refused(command(2, "solve", "map.npy", *UNLOADED, *known, *words), sentence)
 
 
-def test_python_refuses_on_all_ranks(tmp_path):
+def test_error_is_raised_on_all_ranks(tmp_path):
     run = case(2, "refuse", tmp_path)
     assert run.returncode == 0, run.stderr
     for name, sentence in (
@@ -162,7 +162,7 @@ def test_python_refuses_on_all_ranks(tmp_path):
 
 
 @pytest.mark.parametrize("task", ["die_solving", "die_writing"])
-def test_a_rank_that_dies_ends_all_and_leaves_no_half_file(tmp_path, task):
+def test_lost_rank_ends_all_without_partial_file(tmp_path, task):
     (tmp_path / "out.nc").write_text("what was there before")
     run = case(2, task, tmp_path)
     assert run.returncode != 0
