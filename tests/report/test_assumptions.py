@@ -65,7 +65,7 @@ def test_the_table_fits_half_a_page() -> None:
         assert sum(len(case.split()) for case in rows.values()) < 200
 
 
-def test_rigid_and_elastic_counter_bodies_are_told_apart() -> None:
+def test_rigid_and_elastic_counter_bodies_are_distinguished() -> None:
     surface = rough()
     assert "the counter-body is rigid" in stated(solved(surface))["Half-spaces"]
     both = solved(surface, counter_material=SOFT)
@@ -102,7 +102,7 @@ def test_a_profile_has_ridges_and_a_datum() -> None:
     assert "Straight ridges" not in stated(solved(rough()))
 
 
-def test_load_and_approach_are_told_apart() -> None:
+def test_load_and_approach_are_distinguished() -> None:
     assert "the load is specified" in stated(solved(rough()))["One slow loading"]
     given = solved(rough(), load=None, approach=1e-7)
     assert "the approach is specified" in stated(given)["One slow loading"]
@@ -190,7 +190,7 @@ def stiffened(result: ContactResult, modulus: float) -> ContactResult:
     return dataclasses.replace(result, pair=dataclasses.replace(result.pair, material=material))
 
 
-def test_large_strains_are_doubted() -> None:
+def test_large_strains_give_caution() -> None:
     elastic = solved(rough(points=128), ceiling=None, load=1.0)
     result = stiffened(elastic, 5 * elastic.max_pressure)
     (told,) = (c for c in result.cautions if c.kind == CautionTag.STRAIN)
@@ -236,7 +236,7 @@ def test_large_strains_are_doubted() -> None:
         ),
     ],
 )
-def test_yielding_is_told_for_the_case_at_hand(
+def test_yielding_is_stated_for_each_case(
     make: Callable[[], ContactResult], name: str, text: str
 ) -> None:
     rows = stated(make())
@@ -285,7 +285,7 @@ def test_a_hardness_stands_in_for_a_yield_strength() -> None:
     assert "of the softer body" in stated(both)["Ceiling for plastic flow"]
 
 
-def test_tilting_bodies_are_told() -> None:
+def test_tilt_is_stated() -> None:
     assert "without tilt" in stated(solved(rough()))["One slow loading"]
     tilted = solved(ball(), moments=(0.0, 0.1 * 2e-6))
     assert "tilted by the moments" in stated(tilted)["One slow loading"]
@@ -309,7 +309,7 @@ def test_spots_that_carry_are_the_load_median() -> None:
     assert not any("pixels or fewer" in note for note in cautions(result))
 
 
-def test_a_map_without_slopes_is_no_failure() -> None:
+def test_map_without_slopes_is_stated() -> None:
     heights = np.full((4, 4), np.nan)
     heights[::2, ::2] = 0.0
     result = solved(rc.Surface(heights, PIXEL).masked(), load=1e-6)
@@ -335,7 +335,7 @@ def caution(result: ContactResult) -> str:
     ("ratio", "more", "factor"),
     [(3, {}, 1.78), (40, {}, 2.22), (300, {}, 2.63), (300, {"ceiling": 2.2e9}, 2.63)],
 )
-def test_a_ceiling_that_does_not_fit_has_the_calibrated_one_beside_it(
+def test_unsuitable_ceiling_shows_calibrated_ceiling(
     ratio: float, more: dict[str, Any], factor: float
 ) -> None:
     result = loaded_ball(ratio, **more)
@@ -364,9 +364,7 @@ def test_a_ceiling_that_does_not_fit_has_the_calibrated_one_beside_it(
         (40, {"material": rc.Material(210e9, 0.3, hardness=3e9)}),
     ],
 )
-def test_a_ceiling_that_fits_or_cannot_be_judged_is_not_doubted(
-    ratio: float, more: dict[str, Any]
-) -> None:
+def test_suitable_or_unjudged_ceiling_gives_no_caution(ratio: float, more: dict[str, Any]) -> None:
     assert caution(loaded_ball(ratio, **more)) == ""
 
 
@@ -379,7 +377,7 @@ def test_the_calibrated_ceiling_agrees_with_its_own_solution() -> None:
     assert own.calibrated is None
 
 
-def test_hardening_asks_for_more_than_three() -> None:
+def test_hardening_raises_calibrated_factor_above_four() -> None:
     swift = rc.Material(210e9, 0.3, hardening=Swift(500e6, 30, 0.2))
     result = loaded_ball(1000, material=swift)
     assert result.calibrated is not None

@@ -117,7 +117,7 @@ def tell_more(monkeypatch: pytest.MonkeyPatch, kind: str, **more: Any) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", TABLES)
-def test_a_quantity_that_is_added_is_told_by_all(
+def test_new_quantity_appears_in_all_outputs(
     kind: str, request: pytest.FixtureRequest, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     added = Quantity("answer", "answer to all", symbol="Q", unit="Pa", of=lambda _: 42.123456e6)
@@ -141,7 +141,7 @@ def test_a_quantity_of_a_result_is_in_its_record(
 @pytest.mark.parametrize(
     ("kind", "name"), [("curve", "CURVE_COLUMNS"), ("history", "HISTORY_COLUMNS")]
 )
-def test_a_column_that_is_added_is_told_by_all(
+def test_new_column_appears_in_all_outputs(
     kind: str,
     name: str,
     request: pytest.FixtureRequest,
@@ -170,7 +170,7 @@ def test_a_column_that_is_added_is_told_by_all(
 
 
 @pytest.mark.parametrize("kind", TABLES)
-def test_console_and_report_tell_the_same_digits(
+def test_console_and_report_show_same_digits(
     kind: str, request: pytest.FixtureRequest, capsys: Capture
 ) -> None:
     result = request.getfixturevalue(kind)
@@ -197,7 +197,7 @@ def test_keys_are_unique_and_what_is_shown_has_a_name(
     assert {quantity.part for quantity in table} <= {PROBLEM, ANSWER, TRUST, HEADLINE}
 
 
-def test_what_one_of_two_results_lacks_is_marked(solved: rc.ContactResult) -> None:
+def test_missing_quantity_of_one_result_is_marked(solved: rc.ContactResult) -> None:
     told = {
         row.key: texts
         for row, texts in side_by_side(contact_fields.CONTACT, [solved.elastic(), solved])
@@ -207,7 +207,7 @@ def test_what_one_of_two_results_lacks_is_marked(solved: rc.ContactResult) -> No
     assert told["load"] == ("20 N (given)", "20 N (given)")
 
 
-def test_friction_is_told_with_its_direction_or_not_at_all(
+def test_friction_is_shown_with_its_direction_or_omitted(
     solved: rc.ContactResult, below: rc.results.StressResult
 ) -> None:
     rubbed = rc.subsurface_stress(solved, [1e-5], friction=0.2, direction=90.0)
@@ -230,7 +230,7 @@ def test_csv_keeps_every_digit_and_the_type() -> None:
     assert csv_text(columns, result) == "x [m],n [1]\n0.30000000000000004,3\n"
 
 
-def test_a_map_in_a_file_is_told_with_and_without_its_plane() -> None:
+def test_roughness_of_file_is_shown_with_and_without_plane() -> None:
     surface = rc.Surface(np.arange(12.0).reshape(3, 4) * 1e-9, (1e-6, 1e-6))
     row = quantity_of(inputs.FILE, "Sq").row(inputs.measured(surface))
     assert row.value == surface.Sq
@@ -268,7 +268,7 @@ def test_a_table_for_everything_that_has_a_summary() -> None:
         kinds.presentation_of(3)
 
 
-def test_a_texture_that_is_not_determined_says_what_is_known() -> None:
+def test_undetermined_texture_shows_upper_bound() -> None:
     unknown = {"Sal": 1e-6, "Str": math.nan, "Str_max": 0.3123}
     assert inputs.parameter("Str", unknown) == "not determined, at most 0.31"
     assert inputs.parameter("Str", {**unknown, "Str": 0.25}) == "0.25"
@@ -278,7 +278,7 @@ def test_a_texture_that_is_not_determined_says_what_is_known() -> None:
     assert inputs.parameter("Sq", {}) == "not defined on this map"
 
 
-def test_numbers_are_told_without_powers_of_ten() -> None:
+def test_numbers_are_shown_without_powers_of_ten() -> None:
     told = {value: format_value(value, "m³") for value in (0.0, 3e-17, 1.87e-10, 7.2e-26)}
     assert list(told.values()) == ["0 µm³", "30 µm³", "0.187 mm³", "72 nm³"]
     assert inputs.parameter("Sdr", {"Sdr": 4.561e-7}) == "0.00004561 %"

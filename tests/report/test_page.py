@@ -113,7 +113,7 @@ def test_the_page_is_well_formed(whole: tuple[ContactResult, str]) -> None:
     assert set(used) <= set(names)
 
 
-def test_nothing_is_fetched_and_nothing_is_run(whole: tuple[ContactResult, str]) -> None:
+def test_page_has_no_external_resources_or_scripts(whole: tuple[ContactResult, str]) -> None:
     text = whole[1]
     page = Page(text)
     tags = {tag for tag, _ in page.attributes}
@@ -146,7 +146,7 @@ def test_question_and_answer_come_before_seven_sections(whole: tuple[ContactResu
     assert "1.5 % of the face is in contact" in page.words.split("Key numbers")[0]
 
 
-def test_what_users_wrote_is_text(whole: tuple[ContactResult, str]) -> None:
+def test_text_of_users_is_escaped(whole: tuple[ContactResult, str]) -> None:
     text = whole[1]
     page = Page(text)
     assert '<script>alert("1")</script> &   .opd' in page.texts["title"][0]
@@ -263,7 +263,7 @@ def test_the_date_is_today_if_none_is_given() -> None:
 
 @pytest.mark.long
 @pytest.mark.usefixtures("quick")
-def test_what_does_not_apply_is_left_out() -> None:
+def test_inapplicable_parts_are_omitted() -> None:
     page = report(solved(ceiling=None))
     assert "elastic" not in page.texts["th"]
     assert "Saturated area" not in page.rows()
@@ -312,7 +312,7 @@ def test_what_does_not_apply_is_left_out() -> None:
         "masked",
     ],
 )
-def test_every_case_is_told_as_it_is(problem: dict[str, Any], words: str) -> None:
+def test_every_case_states_its_assumptions(problem: dict[str, Any], words: str) -> None:
     result = solved(**problem)
     page = report(result, layout.Edition(date=DAY))
     assert words in page.words
@@ -363,7 +363,7 @@ def test_cautions_are_on_the_first_page() -> None:
 
 @pytest.mark.long
 @pytest.mark.usefixtures("quick")
-def test_what_did_not_converge_is_never_shown_as_a_solution() -> None:
+def test_unconverged_result_is_not_shown_as_solution() -> None:
     best = solved(max_iterations=2, on_failure="return")
     assert not best.converged
     page = report(best)
@@ -429,7 +429,7 @@ def test_save_replaces_only_when_it_is_complete(
         ("folder.html", "is a folder"),
     ],
 )
-def test_unfit_paths_are_refused_before_anything_is_solved(
+def test_invalid_paths_raise_input_error_before_solve(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, message: str
 ) -> None:
     (tmp_path / "folder.html").mkdir()
@@ -469,7 +469,7 @@ def test_the_result_writes_its_own_report(tmp_path: Path) -> None:
         (lambda: rc.InsufficientMemoryError("no"), False),
     ],
 )
-def test_a_failed_elastic_twin_is_told(
+def test_failed_elastic_solution_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failure: Any, is_told: bool
 ) -> None:
     error = failure()
