@@ -172,7 +172,7 @@ def test_only_a_law_is_of_several_maps(ask: Any, more: dict[str, Any]) -> None:
     assert len(ask([pressed(), again]).steps) == 2
 
 
-def test_maps_that_were_unloaded_are_pressed_alike() -> None:
+def test_unloaded_maps_need_same_bodies_and_boundary() -> None:
     surface = rc.Surface(*rc.reference_map(64, 3))
     contacts = [pressed(surface, load=load) for load in (1.0, 3.0)]
     left = rc.indented_surface(contacts[-1])
@@ -199,7 +199,7 @@ def request(folder: Path, **more: str) -> Request:
     return from_text("conductance", folder / "map.npy", given)
 
 
-def test_a_contact_is_solved_once_and_given_again_bit_by_bit(solves: list[float]) -> None:
+def test_cached_contact_is_identical(solves: list[float]) -> None:
     with joints.cached_solver() as solve:
         asked = {"material": STEEL, "boundary": "periodic"}
         first = solve(ROUGH, load=0.3, **asked)
@@ -216,7 +216,7 @@ def test_a_contact_is_solved_once_and_given_again_bit_by_bit(solves: list[float]
 
 
 @pytest.mark.long
-def test_requests_together_are_what_each_is_alone(tmp_path: Path, solves: list[float]) -> None:
+def test_combined_requests_match_separate_requests(tmp_path: Path, solves: list[float]) -> None:
     requests = [request(tmp_path), request(tmp_path, **{"electrical-film": "1e-12 ohm m^2"})]
     with running.shared_runner() as carry_out:
         both = [carry_out(one, lambda _: None) for one in requests]
@@ -270,7 +270,7 @@ def test_a_contact_may_have_a_list_of_tasks_and_of_loads(tmp_path: Path) -> None
         ('["conductance"]', ('depths = "1 um"',), 'depths needs task = "stress"'),
     ],
 )
-def test_a_list_of_tasks_that_makes_no_sense_gets_its_sentence(
+def test_invalid_task_lists_raise_input_error(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     tasks: str,
@@ -285,7 +285,7 @@ def test_a_list_of_tasks_that_makes_no_sense_gets_its_sentence(
 
 
 @pytest.mark.long
-def test_all_that_is_asked_of_a_joint_under_the_same_pressures_is_solved_once(
+def test_joint_tasks_under_same_pressures_share_contacts(
     tmp_path: Path, solves: list[float]
 ) -> None:
     # Elastic, so that the law has no second branch of its own.
@@ -304,7 +304,7 @@ def test_all_that_is_asked_of_a_joint_under_the_same_pressures_is_solved_once(
 
 
 @pytest.mark.long
-def test_a_project_writes_what_each_task_leaves(
+def test_project_writes_outputs_of_each_task(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pressures = ('from = "1 MPa"', 'to = "30 MPa"', "steps = 3")
@@ -332,6 +332,6 @@ def test_a_project_writes_what_each_task_leaves(
         ({}, "load is needed, such as '1 N'"),
     ],
 )
-def test_loads_or_pressures_are_asked_for(tmp_path: Path, more: dict[str, str], words: str) -> None:
+def test_missing_loads_raise_input_error(tmp_path: Path, more: dict[str, str], words: str) -> None:
     with pytest.raises(rc.InputError, match=words):
         request(tmp_path, **{"load": "", **more})

@@ -44,7 +44,7 @@ STRESS = ("stress", *BALL, "--load", "0.5 N")
 
 
 @pytest.mark.parametrize("command", [SWEEP, HISTORY, STRESS])
-def test_no_task_passes_for_solved_that_did_not_converge(
+def test_unconverged_task_is_not_reported_as_solved(
     command: tuple[str, ...], tmp_path: Path, capsys: Capture
 ) -> None:
     report = tmp_path / "out.html"
@@ -75,7 +75,7 @@ def test_numbers_are_shown_where_a_file_cannot_be_written(
     assert err.count("\n") == 1
 
 
-def test_an_interrupted_sweep_tells_its_steps_and_goes_on(tmp_path: Path) -> None:
+def test_interrupted_sweep_reports_steps_and_resumes(tmp_path: Path) -> None:
     folder = tmp_path / "steps"
     given = {**FORM, "from": "0.1 N", "to": "1 N", "steps": "3", "folder": str(folder)}
     request = from_text("sweep", None, given)
@@ -111,7 +111,7 @@ def test_an_interrupted_sweep_tells_its_steps_and_goes_on(tmp_path: Path) -> Non
         ),
     ],
 )
-def test_progress_is_told_in_words(task: str, given: dict[str, str], words: str) -> None:
+def test_progress_is_formatted_as_text(task: str, given: dict[str, str], words: str) -> None:
     seen: list[Progress] = []
     outcome = run_request(from_text(task, None, {**FORM, **given}), lambda text: None, seen.append)
     assert outcome.converged
@@ -173,7 +173,7 @@ def _timeless(told: Any) -> Any:
     ],
     ids=["solve", "tilt", "volume", "stress"],
 )
-def test_a_nominal_pressure_presses_as_its_force_on_the_map_and_says_so(
+def test_nominal_pressure_matches_force_on_map(
     more: tuple[str, ...], tmp_path: Path, capsys: Capture
 ) -> None:
     task, words = ("stress", ()) if "stress" in more else ("solve", more)

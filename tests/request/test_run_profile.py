@@ -26,7 +26,7 @@ def solved(path, *options):
     return app.main(["solve", str(path), *STEEL, "--load", "20 N/mm", *options])
 
 
-def test_a_load_per_length_is_told_as_one(trace, capsys):
+def test_load_per_length_is_shown_with_its_unit(trace, capsys):
     assert solved(trace, "--verbose") == app.SOLVED
     shown = capsys.readouterr().out
     for words in (
@@ -68,7 +68,7 @@ def test_a_force_is_none_of_a_profile_nor_a_load_per_length_of_a_map(trace, tmp_
 
 
 @pytest.mark.slow
-def test_a_report_on_a_profile_says_what_it_assumes(trace, tmp_path):
+def test_report_on_profile_states_assumptions(trace, tmp_path):
     page, result = tmp_path / "r.html", tmp_path / "r.nc"
     figures = ["--figures", str(tmp_path / "f.png")]
     assert solved(trace, "--report", str(page), "--output", str(result), *figures) == app.SOLVED
@@ -136,7 +136,7 @@ def test_info_has_the_parameters_of_a_profile(trace, capsys):
     assert told["cutoff"] == 8e-5
 
 
-def test_what_needs_a_map_is_refused_in_one_sentence(trace, capsys):
+def test_map_options_of_profile_are_rejected_in_one_sentence(trace, capsys):
     for command in (
         ["solve", "--load", "20 N/mm", "--model", "elastoplastic"],
         ["solve", "--load", "20 N/mm", "--load-point", "0 um, 5 um"],
@@ -163,7 +163,7 @@ def test_what_needs_a_map_is_refused_in_one_sentence(trace, capsys):
 
 
 @pytest.mark.slow
-def test_stress_below_a_profile_is_told_per_length(trace, tmp_path, capsys):
+def test_stress_below_profile_is_shown_per_length(trace, tmp_path, capsys):
     page, result = tmp_path / "s.html", tmp_path / "s.nc"
     words = ["stress", str(trace), *STEEL, "--load", "20 N/mm", "--first-yield", "--verbose"]
     files = ["--report", str(page), "--output", str(result), "--figures", str(tmp_path / "s.png")]
@@ -230,7 +230,7 @@ def test_files_of_a_profile(trace, tmp_path, capsys):
         surface.save(tmp_path / "s.x3p")
 
 
-def test_a_smooth_roller_stands_beside_a_profile(tmp_path, capsys):
+def test_profile_is_compared_with_smooth_roller(tmp_path, capsys):
     # A flat line under a cylinder: all of what is set beside it is what is found.
     x = np.arange(2001) * 2e-4
     np.savetxt(tmp_path / "flat.txt", np.column_stack([x, 0 * x]), header="mm um")
@@ -247,7 +247,7 @@ def test_a_smooth_roller_stands_beside_a_profile(tmp_path, capsys):
     assert ratios["approach"] == pytest.approx(1, abs=1e-3)
 
 
-def test_a_profile_is_refused_before_anything_is_solved(trace, capsys, monkeypatch):
+def test_conductance_of_profile_is_rejected_before_solve(trace, capsys, monkeypatch):
     from roughcontact.contact import solve
 
     monkeypatch.delattr(solve, "solve")
