@@ -38,7 +38,7 @@ def test_a_bar_shows_the_share_that_is_done():
 
 
 @pytest.mark.parametrize("of", ["solve", "sweep", "find_load", "solve_elastoplastic"])
-def test_a_bar_is_drawn_where_asked(of, capsys):
+def test_progress_true_draws_bar(of, capsys):
     options = {
         "solve": {"load": 0.5},
         "sweep": {"loads": [0.1, 0.5]},
@@ -70,7 +70,7 @@ def interrupting(after):
 
 
 @pytest.mark.parametrize("after", [1, 3, 5])
-def test_ctrl_c_returns_the_last_state_where_asked(after):
+def test_interrupt_returns_last_state_with_option(after):
     whole = rc.solve(rough(), material=STEEL, load=0.5)
     cut = rc.solve(
         rough(), material=STEEL, load=0.5, on_interrupt="return", progress=interrupting(after)
@@ -87,7 +87,7 @@ def test_ctrl_c_returns_the_last_state_where_asked(after):
     np.testing.assert_allclose(again.pressure, whole.pressure, atol=1e-4 * whole.max_pressure)
 
 
-def test_ctrl_c_ends_what_was_not_asked_to_return():
+def test_interrupt_raises_by_default():
     with pytest.raises(KeyboardInterrupt):
         rc.solve(rough(), material=STEEL, load=0.5, progress=interrupting(3))
     with pytest.raises(rc.InputError, match="on_interrupt"):
@@ -96,7 +96,7 @@ def test_ctrl_c_ends_what_was_not_asked_to_return():
     assert rc.solve(rough(), material=STEEL, load=0.5).converged
 
 
-def test_a_part_that_was_kept_counts_as_whole():
+def test_saved_part_fills_bar():
     stream = io.StringIO()
     ProgressBar(stream)(Progress(1, 2, None, kept=True))
     assert stream.getvalue().count("█") * 2 == _width(stream.getvalue())
@@ -171,7 +171,7 @@ def test_the_time_left_of_a_solve_is_known_within_a_factor_of_two(clock, boundar
     assert known[0][1] > 0.9 * work
 
 
-def test_the_parts_of_a_calculation_are_as_long_as_the_first_seems_to_be(clock):
+def test_time_left_assumes_parts_as_long_as_first(clock):
     forecast = Forecast()
 
     def left(now, iteration, done):
@@ -190,7 +190,7 @@ def test_the_parts_of_several_calculations_are_counted_together():
     assert told == [Progress(5, 12, None, "honed", kept=True)]
 
 
-def test_a_comparison_tells_its_time_after_the_first_map(tmp_path):
+def test_comparison_progress_counts_all_contacts(tmp_path):
     heights, pixel = rc.reference_map(32, 3)
     names = [str(tmp_path / f"{number}.npz") for number in range(3)]
     for name in names:
@@ -226,7 +226,7 @@ def assert_one_series(states):
 
 
 @pytest.mark.long
-def test_the_depths_of_a_stress_and_the_figures_of_a_report_are_told(tmp_path):
+def test_progress_shows_stress_depths_and_report_figures(tmp_path):
     report = str(tmp_path / "out.html")
     told = told_of("stress", tmp_path, load="20 MPa", report=report)
     for label in ("stress below the surface", f"writing {report}, figures"):

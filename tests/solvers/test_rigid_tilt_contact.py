@@ -128,7 +128,7 @@ def test_the_nearest_pressure_keeps_load_and_moments(
     np.testing.assert_allclose(nearest, np.clip(at, 0, limit), rtol=0, atol=1e-6 + 1e-7 * depth)
 
 
-def test_sums_that_no_pressure_has_are_told() -> None:
+def test_unreachable_sums_return_none() -> None:
     rows = np.vstack([np.ones(20), np.linspace(0.1, 0.5, 20), np.zeros(20)])
     rest = np.array([1.0, 0.0, 0.0])
     assert shift_to_balance(np.zeros(20), math.inf, rows, rest, LocalSums())[0] is None
@@ -215,7 +215,7 @@ def test_symmetry_leaves_no_tilt() -> None:
     assert np.abs(result.tilt).max() < 1e-6 * result.approach / surface.size[0]
 
 
-def test_a_tilt_that_is_in_the_map_is_taken_out() -> None:
+def test_tilt_of_map_is_removed() -> None:
     # A body mounted askew comes to rest as if it had been mounted straight.
     surface = rough()
     y = np.arange(48)[:, None] * surface.pixel[0]
@@ -228,7 +228,7 @@ def test_a_tilt_that_is_in_the_map_is_taken_out() -> None:
     np.testing.assert_allclose(two.pressure, one.pressure, rtol=0, atol=1e-4 * 3e9)
 
 
-def test_what_goes_with_a_tilted_result() -> None:
+def test_tilted_result_has_summary_and_serves_as_guess() -> None:
     options: dict[str, Any] = {"load": 1.0, "moments": (5e-6, -1e-5), "material": STEEL}
     result = rc.solve(rough(), **options)
     said = result.summary()
@@ -295,7 +295,7 @@ def refuse(*_: object, **__: object) -> None:
         ({"moments": ({}, 0.0)}, rc.InputError, "moments must be a (list|pair)"),
     ],
 )
-def test_moments_that_nothing_balances_are_refused_at_once(
+def test_unbalanced_moments_raise_error_before_solve(
     arguments: dict[str, Any], error: type[Exception], message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(bounded, "solve", refuse)
@@ -320,7 +320,7 @@ def test_a_load_beyond_the_points_that_touch() -> None:
     assert result.moment_error <= 1e-8
 
 
-def test_a_load_on_the_last_pixel_is_carried_by_it() -> None:
+def test_load_on_last_pixel_is_carried_by_last_pixel() -> None:
     surface = rough(16 * 2)
     edge = 15.5 * surface.pixel[1]
     result = rc.solve(
@@ -409,7 +409,7 @@ def test_moments_are_balanced_at_a_tilt_of_few_digits() -> None:
     assert np.count_nonzero(result.contact) == 3
 
 
-def test_bodies_that_do_not_come_to_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unbalanced_moments_raise_convergence_error(monkeypatch: pytest.MonkeyPatch) -> None:
     options: dict[str, Any] = {"load": 1.0, "moments": (2e-5, 2e-5), "material": STEEL}
     with pytest.raises(rc.ConvergenceError, match=r"moment error .* max_iterations") as caught:
         rc.solve(rough(), max_iterations=2, **options)
