@@ -112,7 +112,7 @@ def test_a_polynomial_on_a_disk_agrees_with_least_squares() -> None:
     np.testing.assert_allclose(residual[there], heights[there] - fitted, atol=1e-11)
 
 
-def test_form_is_refused_where_it_is_not_determined() -> None:
+def test_undetermined_form_raises_input_error() -> None:
     pixel = (1.0, 1.0)
     y, x = np.mgrid[:20, :30] / 20
     flat = 1 + 0.1 * x + 0.2 * y
@@ -145,7 +145,7 @@ def test_form_is_refused_where_it_is_not_determined() -> None:
 
 
 @pytest.mark.parametrize("axis", [0, 25, 45, 70])
-def test_how_sure_a_curvature_is_does_not_depend_on_where_the_map_is_seen_from(axis: int) -> None:
+def test_error_of_undetermined_cylinder_is_invariant_under_rotation(axis: int) -> None:
     # Too faint a cylinder to be told from the noise of the map.
     y, x = np.mgrid[:30, :30] - 14.5
     across = x * math.cos(math.radians(axis)) + y * math.sin(math.radians(axis))
@@ -159,7 +159,7 @@ def test_how_sure_a_curvature_is_does_not_depend_on_where_the_map_is_seen_from(a
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e6])
-def test_no_curvature_is_surer_than_the_rounding_of_the_largest(scale: float) -> None:
+def test_curvature_uncertainty_includes_rounding_of_largest(scale: float) -> None:
     # A saddle without any noise: what is left of its zero mean curvature tells nothing.
     y, x = np.mgrid[:31, :31] / 30 - 0.5
     values, covariance = _Fit(scale * (y**2 - x**2), (1.0, 1.0), "sphere").quadric()

@@ -54,7 +54,7 @@ def missed(surface: rc.Surface) -> dict[str, float]:
     ],
     ids=str,
 )
-def test_a_map_has_the_parameters_asked_for(asked: dict[str, Any]) -> None:
+def test_generated_map_has_requested_parameters(asked: dict[str, Any]) -> None:
     surface = made(**asked)
     assert missed(surface) == {}
     named = {one.name: one for one in generation.compare_parameters(surface)}
@@ -85,7 +85,7 @@ def test_all_at_once_on_a_large_map() -> None:
     assert {item.kind for item in missed_notes(surface)} == {CautionTag.NARROW_SPECTRUM}
 
 
-def test_a_map_that_shows_what_was_asked_is_left_as_it_is() -> None:
+def test_map_with_requested_parameters_is_not_corrected() -> None:
     spectrum_asked = Spectrum(SMALL, PIXEL, 12e-6, 3e-6, 0.8, 0.5)
     heights = made(Str=0.5).heights
     Sal, Str, _ = spectrum.texture(heights, PIXEL)
@@ -218,19 +218,19 @@ def test_a_lay_turned_half_around_is_the_same() -> None:
         ({"Sal": None, "turning": 5e-5}, r"turning must be a pair"),
     ],
 )
-def test_what_no_map_can_have_is_refused(asked: dict[str, Any], told: str) -> None:
+def test_impossible_parameters_raise_input_error(asked: dict[str, Any], told: str) -> None:
     with pytest.raises(rc.InputError, match=f"^{told}"):
         made((96, 128), **asked)
 
 
 @pytest.mark.long
-def test_moments_that_few_waves_cannot_have_are_refused() -> None:
+def test_unreachable_moments_raise_input_error() -> None:
     with pytest.raises(rc.InputError, match=r"^Ssk -0\.8 with Sku 3.96 is not reachable"):
         rc.generate(48, (2e-6, 2e-6), Sq=4e-7, Sal=1.2e-5, Ssk=-0.8, honing=40)
 
 
 @pytest.mark.slow
-def test_what_is_missed_is_said_with_its_reason() -> None:
+def test_missed_parameters_are_reported_with_reason() -> None:
     grooves = made((96, 96), Str=0.05)
     told = missed_notes(grooves)[0]
     assert (told.kind, told.severity) == (CautionTag.GENERATE_MISSED, Severity.NOTE)
@@ -240,7 +240,7 @@ def test_what_is_missed_is_said_with_its_reason() -> None:
     assert "correlation areas fit" in told.text
 
 
-def test_a_narrow_spectrum_is_said_with_its_ends() -> None:
+def test_narrow_spectrum_is_reported_with_its_ends() -> None:
     (told,) = missed_notes(made((96, 96), cutoff_wavelength="8 um"))
     assert told.kind == CautionTag.NARROW_SPECTRUM
     assert told.numbers["span"] == pytest.approx(1.6, rel=0.2)
@@ -251,7 +251,7 @@ def test_a_narrow_spectrum_is_said_with_its_ends() -> None:
 
 
 @pytest.mark.long
-def test_its_provenance_says_how_to_make_it_again() -> None:
+def test_provenance_reproduces_map() -> None:
     surface = made(Ssk=-0.5, Str=0.5, lay=20.0, rng=7)
     about = surface.provenance
     assert provenance.from_text(provenance.to_text(about)) == about

@@ -113,12 +113,12 @@ def test_every_row_of_the_catalog_has_a_source() -> None:
         ({"resolution": -1.0}, "must not be negative"),
     ],
 )
-def test_wrong_instruments_are_refused(arguments: dict[str, object], message: str) -> None:
+def test_invalid_instruments_raise_input_error(arguments: dict[str, object], message: str) -> None:
     with pytest.raises(InputError, match=message):
         Instrument(**arguments)
 
 
-def test_wrong_measurements_are_refused() -> None:
+def test_invalid_measurements_raise_input_error() -> None:
     rng, tool = np.random.default_rng(0), Instrument(resolution=UM)
     with pytest.raises(InputError, match="must divide"):
         tool.measure(sine(64, 4), points=(63, 64), rng=rng)

@@ -46,7 +46,7 @@ def test_sentences_of_others_are_notes() -> None:
     assert about == Provenance("ball", operations=map(Operation.note, about.steps))
 
 
-def test_an_array_is_known_once_something_is_done_to_it() -> None:
+def test_array_has_provenance_after_first_step() -> None:
     surface = Surface(np.eye(5), PIXEL, Provenance("eye"))
     assert surface.provenance.origin is None
     origin = surface.leveled().filled().cropped((0, 3), (0, 4)).provenance.origin
@@ -122,6 +122,6 @@ def changed(change: Any) -> str:
         changed(lambda r: r["origin"].update(method="read_surface")),
     ],
 )
-def test_a_damaged_text_is_refused(text: str) -> None:
+def test_damaged_text_raises_value_error(text: str) -> None:
     with pytest.raises(ValueError):  # noqa: PT011 - of json or of ours
         from_text(text)

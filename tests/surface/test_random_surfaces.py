@@ -155,7 +155,7 @@ def test_reference_map_does_not_change_unnoticed():
         ({"rolloff_wavelength": 3e-4, "cutoff_wavelength": 2e-4}, "^no wave"),
     ],
 )
-def test_bad_spectrum_is_refused(change, message):
+def test_invalid_spectrum_raises_input_error(change, message):
     with pytest.raises(InputError, match=message):
         make((64, 64), (1e-4, 1e-4), **change)
 

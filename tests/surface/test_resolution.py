@@ -123,7 +123,7 @@ def test_peaks_too_sharp_at_every_scale() -> None:
     assert resolution.tip_cutoff(-ball, PIXEL, 20 * NM) is None  # a valley is no peak
 
 
-def test_holes_are_passed_over() -> None:
+def test_holes_are_ignored() -> None:
     heights = drawn_by(5 * NM, rough(3))
     whole = resolution.tip_cutoff(heights, PIXEL, 5 * NM)
     holed = heights.copy()
@@ -170,7 +170,7 @@ def test_tip_cutoff_refuses() -> None:
 @pytest.mark.parametrize("hurst", [0.2, 0.5, 0.8, 1.0])
 @pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.parametrize("part", [(slice(None), slice(None)), (slice(17, 217), slice(30, 200))])
-def test_rough_maps_raise_no_alarm(hurst: float, seed: int, part: tuple[slice, slice]) -> None:
+def test_rough_maps_have_no_limit(hurst: float, seed: int, part: tuple[slice, slice]) -> None:
     # As a whole periodic, the part not.
     heights = rough(seed, hurst, shortest=2.0000001)[part]
     assert resolution.noise_cutoff(heights, PIXEL) is None
@@ -285,7 +285,7 @@ def test_which_files_are_a_scanning_probes(instrument: str, is_probe: bool) -> N
     assert bool(surface.resolution_notes()) is is_probe
 
 
-def test_pixels_that_no_tip_can_be_seen_on_ask_for_none() -> None:
+def test_coarse_pixels_need_no_tip_radius() -> None:
     about = Provenance("a", "WSxM")
     for pixel in ((1.85e-6, 1.85e-6), (1e-8, 2e-6)):
         assert Surface(np.zeros((4, 4)), pixel, about).resolution_notes() == ()
@@ -321,7 +321,7 @@ def test_units_do_not_matter(seed: int, radius: float, power: float) -> None:
         assert scaled == pytest.approx(scale * factor, rel=1e-6)
 
 
-def test_the_waves_of_a_surface_are_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_wave_limits_are_cached(monkeypatch: pytest.MonkeyPatch) -> None:
     looks: list[object] = []
     limit = resolution.Limit(resolution.LimitCause.NOISE, NM, "a note")
     monkeypatch.setattr(resolution, "wave_limits", lambda *map: looks.append(map) or [limit])
@@ -330,7 +330,7 @@ def test_the_waves_of_a_surface_are_looked_for_once(monkeypatch: pytest.MonkeyPa
     assert len(looks) == 1
 
 
-def test_the_shortest_wave_is_the_filters_where_the_map_is_large_enough_to_tell() -> None:
+def test_shortest_wave_is_filter_cutoff_on_large_maps() -> None:
     heights = filters.gaussian_lowpass(rough(5, 0.8, shortest=2.0000001), PIXEL, 8 * NM)
     cutoff = resolution.smoothing_cutoff(heights, PIXEL)
     assert resolution.shortest_wave(heights, PIXEL) == pytest.approx(cutoff, rel=0.05)
@@ -344,7 +344,7 @@ def test_a_spectrum_whose_last_wave_is_beyond_the_noise_ends_there() -> None:
     assert resolution._crossing(np.array([2.0]), np.array([1.0]), 0.5) == pytest.approx(math.pi)
 
 
-def test_of_several_maps_the_coarsest_limit_is_told_once() -> None:
+def test_coarsest_limit_of_several_maps_is_reported_once() -> None:
     def noted(*maps: Surface) -> tuple[Caution, ...]:
         return resolution_cautions({"tip-radius": None}, maps)  # type: ignore[arg-type]
 

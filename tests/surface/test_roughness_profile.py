@@ -39,7 +39,7 @@ def test_one_line_of_heights_is_a_profile():
         (np.zeros((2, 5)), 1e-6, r"pair \(dy, dx\)"),
     ],
 )
-def test_what_is_no_profile_is_refused(heights, pixel, words):
+def test_invalid_profile_raises_input_error(heights, pixel, words):
     with pytest.raises(rc.InputError, match=words):
         rc.Surface(heights, pixel)
 
@@ -257,7 +257,7 @@ def test_positions_even_but_for_their_last_digit_are_not_interpolated(tmp_path):
     assert "100 nm" in surface.provenance.steps[0]
 
 
-def test_uneven_points_are_brought_to_equal_distances_and_told(tmp_path):
+def test_uneven_points_are_resampled_with_step(tmp_path):
     x, _ = traced(uneven=2e-4)
     path = written(tmp_path / "t.txt", x, np.sin(20 * x))
     surface = rc.read_surface(path, unit="mm, um")
@@ -297,7 +297,7 @@ def test_a_gap_of_the_trace_is_missing(tmp_path):
     assert np.array_equal(np.flatnonzero(np.isnan(surface.heights[0])), np.arange(700, 760))
 
 
-def test_units_and_length_of_a_profile_are_asked_for_and_may_be_replaced(tmp_path):
+def test_units_and_length_of_profile_are_required_or_replaced(tmp_path):
     x, z = traced()
     bare = written(tmp_path / "bare.txt", x, z)
     with pytest.raises(rc.InputError, match=r'gives no units of its positions.*unit="mm, um"'):

@@ -38,7 +38,7 @@ def test_waves_run_along_their_axes():
     np.testing.assert_allclose(both[[0, 2]], [z[0], -z[0]], atol=1e-15)
 
 
-def test_bad_grid_is_refused():
+def test_invalid_grid_raises_input_error():
     with pytest.raises(InputError, match=r"^shape"):
         shapes.paraboloid((0, 4), (1.0, 1.0), 1.0)
     with pytest.raises(InputError, match=r"^pixel"):
@@ -200,6 +200,6 @@ def test_cone_and_wedge_have_their_slope():
         (lambda: shapes.cone(*GRID, 0.1, (3, np.nan)), "^center must be finite"),
     ],
 )
-def test_bodies_that_are_none(make, message):
+def test_invalid_bodies_raise_input_error(make, message):
     with pytest.raises(InputError, match=message):
         make()

@@ -37,7 +37,7 @@ def test_heights_are_read_only_float64() -> None:
         surface.pixel = (1.0, 1.0)
 
 
-def test_the_array_given_stays_the_callers() -> None:
+def test_surface_copies_array_of_caller() -> None:
     heights = rough()
     surface = Surface(heights, PIXEL)
     kept = heights.copy()
@@ -117,7 +117,7 @@ def test_shape_and_size_are_y_x() -> None:
         (np.full((2, 3), np.nan), "heights has no finite value: every point is missing"),
     ],
 )
-def test_heights_that_are_no_map(heights, words: str) -> None:
+def test_invalid_heights_raise_input_error(heights, words: str) -> None:
     with pytest.raises(InputError, match=words) as caught:
         Surface(heights, PIXEL)
     assert isinstance(caught.value, ValueError)
@@ -375,7 +375,7 @@ def test_aligned_says_what_it_did() -> None:
     assert coarse.missing == 12
 
 
-def test_what_lies_off_the_map_is_not_masked_by_an_old_promise() -> None:
+def test_points_aligned_off_map_are_not_masked() -> None:
     grid = Surface(np.zeros((6, 9)), PIXEL)
     after = holed().masked().aligned(grid, offset=(0, 3e-6))
     assert not after.holes_masked
