@@ -76,7 +76,7 @@ def test_an_ellipse_has_its_elliptic_integral() -> None:
     assert length(result) == pytest.approx(wanted, rel=0.01)
 
 
-def test_two_far_discs_add_but_for_what_each_does_to_the_other() -> None:
+def test_two_distant_discs_add_with_mutual_resistance() -> None:
     discs = [(60.5, 60.5, 10.0, 10.0), (190.5, 190.5, 10.0, 10.0)]
     result = touching(discs)
     a, other = equal(discs, result)
@@ -180,7 +180,7 @@ def rough(seed: int, n: int = 256) -> rc.Surface:
     return rc.Surface(heights, (pixel, pixel))
 
 
-def test_resistance_hangs_less_on_the_grid_than_the_contact_area() -> None:
+def test_resistance_depends_less_on_grid_than_contact_area() -> None:
     surface = rough(1)
     fine = rc.solve(surface, load=2.0, material=STEEL, boundary="periodic")
     (coarse,) = (
@@ -261,7 +261,7 @@ def filled(result: rc.ContactResult, local: np.ndarray, resistivity: float) -> f
 
 
 @pytest.mark.long
-def test_what_fills_the_gap_adds_as_if_both_were_solved_together() -> None:
+def test_gap_conductance_adds_as_in_coupled_solution() -> None:
     surface = rc.generate((96, 96), (2e-6, 2e-6), Sq=0.4e-6, Sal=8e-6, rng=1)
     metal = rc.Material(206e9, 0.3, 0.3e9)
     steel, aluminium = rc.Conductor(conductivity=42.6), rc.Conductor(conductivity=167)

@@ -54,7 +54,7 @@ def test_quantiles_are_those_of_the_known_distribution(
     np.testing.assert_allclose(slope * expected + shift, heights, rtol=1e-6, atol=1e-6)
 
 
-def test_pairs_that_nothing_has_are_refused() -> None:
+def test_impossible_moments_raise_input_error() -> None:
     with pytest.raises(InputError, match=r"^Sku must exceed Ssk² \+ 1 = 5, as that of any"):
         height_distribution.require(2.0, 4.9)
     with pytest.raises(InputError, match=r"^Sku must be at least 5.3 with Ssk = 2, got 5.1: below"):
