@@ -49,7 +49,7 @@ def with_plasticity(row):
 
 
 @pytest.mark.parametrize("kind", ["spheres", "maps"])
-def test_plasticity_of_the_volume_lies_in_what_is_said(kind):
+def test_interval_covers_volume_model(kind):
     # Each stored case was followed with plasticity of the volume.
     within = 0
     for row in STORED[kind]:
@@ -74,13 +74,13 @@ def test_plasticity_of_the_volume_lies_in_what_is_said(kind):
     assert within >= 0.95 * len(STORED[kind])
 
 
-def test_a_contact_below_first_yield_has_no_doubt_about_yielding():
+def test_contact_below_first_yield_has_no_yield_cause():
     result = rc.solve(BALL, material=STEEL, load=0.2)
     assert result.regime is Regime.BELOW_FIRST_YIELD
     assert set(causes(interval(result))) == {Cause.RIM, Cause.GRID, Cause.TOLERANCE}
 
 
-def test_beyond_first_yield_the_area_is_said_to_be_larger():
+def test_interval_beyond_first_yield_extends_to_larger_area():
     # P/P_c is 40 for about 16 N here: a quarter of the area is missing at three yield strengths.
     result = rc.solve(BALL, material=STEEL, load=12)
     doubt = causes(interval(result))[Cause.YIELDING]
@@ -95,7 +95,7 @@ def test_beyond_first_yield_the_area_is_said_to_be_larger():
     assert without[Cause.YIELDING].high > doubt.high
 
 
-def test_what_is_not_known_is_said():
+def test_unknown_causes_are_reported():
     result = rc.solve(BALL, material=STEEL, load=12)
     assert interval(result, "approach").unknown == (Cause.YIELDING, Cause.GRID)
     auxetic = rc.Material(210e9, -0.2, 1e9)
@@ -186,7 +186,7 @@ def test_a_map_rough_down_to_its_pixel_has_no_last_area():
     assert interval(smooth, "contact_fraction", study).unknown == ()
 
 
-def test_no_pressure_lies_above_the_ceiling():
+def test_pressure_interval_ends_at_ceiling():
     result, study = pressed(BALL, 4.0, ceiling=3e9)
     told = interval(result, "max_pressure", study)
     assert told.value <= told.high <= 3e9 * (1 + 1e-5)
@@ -203,7 +203,7 @@ def test_the_limit_of_a_sequence_of_known_order_is_held(order):
         assert limits(values[1:]) == (low, high)
 
 
-def test_what_does_not_fall_has_no_limit():
+def test_sequence_that_does_not_converge_has_no_limit():
     assert limits([2.0 ** (n / 2) for n in range(4)]) == (-math.inf, math.inf)
     assert limits([1.0, 2.0, 3.0, 4.0]) == (-math.inf, math.inf)
     assert all(map(math.isnan, limits([1.0, 1.1])))
@@ -237,14 +237,14 @@ def test_a_body_that_hardens_has_its_calibrated_area_in_the_interval():
     assert told.low <= other.contact_fraction <= told.high
 
 
-def test_a_number_that_nothing_bounds_is_not_given_as_sure():
+def test_unbounded_quantity_has_no_interval():
     result = rc.solve(BALL, material=STEEL, load=12)
     ends = {name: told for name, told, _ in uncertainty_rows(result)}
     assert ends["approach"].endswith("m, no interval")
     assert ends["real contact"].endswith(" (pixel not studied)")
 
 
-def test_large_changes_do_not_add_up_to_no_contact_at_all():
+def test_large_changes_multiply_instead_of_adding():
     # Of a map of noise: the rim takes a third, twice the pixel to the pixel nine tenths.
     told = Interval(
         "contact_fraction",

@@ -198,7 +198,7 @@ def test_material_by_dimensional_analysis_agrees_with_other_materials() -> None:
 
 
 @pytest.mark.long
-def test_without_an_instrument_the_grid_and_the_material_are_told() -> None:
+def test_budget_without_instrument_has_grid_and_material() -> None:
     known = pressed(rough(64)).uncertainty()
     item = known.of("contact_fraction")
     assert item is not None
@@ -294,7 +294,7 @@ def test_a_number_of_the_surface_has_the_scatter_of_samples_of_it() -> None:
 
 
 @pytest.mark.long
-def test_contacts_without_intervals_are_refused() -> None:
+def test_contacts_without_intervals_raise_input_error() -> None:
     surface = rough(64)
     result = pressed(surface)
     tool = Instrument(resolution=30 * UM)
@@ -316,7 +316,7 @@ def test_contacts_without_intervals_are_refused() -> None:
 
 
 @pytest.mark.long
-def test_the_command_answers_with_the_interval_and_writes_it_everywhere(
+def test_command_prints_and_saves_intervals(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     image, _ = measured(64, noise=1e-9)
@@ -379,7 +379,7 @@ def test_the_command_answers_with_the_interval_and_writes_it_everywhere(
         (["--uncertainty", "--material-uncertainty", "E 3"], "must read like 'E 3 %, yield 5 %'"),
     ],
 )
-def test_wrong_options_are_refused(
+def test_invalid_options_are_rejected(
     words: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     problem = ["solve", "map.x3p", "--load", "1 N", "--material", "42CrMo4"]
@@ -487,7 +487,7 @@ def test_the_crop_that_is_named_fits() -> None:
 
 
 @pytest.mark.long
-def test_structured_surfaces_are_refused() -> None:
+def test_structured_surfaces_raise_input_error() -> None:
     image, tool = measured()
     heights = image.heights - image.heights.min()
     tracks = np.where(np.arange(64) % 8 == 4, 5, 1) * heights
@@ -499,7 +499,7 @@ def test_structured_surfaces_are_refused() -> None:
             pressed(rc.Surface(structured, image.pixel)).uncertainty(tool, 8 * UM, draws=4)
 
 
-def test_a_step_between_the_edges_of_a_periodic_map_is_told() -> None:
+def test_mismatched_edges_of_periodic_map_give_remark() -> None:
     heights = self_affine(
         (64, 64),
         (1e-6, 1e-6),
