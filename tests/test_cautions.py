@@ -83,7 +83,7 @@ def test_every_tag_has_one_paragraph() -> None:
         ("1.9 % of the load is at the map edge. Use it.", ""),
     ],
 )
-def test_messages_are_held_to_be_short(text: str, words: str) -> None:
+def test_messages_are_short(text: str, words: str) -> None:
     old = Caution("an old kind", (text,))
     assert fault(old).startswith(words) if words else fault(old) == ""
     if words:
@@ -91,7 +91,7 @@ def test_messages_are_held_to_be_short(text: str, words: str) -> None:
             Caution(CautionTag.EDGE, (text,))
 
 
-def test_no_two_messages_ask_for_two_values_of_one_option() -> None:
+def test_messages_recommend_one_value_per_option() -> None:
     roller = nominal_bodies.cylinder(radius=5e-3, shape=(64, 16), pixel=(4e-6, 4e-6))
     sphere = rc.Surface(shapes.paraboloid((32, 32), PIXEL, 1e-4), PIXEL)
     mixed = dataclasses.replace(STEEL, hardness=2e9)
@@ -120,7 +120,7 @@ def test_no_two_messages_ask_for_two_values_of_one_option() -> None:
 @pytest.mark.parametrize(
     ("boundary", "edges"), [("free", 2), ("periodic-x", 1), ("periodic-y", 1), ("periodic", 0)]
 )
-def test_only_edges_at_which_the_map_ends_are_told_of(boundary: str, edges: int) -> None:
+def test_edge_caution_applies_to_free_edges_only(boundary: str, edges: int) -> None:
     result = rc.solve(ball(), material=STEEL, load=1e-2, boundary=boundary)
     told = 0
     for axis in (0, 1):
@@ -130,7 +130,7 @@ def test_only_edges_at_which_the_map_ends_are_told_of(boundary: str, edges: int)
     assert told == edges
 
 
-def test_a_result_that_did_not_converge_says_so_in_the_words_of_any_edge() -> None:
+def test_unconverged_result_has_caution_with_option() -> None:
     result = rc.solve(ball(64), material=STEEL, load=1e-2, max_iterations=2, on_failure="return")
     (caution,) = (c for c in result.cautions if c.kind == CautionTag.NOT_CONVERGED)
     assert caution.numbers["certificate"] == result.certificate
@@ -158,7 +158,7 @@ def test_cautions_are_equal_where_they_say_the_same() -> None:
     )
 
 
-def test_the_regime_looks_at_both_bodies() -> None:
+def test_regime_considers_both_bodies() -> None:
     # The weaker body first yields at 1.63 of its strength, the stronger one already at 1.39.
     weak = rc.Material(210e9, 0.31, 913e6)
     early = rc.Material(210e9, 0.1, 930e6)
@@ -173,7 +173,7 @@ def test_the_regime_looks_at_both_bodies() -> None:
     assert below.regime is Regime.BELOW_FIRST_YIELD
 
 
-def test_a_strength_that_is_reached_counts_beside_a_hardness() -> None:
+def test_regime_compares_strength_and_hardness() -> None:
     ceramic = rc.Material(300e9, 0.25, hardness=2e9)
     steel = rc.Material(210e9, 0.3, 1e9)
     result = rc.solve(ball(64), material=steel, counter_material=ceramic, load=1e-2, ceiling=None)
@@ -185,7 +185,7 @@ def test_a_strength_that_is_reached_counts_beside_a_hardness() -> None:
 
 
 @pytest.mark.long
-def test_every_face_tells_the_same_cautions(tmp_path: Path) -> None:
+def test_all_outputs_have_same_cautions(tmp_path: Path) -> None:
     heights = np.array(ball(32).heights)
     heights[10:20, 3:12] = np.nan
     surface = rc.Surface(heights, PIXEL).filled()
@@ -214,7 +214,7 @@ def test_remarks_stay_with_a_result(tmp_path: Path) -> None:
     assert again.cautions == result.cautions == (remark,)
 
 
-def test_the_severest_comes_first_and_each_tag_once() -> None:
+def test_cautions_are_sorted_by_severity_without_repeated_tag() -> None:
     note, warning = (
         as_note(CautionTag.RESOLUTION, "A."),
         as_warning(CautionTag.EDGE, "B.", edge_load=0.02),
@@ -237,7 +237,7 @@ def test_results_of_version_0_2_0_keep_their_kinds_and_texts() -> None:
     assert old.summary() == text
 
 
-def test_of_several_the_worst_is_told_with_their_number() -> None:
+def test_merged_cautions_keep_worst_and_count() -> None:
     def at(*shares: float) -> tuple[Caution, ...]:
         several = [
             (
@@ -264,7 +264,7 @@ def test_of_several_the_worst_is_told_with_their_number() -> None:
     assert merge_cautions([("a", [many]), ("b", [few])], "maps")[0].place == "b"
 
 
-def test_many_filled_points_are_told_with_their_share() -> None:
+def test_many_filled_points_give_warning_with_share() -> None:
     heights = np.array(ball(32).heights)
     heights[2:4, 2:5] = np.nan
     few = rc.solve(rc.Surface(heights, PIXEL).filled(), material=STEEL, load=1e-2)
@@ -323,7 +323,7 @@ def test_large_strains_warn_before_all_but_wrong_units() -> None:
     assert scaled.cautions[0].kind == CautionTag.STRAIN
 
 
-def test_adhesion_is_told_where_it_decides() -> None:
+def test_decisive_adhesion_gives_warning() -> None:
     big = rc.Surface(shapes.paraboloid((64, 64), (2e-5, 2e-5), 1e-2), (2e-5, 2e-5))
     rubber = rc.Material(3e6, 0.5)
     soft = rc.solve(big, material=rubber, load=1e-2)
@@ -338,7 +338,7 @@ def test_adhesion_is_told_where_it_decides() -> None:
     assert rc.solve(ball(), material=STEEL, load=1e-3).cautions == ()
 
 
-def test_spots_of_few_atoms_are_no_continuum() -> None:
+def test_spots_of_few_atoms_give_caution() -> None:
     pixel = (2e-10, 2e-10)
     tip = rc.Surface(shapes.paraboloid((32, 32), pixel, 1e-8), pixel)
     result = rc.solve(tip, material=STEEL, load=1e-9)
@@ -348,7 +348,7 @@ def test_spots_of_few_atoms_are_no_continuum() -> None:
     assert CautionTag.ADHESION in kinds(result)
 
 
-def test_the_caveat_of_a_material_goes_where_the_material_goes(tmp_path: Path) -> None:
+def test_caveat_of_material_is_saved_with_result(tmp_path: Path) -> None:
     bearing = catalog.material("PTFE")
     result = rc.solve(ball(), material=bearing, counter_material=bearing, load=1e-2)
     (told,) = (caution for caution in result.cautions if caution.kind == CautionTag.MATERIAL)
@@ -361,7 +361,7 @@ def test_the_caveat_of_a_material_goes_where_the_material_goes(tmp_path: Path) -
     assert CautionTag.MATERIAL not in kinds(rc.solve(ball(), material=STEEL, load=1e-2))
 
 
-def test_a_contact_at_the_edge_says_what_it_means_and_what_to_do() -> None:
+def test_edge_caution_states_effect_and_remedy() -> None:
     result = rc.solve(ball(16), material=STEEL, load=0.5)
     (caution,) = (c for c in result.cautions if c.kind == CautionTag.EDGE)
     assert ArgumentRef("boundary", "periodic") in caution.parts
@@ -390,7 +390,7 @@ def test_yield_strength_hardness_and_law_give_one_answer() -> None:
     assert not any(CautionTag.HARDNESS in kinds(result) for result in (usual, full, own))
 
 
-def test_a_ceiling_above_the_hardness_is_told() -> None:
+def test_ceiling_above_hardness_gives_caution() -> None:
     steel = rc.Material(210e9, 0.3, 3.25e9, "M2", hardness=8.8e9)
     assert steel.tabor_ratio is None
     mixed = dataclasses.replace(steel, hardness=7e9)
@@ -411,7 +411,7 @@ def rough() -> np.ndarray:
     return random_surfaces.self_affine((128, 128), PIXEL, **waves, rng=np.random.default_rng(3))
 
 
-def test_spikes_of_a_measurement_are_told_with_what_takes_them_out() -> None:
+def test_spikes_give_caution_with_outlier_option() -> None:
     heights = rough()
     heights[20:30:3, 40] += 1e-5
     pressed = {"material": STEEL, "load": 0.1, "boundary": "periodic", "ceiling": None}
@@ -457,7 +457,7 @@ def test_measured_maps_are_spiky_only_until_their_outliers_are_out(name: str, sp
         assert plausibility.spike_statistics(surface.without_outliers(6.0).leveled()) is None
 
 
-def test_a_spike_that_touches_first_is_told_though_the_surface_is_wavy() -> None:
+def test_leading_spike_of_wavy_surface_gives_warning() -> None:
     # The waves hide it from the kurtosis; the approach is that of two pixels of dust.
     y, x = np.mgrid[:64, :64] * (2 * np.pi / 64)
     waves = 2e-6 * (np.cos(2 * x) + np.cos(y))

@@ -355,7 +355,7 @@ def test_the_open_gap_of_a_cell_is_that_of_its_open_points() -> None:
     assert axes.images[1].get_array()[0, 0, 3] == pytest.approx(0.5 + style.HALF_A_STEP)
 
 
-def test_mean_of_cells_passes_over_missing_points() -> None:
+def test_mean_of_cells_ignores_missing_points() -> None:
     heights = np.arange(24.0).reshape(4, 6)
     heights[0, 0] = np.nan
     heights[2:, 4:] = [[np.nan, np.nan], [1, np.nan]]
@@ -909,7 +909,7 @@ def test_load_curve_shows_its_columns_and_laws() -> None:
 
 
 @pytest.mark.long
-def test_load_curve_with_a_ceiling_stands_beside_load_over_ceiling() -> None:
+def test_load_curve_with_ceiling_shows_load_over_ceiling() -> None:
     figure = plots.load_curve(curve(GIGA, [0.9, 0.9, 1.0]))
     figure.draw_without_rendering()
     areas = figure.axes[0]
@@ -1003,7 +1003,7 @@ def test_theory_does_not_stretch_the_axis_of_areas(ceiling: float | None) -> Non
     "path",
     [[0.0], [0.1], [Stage(load=0.1, shift=(1e-6, 0.0))], [Stage(load=0.1, shift=(1e-6, 0.0)), 0.0]],
 )
-def test_hysteresis_of_next_to_nothing(path: list[Stage | float]) -> None:
+def test_hysteresis_of_tiny_loop_is_drawn(path: list[Stage | float]) -> None:
     heights = np.random.default_rng(3).random((16, 16)) * 1e-7
     material = Material(young=210e9, poisson=0.3)
     history = load_history(Surface(heights, (1e-6, 1e-6)), path, material=material)

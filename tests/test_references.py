@@ -74,7 +74,7 @@ def test_every_work_that_the_theory_page_cites_is_in_the_table() -> None:
         assert number.replace(" ", "") in REFERENCES, number
 
 
-def test_every_name_in_the_room_that_chooses_is_in_the_table() -> None:
+def test_every_cited_name_is_in_table() -> None:
     wing = Path(citations.__file__).parent
     rooms = [*wing.glob("*.py"), *wing.with_name("analyses").rglob("*.py")]
     text = "".join(room.read_text(encoding="utf-8") for room in rooms)
@@ -139,7 +139,7 @@ def test_entries_are_balanced_and_each_stands_once() -> None:
     assert len(entries) == len(set(entries)) == len(found)
 
 
-def test_they_are_saved_by_suffix(tmp_path: Path) -> None:
+def test_references_are_saved_by_suffix(tmp_path: Path) -> None:
     found = References(
         (make_use("one", "Tabor1951", "Johnson1985"), make_use("two", "Johnson1985"))
     )
@@ -179,12 +179,12 @@ def test_every_boundary_has_its_kernel(boundary: Boundary) -> None:
     assert set(boundary.works) <= keys(rough(boundary).references())
 
 
-def test_without_a_strength_nothing_yields() -> None:
+def test_body_without_strength_cites_no_yield() -> None:
     soft = rough(material=rc.Material(210e9, 0.3), ceiling=None)
     assert "Jackson2005" not in keys(soft.references())
 
 
-def test_layers_have_their_own_response() -> None:
+def test_layers_cite_their_sources() -> None:
     tool = rc.Material(210e9, 0.3, coating=[rc.Layer(450e9, 0.25, "2 um")])
     assert "Burmister1945" in keys(rough(material=tool, ceiling=None).references())
     assert "Burmister1945" not in keys(rough().references())
@@ -199,7 +199,7 @@ def test_a_profile_has_the_norms_and_the_yield_of_profiles() -> None:
 
 
 @pytest.mark.parametrize(("name", "norm"), [("x3p", True), ("sur", False), ("npy", None)])
-def test_the_reader_is_cited_where_it_was_one(name: str, norm: bool | None) -> None:
+def test_reader_of_file_is_cited(name: str, norm: bool | None) -> None:
     assert name in {known.name for known in FORMATS}
     read = Operation("read_surface", {"path": f"a.{name}"}, {"format": name})
     result = rough()
@@ -209,7 +209,7 @@ def test_the_reader_is_cited_where_it_was_one(name: str, norm: bool | None) -> N
     assert ("ISO25178-72" in found) == bool(norm)
 
 
-def test_what_was_done_to_the_map_is_cited_also_of_its_form() -> None:
+def test_preparation_and_form_are_cited() -> None:
     result = rough()
     form = Provenance("form", operations=[Operation("filled", {}, {"missing": 3})])
     steps = [Operation("filtered", {"s": 1e-6, "l": None}), Operation("with_form", {"form": form})]
@@ -219,7 +219,7 @@ def test_what_was_done_to_the_map_is_cited_also_of_its_form() -> None:
     assert not {"ISO16610-61", "Vanek1996"} & keys(result.references())
 
 
-def test_smooth_bodies_are_hertz_and_tilt_and_friction_are_told() -> None:
+def test_smooth_tilted_and_rubbed_bodies_cite_sources() -> None:
     from roughcontact.surface import nominal_bodies
 
     ball = nominal_bodies.ellipsoid(radii=(1e-3, 2e-3), shape=(32, 32), pixel=(1e-6, 1e-6))
@@ -230,7 +230,7 @@ def test_smooth_bodies_are_hertz_and_tilt_and_friction_are_told() -> None:
     assert {"Liu2002", "Hamilton1983"} <= keys(stress.references()) - found
 
 
-def test_plasticity_of_the_volume_has_its_own(pressed: rc.ElastoplasticResult) -> None:
+def test_volume_model_cites_its_sources(pressed: rc.ElastoplasticResult) -> None:
     found = keys(pressed.references())
     assert {"Jacq2002", "Frerot2019", "Anderson1965", "Swift1952"} <= found
     assert not {"EngineeringModel", "Prager1955", "Boucly2007"} & found
@@ -242,7 +242,7 @@ def test_plasticity_of_the_volume_has_its_own(pressed: rc.ElastoplasticResult) -
     assert "Boucly2007" in keys(rolled)
 
 
-def test_what_a_joint_does_has_its_own() -> None:
+def test_joint_analyses_cite_their_sources() -> None:
     result = rough("periodic")
     copper = rc.Conductor(resistivity=1.7e-8, conductivity=400.0)
     assert {"Barber2003", "Greenwood1966", "Mikic1974"} <= keys(
@@ -253,7 +253,7 @@ def test_what_a_joint_does_has_its_own() -> None:
     assert keys(result.estimate.references()) == {"Persson2001", "Yang2008"}
 
 
-def test_a_history_cites_its_contact_and_others_are_refused() -> None:
+def test_history_cites_contact_and_other_objects_raise_type_error() -> None:
     result = rough()
     history = load_history(result.surface, [1.0, 0.5], material=STEEL)
     assert keys(history.references()) == keys(history.under_largest.references())
@@ -271,7 +271,7 @@ def compared() -> rc.results.Comparison:
     return rc.compare(maps, material=STEEL, pressure="50 MPa", steps=1)
 
 
-def test_every_kind_of_result_has_them(compared: rc.results.Comparison) -> None:
+def test_every_kind_of_result_has_references(compared: rc.results.Comparison) -> None:
     assert {kind.__name__ for kind in Displayable.__subclasses__()} == {"Result", "Surface"}
     told = {kind.result for kind in kinds.all_presentations()}
     # Tests have kinds of their own.
@@ -330,7 +330,7 @@ def test_a_profile_has_the_norms_of_profiles_as_a_curve() -> None:
     assert not {"ISO25178-2", "Jackson2005", "Bush1975"} & found
 
 
-def test_loads_that_are_found_cite_the_stress_where_yield_was_asked_for() -> None:
+def test_found_load_of_first_yield_cites_stress() -> None:
     heights, pixel = rc.reference_map(32)
     surface = rc.Surface(heights, pixel)
     loose = rc.find_load(surface, material=STEEL, contact_fraction=0.05)

@@ -48,7 +48,7 @@ KINDS = ("Surface", "ContactResult", "LoadCurve", "LoadHistory", "StressResult",
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_an_object_is_told_in_some_ten_lines(kind: str, objects: dict[str, Any]) -> None:
+def test_repr_is_short(kind: str, objects: dict[str, Any]) -> None:
     lines = repr(objects[kind]).splitlines()
     assert lines[0].partition(":")[0] == kind
     assert 2 <= len(lines) <= 20
@@ -72,7 +72,7 @@ def test_a_notebook_shows_the_same_numbers_and_a_picture(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_session_is_advised_in_the_words_of_python(kind: str, objects: dict[str, Any]) -> None:
+def test_cautions_name_python_arguments(kind: str, objects: dict[str, Any]) -> None:
     assert "--" not in repr(objects[kind])
 
 
@@ -88,12 +88,12 @@ def test_the_load_of_first_yield_is_the_answer() -> None:
     assert repr(first).splitlines()[1].startswith(f"  First yield at {load} (")
 
 
-def test_a_study_answers_first() -> None:
+def test_study_shows_conclusion_first() -> None:
     study = rc.resolution_study(rc.Surface(*rc.reference_map(64)), material=STEEL, load=1.0)
     assert repr(study).splitlines()[1].strip().startswith(("Independent", "Not converged"))
 
 
-def test_shares_above_all_have_no_exponent() -> None:
+def test_shares_have_no_exponent() -> None:
     rough = [rc.Surface(*rc.reference_map(32, seed)) for seed in range(3)]
     rougher = [rc.Surface(4.5 * one.heights, one.pixel) for one in rough]
     groups = {"a": rough, "b": rougher}
@@ -102,7 +102,7 @@ def test_shares_above_all_have_no_exponent() -> None:
     assert "e+0" not in shown
 
 
-def test_what_makes_numbers_wrong_stands_beside_them() -> None:
+def test_repr_shows_warnings() -> None:
     # As if micrometres were metres.
     far_off = rc.Surface(1e6 * surface().heights, surface().pixel)
     result = rc.solve(far_off, material=rc.Material(210e9, 0.3), load=1.0)
@@ -110,7 +110,7 @@ def test_what_makes_numbers_wrong_stands_beside_them() -> None:
         assert "WARNING units: RMS slope" in shown
 
 
-def test_a_result_that_did_not_converge_says_so(objects: dict[str, Any]) -> None:
+def test_unconverged_result_is_marked(objects: dict[str, Any]) -> None:
     stopped = rc.solve(surface(), material=STEEL, load=1e-2, max_iterations=1, on_failure="return")
     assert repr(stopped).startswith("ContactResult, not converged:")
     assert "<b>ContactResult, not converged</b>" in stopped._repr_html_()
@@ -132,7 +132,7 @@ def test_the_figures_of_an_object_are_its_methods(objects: dict[str, Any]) -> No
 
 
 @pytest.mark.long
-def test_a_profile_is_told_and_drawn_as_one() -> None:
+def test_profile_is_shown_as_profile() -> None:
     trace = rc.Surface(1e-7 * np.sin(np.arange(200) / 9), 2e-6)
     result = rc.solve(trace, material=STEEL, load="10 N/m")
     assert "200 of a profile" in repr(trace)
@@ -151,7 +151,7 @@ def test_every_kind_of_result_is_shown() -> None:
     assert told >= {*KINDS, "ElastoplasticResult", "ResolutionStudy", "Comparison"}
 
 
-def test_modules_of_the_face_complete_and_load_when_they_are_used() -> None:
+def test_public_modules_are_lazy_and_listed() -> None:
     code = (
         "import sys, roughcontact as rc; listed = dir(rc); "
         "assert {'catalog', 'hardness', 'theory', 'plots'} <= set(listed), listed; "

@@ -97,7 +97,7 @@ def test_parse_refuses_a_bare_number_object() -> None:
         units.parse(210e9, "pressure", "--young")  # type: ignore[arg-type]
 
 
-def test_parse_allows_any_sign_when_asked() -> None:
+def test_parse_allows_any_sign_with_option() -> None:
     assert units.parse("-2 um", "length", "--shift", positive=False) == -2e-6
     assert units.parse("0 N", "force", "--load", positive=False) == 0.0
 
@@ -177,9 +177,7 @@ def test_a_plain_unit_has_the_factor_that_pint_has() -> None:
 
 
 @pytest.mark.parametrize("wanted", units._SI_UNITS)
-def test_a_plain_unit_is_refused_in_the_words_of_any(
-    wanted: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_plain_unit_raises_same_error_as_pint(wanted: str, monkeypatch: pytest.MonkeyPatch) -> None:
     given = [unit for kind, factors in units._PLAIN.items() if kind != wanted for unit in factors]
 
     def refusals() -> list[str]:
@@ -223,7 +221,7 @@ def test_percentages_never_round_to_all_or_nothing(share: float, text: str) -> N
     assert units.format_percent(share) == text
 
 
-def test_nearly_everything_is_not_everything() -> None:
+def test_percentage_near_100_is_not_rounded_to_100() -> None:
     assert units.format_percent(1 - 1e-9) != "100 %"
     assert units.format_percent(1 - 1e-9) == "> 99.9999 %"
 

@@ -170,7 +170,7 @@ def test_adhesion() -> None:
     assert 0.05 / MODULUS == pytest.approx(2e-13, rel=0.1)
 
 
-def test_what_lies_below_the_pixel() -> None:
+def test_page_states_effect_of_waves_below_pixel() -> None:
     assert f"{100 * (2**0.2 - 1):.0f} % for H = 0.8" in TEXT
     assert f"{100 * (1 - 2**-0.2):.0f} % less area" in TEXT
     # White noise of 1 nm at a pixel of 0.4 µm.
@@ -249,7 +249,7 @@ def test_the_regimes_have_the_ceilings_of_the_rule() -> None:
     assert math.sqrt(1300 * math.pi**2 * first**3 / (6 * 3 / 1.05)) == pytest.approx(56, abs=0.5)
 
 
-def test_what_the_recommended_ceiling_leaves() -> None:
+def test_errors_of_calibrated_ceiling_are_within_limits() -> None:
     found = ceiling_error.stored()
     perfect, beyond, hard = (
         [
@@ -276,7 +276,7 @@ def test_what_the_recommended_ceiling_leaves() -> None:
     assert max(usual["Swift"]) == pytest.approx(0.55, abs=0.1)
 
 
-def test_what_the_rule_is_shown_on() -> None:
+def test_rule_errors_on_stored_cases_are_within_limits() -> None:
     rows = ceiling_rule.stored()["rows"]
     kinds = ("sphere", "line", "map", *ceiling_rule.CONFINED_NAMES)
     found = {kind: [row for row in rows if row["kind"] == kind] for kind in kinds}
@@ -291,7 +291,7 @@ def test_what_the_rule_is_shown_on() -> None:
     assert min(row["auto"]["area"] for row in found["sphere"]) == pytest.approx(-0.35, abs=0.03)
 
 
-def test_what_a_ceiling_leaves_behind_is_foretold() -> None:
+def test_predicted_residual_indentation_matches_stored_cases() -> None:
     rows = [row for row in ceiling_rule.stored()["rows"] if row["kind"] in ("sphere", "map")]
     left = [(row["calibrated"]["depth"], row["calibrated"]["energy"]) for row in rows]
     assert (np.min(left, axis=0) > (1, 1.2)).all()

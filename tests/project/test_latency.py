@@ -85,7 +85,7 @@ def test_help_loads_no_arrays() -> None:
     assert not found & {*NEVER, *DRAWS, *TELLS, *SOLVES, "numpy"}
 
 
-def test_materials_are_told_without_a_solver() -> None:
+def test_materials_load_no_solver() -> None:
     assert not loaded("materials", "100Cr6") & {*NEVER, *DRAWS, *SOLVES}
 
 
@@ -95,14 +95,14 @@ def test_info_loads_no_solver(file: str) -> None:
 
 
 # With yielding, which is judged.
-def test_a_solve_draws_and_tells_nothing_that_is_not_asked_for(file: str) -> None:
+def test_solve_loads_no_drawing_or_report(file: str) -> None:
     found = loaded("solve", file, "--load", "1 N", "--material", "100Cr6", "--json")
     assert not found & {*NEVER, *DRAWS, *TELLS, "scipy.sparse"}
     assert "roughcontact.solvers.bounded" in found
 
 
 @pytest.mark.process
-def test_a_report_reads_and_converts_nothing_that_is_not_there(file: str, tmp_path: Path) -> None:
+def test_report_loads_no_unused_library(file: str, tmp_path: Path) -> None:
     report = tmp_path / "report.html"
     words = ("--load", "1 N", "--material", "100Cr6", "--report", str(report))
     assert not loaded("solve", file, *words) & {*NEVER, "matplotlib.pyplot"}

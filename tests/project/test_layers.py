@@ -12,7 +12,7 @@ from house import PACKAGE, TESTS, all_nodes, floor_of, imports, rooms, tree, win
 pytestmark = pytest.mark.usefixtures("parsed_sources")
 
 
-def test_a_wing_imports_only_wings_below() -> None:
+def test_layer_imports_only_layers_below() -> None:
     for room, path in rooms().items():
         for other in imports(path):
             assert other == "_version" or floor_of(other) <= floor_of(room), (
@@ -26,7 +26,7 @@ def test_imports_include_references_in_text() -> None:
     assert "analyses.leak.report" in imports(known["analyses.leak.task"])
 
 
-def test_no_circles_inside_a_wing() -> None:
+def test_layers_have_no_import_cycles() -> None:
     graph = {
         room: {other for other in imports(path) if wing_of(other) == wing_of(room)}
         for room, path in rooms().items()
@@ -73,7 +73,7 @@ def too_long(tree: ast.Module) -> list[str]:
     return found
 
 
-def test_modules_and_functions_fit_into_a_head() -> None:
+def test_modules_and_functions_are_short() -> None:
     lines = {room: path.read_text(encoding="utf-8").count("\n") for room, path in rooms().items()}
     assert [room for room, count in lines.items() if count > LONGEST_MODULE] == []
     found = {f"{room}.{name}" for room in rooms() for name in too_long(tree(room))}
@@ -81,7 +81,7 @@ def test_modules_and_functions_fit_into_a_head() -> None:
     assert sorted(set(LONG) - found) == [], "no longer long"
 
 
-def test_a_long_function_needs_short_code_and_a_contract() -> None:
+def test_long_function_needs_short_code_and_docstring() -> None:
     contract = '    """One.\n' + "\n" * 80 + '    """\n'
     short, long = "    pass\n" * 50, "    pass\n" * 55
     assert too_long(ast.parse(f"def solve():\n{contract}{short}")) == []
@@ -91,7 +91,7 @@ def test_a_long_function_needs_short_code_and_a_contract() -> None:
     assert too_long(ast.parse("def solve():\n" + "    pass\n" * 69)) == []
 
 
-def test_only_units_knows_pint() -> None:
+def test_only_units_imports_pint() -> None:
     users = {
         room
         for room in rooms()
@@ -108,7 +108,7 @@ def test_only_units_knows_pint() -> None:
     assert users == {"units"}
 
 
-def test_only_one_room_asks_for_free_memory() -> None:
+def test_only_one_module_uses_psutil() -> None:
     asking = [name for name, path in rooms().items() if "psutil" in path.read_text("utf-8")]
     assert asking == ["_tools.memory"]
 
@@ -124,7 +124,7 @@ GROWING = {
 }
 
 
-def test_data_cannot_be_changed_behind_someone_s_back() -> None:
+def test_dataclasses_are_frozen() -> None:
     loose = {
         (room, node.name)
         for room in rooms()
@@ -139,7 +139,7 @@ def test_data_cannot_be_changed_behind_someone_s_back() -> None:
 UNLESS_TOLD = {"angle": "0.0", "mirrored": "False"}
 
 
-def test_nothing_is_turned_or_mirrored_unless_told() -> None:
+def test_rotation_and_mirroring_are_off_by_default() -> None:
     for room in rooms():
         for node in all_nodes(tree(room)):
             # To rotate is to be told.
@@ -179,7 +179,7 @@ SHARED = {
 OWNS = {"cli.app": {"basicConfig"}, "desk.workers": {"setrlimit"}}
 
 
-def test_nothing_is_changed_that_other_threads_share() -> None:
+def test_no_module_changes_process_wide_state() -> None:
     for room in rooms():
         nodes = all_nodes(tree(room))
         named = {node.attr for node in nodes if isinstance(node, ast.Attribute)}
@@ -221,7 +221,7 @@ def contracts(node: ast.Module | ast.ClassDef, owner: str, public: set[str]) -> 
             yield from contracts(child, name, public)
 
 
-def test_contracts_stand_where_a_user_or_a_formula_is() -> None:
+def test_full_docstrings_are_in_public_or_mathematical_code() -> None:
     public = offered()
     # Figures of an analysis are called by users, too.
     inner = [
@@ -230,7 +230,7 @@ def test_contracts_stand_where_a_user_or_a_formula_is() -> None:
     assert [name for room in inner for name in contracts(tree(room), room, public)] == []
 
 
-def test_a_contract_elsewhere_is_named() -> None:
+def test_full_docstring_elsewhere_is_reported() -> None:
     text = 'def solve():\n    """One.\n\n    Parameters\n    ----------\n    a : int\n    """\n'
     assert list(contracts(ast.parse(text), "desk.page", set())) == ["desk.page.solve"]
     assert list(contracts(ast.parse(text), "desk.page", {"desk.page.solve"})) == []

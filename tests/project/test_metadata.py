@@ -46,7 +46,7 @@ def checkout(release: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     return tmp_path
 
 
-def test_every_path_that_contributors_are_sent_to_exists() -> None:
+def test_paths_in_contributing_guide_exist() -> None:
     named = set(re.findall(r"`([\w./]+/[\w.]*)`|\]\(([\w./]+)\)", GUIDE))
     paths = {one or other for one, other in named}
     assert len(paths) > 15
@@ -58,7 +58,7 @@ def test_table_of_additions_has_eight_rows() -> None:
     assert len(re.findall(r"^\| (?!to add|---)", table, re.MULTILINE)) == 8
 
 
-def test_the_commands_that_contributors_are_given_exist() -> None:
+def test_commands_in_contributing_guide_exist() -> None:
     for command in re.findall(
         r"python ((?:benchmarks|calibration|tests/fuzz|scripts)/\w+\.py)", GUIDE
     ):
@@ -66,14 +66,14 @@ def test_the_commands_that_contributors_are_given_exist() -> None:
     assert (ROOT / ".ci/run").exists()
 
 
-def test_one_version_stands_everywhere(release: ModuleType) -> None:
+def test_version_is_the_same_everywhere(release: ModuleType) -> None:
     assert release.version_of((ROOT / release.VERSION).read_text("utf-8")) == rc.__version__
     cited = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert f"\nversion: {rc.__version__}\n" in cited
     assert json.loads((ROOT / "codemeta.json").read_text("utf-8"))["version"] == rc.__version__
 
 
-def test_who_cites_gets_the_licence_and_the_words_of_the_package() -> None:
+def test_citation_has_license_and_description_of_package() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     cited = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     meta = json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))
@@ -105,19 +105,19 @@ def test_a_release_changes_version_changelog_and_citation(
     ("version", "words"),
     [("0.0.1", "already; give"), (rc.__version__, "already"), ("1.0", "three"), ("v2.0.0", "v2")],
 )
-def test_a_version_that_is_none_or_no_later_is_refused(
+def test_invalid_or_earlier_version_is_rejected(
     release: ModuleType, version: str, words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert release.main([version, "--dry-run"]) == 2
     assert words in capsys.readouterr().err
 
 
-def test_a_release_without_changes_is_refused(release: ModuleType) -> None:
+def test_release_without_changes_raises_error(release: ModuleType) -> None:
     with pytest.raises(release.RefusedError, match="nothing under 'Unreleased'"):
         release.cut("# Changelog\n\n## Unreleased\n\n## 0.1.0\n\n- One.\n", "0.2.0", DATE)
 
 
-def test_a_dry_run_tells_and_changes_nothing(
+def test_dry_run_prints_steps_and_changes_nothing(
     release: ModuleType, checkout: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = (checkout / "CHANGELOG.md").read_bytes()
@@ -128,7 +128,7 @@ def test_a_dry_run_tells_and_changes_nothing(
     assert (checkout / "CHANGELOG.md").read_bytes() == before
 
 
-def test_packages_that_lack_or_hold_too_much_are_told() -> None:
+def test_missing_and_extra_files_of_packages_are_reported() -> None:
     packages = script("packages")
     whole = packages.expected(ROOT)
     assert {"roughcontact/py.typed", "roughcontact/__init__.pyi"} <= whole
@@ -144,13 +144,13 @@ def test_packages_that_lack_or_hold_too_much_are_told() -> None:
     ]
 
 
-def test_the_public_forge_would_run_every_version_on_every_system() -> None:
+def test_public_ci_runs_every_version_on_every_system() -> None:
     text = (ROOT / ".github/workflows/test.yml").read_text(encoding="utf-8")
     for name in ("ubuntu", "macos", "windows", '"3.11"', '"3.12"', '"3.13"', '"3.14"'):
         assert name in text
 
 
-def test_the_paper_cites_what_its_list_holds_and_the_times_that_were_measured() -> None:
+def test_paper_cites_its_references_and_measured_times() -> None:
     from roughcontact.references import all_references
 
     text = (ROOT / "paper/paper.md").read_text(encoding="utf-8")

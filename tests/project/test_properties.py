@@ -148,7 +148,7 @@ def test_crop_commutes_with_turns(
 
 @UNHURRIED
 @given(SEEDS, parts(15), parts(19), st.data())
-def test_a_part_of_a_part_is_a_part(
+def test_crop_of_crop_is_crop(
     seed: int, rows: tuple[int, int], columns: tuple[int, int], data: st.DataObject
 ) -> None:
     heights = rough(seed)
@@ -276,7 +276,7 @@ def test_resampling_is_linear_and_keeps_constants(
 
 @settings(UNHURRIED, max_examples=50)
 @given(SEEDS, *[st.integers(5, 60)] * 2)
-def test_band_limited_maps_go_there_and_back(seed: int, ny: int, nx: int) -> None:
+def test_band_limited_resampling_round_trip_keeps_map(seed: int, ny: int, nx: int) -> None:
     # Waves of at most two periods a side fit on five points and more.
     rng = np.random.default_rng(seed)
     y, x = ((np.arange(n) + 0.5) / n for n in (15, 19))
@@ -478,7 +478,9 @@ def is_one_sentence(message: str) -> bool:
     DIMENSIONS,
     st.booleans(),
 )
-def test_any_text_is_a_quantity_or_refused(text: str, dimension: str, positive: bool) -> None:
+def test_any_text_is_a_quantity_or_raises_input_error(
+    text: str, dimension: str, positive: bool
+) -> None:
     value = outcome(lambda: units.parse(text, dimension, "--option", positive=positive))
     if isinstance(value, str):
         assert is_one_sentence(value)
@@ -490,7 +492,7 @@ def test_any_text_is_a_quantity_or_refused(text: str, dimension: str, positive: 
 
 @UNHURRIED
 @given(NUMBERS, st.sampled_from(sorted(PREFIXES)), st.sampled_from(sorted(UNITS)), DIMENSIONS)
-def test_another_dimension_is_refused(
+def test_wrong_dimension_raises_input_error(
     number: float, prefix: str, unit: str, dimension: str
 ) -> None:
     assume(UNITS[unit] != dimension)

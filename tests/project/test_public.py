@@ -89,7 +89,7 @@ def test_all_holds_every_public_object() -> None:
 
 
 @pytest.mark.parametrize("name", deprecated.NAMES)
-def test_an_old_name_works_and_tells_the_new_one(name: str) -> None:
+def test_old_name_works_and_warns_with_new_name(name: str) -> None:
     new = deprecated.NAMES[name]
     with pytest.warns(DeprecationWarning, match=re.escape(f"{name} is roughcontact.{new} now")):
         value = getattr(rc, name)
