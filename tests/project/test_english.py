@@ -21,7 +21,7 @@ LIMITS = {
     "changelog": 0,
     "name": 16,
     "constant": 0,
-    "test": 328,
+    "test": 0,
 }
 
 # Folders that building the documentation writes.
