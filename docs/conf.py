@@ -183,12 +183,12 @@ def _with_indices(text: str) -> str:
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Write the pages of the modules, which Sphinx has to find, and connect the preparation."""
-    import wings
+    import api_pages
 
     generated = HERE / "api" / "generated"
     generated.mkdir(exist_ok=True)
-    (HERE / "api" / "modules.rst").write_text(wings.modules(), encoding="utf-8")
-    pages = {"face.txt": wings.face(), **wings.pages()}
+    (HERE / "api" / "modules.rst").write_text(api_pages.modules_page(), encoding="utf-8")
+    pages = {"public.txt": api_pages.public_table(), **api_pages.module_pages()}
     for path in generated.iterdir():
         if path.name not in pages:
             path.unlink()

@@ -12,8 +12,8 @@ import hypothesis
 import numpy as np
 import pytest
 
-import house
 import judge
+import layers
 from messages import fault
 
 # A machine that is busy is no failure: no test is timed.
@@ -68,8 +68,8 @@ def short_messages():
 @pytest.fixture(scope="session")
 def parsed_sources():
     """The sources are parsed before the rules for them, whose time this is not."""
-    for path in house.rooms().values():
-        house.all_nodes(house.parsed(path))
+    for path in layers.module_paths().values():
+        layers.all_nodes(layers.parse_module(path))
 
 
 @pytest.fixture(scope="session")

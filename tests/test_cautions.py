@@ -64,7 +64,7 @@ def test_each_caution_has_its_tag_and_its_numbers() -> None:
 
 
 def test_every_tag_has_one_paragraph() -> None:
-    """The house cannot say of a tag what it does not explain, nor explain what it never says."""
+    """Each tag that the package uses is explained, and each explained tag is used."""
     text = Path(cautions.__file__).with_name("explanations.toml").read_text(encoding="utf-8")
     assert list(tomllib.loads(text)) == [str(kind) for kind in CautionTag]
     assert all(len(cautions.explain_tag(kind)) > 60 for kind in CautionTag)

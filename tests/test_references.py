@@ -75,9 +75,9 @@ def test_every_work_that_the_theory_page_cites_is_in_the_table() -> None:
 
 
 def test_every_cited_name_is_in_table() -> None:
-    wing = Path(citations.__file__).parent
-    rooms = [*wing.glob("*.py"), *wing.with_name("analyses").rglob("*.py")]
-    text = "".join(room.read_text(encoding="utf-8") for room in rooms)
+    folder = Path(citations.__file__).parent
+    paths = [*folder.glob("*.py"), *folder.with_name("analyses").rglob("*.py")]
+    text = "".join(path.read_text(encoding="utf-8") for path in paths)
     named = set(re.findall(r'"([A-Z][A-Za-z]+\d{4}|ISO\d+(?:-\d+)?|DLMF|EngineeringModel)"', text))
     named |= {key for boundary in Boundary for key in boundary.works}
     assert named <= set(REFERENCES)

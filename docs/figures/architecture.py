@@ -1,7 +1,7 @@
-"""The wings of the house, their rooms, and who imports whom, from the imports themselves."""
+"""Figure of the layers of the package, their modules and the imports between them."""
 
 import matplotlib.pyplot as plt
 
-import wings
+import api_pages
 
-wings.draw(plt.figure(figsize=(11.5, 8.2), layout="constrained"))
+api_pages.draw_layers(plt.figure(figsize=(11.5, 8.2), layout="constrained"))

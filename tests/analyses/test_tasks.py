@@ -105,7 +105,7 @@ print(found.facts)
 
 
 @pytest.fixture
-def house(tmp_path: Path) -> Path:
+def checkout(tmp_path: Path) -> Path:
     """Return a copy of the package, with a map beside it."""
     package = Path(roughcontact.__file__).parent
     shutil.copytree(package, tmp_path / "roughcontact")
@@ -143,20 +143,20 @@ def project(folder: Path, *lines: str) -> None:
 
 
 @pytest.mark.slow
-def test_an_option_in_a_group_is_in_help_project_and_page_of_all_tasks(house: Path) -> None:
-    options = house / "roughcontact" / "request" / "options.py"
+def test_an_option_in_a_group_is_in_help_project_and_page_of_all_tasks(checkout: Path) -> None:
+    options = checkout / "roughcontact" / "request" / "options.py"
     add(options, OPTION, "PREPARATION = (", "STRETCH, ")
-    project(house, 'load = "1 N"', "stretch = 3")
-    help_of_all = python(house, "-c", ASKED)
+    project(checkout, 'load = "1 N"', "stretch = 3")
+    help_of_all = python(checkout, "-c", ASKED)
     assert help_of_all.count("--stretch FACTOR") == 12
     assert help_of_all.count("Factor of the heights.") == 12
     pytest.importorskip("panel", reason="needs roughcontact[desk]")
-    assert "Stretched by" in python(house, "-c", ON_PAGE)
+    assert "Stretched by" in python(checkout, "-c", ON_PAGE)
 
 
 @pytest.mark.long
-def test_a_task_with_its_result_runs_from_command_project_and_page(house: Path) -> None:
-    package = house / "roughcontact"
+def test_a_task_with_its_result_runs_from_command_project_and_page(checkout: Path) -> None:
+    package = checkout / "roughcontact"
     own = package / "analyses" / "height"
     own.mkdir()
     for name, text in (("__init__", ""), ("model", RESULT), ("report", KIND), ("task", TASK)):
@@ -168,14 +168,14 @@ def test_a_task_with_its_result_runs_from_command_project_and_page(house: Path) 
         "task.TASK, ",
     )
     words = ["height", "map.npy", "--unit", "um", "--size", "24 um", "--material", "100Cr6"]
-    shown = python(house, "-m", "roughcontact", *words)
+    shown = python(checkout, "-m", "roughcontact", *words)
     assert "height" in shown
-    told = json.loads(python(house, "-m", "roughcontact", *words, "--factor", "4", "--json"))
-    twice = json.loads(python(house, "-m", "roughcontact", *words, "--json"))
+    told = json.loads(python(checkout, "-m", "roughcontact", *words, "--factor", "4", "--json"))
+    twice = json.loads(python(checkout, "-m", "roughcontact", *words, "--json"))
     assert told["height"] == pytest.approx(2 * twice["height"])
-    project(house, 'task = "height"', "factor = 4")
-    python(house, "-m", "roughcontact", "run", "project.toml", "--workers", "1")
-    written = json.loads((house / "project" / "one.json").read_text(encoding="utf-8"))
+    project(checkout, 'task = "height"', "factor = 4")
+    python(checkout, "-m", "roughcontact", "run", "project.toml", "--workers", "1")
+    written = json.loads((checkout / "project" / "one.json").read_text(encoding="utf-8"))
     assert written["height"] == told["height"]
     pytest.importorskip("panel", reason="needs roughcontact[desk]")
-    assert "Multiple of Sq." in python(house, "-c", ANSWERED)
+    assert "Multiple of Sq." in python(checkout, "-c", ANSWERED)

@@ -40,7 +40,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src" / "roughcontact"
 PAGE = ROOT / "docs" / "evidence" / "mutants.md"
 START, END = "<!-- result -->", "<!-- end -->"
-WINGS = ("material", "theory", "halfspace", "solvers", "surface")
+LAYERS = ("material", "theory", "halfspace", "solvers", "surface")
 IMPORTED = ("src", "benchmarks", "calibration", "tests", "tests/fuzz")
 COPIED = (
     "src",
@@ -52,7 +52,7 @@ COPIED = (
     "README.md",
     "CHANGELOG.md",
 )
-# Of the tests that import a wing, those of what is made of it: they take long, and would tell late.
+# Tests that import a layer but check what is built on it: they are slow and find faults late.
 ELSEWHERE = (
     "contact/test_archive",
     "project/test_assumptions_page",
@@ -173,10 +173,10 @@ def cover(folder: Path, extra: list[str]) -> None:
 
 
 def _files() -> Iterator[Path]:
-    """Yield the files of tests that import a wing."""
+    """Yield the files of tests that import a tested layer."""
     if unknown := [name for name in ELSEWHERE if not (ROOT / f"tests/{name}.py").exists()]:
         raise SystemExit(f"no such tests: {', '.join(unknown)}")
-    named = re.compile(rf"roughcontact\.({'|'.join(WINGS)})\b")
+    named = re.compile(rf"roughcontact\.({'|'.join(LAYERS)})\b")
     for path in sorted((ROOT / "tests").rglob("test_*.py")):
         name = path.relative_to(ROOT / "tests").with_suffix("").as_posix()
         own = name.partition("/")[0] not in PROCESSES and name not in ELSEWHERE
@@ -270,8 +270,8 @@ def sample(size: int, seed: int, told: Path) -> list[Mutant]:
     """Return the same mutants of the same code again, and keep what they are a sample of."""
     modules = [
         str(path.relative_to(ROOT))
-        for wing in WINGS
-        for path in sorted((PACKAGE / wing).glob("*.py"))
+        for layer in LAYERS
+        for path in sorted((PACKAGE / layer).glob("*.py"))
     ]
     places: dict[tuple[str, tuple[int, int]], list[Mutant]] = {}
     for mutant in sorted(all_mutants(modules)):
@@ -461,7 +461,7 @@ def _kept(results: Path) -> dict[_Which, dict[str, Any]]:
 
 
 def tell(folder: Path, write: bool) -> None:
-    """Print how many were killed in each wing, and the survivors; write the former into a page."""
+    """Print the killed mutants of each layer and the survivors; write the former into a page."""
     found = list(_kept(folder / "results.jsonl").values())
     of = json.loads((folder / "sample.json").read_text(encoding="utf-8"))
     once = sum(not one["survived"] for one in found)
@@ -473,13 +473,13 @@ def tell(folder: Path, write: bool) -> None:
         f"killed at once, {late} when tried again with more tests, and {len(found) - once - late} "
         f"survive. By their time {stuck} were killed.",
         "",
-        "| wing | tried | killed at once | killed now |",
+        "| layer | tried | killed at once | killed now |",
         "|---|---|---|---|",
     ]
-    for wing in WINGS:
-        here = [one for one in found if f"/{wing}/" in one["module"]]
+    for layer in LAYERS:
+        here = [one for one in found if f"/{layer}/" in one["module"]]
         first = sum(not one["survived"] for one in here)
-        lines.append(f"| {wing} | {len(here)} | {first} | {sum(bool(o['by']) for o in here)} |")
+        lines.append(f"| {layer} | {len(here)} | {first} | {sum(bool(o['by']) for o in here)} |")
     print("\n".join(lines))
     for one in found:
         if not one["by"]:

@@ -14,7 +14,7 @@ from roughcontact.cli import app
 from roughcontact.contact import spots
 from roughcontact.contact.memory import memory_estimate
 from roughcontact.errors import InputError
-from roughcontact.halfspace import boundary as boundary_room, plastic_halfspace, stress
+from roughcontact.halfspace import boundary as boundary_module, plastic_halfspace, stress
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.solvers import bounded, preconditioner
@@ -73,10 +73,10 @@ def test_the_operator_wraps_along_the_periodic_axes(boundary):
 
 def test_new_boundary_entry_provides_operator_and_rejects_stress(monkeypatch):
     made = Boundary.PERIODIC.operator((4, 6), PIXEL, MODULUS)
-    new = boundary_room._MODELS[Boundary.PERIODIC]._replace(
+    new = boundary_module._MODELS[Boundary.PERIODIC]._replace(
         periodic_axes=(), operator=lambda *_, **__: made, known_below=False
     )
-    monkeypatch.setitem(boundary_room._MODELS, Boundary.FREE, new)
+    monkeypatch.setitem(boundary_module._MODELS, Boundary.FREE, new)
     assert Boundary.FREE.operator((4, 6), PIXEL, MODULUS) is made
     for require in (Boundary.FREE.require_stress, Boundary.FREE.require_volume):
         with pytest.raises(InputError, match=r"'free' is not available .* solve with 'periodic'$"):
@@ -109,7 +109,7 @@ def soft_bed(monkeypatch):
     monkeypatch.setattr(Boundary, "_member_names_", [*Boundary._member_names_, "SOFT_BED"])
     monkeypatch.setitem(Boundary._member_map_, "SOFT_BED", member)
     monkeypatch.setitem(Boundary._value2member_map_, "soft-bed", member)
-    monkeypatch.setitem(boundary_room._MODELS, member, made["entry"])
+    monkeypatch.setitem(boundary_module._MODELS, member, made["entry"])
     return member
 
 

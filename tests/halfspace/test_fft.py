@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.fft
 
-from house import all_nodes, parsed, rooms
+from layers import all_nodes, module_paths, parse_module
 from paths import ROOT
 from roughcontact.halfspace import fft
 
@@ -61,10 +61,10 @@ def test_nothing_else_knows_an_fft_library_or_a_thread():
         "executors.py",
         "runner.py",
     )
-    for path in rooms().values():
+    for path in module_paths().values():
         if path == DOOR:
             continue
-        names = spoken_of(parsed(path))
+        names = spoken_of(parse_module(path))
         assert not from_one_of(LIBRARIES, names), path
         if path.relative_to(PACKAGE).parts[0] not in WAITING and path.name not in waiting:
             assert not from_one_of(THREADS, names), path
@@ -72,7 +72,7 @@ def test_nothing_else_knows_an_fft_library_or_a_thread():
 
 def test_the_door_knows_both():
     # The walk above finds what it looks for, however it is imported.
-    names = spoken_of(parsed(DOOR))
+    names = spoken_of(parse_module(DOOR))
     assert from_one_of(LIBRARIES, names) >= {"ducc0", "scipy.fft", "numpy.fft"}
     assert from_one_of(THREADS, names)
     for line in (

@@ -9,7 +9,7 @@ import sys
 import numpy as np
 import pytest
 
-import house
+import layers
 from paths import ROOT
 from roughcontact.halfspace import convolution
 from roughcontact.halfspace.convolution import ArrayCache
@@ -37,7 +37,7 @@ BLAS = {
     "vecdot",
 }
 
-# Functions that may, and why it is never much: room -> function -> reason.
+# Functions that may, and why it is never much: module -> function -> reason.
 FEW = {
     "contact.archive": {"verify_solution": "a gap that is compared with a bound only"},
     "analyses.leak.fluid_load": dict.fromkeys(
@@ -101,14 +101,14 @@ def products(path):
         for child in ast.iter_child_nodes(node):
             yield from visit(child, function)
 
-    yield from visit(house.parsed(path), "")
+    yield from visit(layers.parse_module(path), "")
 
 
 @pytest.mark.usefixtures("parsed_sources")
 def test_no_product_of_much_is_taken_by_blas():
-    found = {room: set(products(path)) for room, path in house.rooms().items()}
-    assert {room: names for room, names in found.items() if names} == {
-        room: set(names) for room, names in FEW.items()
+    found = {module: set(products(path)) for module, path in layers.module_paths().items()}
+    assert {module: names for module, names in found.items() if names} == {
+        module: set(names) for module, names in FEW.items()
     }
 
 
@@ -119,7 +119,7 @@ def fingerprints(cores, threads, blas):
         [sys.executable, ROOT / "tests" / "fingerprints.py", str(cores), str(threads)],
         stdout=subprocess.PIPE,
         env=os.environ
-        | {"PYTHONPATH": str(house.PACKAGE.parent)}
+        | {"PYTHONPATH": str(layers.PACKAGE.parent)}
         | {f"{name}_NUM_THREADS": str(blas) for name in names},
     )
 

@@ -28,13 +28,13 @@ def pages() -> list[Path]:
 
 
 @pytest.fixture
-def wings(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+def api_pages(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     monkeypatch.syspath_prepend(str(DOCS / "_ext"))
-    return importlib.import_module("wings")
+    return importlib.import_module("api_pages")
 
 
-def test_every_module_has_its_page(wings: ModuleType) -> None:
-    listed = set(re.findall(r"^   ([a-z0-9_.]+)$", wings.modules(), re.MULTILINE))
+def test_every_module_has_its_page(api_pages: ModuleType) -> None:
+    listed = set(re.findall(r"^   ([a-z0-9_.]+)$", api_pages.modules_page(), re.MULTILINE))
     package = Path(rc.__file__).parent
     assert listed == {
         ".".join(path.relative_to(package).with_suffix("").parts)
@@ -42,24 +42,24 @@ def test_every_module_has_its_page(wings: ModuleType) -> None:
     }
 
 
-def test_every_public_name_is_in_the_first_table(wings: ModuleType) -> None:
-    face = wings.face()
+def test_every_public_name_is_in_the_first_table(api_pages: ModuleType) -> None:
+    table = api_pages.public_table()
     # Packages have no page of their own, and are named below the table.
-    shown = set(re.findall(r"``?rc\.(\w+)", face))
+    shown = set(re.findall(r"``?rc\.(\w+)", table))
     assert shown >= set(rc.__all__) - {"RIGID", "__version__"}
 
 
 @pytest.mark.long
-def test_the_house_is_drawn_with_all_its_rooms(wings: ModuleType) -> None:
+def test_figure_shows_all_layers_and_modules(api_pages: ModuleType) -> None:
     from matplotlib.figure import Figure
 
     figure = Figure()
-    wings.draw(figure)
+    api_pages.draw_layers(figure)
     words = " ".join(text.get_text() for text in figure.axes[0].texts)
-    for wing, rooms in wings.floors().items():
-        assert wing in words
-        assert all(room in words for room in rooms)
-    assert wings.between()
+    for layer, modules in api_pages.modules_by_layer().items():
+        assert layer in words
+        assert all(module in words for module in modules)
+    assert api_pages.imports_between_layers()
 
 
 def test_no_figure_is_placed_by_hand() -> None:

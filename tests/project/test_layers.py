@@ -7,29 +7,38 @@ from collections.abc import Iterator
 
 import pytest
 
-from house import PACKAGE, TESTS, all_nodes, floor_of, imports, rooms, tree, wing_of
+from layers import (
+    PACKAGE,
+    TESTS,
+    all_nodes,
+    imported_modules,
+    layer_of,
+    level_of,
+    module_paths,
+    tree_of,
+)
 
 pytestmark = pytest.mark.usefixtures("parsed_sources")
 
 
 def test_layer_imports_only_layers_below() -> None:
-    for room, path in rooms().items():
-        for other in imports(path):
-            assert other == "_version" or floor_of(other) <= floor_of(room), (
-                f"{room} imports {other} from a wing above"
+    for module, path in module_paths().items():
+        for other in imported_modules(path):
+            assert other == "_version" or level_of(other) <= level_of(module), (
+                f"{module} imports {other} from a layer above"
             )
 
 
 def test_imports_include_references_in_text() -> None:
-    known = rooms()
-    assert "analyses.law.decks" in imports(known["analyses.law.formats"])
-    assert "analyses.leak.report" in imports(known["analyses.leak.task"])
+    known = module_paths()
+    assert "analyses.law.decks" in imported_modules(known["analyses.law.formats"])
+    assert "analyses.leak.report" in imported_modules(known["analyses.leak.task"])
 
 
 def test_layers_have_no_import_cycles() -> None:
     graph = {
-        room: {other for other in imports(path) if wing_of(other) == wing_of(room)}
-        for room, path in rooms().items()
+        module: {other for other in imported_modules(path) if layer_of(other) == layer_of(module)}
+        for module, path in module_paths().items()
     }
     done: set[str] = set()
     while len(done) < len(graph):
@@ -40,7 +49,7 @@ def test_layers_have_no_import_cycles() -> None:
 
 LONGEST_MODULE, LONGEST_FUNCTION, LONGEST_CODE = 1000, 70, 55
 
-# Functions that are longer, by room and name, each with the reason why taking them apart would
+# Functions that are longer, by module and name, each with the reason why taking them apart would
 # hide what they do.
 LONG: dict[str, str] = {}
 
@@ -74,9 +83,12 @@ def too_long(tree: ast.Module) -> list[str]:
 
 
 def test_modules_and_functions_are_short() -> None:
-    lines = {room: path.read_text(encoding="utf-8").count("\n") for room, path in rooms().items()}
-    assert [room for room, count in lines.items() if count > LONGEST_MODULE] == []
-    found = {f"{room}.{name}" for room in rooms() for name in too_long(tree(room))}
+    lines = {
+        module: path.read_text(encoding="utf-8").count("\n")
+        for module, path in module_paths().items()
+    }
+    assert [module for module, count in lines.items() if count > LONGEST_MODULE] == []
+    found = {f"{module}.{name}" for module in module_paths() for name in too_long(tree_of(module))}
     assert sorted(found - set(LONG)) == [], "take them apart"
     assert sorted(set(LONG) - found) == [], "no longer long"
 
@@ -93,9 +105,9 @@ def test_long_function_needs_short_code_and_docstring() -> None:
 
 def test_only_units_imports_pint() -> None:
     users = {
-        room
-        for room in rooms()
-        for node in all_nodes(tree(room))
+        module
+        for module in module_paths()
+        for node in all_nodes(tree_of(module))
         for name in (
             [alias.name for alias in node.names]
             if isinstance(node, ast.Import)
@@ -109,7 +121,7 @@ def test_only_units_imports_pint() -> None:
 
 
 def test_only_one_module_uses_psutil() -> None:
-    asking = [name for name, path in rooms().items() if "psutil" in path.read_text("utf-8")]
+    asking = [name for name, path in module_paths().items() if "psutil" in path.read_text("utf-8")]
     assert asking == ["_tools.memory"]
 
 
@@ -126,22 +138,22 @@ GROWING = {
 
 def test_dataclasses_are_frozen() -> None:
     loose = {
-        (room, node.name)
-        for room in rooms()
-        for node in all_nodes(tree(room))
+        (module, node.name)
+        for module in module_paths()
+        for node in all_nodes(tree_of(module))
         if isinstance(node, ast.ClassDef)
         for told in [" ".join(map(ast.unparse, node.decorator_list))]
         if "dataclass" in told and "frozen=True" not in told
     }
-    assert loose == {(room, name) for room, names in GROWING.items() for name in names}
+    assert loose == {(module, name) for module, names in GROWING.items() for name in names}
 
 
 UNLESS_TOLD = {"angle": "0.0", "mirrored": "False"}
 
 
 def test_rotation_and_mirroring_are_off_by_default() -> None:
-    for room in rooms():
-        for node in all_nodes(tree(room)):
+    for module in module_paths():
+        for node in all_nodes(tree_of(module)):
             # To rotate is to be told.
             if not isinstance(node, ast.FunctionDef) or node.name.startswith("rotate"):
                 continue
@@ -153,7 +165,7 @@ def test_rotation_and_mirroring_are_off_by_default() -> None:
             }
             for name, usual in UNLESS_TOLD.items():
                 if defaults.get(name) is not None:
-                    assert ast.unparse(defaults[name]) in (usual, "None"), f"{room}.{node.name}"
+                    assert ast.unparse(defaults[name]) in (usual, "None"), f"{module}.{node.name}"
 
 
 # What acts on all threads of a process, also where it is undone at the end of a block.
@@ -180,13 +192,13 @@ OWNS = {"cli.app": {"basicConfig"}, "desk.workers": {"setrlimit"}}
 
 
 def test_no_module_changes_process_wide_state() -> None:
-    for room in rooms():
-        nodes = all_nodes(tree(room))
+    for module in module_paths():
+        nodes = all_nodes(tree_of(module))
         named = {node.attr for node in nodes if isinstance(node, ast.Attribute)}
         named |= {
             alias.name for node in nodes if isinstance(node, ast.ImportFrom) for alias in node.names
         }
-        assert named & SHARED <= OWNS.get(room, set()), room
+        assert named & SHARED <= OWNS.get(module, set()), module
 
 
 # Where a user or a formula is: there docstrings are contracts, elsewhere one line.
@@ -194,17 +206,17 @@ CONTRACTS = {"theory", "drawing", "halfspace", "solvers"}
 
 
 def offered() -> set[str]:
-    """Return what the package offers, by room and name."""
+    """Return what the package offers, by module and name."""
     stub = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
-    nodes = [*stub.body, *tree("measure").body, *tree("mpi").body]
-    nodes += [*tree("results").body, *tree("plots").body]
+    nodes = [*stub.body, *tree_of("measure").body, *tree_of("mpi").body]
+    nodes += [*tree_of("results").body, *tree_of("plots").body]
     names = {
         f"{(node.module or '').removeprefix('roughcontact.')}.{alias.name}".strip(".")
         for node in nodes
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
     }
-    return names | {room for room in names if room in rooms()}
+    return names | {module for module in names if module in module_paths()}
 
 
 def contracts(node: ast.Module | ast.ClassDef, owner: str, public: set[str]) -> Iterator[str]:
@@ -225,9 +237,11 @@ def test_full_docstrings_are_in_public_or_mathematical_code() -> None:
     public = offered()
     # Figures of an analysis are called by users, too.
     inner = [
-        room for room in rooms() if wing_of(room) not in CONTRACTS and not room.endswith("figures")
+        module
+        for module in module_paths()
+        if layer_of(module) not in CONTRACTS and not module.endswith("figures")
     ]
-    assert [name for room in inner for name in contracts(tree(room), room, public)] == []
+    assert [name for module in inner for name in contracts(tree_of(module), module, public)] == []
 
 
 def test_full_docstring_elsewhere_is_reported() -> None:
@@ -289,9 +303,9 @@ def names(tree: ast.Module) -> Iterator[str]:
 
 def test_no_name_is_a_participle() -> None:
     banned = {
-        f"{room}.{name}"
-        for room in rooms()
-        for name in (room.rpartition(".")[2], *names(tree(room)))
+        f"{module}.{name}"
+        for module in module_paths()
+        for name in (module.rpartition(".")[2], *names(tree_of(module)))
         if name.strip("_") in BANNED_NAMES
     }
     assert banned == ALLOWED
@@ -302,7 +316,7 @@ APART = {"project", "fuzz", "mpi"}
 
 
 def test_tests_mirror_the_package() -> None:
-    known = set(rooms())
+    known = set(module_paths())
     for path in sorted(TESTS.rglob("test_*.py")):
         folder = ".".join(path.parent.relative_to(TESTS).parts)
         if folder.partition(".")[0] in APART:

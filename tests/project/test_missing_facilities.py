@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import roughcontact as rc
-from house import all_nodes, rooms, tree
+from layers import all_nodes, module_paths, tree_of
 
 SOURCE = Path(rc.__file__).parents[1]
 ROOT = SOURCE.parent
@@ -98,13 +98,13 @@ def test_no_file_of_the_tree_has_a_name_that_windows_lacks() -> None:
 
 
 def test_processes_are_begun_in_the_way_that_every_system_has() -> None:
-    for room in rooms():
-        for node in all_nodes(tree(room)):
+    for module in module_paths():
+        for node in all_nodes(tree_of(module)):
             if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "get_context":
-                assert ast.unparse(node.args[0]) == "'spawn'", room
+                assert ast.unparse(node.args[0]) == "'spawn'", module
             # Only where the system has it, which `drawing.export` asks first.
             if isinstance(node, ast.Attribute) and node.attr == "fork":
-                assert (room, ast.unparse(node)) == ("drawing.export", "os.fork")
+                assert (module, ast.unparse(node)) == ("drawing.export", "os.fork")
 
 
 @pytest.mark.parametrize("name", ["con", "NUL.txt", "a:b", "what?", "end.", "COM1.nc"])

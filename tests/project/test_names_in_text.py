@@ -10,7 +10,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from functools import cache
 
-import house
+import layers
 
 # Of other libraries and programs, and attributes of files.
 EXTERNAL = {
@@ -59,11 +59,11 @@ def names_of(node: ast.AST) -> Iterator[str]:
 def package() -> tuple[set[str], dict[str, set[str]]]:
     """Return all names of the package, and those of each module and class."""
     defined, members = set(dir(builtins)), defaultdict[str, set[str]](set)
-    for path in [*house.PACKAGE.rglob("*.py"), *house.PACKAGE.rglob("*.pyi")]:
+    for path in [*layers.PACKAGE.rglob("*.py"), *layers.PACKAGE.rglob("*.pyi")]:
         module = path.stem if path.stem != "__init__" else path.parent.name
-        defined.update(path.relative_to(house.PACKAGE.parent).with_suffix("").parts)
+        defined.update(path.relative_to(layers.PACKAGE.parent).with_suffix("").parts)
         members[path.parent.name].add(module)
-        for node in ast.walk(house.parsed(path)):
+        for node in ast.walk(layers.parse_module(path)):
             found = set(names_of(node))
             defined |= found
             members[module] |= found
@@ -82,7 +82,7 @@ def is_known(name: str) -> bool:
         return True
     if len(parts) == 1:
         return name in defined
-    if parts[0] == "roughcontact" and ".".join(parts[1:]) + ".__init__" in house.rooms():
+    if parts[0] == "roughcontact" and ".".join(parts[1:]) + ".__init__" in layers.module_paths():
         return True
     if parts[-2] not in members:
         return {parts[-2], parts[-1]} <= defined
@@ -98,8 +98,8 @@ def names_in(line: str) -> Iterator[str]:
 
 def test_names_in_text_exist() -> None:
     stale = [
-        f"{room}:{number} {name}"
-        for room, path in house.rooms().items()
+        f"{module}:{number} {name}"
+        for module, path in layers.module_paths().items()
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
         for name in names_in(line)
         if not is_known(name)

@@ -369,7 +369,7 @@ REDUCTIONS = {
     "vdot",
 }
 
-# Functions that may, and why: room -> function -> reason.
+# Functions that may, and why: module -> function -> reason.
 ALLOWED = {
     "aggregation": dict.fromkeys(
         (

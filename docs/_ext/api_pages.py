@@ -1,4 +1,4 @@
-"""Pages of the API by wing, and the house drawn as a figure, both from the package itself."""
+"""Pages of the API by layer, and the figure of the layers, from the package itself."""
 
 from __future__ import annotations
 
@@ -12,68 +12,70 @@ from typing import TYPE_CHECKING
 import roughcontact as rc
 
 sys.path.append(str(Path(__file__).parents[2] / "tests"))
-import house
+import layers
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_GROUND = "Ground"
-# Modules that stand above all wings have no page: there is nothing to call in them.
-_BESIDE = ("_version", "__init__", "__main__")
+_BASE = "Base modules"
+# These modules have no page: they define no function.
+_UNLISTED = ("_version", "__init__", "__main__")
 
 
-def floors() -> dict[str, list[str]]:
-    """Return the rooms of every wing, from the ground up; what stands alone is the ground."""
+def modules_by_layer() -> dict[str, list[str]]:
+    """Return the modules of each layer, from the lowest up; those outside folders come first."""
     found: dict[str, list[str]] = {}
-    for room in sorted(house.rooms(), key=house.floor_of):
-        wing, _, name = room.partition(".")
-        if wing in _BESIDE:
+    for module in sorted(layers.module_paths(), key=layers.level_of):
+        layer, _, name = module.partition(".")
+        if layer in _UNLISTED:
             continue
         if not name:
-            found.setdefault(_GROUND, []).append(wing)
+            found.setdefault(_BASE, []).append(layer)
         elif not name.rpartition(".")[2].startswith("__"):
-            found.setdefault(wing, []).append(name)
+            found.setdefault(layer, []).append(name)
     return found
 
 
-def title(wing: str) -> str:
-    """Return what a wing holds, in the words of its own docstring."""
-    if wing == _GROUND:
-        return "What every wing stands on."
-    source = (house.PACKAGE / wing / "__init__.py").read_text(encoding="utf-8")
+def layer_title(layer: str) -> str:
+    """Return the first line of the docstring of a layer."""
+    if layer == _BASE:
+        return "Modules that every layer may import."
+    source = (layers.PACKAGE / layer / "__init__.py").read_text(encoding="utf-8")
     return (ast.get_docstring(ast.parse(source)) or "").partition("\n")[0]
 
 
-def modules() -> str:
-    """Return the page of all modules in reStructuredText, a section for every wing."""
+def modules_page() -> str:
+    """Return the page of all modules in reStructuredText, with a section for each layer."""
     lines = [
         "Modules",
         "=======",
         "",
-        "From the ground up: a wing imports only wings above it on this page, see",
+        "From the lowest layer up: a layer imports only layers above it on this page, see",
         ":doc:`../architecture`.",
         "",
         ".. currentmodule:: roughcontact",
         "",
     ]
-    for wing, rooms in floors().items():
-        head = wing if wing == _GROUND else f"``{wing}``"
-        lines += [head, "-" * len(head), "", title(wing), "", ".. autosummary::", ""]
-        lines += [f"   {room}" if wing == _GROUND else f"   {wing}.{room}" for room in rooms]
+    for layer, modules in modules_by_layer().items():
+        head = layer if layer == _BASE else f"``{layer}``"
+        lines += [head, "-" * len(head), "", layer_title(layer), "", ".. autosummary::", ""]
+        lines += [
+            f"   {module}" if layer == _BASE else f"   {layer}.{module}" for module in modules
+        ]
         lines.append("")
     return "\n".join(lines)
 
 
-def pages() -> dict[str, str]:
-    """Return the page of each module by its file's name.
+def module_pages() -> dict[str, str]:
+    """Return the page of each module by file name.
 
-    They are reached from the page of all modules and by the search, and are left out of the
-    navigation: some 350 lines in the margin of each page help nobody, and took half of a build.
+    They are linked from the page of all modules and found by the search, but are not in the
+    navigation: its 350 lines on each page took half of the build.
     """
     found = {}
-    for wing, rooms in floors().items():
-        for room in rooms:
-            name = room if wing == _GROUND else f"{wing}.{room}"
+    for layer, modules in modules_by_layer().items():
+        for module in modules:
+            name = module if layer == _BASE else f"{layer}.{module}"
             head = name.replace("_", r"\_")
             lines = [
                 ":orphan:",
@@ -81,7 +83,7 @@ def pages() -> dict[str, str]:
                 head,
                 "=" * len(head),
                 "",
-                ":doc:`../modules` › " + wing,
+                ":doc:`../modules` › " + layer,
                 "",
                 f".. automodule:: roughcontact.{name}",
                 "   :members:",
@@ -92,15 +94,15 @@ def pages() -> dict[str, str]:
     return found
 
 
-def face() -> str:
-    """Return the table of what ``import roughcontact as rc`` offers."""
+def public_table() -> str:
+    """Return the table of the public names of ``import roughcontact as rc``."""
     objects = {name: getattr(rc, name) for name in rc.__all__} | {
         name: value for name, value in vars(rc.results).items() if isinstance(value, type)
     }
     lines = [".. list-table::", ""]
     packages = []
-    # Functions before classes, and these before errors.
-    for name, value in sorted(objects.items(), key=lambda item: _place(item[1])):
+    # Functions come before classes, and classes before errors.
+    for name, value in sorted(objects.items(), key=lambda item: _sort_key(item[1])):
         if isinstance(value, ModuleType) and hasattr(value, "__path__"):
             packages.append(f"``rc.{name}``")
             continue
@@ -115,53 +117,53 @@ def face() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _place(value: object) -> int:
-    """Return the place of a public object in the table by its kind."""
+def _sort_key(value: object) -> int:
+    """Return the sort key of a public object by its kind."""
     if not isinstance(value, type):
         return 0
     return 1 + issubclass(value, Exception)
 
 
-def between() -> Counter[tuple[str, str]]:
-    """Return how many imports lead from one wing to another, but for those of the ground."""
-    known = floors()
-    name = dict.fromkeys(known[_GROUND], _GROUND) | {wing: wing for wing in known}
+def imports_between_layers() -> Counter[tuple[str, str]]:
+    """Return the number of imports from one layer to another, without the base modules."""
+    known = modules_by_layer()
+    name = dict.fromkeys(known[_BASE], _BASE) | {layer: layer for layer in known}
     found: Counter[tuple[str, str]] = Counter()
-    for room, path in house.rooms().items():
-        for other in set(house.imports(path)):
-            ends = tuple(name.get(end.partition(".")[0]) for end in (room, other))
-            # All wings stand on the ground: arcs to it would hide the others.
-            if None in ends or _GROUND in ends or ends[0] == ends[1]:
+    for module, path in layers.module_paths().items():
+        for other in set(layers.imported_modules(path)):
+            ends = tuple(name.get(end.partition(".")[0]) for end in (module, other))
+            # All layers import base modules: arcs to them would hide the others.
+            if None in ends or _BASE in ends or ends[0] == ends[1]:
                 continue
             found[ends] += 1  # type: ignore[index]
     return found
 
 
-def draw(figure: Figure) -> None:
-    """Draw the wings on their floors, with an arc for every wing that another one imports."""
+def draw_layers(figure: Figure) -> None:
+    """Draw the layers from the lowest up, with an arc for each layer that another one imports."""
     from matplotlib.patches import FancyBboxPatch, PathPatch
     from matplotlib.path import Path as Curve
 
-    known = floors()
-    height = {wing: floor for floor, wing in enumerate(known)}
+    known = modules_by_layer()
+    height = {layer: level for level, layer in enumerate(known)}
     axes = figure.add_subplot()
     shade = ("#e9eef4", "#f6f3ec")
-    for wing, floor in height.items():
+    for layer, level in height.items():
         axes.add_patch(
             FancyBboxPatch(
-                (0, floor - 0.4),
+                (0, level - 0.4),
                 10,
                 0.8,
                 boxstyle="round,pad=0,rounding_size=0.12",
-                facecolor=shade[floor % 2],
+                facecolor=shade[level % 2],
                 edgecolor="#9aa7b5",
                 linewidth=0.8,
             )
         )
-        axes.text(0.2, floor, wing, va="center", fontsize=11, fontweight="bold", color="#1f3a56")
-        words = _wrapped(known[wing], 96)
-        axes.text(1.75, floor, words, va="center", fontsize=8, color="#333333", linespacing=1.15)
-    links = between()
+        axes.text(0.2, level, layer, va="center", fontsize=11, fontweight="bold", color="#1f3a56")
+        words = _wrapped(known[layer], 96)
+        axes.text(1.75, level, words, va="center", fontsize=8, color="#333333", linespacing=1.15)
+    links = imports_between_layers()
     most = max(links.values())
     for (above, below), count in links.items():
         start, end = height[above], height[below]

@@ -1,6 +1,6 @@
-"""The house as its own imports tell it: wings, rooms, and who imports whom.
+"""Layers and modules of the package, and the imports between them.
 
-`test_layers` holds the order, and the documentation draws it.
+`test_layers` checks the order, and the documentation draws it.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from pathlib import Path
 TESTS = Path(__file__).parent
 PACKAGE = TESTS.parent / "src" / "roughcontact"
 
-# From the ground up; what stands beside the wings is a module of its own.
-WINGS = (
+# From the lowest to the highest; modules outside folders are layers by themselves.
+LAYERS = (
     "_version",
     "errors",
     "units",
@@ -64,8 +64,8 @@ WINGS = (
 
 
 @cache
-def rooms() -> dict[str, Path]:
-    """Return the modules of the package by dotted name, without the package's own."""
+def module_paths() -> dict[str, Path]:
+    """Return the paths of the modules by dotted name without `roughcontact`."""
     return {
         ".".join(path.relative_to(PACKAGE).with_suffix("").parts): path
         for path in sorted(PACKAGE.rglob("*.py"))
@@ -73,29 +73,31 @@ def rooms() -> dict[str, Path]:
 
 
 @cache
-def parsed(path: Path) -> ast.Module:
+def parse_module(path: Path) -> ast.Module:
+    """Return the syntax tree of a file."""
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
-def tree(room: str) -> ast.Module:
-    return parsed(rooms()[room])
+def tree_of(module: str) -> ast.Module:
+    """Return the syntax tree of a module."""
+    return parse_module(module_paths()[module])
 
 
 @cache
 def all_nodes(tree: ast.Module) -> tuple[ast.AST, ...]:
-    """Return the nodes of a module, walked once for all rules."""
+    """Return the nodes of a module, cached for all rules."""
     return tuple(ast.walk(tree))
 
 
-# A place that is imported when it is used.
+# A function given as text, which is imported on first use.
 TEXT_REFERENCE = re.compile(r"(?:roughcontact\.)?([a-z_]+(?:\.[a-z_]+)*):\w+")
 
 
 @cache
-def imports(path: Path) -> tuple[str, ...]:
-    """Return the rooms that a module imports: also deferred, for types only, and as text."""
-    known, found = rooms(), []
-    for node in all_nodes(parsed(path)):
+def imported_modules(path: Path) -> tuple[str, ...]:
+    """Return the modules that a module imports, including deferred, typing and text imports."""
+    known, found = module_paths(), []
+    for node in all_nodes(parse_module(path)):
         names: list[str] = []
         if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "roughcontact":
             base = (node.module or "").removeprefix("roughcontact").strip(".")
@@ -112,18 +114,20 @@ def imports(path: Path) -> tuple[str, ...]:
             place = TEXT_REFERENCE.fullmatch(node.value)
             names = [place[1]] if place and place[1] in known else []
         for name in names:
-            room = name if name in known else f"{name}.__init__"
-            if room in known:
-                found.append(room)
+            module = name if name in known else f"{name}.__init__"
+            if module in known:
+                found.append(module)
     return tuple(found)
 
 
-def wing_of(room: str) -> str:
-    parts = room.split(".")
+def layer_of(module: str) -> str:
+    """Return the layer of a module."""
+    parts = module.split(".")
     return ".".join(parts[: 1 + (parts[0] == "analyses")])
 
 
-def floor_of(room: str) -> int:
-    wing = wing_of(room)
-    assert wing in WINGS, f"{wing} has no place in the house: add it to WINGS"
-    return WINGS.index(wing)
+def level_of(module: str) -> int:
+    """Return the position of the layer of a module, counted from the lowest."""
+    layer = layer_of(module)
+    assert layer in LAYERS, f"{layer} is no layer: add it to LAYERS"
+    return LAYERS.index(layer)
