@@ -24,7 +24,7 @@ def names(folder: Path) -> list[str]:
     return sorted(entry.name for entry in folder.iterdir())
 
 
-def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
+def test_failed_write_keeps_old_file_only(tmp_path: Path) -> None:
     path = tmp_path / "out.txt"
     path.write_text("old")
 
@@ -79,7 +79,7 @@ def test_text_and_bytes_are_written_as_they_are(tmp_path: Path) -> None:
     assert (tmp_path / "bytes").read_bytes() == b"\r\n"
 
 
-def test_names_as_long_as_the_system_takes(tmp_path: Path) -> None:
+def test_longest_file_name_is_written(tmp_path: Path) -> None:
     path = tmp_path / ("n" * 251 + ".txt")
     write_atomically(path, "text")
     assert path.read_text() == "text"
@@ -112,7 +112,7 @@ def writer(tmp_path: Path):
 
 
 @locks
-def test_what_a_killed_process_left_is_removed_by_the_next_writer(writer, tmp_path: Path) -> None:
+def test_next_writer_removes_file_of_killed_process(writer, tmp_path: Path) -> None:
     (left,) = names(tmp_path)
     write_atomically(tmp_path / "other.txt", "text")
     # Its writer lives.
@@ -145,7 +145,7 @@ def test_only_unfinished_files_are_removed(tmp_path: Path) -> None:
 
 
 @locks
-def test_a_writer_looks_at_few_files_of_a_large_folder(
+def test_writer_lists_few_files_of_large_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     left = [f".roughcontact-{number:016x}.part" for number in range(50)]
@@ -159,7 +159,7 @@ def test_a_writer_looks_at_few_files_of_a_large_folder(
 
 
 @locks
-def test_a_file_taken_for_a_left_one_gets_another_name(
+def test_temporary_file_removed_by_other_process_is_renamed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     locked, removed = files._try_lock, []

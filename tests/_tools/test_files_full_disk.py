@@ -167,7 +167,7 @@ def everything_told(kind, folder):
 # One process for all commands of a kind: a test of each would start it again in every worker.
 @pytest.mark.process
 @pytest.mark.parametrize("kind", ["limit", "disk"])
-def test_a_full_disk_is_one_sentence_and_the_old_file_lives(kind: str, tmp_path: Path) -> None:
+def test_full_disk_gives_one_sentence_and_keeps_old_file(kind: str, tmp_path: Path) -> None:
     told = everything_told(kind, tmp_path)
     assert set(told) == set(ON_DISK if kind == "disk" else CASES)
     reason = "No space left on device" if kind == "disk" else "File too large"

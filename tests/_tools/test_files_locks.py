@@ -29,7 +29,7 @@ def is_free(path: Path) -> bool:
         return False
 
 
-def test_a_lock_is_held_once_and_leaves_nothing(tmp_path: Path) -> None:
+def test_lock_is_exclusive_and_removed(tmp_path: Path) -> None:
     path = tmp_path / "run.lock"
     with files.file_lock(path):
         assert not is_free(path)
@@ -89,6 +89,6 @@ def test_only_one_of_many_holds_it(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
+def test_lock_in_missing_folder_raises_error(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError), files.file_lock(tmp_path / "absent" / "run.lock"):
         pass

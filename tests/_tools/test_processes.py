@@ -46,7 +46,7 @@ def faults(how: str, **environment: str) -> int:
 
 @pytest.mark.long
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="not the GNU C library")
-def test_freed_memory_is_kept_where_dask_gives_it_back() -> None:
+def test_freed_memory_is_reused_despite_dask_setting() -> None:
     # As Dask begins its workers.
     dask = {"MALLOC_TRIM_THRESHOLD_": "65536"}
     assert faults("given back", **dask) > 10_000
@@ -56,7 +56,7 @@ def test_freed_memory_is_kept_where_dask_gives_it_back() -> None:
 
 
 @pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="threads cannot be sent signals")
-def test_ctrl_c_waits_for_what_is_being_begun() -> None:
+def test_interrupt_waits_for_process_start() -> None:
     done, begun = threading.Event(), []
     other = threading.Thread(target=done.wait)
     other.start()

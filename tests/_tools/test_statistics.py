@@ -75,7 +75,7 @@ def test_several_p_are_corrected_as_in_the_literature() -> None:
     assert statistics.holm([0.04, 0.03, 0.01, 0.005]) == pytest.approx([0.06, 0.06, 0.03, 0.02])
 
 
-def test_what_has_no_scatter_or_no_second_measurement() -> None:
+def test_single_or_equal_values_have_no_interval() -> None:
     alone = statistics.mean_with_interval([2.0])
     assert alone.value == 2.0
     assert math.isnan(alone.low)
