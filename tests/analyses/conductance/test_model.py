@@ -103,7 +103,7 @@ def test_missing_or_invalid_arguments_raise_input_error() -> None:
         rc.conductance(profile, COPPER, COPPER)
 
 
-def test_without_load_nothing_is_conducted() -> None:
+def test_conductance_without_load_is_zero() -> None:
     none = dataclasses.replace(RESULT, pressure=np.zeros(ROUGH.shape), load=0.0)
     found = rc.conductance(none, COPPER, COPPER)
     assert found.steps[0].length == 0
@@ -198,7 +198,7 @@ def test_a_current_heats_the_spots() -> None:
         rc.conductance(RESULT, rc.Conductor(conductivity=1.0), silver, current=1.0)
 
 
-def test_a_gap_needs_what_it_is_computed_from() -> None:
+def test_incomplete_gap_arguments_raise_input_error() -> None:
     free = rc.solve(ROUGH, material=STEEL, load=1.0)
     for result, bodies, fluid, said in (
         (free, COPPER, "air", 'gap needs boundary="periodic"'),
@@ -232,7 +232,7 @@ def test_a_ball_that_was_not_declared_has_no_correlation_of_flat_joints() -> Non
     assert CautionTag.CURVED not in kinds(rc.conductance(RESULT, COPPER, COPPER))
 
 
-def test_greenwoods_formula_is_left_out_where_spots_are_no_discs() -> None:
+def test_greenwood_formula_is_omitted_at_large_contact_fraction() -> None:
     much = rc.solve(ROUGH, material=STEEL, load=12.0, boundary="periodic")
     found = rc.conductance([RESULT, much], COPPER, COPPER)
     assert found.steps[1].contact_area > 0.3 * found.nominal_area
@@ -263,7 +263,7 @@ def test_the_scatter_of_the_estimates_is_that_of_the_stored_cases() -> None:
         assert found == pytest.approx(told, abs=0.006)
 
 
-def test_it_is_saved_as_a_table_and_as_json(tmp_path: Path) -> None:
+def test_conductance_is_saved_as_csv_and_json(tmp_path: Path) -> None:
     found = rc.conductance(RESULT, COPPER, "6061-T6")
     found.save(tmp_path / "joint.csv")
     head, line = (tmp_path / "joint.csv").read_text("utf-8").splitlines()

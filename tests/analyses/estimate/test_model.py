@@ -123,7 +123,7 @@ def test_solved_map_is_within_interval() -> None:
 # --- limits and groups
 
 
-def test_a_low_ceiling_carries_the_load_on_what_it_saturates() -> None:
+def test_low_ceiling_bounds_contact_from_below() -> None:
     soft = replace(STEEL, yield_strength=0.1e9)
     found = of_steel("60 MPa", material=soft)
     assert found.contact.value == pytest.approx(0.2, rel=0.02)
@@ -142,7 +142,7 @@ def test_more_load_more_contact_and_less_gap(ceiling: str | None) -> None:
             assert interval.low <= interval.value <= interval.high
 
 
-def test_units_of_length_and_pressure_alter_nothing() -> None:
+def test_estimate_is_invariant_under_units() -> None:
     first = of_steel(200e6)
     wide = of_steel(200e6, Sq=5e-6, Sal=120e-6)
     assert wide.contact == first.contact
@@ -356,7 +356,7 @@ def test_command_prints_table_and_json(capsys: pytest.CaptureFixture[str], tmp_p
     assert json.loads(written.read_text())["contact_high"] == told["contact_high"]
 
 
-def test_the_command_takes_a_map(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_command_accepts_map(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     heights, pixel = rc.reference_map(128, 3)
     np.save(tmp_path / "map.npy", heights)
     arguments = [

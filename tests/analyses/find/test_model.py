@@ -66,9 +66,7 @@ def test_a_solve_at_the_load_found_has_the_value(
 @pytest.mark.long
 @settings(max_examples=4, deadline=None)
 @given(share=st.floats(0.01, 0.6), boundary=st.sampled_from(["free", "periodic"]))
-def test_whole_pixels_pass_a_share_between_the_ends_of_the_bracket(
-    share: float, boundary: str
-) -> None:
+def test_contact_fraction_is_passed_within_bracket(share: float, boundary: str) -> None:
     terms = {"material": STEEL, "boundary": boundary}
     (answer,) = rc.find_load(ROUGH, **terms, contact_fraction=share).answers
     below, above = (
@@ -110,7 +108,7 @@ def test_several_targets_share_contacts() -> None:
 
 
 @pytest.mark.long
-def test_a_ball_yields_first_where_hertz_says() -> None:
+def test_first_yield_load_of_ball_matches_hertz() -> None:
     ball = rc.Surface(shapes.paraboloid((48, 48), (1e-6, 1e-6), 2e-3), (1e-6, 1e-6))
     (answer,) = rc.find_load(ball, material=STEEL, first_yield=True).answers
     expected = hertz.first_yield_load(2e-3, 210e9 / 0.91, STEEL.first_yield_pressure or 0)
@@ -128,7 +126,7 @@ def test_utilization_matches_stress_of_whole_map(boundary: str) -> None:
 
 
 @pytest.mark.parametrize("boundary", ["free", "periodic"])
-def test_a_smooth_quantity_takes_few_contacts(boundary: str) -> None:
+def test_smooth_quantity_needs_few_contacts(boundary: str) -> None:
     for quantity in ({"mean_gap": "300 nm"}, {"approach": "300 nm"}, {"first_yield": True}):
         found = rc.find_load(ROUGH, material=STEEL, boundary=boundary, **quantity)
         assert found.solves <= 6, quantity
@@ -168,7 +166,7 @@ def test_unreachable_target_raises_input_error() -> None:
     tread=st.sampled_from([0.0, 1e-3, 0.1]),
 )
 @example(root=0.0, first=1.0, power=0.5, tread=0.1)
-def test_the_passage_of_a_curve_or_a_staircase_is_found(
+def test_crossing_of_curve_and_step_function_is_found(
     root: float, first: float, power: float, tread: float
 ) -> None:
     def excess(x: float) -> float:

@@ -41,7 +41,7 @@ def no_solve(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(solve, "solve", refuse)
 
 
-def test_a_load_that_comes_again_finds_the_same_points_at_the_ceiling() -> None:
+def test_repeated_load_saturates_same_points() -> None:
     # They are there to within rounding only: three quarters of them were counted on a real map.
     first, _, again = history(rough(), [1.0, 0.1, 1.0], material=STEEL).steps
     assert first.saturated_area > 0
@@ -399,7 +399,7 @@ def test_repeated_passes_shake_down() -> None:
 # --- the table -------------------------------------------------------------------------------
 
 
-def test_passes_end_with_one_that_indents_nothing() -> None:
+def test_passes_end_without_new_indentation() -> None:
     ended = history(rough(), [0.5, 1.0, 0.0], passes=1000, material=STEEL)
     assert (ended.passes, ended.requested_passes) == (2, 1000)
     assert ended.is_elastic_now
@@ -572,7 +572,7 @@ def test_invalid_stage_raises_error(arguments: dict[str, object]) -> None:
         Stage(**arguments)
 
 
-def test_capacity_is_judged_where_the_bodies_overlap(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_capacity_counts_overlap_of_bodies(monkeypatch: pytest.MonkeyPatch) -> None:
     no_solve(monkeypatch)
     surface = rough(32)
     far = Stage(load=20.0, shift=(20 * surface.pixel[0], 0.0))

@@ -60,7 +60,7 @@ def test_conforming_contact_after_indentation() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("control", ["load", "approach"])
-def test_work_is_what_is_stored_and_dissipated(control: str) -> None:
+def test_work_is_stored_plus_dissipated_energy(control: str) -> None:
     # Loaded, unloaded, reloaded higher, unloaded again; finer and finer. The trapezoidal rule
     # and the implicit step leave an error that falls faster than the step.
     surface = rc.Surface(*rc.reference_map(32))

@@ -108,7 +108,7 @@ def test_thinned_curve_matches_linear_interpolation() -> None:
     assert rows.size == pytest.approx(1 + 5 / math.sqrt(0.08), abs=1.5)
 
 
-def test_a_curve_is_monotone_whatever_its_slopes() -> None:
+def test_curve_is_monotone_for_any_slopes() -> None:
     p = np.array([1e6, 2e6, 4e6, 8e6])
     u = np.array([3.0, 2.9, 1.0, 0.99]) * 1e-7
     for compliance in (np.zeros(4), np.full(4, 1e-10), np.full(4, math.inf)):
@@ -192,7 +192,7 @@ def test_conductance_is_that_of_the_contacts() -> None:
     assert np.isnan(rc.interface_law(CONTACTS[0]).conductance).all()
 
 
-def test_each_branch_conducts_by_its_own_contacts() -> None:
+def test_each_branch_has_conductance_of_its_contacts() -> None:
     bodies = ("42CrMo4", rc.Conductor(conductivity=400))
     for branch, solved_ones in ((LOADING, CONTACTS), (UNLOADING, AGAIN)):
         each = [rc.conductance(one, *bodies).thermal_conductance for one in solved_ones]

@@ -90,9 +90,7 @@ def test_stripes_are_in_parallel_and_in_series(axis: int, periodic: tuple[int, .
 
 @pytest.mark.parametrize("periodic", [(), (0,), (1,), BOTH], ids=str)
 @pytest.mark.parametrize("axis", [0, 1])
-def test_a_sliding_face_drags_over_stripes_what_the_closed_form_says(
-    axis: int, periodic: tuple[int, ...]
-) -> None:
+def test_shear_flow_over_stripes_matches_closed_form(axis: int, periodic: tuple[int, ...]) -> None:
     profile = 1e-7 * (2 + np.random.default_rng(2).uniform(-1, 1, 24))
     across = np.broadcast_to(profile[:, None] if axis == 0 else profile, (24, 24))
     along = np.broadcast_to(profile if axis == 0 else profile[:, None], (24, 24))
@@ -150,9 +148,7 @@ def dragged(gap: Array, axis: int, periodic: tuple[int, ...]) -> float:
 
 @pytest.mark.parametrize("periodic", [(), BOTH], ids=str)
 @pytest.mark.parametrize("axis", [0, 1])
-def test_what_a_sliding_face_drags_along_follows_from_the_pressure_flow(
-    axis: int, periodic: tuple[int, ...]
-) -> None:
+def test_shear_flow_follows_from_pressure_flow(axis: int, periodic: tuple[int, ...]) -> None:
     gap = 1e-7 * np.random.default_rng(3).lognormal(0, 0.5, (12, 16))
     if periodic == BOTH:
         gap[2:4, 5:9] = gap[7, 2:4] = 0.0
@@ -222,7 +218,7 @@ def test_the_tensor_is_symmetric_and_positive(seed: int) -> None:
 
 
 @pytest.mark.parametrize("periodic", [(), (1,), BOTH], ids=str)
-def test_mirrors_shifts_and_exchange_of_axes_change_nothing(periodic: tuple[int, ...]) -> None:
+def test_flow_is_invariant_under_mirror_shift_and_transpose(periodic: tuple[int, ...]) -> None:
     gap = rough((48, 64), 3)
     k = along(gap, 0, periodic)
     assert along(gap[::-1], 0, periodic) == near(k, rel=1e-7)

@@ -245,7 +245,7 @@ def test_the_network_balances_as_newtons_method_has_it() -> None:
     assert found == pytest.approx(expected, rel=1e-4)
 
 
-def test_a_sample_stands_for_a_land_of_many_cells() -> None:
+def test_gas_flow_of_sample_matches_land_of_twelve_cells() -> None:
     # A land of twelve cells, solved as a whole, against one cell at two pressures.
     cell = rough((24, 24), 6)
     state = helium(2e5, 1e3)

@@ -48,7 +48,7 @@ def test_numbers_are_those_of_the_flow_through_the_gap() -> None:
     assert found.largest is RESULT
 
 
-def test_the_rate_goes_with_the_face_and_the_fluid() -> None:
+def test_rate_scales_with_seal_size_and_fluid() -> None:
     of_map = rc.leakage(RESULT, flow_axis="x", **WATER)
     ring = rc.leakage(RESULT, flow_axis="x", **WATER, seal_width="20 mm", seal_length="2 mm")
     assert ring.rate(1)[0] == near(10 * of_map.rate(1)[0])
@@ -155,12 +155,12 @@ def test_a_named_gas_leaks_in_units_of_leak_detection() -> None:
     assert rc.leakage(RESULT, **dense).rate(0) == near(liquid.rate(0), rel=5e-3)
 
 
-def test_the_option_offers_the_gases_that_are_known() -> None:
+def test_gas_option_lists_catalog_gases() -> None:
     gases = [row.name for row in fluids.entries().values() if isinstance(row, fluids.Gas)]
     assert list(GAS.parse.known) == gases  # type: ignore[attr-defined]
 
 
-def test_a_seal_of_known_size_has_the_class_of_its_larger_leak() -> None:
+def test_seal_of_known_size_has_class_of_larger_leak() -> None:
     assert rc.leakage(RESULT, **SEAL).leak_class is None
     assert rc.leakage(RESULT, **WATER, ring="40 mm").leak_class is None
     test = {"gas": "helium", "inlet": "1 bar", "outlet": "1 mbar"}
@@ -265,7 +265,7 @@ def test_missing_or_invalid_arguments_raise_input_error() -> None:
         rc.leakage(profile)
 
 
-def test_it_is_saved_as_a_table_and_as_json(tmp_path: Path) -> None:
+def test_leakage_is_saved_as_csv_and_json(tmp_path: Path) -> None:
     found = rc.leakage(RESULT, **WATER)
     found.save(tmp_path / "leak.csv")
     head, line = (tmp_path / "leak.csv").read_text("utf-8").splitlines()

@@ -60,7 +60,7 @@ def test_opposite_pass_mirrors_strain() -> None:
 
 
 @pytest.mark.long
-def test_where_the_path_begins_does_not_matter() -> None:
+def test_result_is_independent_of_start_position() -> None:
     line = Line(4.3, half_width=5, points=32)
     first = line.solved([line.at(x) for x in (0, 3, 6)])
     later = line.solved([line.at(x) for x in (10, 13, 16)])
@@ -112,7 +112,7 @@ def test_resumed_path_is_identical(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_both_bodies_yield_alike_where_they_roll() -> None:
+def test_equal_rolling_bodies_yield_equally() -> None:
     line = Line(4.3, half_width=5, points=32)
     # Twice as soft together, at the same pressure: the radius halves.
     roller = rc.Surface(2 * line.roller.heights, PIXEL, holes_masked=True)
@@ -425,7 +425,7 @@ def test_sliding_along_roller_axis_gives_caution(axis, direction, slides) -> Non
     assert (CautionTag.CYLINDER_SLIDES in cautions_of(found)) == slides
 
 
-def test_the_axis_is_known_of_nominal_cylinders_alone() -> None:
+def test_axis_is_known_for_nominal_cylinders_only() -> None:
     line = Line(3.0, half_width=5, points=40)
     lying = nominal_bodies.cylinder(radius=1e-3, shape=(8, 40), pixel=PIXEL)
     found = rc.roll(

@@ -53,7 +53,7 @@ def test_stresses_of_the_judge_are_those_of_a_half_plane(friction: float) -> Non
     )
 
 
-def test_the_judge_knows_what_is_known() -> None:
+def test_melan_limits_match_known_values() -> None:
     assert melan.first_yield(0.0, POISSON) == pytest.approx(3.1, rel=0.01)
     assert melan.limit_at(0.5, 0.0, POISSON) == pytest.approx(4.0, rel=1e-6)
     # At the surface k/μ as long as the stress across the plane takes no part.

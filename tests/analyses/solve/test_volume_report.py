@@ -135,7 +135,7 @@ def test_unloaded_the_pressure_is_that_of_the_largest_load(pressed, released, tm
 
 
 @pytest.mark.long
-def test_the_file_stands_alone(pressed, tmp_path: Path) -> None:
+def test_report_is_self_contained(pressed, tmp_path: Path) -> None:
     path = tmp_path / "out.html"
     pressed.report(path, "roughcontact solve <b>")
     text = path.read_text(encoding="utf-8")

@@ -138,7 +138,7 @@ def test_section_zooms_to_where_the_stress_is(along):
 
 
 @pytest.mark.long
-def test_units_are_those_of_what_is_shown():
+def test_units_fit_visible_range():
     # The largest stress lies 1 µm deep; depths go on to 2 mm.
     near = below(0.2, friction=0.6, depths=[3e-7, 1e-6, 1e-5, 1e-4, 2e-3])
     axes = plots.stress_depth(near).axes[0]
@@ -154,7 +154,7 @@ def test_units_are_those_of_what_is_shown():
     assert "nm" not in axes.get_title()
 
 
-def test_map_shows_the_peak_and_what_yields(light, heavy):
+def test_map_shows_peak_and_yielded_part(light, heavy):
     figure = plots.stress_map(light)
     image = figure.axes[0].images[0]
     np.testing.assert_allclose(image.get_array(), light.profile.peak * 1e-6, rtol=1e-6)

@@ -34,7 +34,7 @@ def found(pressed):
     return subsurface_stress.subsurface_stress(pressed)
 
 
-def test_it_is_the_stress_of_the_pressure(pressed, found):
+def test_stress_matches_summary_of_pressure(pressed, found):
     expected = stress_summary.summarize(pressed.pressure, PIXEL, 0.3, yield_strength=1e9)
     for name, value in vars(expected).items():
         np.testing.assert_array_equal(getattr(found.profile, name), value)
@@ -208,7 +208,7 @@ def test_insufficient_memory_raises_error(pressed, monkeypatch):
 @pytest.mark.parametrize("boundary", ["free", "periodic"])
 @pytest.mark.parametrize("precision", ["single", "double"])
 @pytest.mark.parametrize("friction", [0.0, 0.3])
-def test_memory_estimate_is_what_is_allocated(boundary, precision, friction):
+def test_memory_estimate_matches_allocation(boundary, precision, friction):
     options = {"boundary": boundary, "precision": precision, "friction": friction}
     pressure = np.zeros((300, 400))
     pressure[100:180, 100:250] = 1e9

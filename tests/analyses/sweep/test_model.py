@@ -43,7 +43,7 @@ def numbers(curve: rc.results.LoadCurve) -> list[tuple[float, ...]]:
 
 @pytest.mark.parametrize("boundary", ["free", "periodic"])
 @pytest.mark.parametrize("ceiling", ["auto", None])
-def test_every_step_is_what_solve_gives(ceiling: str | None, boundary: str) -> None:
+def test_every_step_matches_solve(ceiling: str | None, boundary: str) -> None:
     surface = rough()
     curve = rc.sweep(surface, material=STEEL, loads=LOADS, ceiling=ceiling, boundary=boundary)
     assert curve.column("load").tolist() == LOADS
@@ -115,9 +115,7 @@ def test_saturated_points_conduct(boundary: str) -> None:
 
 
 @pytest.mark.parametrize("boundary", ["free", "periodic"])
-def test_stiffness_takes_few_convolutions_and_is_good_to_its_digits(
-    monkeypatch: pytest.MonkeyPatch, boundary: str
-) -> None:
+def test_stiffness_needs_few_convolutions(monkeypatch: pytest.MonkeyPatch, boundary: str) -> None:
     result = rc.solve(rough(), load=1.0, material=STEEL, ceiling=None, boundary=boundary)
     shape = result.surface.shape
     operator = result.pair.operators("double", Workspace())(shape, (1, 1))
@@ -179,7 +177,7 @@ def test_sweep_needs_fewer_convolutions_than_chained_solves(
 
 
 @pytest.mark.parametrize("ceiling", ["calibrated", 1.05e9])
-def test_loads_near_what_the_ceiling_carries(ceiling: Any) -> None:
+def test_loads_near_capacity_are_solved(ceiling: Any) -> None:
     # Steps that are saturated all over, or whose own ceiling cannot carry the next load.
     soft = rc.Material(210e9, 0.3, 3.5e8)
     surface = rough(32)
@@ -226,7 +224,7 @@ def test_corrected_area_counts_the_seam_of_a_period() -> None:
     )
 
 
-def test_two_loads_have_a_slope_whatever_is_saturated() -> None:
+def test_two_saturated_loads_have_low_load_slope() -> None:
     curve = rc.sweep(rough(64), material=STEEL, loads=[1.0, 2.0])
     assert not curve.low_loads.any()
     secant = curve.steps[0].perimeter_corrected_area / curve.steps[0].load
@@ -461,7 +459,7 @@ def test_curve_on_disk(tmp_path: Path) -> None:
         curve.column("area")
 
 
-def test_loads_are_given_in_one_text_too() -> None:
+def test_loads_are_parsed_from_one_text() -> None:
     surface, steel = rc.Surface(*rc.reference_map(32)), rc.Material(210e9, 0.3)
     found = rc.sweep(surface, material=steel, loads="5 MPa, 10 MPa")
     same = rc.sweep(surface, material=steel, loads=["5 MPa", "10 MPa"])

@@ -87,7 +87,7 @@ def test_strip_and_tilt_raise_input_error() -> None:
         rc.tangential(tilted, friction=0.15, force=0.05)
 
 
-def test_a_profile_takes_line_loads_along_it() -> None:
+def test_profile_accepts_line_loads_along_it_only() -> None:
     result = rc.tangential(profile(), friction=0.15, force="1 N/mm")
     assert result.last.force == pytest.approx(1000)
     with pytest.raises(rc.InputError):
