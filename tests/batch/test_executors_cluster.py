@@ -108,7 +108,7 @@ def hidden(folder: Path) -> list[str]:
 
 
 @pytest.mark.process
-def test_a_cluster_gives_the_bits_of_local_processes_and_one_bad_file_fails_alone(
+def test_cluster_matches_local_processes_and_only_bad_file_fails(
     cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     cluster.add()
@@ -270,7 +270,7 @@ def test_processes_of_a_cluster_have_ended_when_it_is_stopped(
 
 
 @pytest.mark.process
-def test_a_cluster_of_this_machine_serves_none_but_the_run() -> None:
+def test_local_cluster_accepts_run_only() -> None:
     from distributed import Security, default_client
     from distributed.comm import connect
 

@@ -30,7 +30,7 @@ def test_processes_live_on(pool: LocalExecutor) -> None:
     assert len({future.result() for future in found}) <= 2
 
 
-def test_one_that_dies_takes_its_own_task_with_it_alone(pool: LocalExecutor) -> None:
+def test_lost_process_fails_its_task_only(pool: LocalExecutor) -> None:
     before = [pool.submit(abs, -number) for number in range(4)]
     dead = pool.submit(os._exit, 7)
     after = [pool.submit(abs, -number) for number in range(8)]
@@ -57,7 +57,7 @@ def test_an_error_of_a_task_is_raised_with_its_argument(pool: LocalExecutor) -> 
     assert caught.value.argument == "load"
 
 
-def test_an_end_is_within_a_second_and_fails_what_is_under_way() -> None:
+def test_shutdown_is_fast_and_fails_running_tasks() -> None:
     pool = LocalExecutor(2)
     pids = {pool.submit(os.getpid).result() for _ in range(4)}
     # Enough that those that wait cannot all be taken up and failed while the pool is being closed.

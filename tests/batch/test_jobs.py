@@ -97,7 +97,7 @@ def test_files_that_are_sent_give_the_same_bits(
     assert states(runner.run_project(entries, lambda report: None, engine)) == [KEPT] * 4
 
 
-def test_the_steps_of_a_sweep_are_sent_and_come_back(
+def test_steps_of_sweep_are_sent_and_returned(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = write_project(tmp_path / "there", 1)
@@ -115,7 +115,7 @@ def test_the_steps_of_a_sweep_are_sent_and_come_back(
     assert (steps / "step-0002.npz").exists()
 
 
-def test_what_is_too_large_to_be_sent_is_said(
+def test_too_large_transfer_fails_with_advice(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = write_project(tmp_path / "there", 1)

@@ -71,7 +71,7 @@ def known(entry: Entry, digest: str = "digest") -> Any:
     return plan.load_subtasks(entry, {"0": digest}).get("0")
 
 
-def test_what_is_kept_is_the_same_to_the_bit(entry: Entry) -> None:
+def test_saved_subtask_is_identical(entry: Entry) -> None:
     plan.save_piece(entry, "digest", FOUND)
     plan.save_piece(entry, "second", math.pi)
     found = plan.load_subtasks(entry, {"0": "digest", "1": "absent", "2": "second"})
@@ -88,12 +88,12 @@ def test_what_is_kept_is_the_same_to_the_bit(entry: Entry) -> None:
     plan.remove_pieces(entry)
 
 
-def test_what_json_does_not_know_is_not_kept(entry: Entry) -> None:
+def test_object_unknown_to_json_is_not_saved(entry: Entry) -> None:
     plan.save_piece(entry, "digest", [1.0, {"a": object()}])
     assert known(entry) is None
 
 
-def test_a_place_that_is_a_file_keeps_nothing(entry: Entry) -> None:
+def test_file_in_place_of_folder_saves_nothing(entry: Entry) -> None:
     entry.summary.parent.mkdir()
     place = entry.summary.with_suffix(".pieces")
     place.write_text("mine", encoding="utf-8")
@@ -121,7 +121,7 @@ def test_a_place_that_is_a_file_keeps_nothing(entry: Entry) -> None:
     ],
     ids=lambda found: str(found)[:40],
 )
-def test_what_is_not_ours_is_not_made(entry: Entry, found: Any) -> None:
+def test_foreign_class_in_saved_subtask_is_not_created(entry: Entry, found: Any) -> None:
     plan.save_piece(entry, "digest", 1.0)
     told(entry, lambda read: read.update(found=2.0))
     assert known(entry) == 2.0

@@ -105,9 +105,7 @@ PRESSURE = b'"max_pressure": [\n    '
         lambda here: (here / "p" / "one.json").write_text("[" * 100000),
     ],
 )
-def test_a_damaged_file_is_not_taken_for_solved(
-    damage: Callable[[Path], object], moved: Path
-) -> None:
+def test_damaged_file_is_not_complete(damage: Callable[[Path], object], moved: Path) -> None:
     (entry,) = project.read_project(moved / "p.toml")
     assert plan.find_complete(entry, plan.request_digest(entry)) is not None
     damage(moved)
@@ -213,9 +211,7 @@ def test_file_without_checksum_is_solved_again(moved: Path) -> None:
     assert plan.request_digest(entry) != plan.request_digest(entry)
 
 
-def test_a_file_that_cannot_be_read_fails_alone(
-    moved: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_only_unreadable_file_fails(moved: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (entry,) = project.read_project(moved / "p.toml")
     before = plan.request_digest(entry)
 

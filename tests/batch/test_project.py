@@ -111,7 +111,7 @@ load = ["60 N", "100 N"]
 
 @pytest.mark.slow
 @pytest.mark.process
-def test_contacts_of_the_volume_model_are_kept_apart(tmp_path: Path, capsys: Capture) -> None:
+def test_contacts_of_volume_model_have_separate_folders(tmp_path: Path, capsys: Capture) -> None:
     np.save(tmp_path / "flat.npy", np.zeros((24, 24)))
     path = tmp_path / "volume.toml"
     path.write_text(VOLUME, encoding="utf-8")
@@ -157,7 +157,7 @@ def test_a_project_names_contacts_materials_and_files(folder: Path) -> None:
 
 
 @pytest.mark.process
-def test_contacts_are_solved_kept_and_solved_again_when_changed(
+def test_contacts_are_solved_saved_and_solved_again_after_change(
     folder: Path, capsys: Capture
 ) -> None:
     assert app.main(["run", str(folder / "project.toml"), "--json"]) == app.SOLVED
@@ -183,7 +183,7 @@ def test_contacts_are_solved_kept_and_solved_again_when_changed(
     assert [report["state"] for report in told] == ["solved before", "solved", "solved"]
 
 
-def test_a_material_of_its_own_comes_before_constants_of_all(folder: Path) -> None:
+def test_material_of_contact_overrides_defaults(folder: Path) -> None:
     text = PROJECT.replace('material = "steel"', 'young = "70 GPa"\npoisson = 0.2')
     soft = '[materials.soft]\nyoung = "1 GPa"\npoisson = 0.4\n\n[defaults]'
     own = '\n[[contact]]\nname = "{0}"\nfile = "rough.npy"\nload = "1 mN"\n{1}\n'
@@ -324,7 +324,7 @@ file = "rough.npy"
 
 
 @pytest.mark.long
-def test_what_a_killed_step_left_is_removed(folder: Path) -> None:
+def test_files_of_killed_step_are_removed(folder: Path) -> None:
     pytest.importorskip("fcntl")
     path = folder / "short.toml"
     path.write_text(LONG.replace("10000", "2"), encoding="utf-8")
@@ -666,7 +666,7 @@ def test_endless_file_has_no_stable_digest(folder: Path) -> None:
         ),
     ],
 )
-def test_no_contact_replaces_what_another_needs(
+def test_output_over_input_of_other_contact_raises_error(
     old: str, new: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     monkeypatch.chdir(tmp_path)

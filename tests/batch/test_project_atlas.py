@@ -17,7 +17,7 @@ from roughcontact.analyses.tasks import LOCAL
 
 
 @pytest.mark.slow
-def test_cases_come_back_from_other_processes(
+def test_cases_are_returned_from_other_processes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     place = tmp_path / "ceiling.csv"

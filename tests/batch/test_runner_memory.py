@@ -46,7 +46,7 @@ def narrow(workers: int) -> Iterator[Engine]:
 @pytest.mark.slow
 @pytest.mark.process
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="RLIMIT_AS is heeded on Linux")
-def test_a_contact_that_fills_the_memory_of_a_process_fails_alone(
+def test_only_contact_exceeding_memory_fails(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = write_project(tmp_path, 2, LARGE)
