@@ -134,7 +134,7 @@ def test_module_runs_as_a_program() -> None:
     )
 
 
-def test_importing_the_command_line_leaves_heavy_packages_alone() -> None:
+def test_import_of_command_line_loads_no_heavy_packages() -> None:
     code = (
         "import sys, roughcontact.cli.app; "
         "sys.exit(bool({'matplotlib', 'xarray', 'pint', 'SurfaceTopography'} & set(sys.modules)))"
@@ -180,7 +180,7 @@ def test_solve_prints_a_table_that_fits_80_columns(
     }
 
 
-def test_json_is_what_the_library_returns(rough: Path, capsys: Capture) -> None:
+def test_json_matches_library(rough: Path, capsys: Capture) -> None:
     assert solve(rough, *YIELDING, "--json") == app.SOLVED
     out, err = capsys.readouterr()
     assert err == ""
@@ -263,7 +263,7 @@ def test_every_option_reaches_the_library(rough: Path, holed: Path, capsys: Capt
     assert told["contact_modulus"] == pytest.approx(1 / (0.91 / 210e9 + (1 - 0.33**2) / 70e9))
 
 
-def test_ceiling_is_automatic_given_or_none(rough: Path, capsys: Capture) -> None:
+def test_ceiling_option_sets_ceiling(rough: Path, capsys: Capture) -> None:
     for options, ceiling in (
         (YIELDING, 3e9),
         ((*YIELDING, "--ceiling", "none"), None),
@@ -601,7 +601,7 @@ def test_usage_errors_return_2(arguments: list[str], words: list[str], capsys: C
         (("--load", "61 N", *YIELDING), ("--load = 61 N", "60 N")),
     ],
 )
-def test_bad_arguments_end_in_one_sentence(
+def test_invalid_arguments_are_rejected_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     output = ("--output", str(tmp_path / "out.nc"))
@@ -625,7 +625,7 @@ def test_bad_arguments_end_in_one_sentence(
         ("complex.npy", np.ones((3, 3)) * 1j, ("complex.npy", "complex128")),
     ],
 )
-def test_bad_files_end_in_one_sentence(
+def test_invalid_files_are_rejected_in_one_sentence(
     command: str,
     name: str,
     content: bytes | str | np.ndarray | None,
@@ -742,7 +742,7 @@ def test_rejected_run_keeps_old_output(rough: Path, tmp_path: Path, capsys: Capt
     assert read_result(output).converged
 
 
-def test_a_full_disk_is_one_sentence_after_the_numbers(
+def test_full_disk_is_reported_after_numbers(
     rough: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(*_: object, **__: object) -> None:
@@ -790,7 +790,7 @@ def test_an_interrupted_solve_writes_nothing(
 
 
 @pytest.mark.long
-def test_an_interrupted_write_names_what_is_complete(
+def test_interrupted_write_lists_complete_files(
     rough: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(maps, "gap", interrupt)
@@ -821,7 +821,7 @@ def test_an_interruption_names_few_of_many_files(
     assert err.count(".json") == 8
 
 
-def test_too_little_memory_is_one_sentence(
+def test_insufficient_memory_is_reported_in_one_sentence(
     rough: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as scarce:
@@ -1014,7 +1014,7 @@ def test_measured_files_are_solved(name: str, load: str, ceiling: str, capsys: C
 @needs_reader
 @pytest.mark.parametrize("command", ["solve", "info"])
 @pytest.mark.parametrize("name", ["bullet_land_original.x3p", "di_corrupted.di"])
-def test_damaged_measurements_end_in_one_sentence(
+def test_damaged_measurements_are_rejected_in_one_sentence(
     name: str, command: str, tmp_path: Path, capsys: Capture
 ) -> None:
     options = ["--load", "1 N", *STEEL, "--output", str(tmp_path / "out.nc")]
@@ -1100,7 +1100,7 @@ def test_holes_can_be_cut_away(holed: Path, capsys: Capture) -> None:
         (("--s-filter", "1 nm"), ("cutoff",)),
     ],
 )
-def test_bad_preparation_is_one_sentence(
+def test_invalid_preparation_is_rejected_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
 ) -> None:
     refused(capsys, solve(rough, *STEEL, *options), *words)
@@ -1130,9 +1130,7 @@ def sweep(path: Path, *options: str) -> int:
     return app.main(["sweep", str(path), *SCALE, *STEEL, *missing, *options])
 
 
-def test_sweep_writes_what_the_library_returns(
-    rough: Path, tmp_path: Path, capsys: Capture
-) -> None:
+def test_sweep_output_matches_library(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     output, folder = tmp_path / "curve.csv", tmp_path / "steps"
     assert sweep(rough, "--steps", "4", "--output", str(output), "--folder", str(folder)) == 0
     out, err = capsys.readouterr()
@@ -1177,13 +1175,13 @@ def test_sweep_over_approaches_draws(rough: Path, tmp_path: Path, capsys: Captur
         (("--output", "absent/curve.csv"), ("'absent' does not exist",)),
     ],
 )
-def test_bad_sweeps_end_in_one_sentence(
+def test_invalid_sweeps_are_rejected_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
 ) -> None:
     refused(capsys, sweep(rough, *options), *words)
 
 
-def test_an_option_of_one_value_is_given_once(rough: Path, capsys: Capture) -> None:
+def test_repeated_single_option_is_rejected(rough: Path, capsys: Capture) -> None:
     refused(capsys, solve(rough, *STEEL, "--load", "1 N"), "--load is given 2 times", "0.1 N, 1 N")
 
 
@@ -1234,7 +1232,7 @@ def test_maps_of_different_grids_are_aligned(rough: Path, tmp_path: Path, capsys
     refused(capsys, solve(rough, *STEEL, *counter, "--offset", "5 um"), "--offset needs two")
 
 
-def test_materials_come_from_the_catalogue(rough: Path, capsys: Capture) -> None:
+def test_materials_are_read_from_catalog(rough: Path, capsys: Capture) -> None:
     options = ("--material", "AISI 52100", "--counter-material", "alumina", "--young", "205 GPa")
     assert solve(rough, *options, "--json") == app.SOLVED
     told = json.loads(capsys.readouterr().out)
@@ -1275,7 +1273,7 @@ def test_materials_lists_the_catalogue_with_sources(capsys: Capture) -> None:
         (("--counter-body", "cone 1 mm"), ("--counter-body",)),
     ],
 )
-def test_bad_bodies_end_in_one_sentence(
+def test_invalid_bodies_are_rejected_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
 ) -> None:
     refused(capsys, solve(rough, *STEEL, *options), *words)
@@ -1342,7 +1340,7 @@ def test_history_writes_steps_and_the_indented_surface(
         (("--path", "1 N", "--output", "out.nc"), ("--output needs a name that ends in .csv",)),
     ],
 )
-def test_bad_histories_end_in_one_sentence(
+def test_invalid_histories_are_rejected_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     written = (
@@ -1394,7 +1392,7 @@ def test_report_holds_study_notes_and_command(rough: Path, tmp_path: Path, capsy
         ("uncd_afm.001", "1 uN"),
     ],
 )
-def test_every_measurement_gets_a_report_in_one_line(
+def test_every_measurement_has_one_line_report(
     name: str, load: str, tmp_path: Path, capsys: Capture
 ) -> None:
     report = tmp_path / "out.html"
@@ -1460,7 +1458,7 @@ def test_stress_of_a_ball_is_hertz(tmp_path: Path, capsys: Capture) -> None:
         (("--load", "99 N"), ("60 N",)),
     ],
 )
-def test_bad_stress_ends_in_one_sentence(
+def test_invalid_stress_is_rejected_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     load = () if "--load" in options else ("--load", "0.5 N")
@@ -1741,7 +1739,7 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
         ),
     ],
 )
-def test_bad_volume_models_end_in_one_sentence(
+def test_invalid_volume_models_are_rejected_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
 ) -> None:
     refused(capsys, solve(rough, *YIELDING, *options), *words)
@@ -1754,9 +1752,7 @@ def test_the_volume_model_needs_a_body_that_yields(rough: Path, capsys: Capture)
 
 
 @pytest.mark.long
-def test_the_volume_model_takes_the_options_of_the_solver(
-    rough: Path, tmp_path: Path, capsys: Capture
-) -> None:
+def test_volume_model_accepts_solver_options(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     out = tmp_path / "out.json"
     given = ("--model", "elastoplastic", "--increments", "1", "--precision", "double")
     assert solve(rough, *YIELDING, *given, "--tolerance", "1e-3", "--output", str(out)) == 0

@@ -121,7 +121,7 @@ def left(folder: Path) -> set[str]:
     "name",
     [name if name == "sweep" else pytest.param(name, marks=pytest.mark.process) for name in CASES],
 )
-def test_a_request_to_end_leaves_what_is_complete(name: str, tmp_path: Path) -> None:
+def test_sigterm_keeps_complete_files(name: str, tmp_path: Path) -> None:
     status, err = ended(tmp_path, name, signal.SIGTERM)
     kept = CASES[name][2]
     assert (status, err) == (
@@ -132,7 +132,7 @@ def test_a_request_to_end_leaves_what_is_complete(name: str, tmp_path: Path) -> 
     assert left(tmp_path) == {"rough.npy", *kept, *records}
 
 
-def test_a_terminal_that_is_closed_ends_it_alike(tmp_path: Path) -> None:
+def test_closed_terminal_keeps_complete_files(tmp_path: Path) -> None:
     status, err = ended(tmp_path, "sweep", signal.SIGHUP)
     assert (status, err.count("\n")) == (128 + signal.SIGHUP, 1)
     assert left(tmp_path) == {"rough.npy", "kept/sweep.json", "kept/step-0001.npz"}

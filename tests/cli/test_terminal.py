@@ -164,7 +164,7 @@ def test_poor_terminals(run: Run, settings: dict[str, str]) -> None:
     assert done.stderr.count("\n") == 1
 
 
-def test_a_long_name_leaves_room_for_the_answer(capsys: pytest.CaptureFixture[str]) -> None:
+def test_long_name_is_shortened_before_answer(capsys: pytest.CaptureFixture[str]) -> None:
     told = {"answer": "3.5 % of the face is in contact (3.4 to 4.2 %)."}
     long = "the sample that was ground twice, lapped once and measured in the middle"
     names = ["short", "x" * 45, long, "é" * 200]
@@ -207,7 +207,7 @@ def test_exit_status_names_signal_caught_in_c_code(tmp_path: Path) -> None:
     assert done.returncode == app.SIGNALED + signal.SIGTERM
 
 
-def test_a_line_of_progress_where_there_is_no_terminal(
+def test_progress_without_terminal_prints_lines(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(terminal, "PROGRESS_INTERVAL", 2.0)
@@ -237,7 +237,7 @@ def test_a_line_of_progress_where_there_is_no_terminal(
 
 
 @pytest.mark.skipif(os.name == "nt", reason="there are no pseudo-terminals")
-def test_a_terminal_shows_the_time_left_as_it_runs_down(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_terminal_counts_down_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
     import pty
 
     reading, writing = pty.openpty()
