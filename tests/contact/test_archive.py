@@ -254,7 +254,7 @@ def test_attributes(tmp_path: Path, result: rc.ContactResult) -> None:
     assert "material_hardness" not in attributes
 
 
-def test_attributes_of_a_body_of_known_hardness(tmp_path: Path) -> None:
+def test_attributes_of_body_with_hardness(tmp_path: Path) -> None:
     solved("hardness").save(tmp_path / "out.nc")
     attributes = bare(tmp_path / "out.nc").attrs
     assert attributes["material_hardness"] == attributes["ceiling"] == CERAMIC.hardness
@@ -350,7 +350,7 @@ def test_a_failing_write_leaves_the_old_file(
     assert os.listdir(tmp_path) == ["out.nc"]
 
 
-def test_short_of_memory_the_same_file_goes_straight_to_the_disk(
+def test_low_memory_writes_same_file_directly(
     tmp_path: Path, result: rc.ContactResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     result.save(tmp_path / "out.nc")

@@ -190,7 +190,7 @@ def test_failed_files_are_reported_in_one_sentence_each(
     assert (told.out, told.err.count("\n")) == ("", 1)
 
 
-def test_json_holds_what_the_table_shows(tmp_path: Path, capsys, monkeypatch) -> None:
+def test_json_matches_table(tmp_path: Path, capsys, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     solved().save("sound.nc")
     assert app.main(["verify", "sound.nc", "absent.nc", "--json"]) == app.BAD_INPUT

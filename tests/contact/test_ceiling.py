@@ -104,7 +104,7 @@ def test_a_tilted_map_and_a_second_ball_change_nothing() -> None:
         assert advice.load_ratio == pytest.approx(expected.load_ratio, rel=1e-3)
 
 
-def test_a_material_that_hardens_is_taken_at_the_strain_of_the_contact() -> None:
+def test_hardening_material_uses_flow_stress_at_contact_strain() -> None:
     linear = rc.Material(210e9, 0.3, hardening=Linear(1e9, 210e9 / 20))
     advice = recommended_ceiling(sphere(300, linear))
     assert advice.flow_stress == pytest.approx(1e9 + 210e9 / 20 * 0.15 * advice.slope)
@@ -206,9 +206,7 @@ def advised(ratio: float, material: rc.Material = STEEL, **more) -> rc.ContactRe
     ],
 )
 @pytest.mark.parametrize("ratio", [3, 40, 300])
-def test_a_recommended_ceiling_is_what_its_own_solution_recommends(
-    ratio: float, body: rc.Material
-) -> None:
+def test_calibrated_ceiling_is_self_consistent(ratio: float, body: rc.Material) -> None:
     result = advised(ratio, body)
     assert result.converged
     assert 1 <= result.calibration.solves <= 4
@@ -232,7 +230,7 @@ def test_a_recommended_ceiling_is_what_its_own_solution_recommends(
     strength=st.floats(8.5, 10.5),
     poisson=st.floats(0, 0.49),
 )
-def test_on_rough_maps_it_settles_or_says_by_how_much_not(
+def test_ceiling_of_rough_maps_converges_or_reports_mismatch(
     seed: int, load: float, strength: float, poisson: float
 ) -> None:
     heights, pixel = rc.reference_map(32, rng=seed)
@@ -305,7 +303,7 @@ def test_confined_spots_have_the_area_of_the_elastoplastic_model(pressure, volum
     assert interval.low < volume < interval.high <= 1
 
 
-def test_no_interval_and_no_advice_exceeds_the_face() -> None:
+def test_interval_and_calibrated_area_are_within_face() -> None:
     for pressure in ("2 GPa", "2.5 GPa", "2.9 GPa", "2.99 GPa"):
         result = solve_egg_box(pressure)
         (interval,) = (i for i in uncertainty_intervals(result) if i.name == "contact_fraction")
@@ -341,7 +339,7 @@ def test_too_low_calibrated_ceiling_raises_capacity_error() -> None:
 
 
 @pytest.mark.parametrize("body", [rc.Material(210e9, 0.3), rc.Material(400e9, 0.2, hardness=15e9)])
-def test_without_a_yield_strength_none_can_be_recommended(body: rc.Material) -> None:
+def test_calibrated_ceiling_without_yield_strength_raises_input_error(body: rc.Material) -> None:
     ball = sphere(12).surface
     with pytest.raises(rc.InputError, match='ceiling="calibrated" needs the yield'):
         rc.solve(ball, material=body, load=1.0, ceiling="calibrated")

@@ -56,7 +56,7 @@ SPHERES = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("poisson", "ratio"), SPHERES)
-def test_the_area_of_a_sphere_whatever_poissons_ratio(poisson: float, ratio: float) -> None:
+def test_area_of_sphere_for_any_poisson_ratio(poisson: float, ratio: float) -> None:
     case, found = volume(poisson, ratio)
     usual, advised = (ceiling_rule.under(case, found, name) for name in ("auto", "calibrated"))
     # The rule is right to 3 %; steps this large and whole pixels add some. The one before, which
@@ -69,7 +69,7 @@ def test_the_area_of_a_sphere_whatever_poissons_ratio(poisson: float, ratio: flo
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("poisson", "ratio"), SPHERES[:2])
-def test_what_stays_of_a_sphere_is_what_the_caution_says(poisson: float, ratio: float) -> None:
+def test_residual_indentation_of_sphere_matches_caution(poisson: float, ratio: float) -> None:
     case, found = volume(poisson, ratio)
     for ceiling in ("auto", "calibrated"):
         told = ceiling_rule.under(case, found, ceiling)
@@ -86,7 +86,7 @@ def test_what_stays_of_a_sphere_is_what_the_caution_says(poisson: float, ratio: 
 
 
 @pytest.mark.slow
-def test_a_history_says_what_its_ceiling_leaves_behind() -> None:
+def test_history_caution_matches_residual_indentation() -> None:
     case, found = volume(0.45, 40)
     path = [found["load"], 0.0]
     usual = load_history(case.surface, path, material=case.material)
@@ -105,7 +105,7 @@ def test_a_history_says_what_its_ceiling_leaves_behind() -> None:
     assert better.indentation.max() / found["depth"] == pytest.approx(1.1, abs=0.1)
 
 
-def test_three_yield_strengths_leave_what_plasticity_does_at_full_plasticity() -> None:
+def test_three_yield_strengths_match_full_plasticity() -> None:
     # At 400 times first yield they leave 1.0 and 1.1 times as much.
     advice = CalibratedCeiling(400, 0.1, 1e9, 1.615e9, 2.68e9, 2.68)
     caution = plausibility.indentation_caution(advice, 3e9)
@@ -118,7 +118,7 @@ def test_three_yield_strengths_leave_what_plasticity_does_at_full_plasticity() -
     assert far.severity is Severity.WARNING
 
 
-def test_a_path_that_indented_before_its_largest_load_is_judged_by_the_untouched_bodies() -> None:
+def test_caution_of_stepped_path_uses_initial_bodies() -> None:
     case = ceiling_rule.sphere(40, steel(0.3), points=POINTS)
     load = case.path[-1]
     at_once, in_steps = (
@@ -158,7 +158,7 @@ def test_the_law_begins_with_hertz_and_ends_at_three() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("seed", "load"), [(1, 0.3), (3, 1.0)])
-def test_the_interval_of_a_joint_holds_what_the_volume_gives(seed: int, load: float) -> None:
+def test_interval_of_joint_covers_volume_model(seed: int, load: float) -> None:
     n = 48
     heights = rc.self_affine(
         (n, n),

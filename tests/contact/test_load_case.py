@@ -136,7 +136,7 @@ def test_load_form_unfit_for_bodies_raises_input_error(
 
 
 @pytest.mark.parametrize("load", ["20 MPa", rc.LineLoad("2 N/mm"), "hertz 200 MPa"])
-def test_the_result_keeps_how_its_load_was_given(load: Any, tmp_path: Path) -> None:
+def test_result_keeps_specified_load(load: Any, tmp_path: Path) -> None:
     result = rc.solve(ROLLER, material=STEEL, load=load, boundary="periodic-x")
     assert result.specified_load is not None
     assert result.specified_load.form == load_case.parse_load(load)
@@ -156,7 +156,7 @@ def test_the_result_keeps_how_its_load_was_given(load: Any, tmp_path: Path) -> N
     assert plain.pressure.tobytes() == result.pressure.tobytes()
 
 
-def test_curves_and_histories_take_every_form() -> None:
+def test_curves_and_histories_accept_every_form() -> None:
     options: dict[str, Any] = {"material": rc.Material(210e9, 0.3, 1e9), "boundary": "periodic-x"}
     curve = rc.sweep(ROLLER, loads=["5 MPa", rc.NominalPressure("20 MPa")], **options)
     area = ROLLER.size[0] * ROLLER.size[1]
@@ -172,7 +172,7 @@ def test_curves_and_histories_take_every_form() -> None:
     assert history.summary()["given_loads"][1]["value"] == 2e3
 
 
-def test_a_profile_takes_loads_per_length() -> None:
+def test_profile_accepts_loads_per_length() -> None:
     x = (np.arange(200) - 99.5) * 1e-6
     profile = rc.Surface(-(x**2) / 0.02, 1e-6)
     asked = {form: rc.solve(profile, material=STEEL, load=form) for form in ("20 N/mm", "100 MPa")}
@@ -238,7 +238,7 @@ def test_invalid_loads_are_rejected_in_one_sentence(
     assert complaint.count("\n") == 1
 
 
-def test_sweeps_and_histories_take_every_form_on_the_command_line(capsys: Capture) -> None:
+def test_command_line_accepts_every_form_of_load(capsys: Capture) -> None:
     sweep = ("sweep", *STRIP, "--steps", "3", "--from", "hertz 100 MPa", "--to", "hertz 400 MPa")
     curve = told(capsys, *sweep)
     forces = [hertz.line_load(p, 0.01, MODULUS) * 25e-6 for p in (1e8, 2e8, 4e8)]
@@ -255,7 +255,7 @@ def test_sweeps_and_histories_take_every_form_on_the_command_line(capsys: Captur
     assert [one["form"] for one in history["given_loads"]] == ["line load", "nominal pressure"]
 
 
-def test_stress_takes_a_peak_of_hertz(capsys: Capture) -> None:
+def test_stress_accepts_hertz_peak(capsys: Capture) -> None:
     ball = (
         "--body",
         "sphere 1 mm",
@@ -273,7 +273,7 @@ def test_stress_takes_a_peak_of_hertz(capsys: Capture) -> None:
     assert below["given_load"]["value"] == 4e9
 
 
-def test_a_project_takes_lists_of_peaks(tmp_path: Path) -> None:
+def test_project_accepts_lists_of_peaks(tmp_path: Path) -> None:
     path = tmp_path / "project.toml"
     path.write_text(
         '[[contact]]\nname = "roller"\nbody = "cylinder 10 mm"\npoints = "64x16"\n'

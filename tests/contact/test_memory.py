@@ -87,7 +87,7 @@ def test_a_container_of_version_2(tmp_path: Path) -> None:
     assert left(tmp_path) == [6 * GIB]
 
 
-def test_what_is_throttled_is_not_free(tmp_path: Path) -> None:
+def test_memory_above_high_limit_is_not_free(tmp_path: Path) -> None:
     tree(tmp_path, "0::/", second("", 8 * GIB, 3 * GIB, high=4 * GIB))
     assert left(tmp_path) == [GIB]
     tree(tmp_path, "0::/", second("", "max", 3 * GIB, high=5 * GIB))
@@ -199,13 +199,13 @@ def test_single_and_periodic_need_less(shape: tuple[int, int]) -> None:
     assert memory_estimate(shape, boundary="periodic") < memory_estimate(shape)
 
 
-def test_estimate_holds_at_least_what_is_returned() -> None:
+def test_estimate_exceeds_returned_arrays() -> None:
     # Pressure and gap, and the spectra of the padded rows, in double.
     n = 1000
     assert memory_estimate((n, n)) > 8 * n * n * (2 + 2)
 
 
-def test_the_message_says_need_free_and_what_fits(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_message_states_need_free_memory_and_fitting_grid(monkeypatch: pytest.MonkeyPatch) -> None:
     shape = (20000, 10000)
     need, full = memory_estimate(shape, contact_fraction=0.0), memory_estimate(shape)
     leave(monkeypatch, need / 10)
@@ -299,7 +299,7 @@ def rough(points: int = 96) -> rc.Surface:
 
 @pytest.mark.parametrize("boundary", Boundary)
 @pytest.mark.parametrize("approach", [None, 2e-7])
-def test_scarce_memory_is_judged_by_the_contact(
+def test_memory_check_uses_size_of_contact(
     boundary: str, approach: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     surface = rough()
@@ -330,7 +330,7 @@ def test_a_start_is_part_of_the_contact(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 @pytest.mark.parametrize(("ceiling", "fits"), [(None, True), (3e9, False)])
-def test_a_start_that_cannot_carry_the_load_takes_all_of_the_map(
+def test_guess_with_low_ceiling_needs_memory_of_whole_map(
     ceiling: float | None, fits: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     surface, given = rough(), {"material": STEEL, "ceiling": ceiling}

@@ -66,7 +66,7 @@ def test_bytes_of_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("value", [0, -1, 11, 10**30, 2.0, "3", None, math.inf])
-def test_a_count_says_name_value_and_bounds(value: object) -> None:
+def test_count_error_states_name_value_and_bounds(value: object) -> None:
     require_count(1, 10, first=1, last=10, numpy=np.int64(4))
     with pytest.raises(InputError) as caught:
         require_count(1, 10, good=3, turns=value)
@@ -100,7 +100,7 @@ def test_a_count_says_name_value_and_bounds(value: object) -> None:
         ("shape", lambda: MAP.resampled(shape=tuple(np.array([2**40, 2**40])))),
     ],
 )
-def test_no_count_is_taken_that_nothing_could_hold(
+def test_huge_counts_raise_input_error(
     argument: str, ask: Callable[[], object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     leave(monkeypatch, 2**60)

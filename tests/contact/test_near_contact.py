@@ -53,7 +53,7 @@ def test_steep_contact_is_reported() -> None:
     assert CautionTag.UNITS in kinds(rc.solve(steep, material=STEEL, load=1e-4))
 
 
-def test_missing_points_count_inside_the_contact_alone() -> None:
+def test_missing_points_count_inside_contact_only() -> None:
     body = nominal_bodies.sphere(radius=R, shape=(64, 64), pixel=PIXEL)
     inside, outside = body.heights.copy(), body.heights.copy()
     inside[32, 31:33] = np.nan
@@ -70,7 +70,7 @@ def test_missing_points_count_inside_the_contact_alone() -> None:
     assert caution.numbers["share"] == pytest.approx(2 / (2 + near))
 
 
-def test_map_alone_is_judged_by_half_of_its_slopes() -> None:
+def test_map_units_are_checked_by_half_of_slopes() -> None:
     heights = np.random.default_rng(3).normal(size=(64, 64))
     surface = rc.Surface(1e-8 * heights, (1e-6, 1e-6))
     assert not plausibility.map_cautions(surface)

@@ -29,7 +29,7 @@ def test_the_gap_is_from_the_first_touch() -> None:
     assert not both.has_holes
 
 
-def test_what_is_missing_on_either_body_is_missing_in_the_gap() -> None:
+def test_missing_points_of_either_body_are_missing_in_gap() -> None:
     holed = HEIGHTS.copy()
     holed[2, 3] = np.nan
     for pair in (
@@ -98,7 +98,7 @@ def test_unequal_grids_raise_input_error_with_align_option() -> None:
     assert ArgumentRef("align", True) in caught.value.parts
 
 
-def test_a_nominal_counter_body_takes_the_grid_of_the_map() -> None:
+def test_nominal_counter_body_uses_grid_of_map() -> None:
     rough = surface()
     ball = rc.sphere("6 mm", shape=rough.shape, pixel=rough.pixel)
     pairs = [
@@ -110,7 +110,7 @@ def test_a_nominal_counter_body_takes_the_grid_of_the_map() -> None:
 
 
 @pytest.mark.long
-def test_every_task_takes_a_nominal_counter_body() -> None:
+def test_every_task_accepts_nominal_counter_body() -> None:
     ball = rc.sphere("6 mm")
     rough: dict = {"surface": surface(), "material": STEEL, "counter_surface": ball}
     once = rc.solve(**rough, load=0.01)

@@ -39,7 +39,7 @@ def test_bands_are_whole_on_the_coarsest_grid(shape):
         ({"PMI_SIZE": ""}, False),
     ],
 )
-def test_who_started_this_process(monkeypatch, environment, expected):
+def test_parallel_run_is_recognized_by_environment(monkeypatch, environment, expected):
     for name in ranks._SIZES:
         monkeypatch.delenv(name, raising=False)
     for name, value in environment.items():

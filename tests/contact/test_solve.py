@@ -559,7 +559,7 @@ def test_full_periodic_contact(independent):
 # --- start, precision, failure ---------------------------------------------------------------
 
 
-def test_a_start_from_a_higher_load_keeps_what_is_saturated() -> None:
+def test_guess_from_higher_load_saves_convolutions() -> None:
     surface = rc.Surface(*rc.reference_map(256, 1))
     options = {"material": STEEL, "ceiling": 3e9}
     for load in (0.2, 1.0):
@@ -593,7 +593,7 @@ def test_start_from_a_neighbouring_load(independent, ceiling):
 
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 @pytest.mark.parametrize("ceiling", [None, 3e9, 0.1e9 / 0.9])
-def test_single_precision_reaches_what_it_promises(independent, ceiling, boundary):
+def test_single_precision_reaches_its_tolerance(independent, ceiling, boundary):
     options = {"material": STEEL, "load": LOAD, "ceiling": ceiling, "boundary": boundary}
     surface = reference(128)
     single = rc.solve(surface, precision="single", **options)
@@ -626,7 +626,7 @@ def test_single_precision_does_not_converge_to_1e_10():
 
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 @pytest.mark.parametrize("mean", [1e2, 1e4, 1e6])
-def test_single_precision_counts_in_what_its_digits_lose(independent, mean, boundary):
+def test_single_precision_includes_rounding(independent, mean, boundary):
     # A steep ball under a low ceiling: the last digit of the gap is worth more than the pressure.
     y, x = np.mgrid[-63:63, -4:4] + 0.5
     surface = rc.Surface(-(x**2 + y**2) * 1e-8, (1e-6, 1e-6))
@@ -719,7 +719,7 @@ def test_the_same_call_gives_the_same_bits():
     assert one.approach == two.approach
 
 
-def test_inputs_are_left_alone():
+def test_inputs_are_not_changed():
     heights = rough().heights.copy()
     ceiling = np.full(heights.shape, 2e9)
     surface = rc.Surface(heights, rough().pixel)
@@ -883,7 +883,7 @@ def test_holes_have_to_be_handled():
         assert rc.solve(handled, material=STEEL, load=0.1).converged
 
 
-def test_bodies_whose_holes_leave_nothing_to_touch():
+def test_bodies_without_common_points_raise_error():
     one, two = np.zeros((4, 6)), np.zeros((4, 6))
     one[:, :3] = np.nan
     two[:, 3:] = np.nan
@@ -948,7 +948,7 @@ def test_two_rigid_bodies():
     np.testing.assert_array_equal(one.pressure, two.pressure)
 
 
-def test_capacity_names_the_load_and_what_can_be_carried():
+def test_capacity_error_states_load_and_capacity():
     surface = rough()
     capacity = 1e8 * area(surface)
     with pytest.raises(rc.CapacityError, match=f"load = 0.5 N.*{capacity:.6g} N"):

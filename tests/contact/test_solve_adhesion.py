@@ -53,7 +53,7 @@ def test_large_and_soft_spheres_are_those_of_johnson_kendall_and_roberts(load: f
     assert found == pytest.approx(exact, rel=0.003)
 
 
-def test_the_pull_off_force_goes_from_two_to_one_and_a_half() -> None:
+def test_pull_off_force_is_between_dmt_and_jkr() -> None:
     for tabor, factor in ((1e-4, 2.0), (1e4, 1.5)):
         work = work_of(tabor)
         force = hertz.pull_off(RADIUS, MODULUS, work)

@@ -71,7 +71,7 @@ def test_no_contact_has_no_spots() -> None:
     assert found.load.size == found.peak.size == 0
 
 
-def test_a_result_knows_its_spots() -> None:
+def test_result_returns_spots() -> None:
     y, x = np.mgrid[-16:16, -16:16] * 1e-6
     surface = rc.Surface(-(x**2 + y**2) / 0.02, (1e-6, 1e-6))
     result = rc.solve(surface, load=0.05, material=rc.Material(210e9, 0.3))
