@@ -47,7 +47,7 @@ def work_of(page: Any) -> Path:
     return Path(server.first.project)
 
 
-def test_a_result_gives_its_own_digits_again(surface: rc.Surface, opened: list[Any]) -> None:
+def test_explored_result_has_same_numbers(surface: rc.Surface, opened: list[Any]) -> None:
     result = rc.solve(
         surface, load=0.0123456789, material=STEEL, counter_material=rc.Material(70e9, 0.33)
     )

@@ -112,7 +112,7 @@ def test_every_result_with_figures_of_its_own_is_shown(surface):
     assert len(others) == 3
 
 
-def test_lines_spans_and_areas_keep_their_look():
+def test_lines_spans_and_areas_keep_their_style():
     figure, axes = style.panels(4, 3)
     axes.axhline(2.0, color="#123456", linestyle="-.", label="level")
     axes.axvspan(1, 2, color="#654321", alpha=0.5)

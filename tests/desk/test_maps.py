@@ -49,7 +49,7 @@ def test_the_sources_hold_the_numbers_of_the_result(surface, results):
     assert place == pytest.approx([0, 0, 60, 30])
 
 
-def test_another_result_changes_only_what_is_of_the_result(surface, results):
+def test_another_result_keeps_heights(surface, results):
     shown = MapsView()
     shown.show_contact(surface, results[0])
     heights, pressure = (shown.sources[key].data for key in (HEIGHTS, PRESSURE))
@@ -99,7 +99,7 @@ def test_maps_are_true_to_scale_and_show_all_of_the_box(surface, box):
     assert seen.right >= wanted.right - 1e-12
 
 
-def test_moving_the_ranges_shows_the_points_there(results, surface):
+def test_moved_ranges_show_their_points(results, surface):
     shown = MapsView()
     shown.show_contact(surface, results[0])
     shown.x_range.update(start=20, end=30)

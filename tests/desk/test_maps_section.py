@@ -98,6 +98,6 @@ def test_a_profile_has_one_section(surface):
     assert "nearest" not in shown.heights.title.text
 
 
-def test_the_line_at_first_goes_through_the_summit(surface):
+def test_initial_line_passes_through_summit(surface):
     row = np.argmax(surface.heights.max(axis=1))
     assert whole_line(surface) == pytest.approx((2e-6 * (row + 0.5), 0, 2e-6 * (row + 0.5), 40e-6))

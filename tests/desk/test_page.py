@@ -176,9 +176,7 @@ def test_empty_file_is_rejected_with_name_of_user(page: Page, work: SavedProject
 
 
 @pytest.mark.long
-def test_a_section_is_kept_and_not_drawn_while_no_map_is_seen(
-    page: Page, work: SavedProject
-) -> None:
+def test_section_without_map_is_saved_and_not_drawn(page: Page, work: SavedProject) -> None:
     path = work.folder / "map-1.opd"
     path.touch()
     page._run_action(lambda: page.session.open_map(path))
@@ -189,7 +187,7 @@ def test_a_section_is_kept_and_not_drawn_while_no_map_is_seen(
 
 
 @pytest.mark.long
-def test_a_step_that_fails_can_be_taken_out(page: Page, tmp_path: Path) -> None:
+def test_failed_step_can_be_removed(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
     page._run_action(lambda: page.session.give_all({**GIVEN, "crop": "0:9999,:"}))
     settle(page)
@@ -203,7 +201,7 @@ def test_a_step_that_fails_can_be_taken_out(page: Page, tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_every_part_of_the_page_is_made_and_shows_the_contact(page: Page, tmp_path: Path) -> None:
+def test_every_panel_is_built_and_shows_contact(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
     page._run_action(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
@@ -249,7 +247,7 @@ def test_a_ceiling_is_given_as_a_multiple_of_the_yield_strength(page: Page, tmp_
 
 
 @pytest.mark.long
-def test_what_waits_for_a_map_is_made_with_it(tmp_path: Path) -> None:
+def test_views_are_built_with_map(tmp_path: Path) -> None:
     surface = rc.read_surface(map_file(tmp_path))
     start = pn.pane.Str("begin")
     sight = ContactView(lambda line: None, lambda rows, columns: None, lambda done: done(), start)
@@ -378,7 +376,7 @@ def test_removed_project_is_reported(work: SavedProject, tmp_path: Path) -> None
 
 
 @pytest.mark.long
-def test_a_demonstration_map_is_made_and_can_be_taken_away(page: Page, tmp_path: Path) -> None:
+def test_demonstration_map_is_created_and_removed(page: Page, tmp_path: Path) -> None:
     made = threading.Event()
     page._document.add_next_tick_callback = lambda done: (done(), made.set())
     page._map_panel._demonstration.value = "Polished, isotropic"

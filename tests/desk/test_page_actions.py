@@ -186,5 +186,5 @@ _FEW = settings(
 
 
 @pytest.mark.slow
-def test_a_page_shows_what_its_project_file_holds() -> None:
+def test_page_matches_project_file_after_any_actions() -> None:
     run_state_machine_as_test(Actions, settings=_FEW)

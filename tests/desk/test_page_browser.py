@@ -348,7 +348,7 @@ def nameless(controls: list[str]) -> list[str]:
 
 
 @pytest.mark.slow
-def test_the_keyboard_alone_does_the_main_job(seat: Seat, tmp_path: Path) -> None:
+def test_main_tasks_work_with_keyboard_only(seat: Seat, tmp_path: Path) -> None:
     """What is reached by Tab is pressed, typed and chosen with keys only."""
     page = seat.page
 
@@ -517,7 +517,7 @@ def test_a_drag_is_live_and_ends_with_the_contact_itself(seat: Seat) -> None:
 
 
 @pytest.mark.slow
-def test_the_checklist_leads_to_what_is_lacking(seat: Seat) -> None:
+def test_checklist_leads_to_missing_inputs(seat: Seat) -> None:
     page = seat.page
     page.get_by_role("button", name="Polished, isotropic", exact=True).click()
     page.get_by_role("button", name="✓ Map", exact=True).wait_for()

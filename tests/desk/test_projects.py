@@ -43,7 +43,7 @@ def test_project_is_found_by_its_key_only(tmp_path: Path) -> None:
     assert not work.folder.exists()
 
 
-def test_a_file_is_kept_whole_under_a_name_of_our_own(tmp_path: Path) -> None:
+def test_upload_is_saved_under_generated_name(tmp_path: Path) -> None:
     work = ProjectStore(tmp_path).create()
     with work.open_upload("../../<b>ground\n.OPD", 100) as upload:
         upload.write(b"abc")

@@ -87,7 +87,7 @@ def test_cells_are_dots_or_larger_and_stay_where_they_are(begin, side, points, d
 
 
 @pytest.mark.parametrize("dots", [(37, 50), (13, 17), (5, 5), (1, 1)])
-def test_area_in_the_picture_is_area_of_contact(result, dots):
+def test_area_in_image_matches_contact_area(result, dots):
     view = all_of(result, dots)
     part = rasters.result_window(result, view)
     touching, saturated, missing = (shares.astype(float) for shares in rasters.contact_shares(part))

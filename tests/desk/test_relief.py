@@ -116,7 +116,7 @@ def test_another_load_sends_no_heights_again(view: relief.ReliefView, path: Path
 
 
 @pytest.mark.long
-def test_a_map_alone_has_the_colors_of_its_heights(view: relief.ReliefView, path: Path) -> None:
+def test_map_without_contact_has_colors_of_heights(view: relief.ReliefView, path: Path) -> None:
     view._session.open_map(path)
     bar = view._bars[HEIGHTS]
     relief.style.set_bar(bar, -300, 300, "nm")
@@ -134,7 +134,7 @@ def test_missing_points_are_distinct_from_all_heights() -> None:
     assert abs(json.loads(head)["low"]) < 10
 
 
-def test_a_large_map_is_reduced_and_says_so() -> None:
+def test_large_map_is_reduced_with_note() -> None:
     heights = np.random.default_rng(0).standard_normal((700, 1400))
     head, data = relief._heights(rc.Surface(heights, PIXEL))
     about = json.loads(head)
@@ -307,7 +307,7 @@ def test_view_rotates_zooms_plays_and_records_movie(seat: Seat, path: Path, tmp_
 
 @pytest.mark.process
 @pytest.mark.skipif(bool(_LACKING), reason=f"there is no {', no '.join(_LACKING)}")
-def test_without_webgl_a_sentence_names_the_maps(seat: Seat, path: Path) -> None:
+def test_missing_webgl_is_reported(seat: Seat, path: Path) -> None:
     page = seat.page
     page.add_init_script(
         "HTMLCanvasElement.prototype.getContext = new Proxy("

@@ -59,7 +59,7 @@ def test_the_bearing_curve_is_that_of_the_surface(surface):
     assert len(shown.source.data["ratio"]) <= 1600
 
 
-def test_the_spectrum_is_that_of_the_surface_or_says_what_it_needs(surface):
+def test_spectrum_matches_surface_or_states_requirement(surface):
     shown = SpectrumPlot()
     shown.show_surface(surface)
     q, power, _ = radial_spectrum(surface.heights, surface.pixel)
@@ -150,7 +150,7 @@ def test_stress_and_the_depth_one_chooses(surface):
     assert shown.depth.location == pytest.approx(stress.profile.depths[2] * 1e6)
 
 
-def test_what_a_file_is_called_is_no_markup():
+def test_file_name_is_escaped():
     from roughcontact.desk import style
 
     assert "<img" not in style.color_patch("#000000", "<img src=x>")

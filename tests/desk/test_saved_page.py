@@ -58,7 +58,7 @@ def test_a_value_is_off_by_half_a_step_at_most(tmp_path: Path) -> None:
         assert layer.step <= (values[there].max() - values[there].min()) / 65000 or not layer.step
 
 
-def test_nothing_and_one_value_have_codes() -> None:
+def test_missing_and_single_values_have_codes() -> None:
     none = saved_page._layer(np.full((2, 2), np.nan, np.float32))
     assert not none.codes.any()
     one = saved_page._layer(np.full((2, 2), 5.0, np.float32))
@@ -153,7 +153,7 @@ def sheet(tmp_path: Path) -> Iterator[tuple[Any, ContactResult]]:
 
 @pytest.mark.process
 @pytest.mark.skipif(bool(_LACKING), reason=f"there is no {', no '.join(_LACKING)}")
-def test_a_saved_page_opens_alone_with_linked_maps_and_values(sheet: Any) -> None:
+def test_saved_page_is_self_contained_with_linked_maps(sheet: Any) -> None:
     page, result = sheet
     before = page.evaluate(_STATE)
     assert before["figures"] == 5

@@ -206,9 +206,7 @@ def test_a_page_of_this_server_is_connected_and_no_other(desk: Desk) -> None:
         assert caught.value.code == 403
 
 
-def test_what_changes_before_a_page_is_drawn_is_sent(
-    desk: Desk, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_change_before_first_drawing_is_sent(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     """A change between the copy that a browser gets of a page and its first drawing is not lost."""
     import panel as pn
 
@@ -360,7 +358,7 @@ def test_other_requests_are_small(desk: Desk) -> None:
 # Others
 
 
-def test_a_page_that_cannot_be_made_says_why_and_keeps_nothing(
+def test_failed_page_reports_reason_and_releases_resources(
     desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def broken(visit: PageVisit) -> Any:
@@ -460,7 +458,7 @@ def test_a_mistake_leaves_no_white_page(desk: Desk, monkeypatch: pytest.MonkeyPa
     assert "An internal error" in asyncio.run(pulled(desk, token))
 
 
-def test_nothing_is_fetched_from_elsewhere(desk: Desk) -> None:
+def test_page_loads_nothing_from_other_servers(desk: Desk) -> None:
     page = desk.ask(desk.home)
     # A notebook on this machine may frame the page; nothing is fetched from there.
     policy = page.headers["Content-Security-Policy"].partition("frame-ancestors")[0]
@@ -546,7 +544,7 @@ def test_other_hosts_are_admitted_if_allowed() -> None:
     assert Settings(origins=("http://lab-pc:5106",)).is_open
 
 
-def test_a_port_that_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_occupied_port_raises_input_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with server._open_socket(Settings(port=0))[0] as taken:
         port = taken.getsockname()[1]
         with pytest.raises(InputError, match=f"^port {port} of 127") as caught:
@@ -605,7 +603,7 @@ def test_the_command_serves_a_page_until_it_is_interrupted(tmp_path: Path) -> No
         ),
     ],
 )
-def test_mistakes_end_in_one_sentence(
+def test_invalid_options_are_rejected_in_one_sentence(
     words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert app.main(["desk", *words]) == app.BAD_INPUT
@@ -623,7 +621,7 @@ def test_missing_panel_names_installation(
 
 
 @pytest.mark.process
-def test_it_listens_before_what_makes_pages_is_imported() -> None:
+def test_server_listens_before_heavy_imports() -> None:
     words = "import sys, roughcontact.desk.server; print(*sys.modules)"
     found = subprocess.run(
         [sys.executable, "-c", words], capture_output=True, text=True, check=True

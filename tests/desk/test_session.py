@@ -69,7 +69,7 @@ def solved(session: Session) -> Outcome:
     return session.outcome
 
 
-def test_the_contact_follows_what_is_given(session: Session, tmp_path: Path) -> None:
+def test_contact_follows_options(session: Session, tmp_path: Path) -> None:
     session.open_map(save_map(tmp_path, "a.npz"))
     session.give_all(dict(GIVEN))
     first = solved(session).contact
@@ -180,7 +180,7 @@ def test_a_solve_that_began_ends_and_the_newest_waits(tmp_path: Path) -> None:
     live.close()
 
 
-def test_the_picture_comes_before_the_calibrated_ceiling(
+def test_preview_precedes_calibrated_ceiling(
     session: Session, heard: Heard, tmp_path: Path
 ) -> None:
     session.open_map(save_map(tmp_path, "a.npz"))
@@ -234,7 +234,7 @@ def test_reopened_session_restores_project(session: Session, tmp_path: Path) -> 
     again.close()
 
 
-def test_undo_goes_back_step_by_step(session: Session, tmp_path: Path) -> None:
+def test_undo_reverts_one_step_at_a_time(session: Session, tmp_path: Path) -> None:
     states = [session.state]
     session.open_map(save_map(tmp_path, "a.npz"))
     states.append(session.state)
@@ -502,7 +502,7 @@ def test_a_state_that_is_complete_can_be_run_from_its_file(
     assert isinstance(session.failure, FailedRequest) is False
 
 
-def test_a_part_is_kept_and_a_part_of_that(session: Session, tmp_path: Path) -> None:
+def test_repeated_crops_are_combined(session: Session, tmp_path: Path) -> None:
     session.open_map(save_map(tmp_path, "a.npz"))
     session.crop_map((2, 10), (4, 16))
     assert session.state.specified["crop"] == "2:10,4:16"

@@ -39,7 +39,7 @@ def test_new_state_lists_missing_inputs(map_file: Path) -> None:
     assert SessionState().with_map(map_file).missing == ("material", "boundary", "load")
 
 
-def test_own_values_stand_in_for_a_material(complete: SessionState) -> None:
+def test_constants_replace_material(complete: SessionState) -> None:
     state = complete.remove_options("material")
     assert state.missing == ("material",)
     assert state.with_option("young", "210 GPa").with_option("poisson", "0.3").missing == ()
@@ -116,7 +116,7 @@ def replace_outputs(entry: project.Entry) -> object:
     )
 
 
-def test_a_pinned_state_is_a_contact_of_its_own(complete: SessionState, tmp_path: Path) -> None:
+def test_pinned_state_is_separate_contact(complete: SessionState, tmp_path: Path) -> None:
     state = replace(complete, pinned=complete.with_option("load", "20 mN").specified)
     path = tmp_path / "work.toml"
     path.write_text(state.script, encoding="utf-8")
@@ -149,12 +149,12 @@ def test_damaged_project_file_raises_format_error(text: str, tmp_path: Path) -> 
         from_script(text, tmp_path)
 
 
-def test_names_are_never_keys_of_their_own(complete: SessionState) -> None:
+def test_names_are_quoted_values_of_project_file(complete: SessionState) -> None:
     state = complete.with_map(Path("/a/x.opd"), 'evil"]\nload = "9 N')
     assert tomllib.loads(state.script)["desk"]["names"]["x.opd"] == 'evil"]\nload = "9 N'
 
 
-def test_other_tasks_take_what_fits(complete: SessionState) -> None:
+def test_other_tasks_use_applicable_options(complete: SessionState) -> None:
     sweep = complete.request(SWEEP, from_="1 mN", to="10 mN", steps="3")
     assert sweep.specified["from"] == "1 mN"
     assert "load" not in sweep.specified

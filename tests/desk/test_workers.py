@@ -126,7 +126,7 @@ def test_lost_process_is_reported(bench: WorkerPool) -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of the address space are Linux's")
-def test_a_job_takes_no_more_memory_than_it_may(bench: WorkerPool) -> None:
+def test_job_exceeding_memory_limit_fails(bench: WorkerPool) -> None:
     limits = Limits(memory=2**28)
     assert ended(bench.submit(devouring, 2**24, limits=limits)).value == 2**24
     error = ended(bench.submit(devouring, 2**29, limits=limits)).error
@@ -134,7 +134,7 @@ def test_a_job_takes_no_more_memory_than_it_may(bench: WorkerPool) -> None:
     assert str(error) == "the memory of 0.25 GiB is exhausted; crop the map"
 
 
-def test_a_job_takes_no_longer_than_it_may(bench: WorkerPool) -> None:
+def test_job_exceeding_time_limit_fails(bench: WorkerPool) -> None:
     job = bench.submit(lasting, limits=Limits(seconds=0.05))
     error = ended(job).error
     assert isinstance(error, RoughcontactError)
