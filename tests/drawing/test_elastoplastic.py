@@ -99,7 +99,7 @@ def test_narrow_section_is_centered_on_largest_strain(pressed) -> None:
     assert (left + right) / 2 == pytest.approx(17.5 * 0.5, abs=0.5)
 
 
-def test_without_load_there_is_no_stress_under_it(pressed, released) -> None:
+def test_unloaded_section_shows_residual_stress_only(pressed, released) -> None:
     titles = [a.get_title(loc="left") for a in elastoplastic.section(released).figure.axes]
     assert not any("load" in title or "pressure" in title for title in titles)
     assert sum("residual stress" in title for title in titles) == 2

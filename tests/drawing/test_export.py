@@ -63,7 +63,7 @@ def none_is_left(helpers: list[int]) -> bool:
 
 @pytest.mark.long
 @needs_fork
-def test_figures_are_the_same_whoever_draws_them(forks: list[int]) -> None:
+def test_figures_are_identical_for_any_process_count(forks: list[int]) -> None:
     expected = [png(draw()) for draw in drawings()]
     assert export.draw_pngs(drawings(), 1) == expected
     assert not forks
@@ -119,7 +119,7 @@ def test_helpers_draw(tmp_path: Path) -> None:
 
 @pytest.mark.long
 @needs_fork
-def test_what_a_helper_fails_in_is_drawn_here(forks: list[int]) -> None:
+def test_figure_failed_in_child_is_drawn_in_parent(forks: list[int]) -> None:
     def fails_elsewhere(number: int) -> Figure:
         if os.getpid() != FIRST:
             raise MemoryError
@@ -141,7 +141,7 @@ def test_an_error_ends_all_of_them(error: BaseException, forks: list[int]) -> No
     assert none_is_left(forks)
 
 
-def test_one_process_draws_where_there_are_no_others(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_figures_are_drawn_without_fork(monkeypatch: pytest.MonkeyPatch) -> None:
     expected = [png(draw()) for draw in drawings(2)]
     monkeypatch.delattr(os, "fork", raising=False)
     assert export.draw_pngs(drawings(2), 2) == expected
