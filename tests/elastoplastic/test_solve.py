@@ -486,7 +486,7 @@ def test_unknowns_that_join_keep_the_memory() -> None:
 
 
 @pytest.mark.long
-def test_load_goes_in_equal_steps() -> None:
+def test_load_increments_are_equal() -> None:
     result = solve_elastoplastic(ball(), material=SWIFT, load=0.2, increments=4, **MORE)
     loads = [step.load for step in result.increments]
     np.testing.assert_allclose(loads, [0.05, 0.1, 0.15, 0.2])
@@ -673,7 +673,7 @@ def test_memory_estimate_is_in_proportion() -> None:
     [("free", "single", rc.RIGID), ("periodic", "double", SWIFT)],
     ids=["free", "periodic"],
 )
-def test_memory_estimate_is_what_arrays_take(boundary, precision, counter_material) -> None:
+def test_memory_estimate_matches_arrays(boundary, precision, counter_material) -> None:
     arguments = dict(
         material=SWIFT,
         counter_material=counter_material,

@@ -118,7 +118,7 @@ def test_unloaded_stress_is_the_residual_one(pressed, released) -> None:
     )
 
 
-def test_where_nothing_yields_the_largest_stress_is_shown() -> None:
+def test_elastic_result_shows_largest_stress() -> None:
     y, x = np.mgrid[:16, :18] - np.array([6, 10])[:, None, None]
     surface = rc.Surface(-(y**2 + x**2) * (0.5e-6) ** 2 / 2e-4, (0.5e-6, 0.5e-6))
     steel = rc.Material(210e9, 0.3, 20e9)
