@@ -82,7 +82,7 @@ def test_one_map_needs_no_name(tmp_path: Path) -> None:
     assert channels(path) == (Channel("a", "um", True, (3, 4)),)
 
 
-def test_an_original_takes_scale_unit_and_size_of_the_container(tmp_path: Path) -> None:
+def test_original_uses_scale_unit_and_size_of_container(tmp_path: Path) -> None:
     path = container(tmp_path / "c.zip", [measurement("a")], a__txt=TEXT)
     surface = read_surface(path)
     np.testing.assert_allclose(surface.heights, 2 * HEIGHTS * 1e-6, rtol=1e-12)

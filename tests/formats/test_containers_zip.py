@@ -45,7 +45,7 @@ def test_a_sound_archive(x3p: Path) -> None:
     source.check_archive(x3p)
 
 
-def test_what_would_unpack_to_more_than_any_map(x3p: Path) -> None:
+def test_archive_bombs_raise_format_error(x3p: Path) -> None:
     for number in range(3):
         add(x3p, f"{number}.bin", bytes(2 * 10**6))
     state_sizes(x3p, 2**32 - 2)
@@ -75,7 +75,7 @@ def test_packings_that_have_no_bounds(x3p: Path, packing: int) -> None:
 
 
 @needs_reader
-def test_archives_behind_other_bytes_are_judged_too(x3p: Path) -> None:
+def test_archives_after_other_bytes_are_checked(x3p: Path) -> None:
     for number in range(3):
         add(x3p, f"{number}.bin", bytes(2 * 10**6))
     state_sizes(x3p, 2**32 - 2)
@@ -110,7 +110,7 @@ def test_a_stream_without_an_end_counts(tmp_path: Path, monkeypatch: pytest.Monk
         source.check_streams(write(tmp_path, "map.mnt", packed[:-100]))
 
 
-def test_heights_that_look_like_streams(tmp_path: Path) -> None:
+def test_heights_resembling_streams_are_accepted(tmp_path: Path) -> None:
     noise = np.random.default_rng(0).bytes(2**20)
     source.check_streams(write(tmp_path, "map.mnt", noise + b"\x78\x9c" * 1000))
 

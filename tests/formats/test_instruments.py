@@ -315,9 +315,7 @@ def test_channel_is_height_by_its_unit(
         refused(path, "scan.003 holds no height map", "(not a height)")
 
 
-def test_the_first_height_where_the_default_is_none(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_first_height_channel_is_default(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fake(monkeypatch, entry(name="Phase", data_unit="deg"), entry(1, name="ZSensor"))
     path = write(tmp_path, "scan.spm", "x" * 99)
     assert read_surface(path).provenance.channel == "ZSensor"
@@ -343,7 +341,7 @@ def test_any_failure_of_the_reader_is_a_format_error(
     refused(path, "map.opd cannot be read as format 'opd'", type(error).__name__)
 
 
-def test_missing_library_says_how_to_install_it(
+def test_missing_library_names_installation(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "SurfaceTopography", None)

@@ -37,7 +37,7 @@ def test_delimiter_at_the_end_of_all_rows_is_no_column(tmp_path: Path) -> None:
     assert read_surface(path, unit="nm", size="20 nm x 30 nm").missing == 1
 
 
-def test_a_text_that_may_be_cut_off_says_so(tmp_path: Path) -> None:
+def test_text_without_final_line_end_adds_step(tmp_path: Path) -> None:
     for end, told in (("", True), ("\n", False), ("\r\n", False), ("\n# end", True)):
         path = write(tmp_path, "map.csv", "1,2\n3,4\n5,6" + end)
         surface = read_surface(path, unit="nm", size="30 nm x 20 nm")
@@ -46,7 +46,7 @@ def test_a_text_that_may_be_cut_off_says_so(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("mark", [";", " ", "\t"])
-def test_decimal_commas_where_nothing_else_is_meant(tmp_path: Path, mark: str) -> None:
+def test_unambiguous_decimal_commas_are_read(tmp_path: Path, mark: str) -> None:
     text = "1,5 2\n-3,25 40\n".replace(" ", mark)
     surface = read_surface(write(tmp_path, "map.txt", text), unit="nm", size="20 nm")
     np.testing.assert_allclose(surface.heights, [[1.5e-9, 2e-9], [-3.25e-9, 40e-9]])
@@ -191,7 +191,7 @@ def test_text_matrix_with_a_bad_head(tmp_path: Path, old: str, new: str, words: 
     refused(path, "map.csv", words)
 
 
-def test_a_head_that_comes_later_is_a_remark(tmp_path: Path) -> None:
+def test_late_head_is_ignored_as_remark(tmp_path: Path) -> None:
     path = write(tmp_path, "map.csv", "\n" + HEAD + TEXTS["comma"])
     refused(path, "map.csv gives no unit", kind=InputError)
     assert channels(path) == (Channel("", "", True, (3, 4)),)

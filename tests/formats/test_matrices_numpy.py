@@ -50,7 +50,7 @@ def damage(path: Path, wanted: bytes) -> None:
     path.write_bytes(content)
 
 
-def test_what_nobody_wants_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unused_arrays_are_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # More than is looked at for a head.
     path = archive(tmp_path / "map.npz", {"more.npy": npy(np.full((1000, 99), 7.25))})
     damage(path, struct.pack("<d", 7.25))
@@ -63,7 +63,7 @@ def test_what_nobody_wants_is_not_read(tmp_path: Path, monkeypatch: pytest.Monke
     refused(path, "map.npz cannot be read", "CRC-32", channel="more", **GIVEN)
 
 
-def test_what_is_wanted_is_checked_to_its_end(tmp_path: Path) -> None:
+def test_used_arrays_are_checked_completely(tmp_path: Path) -> None:
     for name, wanted in (("heights", HEIGHTS[2, 3]), ("pixel", 1e-6)):
         path = archive(tmp_path / f"{name}.npz")
         damage(path, struct.pack("<d", wanted))
@@ -111,7 +111,7 @@ def test_an_array_without_an_end(tmp_path: Path) -> None:
     refused(path, "map.npy announces 1048576 × 1048576 points, more than", **GIVEN)
 
 
-def test_what_is_no_array(tmp_path: Path) -> None:
+def test_other_members_of_archive_are_listed(tmp_path: Path) -> None:
     stream = io.BytesIO()
     np.lib.format.write_array(stream, np.zeros(3, [("größe", "f8"), ("Δ", "f8")]), (3, 0))
     others = {"readme.txt": b"text", "table.npy": stream.getvalue()}

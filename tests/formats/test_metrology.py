@@ -113,7 +113,7 @@ def test_x3p_keeps_the_date_of_the_measurement(tmp_path: Path, name: str, date: 
     assert again.provenance.origin.found["acquired"] == date
 
 
-def test_a_date_without_a_clock_is_none() -> None:
+def test_date_without_time_is_omitted() -> None:
     origin = rc.read_surface(measurement("x3p-2.x3p")).provenance.origin
     assert origin is not None
     assert "acquired" not in origin.found

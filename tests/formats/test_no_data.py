@@ -31,7 +31,7 @@ def with_code(code: float, heights: np.ndarray = ROUGH) -> np.ndarray:
         *(999.0, -999.0, -9999.0, 99999.0, 1e10, 3.4e38, 1.70141e38),
     ],
 )
-def test_known_code_is_found(code: float) -> None:
+def test_standard_code_is_found(code: float) -> None:
     assert find_code(with_code(code), 1.0) == (code, 3)
     single = np.float64(np.float32(code)) * 1e-6
     found = find_code(with_code(single, 1e-6 * ROUGH), 1e-6)

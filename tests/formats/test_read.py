@@ -63,7 +63,7 @@ def test_netcdf_of_another_kind(tmp_path: Path) -> None:
     refused(write(tmp_path, "e.nc", content[: len(content) // 2]), "e.nc cannot be read")
 
 
-def test_import_leaves_the_readers_alone() -> None:
+def test_import_loads_no_readers() -> None:
     code = (
         "import sys, roughcontact.formats.read; "
         "sys.exit(bool({'SurfaceTopography', 'xarray', 'pint', 'h5py'} & set(sys.modules)))"
@@ -71,7 +71,7 @@ def test_import_leaves_the_readers_alone() -> None:
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-def test_the_reading_is_kept_as_given_and_as_found(tmp_path: Path) -> None:
+def test_provenance_keeps_arguments_and_findings_of_reading(tmp_path: Path) -> None:
     path = tmp_path / "bare.npz"
     np.savez(path, other=np.eye(4), heights=np.eye(4))
     surface = read_surface(path, channel="other", unit="um", size=(4e-6, np.float64(8e-6)))

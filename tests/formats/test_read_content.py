@@ -208,7 +208,7 @@ def test_classic_netcdf_of_surface_topography(tmp_path: Path) -> None:
     )
 
 
-def test_what_surface_topography_writes_is_read_as_it_reads_it(tmp_path: Path) -> None:
+def test_netcdf_of_surface_topography_matches_its_reader(tmp_path: Path) -> None:
     library = pytest.importorskip("SurfaceTopography", exc_type=ImportError)
     path = tmp_path / "map.nc"
     values = np.arange(12.0).reshape(4, 3)
@@ -334,7 +334,7 @@ def test_sheet_with_wrong_dimensions_is_read_by_its_cells(tmp_path: Path) -> Non
     assert read_surface(vast, unit="nm", size="1 um").shape == (2, 2)
 
 
-def test_excel_without_its_library_says_what_to_install(
+def test_missing_excel_library_names_installation(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "map.xlsx"

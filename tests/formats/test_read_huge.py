@@ -96,7 +96,7 @@ def test_files_of_a_terabyte(reader: Reader, every: list[Sample], tmp_path: Path
             assert sample.name.endswith(".nc")
 
 
-def test_a_map_that_is_there_and_fits_into_no_memory(
+def test_map_larger_than_memory_raises_error(
     reader: Reader, every: list[Sample], tmp_path: Path
 ) -> None:
     (sample,) = (sample for sample in every if sample.name == "made.sur")

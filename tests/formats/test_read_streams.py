@@ -49,7 +49,7 @@ def test_a_pipe_is_read_once_and_to_the_bit(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/fd").exists(), reason="a shell makes no <(…) here")
-def test_what_a_shell_makes_of_a_process_substitution(tmp_path: Path) -> None:
+def test_process_substitution_of_shell_is_read(tmp_path: Path) -> None:
     end, start = os.pipe()
 
     def feed() -> None:
@@ -79,9 +79,7 @@ def test_every_format_is_read_from_a_pipe(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_whoever_writes_may_take_their_time(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_slow_writer_of_pipe_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(files, "_PIPE_TIMEOUT", 0.0)
 
     def slow(path: Path) -> None:
@@ -100,7 +98,9 @@ def test_whoever_writes_may_take_their_time(
     thread.join()
 
 
-def test_a_pipe_that_nobody_writes_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pipe_without_writer_raises_format_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(files, "_PIPE_TIMEOUT", 0.01)
     refused(fifo(tmp_path, "map.csv"), "map.csv is a pipe without a writer", **GIVEN)
     refused(fifo(tmp_path, "map.opd"), "map.opd is a pipe without a writer")
@@ -122,7 +122,7 @@ def test_a_pipe_without_an_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     refused(fifo(tmp_path, "map.csv", endless), "map.csv is a pipe that gives more than", **GIVEN)
 
 
-def test_a_pipe_that_gives_nothing_or_something_else(tmp_path: Path) -> None:
+def test_empty_or_invalid_pipe_raises_format_error(tmp_path: Path) -> None:
     path = fifo(tmp_path, "map.csv", lambda path: path.write_text("no numbers\n"))
     refused(path, "map.csv has 'no' in line 1", **GIVEN)
     path = fifo(tmp_path, "map", lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n\0"))

@@ -56,7 +56,7 @@ def test_masks_are_0_and_1(result: rc.ContactResult, tmp_path: Path) -> None:
     assert set(",".join(rows)) == {"0", "1", ","}
 
 
-def test_csv_of_a_map_that_is_not_there(result: rc.ContactResult, tmp_path: Path) -> None:
+def test_csv_of_unknown_field_raises_input_error(result: rc.ContactResult, tmp_path: Path) -> None:
     for source, field, known in (
         (rough(), "pressure", "height"),
         (result, "ceiling", "pressure, gap"),
@@ -77,7 +77,7 @@ def test_npz_as_numpy_reads_it(tmp_path: Path) -> None:
         assert str(archive["unit"]) == "m"
 
 
-def test_netcdf_says_where_the_map_came_from(tmp_path: Path) -> None:
+def test_netcdf_keeps_provenance(tmp_path: Path) -> None:
     import xarray
 
     rough().save(tmp_path / "map.nc")
@@ -119,7 +119,7 @@ def test_json_of_two_bodies(pair: rc.ContactResult, tmp_path: Path) -> None:
     assert read["counter_source"] == "other.opd"
 
 
-def test_what_is_not_finite_is_null() -> None:
+def test_values_not_finite_are_null() -> None:
     values = {"a": [math.nan, (math.inf, 1.5)], "b": {"c": -math.inf}, "d": "nan", "e": np.inf}
     read = json.loads(to_json(values), parse_constant=refuse)
     assert read == {"a": [None, [None, 1.5]], "b": {"c": None}, "d": "nan", "e": None}

@@ -88,7 +88,7 @@ def test_unit_and_pixel_are_those_of_the_head(tmp_path: Path, name: str) -> None
     assert "as the file gives them" in larger.provenance.steps[-1]
 
 
-def test_a_decimal_comma_of_the_numbers_goes_with_that_of_the_head(tmp_path: Path) -> None:
+def test_decimal_comma_is_read_in_head_and_numbers(tmp_path: Path) -> None:
     head = HEADS["Gwyddion in German, with decimal commas"][0]
     text = head + "1,5e-9\t2,5e-9\t-3e-9\n4,0e-9\t5,25e-9\t6e-9\n"
     path = write(tmp_path, "map.txt", text.replace("nm", "m"))
@@ -211,7 +211,7 @@ def test_points_on_a_grid(
     assert channels(path)[0].shape == (3, 4)
 
 
-def test_points_are_known_without_a_head_and_may_be_missing(tmp_path: Path) -> None:
+def test_points_without_head_are_read_with_missing_points(tmp_path: Path) -> None:
     lines = listed().splitlines()
     text = "\n".join([*lines[:5], *lines[6:8], "0.0 0.5 nan", *lines[9:]]).replace("\t", " ")
     surface = read_surface(write(tmp_path, "map.txt", text + "\n"), unit="um")
