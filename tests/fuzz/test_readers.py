@@ -112,7 +112,7 @@ def test_files_under_every_suffix(name: str, worker: Worker) -> None:
         ("made.npy", {134: 0xF0, 135: 0x7F}, ""),
     ],
 )
-def test_what_was_found_before(
+def test_earlier_findings_are_fixed(
     name: str,
     changes: dict[int, int],
     words: str,
@@ -133,7 +133,7 @@ def test_what_was_found_before(
 
 
 @pytest.mark.parametrize("name", ["made.nc", "made.datx"])
-def test_hdf5_does_not_stand_still(
+def test_damaged_hdf5_heap_raises_format_error_in_time(
     name: str, known: dict[str, targets.Target], worker: Worker, tmp_path: Path
 ) -> None:
     if name not in known:
