@@ -219,7 +219,7 @@ def test_parts_and_coarse_grids_of_a_strip_share_the_datum_of_the_map(boundary):
         ("periodic-y", (200, 8)),
     ],
 )
-def test_a_patch_holds_the_whole_period(boundary, shape):
+def test_patch_covers_whole_period(boundary, shape):
     # A contact of 11 × 4 pixels, and two more on each side where the map ends.
     family = Boundary(boundary).operators((200, 40), PIXEL, MODULUS)
     parts = preconditioner.Patches(family((200, 40), (1, 1)), family, (1, 1))
@@ -427,7 +427,9 @@ def test_unsupported_analyses_of_strip_raise_input_error_before_solve(boundary, 
 @pytest.mark.slow
 @pytest.mark.process
 @pytest.mark.parametrize("boundary", STRIPS)
-def test_command_line_and_project_file_know_strips(boundary, rough, tmp_path, monkeypatch, capsys):
+def test_command_line_and_project_file_accept_strips(
+    boundary, rough, tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
     np.save("map.npy", rough.heights)
     given = {

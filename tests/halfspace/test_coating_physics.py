@@ -78,7 +78,7 @@ def test_layers_on_a_rigid_base_are_the_closed_forms(poisson: float) -> None:
     np.testing.assert_allclose(1 + layer_excess(on_film, h), slides, rtol=1e-9)
 
 
-def test_cut_layers_are_one_and_equal_materials_are_none() -> None:
+def test_divided_layer_matches_whole_layer_and_equal_material_has_no_effect() -> None:
     h = np.geomspace(1e-3, 10, 50)
     whole = rc.Material(210e9, 0.3, coating=[rc.Layer(450e9, 0.25, 3e-6)])
     cut = [rc.Layer(450e9, 0.25, thickness) for thickness in (1e-6, 0.5e-6, 1.5e-6)]
@@ -160,7 +160,7 @@ def test_far_away_the_base_responds() -> None:
 
 @pytest.mark.parametrize("name", PAIRS)
 @pytest.mark.parametrize("thickness", [0.1, 1.0, 10.0])
-def test_every_wave_moves_and_both_ways_alike(name: str, thickness: float) -> None:
+def test_operator_is_symmetric_positive_definite(name: str, thickness: float) -> None:
     body, pixel = coated(name, thickness), (1.0, 1.5)
     pair = Coatings.from_bodies(body, rc.RIGID)
     shape = (9, 12)
@@ -199,7 +199,7 @@ def on_strip(
     return convolution.strip(shape, pixel, 1 / body.compliance, axis, coatings=pair)
 
 
-def test_equal_materials_on_a_strip_are_none() -> None:
+def test_layer_of_equal_material_on_strip_has_no_effect() -> None:
     body = rc.Material(1.0, 0.3, coating=[rc.Layer(1.0, 0.3, 2.0)])
     shape, pixel = (20, 14), (0.7, 1.0)
     bare = convolution.strip(shape, pixel, 1 / body.compliance, 1)
@@ -405,7 +405,7 @@ def test_a_sphere_on_a_map_is_that_of_the_equation(ratio: float, depth: float) -
     assert math.sqrt(found.contact_area / np.pi) == pytest.approx(size * 1e-4, rel=1e-2)
 
 
-def test_thin_layers_on_a_rigid_base_come_near_their_limits() -> None:
+def test_thin_layers_on_rigid_base_approach_limits() -> None:
     # Johnson 1985, sec. 5.8: P = π M a⁴/(4 R h) where a ≫ h, reached as h/a.
     body = rc.Material(math.inf, 0.0, coating=[rc.Layer(1.0, 0.3, 1.0)])
     confined = 0.7 / (1.3 * 0.4)
@@ -438,7 +438,7 @@ def test_two_coated_bodies_add_up() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("boundary", ["free", "periodic", "periodic-x"])
-def test_a_stiff_film_on_a_soft_body_takes_few_convolutions(
+def test_stiff_film_on_soft_body_needs_few_convolutions(
     boundary: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     body = rc.Material(2e9, 0.4, coating=[rc.Layer(200e9, 0.2, 2e-6)])

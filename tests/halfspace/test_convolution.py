@@ -209,7 +209,7 @@ def test_approximate_inverse_undoes_the_operator(boundary):
     assert error < (1e-5 if boundary == "periodic" else 0.1)
 
 
-def test_approximate_inverse_takes_the_mean_for_the_softest_wave():
+def test_approximate_inverse_treats_mean_as_softest_wave():
     operator = make("periodic", (48, 40), (1.0, 1.0))
     inverse = operator.approximate_inverse()
     longest = np.cos(2 * np.pi * np.arange(48) / 48)[:, None] * np.ones(40)

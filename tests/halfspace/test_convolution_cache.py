@@ -10,7 +10,7 @@ from roughcontact.halfspace.convolution import ArrayCache
 PIXEL, MODULUS = (0.7e-6, 1e-6), 1e11
 
 
-def test_the_last_used_are_kept_within_the_memory():
+def test_cache_keeps_last_used_arrays():
     store, made = ArrayCache(3 * 80), []
 
     def get(key):
@@ -33,7 +33,7 @@ def test_the_last_used_are_kept_within_the_memory():
         get(1)[0] = 0
 
 
-def test_what_is_too_large_is_not_kept():
+def test_too_large_array_is_not_cached():
     store = ArrayCache(79)
     first = store.get("a", lambda: np.ones(10))
     assert store.get("a", lambda: np.ones(10)) is not first

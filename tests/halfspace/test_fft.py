@@ -48,7 +48,7 @@ def from_one_of(modules, names):
 
 
 @pytest.mark.usefixtures("parsed_sources")
-def test_nothing_else_knows_an_fft_library_or_a_thread():
+def test_only_fft_module_uses_fft_libraries_and_threads():
     # The terminal asks whether it may hear signals; what is kept for all threads has a lock.
     # Starting a process holds a lock, too. What draws in a fork waits for the end of the first one.
     # An interrupt that was dropped comes again in the first thread.
@@ -70,7 +70,7 @@ def test_nothing_else_knows_an_fft_library_or_a_thread():
             assert not from_one_of(THREADS, names), path
 
 
-def test_the_door_knows_both():
+def test_fft_module_uses_fft_libraries_and_threads():
     # The walk above finds what it looks for, however it is imported.
     names = spoken_of(parse_module(DOOR))
     assert from_one_of(LIBRARIES, names) >= {"ducc0", "scipy.fft", "numpy.fft"}
@@ -96,7 +96,7 @@ def test_both_libraries_find_the_same_lengths_fast(monkeypatch):
 
 # For some numbers of points NumPy's and SciPy's factors of an inverse differ in the last bit.
 @pytest.mark.parametrize("shape", [(12, 15), (67, 69), (63, 89), (683, 9), (1, 40)])
-def test_what_surfaces_take_is_scipys_bit_by_bit(shape):
+def test_real_transforms_match_scipy_exactly(shape):
     values = np.random.default_rng(0).standard_normal(shape)
     np.testing.assert_array_equal(fft.rfft(values, 20, 0), scipy.fft.rfft(values, 20, 0))
     spectrum = scipy.fft.rfft(values, norm="forward")

@@ -105,7 +105,7 @@ def products(path):
 
 
 @pytest.mark.usefixtures("parsed_sources")
-def test_no_product_of_much_is_taken_by_blas():
+def test_large_products_do_not_use_blas():
     found = {module: set(products(path)) for module, path in layers.module_paths().items()}
     assert {module: names for module, names in found.items() if names} == {
         module: set(names) for module, names in FEW.items()

@@ -256,7 +256,7 @@ def test_a_datum_that_cannot_be(datum):
         ((1.0, 1.0), math.inf, "contact_modulus.*inf"),
     ],
 )
-def test_what_no_pixel_or_modulus_can_be(kernel, pixel, modulus, words):
+def test_invalid_pixel_or_modulus_raises_input_error(kernel, pixel, modulus, words):
     with pytest.raises(InputError, match=words):
         kernel((4, 4), pixel, modulus)
 

@@ -262,7 +262,7 @@ PLACES = {
 
 @pytest.mark.long
 @pytest.mark.parametrize("place", PLACES.values(), ids=PLACES)
-def test_far_images_are_taken_off(place) -> None:
+def test_distant_images_are_subtracted(place) -> None:
     # Strain and pressure, against the same on a period of sixteen maps.
     (row, column, level), width = place
     points = 32

@@ -303,7 +303,7 @@ def summed_up(pressure, depths, limit, **options):
 
 @pytest.mark.parametrize("workers", [1, 3])
 @pytest.mark.parametrize("boundary", ["free", "periodic"])
-def test_summary_is_what_whole_slices_give(monkeypatch, boundary, workers):
+def test_summary_matches_whole_slices(monkeypatch, boundary, workers):
     # Several row blocks, whose order must not matter.
     monkeypatch.setattr(fft, "ROW_BYTES", 1 << 13)
     rng = np.random.default_rng(4)
@@ -467,7 +467,7 @@ def test_no_unit_changes_a_bit(precision):
     np.testing.assert_array_equal(small, large)
 
 
-def test_no_more_waves_are_taken_than_reach_the_depth():
+def test_number_of_waves_falls_with_depth():
     # In metres as in pixels: deep below a map only the longest are left.
     for unit in (1.0, 1e-6):
         loads = stress._UnitLoads((0.7 * unit, 1.1 * unit), 0.3, ())

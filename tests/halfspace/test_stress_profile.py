@@ -49,7 +49,7 @@ def test_below_a_line_contact_the_stress_is_mcewens(precision):
 
 
 @pytest.mark.long
-def test_a_cylinder_first_yields_where_and_when_theory_says():
+def test_first_yield_of_cylinder_matches_theory():
     steel = rc.Material(210e9, RATIO, yield_strength=1e9)
     x = (np.arange(801) - 400) * A / 200
     surface = rc.Surface(-(x**2) / 0.02, A / 200)
@@ -63,7 +63,7 @@ def test_a_cylinder_first_yields_where_and_when_theory_says():
     assert found.solution.load == pytest.approx(load, rel=5e-3)
 
 
-def test_below_a_wave_in_full_contact_the_stress_is_known():
+def test_stress_below_wave_in_full_contact_matches_closed_form():
     points, length, mean = 256, 1e-4, 2e9
     steel = rc.Material(210e9, RATIO, yield_strength=5e9)
     x = np.arange(points) * length / points

@@ -75,7 +75,7 @@ def test_tresca_is_between_one_and_two_over_root_three_of_mises(stress):
     assert mises - slack <= tresca <= 2 / np.sqrt(3) * mises + slack
 
 
-def test_pressure_alone_gives_nothing_and_units_do_not_matter():
+def test_hydrostatic_stress_has_zero_equivalent_stress():
     assert tensors.von_mises([-7.0, -7.0, -7.0, 0, 0, 0]) == 0
     assert tensors.tresca([-7.0, -7.0, -7.0, 0, 0, 0]) == 0
     assert tensors.principal(np.zeros(6)).tolist() == [0, 0, 0]
