@@ -125,7 +125,7 @@ def test_austenite_without_hardness_has_its_tensile_strength() -> None:
     assert nominal.max() == pytest.approx(505e6, rel=2e-3)
 
 
-def test_constants_that_were_outside_what_is_measured() -> None:
+def test_corrected_constants_are_within_measured_range() -> None:
     # Hardened and tempered X40CrMoV5-1 conducts 24 to 26 W/(m K); EN 1982 asks at least 180 MPa
     # of centrifugal and continuous castings of CuSn12Ni2-C, 160 MPa of sand castings.
     assert 24 < catalog.entry("H13").conductor.conductivity < 26
@@ -147,7 +147,7 @@ def test_hardness_of_ceramics_given_as_a_pressure() -> None:
         assert body.hardness * math.sin(math.radians(68)) == pytest.approx(quoted, rel=5e-4)
 
 
-def test_what_the_sources_say_of_themselves() -> None:
+def test_constants_match_their_sources() -> None:
     # ISO 6336-2 gives Z_E = √(E*/π) = 189.8 √(N/mm²) for steel on steel.
     gear = catalog.material("16MnCr5")
     assert math.sqrt(contact_modulus(gear, gear) / 1e6 / math.pi) == pytest.approx(189.8, abs=0.05)
@@ -185,7 +185,7 @@ def plain(name: str) -> str:
     return "".join(letter for letter in name.lower() if letter.isalnum())
 
 
-def test_no_name_stands_for_two_materials() -> None:
+def test_names_of_materials_are_unique() -> None:
     names = [plain(name) for entry in ENTRIES for name in (entry.key, *entry.names)]
     assert all(names)
     assert len(set(names)) == len(names)
@@ -203,7 +203,7 @@ def test_no_name_stands_for_two_materials() -> None:
         ("PTFE", "PTFE"),
     ],
 )
-def test_names_are_found_however_they_are_written(name: str, key: str) -> None:
+def test_names_are_found_in_any_spelling(name: str, key: str) -> None:
     assert catalog.entry(name).key == key
     assert catalog.material(name) == catalog.entry(name).material
 
@@ -231,7 +231,7 @@ def test_every_name_finds_its_entry(data: st.DataObject) -> None:
         (None, r"material must be a name, got None"),
     ],
 )
-def test_unknown_names_get_the_nearest(name: object, words: str) -> None:
+def test_unknown_name_suggests_nearest(name: object, words: str) -> None:
     with pytest.raises(InputError, match=words):
         catalog.material(name)
 
@@ -243,7 +243,7 @@ def test_entries_cannot_be_changed() -> None:
 
 
 @each
-def test_what_conducts_heat_by_electrons_keeps_to_wiedemann_and_franz(entry: catalog.Entry) -> None:
+def test_metals_obey_wiedemann_franz(entry: catalog.Entry) -> None:
     conducts = entry.conductor
     if conducts.resistivity is None or conducts.conductivity is None:
         return

@@ -35,7 +35,7 @@ def expected(pressures: list[float], rise: float, back: float) -> list[float]:
 
 @pytest.mark.long
 @pytest.mark.parametrize(("rise", "back"), [(0.0, 40e9), (10e9, 30e9), (5e9, 0.0)])
-def test_pressure_that_comes_and_goes(rise: float, back: float) -> None:
+def test_cyclic_pressure_matches_closed_form(rise: float, back: float) -> None:
     pressures = [2.5e9, 4.5e9, 2e9, 0.0, 4.5e9, 0.0]
     law = Linear(STRENGTH, rise) if rise else Perfect(STRENGTH)
     steel = rc.Material(YOUNG, POISSON, hardening=Kinematic(law, back) if back else law)

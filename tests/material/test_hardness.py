@@ -125,7 +125,7 @@ positive = st.floats(1e-3, 1e5)
         ("  1530 HV ", 1530, "HV"),
     ],
 )
-def test_what_engineers_write(text: str, value: float, scale: str) -> None:
+def test_usual_notations_are_parsed(text: str, value: float, scale: str) -> None:
     assert hardness.parse(text) == (value, scale, 30.0)
 
 
@@ -163,7 +163,7 @@ def test_the_force_index_of_a_brinell_test(text: str, index: float) -> None:
         None,
     ],
 )
-def test_what_cannot_be_read(text: object) -> None:
+def test_invalid_text_raises_input_error(text: object) -> None:
     with pytest.raises(InputError, match=r"^hardness ") as caught:
         hardness.parse(text)
     assert "\n" not in str(caught.value)
@@ -239,14 +239,14 @@ def test_vickers_stays_as_it_is(value: float) -> None:
 
 
 @pytest.mark.parametrize("scale", RANGES)
-def test_nothing_is_extrapolated(scale: str) -> None:
+def test_values_outside_table_raise_input_error(scale: str) -> None:
     low, high = RANGES[scale]
     for value in (low - 0.1, high + 0.1):
         with pytest.raises(InputError, match=f"outside the table for steel.*{scale}.*Vickers"):
             hardness.vickers(value, scale)
 
 
-def test_a_scale_that_is_none() -> None:
+def test_unknown_scale_raises_input_error() -> None:
     with pytest.raises(InputError, match="scale must be one of HV, HBW, HRB, HRC, got 'HRA'"):
         hardness.vickers(80, "HRA")
 
