@@ -269,7 +269,7 @@ def test_every_regime_is_a_sentence_with_its_numbers() -> None:
     assert "unknown without a yield strength" in phrases.regime(unknown)
 
 
-def test_a_hardness_stands_in_for_a_yield_strength() -> None:
+def test_hardness_replaces_yield_strength() -> None:
     ceramic = rc.Material(400e9, 0.2, hardness=15e9)
     saturated = solved(rough(), material=ceramic, load=1.0)
     assert saturated.regime == "saturated at the surface"
@@ -385,7 +385,7 @@ def test_hardening_raises_calibrated_factor_above_four() -> None:
     assert result.calibrated.contact_area < result.contact_area
 
 
-def test_spots_of_a_few_pixels_say_nothing_about_the_ceiling() -> None:
+def test_spots_of_few_pixels_give_no_ceiling_caution() -> None:
     result = solved(rough(), load=0.02)
     spots = result.spots()
     assert 0 < plausibility.load_bearing_spot_pixels(result, spots) < 10

@@ -185,7 +185,7 @@ def test_console_and_report_show_same_digits(
 
 
 @pytest.mark.parametrize("kind", TABLES)
-def test_keys_are_unique_and_what_is_shown_has_a_name(
+def test_keys_are_unique_and_shown_quantities_have_names(
     kind: str, request: pytest.FixtureRequest
 ) -> None:
     table = kinds.presentation_of(request.getfixturevalue(kind)).table
@@ -216,7 +216,7 @@ def test_friction_is_shown_with_its_direction_or_omitted(
     assert {"friction", "direction"}.isdisjoint(row.key for row in kinds.rows(below))
 
 
-def test_a_quantity_of_what_a_result_holds() -> None:
+def test_delegated_quantity_reads_part_of_result() -> None:
     inner = Quantity("real", "real part", of="real", text=lambda v: f"<{v.real}>")
     outer = delegated("number", inner, name="first part")
     (row,) = rows_of((outer,), type("Held", (), {"number": 3 + 4j}))

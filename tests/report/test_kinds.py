@@ -110,7 +110,7 @@ def test_the_console_shows_it(squeaking: Squeaking, capsys: Capture) -> None:
     assert "CAUTION edge: It squeaks" in shown
 
 
-def test_its_numbers_are_written(squeaking: Squeaking, tmp_path: Path) -> None:
+def test_quantities_of_new_kind_are_saved(squeaking: Squeaking, tmp_path: Path) -> None:
     told = squeaking.summary()
     assert (told["loudest"], told["pitch"]) == (880.0, [440.0, 880.0])
     for name in ("out.json", "out.csv"):
@@ -131,7 +131,7 @@ def test_its_numbers_are_written(squeaking: Squeaking, tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_it_is_drawn_cited_and_reported(squeaking: Squeaking, tmp_path: Path) -> None:
+def test_new_kind_is_drawn_cited_and_reported(squeaking: Squeaking, tmp_path: Path) -> None:
     assert dir(squeaking.plot) == ["pitches"]
     assert squeaking.plot.pitches(colour="r").axes
     assert list(kinds.drawings(squeaking)) == ["pitches"]
@@ -175,7 +175,7 @@ def test_every_kind_is_listed_once_and_the_narrower_first() -> None:
 
 
 @pytest.mark.long
-def test_a_dataset_is_what_a_netcdf_file_holds(tmp_path: Path) -> None:
+def test_dataset_matches_netcdf_file(tmp_path: Path) -> None:
     import xarray
 
     steel = rc.Material(210e9, 0.3, hardening=rc.hardening.Linear("1 GPa", "20 GPa"))

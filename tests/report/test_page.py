@@ -136,7 +136,7 @@ SECTIONS = (
 )
 
 
-def test_question_and_answer_come_before_seven_sections(whole: tuple[ContactResult, str]) -> None:
+def test_question_and_answer_precede_seven_sections(whole: tuple[ContactResult, str]) -> None:
     page = Page(whole[1])
     assert page.texts["h1"] == page.texts["title"]
     assert page.texts["h1"][0].startswith("How much of ")
@@ -156,7 +156,7 @@ def test_text_of_users_is_escaped(whole: tuple[ContactResult, str]) -> None:
     text.encode("utf-8")
 
 
-def test_every_figure_is_a_picture_with_words(whole: tuple[ContactResult, str]) -> None:
+def test_every_figure_has_image_and_caption(whole: tuple[ContactResult, str]) -> None:
     page = Page(whole[1])
     pictures = page.all("img")
     assert 5 <= len(pictures) == len(page.all("figure")) == len(page.all("figcaption")) <= 7
@@ -376,7 +376,7 @@ def test_unconverged_result_is_not_shown_as_solution() -> None:
 
 @pytest.mark.long
 @pytest.mark.usefixtures("quick")
-def test_a_script_replaces_a_command_that_is_not_known() -> None:
+def test_script_replaces_unknown_command() -> None:
     reading = Operation("read_surface", {"path": "ground.opd"})
     about = rc.Provenance("ground.opd", "Wyko", origin=reading)
     surface = dataclasses.replace(rough(), provenance=about).leveled()

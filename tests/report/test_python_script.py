@@ -152,7 +152,7 @@ def test_two_maps_on_nominal_forms_are_laid_on_each_other_again(folder: Path) ->
     assert names["counter_surface"].provenance == result.counter_surface.provenance
 
 
-def test_nominal_bodies_are_made_again(tmp_path: Path) -> None:
+def test_script_recreates_nominal_bodies(tmp_path: Path) -> None:
     ball = nominal_bodies.parse("sphere 10 mm")(
         shape=(40, 44), pixel=(1e-6, 1e-6), center=(20, 21.5)
     )
@@ -194,7 +194,7 @@ def test_a_form_in_memory_has_to_be_supplied(folder: Path) -> None:
 
 
 @pytest.mark.long
-def test_what_no_script_repeats_is_in_the_file_of_the_result(folder: Path) -> None:
+def test_unrepeatable_surface_is_read_from_result_file(folder: Path) -> None:
     surface = rc.read_surface("ground.nc").filled()
     step = Operation("indented", found={"depth": 1e-9})
     known = dataclasses.replace(surface, provenance=surface.provenance.then(step))
@@ -227,7 +227,7 @@ def test_names_are_quoted(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert repeated(result)["surface"].provenance.source == name
 
 
-def test_the_words_of_a_file_are_not_run(tmp_path: Path) -> None:
+def test_text_of_file_is_not_executed(tmp_path: Path) -> None:
     heights, pixel = rc.reference_map(32)
     about = rc.Provenance("a\nraise SystemExit", "b\r", '"', steps=("c\u2028raise SystemExit",))
     for surface in (rc.Surface(heights, pixel, about), rc.Surface(heights, pixel, about).leveled()):
