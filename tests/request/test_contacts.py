@@ -142,7 +142,7 @@ def test_a_joint_of_two_rough_faces_is_the_mean_of_draws(
     assert drawn["deviation"] == pytest.approx(np.std(values, ddof=1), rel=1e-6)
 
 
-def test_a_gas_leaks_the_mean_of_what_the_pairs_leak() -> None:
+def test_gas_leak_of_joint_is_mean_of_pairs() -> None:
     fluid = {"gas": "helium", "inlet": "2 bar", "outlet": "1 mbar", "flow_axis": "x"}
     pairs = drawn_pairs([ROUGH], [rc.Surface(*rc.reference_map(32, 4))], 3)
     each = [rc.leakage(pressed(first, counter_surface=second), **fluid) for first, second in pairs]

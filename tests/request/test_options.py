@@ -102,7 +102,7 @@ def test_no_option_is_parsed_as_another(task: str) -> None:
 
 
 @pytest.mark.parametrize("task", TASKS)
-def test_defaults_are_what_the_help_says(task: str) -> None:
+def test_defaults_match_help(task: str) -> None:
     for name, option in TASKS[task].by_name.items():
         said = re.search(r"default: ([\w.-]+)", option.help)
         if said and option.default is not None and not isinstance(option.default, tuple):
@@ -119,9 +119,7 @@ def test_help_is_one_sentence_or_more() -> None:
         assert "without." not in option.help
 
 
-def test_a_format_of_one_model_alone_is_offered_and_says_which(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_format_of_one_model_names_its_model(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         solve, "RESULTS", {"ceiling": (".nc", ".obj"), "elastoplastic": (".nc", ".vtr")}
     )
@@ -242,7 +240,7 @@ def test_a_group_is_read_as_it_was_written(name: str, files: list[str]) -> None:
     assert parsing.group(parsing.group_text(name, files), "group") == (name, tuple(files))
 
 
-def test_a_value_is_read_by_its_option_alone() -> None:
+def test_value_is_read_by_its_option_only() -> None:
     request = from_text("solve", None, {**BALL, "load": "1 N"})
     assert request[options.LOAD_POINT] is None
     other = Option("load-point", Panel.BODIES, "LENGTHS", "Another.", parsing.offset, None)
@@ -257,7 +255,7 @@ def test_a_value_is_read_by_its_option_alone() -> None:
 
 
 @pytest.mark.parametrize("prepares", [True, False])
-def test_an_option_added_prepares_maps_where_it_says_so(
+def test_new_option_prepares_maps_if_declared(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, prepares: bool
 ) -> None:
     row = Option("stretch", Panel.MAP, "FACTOR", "Factor.", parsing.number, 1.0, prepares=prepares)

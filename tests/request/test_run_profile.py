@@ -55,7 +55,7 @@ def test_a_nominal_pressure_is_one_on_the_length(trace, capsys):
     assert "40 MPa on the whole profile, 500 µm, are 20 kN/m" in shown
 
 
-def test_a_force_is_none_of_a_profile_nor_a_load_per_length_of_a_map(trace, tmp_path, capsys):
+def test_force_on_profile_and_line_load_on_map_are_rejected(trace, tmp_path, capsys):
     assert app.main(["solve", str(trace), *STEEL, "--load", "1 N"]) == app.BAD_INPUT
     assert "--load is a force, and the file holds a profile" in capsys.readouterr().err
     ends = ["--from", "1 N", "--to", "2 N"]
