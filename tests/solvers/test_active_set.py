@@ -41,7 +41,7 @@ def test_without_a_bound_in_the_way_one_step_solves() -> None:
 
 @pytest.mark.parametrize("limit", [math.inf, 0.8])
 @pytest.mark.parametrize("height", [0.3, 3.0, 30.0])
-def test_steps_stay_within_the_bounds_and_come_nearer(height: float, limit: float) -> None:
+def test_steps_keep_bounds_and_reduce_certificate(height: float, limit: float) -> None:
     now, viewer, patches = begun(height, limit, 50.0)
     first = now.certificate
     for _ in range(6):
@@ -52,7 +52,7 @@ def test_steps_stay_within_the_bounds_and_come_nearer(height: float, limit: floa
     assert now.certificate < 1e-3 * first
 
 
-def test_what_may_be_spent_is_not_exceeded() -> None:
+def test_convolution_limit_is_not_exceeded() -> None:
     now, viewer, patches = begun(3.0, math.inf, 50.0)
     spent = viewer.convolutions
     for most in (spent, spent - 1):

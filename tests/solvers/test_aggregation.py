@@ -41,7 +41,7 @@ def pools(n: int, rng: np.random.Generator) -> Array:
 
 
 @pytest.mark.parametrize(("kind", "most"), [("even", 25), ("pools", 25), ("six decades", 70)])
-def test_few_steps_whatever_the_size(kind: str, most: int) -> None:
+def test_step_count_is_small_for_any_size(kind: str, most: int) -> None:
     steps = []
     for n in (64, 128, 256):
         rng = np.random.default_rng(n)
@@ -66,7 +66,7 @@ def test_a_pool_with_narrow_ends_stays_by_itself() -> None:
     assert len(np.unique(group)) == n * n // 2
 
 
-def test_levels_hold_what_the_network_conducts() -> None:
+def test_levels_conserve_conductance() -> None:
     n = 60
     network = lattice(n, 10 ** np.random.default_rng(1).uniform(-6, 0, 2 * n * (n - 1)))
     inverse = Multigrid(network)

@@ -310,7 +310,7 @@ def test_history_shows_every_level_and_ends_with_the_answer():
 
 
 @pytest.mark.parametrize("boundary", BOUNDARIES)
-def test_too_few_convolutions_are_reported_with_the_best_found(independent, boundary):
+def test_convolution_limit_returns_best_solution(independent, boundary):
     h0 = gaps((61, 97), "walk", np.random.default_rng(11))
     total = 0.02 * h0.size
     for allowed in (1, 2, 3, 5):
@@ -343,13 +343,13 @@ def test_a_tolerance_below_rounding_ends_as_stalled():
     ("certificate", "bursts", "lost"),
     [(1e-12, 0, True), (9.9e-12, 0, True), (1.01e-11, 0, False), (1e-3, _BURSTS, True)],
 )
-def test_ten_times_what_rounding_leaves_is_worth_no_other_try(certificate, bursts, lost):
+def test_stagnation_near_rounding_is_detected(certificate, bursts, lost):
     assert _is_stagnant(certificate, 1e-12, bursts) == lost
     assert not _is_stagnant(1e-3, 1e-12, _BURSTS - 1)
 
 
 @pytest.mark.parametrize("kind", ["white", "walk"])
-def test_what_rounding_does_not_let_through_is_given_up_soon(kind):
+def test_tolerance_below_rounding_ends_early(kind):
     h0 = gaps((40, 30), kind, np.random.default_rng(3))
     needed = press(h0, total=24, tolerance=1e-9)
     solution = press(h0, total=24, tolerance=1e-30, max_iterations=500)

@@ -84,7 +84,9 @@ def condition(product_of):
 @pytest.mark.parametrize("edges", [None, EDGES, (16, 6)])
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", [0, 1])
-def test_symmetric_positive_and_better_than_nothing(exact, independent, kind, seed, edges):
+def test_preconditioner_is_symmetric_positive_and_reduces_iterations(
+    exact, independent, kind, seed, edges
+):
     index = pixels(kind, seed)
     precondition, unit = inverse(edges=edges)
     found = symmetric(matrix(precondition.restrict_inverse(index), index.size))
@@ -170,7 +172,7 @@ def test_stays_positive_when_the_spots_move(exact):
         assert np.linalg.eigvalsh(found)[0] > 0
 
 
-def test_a_start_at_less_load_costs_no_more_than_none():
+def test_guess_at_lower_load_needs_at_most_twice_convolutions():
     heights, pixel = rc.reference_map(256)
     surface, steel = rc.Surface(heights, pixel), rc.Material(210e9, 0.3)
     little = rc.solve(surface, material=steel, load=0.3)

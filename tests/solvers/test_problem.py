@@ -131,7 +131,7 @@ def test_total_zero_and_full_capacity_are_exact(limit):
     np.testing.assert_array_equal(project(values, limit, float(limits.sum()), SUMS), limits)
 
 
-def test_tied_values_share_alike():
+def test_equal_values_share_equally():
     np.testing.assert_array_equal(project(np.full(4, 7.0), 1.0, 2.0, SUMS), 0.5)
     np.testing.assert_array_equal(project(np.full(4, -7.0), math.inf, 2.0, SUMS), 0.5)
 
@@ -170,6 +170,6 @@ def test_values_that_dwarf_the_total(limit, total):
     np.testing.assert_array_equal(project(-values, limit, total, SUMS), [0, 0, total, 0, 0])
 
 
-def test_what_a_dwarfed_limit_leaves_goes_to_the_next():
+def test_remainder_of_tiny_limit_moves_to_next_value():
     found = project(np.array([-1.0, -0.5, 1e10]), np.array([1.0, 1.0, 1e-30]), 1e-20, SUMS)
     np.testing.assert_array_equal(found, [0, 1e-20 - 1e-30, 1e-30])

@@ -117,7 +117,7 @@ def clock(monkeypatch):
     return times.append
 
 
-def test_time_left_is_known_from_the_first_finished_part_on(clock):
+def test_time_left_is_shown_after_first_part(clock):
     forecast = Forecast()
 
     def left(now, number, count, kept=False):
@@ -138,7 +138,7 @@ def test_time_left_is_known_from_the_first_finished_part_on(clock):
 
 
 @pytest.mark.parametrize(("boundary", "ceiling"), [("free", "auto"), ("periodic", None)])
-def test_the_time_left_of_a_solve_is_known_within_a_factor_of_two(clock, boundary, ceiling):
+def test_time_left_of_solve_is_within_factor_of_two(clock, boundary, ceiling):
     forecast, told = Forecast(), []
     work = at = 0
 

@@ -22,7 +22,7 @@ def pressed(shape, index, boundary, precision="double") -> tuple[Punch, np.ndarr
 
 @pytest.mark.parametrize("boundary", ["free", "periodic", "periodic-x"])
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.6, 0.99])
-def test_pixels_that_are_displaced_alike(boundary: str, share: float) -> None:
+def test_flat_punch_displaces_pixels_equally(boundary: str, share: float) -> None:
     shape = (11, 14)
     chosen = np.random.default_rng(4).random(shape[0] * shape[1]) < share
     # One pixel alone, too.
@@ -38,7 +38,7 @@ def test_pixels_that_are_displaced_alike(boundary: str, share: float) -> None:
 
 
 @pytest.mark.parametrize("precision", ["double", "single"])
-def test_nothing_resists_the_mean_of_a_period(precision: str) -> None:
+def test_periodic_mean_has_no_compliance(precision: str) -> None:
     for shape in ((5, 8), (72, 80)):
         pixels = np.arange(shape[0] * shape[1])
         family = Boundary("periodic").operators(
