@@ -55,7 +55,7 @@ def test_quarter_turns_are_exact(quarters: int) -> None:
 
 
 @pytest.mark.parametrize("angle", [np.nan, np.inf, "30 deg", None, True])
-def test_angles_that_are_none(angle) -> None:
+def test_invalid_angles_raise_input_error(angle) -> None:
     with pytest.raises(InputError, match="angle must be a finite number of degrees"):
         alignment.cosine_sine(angle)
 
@@ -152,7 +152,7 @@ def test_the_common_rectangle_is_the_largest(angle, offset, shape) -> None:
         ((9.0, 9.0), (1e9, 0.5), 45, (math.sqrt(0.5), math.sqrt(0.5))),
     ],
 )
-def test_the_finer_pixel_is_kept(pixel, other, angle, expected) -> None:
+def test_common_pixel_is_finer_pixel(pixel, other, angle, expected) -> None:
     assert alignment.common_pixel(pixel, other, angle) == pytest.approx(expected, rel=1e-12)
 
 
@@ -269,7 +269,7 @@ def test_the_motion_is_mirror_turn_shift(angle: float) -> None:
         np.testing.assert_allclose(new, waves(y, x), rtol=0, atol=2e-4)
 
 
-def test_there_and_back() -> None:
+def test_alignment_round_trip_keeps_map() -> None:
     pixel = (0.3, 0.25)
     heights = waves(*points((120, 150), pixel))
     there = alignment.align(heights, pixel, (150, 150), (0.3, 0.3), (0.7, -0.4), 35.0)
@@ -403,7 +403,7 @@ def test_holes_on_a_coarser_grid() -> None:
 # --- errors -----------------------------------------------------------------------------------
 
 
-def test_what_cannot_be_aligned() -> None:
+def test_invalid_alignments_raise_input_error() -> None:
     heights = rough(1, (6, 7))
     with pytest.raises(InputError, match=r"do not overlap: a map of 6 × 7 m, shifted by \(20"):
         alignment.align(heights, (1.0, 1.0), (5, 5), (0.5, 0.5), (20.0, 0.0))

@@ -24,7 +24,7 @@ def test_crop() -> None:
 
 
 @pytest.mark.parametrize("rows", [(-1, 3), (0, 5), (2, 3), (3, 1)])
-def test_crop_refuses_what_is_not_on_the_map(rows: tuple[int, int]) -> None:
+def test_crop_outside_map_raises_input_error(rows: tuple[int, int]) -> None:
     with pytest.raises(InputError, match="rows must be"):
         cleaning.crop_map(np.zeros((4, 5)), rows, (0, 5))
     with pytest.raises(InputError, match="columns must be"):
@@ -80,7 +80,7 @@ def test_outliers_go_and_the_rest_keeps_its_bits() -> None:
     assert np.count_nonzero(there & ~spikes & ~rest) <= 3
 
 
-def test_the_local_median_is_that_of_the_points_that_are_there() -> None:
+def test_local_median_ignores_missing_points() -> None:
     heights = rough(5, (13, 17), holes=0.4)
     median = cleaning._local_median(heights, 5)
     for y in range(2, 11):
@@ -108,7 +108,7 @@ def test_outliers_refuses(limit: float, window: int, words: str) -> None:
 
 
 @given(st.integers(0, 1000), st.integers(-9, 9))
-def test_four_quarter_turns_are_none(seed: int, turns: int) -> None:
+def test_four_quarter_rotations_keep_map(seed: int, turns: int) -> None:
     heights = rough(seed, (5, 8), holes=0.3)
     turned = heights
     for _ in range(4):

@@ -47,7 +47,7 @@ def test_transmission_is_that_of_the_standard(ratio: float) -> None:
     assert transmission(ratio * 40, 40, 1) == pytest.approx(expected, abs=1e-9)
 
 
-def test_transmission_is_alike_in_all_directions_and_in_metres() -> None:
+def test_transmission_is_isotropic_in_meters() -> None:
     # A wave at 45° on pixels of 2 × 3: the areal filter halves it too.
     pixel, cutoff = (2e-6, 3e-6), 6e-5
     y = (np.arange(301) - 150)[:, None] * pixel[0]
@@ -101,7 +101,7 @@ def test_the_end_effect_is_the_one_stated() -> None:
 
 
 @given(st.integers(0, 1000), st.floats(6, 40), st.sampled_from([0, 0.2]))
-def test_what_the_filters_part_adds_up(seed: int, cutoff: float, holes: float) -> None:
+def test_filter_bands_add_up_to_map(seed: int, cutoff: float, holes: float) -> None:
     heights = rough(seed, (30, 27), holes)
     parts = filters.gaussian_band(heights, PIXEL, s=cutoff * 1e-6) + filters.gaussian_band(
         heights, PIXEL, l=cutoff * 1e-6
@@ -166,7 +166,7 @@ def band_limited(seed: int, shape: tuple[int, int], points: tuple[int, int]) -> 
 
 
 @given(*[st.integers(2, 24)] * 4, st.integers(0, 1000))
-def test_there_and_back_is_exact(ny: int, nx: int, my: int, mx: int, seed: int) -> None:
+def test_resampling_round_trip_is_exact(ny: int, nx: int, my: int, mx: int, seed: int) -> None:
     heights = band_limited(seed, (ny, nx), (my, mx))
     back = filters.resample(filters.resample(heights, (my, mx)), (ny, nx))
     np.testing.assert_allclose(back, heights, atol=1e-13)
@@ -271,7 +271,7 @@ def ball() -> Surface:
         (lambda s: s.filtered(s=8e-6, l=6e-5), "S-filter at 8 µm and L-filter at 60 µm"),
     ],
 )
-def test_every_step_is_a_copy_and_a_sentence(call, words: str) -> None:
+def test_every_step_returns_copy_with_provenance(call, words: str) -> None:
     surface = ball()
     before = surface.heights.tobytes()
     prepared = call(surface)
@@ -338,7 +338,7 @@ def test_equal_cutoffs_along_both_axes_are_the_areal_filter(
     np.testing.assert_array_equal(smooth, filters.gaussian_lowpass(heights, (1.0, 1.0), cutoff))
 
 
-def test_an_axis_may_be_left_alone() -> None:
+def test_filter_along_one_axis() -> None:
     heights = rough(5, (20, 30))
     smooth = filters.along_axes(heights, (0.0, 6.0))
     # Each row by itself: a map of one row repeated.
@@ -351,6 +351,6 @@ def test_an_axis_may_be_left_alone() -> None:
 
 
 @pytest.mark.parametrize("cutoffs", [(1.9, 4.0), (4.0, -1.0), (np.nan, 4.0), (4.0, np.inf)])
-def test_cutoffs_along_axes_that_are_none(cutoffs: tuple[float, float]) -> None:
+def test_invalid_cutoffs_along_axes_raise_input_error(cutoffs: tuple[float, float]) -> None:
     with pytest.raises(InputError, match="cutoffs must be 0 or at least two pixels"):
         filters.along_axes(rough(1, (8, 8)), cutoffs)

@@ -57,7 +57,7 @@ def test_the_radius_of_a_rough_ball_within_a_thousandth(radius: float) -> None:
 
 
 @given(st.floats(-1.5, 1.57), st.floats(0.7, 100), st.sampled_from([-1, 1]), st.floats(-0.3, 0.3))
-def test_a_cylinder_is_recovered_whatever_its_axis(
+def test_cylinder_is_recovered_for_any_axis(
     angle: float, radius: float, sign: int, slope: float
 ) -> None:
     shape, pixel = (37, 43), (0.02, 0.016)

@@ -72,7 +72,7 @@ def test_level_by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_allclose(level(heights, "quadric"), whole, atol=1e-14)
 
 
-def test_level_leaves_its_argument_alone() -> None:
+def test_level_does_not_change_its_argument() -> None:
     heights = rough(6, (5, 5))
     before = heights.copy()
     level(heights)

@@ -358,7 +358,9 @@ def test_the_command_prints_both_and_writes_every_format(tmp_path: Path, capsys:
         (["--sq", "1"], "--sq"),
     ],
 )
-def test_mistakes_end_in_one_sentence(words: list[str], told: str, capsys: Capture) -> None:
+def test_invalid_options_are_rejected_in_one_sentence(
+    words: list[str], told: str, capsys: Capture
+) -> None:
     assert app.main(["generate", *words]) == app.BAD_INPUT
     shown = capsys.readouterr()
     assert shown.err.startswith(f"roughcontact: error: {told}")

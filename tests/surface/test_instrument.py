@@ -33,7 +33,7 @@ def test_a_sine_is_sampled_at_pixel_centers_with_half_its_amplitude(step: int) -
     np.testing.assert_allclose(image.heights[3], expected, rtol=0, atol=1e-12 * UM)
 
 
-def test_a_perfect_instrument_averages_a_pixel_alone() -> None:
+def test_perfect_instrument_averages_over_pixel() -> None:
     image = Instrument(resolution=0.0).measure(
         sine(64, 4), periodic=True, rng=np.random.default_rng(0)
     )

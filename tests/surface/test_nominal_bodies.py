@@ -60,7 +60,7 @@ GRID = {"shape": SHAPE, "pixel": PIXEL}
         ),
     ],
 )
-def test_a_body_is_a_surface_that_says_what_it_is(body, heights, source) -> None:
+def test_body_is_surface_with_provenance(body, heights, source) -> None:
     np.testing.assert_array_equal(body.heights, heights)
     assert body.pixel == PIXEL
     assert body.provenance.source == source
@@ -71,7 +71,7 @@ def test_a_body_is_a_surface_that_says_what_it_is(body, heights, source) -> None
     assert body.provenance.steps == steps
 
 
-def test_a_body_may_stand_aside() -> None:
+def test_body_may_be_outside_map() -> None:
     for make, sizes in (
         (nominal_bodies.sphere, {"radius": 1e-3}),
         (nominal_bodies.cylinder, {"radius": 1e-3}),
@@ -126,7 +126,7 @@ def test_texts_that_are_bodies(text: str, expected: Surface) -> None:
     assert body.provenance == expected.provenance
 
 
-def test_every_form_shown_is_taken_and_may_stand_aside() -> None:
+def test_every_listed_form_is_parsed_with_any_center() -> None:
     for form in nominal_bodies.FORMS:
         body = nominal_bodies.parse(form)(**GRID, center=(7, 12))
         assert body.heights[7, 12] == 0 == np.nanmax(body.heights)
@@ -155,7 +155,7 @@ def test_every_form_shown_is_taken_and_may_stand_aside() -> None:
         5,
     ],
 )
-def test_texts_that_are_none(text) -> None:
+def test_invalid_texts_raise_input_error(text) -> None:
     with pytest.raises(InputError) as caught:
         nominal_bodies.parse(text, "--body")
     message = str(caught.value)
@@ -180,7 +180,7 @@ def test_texts_that_are_none(text) -> None:
         ("wedge 0", "--body: the slope of the wedge must be positive"),
     ],
 )
-def test_sizes_that_are_none(text: str, words: str) -> None:
+def test_invalid_sizes_raise_input_error(text: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
         nominal_bodies.parse(text, "--body")
 
@@ -214,7 +214,7 @@ def test_only_points_beyond_a_body_are_masked() -> None:
         (nominal_bodies.ellipsoid(("10 mm", "4 mm")), nominal_bodies.parse("ellipsoid 10 mm 4 mm")),
     ],
 )
-def test_a_body_without_a_grid_takes_that_of_a_map(body, expected) -> None:
+def test_body_without_grid_uses_grid_of_map(body, expected) -> None:
     made = body.sample_body(rc.Surface(np.zeros(SHAPE), PIXEL))
     expected = expected if isinstance(expected, rc.Surface) else expected(**GRID)
     np.testing.assert_array_equal(made.heights, expected.heights)
@@ -223,7 +223,7 @@ def test_a_body_without_a_grid_takes_that_of_a_map(body, expected) -> None:
     np.testing.assert_array_equal(again(**GRID).heights, expected.heights)
 
 
-def test_a_profile_takes_a_body_that_is_alike_across_it() -> None:
+def test_profile_accepts_bodies_uniform_across_it() -> None:
     trace = rc.Surface(np.zeros(40), 1e-6)
     made = rc.cylinder("5 mm").sample_body(trace)
     assert made.is_profile
@@ -245,6 +245,6 @@ def test_a_profile_takes_a_body_that_is_alike_across_it() -> None:
         (("6 N",), {}, "radius needs a length"),
     ],
 )
-def test_what_makes_no_body(size, given, message: str) -> None:
+def test_invalid_arguments_raise_input_error(size, given, message: str) -> None:
     with pytest.raises(rc.InputError, match=message):
         rc.sphere(*size, **given)

@@ -103,7 +103,7 @@ EDGES = st.floats(5e-7, 6e-6) | st.floats(-1e-12, 1e-12).map(lambda part: 2e-6 +
 # Turned by 1e-6 of a pixel over the map: on its edge as a whole, beyond it in a part.
 @example((0.0, 0.0), 1.2651743795826855e-06, False, (5e-7, 1.2651743795826855e-06))
 @example((0.0, 2e-12), 1e-06, True, (2e-6, 2e-6))
-def test_what_two_maps_share_is_never_missing(offset, angle, mirrored, pixel) -> None:
+def test_overlap_of_matched_grids_has_no_missing_points(offset, angle, mirrored, pixel) -> None:
     first = Surface(waves((40, 50), (2e-6, 2e-6)), (2e-6, 2e-6))
     second = Surface(waves((40, 30), pixel), pixel)
     try:

@@ -21,7 +21,7 @@ LEVELED = Operation(
 )
 
 
-def test_steps_are_data_and_words() -> None:
+def test_steps_are_stored_and_formatted() -> None:
     about = Provenance("a.txt", "matrix (text)", origin=READING).then(LEVELED)
     assert about.operations == (LEVELED,)
     assert about.steps == (
@@ -56,7 +56,7 @@ def test_array_has_provenance_after_first_step() -> None:
     assert surface.traced() == replace(surface.provenance, origin=origin)
 
 
-def test_another_map_is_kept_as_what_made_it() -> None:
+def test_added_form_is_kept_as_its_operation() -> None:
     surface = Surface(np.zeros((9, 9)), PIXEL)
     ball = nominal_bodies.sphere(radius=1e-3, shape=(9, 9), pixel=PIXEL, center=(3, 4.5))
     step = surface.with_form(ball.rotated(180)).provenance.operations[-1]

@@ -194,7 +194,7 @@ def test_noise_is_found_where_it_equals_the_surface(
     assert resolution.smoothing_cutoff(noisy[part], PIXEL) is None
 
 
-def test_nothing_but_noise() -> None:
+def test_white_noise_has_noise_cutoff() -> None:
     noise = np.random.default_rng(1).normal(size=(64, 128))
     assert resolution.noise_cutoff(noise, PIXEL) > 10 * NM
     assert resolution.smoothing_cutoff(noise, PIXEL) is None
@@ -229,7 +229,7 @@ def test_regular_grooves_are_not_smoothing() -> None:
     assert resolution.smoothing_cutoff(heights, PIXEL) is None
 
 
-def test_small_and_flat_maps_say_nothing() -> None:
+def test_small_and_flat_maps_have_no_cutoff() -> None:
     for heights in (np.zeros((64, 64)), np.random.default_rng(1).normal(size=(31, 300))):
         assert resolution.smoothing_cutoff(heights, PIXEL) is None
     assert resolution.noise_cutoff(np.zeros((31, 300)), PIXEL) is None

@@ -139,6 +139,6 @@ def test_developed_area_leaves_out_cells_with_a_hole() -> None:
     "function",
     [roughness.height_parameters, spectrum.autocorrelation, roughness.material_ratio_curve],
 )
-def test_nothing_without_points(function) -> None:
+def test_map_without_points_raises_input_error(function) -> None:
     with pytest.raises(InputError, match="every point is missing"):
         function(np.full((3, 3), np.nan))

@@ -74,7 +74,7 @@ def test_rz_is_a_mean_over_sections_and_rt_is_not():
     assert found["Rt"] == pytest.approx(1e-5, rel=1e-3)
 
 
-def test_missing_points_are_left_out():
+def test_missing_points_are_ignored():
     _, z = wave()
     z[1234:1240] = np.nan
     found = roughness.summary(z, SPACING)
@@ -223,7 +223,7 @@ def test_points_marked_as_not_valid_are_missing(tmp_path):
 
 
 @pytest.mark.parametrize("stated", ["", "X_(microns),y1\n"])
-def test_one_unit_does_not_stand_for_two_columns(tmp_path, stated):
+def test_one_unit_for_two_columns_raises_input_error(tmp_path, stated):
     x, z = traced()
     path = written(tmp_path / "t.csv", x, z, head=stated, mark=",")
     with pytest.raises(rc.InputError, match=r"^t\.csv is a profile .* give .*unit="):
@@ -238,7 +238,7 @@ def test_one_unit_does_not_stand_for_two_columns(tmp_path, stated):
             rc.read_surface(path, unit="um")
 
 
-def test_a_lone_number_that_counts_nothing_makes_no_profile(tmp_path):
+def test_single_number_does_not_make_profile(tmp_path):
     x, z = traced()
     path = written(tmp_path / "t.txt", x, z, head="mm um\n17\n")
     with pytest.raises(rc.FormatError):

@@ -153,7 +153,7 @@ def test_spectrum_of_a_wave_is_one_shell() -> None:
     assert C[top] * waves[top] == pytest.approx(2 * 60 * 60, rel=1e-9)
 
 
-def test_spectrum_asks_for_a_full_map() -> None:
+def test_spectrum_of_map_with_holes_raises_input_error() -> None:
     heights = np.ones((4, 4))
     heights[1, 2] = np.nan
     with pytest.raises(InputError, match=r"1 missing points; fill or crop.*filled\(\)"):

@@ -82,7 +82,7 @@ def test_other_numbers_become_float64(dtype) -> None:
     assert surface.heights[0, 2] == 3  # [y, x]
 
 
-def test_lists_are_taken() -> None:
+def test_lists_are_accepted() -> None:
     surface = Surface([[1, 2], [3, 4.5]], [1, 2])
     np.testing.assert_array_equal(surface.heights, [[1, 2], [3, 4.5]])
     assert surface.pixel == (1.0, 2.0)
@@ -180,7 +180,7 @@ def test_leveled(form: str) -> None:
     assert after.missing == before.missing == 2
 
 
-def test_leveled_takes_a_plane_by_default() -> None:
+def test_leveled_subtracts_plane_by_default() -> None:
     before = holed()
     np.testing.assert_array_equal(before.leveled().heights, before.leveled("plane").heights)
 
@@ -197,7 +197,7 @@ def test_filled() -> None:
     assert (after.heights[~there] >= np.nanmin(rim)).all()
 
 
-def test_filled_knows_the_axes() -> None:
+def test_filled_uses_pixel_of_each_axis() -> None:
     # With dy ≫ dx the heights to the left and right count, those above and below do not.
     heights = holed().heights
     filled = Surface(heights, (1e-3, 1e-6)).filled().heights
@@ -230,13 +230,13 @@ def test_cropped() -> None:
         before.cropped((1, 4), (2, 10))
 
 
-def test_steps_stand_in_their_order() -> None:
+def test_steps_are_in_order() -> None:
     steps = holed().leveled().filled().cropped((0, 5), (0, 5)).provenance.steps
     words = [step.split(":")[0] for step in steps]
     assert words == ["made", "leveled", "filled", "cropped"]
 
 
-def test_nothing_to_fill_or_mask_is_no_step() -> None:
+def test_fill_and_mask_of_whole_map_add_no_step() -> None:
     whole = Surface(rough(), PIXEL, ORIGIN)
     assert whole.filled().provenance == ORIGIN
     assert whole.masked().provenance == ORIGIN
@@ -252,7 +252,7 @@ def test_roughness_is_that_of_the_heights() -> None:
     assert surface.Sdq == roughness.rms_gradient(surface.heights, PIXEL)
 
 
-def test_gradient_knows_the_axes() -> None:
+def test_gradient_uses_pixel_of_each_axis() -> None:
     y, x = np.mgrid[:5, :7]
     assert Surface(0.5 * 2e-6 * y, (2e-6, 3e-6)).Sdq == pytest.approx(0.5, rel=1e-12)
     assert Surface(0.5 * 3e-6 * x, (2e-6, 3e-6)).Sdq == pytest.approx(0.5, rel=1e-12)
@@ -356,7 +356,7 @@ def test_aligned_without_motion_keeps_the_bits() -> None:
     assert before.masked().aligned(before).holes_masked
 
 
-def test_aligned_says_what_it_did() -> None:
+def test_aligned_adds_step() -> None:
     grid = Surface(np.zeros((8, 8)), (1.5e-6, 4e-6))
     before = Surface(rough((30, 40)), PIXEL, ORIGIN)
     after = before.aligned(grid, (4e-6, -5e-6), 30, mirrored=True)

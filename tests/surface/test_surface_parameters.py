@@ -79,7 +79,7 @@ def test_parameters_scale(seed: int, holes: bool, height: float, side: float) ->
 
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 1000), st.booleans())
-def test_parameters_do_not_know_the_axes(seed: int, holes: bool) -> None:
+def test_parameters_are_invariant_under_transpose_and_mirror(seed: int, holes: bool) -> None:
     heights = small_map(seed, holes)
     before = summary(heights, (2.0, 3.0))
     turned = summary(np.ascontiguousarray(heights.T), (3.0, 2.0))
@@ -125,7 +125,7 @@ def test_summary_does_not_depend_on_the_blocks(monkeypatch: pytest.MonkeyPatch) 
         assert one == pytest.approx(other, rel=1e-12)
 
 
-def test_a_surface_knows_its_roughness() -> None:
+def test_surface_returns_roughness() -> None:
     surface = Surface(1e-6 * small_map(12, holes=True), pixel=(1e-6, 2e-6))
     values = surface.roughness()
     assert set(values) == LENGTHS | PURE | {"Sal", "Sdq", "Sdr"}
