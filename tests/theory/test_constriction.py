@@ -50,7 +50,7 @@ def test_a_disc_has_four_radii() -> None:
 
 
 @pytest.mark.parametrize("ceiling", [None, 0.6e9])
-def test_a_ball_conducts_by_its_whole_contact(ceiling: float | None) -> None:
+def test_ball_conducts_as_whole_disc(ceiling: float | None) -> None:
     side = 1.2e-3 if ceiling is None else 0.8e-3
     n, load = 160, 100.0
     x = (np.arange(n) - (n - 1) / 2) * side / n

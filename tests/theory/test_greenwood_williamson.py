@@ -86,7 +86,7 @@ def test_both_forms_of_the_diffusion_agree(ceiling: float) -> None:
         np.testing.assert_allclose(images, waves, rtol=0, atol=1e-13)
 
 
-def test_many_contacts_are_each_alone() -> None:
+def test_vectorized_fractions_match_single_contacts() -> None:
     mean, deviation = np.array([0.1, 0.5, 2.0]), np.array([0.2, 3.0, 1.0])
     ceiling = np.array([np.inf, 1.0, 2.5])
     contact, saturated = persson.diffused(mean, deviation, ceiling)

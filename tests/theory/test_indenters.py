@@ -79,7 +79,7 @@ def test_cone_relations_agree(load, slope, modulus):
     assert indenters.punch_load(delta, a, modulus) == pytest.approx(2 * load, rel=1e-12)
 
 
-def test_singular_points_are_what_the_docstrings_say():
+def test_singular_points_match_docstrings():
     assert indenters.punch_pressure([A, 2 * A], 1.0, A).tolist() == [0, 0]
     assert indenters.cone_pressure([0, A, 2 * A], A, 1.0).tolist() == [math.inf, 0, 0]
 

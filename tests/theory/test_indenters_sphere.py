@@ -42,7 +42,7 @@ def test_the_mean_pressure_rises_to_its_plateau(mean) -> None:
     assert max(values) <= plateau
 
 
-def test_what_is_left_begins_at_the_ceiling_and_grows_faster_than_the_load() -> None:
+def test_residual_indentation_starts_at_ceiling_and_grows_faster_than_load() -> None:
     assert indenters.left_under_ceiling(0.9) == (0.0, 0.0)
     assert max(indenters.left_under_ceiling(1 + 1e-9)) < 1e-3
     ratios = np.geomspace(1.2, 100, 20)
