@@ -123,7 +123,7 @@ def pressed(surface, load, **options):
 
 
 @pytest.mark.parametrize("load", [0.02, 0.2, 3.0])
-def test_a_study_holds_what_hertz_has(load):
+def test_interval_of_study_covers_hertz(load):
     pixel, radius = 1e-6, 0.01
     ball = rc.Surface(shapes.paraboloid((128, 128), (pixel, pixel), radius), (pixel, pixel))
     result, study = pressed(ball, load)
@@ -193,7 +193,7 @@ def test_pressure_interval_ends_at_ceiling():
 
 
 @pytest.mark.parametrize("order", [0.5, 0.7, 1.0, 1.5, 2.0])
-def test_the_limit_of_a_sequence_of_known_order_is_held(order):
+def test_limits_cover_limit_of_sequence(order):
     for sign in (1, -1):
         values = [7 + sign * 2.0 ** (-order * n) for n in range(4)]
         low, high = limits(values)
@@ -217,7 +217,7 @@ def test_sequence_that_does_not_converge_has_no_limit():
 
 
 @pytest.mark.long
-def test_intervals_hold_what_finer_grids_give():
+def test_intervals_cover_finer_grids():
     held = []
     for number in range(4):
         case = benchmark.drawn(number, 64, 4)
@@ -268,7 +268,7 @@ def test_nearly_full_contact_has_shares_up_to_one_and_no_interval_of_a_closed_ga
     assert "mean_gap" not in [one.name for one in uncertainty_intervals(full, study)]
 
 
-def test_a_number_of_a_joint_has_the_interval_of_the_area_where_it_changes_alike():
+def test_joint_interval_matches_area_interval_at_equal_change():
     surface = rc.Surface(*rc.reference_map(128))
     contact = rc.solve(surface, material=STEEL, load=1.0, boundary="periodic", calibrated=False)
     change = causes(interval(contact))[Cause.YIELDING].high / 1.11 - 0.11 / 1.11

@@ -140,7 +140,7 @@ def test_the_periodic_part_of_a_plane_is_flat_and_of_a_periodic_map_itself() -> 
     assert np.ptp(periodic_part(plane)) < 0.1
 
 
-def test_a_draw_of_a_part_has_the_slope_of_the_surface_there() -> None:
+def test_draw_of_part_has_slope_of_that_part() -> None:
     # The step between opposite edges of a part has short waves that are none of the surface.
     surface, tool = rough(512), Instrument(resolution=8 * UM, noise=1e-9)
     image = tool.measure(surface, points=(256, 256), periodic=True, rng=np.random.default_rng(3))

@@ -42,7 +42,7 @@ def test_everything_is_converged_on_a_smooth_ball() -> None:
         assert grid.max_pressure == pytest.approx(hertz.max_pressure(1.0, 0.01, modulus), rel=0.02)
 
 
-def test_noise_at_the_pixel_is_found_out() -> None:
+def test_noise_at_pixel_is_detected() -> None:
     found = looked_at(noisy(), ceiling=None)
     assert not found.independent("max_pressure")
     assert any(
@@ -58,7 +58,7 @@ def test_noise_at_the_pixel_is_found_out() -> None:
 
 
 @pytest.mark.long
-def test_a_maximum_at_the_ceiling_is_not_taken_for_convergence() -> None:
+def test_maximum_at_ceiling_is_not_convergence() -> None:
     found = looked_at(noisy(50e-9))
     assert found.at_ceiling
     assert any("says nothing about the resolution" in sentence for sentence in found.sentences)
@@ -109,14 +109,14 @@ def test_holes_two_bodies_and_odd_sizes() -> None:
     assert all(grid.certificate <= 1e-6 for grid in found.grids)
 
 
-def test_a_ceiling_too_low_for_the_load_is_said() -> None:
+def test_low_ceiling_factor_is_reported() -> None:
     area = 128e-6**2
     found = looked_at(load=2.9e9 * area)
     assert [v.value for v in found.ceilings] == [3.0, 3.2]
     assert any("ceiling factor of 2.8 the load cannot be carried" in s for s in found.sentences)
 
 
-def test_a_grid_that_does_not_fit_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_grid_exceeding_memory_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     def small(room: MemoryNeed, contact_fraction: float = 0.0, there: int | None = None) -> None:
         if room.shape[0] > 128:
             raise rc.InsufficientMemoryError("too much")
