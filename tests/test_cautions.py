@@ -149,7 +149,7 @@ def test_cautions_of_the_stress_are_those_of_the_contact_and_its_own() -> None:
     assert stress.warnings == tuple(caution.text for caution in stress.cautions)
 
 
-def test_cautions_are_equal_where_they_say_the_same() -> None:
+def test_cautions_with_same_tag_and_text_are_equal() -> None:
     assert Caution(CautionTag.EDGE, ("At the edge.",)) == Caution(
         CautionTag.EDGE, ("At the edge.",)
     )

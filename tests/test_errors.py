@@ -39,7 +39,7 @@ def test_every_error_survives_another_process() -> None:
         assert (again.argument, again.value) == ("load", 2.0)
 
 
-def test_kept_errors_keep_no_threads() -> None:
+def test_stored_errors_hold_no_threads() -> None:
     kept = [unconverged() for _ in range(3)]
     gc.collect()
     before = threading.active_count()
@@ -59,7 +59,7 @@ def test_the_full_capacity_is_a_load_like_any_other(shape: tuple[int, int]) -> N
         rc.solve(surface, load=load * (1 + 1e-9), material=STEEL)
 
 
-def test_a_ceiling_that_is_infinite_everywhere_is_none() -> None:
+def test_infinite_ceiling_is_none() -> None:
     surface = rough()
     ceiling = np.full(surface.shape, np.inf)
     elastic = rc.solve(surface, load=0.1, material=STEEL, ceiling=ceiling)
@@ -86,7 +86,7 @@ def test_arguments_of_another_kind_are_named(name: str, value: object) -> None:
         rc.solve(**arguments)
 
 
-def test_a_sentence_is_a_text_that_knows_its_mentions() -> None:
+def test_sentence_keeps_argument_references() -> None:
     said = Sentence("raise ", ArgumentRef("max_iterations"), ", or stop")
     assert said == "raise max_iterations, or stop"
     assert message_parts(said)[1] == ArgumentRef("max_iterations")

@@ -226,7 +226,7 @@ def test_single_point_of_contact_survives(shape: tuple[int, int]) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("shape", [(1024, 1024), (300, 1100)])
-def test_single_points_reach_the_picture(shape: tuple[int, int]) -> None:
+def test_single_points_are_visible_in_image(shape: tuple[int, int]) -> None:
     # Drawing to the nearest cell would lose cells if the axes had fewer dots than cells.
     import scipy.ndimage
 
@@ -255,7 +255,7 @@ def rough(shape: tuple[int, int], missing: NDArray[np.bool_] | None = None) -> C
 
 @pytest.mark.long
 @pytest.mark.parametrize(("shape", "holes"), [((1300, 1300), False), ((700, 1900), True)])
-def test_area_in_the_picture_is_area(shape: tuple[int, int], holes: bool) -> None:
+def test_area_in_image_matches_area(shape: tuple[int, int], holes: bool) -> None:
     # Larger than what is drawn, and with cells at the far edges that reach beyond the map.
     missing = np.zeros(shape, bool)
     missing[100:163, 200:417] = holes
@@ -283,7 +283,7 @@ def test_area_in_the_picture_is_area(shape: tuple[int, int], holes: bool) -> Non
 
 
 @pytest.mark.long
-def test_the_rendered_picture_shows_the_share_that_touches() -> None:
+def test_rendered_image_shows_contact_fraction() -> None:
     result = rough((1210, 1210))
     figure = plots.contact(result)
     (axes,) = maps(figure)
@@ -302,7 +302,7 @@ def test_the_rendered_picture_shows_the_share_that_touches() -> None:
     assert found[1] == pytest.approx(result.saturated_fraction, abs=3e-3)
 
 
-def test_pressures_say_how_much_of_the_picture_they_mark() -> None:
+def test_pressure_figure_states_marked_fraction() -> None:
     result = rough((1300, 1300))
     figure = plots.pressure(result)
     (axes,) = maps(figure)
@@ -329,7 +329,7 @@ def test_maps_have_more_dots_than_cells(aspect: float) -> None:
                 assert max(box.width, box.height) >= cells
 
 
-def test_cells_show_the_classes_in_their_shares_and_say_so() -> None:
+def test_cells_show_fractions_of_classes() -> None:
     pressure = np.zeros((1200, 1200))
     pressure[0, 0], pressure[0, 1] = 3 * GIGA, GIGA
     pressure[600, 600] = GIGA
@@ -491,7 +491,7 @@ def test_far_ceiling_does_not_stretch_the_histogram() -> None:
     assert "none of it at the 3 GPa ceiling" in texts(figure)
 
 
-def test_a_ceiling_far_below_other_pressures_takes_no_thousand_bins() -> None:
+def test_low_ceiling_gives_few_bins() -> None:
     soft, elastic = result_of(np.minimum(spotted(), 1e6), 1e6), result_of(spotted(), None)
     figure = plots.pressure_histogram([soft, elastic], ["a", "b"])
     assert len(figure.axes[0].patches[0].get_data().values) < 100
@@ -566,7 +566,7 @@ def test_save_writes_the_type_of_the_suffix(tmp_path: Path, suffix: str, start: 
 
 
 @pytest.mark.long
-def test_a_png_is_what_savefig_draws_and_is_laid_out_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_png_matches_savefig_with_one_layout(monkeypatch: pytest.MonkeyPatch) -> None:
     result = result_of(spotted())
     engine = type(style.layout())
     layouts, execute = [], engine.execute
@@ -616,7 +616,7 @@ def test_save_refuses_a_missing_folder(tmp_path: Path) -> None:
     ],
 )
 @pytest.mark.parametrize("name", ["figure.png", "figure.svg"])
-def test_failed_save_keeps_the_old_file_and_leaves_nothing(
+def test_failed_save_keeps_old_file_only(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     failure: BaseException,
@@ -931,7 +931,7 @@ def test_load_curve_of_one_high_load_has_no_law() -> None:
 
 
 @pytest.mark.long
-def test_hysteresis_shows_the_loop_and_what_it_costs() -> None:
+def test_hysteresis_shows_loop_and_energy() -> None:
     heights = np.random.default_rng(3).random((16, 16)) * 1e-7
     material = Material(young=210e9, poisson=0.3, yield_strength=1e9)
     surface = Surface(heights, (1e-6, 1e-6))
@@ -956,7 +956,7 @@ def test_hysteresis_shows_the_loop_and_what_it_costs() -> None:
     assert volume[-1] == pytest.approx(history.indentation_volume * 1e18)
 
 
-def test_no_hysteresis_is_drawn_where_there_is_none() -> None:
+def test_elastic_path_draws_no_hysteresis() -> None:
     heights = np.random.default_rng(3).random((16, 16)) * 1e-7
     surface = Surface(heights, (1e-6, 1e-6))
     history = load_history(surface, [0.1, 0.04, 0.0, 0.1], material=Material(210e9, 0.3))
@@ -969,7 +969,7 @@ def test_no_hysteresis_is_drawn_where_there_is_none() -> None:
     np.testing.assert_allclose(loads[np.isfinite(loads)], [0, 0, 40, 100, 100], atol=1e-9)
 
 
-def test_nothing_joins_different_positions() -> None:
+def test_curves_do_not_connect_positions() -> None:
     heights = np.random.default_rng(3).random((16, 16)) * 1e-7
     surface = Surface(heights, (1e-6, 1e-6))
     aside = Stage(load=0.1, shift=(0.0, 3e-6))

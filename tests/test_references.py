@@ -99,7 +99,7 @@ def test_works_are_in_order_and_complete() -> None:
 # --- how they are written -------------------------------------------------------------------------
 
 
-def test_a_paper_in_words_and_for_bibtex() -> None:
+def test_paper_is_formatted_as_text_and_bibtex() -> None:
     work = REFERENCES["Polonsky1999"]
     assert work.short == "Polonsky and Keer 1999"
     assert work.text == (
@@ -131,7 +131,7 @@ def test_books_standards_and_works_without_authors() -> None:
     assert model.text.endswith("its authors, year and journal could not be confirmed.")
 
 
-def test_entries_are_balanced_and_each_stands_once() -> None:
+def test_bibtex_entries_are_balanced_and_unique() -> None:
     found = rough().references()
     text = found.bibtex
     assert text.count("{") == text.count("}")
@@ -289,7 +289,7 @@ def test_every_kind_of_result_has_references(compared: rc.results.Comparison) ->
     }
 
 
-def test_a_curve_cites_what_its_contacts_do_and_its_laws() -> None:
+def test_curve_cites_sources_of_contacts_and_laws() -> None:
     heights, pixel = rc.reference_map(32)
     read = Operation("read_surface", {"path": "a.x3p"}, {"format": "x3p"})
     surface = rc.Surface(heights, pixel, Provenance("a.x3p", origin=read))

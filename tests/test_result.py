@@ -58,9 +58,7 @@ def test_repr_is_short(kind: str, objects: dict[str, Any]) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_notebook_shows_the_same_numbers_and_a_picture(
-    kind: str, objects: dict[str, Any]
-) -> None:
+def test_html_repr_matches_repr_with_figure(kind: str, objects: dict[str, Any]) -> None:
     shown = objects[kind]._repr_html_()
     told = [line.strip() for line in repr(objects[kind]).splitlines()[1:]]
     for line in told:

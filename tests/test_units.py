@@ -36,7 +36,7 @@ from roughcontact.errors import InputError
         ("20000 N/m", "line load", 2e4),
     ],
 )
-def test_parse_reads_what_engineers_write(text: str, dimension: str, value: float) -> None:
+def test_parse_accepts_usual_notations(text: str, dimension: str, value: float) -> None:
     # One rounding in the number, one in the factor, one in their product.
     assert units.parse(text, dimension, "x") == pytest.approx(value, rel=5e-16)
 
@@ -82,7 +82,9 @@ def test_parse_reads_what_engineers_write(text: str, dimension: str, value: floa
         ("\u22121 N", "force", "must be positive"),
     ],
 )
-def test_parse_refuses_in_one_sentence(text: str, dimension: str, words: str) -> None:
+def test_invalid_text_raises_input_error_in_one_sentence(
+    text: str, dimension: str, words: str
+) -> None:
     with pytest.raises(InputError) as caught:
         units.parse(text, dimension, "--load")
     message = str(caught.value)
@@ -92,7 +94,7 @@ def test_parse_refuses_in_one_sentence(text: str, dimension: str, words: str) ->
     assert len(message) < 250
 
 
-def test_parse_refuses_a_bare_number_object() -> None:
+def test_parse_of_number_raises_input_error() -> None:
     with pytest.raises(InputError, match="has no unit"):
         units.parse(210e9, "pressure", "--young")  # type: ignore[arg-type]
 
@@ -134,7 +136,7 @@ def test_engineering(value: float, unit: str, digits: int, text: str) -> None:
     st.floats(min_value=1e-13, max_value=1e15) | st.floats(min_value=-1e15, max_value=-1e-13),
     st.sampled_from([("m", "length"), ("N", "force"), ("Pa", "pressure")]),
 )
-def test_what_engineering_writes_parse_reads(value: float, kind: tuple[str, str]) -> None:
+def test_parse_reads_format_engineering(value: float, kind: tuple[str, str]) -> None:
     unit, dimension = kind
     text = units.format_engineering(value, unit, digits=17)
     # 17 digits carry a float exactly; the factor of the prefix rounds twice.
@@ -153,7 +155,7 @@ def test_what_engineering_writes_parse_reads(value: float, kind: tuple[str, str]
         ]
     ),
 )
-def test_what_engineering_writes_of_compound_units_is_read(
+def test_parse_reads_format_engineering_of_compound_units(
     value: float, kind: tuple[str, str]
 ) -> None:
     unit, dimension = kind
@@ -161,7 +163,7 @@ def test_what_engineering_writes_of_compound_units_is_read(
     assert units.parse(text, dimension, "x") == pytest.approx(value, rel=1e-14)
 
 
-def test_import_leaves_pint_alone() -> None:
+def test_import_does_not_load_pint() -> None:
     code = "import sys, roughcontact.units; sys.exit('pint' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
@@ -226,7 +228,7 @@ def test_percentage_near_100_is_not_rounded_to_100() -> None:
     assert units.format_percent(1 - 1e-9) == "> 99.9999 %"
 
 
-def test_errors_carry_the_argument_and_what_was_given() -> None:
+def test_errors_keep_argument_and_value() -> None:
     for text in ("1", "0 N", "1 m", ""):
         with pytest.raises(InputError) as caught:
             units.parse(text, "force", "load")

@@ -45,7 +45,7 @@ def test_parameters_follow_from_each_other() -> None:
     assert STORED["Sq"] == pytest.approx(0.765e-6, rel=0.01)
 
 
-def test_the_page_shows_what_is_stored() -> None:
+def test_page_matches_stored_results() -> None:
     assert challenge.page(STORED) in challenge.PAGE.read_text(encoding="utf-8")
     for name, (low, high) in STORED["limits"].items():
         assert low <= STORED["grids"][-1][name] <= high or name == "contact"

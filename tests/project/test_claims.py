@@ -63,7 +63,7 @@ def functions(name: str) -> set[str]:
     return {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
 
 
-def test_its_tests_and_its_page_exist() -> None:
+def test_tests_and_pages_of_claims_exist() -> None:
     for claim in claims():
         assert claim.tests, claim.sentence
         for identifier in claim.tests:
@@ -76,13 +76,13 @@ def test_its_tests_and_its_page_exist() -> None:
             assert page.exists(), claim.sentence
 
 
-def test_what_is_left_out_is_explained() -> None:
+def test_omitted_effects_are_explained() -> None:
     page = (DOCS / "assumptions.md").read_text(encoding="utf-8").lower()
     for word in ("friction", "adhesion", "layers", "residual", "hardening"):
         assert word in page
 
 
-def test_the_extras_hold_what_is_said() -> None:
+def test_extras_install_stated_packages() -> None:
     extras = PROJECT["optional-dependencies"]
     assert any(entry.startswith("SurfaceTopography") for entry in extras["io"])
     assert any(entry.startswith("ducc0") for entry in extras["fast"])
@@ -94,7 +94,7 @@ def test_the_extras_hold_what_is_said() -> None:
     assert not any(entry.startswith("ducc0") for entry in PROJECT["dependencies"])
 
 
-def test_the_test_command_installs_what_the_tests_need() -> None:
+def test_test_command_installs_required_packages() -> None:
     command = README.split("<!-- test-command -->")[1].split("<!-- end -->")[0]
     wanted = re.search(r"\.\[([a-z,]+)\]", command)
     assert wanted is not None

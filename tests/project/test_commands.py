@@ -40,7 +40,7 @@ certificate   3e-7
         (SHOWN + "caution: so\n", False),
     ],
 )
-def test_words_are_compared_and_numbers_to_one_per_cent(
+def test_text_is_compared_exactly_and_numbers_to_one_percent(
     commands: ModuleType, printed: str, alike: bool
 ) -> None:
     assert commands.same(printed, SHOWN) is alike
@@ -63,9 +63,7 @@ $ echo $?
 """
 
 
-def test_a_page_that_shows_what_is_printed_stays_as_it_is(
-    commands: ModuleType, tmp_path: Path
-) -> None:
+def test_page_with_current_output_is_unchanged(commands: ModuleType, tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text(PAGE, encoding="utf-8")
     assert commands.checked(page, tmp_path) == (PAGE, [])

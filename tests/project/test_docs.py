@@ -72,7 +72,7 @@ def test_no_figure_is_placed_by_hand() -> None:
         assert not re.search(r"!\[.*\]\(|\.\. image::|```{image}|<img", text), path
 
 
-def test_no_line_of_a_page_is_taken_for_a_comment() -> None:
+def test_no_line_of_page_starts_with_percent_sign() -> None:
     for path in pages():
         text = re.sub(r"^```.*?^```$", "", path.read_text("utf-8"), flags=re.DOTALL | re.MULTILINE)
         # MyST leaves out a line that starts with a per cent sign.

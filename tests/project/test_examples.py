@@ -41,7 +41,7 @@ SLOW = ("12_volume", "14_running_in", "17_instruments")
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in POINTS]
 )
-def test_it_runs_without_a_screen(
+def test_example_runs_without_display(
     name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     import matplotlib as mpl

@@ -30,7 +30,7 @@ def shown(capsys: Capture, *words: str) -> str:
 
 
 @pytest.mark.parametrize("command", FIRST)
-def test_ten_options_come_first_and_the_others_are_named(
+def test_help_explains_ten_options_and_lists_others(
     command: str, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
@@ -63,7 +63,7 @@ def test_all_options_are_explained_in_their_order(
     assert all(" ".join(option.help.split()) in plain for option in COMMANDS[command].options)
 
 
-def test_the_program_says_what_its_commands_do(capsys: Capture) -> None:
+def test_help_describes_commands(capsys: Capture) -> None:
     plain = " ".join(shown(capsys, "--help").split())
     assert "solve Compute pressure, real contact area and gap under one load." in plain
     assert "--install-completion" in plain

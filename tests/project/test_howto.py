@@ -62,7 +62,7 @@ def test_the_recipe_of_the_roller_runs_in_python() -> None:
 
 
 @pytest.mark.long
-def test_the_maps_of_the_pages_come_with_the_folder_for_their_figures(
+def test_map_script_creates_maps_and_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -72,7 +72,7 @@ def test_the_maps_of_the_pages_come_with_the_folder_for_their_figures(
     assert Path("maps").is_dir()
 
 
-def test_pages_that_write_into_maps_say_where_the_folder_comes_from() -> None:
+def test_pages_writing_into_maps_name_script_of_folder() -> None:
     pages = [HOWTO.parent / "tutorial.md", HOWTO.parent / "others.md", *HOWTO.glob("*.md")]
     writing = [text for page in pages if " maps/" in (text := page.read_text(encoding="utf-8"))]
     assert len(writing) >= 6

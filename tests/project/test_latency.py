@@ -110,7 +110,7 @@ def test_report_loads_no_unused_library(file: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.process
-def test_a_result_is_saved_without_what_xarray_loads(file: str, tmp_path: Path) -> None:
+def test_saving_loads_no_xarray(file: str, tmp_path: Path) -> None:
     output = tmp_path / "out.nc"
     words = ("--load", "1 N", "--material", "100Cr6", "--output", str(output))
     assert not loaded("solve", file, *words) & {*NEVER, *DRAWS} - {"h5netcdf"}

@@ -67,7 +67,7 @@ print("done")
 @pytest.mark.process
 @pytest.mark.parametrize("gone", [MACOS, WINDOWS], ids=["macos", "windows"])
 @pytest.mark.skipif(sys.platform == "win32", reason="nothing to take away here")
-def test_the_work_is_done_without_what_others_lack(gone: str, tmp_path: Path) -> None:
+def test_analysis_runs_without_missing_facilities(gone: str, tmp_path: Path) -> None:
     # What is imported first is not ours, and knows its system.
     first = "import sys, os, tempfile, subprocess, asyncio, numpy, scipy.sparse, matplotlib.figure"
     code = f"{first}\nimport h5py, xarray, psutil, multiprocessing.connection\n{gone}\n{WORK}"
@@ -108,6 +108,6 @@ def test_processes_are_begun_in_the_way_that_every_system_has() -> None:
 
 
 @pytest.mark.parametrize("name", ["con", "NUL.txt", "a:b", "what?", "end.", "COM1.nc"])
-def test_names_that_windows_lacks_are_known(name: str) -> None:
+def test_reserved_windows_names_match(name: str) -> None:
     assert RESERVED.fullmatch(name)
     assert not RESERVED.fullmatch("console.nc")

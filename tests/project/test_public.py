@@ -34,7 +34,7 @@ LATE = (
 )
 
 
-def test_import_leaves_heavy_libraries_alone() -> None:
+def test_import_loads_no_heavy_libraries() -> None:
     code = "import sys, roughcontact; print('\\n'.join(sys.modules))"
     run = subprocess.run(
         [sys.executable, "-c", code],
@@ -49,7 +49,7 @@ def test_import_leaves_heavy_libraries_alone() -> None:
     assert loaded.isdisjoint(LATE)
 
 
-def test_a_name_imports_what_it_needs_and_no_more() -> None:
+def test_public_name_imports_its_module_only() -> None:
     code = (
         "import sys, roughcontact; first = set(sys.modules); roughcontact.solve; "
         "print('roughcontact.contact.solve' in first); "
@@ -147,7 +147,7 @@ def untold(value: Any) -> set[str]:
     return set(inspect.signature(value).parameters) - told
 
 
-def test_every_parameter_of_what_is_public_is_documented() -> None:
+def test_every_public_parameter_is_documented() -> None:
     missing = {
         name: untold(value)
         for name, value in callables().items()

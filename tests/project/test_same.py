@@ -90,7 +90,7 @@ def test_one_digit_of_a_result_is_seen(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", cases(COMMANDS))
-def test_one_digit_of_what_a_command_prints_is_seen(name, tmp_path):
+def test_change_of_one_printed_digit_is_found(name, tmp_path):
     same.write_inputs(tmp_path)
     for key, text in same.run_commands(name, tmp_path).items():
         assert "exit status 0\n" in text

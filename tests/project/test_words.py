@@ -210,7 +210,7 @@ def test_help_is_plain_english_and_short(command: str) -> None:
             assert len(re.sub(r'"[^"]*"', "X", option.help).split()) <= 17, option.name
 
 
-def test_docstrings_of_the_public_face_are_plain_english() -> None:
+def test_public_docstrings_are_plain_english() -> None:
     wrong = {}
     for name, text in docstrings():
         found = list(faults(re.sub(r"``[^`]*``|`[^`]*`|>>>.*", "", text)))
