@@ -114,7 +114,7 @@ def test_a_sweep_table_has_no_formula(tmp_path: Path) -> None:
 
 
 def test_unprintable_characters_are_blanks() -> None:
-    assert replace_unprintable("a\nb\tc", kept="\t") == "a b\tc"
+    assert replace_unprintable("a\nb\tc", exceptions="\t") == "a b\tc"
     assert replace_unprintable("µm α 表面 é") == "µm α 表面 é"
     assert join_words(" a \n\n b ") == "a b"
     assert np.all([not replace_unprintable(c).strip() for c in SEPARATORS])

@@ -231,7 +231,9 @@ def test_a_full_disk_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     refused(packed, "map.csv.gz cannot be unpacked", "no space left", "TMPDIR")
 
 
-def test_what_cannot_be_read_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unreadable_containers_are_rejected(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = tmp_path / "c.zip"
     for name, words in {
         "notes.txt": "holds neither index.json",

@@ -6,11 +6,11 @@ from __future__ import annotations
 _FORMULA = ("=", "+", "-", "@")
 
 
-def replace_unprintable(text: str, kept: str = "", replacement: str = " ") -> str:
-    """Return text without control characters and line separators, except for ``kept`` ones."""
+def replace_unprintable(text: str, exceptions: str = "", replacement: str = " ") -> str:
+    """Return text without control characters and line separators, except for ``exceptions``."""
     if text.isprintable():
         return text
-    return "".join(c if c.isprintable() or c in kept else replacement for c in text)
+    return "".join(c if c.isprintable() or c in exceptions else replacement for c in text)
 
 
 def join_words(text: str) -> str:

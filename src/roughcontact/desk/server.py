@@ -546,7 +546,7 @@ class UploadHandler(web.RequestHandler):
                 self._works.reserve_upload(safe_file_name(name), size, self._together)
             )
         except InputError as error:
-            # Whoever started the server can raise the limit, by an option of its command.
+            # The limit is an option of the command that starts the server.
             self._refuse(413, error.message_for(lambda ref: f"--{ref.name.replace('_', '-')}"))
             return
         # The limit of the server holds for other requests, which are far smaller.
