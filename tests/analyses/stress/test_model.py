@@ -11,7 +11,7 @@ import roughcontact as rc
 from roughcontact.analyses.stress import model as subsurface_stress
 from roughcontact.cautions import CautionTag
 from roughcontact.halfspace import stress, stress_summary, tensors
-from roughcontact.surface import shapes
+from roughcontact.surface import nominal_bodies, shapes
 from roughcontact.theory import hertz
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9, name="steel")
@@ -304,3 +304,15 @@ def test_depths_must_be_below_surface(depths):
     result = rc.solve(rc.Surface(*rc.reference_map(32)), material=STEEL, load=0.1)
     with pytest.raises(rc.InputError, match="depths must be below the surface"):
         subsurface_stress.subsurface_stress(result, depths)
+
+
+def test_given_depths_do_not_hide_that_the_body_yields() -> None:
+    ball = nominal_bodies.sphere(radius=5e-3, shape=(64, 64), pixel=(16e-6, 16e-6))
+    steel = rc.Material(210e9, 0.3, 2e9)
+    contact = rc.solve(ball, material=steel, counter_material=steel, load="hertz 4 GPa")
+    everywhere, near = (rc.subsurface_stress(contact, d) for d in (None, ["5 um", "10 um"]))
+    assert near.max_von_mises < 2e9 < everywhere.max_von_mises
+    assert near.overall is not None
+    assert near.overall.max_von_mises == everywhere.max_von_mises
+    assert "The material yields" in str(near)
+    assert near.summary()["overall"] == [everywhere.max_von_mises, everywhere.max_von_mises_at[0]]

@@ -106,6 +106,11 @@ STRESS: Table = (
         text=_interface_stresses,
     ),
     Quantity(
+        "overall",
+        of=lambda s: s.overall and [s.overall.max_von_mises, s.overall.max_von_mises_at[0]],
+        when=lambda s: s.overall is not None,
+    ),
+    Quantity(
         "base",
         of=lambda s: (
             s.base

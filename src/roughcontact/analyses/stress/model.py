@@ -90,6 +90,8 @@ class StressResult(Result):
         Version of the program.
     faces : tuple of coating_stress.Face
         Largest stresses of the surface and of both sides of the interfaces of a coated body.
+    overall : StressResult, optional
+        The stress at the automatic depths, if other depths were given: yielding is judged there.
     base : StressResult, optional
         The same stress under the ceiling of the base of a coated body, if both were requested.
     """
@@ -105,6 +107,7 @@ class StressResult(Result):
     version: str = field(default="")
     traction: NDArray[Any] | None = None
     faces: tuple[coating_stress.Face, ...] = ()
+    overall: StressResult | None = None
     base: StressResult | None = None
 
     def __post_init__(self) -> None:
@@ -457,6 +460,16 @@ def subsurface_stress(
     found, faces = (_layered_stress if material.coating else _bulk_stress)(
         result, material, wanted, options
     )
+    overall = None
+    if wanted is not None:
+        overall = subsurface_stress(
+            result,
+            in_body=in_body,
+            friction=friction,
+            direction=direction,
+            traction=traction,
+            precision=precision,
+        )
     return StressResult(
         result,
         in_body,
@@ -469,6 +482,7 @@ def subsurface_stress(
         __version__,
         traction,
         faces,
+        overall,
     )
 
 

@@ -61,6 +61,10 @@ def _load(stress: StressResult) -> str:
 
 def _answer(stress: StressResult, onset: StressResult | None = None) -> str:
     """Return largest stress, its depth, and whether the material yields, as a sentence."""
+    if stress.overall is not None:
+        there = phrases.format_short(stress.max_von_mises, "Pa")
+        deep = phrases.format_short(stress.max_von_mises_at[0], "m")
+        return f"{_answer(stress.overall, onset)} At the given depths: {there}, {deep} deep."
     depth = stress.max_von_mises_at[0]
     reached = phrases.format_short(stress.max_von_mises, "Pa")
     where = f"{phrases.format_short(depth, 'm')} deep" if depth else "at the surface"
