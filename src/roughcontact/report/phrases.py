@@ -427,13 +427,14 @@ def map_name(surface: Any) -> str:
     return source or "an unnamed map"
 
 
-def _name(body: Material) -> str:
+def material_name(body: Material) -> str:
+    """Return the name of a material with its layers, or its modulus."""
     if body.coating:
         layers = (
             f"{layer.name or 'layer'} {format_short(layer.thickness, 'm')}"
             for layer in body.coating
         )
-        return f"{' on '.join(layers)} on {_name(body.uncoated)}"
+        return f"{' on '.join(layers)} on {material_name(body.uncoated)}"
     if is_rigid(body):
         return body.name
     return body.name or f"E {format_engineering(body.young, 'Pa', DIGITS)}"
@@ -443,16 +444,16 @@ def _counter_body(contact: ContactResult) -> str:
     other = contact.counter_material
     rigid = is_rigid(other)
     if contact.counter_surface is None:
-        return "a rigid flat" if rigid else f"a flat ({_name(other)})"
+        return "a rigid flat" if rigid else f"a flat ({material_name(other)})"
     name = map_name(contact.counter_surface)
-    return f"{name} ({'rigid' if rigid else _name(other)})"
+    return f"{name} ({'rigid' if rigid else material_name(other)})"
 
 
 def bodies(contact: ContactResult, name: str = "") -> str:
     """Return both bodies and their materials; the first by its file or by ``name``."""
     against = "on" if contact.counter_surface is None else "against"
     name = name or map_name(contact.share)
-    return f"{name} ({_name(contact.material)}) {against} {_counter_body(contact)}"
+    return f"{name} ({material_name(contact.material)}) {against} {_counter_body(contact)}"
 
 
 def force(value: float, unit: str) -> str:

@@ -415,12 +415,14 @@ def _answer(result: joint.Conductance) -> str:
 
 def _numbers(result: joint.Conductance) -> CellTable:
     """Return pressure, contact, conductance and resistance of each load."""
-    heads = ["pressure", "contact"]
+    heads = ["pressure" if _by_area(result) else "load", "contact"]
     heads += ["thermal h" if _by_area(result) else "thermal R"] * _thermal(result)
     heads += ["electrical R·A" if _by_area(result) else "electrical R"] * _electrical(result)
     rows = [
         (
-            phrases.format_short(load / result.nominal_area, "Pa"),
+            phrases.format_short(load / result.nominal_area, "Pa")
+            if _by_area(result)
+            else phrases.format_short(load, "N"),
             contact,
             *(
                 text.partition(" = ")[2].removesuffix(" (thermal)")

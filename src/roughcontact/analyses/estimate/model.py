@@ -317,6 +317,8 @@ class Estimate(Result):
         Contact fraction of Persson's theory.
     cautions : tuple of Caution
         Cautions on the result.
+    bodies : (Material, Material), optional
+        The rough body and its counter-body.
     """
 
     pressure: float
@@ -330,6 +332,7 @@ class Estimate(Result):
     plastic_volume: EstimateRange | None
     theory_contact: float
     cautions: tuple[Caution, ...] = ()
+    bodies: tuple[Material, Material] | None = None
 
     @property
     def plasticity_index(self) -> float | None:
@@ -427,7 +430,7 @@ def estimate(
     ]
     strength = min(strengths, default=None)
     limit = _limit(ceiling, material, counter_material)
-    return _estimated(
+    result = _estimated(
         mean,
         contact_modulus(material, counter_material),
         limit,
@@ -435,6 +438,7 @@ def estimate(
         roughness,
         _hardening(material, counter_material),
     )
+    return replace(result, bodies=(material, counter_material))
 
 
 def estimate_result(result: ContactResult) -> Estimate | None:

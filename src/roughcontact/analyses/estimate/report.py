@@ -8,6 +8,7 @@ from typing import Any
 
 from roughcontact.analyses.estimate.fields import length_of, share
 from roughcontact.analyses.estimate.model import Estimate, EstimateRange
+from roughcontact.material.material import RIGID
 from roughcontact.references import make_use
 from roughcontact.report import phrases
 from roughcontact.report.kind import CAUTIONS, PROBLEM, CellTable, Presentation, Quantity, Table
@@ -125,9 +126,12 @@ def _problem(result: Estimate) -> str:
         parts.append(f"Sdq {result.roughness.Sdq:.3g}")
     if result.roughness.Sal is not None:
         parts.append(f"Sal {phrases.format_short(result.roughness.Sal, 'm')}")
-    return (
-        f"Nominally flat surface, {', '.join(parts)}, {phrases.format_short(result.pressure, 'Pa')}"
-    )
+    bodies = ""
+    if result.bodies is not None:
+        body, other = map(phrases.material_name, result.bodies)
+        bodies = f" ({body}) on a {'rigid flat' if other == RIGID.name else f'flat ({other})'}"
+    pressure = phrases.format_short(result.pressure, "Pa")
+    return f"Nominally flat surface{bodies}, {', '.join(parts)}, {pressure}"
 
 
 def _ends(result: EstimateRange, form: Callable[[float], str]) -> str:
