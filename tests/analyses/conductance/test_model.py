@@ -255,7 +255,7 @@ def test_coarser_grid_gives_change_of_spreading_length() -> None:
 
 
 def test_the_scatter_of_the_estimates_is_that_of_the_stored_cases() -> None:
-    path = ROOT / "benchmarks" / "constriction.json"
+    path = ROOT / "calibration" / "constriction.json"
     cases = json.loads(path.read_text("utf-8"))["cases"]
     assert len(cases) == CASES
     for name, told in (("correlation", CORRELATION_RANGE), ("greenwood", GREENWOOD_RANGE)):

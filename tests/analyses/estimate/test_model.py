@@ -19,7 +19,7 @@ from roughcontact.cli import app
 from roughcontact.errors import ArgumentRef
 from roughcontact.report.kind import rows_of
 
-sys.path.insert(0, str(ROOT / "benchmarks"))
+sys.path.insert(0, str(ROOT / "calibration"))
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 GROUND = {"Sq": 0.5e-6, "Sdq": 0.1, "Sal": 12e-6}

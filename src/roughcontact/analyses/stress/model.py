@@ -460,29 +460,22 @@ def subsurface_stress(
     found, faces = (_layered_stress if material.coating else _bulk_stress)(
         result, material, wanted, options
     )
-    overall = None
+    whole = None
     if wanted is not None:
-        overall = subsurface_stress(
-            result,
-            in_body=in_body,
-            friction=friction,
-            direction=direction,
-            traction=traction,
-            precision=precision,
-        )
+        sliding: dict[str, Any] = {"friction": friction, "direction": direction}
+        sliding |= {"traction": traction, "precision": precision}
+        whole = subsurface_stress(result, in_body=in_body, **sliding)
     return StressResult(
         result,
         in_body,
         friction,
         direction,
         precision,
-        found[0],
-        found[1],
-        found[2],
-        __version__,
-        traction,
-        faces,
-        overall,
+        *found[:3],
+        version=__version__,
+        traction=traction,
+        faces=faces,
+        overall=whole,
     )
 
 
