@@ -457,7 +457,7 @@ def subsurface_stress(
         traction = checked_traction(traction, result.pressure.shape, friction).copy()
         options["traction"] = traction if in_body == "body" else -traction
     options["tell"] = each_part(progress, "stress below the surface")
-    found, faces = (_layered_stress if material.coating else _bulk_stress)(
+    (profile, *sections), faces = (_layered_stress if material.coating else _bulk_stress)(
         result, material, wanted, options
     )
     whole = None
@@ -471,7 +471,9 @@ def subsurface_stress(
         friction,
         direction,
         precision,
-        *found[:3],
+        profile,
+        sections[0],
+        sections[1],
         version=__version__,
         traction=traction,
         faces=faces,
