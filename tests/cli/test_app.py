@@ -180,6 +180,23 @@ def test_solve_prints_a_table_that_fits_80_columns(
     }
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["law", "s1.x3p", "--counter-maps", "r1.x3p", "r2.x3p", "r3.x3p", "--from", "1 MPa"],
+        ["compare", "a.x3p", "--output", "a.csv", "b.csv"],
+    ],
+)
+def test_a_pattern_that_a_shell_expanded_is_rejected(words: list[str], capsys: Capture) -> None:
+    assert app.main(words) == app.BAD_INPUT
+    assert f"{words[2]} takes one file, and {words[4]}" in capsys.readouterr().err
+
+
+def test_files_after_the_options_are_read(capsys: Capture) -> None:
+    assert app.main(["law", "--counter-maps", "r1.x3p", "s1.x3p"]) == app.BAD_INPUT
+    assert "takes one file" not in capsys.readouterr().err
+
+
 def test_json_matches_library(rough: Path, capsys: Capture) -> None:
     assert solve(rough, *YIELDING, "--json") == app.SOLVED
     out, err = capsys.readouterr()

@@ -174,3 +174,10 @@ def test_a_measured_map_under_a_nominal_body_is_rough() -> None:
     measured = rc.Surface(heights, (2e-6, 2e-6)).with_form(ball(64, 2e-6))
     assert not is_smooth(pressed(measured)[0].pair)
     assert is_smooth(pressed(ball())[0].pair)
+
+
+def test_a_hertz_contact_larger_than_the_map_is_named() -> None:
+    steel = rc.Material(210e9, 0.3, 1e9)
+    # The contact radius under 3 GPa is 102 µm, the half side of the map 16 µm.
+    with pytest.raises(rc.CapacityError, match=r"Hertz contact \(±102 µm\) larger than the map"):
+        rc.solve(ball(32, 1e-6), material=steel, load="hertz 3 GPa")

@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import importlib.util
 import inspect
+import itertools
 import logging
 import sys
 import textwrap
@@ -82,6 +83,13 @@ def _exit_status(arguments: list[str], stopped: list[int]) -> int:
             arguments, lambda text: terminal.print_error(f"note: {text}; until 0.4 both work")
         )
         arguments = arguments or ["--help"]
+        if (expanded := _expanded_option(arguments)) is not None:
+            name, files = expanded
+            terminal.print_error(
+                f"error: {name} takes one file, and {files} follow it: repeat {name} for each of "
+                "its files, and give the maps of the first surface before all options"
+            )
+            return BAD_INPUT
         commands = _build_program(arguments[0] if arguments[0] in _COMMAND_FUNCTIONS else None)
         status = commands(arguments, prog_name="roughcontact", standalone_mode=False)
         sys.stdout.flush()
@@ -232,6 +240,25 @@ def _require_single_values(command: Command, specified: Given) -> Given:
             )
         values[option.name] = given[0]
     return values
+
+
+def _expanded_option(arguments: list[str]) -> tuple[str, str] | None:
+    """Return an option for one file that is followed by more, as if a shell expanded a pattern.
+
+    Files before the options and after the value of one would be maps of the same surface.
+    """
+    command = tasks.COMMANDS.get(arguments[0])
+    if command is None or len(arguments) < 2 or arguments[1].startswith("-"):
+        return None
+    names = {f"--{item.name}" for item in command.options if item.metavar.startswith("FILE")}
+    for index, name in enumerate(arguments[:-2]):
+        if name in names:
+            rest = itertools.takewhile(
+                lambda word: not word.startswith("-"), arguments[index + 2 :]
+            )
+            if files := ", ".join(rest):
+                return name, files
+    return None
 
 
 def _report_write_error(error: OSError) -> int:

@@ -14,6 +14,7 @@ from roughcontact._tools.memory import ITERATIONS
 from roughcontact.contact import load_case, memory
 from roughcontact.contact.ceiling import resolve_ceiling
 from roughcontact.contact.load_case import LoadCase, ProblemUnits
+from roughcontact.contact.nominal_hertz import solve_smooth
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import CALIBRATED, ContactResult
 from roughcontact.contact.share import Slab
@@ -30,6 +31,7 @@ from roughcontact.errors import (
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.solvers import rigid_tilt
 from roughcontact.solvers.problem import BoundedProblem
+from roughcontact.units import format_engineering
 
 Array = NDArray[np.float64]
 
@@ -272,10 +274,27 @@ def load_capacity(load: float, ceiling: float | Array | None, gap: Array, pair: 
     return largest
 
 
+def _require_hertz_within_map(load: float, pair: Pair) -> None:
+    """Raise `CapacityError` if the smooth bodies would touch beyond the edges of the map."""
+    smooth = solve_smooth(pair, load)
+    if smooth is None:
+        return
+    for axis in pair.boundary.free_axes:
+        reach, half = smooth.reach[axis], pair.size[axis] / 2
+        if axis != smooth.shape.axis and reach > half:
+            raise CapacityError(
+                f"= {load:.6g} {pair.load_unit} makes the Hertz contact "
+                f"(±{format_engineering(reach, 'm', 3)}) larger than the map "
+                f"(±{format_engineering(half, 'm', 3)}); measure a larger map or reduce the load",
+                argument="load",
+            )
+
+
 def require_capacity(load: float, largest: float, pair: Pair) -> None:
     """Raise `CapacityError` for a load above the largest that can be carried."""
     # The full capacity is valid; rounding must not reject it.
     if load > largest * (1 + 1e-12):
+        _require_hertz_within_map(load, pair)
         body = pair.softer
         advice: tuple[Part, ...] = ()
         if body is not None and body.yield_strength and not pair.boundary.free_axes:

@@ -340,10 +340,12 @@ def test_the_macro_for_freecad_sets_a_contact_constraint(
 ) -> None:
     law = dataclasses.replace(LAW, friction=rc.interface_law(CONTACTS[0], friction=0.15).friction)
     law.save(tmp_path / "law.fcmacro")
-    contact = types.SimpleNamespace()
+    # A new contact of FreeCAD is hard, and ignores its slope.
+    contact = types.SimpleNamespace(SurfaceBehavior="Hard")
     program = types.SimpleNamespace(Selection=types.SimpleNamespace(getSelection=lambda: [contact]))
     monkeypatch.setitem(sys.modules, "FreeCADGui", program)
     exec((tmp_path / "law.fcmacro").read_text("ascii"), {})
+    assert contact.SurfaceBehavior == "Linear"
     last = law.of_branch(LOADING)[-1]
     slope, unit = contact.StickSlope.split()
     assert (unit, float(slope)) == ("MPa/mm", pytest.approx(last.tangential_stiffness * 1e-9))

@@ -249,9 +249,19 @@ def test_the_report_leads_with_the_passes(found: rc.results.RollingResult) -> No
     assert "Rolling without slip zones" in text
 
 
+def test_hardening_carries_load_only_in_bodies_that_harden(
+    found: rc.results.RollingResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(type(found), "shakedown", Shakedown.ELASTIC_SHAKEDOWN)
+    hardens = any(body.material.hardens for body in found.result.bodies)
+    text = rolling_report.criterion(found)
+    assert "residual stress" in text
+    assert ("hardening" in text) is hardens
+
+
 def test_every_answer_has_its_criterion(found: rc.results.RollingResult) -> None:
     for kind in Shakedown:
-        assert rolling_report._CRITERIA[kind].format(least="x")
+        assert rolling_report._CRITERIA[kind].format(least="x", carried="y")
 
 
 def test_reversed_strain_is_not_large(found: rc.results.RollingResult) -> None:

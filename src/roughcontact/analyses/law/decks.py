@@ -227,6 +227,9 @@ def freecad(law: InterfaceLaw) -> str:
         ),
         "import FreeCADGui",
         "for contact in FreeCADGui.Selection.getSelection():",
+        "    # Newer versions ignore the slope of hard contacts; older ones are always linear.",
+        "    if hasattr(contact, 'SurfaceBehavior'):",
+        "        contact.SurfaceBehavior = 'Linear'",
         *(f"    contact.{name} = {value!r}" for name, value in values.items()),
     ]
     return "\n".join(lines) + "\n"

@@ -178,8 +178,8 @@ PASSES: Columns = (
 _CRITERIA = {
     Shakedown.ELASTIC: "No pass added any plastic strain.",
     Shakedown.ELASTIC_SHAKEDOWN: (
-        "The last pass added less than {least}, 1 % of the yield strain σ_Y/(3μ): residual stress "
-        "and hardening carry the load without yielding."
+        "The last pass added less than {least}, 1 % of the yield strain σ_Y/(3μ): {carried} the "
+        "load without yielding."
     ),
     Shakedown.PLASTIC_SHAKEDOWN: (
         "The last pass added the same plastic strain as the one before, within 10 %, and less than "
@@ -202,7 +202,10 @@ _CRITERIA = {
 
 def criterion(rolling: RollingResult) -> str:
     """Return the criterion of the outcome as a sentence."""
-    return _CRITERIA[rolling.shakedown].format(least=strain(rolling.strain_threshold))
+    hardens = any(body.material.hardens for body in rolling.result.bodies)
+    carried = "residual stress and hardening carry" if hardens else "residual stress carries"
+    least = strain(rolling.strain_threshold)
+    return _CRITERIA[rolling.shakedown].format(least=least, carried=carried)
 
 
 def _last_state_figure(entry: Illustration) -> Illustration:
