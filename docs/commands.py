@@ -188,9 +188,15 @@ def checked(page: Path, folder: Path) -> tuple[str, list[str]]:
     return "".join([*parts, text[end:]]), differing
 
 
-def readme(folder: Path, points: int = 256) -> list[str]:
-    """Run what the README shows, on a smaller map; return what failed."""
+def readme(folder: Path, write: bool, points: int = 256) -> list[str]:
+    """Run what the README shows, on a smaller map; draw its figure, or return what failed."""
     failed = []
+    if write:
+        # The figure is that of the command beside it, at the size that it has by default.
+        (folder / "figure").mkdir()
+        timed("roughcontact demo", folder / "figure")
+        drawn = folder / "figure" / "roughcontact-demo" / "comparison.png"
+        shutil.copy(drawn, HERE / "images" / "demo.png")
     printed, status = timed(f"roughcontact demo --points {points}", folder)
     for script in scripts((ROOT / "README.md").read_text(encoding="utf-8")):
         if status == 0:
@@ -234,7 +240,7 @@ def main() -> int:
         prepare(maps)
         asked = [HERE / name for name in given.pages] or pages()
         # What takes longest first.
-        told = [] if given.pages else [pool.submit(readme, Path(place))]
+        told = [] if given.pages else [pool.submit(readme, Path(place), given.write)]
         told += [pool.submit(compared, page, maps, given.write) for page in asked]
         differing = [line for one in told for line in one.result()]
     print("".join(differing), end="")
