@@ -17,7 +17,7 @@ from roughcontact.analyses.compare import report as comparison
 from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.errors import ArgumentRef
-from roughcontact.surface import form
+from roughcontact.surface import form, roughness
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 PIXEL = (1e-6, 1e-6)
@@ -379,3 +379,35 @@ def test_a_project_compares_groups(folder: Path, capsys: Capture) -> None:
         project.write_text(text.replace(old, new), encoding="utf-8")
         assert app.main(["run", str(project)]) == app.BAD_INPUT
         assert said in capsys.readouterr().err
+
+
+def make_group(slope: float, seeds: range) -> list[rc.Surface]:
+    """Return maps of one root-mean-square slope."""
+    pixel = (1e-6, 1e-6)
+    heights = [
+        rc.self_affine(
+            (128, 128),
+            pixel,
+            rms_height=1e-7,
+            rolloff_wavelength=4e-5,
+            cutoff_wavelength=8e-6,
+            rng=np.random.default_rng(seed),
+        )
+        for seed in seeds
+    ]
+    return [rc.Surface(h * slope / roughness.rms_gradient(h, pixel), pixel) for h in heights]
+
+
+@pytest.mark.long
+def test_a_difference_whose_sign_depends_on_the_ceiling_is_not_significant() -> None:
+    steel = rc.Material(210e9, 0.3, 1e9)
+    groups = {"fine": make_group(0.02, range(4)), "coarse": make_group(0.06, range(10, 14))}
+    found = rc.compare(groups, material=steel, pressure="100 MPa", boundary="periodic")
+    # With 3 σ_Y the flat maps stay elastic; with the calibrated ceiling they saturate the most.
+    assert found.corrected["saturated_fraction", (0, 1)] < 0.05
+    assert found.is_ceiling_dependent("saturated_fraction")
+    assert not found.is_significant("saturated_fraction")
+    assert found.is_significant("mean_gap")
+    assert not found.is_ceiling_dependent("mean_gap")
+    fixed = rc.compare(groups, material=steel, pressure="100 MPa", boundary="periodic", ceiling=3e9)
+    assert fixed.is_significant("saturated_fraction")

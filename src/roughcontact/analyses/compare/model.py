@@ -15,6 +15,7 @@ from roughcontact._tools import memory, statistics
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.statistics import Components, Difference, Mean
 from roughcontact.analyses.compare.sampling import (
+    CALIBRATED_NUMBERS,
     CURVES,
     NUMBERS,
     Sample,
@@ -125,8 +126,25 @@ class Comparison(Result):
         return dict(zip(alone, statistics.holm([*alone.values()]).tolist(), strict=True))
 
     def is_significant(self, name: str, pair: Pair = (0, 1)) -> bool:
-        """Return whether two groups differ in a quantity, by the corrected p-value."""
-        return self.corrected[name, pair] < 1 - statistics.LEVEL
+        """Return whether two groups differ in a quantity, by the corrected p-value.
+
+        A difference whose sign depends on the ceiling is not significant.
+        """
+        is_clear = self.corrected[name, pair] < 1 - statistics.LEVEL
+        return is_clear and not self.is_ceiling_dependent(name, pair)
+
+    def is_ceiling_dependent(self, name: str, pair: Pair = (0, 1)) -> bool:
+        """Return whether a difference has another sign under the calibrated ceiling."""
+        if name not in CALIBRATED_NUMBERS:
+            return False
+        usual, calibrated = [], []
+        for index in pair:
+            samples = self.groups[index].samples
+            usual.append(np.nanmean([sample.numbers[name] for sample in samples]))
+            calibrated.append(
+                np.nanmean([{**sample.numbers, **sample.calibrated}[name] for sample in samples])
+            )
+        return bool((usual[1] - usual[0]) * (calibrated[1] - calibrated[0]) < 0)
 
     def components(self, name: str) -> Components | None:
         """Return the variance components of a quantity between and within groups.
@@ -372,7 +390,8 @@ class MapLoadCase:
         if self.before is not None:
             surfaces.append(_after_preload(surface, self.before, self.problem))
         return tuple(
-            solve_sample(item, name, self.pressures, self.problem, progress) for item in surfaces
+            solve_sample(item, name, self.pressures, self.problem, progress, is_calibrated=True)
+            for item in surfaces
         )
 
     def together(self, groups: Mapping[str, Sequence[Pressed]], paired: bool) -> Comparison:

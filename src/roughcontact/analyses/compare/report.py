@@ -154,6 +154,8 @@ def differences(comparison: Comparison) -> tuple[Cells, list[Cells]]:
             base = comparison.mean(first, name).value
             pair = (pair_of(comparison, first, second),) if several else ()
             said = ("yes" if significant else "no") if result.known else "not known"
+            if comparison.is_ceiling_dependent(name, (first, second)):
+                said = "no, sign depends on the ceiling"
             rows.append((name_of(name), *pair, *_difference(name, result, base), said))
     pairs = ("", "groups") if several else (pair_of(comparison, 0, 1),)
     return (*pairs, "difference", f"{LEVEL} interval", "relative", "significant"), rows
@@ -226,6 +228,7 @@ def _differences(comparison: Comparison) -> list[dict[str, Any]]:
             "excludes_zero": result.excludes_zero,
             "p_corrected": comparison.corrected[name, (first, second)],
             "significant": comparison.is_significant(name, (first, second)),
+            "ceiling_dependent": comparison.is_ceiling_dependent(name, (first, second)),
         }
         for name in comparison.names
         for (first, second), result in comparison.differences(name).items()
@@ -609,6 +612,10 @@ def _first_answer(result: Comparison | SamplingStudy) -> str:
         return f"Too few maps to compare {pair}."
     if result.is_significant(name):
         return f"The contact area differs: {pair} {change.removesuffix(' *')}, {LEVEL}."
+    if result.is_ceiling_dependent(name):
+        return (
+            f"The sign of the difference in contact area depends on the ceiling: {pair} {change}."
+        )
     if result.differences(name)[0, 1].excludes_zero:
         alone = f"only if tested alone, not with all {len(result.names)} quantities"
         return f"The contact area differs {alone}: {pair} {change}, {LEVEL}."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -13,6 +13,7 @@ from roughcontact._tools import statistics
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact.analyses.sweep.model import LoadCurve, contact_curve
 from roughcontact.cautions import Caution, CautionTag, as_caution, as_note, sort_cautions
+from roughcontact.contact.solve import add_calibrated
 from roughcontact.errors import ConvergenceError, InputError, Sentence, require_positive
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
@@ -41,6 +42,9 @@ NAMES = {
 CURVES = ("contact_fraction", "saturated_fraction", "mean_gap", "approach")
 """Quantities with a curve over the pressure."""
 
+CALIBRATED_NUMBERS = ("contact_fraction", "saturated_fraction", "mean_gap", "approach")
+"""Quantities that are known under the calibrated ceiling as well."""
+
 _LENGTHS = ("mean_gap", "approach", "max_pressure")
 
 
@@ -57,6 +61,8 @@ class Sample:
     curve: LoadCurve  # Contact under the pressures
     roughness: Mapping[str, float]  # `ROUGHNESS` of the map, in SI units
     bodies: tuple[Material, Material]  # Rough body, and counter-body
+    # Numbers under the largest pressure and the calibrated ceiling, where they differ [SI]
+    calibrated: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def numbers(self) -> dict[str, float]:
@@ -84,8 +90,12 @@ def solve_sample(
     pressures: Sequence[float],
     problem: Mapping[str, Any],
     progress: Tell = None,
+    is_calibrated: bool = False,
 ) -> Sample:
-    """Solve one map under all pressures; return its sample."""
+    """Solve one map under all pressures; return its sample.
+
+    With ``is_calibrated`` the largest pressure is solved under the calibrated ceiling as well.
+    """
     surface.require_map("a comparison")
     area = surface.size[0] * surface.size[1]
     watch = None
@@ -101,6 +111,7 @@ def solve_sample(
     except ConvergenceError as error:
         raise ConvergenceError(Sentence(f"{name}: ", *error.parts), error.result) from None
     values = surface.roughness()
+    calibrated = _calibrated_numbers(curve, problem.get("ceiling")) if is_calibrated else {}
     return Sample(
         name=name,
         source=surface.provenance.source,
@@ -112,7 +123,16 @@ def solve_sample(
         curve=replace(curve, _solve_largest=None),
         roughness={key: values[key] for key in ROUGHNESS},
         bodies=(problem["material"], problem.get("counter_material", RIGID)),
+        calibrated=calibrated,
     )
+
+
+def _calibrated_numbers(curve: LoadCurve, ceiling: Any) -> dict[str, float]:
+    """Return the numbers under the largest pressure and the calibrated ceiling, if they differ."""
+    if not (isinstance(ceiling, str) and ceiling == "auto"):
+        return {}
+    other = add_calibrated(curve.largest).calibrated
+    return {} if other is None else {name: getattr(other, name) for name in CALIBRATED_NUMBERS}
 
 
 def _shortest_wave(surface: Surface) -> float:
