@@ -370,7 +370,7 @@ def test_edge_caution_states_effect_and_remedy() -> None:
     assert caution.numbers["edge_load"] == pytest.approx(1 - inner)
 
 
-def test_yield_strength_hardness_and_law_give_one_answer() -> None:
+def test_yield_strength_hardness_and_law_are_consistent() -> None:
     """The calibrated ceiling does not depend on the first one."""
     iron = rc.Material(210e9, 0.3, 5e8, "iron", hardness=2.5e9)
     small = rc.Surface(shapes.paraboloid((48, 48), PIXEL, 1e-4), PIXEL)
