@@ -80,7 +80,7 @@ def sliding_sphere(x, y, z, poisson, friction):
     return (np.array(pressed) + friction * np.array(pulled)) / 4
 
 
-def at_the_rim(poisson, friction):
+def rim_stress(poisson, friction):
     """Stresses along and across the traction at the trailing rim, per p0 (Hamilton 1983)."""
     spread, pull = (1 - 2 * poisson) / 3, math.pi * friction / 8
     return spread + (4 + poisson) * pull, -spread + 3 * poisson * pull

@@ -32,7 +32,7 @@ def write(tmp_path: Path, name: str, content: str | bytes) -> Path:
     return path
 
 
-def refused(
+def assert_rejected(
     path: Path, *words: str, kind: type[InputError] = FormatError, **arguments: object
 ) -> None:
     """Check that reading fails with one sentence that names the file and has these words."""

@@ -32,7 +32,7 @@ def command(count, *words):
     return mpiexec(count, "-m", "roughcontact", *words)
 
 
-def refused(run, sentence):
+def assert_rejected(run, sentence):
     assert run.returncode == 2
     lines = [line for line in run.stderr.splitlines() if line.startswith("roughcontact:")]
     assert len(lines) == 1, run.stderr

@@ -238,7 +238,7 @@ def test_results_of_version_0_2_0_keep_their_kinds_and_texts() -> None:
 
 
 def test_merged_cautions_keep_worst_and_count() -> None:
-    def at(*shares: float) -> tuple[Caution, ...]:
+    def merge_at_shares(*shares: float) -> tuple[Caution, ...]:
         several = [
             (
                 f"{n} N",
@@ -248,13 +248,15 @@ def test_merged_cautions_keep_worst_and_count() -> None:
         ]
         return merge_cautions([*several, ("9 N", [])], "loads")
 
-    (worst,) = at(0.1, 0.3, 0.2)
+    (worst,) = merge_at_shares(0.1, 0.3, 0.2)
     assert (worst.numbers["share"], worst.place) == (0.3, "2 N")
     assert worst.text == "So (3 of 4 loads, worst 2 N). Use a."
     assert ArgumentRef("a") in worst.text.parts
-    (one,) = at(0.1)
+    (one,) = merge_at_shares(0.1)
     assert one.text == "So (1 of 2 loads, 1 N). Use a."
-    (maps,) = merge_cautions([("a.x3p", at(0.1)), ("b.x3p", at(0.2, 0.3))], "maps")
+    (maps,) = merge_cautions(
+        [("a.x3p", merge_at_shares(0.1)), ("b.x3p", merge_at_shares(0.2, 0.3))], "maps"
+    )
     assert maps.text == "So (2 of 2 maps, worst b.x3p at 2 N). Use a."
     # What is the same everywhere needs no place; the fewest pixels are the worst.
     same = as_note(CautionTag.ONE_ROUGH_FACE, "A.")

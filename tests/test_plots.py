@@ -63,7 +63,7 @@ def result_of(
     )
 
 
-def spotted(shape: tuple[int, int] = (40, 60)) -> NDArray[np.float64]:
+def spotted_pressure(shape: tuple[int, int] = (40, 60)) -> NDArray[np.float64]:
     """Return a pressure with 5 % elastic and 1 % saturated points (for 40 × 60)."""
     pressure = np.zeros(shape)
     pressure[10:20, 20:32] = 2 * GIGA
@@ -98,7 +98,7 @@ def maps(figure: Figure) -> list[Axes]:
     return [axes for axes in figure.axes if axes.images]
 
 
-def drawn(axes: Axes) -> Any:
+def drawn_array(axes: Axes) -> Any:
     return axes.images[0].get_array()
 
 
@@ -106,7 +106,7 @@ def shares(axes: Axes) -> NDArray[np.float64]:
     """Return what is drawn of each class, (ny, nx, 4): open, elastic, saturated, missing."""
     names = (style.OPEN, style.ELASTIC, style.SATURATED, style.MISSING)
     mixing = np.array([[*mpl.colors.to_rgb(name), 1.0] for name in names]).T
-    seen = np.asarray(drawn(axes)) - style.HALF_A_STEP
+    seen = np.asarray(drawn_array(axes)) - style.HALF_A_STEP
     seen = np.concatenate([seen, np.ones((*seen.shape[:-1], 1))], axis=-1)
     return np.asarray(seen @ np.linalg.inv(mixing).T)
 
@@ -163,7 +163,7 @@ def test_flat_surface_is_drawn() -> None:
 
 
 def test_axes_are_true_in_engineering_units() -> None:
-    result = result_of(spotted(), pixel=(2e-6, 1e-6))
+    result = result_of(spotted_pressure(), pixel=(2e-6, 1e-6))
     (axes,) = maps(plots.pressure(result))
     assert axes.get_xlabel() == "x [µm]"
     assert axes.get_xlim() == pytest.approx((0, 60))
@@ -195,9 +195,9 @@ def test_a_figure_has_one_unit() -> None:
 
 def test_block_reduction_keeps_the_axes_true() -> None:
     # 1301 points do not divide into cells: the last ones reach beyond the map and are cut off.
-    result = result_of(np.pad(spotted(), ((0, 0), (1301 - 60, 0))))
+    result = result_of(np.pad(spotted_pressure(), ((0, 0), (1301 - 60, 0))))
     (axes,) = maps(plots.pressure(result))
-    shape = drawn(axes).shape
+    shape = drawn_array(axes).shape
     assert shape == (14, 434)
     assert axes.get_xlim() == pytest.approx((0, 1.301))
     left, right, bottom, top = axes.images[0].get_extent()
@@ -214,7 +214,7 @@ def test_single_point_of_contact_survives(shape: tuple[int, int]) -> None:
         pressure[point] = 3 * GIGA
     result = result_of(pressure)
     for axes in maps(plots.pressure(result)):
-        values = drawn(axes)
+        values = drawn_array(axes)
         assert values.size < pressure.size
         assert values.count() == len(where)
         assert values.max() == pytest.approx(3)
@@ -307,18 +307,20 @@ def test_pressure_figure_states_marked_fraction() -> None:
     figure = plots.pressure(result)
     (axes,) = maps(figure)
     cells = style.cell_points(result.pressure.shape, (3, 3))
-    marked = float(cells[~np.ma.getmaskarray(drawn(axes))].sum()) / result.pressure.size
+    marked = float(cells[~np.ma.getmaskarray(drawn_array(axes))].sum()) / result.pressure.size
     assert marked > 2 * result.contact_fraction
     assert f"marks {format_percent(marked)} of the figure" in texts(figure)
     assert f"{format_percent(result.contact_fraction)} of the map is in contact" in texts(figure)
-    assert "of the figure" not in texts(plots.pressure(result_of(spotted())))
+    assert "of the figure" not in texts(plots.pressure(result_of(spotted_pressure())))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("aspect", [0.05, 1.0, 4.0])
 def test_maps_have_more_dots_than_cells(aspect: float) -> None:
     shape = (round(60 * aspect), 60)
-    result = result_of(spotted((60, 60))[: shape[0]] if aspect <= 1 else np.eye(*shape) * GIGA)
+    result = result_of(
+        spotted_pressure((60, 60))[: shape[0]] if aspect <= 1 else np.eye(*shape) * GIGA
+    )
     alone = [plots.surface(result.surface), plots.pressure(result), plots.gap(result)]
     panels = [plots.overview(result), plots.comparison([result] * 3, ["a", "b", "c"])]
     for figures, cells in ((alone, style.CELLS_ALONE), (panels, style.CELLS_IN_PANEL)):
@@ -341,7 +343,7 @@ def test_cells_show_fractions_of_classes() -> None:
     assert np.count_nonzero(cells[..., 0] < 0.99) == 2
     assert "cells of 2 × 2 points" in texts(figure)
     assert "in their shares" in texts(figure)
-    assert "cells of" not in texts(plots.contact(result_of(spotted())))
+    assert "cells of" not in texts(plots.contact(result_of(spotted_pressure())))
 
 
 def test_the_open_gap_of_a_cell_is_that_of_its_open_points() -> None:
@@ -349,7 +351,7 @@ def test_the_open_gap_of_a_cell_is_that_of_its_open_points() -> None:
     pressure[0, :2] = GIGA
     result = result_of(pressure)
     (axes,) = maps(plots.gap(result))
-    values = drawn(axes)
+    values = drawn_array(axes)
     expected = result.gap[1, :2].mean() * 1e9
     assert values[0, 0] == pytest.approx(expected)
     assert axes.images[1].get_array()[0, 0, 3] == pytest.approx(0.5 + style.HALF_A_STEP)
@@ -372,7 +374,7 @@ def test_mean_of_cells_ignores_missing_points() -> None:
 def test_contact_legend_gives_the_shares_of_the_points() -> None:
     missing = np.zeros((40, 60), bool)
     missing[0, :12] = True
-    figure = plots.contact(result_of(spotted(), missing=missing))
+    figure = plots.contact(result_of(spotted_pressure(), missing=missing))
     (axes,) = maps(figure)
     legend = axes.get_legend()
     assert legend is not None
@@ -396,16 +398,16 @@ def test_pressure_scale_ends_at_the_ceiling_that_is_reached_or_at_the_largest() 
         image = maps(plots.pressure(result, limit))[0].images[0]
         return image.norm.vmax, image.colorbar.extend
 
-    assert top(result_of(spotted())) == (pytest.approx(3), "neither")
-    assert top(result_of(spotted(), None)) == (pytest.approx(3), "neither")
-    assert top(result_of(np.minimum(spotted(), 2 * GIGA))) == (pytest.approx(2), "neither")
-    assert top(result_of(spotted()), 2.5 * GIGA) == (pytest.approx(2.5), "max")
+    assert top(result_of(spotted_pressure())) == (pytest.approx(3), "neither")
+    assert top(result_of(spotted_pressure(), None)) == (pytest.approx(3), "neither")
+    assert top(result_of(np.minimum(spotted_pressure(), 2 * GIGA))) == (pytest.approx(2), "neither")
+    assert top(result_of(spotted_pressure()), 2.5 * GIGA) == (pytest.approx(2.5), "max")
     # In MPa below 1 GPa.
-    assert top(result_of(spotted()), 0.5 * GIGA) == (pytest.approx(500), "max")
+    assert top(result_of(spotted_pressure()), 0.5 * GIGA) == (pytest.approx(500), "max")
 
 
 def test_comparison_shares_the_colour_limits() -> None:
-    elastic, limited = result_of(10 * spotted(), None), result_of(spotted())
+    elastic, limited = result_of(10 * spotted_pressure(), None), result_of(spotted_pressure())
     figure = plots.comparison([elastic, limited], ["elastic", "ceiling"])
     first, second = (axes.images[0] for axes in maps(figure)[:2])
     assert first.get_clim() == second.get_clim() == pytest.approx((0, 3))
@@ -427,7 +429,7 @@ def test_surface_colours_are_robust_and_holes_grey() -> None:
     assert 200 < high < 350
     assert image.colorbar is not None
     assert image.colorbar.extend == "both"
-    assert np.ma.getmaskarray(drawn(maps(figure)[0])).sum() == 100
+    assert np.ma.getmaskarray(drawn_array(maps(figure)[0])).sum() == 100
     assert mpl.colors.to_hex(image.cmap.get_bad()) == style.MISSING
     assert "missing 1.00 %" in texts(figure)
 
@@ -486,19 +488,22 @@ def test_histogram_of_pressures_far_from_zero_begins_with_them() -> None:
 
 
 def test_far_ceiling_does_not_stretch_the_histogram() -> None:
-    figure = plots.pressure_histogram(result_of(spotted() / 100))
+    figure = plots.pressure_histogram(result_of(spotted_pressure() / 100))
     assert figure.axes[0].get_xlim()[1] < 40
     assert "none of it at the 3 GPa ceiling" in texts(figure)
 
 
 def test_low_ceiling_gives_few_bins() -> None:
-    soft, elastic = result_of(np.minimum(spotted(), 1e6), 1e6), result_of(spotted(), None)
+    soft, elastic = (
+        result_of(np.minimum(spotted_pressure(), 1e6), 1e6),
+        result_of(spotted_pressure(), None),
+    )
     figure = plots.pressure_histogram([soft, elastic], ["a", "b"])
     assert len(figure.axes[0].patches[0].get_data().values) < 100
 
 
 def test_overview_states_the_numbers_that_matter() -> None:
-    title = texts(plots.overview(result_of(spotted())))
+    title = texts(plots.overview(result_of(spotted_pressure())))
     for words in (
         "load 264 mN",
         "contact 5.00 %",
@@ -512,7 +517,7 @@ def test_overview_states_the_numbers_that_matter() -> None:
 
 @pytest.mark.long
 def test_failed_solution_is_never_drawn_as_solved() -> None:
-    result = result_of(spotted(), status="stalled")
+    result = result_of(spotted_pressure(), status="stalled")
     for figure in (
         plots.pressure(result),
         plots.contact(result),
@@ -528,7 +533,7 @@ def test_failed_solution_is_never_drawn_as_solved() -> None:
 
 
 def test_unfit_arguments_are_named() -> None:
-    result = result_of(spotted())
+    result = result_of(spotted_pressure())
     for limit in (0.0, -1.0, float("nan"), float("inf")):
         with pytest.raises(InputError, match="limit must be positive"):
             plots.pressure(result, limit)
@@ -558,7 +563,7 @@ def test_save_writes_the_type_of_the_suffix(tmp_path: Path, suffix: str, start: 
     path.write_text("old")
     other = tmp_path / "other name of the same file"
     other.hardlink_to(path)
-    plots.save(plots.pressure(result_of(spotted())), path)
+    plots.save(plots.pressure(result_of(spotted_pressure())), path)
     assert path.read_bytes().startswith(start)
     # Moved into place: writing over the old file would have changed it under both names.
     assert other.read_text() == "old"
@@ -567,15 +572,15 @@ def test_save_writes_the_type_of_the_suffix(tmp_path: Path, suffix: str, start: 
 
 @pytest.mark.long
 def test_png_matches_savefig_with_one_layout(monkeypatch: pytest.MonkeyPatch) -> None:
-    result = result_of(spotted())
+    result = result_of(spotted_pressure())
     engine = type(style.layout())
     layouts, execute = [], engine.execute
 
-    def counted(self: Any, figure: Figure) -> Any:
+    def record_layout(self: Any, figure: Figure) -> Any:
         layouts.append(figure)
         return execute(self, figure)
 
-    monkeypatch.setattr(engine, "execute", counted)
+    monkeypatch.setattr(engine, "execute", record_layout)
     for make in (plots.pressure, plots.section):
         figure, same = make(result), make(result)
         # One that is shown elsewhere in another resolution.
@@ -703,7 +708,7 @@ def test_titles_and_bars_stay_within_the_figure(shape: tuple[int, int]) -> None:
 
 def peaked() -> ContactResult:
     """Return a result with its highest peak at (12, 24), inside the spots of `spotted`."""
-    result = result_of(spotted(), pixel=(2e-6, 1e-6))
+    result = result_of(spotted_pressure(), pixel=(2e-6, 1e-6))
     heights = result.surface.heights.copy()
     heights[12, 24] = 2e-6
     gap = np.where(result.contact, 0.0, 2e-6 - heights)
@@ -759,7 +764,7 @@ def test_sections_are_tilted_as_the_bodies_are() -> None:
 @pytest.mark.long
 def test_far_ceilings_and_elastic_contacts_have_no_ceiling_in_the_section() -> None:
     for ceiling in (None, 30 * GIGA):
-        figure = plots.section(result_of(spotted(), ceiling))
+        figure = plots.section(result_of(spotted_pressure(), ceiling))
         assert "ceiling" not in texts(figure)
         assert "saturated" not in texts(figure)
 
@@ -796,7 +801,7 @@ def test_sections_of_two_bodies_are_of_their_sum() -> None:
 def test_close_up_shows_the_points_of_its_part() -> None:
     result = peaked()
     left, right = maps(plots.close_up(result, (12, 24), 12e-6))
-    np.testing.assert_allclose(drawn(left).filled(0), result.pressure[9:15, 18:30] / GIGA)
+    np.testing.assert_allclose(drawn_array(left).filled(0), result.pressure[9:15, 18:30] / GIGA)
     assert left.get_xlim() == pytest.approx((18, 30))
     assert left.get_ylim() == pytest.approx((30, 18))
     classes = shares(right).argmax(axis=-1)
@@ -813,7 +818,7 @@ def test_close_up_of_a_large_part_is_drawn_in_cells() -> None:
     pressure[3, 5] = GIGA
     figure = plots.close_up(result_of(pressure), (600, 600), 1250e-6)
     left, _ = maps(figure)
-    assert max(drawn(left).shape) <= 520
+    assert max(drawn_array(left).shape) <= 520
     assert "cells of 3 × 3 points" in texts(figure)
 
 

@@ -28,7 +28,7 @@ class Loop:
         self.waiting.append(done)
 
 
-def settle(page: Page) -> None:
+def solve_and_show(page: Page) -> None:
     """Let a page solve what it was asked for, and show it."""
     assert page.session.wait(PATIENCE)
     waiting = page._document.waiting

@@ -133,7 +133,7 @@ if __name__ == "__main__":
 """
 
 
-def everything_told(kind, folder):
+def run_all_commands(kind, folder):
     """What every command said where nothing can be written, and what it left."""
     noise = np.random.default_rng(3).standard_normal((32, 32))
     np.save(folder / "rough.npy", 1e-8 * noise)
@@ -168,7 +168,7 @@ def everything_told(kind, folder):
 @pytest.mark.process
 @pytest.mark.parametrize("kind", ["limit", "disk"])
 def test_full_disk_gives_one_sentence_and_keeps_old_file(kind: str, tmp_path: Path) -> None:
-    told = everything_told(kind, tmp_path)
+    told = run_all_commands(kind, tmp_path)
     assert set(told) == set(ON_DISK if kind == "disk" else CASES)
     reason = "No space left on device" if kind == "disk" else "File too large"
     for name, found in told.items():

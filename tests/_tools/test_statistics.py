@@ -15,7 +15,7 @@ GROUPS = 400
 """Synthetic groups over which intervals are counted."""
 
 
-def held(count: int, number: int = GROUPS) -> bool:
+def is_coverage_near_95_percent(count: int, number: int = GROUPS) -> bool:
     """Return whether intervals of 95 % hold in 93 to 97 of a hundred cases."""
     return 0.93 <= count / number <= 0.97
 
@@ -106,9 +106,9 @@ def test_intervals_of_means_and_differences_hold() -> None:
         common = rng.normal(0, 10, size=5)
         change = statistics.paired(common, common + rng.normal(0.5, 1, size=5))
         pairs += change.low <= 0.5 <= change.high
-    assert held(means)
-    assert held(differences)
-    assert held(pairs)
+    assert is_coverage_near_95_percent(means)
+    assert is_coverage_near_95_percent(differences)
+    assert is_coverage_near_95_percent(pairs)
 
 
 @pytest.mark.slow
@@ -118,7 +118,7 @@ def test_intervals_of_three_groups_hold_together() -> None:
     for _ in range(GROUPS):
         groups = [rng.normal(1, s, size=n) for s, n in ((1, 5), (2, 8), (0.5, 6))]
         together += not any(one.excludes_zero for one in statistics.differences(groups).values())
-    assert held(together)
+    assert is_coverage_near_95_percent(together)
 
 
 def test_variance_components_match_generated_data() -> None:
@@ -130,7 +130,7 @@ def test_variance_components_match_generated_data() -> None:
         held_shares += found.low <= 0.8 <= found.high
         between.append(found.between**2)
         within.append(found.within**2)
-    assert held(held_shares)
+    assert is_coverage_near_95_percent(held_shares)
     # Twice the standard error of the mean of 400 estimates.
     assert np.mean(between) == pytest.approx(4, rel=0.07)
     assert np.mean(within) == pytest.approx(1, rel=0.035)
@@ -164,7 +164,7 @@ def test_error_of_whole_covers_correlated_parts(width: int) -> None:
         }
         found.append(statistics.parts_interval(levels))
         misses += abs(float(field.mean())) > found[-1].half
-    assert held(GROUPS - misses)
+    assert is_coverage_near_95_percent(GROUPS - misses)
     falling = np.mean([one.falls for one in found])
     assert falling > 0.9 if width <= 2 else falling < 0.2
 
@@ -183,4 +183,6 @@ def test_interval_of_deviation_matches_chi_square() -> None:
     rng = np.random.default_rng(6)
     low, high = statistics.deviation_range(16)
     spreads = rng.normal(size=(GROUPS, 16)).std(axis=1, ddof=1)
-    assert held(int(np.count_nonzero((low * spreads <= 1) & (high * spreads >= 1))))
+    assert is_coverage_near_95_percent(
+        int(np.count_nonzero((low * spreads <= 1) & (high * spreads >= 1)))
+    )

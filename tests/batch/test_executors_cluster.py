@@ -99,11 +99,11 @@ def cluster(start: Start, tmp_path: Path) -> Cluster:
     return found
 
 
-def solved(project: Path) -> int:
+def count_solved(project: Path) -> int:
     return len(list((project.parent / "results").glob("*.json")))
 
 
-def hidden(folder: Path) -> list[str]:
+def hidden_files(folder: Path) -> list[str]:
     return [file.name for file in folder.rglob(".*")]
 
 
@@ -126,7 +126,7 @@ def test_cluster_matches_local_processes_and_only_bad_file_fails(
     told, same = items(near.parent), items(far.parent)
     assert told.keys() == same.keys()
     assert [name for name in told if told[name] != same[name]] == []
-    assert hidden(far.parent) == []
+    assert hidden_files(far.parent) == []
     # What is done is not done again, whatever engine did it.
     stamps = {file: file.stat().st_mtime_ns for file in (far.parent / "results").iterdir()}
     monkeypatch.chdir(far.parent)
@@ -141,7 +141,7 @@ def test_workers_that_are_killed_lose_nothing(cluster: Cluster, tmp_path: Path) 
     cluster.add()
     path = write_project(tmp_path / "far", 12)
     run = cluster.run(path, "--quiet")
-    assert wait_for(lambda: solved(path) >= 3)
+    assert wait_for(lambda: count_solved(path) >= 3)
     # The nanny of the first begins another.
     for worker in psutil.Process(cluster.workers[0].pid).children(recursive=True):
         worker.kill()
@@ -151,8 +151,8 @@ def test_workers_that_are_killed_lose_nothing(cluster: Cluster, tmp_path: Path) 
     cluster.workers[1].kill()
     err = run.communicate(timeout=300)[1]
     assert (run.returncode, err) == (app.SOLVED, "")
-    assert solved(path) == 13
-    assert hidden(path.parent) == []
+    assert count_solved(path) == 13
+    assert hidden_files(path.parent) == []
 
 
 @pytest.mark.slow
@@ -161,24 +161,24 @@ def test_lost_scheduler_fails_and_restarted_one_resumes(cluster: Cluster, tmp_pa
     cluster.add()
     path = write_project(tmp_path / "far", 16)
     run = cluster.run(path, "--quiet")
-    assert wait_for(lambda: solved(path) >= 2)
+    assert wait_for(lambda: count_solved(path) >= 2)
     assert cluster.scheduler is not None
     cluster.scheduler.kill()
     cluster.scheduler.wait()
     cluster.begin()
     cluster.add()
-    before = solved(path)
-    assert wait_for(lambda: solved(path) >= before + 3)
+    before = count_solved(path)
+    assert wait_for(lambda: count_solved(path) >= before + 3)
     cluster.scheduler.kill()
     err = run.communicate(timeout=300)[1]
     assert run.returncode == app.NOT_CONVERGED
     assert err.count("\n") == 1
     assert f"the scheduler at {cluster.address} does not answer any longer" in err
-    left = solved(path)
+    left = count_solved(path)
     assert before + 3 <= left < 17
     # The same command does the rest, on whatever engine.
     assert app.main(["run", str(path), "--quiet", "--workers", "1"]) == app.SOLVED
-    assert solved(path) == 17
+    assert count_solved(path) == 17
 
 
 @pytest.mark.slow
@@ -210,7 +210,7 @@ def test_run_waits_for_workers_and_survives_one_without_memory(
     states = {one["name"]: one["state"] for one in json.loads(out)["contacts"]}
     assert states.pop("large") == "failed"
     assert set(states.values()) == {"solved"}
-    assert hidden(path.parent) == []
+    assert hidden_files(path.parent) == []
     assert app.main(["run", str(path), "--json", "--workers", "1"]) == app.SOLVED
     states = {one["name"]: one["state"] for one in json.loads(capsys.readouterr().out)["contacts"]}
     assert states.pop("large") == "solved"
@@ -238,7 +238,7 @@ def test_a_cluster_of_this_machine_ends_with_the_run(
         cwd=tmp_path,
         env=ENVIRONMENT,
     )
-    assert wait_for(lambda: solved(path) >= 2)
+    assert wait_for(lambda: count_solved(path) >= 2)
     children = [child.pid for child in psutil.Process(run.pid).children(recursive=True)]
     assert children
     run.send_signal(number)
@@ -248,8 +248,8 @@ def test_a_cluster_of_this_machine_ends_with_the_run(
         err = run.communicate()[1]
         assert run.returncode == 128 + number
         assert "of 201 contacts saved in" in err.splitlines()[-1]
-        assert hidden(tmp_path) == []
-    assert 2 <= solved(path) < 201
+        assert hidden_files(tmp_path) == []
+    assert 2 <= count_solved(path) < 201
 
 
 @pytest.mark.process
@@ -332,7 +332,7 @@ def test_several_mpi_processes_are_rejected(
     monkeypatch.setenv("PMI_SIZE", "2")
     assert app.main(["run", str(path), *words]) == app.BAD_INPUT
     assert "would run the whole project: start a single one" in capsys.readouterr().err
-    assert solved(path) == 0
+    assert count_solved(path) == 0
 
 
 @pytest.mark.parametrize("module", ["distributed", "cryptography"])

@@ -58,7 +58,7 @@ def same(one: Any, other: Any) -> bool:
     return bool(one == other)
 
 
-def told(entry: Entry, change: Any) -> None:
+def rewrite_record(entry: Entry, change: Any) -> None:
     """Have a file tell something else, with the checksum of that."""
     file = entry.summary.with_suffix(".pieces") / "digest.json"
     read = json.loads(file.read_text(encoding="utf-8"))
@@ -123,9 +123,9 @@ def test_file_in_place_of_folder_saves_nothing(entry: Entry) -> None:
 )
 def test_foreign_class_in_saved_subtask_is_not_created(entry: Entry, found: Any) -> None:
     plan.save_piece(entry, "digest", 1.0)
-    told(entry, lambda read: read.update(found=2.0))
+    rewrite_record(entry, lambda read: read.update(found=2.0))
     assert known(entry) == 2.0
-    told(entry, lambda read: read.update(found=[found]))
+    rewrite_record(entry, lambda read: read.update(found=[found]))
     assert known(entry) is None
 
 

@@ -26,7 +26,7 @@ def states(path: Path) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def solved(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def solved_project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A project of a contact on two maps, with steps and figures, that is solved."""
     folder = tmp_path_factory.mktemp("solved") / "here"
     (folder / "maps").mkdir(parents=True)
@@ -56,34 +56,34 @@ def solved(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def moved(solved: Path, tmp_path: Path) -> Path:
+def moved_project(solved_project: Path, tmp_path: Path) -> Path:
     """The same somewhere else."""
-    return shutil.copytree(solved, tmp_path / "there")
+    return shutil.copytree(solved_project, tmp_path / "there")
 
 
 def test_solved_contact_is_recognized_from_any_folder(
-    moved: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+    moved_project: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
-    for start in (moved, moved.parent, moved / "maps"):
+    for start in (moved_project, moved_project.parent, moved_project / "maps"):
         monkeypatch.chdir(start)
-        path = os.path.relpath(moved / "p.toml", start)
+        path = os.path.relpath(moved_project / "p.toml", start)
         assert app.main(["run", path, "--json"]) == app.SOLVED
         (report,) = json.loads(capsys.readouterr().out)["contacts"]
         assert report["state"] == plan.KEPT
         written = [Path(name) for name in report["told"]["written"]]
         # Where they lie now.
         assert [name.resolve() for name in written] == [
-            moved / "p" / f"one.{suffix}" for suffix in ("csv", "svg")
+            moved_project / "p" / f"one.{suffix}" for suffix in ("csv", "svg")
         ]
-    project_file = moved / "p.toml"
-    (moved / "elsewhere").mkdir()
-    shutil.move(moved / "maps" / "rough.npy", moved / "elsewhere" / "rough.npy")
+    project_file = moved_project / "p.toml"
+    (moved_project / "elsewhere").mkdir()
+    shutil.move(moved_project / "maps" / "rough.npy", moved_project / "elsewhere" / "rough.npy")
     text = project_file.read_text(encoding="utf-8").replace("maps/rough", "elsewhere/rough")
     project_file.write_text(text, encoding="utf-8")
     assert states(project_file) == [plan.KEPT]
 
 
-def rewritten(path: Path, old: bytes, new: bytes) -> None:
+def replace_bytes(path: Path, old: bytes, new: bytes) -> None:
     content = path.read_bytes()
     assert old in content
     path.write_bytes(content.replace(old, new, 1))
@@ -95,9 +95,9 @@ PRESSURE = b'"max_pressure": [\n    '
 @pytest.mark.parametrize(
     "damage",
     [
-        lambda here: rewritten(here / "p" / "one.csv", b"\n", b""),
+        lambda here: replace_bytes(here / "p" / "one.csv", b"\n", b""),
         lambda here: os.truncate(here / "p" / "one.svg", 1000),
-        lambda here: rewritten(here / "p" / "one.json", PRESSURE, PRESSURE + b"1"),
+        lambda here: replace_bytes(here / "p" / "one.json", PRESSURE, PRESSURE + b"1"),
         lambda here: os.truncate(here / "p" / "one.json", 500),
         lambda here: (here / "p" / "one.json").write_text("[]"),
         lambda here: (here / "p" / "one.json").write_text("{}"),
@@ -105,37 +105,39 @@ PRESSURE = b'"max_pressure": [\n    '
         lambda here: (here / "p" / "one.json").write_text("[" * 100000),
     ],
 )
-def test_damaged_file_is_not_complete(damage: Callable[[Path], object], moved: Path) -> None:
-    (entry,) = project.read_project(moved / "p.toml")
+def test_damaged_file_is_not_complete(
+    damage: Callable[[Path], object], moved_project: Path
+) -> None:
+    (entry,) = project.read_project(moved_project / "p.toml")
     assert plan.find_complete(entry, plan.request_digest(entry)) is not None
-    damage(moved)
+    damage(moved_project)
     assert plan.find_complete(entry, plan.request_digest(entry)) is None
 
 
 @pytest.mark.parametrize(
     "change",
     [
-        lambda here: rewritten(here / "maps" / "rough.npy", b"\x00\x00\xf0?", b"\x01\x00\xf0?"),
-        lambda here: rewritten(here / "maps" / "other.npy", b"\x00", b"\x01"),
-        lambda here: rewritten(here / "p.toml", b'"1 N"', b'"2 N"'),
+        lambda here: replace_bytes(here / "maps" / "rough.npy", b"\x00\x00\xf0?", b"\x01\x00\xf0?"),
+        lambda here: replace_bytes(here / "maps" / "other.npy", b"\x00", b"\x01"),
+        lambda here: replace_bytes(here / "p.toml", b'"1 N"', b'"2 N"'),
         lambda here: (here / "maps" / "rough.npy").unlink(),
     ],
 )
-def test_content_and_options_decide(change: Callable[[Path], object], moved: Path) -> None:
-    (entry,) = project.read_project(moved / "p.toml")
+def test_content_and_options_decide(change: Callable[[Path], object], moved_project: Path) -> None:
+    (entry,) = project.read_project(moved_project / "p.toml")
     before = plan.request_digest(entry)
-    change(moved)
-    (entry,) = project.read_project(moved / "p.toml")
+    change(moved_project)
+    (entry,) = project.read_project(moved_project / "p.toml")
     assert plan.request_digest(entry) != before
 
 
 @pytest.mark.slow
-def test_steps_of_previous_options_are_replaced(moved: Path) -> None:
-    rewritten(moved / "p.toml", b'"1 N"', b'"2 N"')
-    path = moved / "p.toml"
+def test_steps_of_previous_options_are_replaced(moved_project: Path) -> None:
+    replace_bytes(moved_project / "p.toml", b'"1 N"', b'"2 N"')
+    path = moved_project / "p.toml"
     assert states(path) == [plan.SOLVED]
     assert states(path) == [plan.KEPT]
-    rewritten(moved / "maps" / "rough.npy", b"\x00\x00\xf0?", b"\x01\x00\xf0?")
+    replace_bytes(moved_project / "maps" / "rough.npy", b"\x00\x00\xf0?", b"\x01\x00\xf0?")
     assert states(path) == [plan.SOLVED]
 
 
@@ -153,7 +155,7 @@ COMPARED = """
 """
 
 
-def compared(folder: Path, asked: str) -> Path:
+def write_comparison(folder: Path, asked: str) -> Path:
     """Write a project of a comparison of four maps in a folder whose name has signs of its own."""
     place = folder / "A, B=[1]"
     place.mkdir(exist_ok=True)
@@ -168,7 +170,7 @@ def compared(folder: Path, asked: str) -> Path:
 @pytest.mark.slow
 def test_group_names_are_part_of_contact(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     groups = 'groups = {{ "{0}/5, N" = ["a,1.npy", "a,2.npy"], "x=y" = ["[b]?.npy"] }}'
-    path = compared(tmp_path, groups.format("dry"))
+    path = write_comparison(tmp_path, groups.format("dry"))
     assert states(path) == [plan.SOLVED]
     told = (path.parent / "p" / "one.json").read_text(encoding="utf-8")
     assert '"dry/5, N"' in told
@@ -176,7 +178,7 @@ def test_group_names_are_part_of_contact(tmp_path: Path, monkeypatch: pytest.Mon
     for place in (tmp_path, path.parent):
         monkeypatch.chdir(place)
         assert states(path.relative_to(place)) == [plan.KEPT]
-    compared(tmp_path, groups.format("wet"))
+    write_comparison(tmp_path, groups.format("wet"))
     assert states(path) == [plan.SOLVED]
     told = (path.parent / "p" / "one.json").read_text(encoding="utf-8")
     assert '"wet/5, N"' in told
@@ -204,21 +206,21 @@ def test_profile_with_figures_is_recognized(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
-def test_file_without_checksum_is_solved_again(moved: Path) -> None:
-    (moved / "maps" / "rough.npy").unlink()
-    os.mkfifo(moved / "maps" / "rough.npy")
-    (entry,) = project.read_project(moved / "p.toml")
+def test_file_without_checksum_is_solved_again(moved_project: Path) -> None:
+    (moved_project / "maps" / "rough.npy").unlink()
+    os.mkfifo(moved_project / "maps" / "rough.npy")
+    (entry,) = project.read_project(moved_project / "p.toml")
     assert plan.request_digest(entry) != plan.request_digest(entry)
 
 
-def test_only_unreadable_file_fails(moved: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (entry,) = project.read_project(moved / "p.toml")
+def test_only_unreadable_file_fails(moved_project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (entry,) = project.read_project(moved_project / "p.toml")
     before = plan.request_digest(entry)
 
-    def refused(path: Path) -> str:
+    def deny_access(path: Path) -> str:
         raise PermissionError(13, "Permission denied", str(path))
 
-    monkeypatch.setattr("roughcontact._tools.checksums.checksum_file", refused)
+    monkeypatch.setattr("roughcontact._tools.checksums.checksum_file", deny_access)
     assert plan.request_digest(entry) != before
     assert plan.find_complete(entry, before) is None
 

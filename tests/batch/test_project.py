@@ -60,7 +60,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def changed(folder: Path, old: str, new: str) -> Path:
+def write_changed_project(folder: Path, old: str, new: str) -> Path:
     assert old in PROJECT
     path = folder / "project.toml"
     path.write_text(PROJECT.replace(old, new, 1), encoding="utf-8")
@@ -74,7 +74,7 @@ def widest(out: str) -> int:
 
 @pytest.mark.process
 def test_a_ceiling_can_be_recommended(folder: Path, capsys: Capture) -> None:
-    path = changed(folder, 'ceiling = "none"', 'ceiling = "calibrated"')
+    path = write_changed_project(folder, 'ceiling = "none"', 'ceiling = "calibrated"')
     assert app.main(["run", str(path), "--json"]) == app.SOLVED
     two = next(c for c in json.loads(capsys.readouterr().out)["contacts"] if c["name"] == "two")
     assert two["state"] == "solved"
@@ -176,7 +176,7 @@ def test_contacts_are_solved_saved_and_solved_again_after_change(
     out = capsys.readouterr().out
     assert out.startswith("3 contacts: 3 solved before\n")
     assert before == {path: path.stat().st_mtime_ns for path in (folder / "results").iterdir()}
-    changed(folder, 'load = "0.5 N"', 'load = "0.6 N"')
+    write_changed_project(folder, 'load = "0.5 N"', 'load = "0.6 N"')
     (folder / "results" / "one-1-N.nc").unlink()
     assert app.main(["run", str(folder / "project.toml"), "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)["contacts"]
@@ -202,7 +202,7 @@ def test_material_of_contact_overrides_defaults(folder: Path) -> None:
 
 @pytest.mark.process
 def test_one_failure_does_not_stop_the_rest(folder: Path, capsys: Capture) -> None:
-    path = changed(folder, '"0.1 N", "1 N"', '"0.1 N", "99 N"')
+    path = write_changed_project(folder, '"0.1 N", "1 N"', '"0.1 N", "99 N"')
     with path.open("a", encoding="utf-8") as stream:
         stream.write('\n[[contact]]\nname = "none"\nfile = "absent.opd"\nload = "1 N"\n')
     assert app.main(["run", str(path)]) == app.NOT_CONVERGED
@@ -272,7 +272,7 @@ def wait_for(happened: Callable[[], object], seconds: float = 60.0) -> bool:
     return bool(happened())
 
 
-def hidden(folder: Path) -> list[str]:
+def hidden_files(folder: Path) -> list[str]:
     return [file.name for file in folder.rglob(".*")]
 
 
@@ -282,7 +282,7 @@ def hidden(folder: Path) -> list[str]:
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
 def test_interrupted_project_resumes(folder: Path, number: int, start) -> None:
     many = ", ".join(f'"{load} mN"' for load in range(1, 41))
-    path = changed(folder, '"0.1 N", "1 N"', many)
+    path = write_changed_project(folder, '"0.1 N", "1 N"', many)
     run = start(path)
     results = folder / "results"
     assert wait_for(lambda: len(list(results.glob("*.json"))) >= 2)
@@ -291,7 +291,7 @@ def test_interrupted_project_resumes(folder: Path, number: int, start) -> None:
     if number != signal.SIGKILL:
         assert run.returncode == 128 + number
         assert "of 41 contacts saved in" in err.splitlines()[-1]
-        assert hidden(folder) == []
+        assert hidden_files(folder) == []
     done = {p: p.stat().st_mtime_ns for p in results.glob("*.json")}
     assert 2 <= len(done) < 41
     entries = project.read_project(path)[: len(done) + 1]
@@ -299,7 +299,7 @@ def test_interrupted_project_resumes(folder: Path, number: int, start) -> None:
     assert all(report.state != plan.FAILED for report in reports)
     assert {plan.KEPT, plan.SOLVED} == {report.state for report in reports}
     assert all(p.stat().st_mtime_ns == stamp for p, stamp in done.items())
-    assert hidden(folder) == []
+    assert hidden_files(folder) == []
 
 
 LONG = """
@@ -337,7 +337,7 @@ def test_files_of_killed_step_are_removed(folder: Path) -> None:
             (place / left).touch()
         reports = runner.run_project(project.read_project(path), lambda report: None)
         assert {report.state for report in reports} == {state}
-        assert hidden(folder) == []
+        assert hidden_files(folder) == []
 
 
 @pytest.mark.process
@@ -359,7 +359,7 @@ def test_no_process_outlives_the_first(folder: Path, number: int, start) -> None
         child.kill()
     assert ended
     if number == signal.SIGTERM:
-        assert hidden(folder) == []
+        assert hidden_files(folder) == []
 
 
 def alive(process: psutil.Process) -> bool:
@@ -397,7 +397,7 @@ def alive(process: psutil.Process) -> bool:
 def test_messages_name_key_and_line(
     old: str, new: str, words: tuple[str, ...], folder: Path, capsys: Capture
 ) -> None:
-    path = changed(folder, old, new)
+    path = write_changed_project(folder, old, new)
     assert app.main(["run", str(path)]) == app.BAD_INPUT
     out, err = capsys.readouterr()
     assert out == ""
@@ -461,7 +461,7 @@ def test_a_byte_order_mark_is_no_part_of_a_project(folder: Path) -> None:
 )
 def test_too_long_names_raise_input_error_before_solve(old: str, new: str, folder: Path) -> None:
     with pytest.raises(rc.InputError, match="too many for the file system"):
-        project.read_project(changed(folder, old, new))
+        project.read_project(write_changed_project(folder, old, new))
     with pytest.raises(rc.InputError, match="303 characters"):
         outputs.check_place(folder / f"{300 * 'x'}.nc", "output")
 
@@ -641,7 +641,7 @@ def test_endless_project_file_raises_format_error(
 def test_endless_file_has_no_stable_digest(folder: Path) -> None:
     os.mkfifo(folder / "fifo.npy")
     for file in ("fifo.npy", "/dev/zero"):
-        path = changed(folder, 'file = "rough.npy"', f'file = "{file}"')
+        path = write_changed_project(folder, 'file = "rough.npy"', f'file = "{file}"')
         first, _, last = project.read_project(path)
         assert plan.request_digest(first) != plan.request_digest(last)
 

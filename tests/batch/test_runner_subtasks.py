@@ -61,7 +61,7 @@ class Backwards(Executor):
 waiting: list[tuple[Future[Any], bytes]] = []
 
 
-def answer(slots: int) -> int:
+def run_waiting_tasks(slots: int) -> int:
     """Answer what was handed out, and say how many go on at a time."""
     while waiting:
         future, sent = waiting.pop()
@@ -70,7 +70,7 @@ def answer(slots: int) -> int:
     return slots
 
 
-def written(folder: Path, text: str, points: int = 32) -> Path:
+def write_subtask_project(folder: Path, text: str, points: int = 32) -> Path:
     folder.mkdir(parents=True)
     y, x = np.mgrid[:points, :points] / points
     for number, name in enumerate(("r0", "r1", "r2", "s0", "s1")):
@@ -94,7 +94,7 @@ def run(
     path: Path, slots: int = 10
 ) -> tuple[list[plan.ContactReport], list[jobs.BatchTask], list[str]]:
     far, said = Backwards(), []
-    engine = Engine(far, partial(answer, slots), 1, far.shutdown)
+    engine = Engine(far, partial(run_waiting_tasks, slots), 1, far.shutdown)
     with pytest.MonkeyPatch.context() as patch:
         # What is asked is answered with the next look.
         patch.setattr(runner, "_POLL_SECONDS", 0.0)
@@ -109,14 +109,14 @@ def test_subtasks_in_any_order_give_identical_result(
     problem: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text, count = PROBLEMS[problem]
-    path = written(tmp_path / "apart", text, 64)
+    path = write_subtask_project(tmp_path / "apart", text, 64)
     reports, tasks, said = run(path)
     assert [report.state for report in reports] == [plan.SOLVED]
     words = [task.piece for task in tasks]
     assert words == [*tasks[0].parts[0].entry.request.subtask_ids(), ""]
     assert len(words) == count + 1
     assert said[-1] == f"{count} of {count} subtasks of one done"
-    alone = written(tmp_path / "whole", text, 64)
+    alone = write_subtask_project(tmp_path / "whole", text, 64)
     monkeypatch.setattr(Request, "subtask_ids", lambda request: ())
     reports, tasks, _ = run(alone)
     assert [report.state for report in reports] == [plan.SOLVED]
@@ -133,7 +133,7 @@ def test_subtasks_in_any_order_give_identical_result(
 
 def test_each_subtask_reads_one_map(tmp_path: Path) -> None:
     text, _ = PROBLEMS["groups"]
-    path = written(tmp_path / "here", text)
+    path = write_subtask_project(tmp_path / "here", text)
     _, tasks, _ = run(path)
     names = [[file.name for file in task.inputs] for task in tasks]
     assert names == [["r0.npy"], ["r1.npy"], ["r2.npy"], ["s0.npy"], ["s1.npy"], []]
@@ -142,7 +142,7 @@ def test_each_subtask_reads_one_map(tmp_path: Path) -> None:
 def test_failed_subtask_fails_contact_once_and_others_are_saved(tmp_path: Path) -> None:
     more = '\n[[contact]]\nname = "two"\nfile = "r2.npy"\nload = "1 N"\n'
     text = PROBLEMS["groups"][0].replace('"r?.npy"', '"r0.npy", "r1.npy"') + more
-    path = written(tmp_path / "here", text)
+    path = write_subtask_project(tmp_path / "here", text)
     for name in ("r0.npy", "s0.npy"):
         path.with_name(name).rename(path.with_name(f"kept-{name}"))
     (bad, good), tasks, said = run(path, slots=1)
@@ -160,7 +160,7 @@ def test_failed_subtask_fails_contact_once_and_others_are_saved(tmp_path: Path) 
 
 
 def test_map_changed_during_run_is_excluded(tmp_path: Path) -> None:
-    path = written(tmp_path / "here", PROBLEMS["groups"][0])
+    path = write_subtask_project(tmp_path / "here", PROBLEMS["groups"][0])
     other = np.load(path.with_name("r0.npy"))[::-1]
 
     class Changing(Backwards):
@@ -170,7 +170,7 @@ def test_map_changed_during_run_is_excluded(tmp_path: Path) -> None:
             return super().submit(fn, *args, **kwargs)
 
     far = Changing()
-    engine = Engine(far, partial(answer, 10), 1, far.shutdown)
+    engine = Engine(far, partial(run_waiting_tasks, 10), 1, far.shutdown)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(runner, "_POLL_SECONDS", 0.0)
         (report,) = runner.run_project(project.read_project(path), lambda report: None, engine)
@@ -190,7 +190,7 @@ def test_saved_subtasks_are_not_solved_again(
     problem: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text, count = PROBLEMS[problem]
-    path = written(tmp_path / "here", text, 64)
+    path = write_subtask_project(tmp_path / "here", text, 64)
     summary, csv = (path.parent / "results" / name for name in ("one.json", "one.csv"))
     with monkeypatch.context() as patch:
         patch.setattr(plan, "remove_pieces", lambda entry, but: None)
@@ -224,7 +224,7 @@ def test_saved_subtasks_are_not_solved_again(
 
 
 def test_only_failed_map_is_solved_again(tmp_path: Path) -> None:
-    path = written(tmp_path / "here", PROBLEMS["groups"][0])
+    path = write_subtask_project(tmp_path / "here", PROBLEMS["groups"][0])
     bad = path.with_name("s0.npy")
     good = bad.read_bytes()
     bad.write_bytes(good[:-1])
@@ -240,8 +240,10 @@ def test_only_failed_map_is_solved_again(tmp_path: Path) -> None:
 
 def test_only_added_map_is_solved(tmp_path: Path) -> None:
     text = PROBLEMS["groups"][0]
-    path = written(tmp_path / "here", text.replace('"s1.npy"', '"s1.npy", "r0.npy"'))
-    fewer = written(tmp_path / "fewer", text.replace('"r?.npy"', '"r1.npy", "r2.npy"'))
+    path = write_subtask_project(tmp_path / "here", text.replace('"s1.npy"', '"s1.npy", "r0.npy"'))
+    fewer = write_subtask_project(
+        tmp_path / "fewer", text.replace('"r?.npy"', '"r1.npy", "r2.npy"')
+    )
     (report,), _, _ = run(fewer)
     assert report.state == plan.SOLVED
     (fewer.parent / "results").rename(path.parent / "results")
@@ -250,7 +252,9 @@ def test_only_added_map_is_solved(tmp_path: Path) -> None:
     assert report.state == plan.SOLVED
     assert [task.piece for task in tasks] == ["0", "5", ""]
     assert said[0] == "4 of 6 subtasks of one from an earlier run"
-    other = written(tmp_path / "whole", text.replace('"s1.npy"', '"s1.npy", "r0.npy"'))
+    other = write_subtask_project(
+        tmp_path / "whole", text.replace('"s1.npy"', '"s1.npy", "r0.npy"')
+    )
     assert [task.piece for task in run(other)[1]] == ["0", "1", "2", "3", "4", "5", ""]
     one, two = bits(path.parent), bits(other.parent)
     assert one == two
@@ -266,7 +270,7 @@ def test_only_added_map_is_solved(tmp_path: Path) -> None:
 )
 def test_options_that_a_map_depends_on(old: str, new: str, again: bool, tmp_path: Path) -> None:
     text = PROBLEMS["groups"][0].replace('"r?.npy"', '"r0.npy", "r1.npy"')
-    path = written(tmp_path / "here", text)
+    path = write_subtask_project(tmp_path / "here", text)
     assert run(path)[0][0].state == plan.SOLVED
     path.write_text(text.replace(old, new, 1), encoding="utf-8")
     (report,), tasks, _ = run(path)
@@ -276,7 +280,7 @@ def test_options_that_a_map_depends_on(old: str, new: str, again: bool, tmp_path
 
 def test_maps_of_one_content_keep_their_names(tmp_path: Path) -> None:
     text = PROBLEMS["groups"][0].replace('"r?.npy"', '"r0.npy", "r1.npy"')
-    path = written(tmp_path / "here", text)
+    path = write_subtask_project(tmp_path / "here", text)
     path.with_name("r1.npy").write_bytes(path.with_name("r0.npy").read_bytes())
     (report,), tasks, _ = run(path)
     assert report.state == plan.SOLVED
@@ -286,19 +290,21 @@ def test_maps_of_one_content_keep_their_names(tmp_path: Path) -> None:
 
 
 def test_interrupt_reports_saved_subtasks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = written(tmp_path / "here", PROBLEMS["groups"][0])
+    path = write_subtask_project(tmp_path / "here", PROBLEMS["groups"][0])
     place = path.parent / "results" / "one.pieces"
 
-    def said(text: str) -> None:
+    def interrupt_at_second(text: str) -> None:
         if text.startswith("2 of 5"):
             raise KeyboardInterrupt
 
     far = Backwards()
     with monkeypatch.context() as patch:
         patch.setattr(runner, "_POLL_SECONDS", 0.0)
-        engine = Engine(far, partial(answer, 1), 1, far.shutdown)
+        engine = Engine(far, partial(run_waiting_tasks, 1), 1, far.shutdown)
         with pytest.raises(outputs.UnfinishedError) as caught:
-            runner.run_project(project.read_project(path), lambda report: None, engine, say=said)
+            runner.run_project(
+                project.read_project(path), lambda report: None, engine, say=interrupt_at_second
+            )
     assert caught.value.written == [place]
     waiting.clear()
     _, tasks, _ = run(path)
@@ -314,7 +320,7 @@ def test_interrupt_reports_saved_subtasks(tmp_path: Path, monkeypatch: pytest.Mo
     ],
 )
 def test_contact_with_dependent_outputs_has_no_subtasks(keys: str, tmp_path: Path) -> None:
-    path = written(tmp_path / "here", HEAD + f'file = "r0.npy"\n{keys}\n')
+    path = write_subtask_project(tmp_path / "here", HEAD + f'file = "r0.npy"\n{keys}\n')
     (entry,) = project.read_project(path)
     assert entry.request.subtask_ids() == ()
 
@@ -322,7 +328,7 @@ def test_contact_with_dependent_outputs_has_no_subtasks(keys: str, tmp_path: Pat
 def test_subtasks_are_shared_between_processes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = written(tmp_path / "here", PROBLEMS["groups"][0])
+    path = write_subtask_project(tmp_path / "here", PROBLEMS["groups"][0])
     counts = []
     monkeypatch.setattr(runner, "default_workers", lambda: 4)
     monkeypatch.setattr(

@@ -58,7 +58,7 @@ def rough(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def holed(tmp_path: Path) -> Path:
+def map_with_holes(tmp_path: Path) -> Path:
     heights = bumps()
     heights[5:8, 9] = np.nan
     path = tmp_path / "holed.npy"
@@ -82,7 +82,7 @@ def solve(path: Path, *options: str, load: str = "0.1 N") -> int:
     return app.main(["solve", str(path), *SCALE, "--load", load, *options])
 
 
-def refused(capsys: Capture, status: int, *words: str) -> str:
+def assert_rejected(capsys: Capture, status: int, *words: str) -> str:
     """Check that the run before ended with status 2 and one sentence that has these words."""
     out, err = capsys.readouterr()
     assert status == app.BAD_INPUT
@@ -221,7 +221,9 @@ def test_json_matches_library(rough: Path, capsys: Capture) -> None:
     assert told["counter_material"]["young"] is None
 
 
-def test_every_option_reaches_the_library(rough: Path, holed: Path, capsys: Capture) -> None:
+def test_every_option_reaches_the_library(
+    rough: Path, map_with_holes: Path, capsys: Capture
+) -> None:
     status = app.main(
         [
             "solve",
@@ -237,7 +239,7 @@ def test_every_option_reaches_the_library(rough: Path, holed: Path, capsys: Capt
             "--counter-yield-strength",
             "300 MPa",
             "--counter-surface",
-            str(holed),
+            str(map_with_holes),
             "--ceiling",
             "2 GPa",
             "--boundary",
@@ -553,7 +555,7 @@ def test_demo_refuses(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    refused(capsys, app.main(["demo", *options]), *words)
+    assert_rejected(capsys, app.main(["demo", *options]), *words)
     assert files(tmp_path) == set()
 
 
@@ -570,7 +572,7 @@ def test_demo_refuses(
     ],
 )
 def test_usage_errors_return_2(arguments: list[str], words: list[str], capsys: Capture) -> None:
-    refused(capsys, app.main(arguments), *words)
+    assert_rejected(capsys, app.main(arguments), *words)
 
 
 @pytest.mark.parametrize(
@@ -623,7 +625,7 @@ def test_invalid_arguments_are_rejected_in_one_sentence(
 ) -> None:
     output = ("--output", str(tmp_path / "out.nc"))
     status = app.main(["solve", str(rough), *SCALE, *options, *output])
-    refused(capsys, status, *words)
+    assert_rejected(capsys, status, *words)
     assert files(tmp_path) == {"rough.npy"}
 
 
@@ -659,33 +661,33 @@ def test_invalid_files_are_rejected_in_one_sentence(
     elif content is not None:
         np.save(path, content)
     options = ["--load", "1 N", *STEEL] if command == "solve" else []
-    refused(capsys, app.main([command, str(path), *SCALE, *options]), *words)
+    assert_rejected(capsys, app.main([command, str(path), *SCALE, *options]), *words)
 
 
 def test_missing_unit_or_size_names_option(rough: Path, capsys: Capture) -> None:
     options = ["solve", str(rough), "--load", "1 N", *STEEL]
-    refused(capsys, app.main(options), "no unit", "--unit um")
-    refused(capsys, app.main([*options, "--unit", "um"]), "--size '0.1 mm x 0.2 mm'")
-    refused(capsys, app.main([*options, "--unit", "s"]), "--unit needs a length")
+    assert_rejected(capsys, app.main(options), "no unit", "--unit um")
+    assert_rejected(capsys, app.main([*options, "--unit", "um"]), "--size '0.1 mm x 0.2 mm'")
+    assert_rejected(capsys, app.main([*options, "--unit", "s"]), "--unit needs a length")
 
 
-def test_holes_without_choice_are_rejected(holed: Path, capsys: Capture) -> None:
+def test_holes_without_choice_are_rejected(map_with_holes: Path, capsys: Capture) -> None:
     choices = ("holed.npy has 3 missing points", "--missing fill", "--missing mask", "--crop")
-    refused(capsys, solve(holed, *STEEL), *choices)
+    assert_rejected(capsys, solve(map_with_holes, *STEEL), *choices)
     for options, steps in (
         (("--missing", "fill"), ["filled: 3 missing points by harmonic interpolation"]),
         (("--missing", "mask"), ["masked: 3 missing points never touch"]),
     ):
-        assert solve(holed, *STEEL, *options, "--json") == app.SOLVED
+        assert solve(map_with_holes, *STEEL, *options, "--json") == app.SOLVED
         assert json.loads(capsys.readouterr().out)["preparation"][1:] == steps
-    assert solve(holed, *STEEL, "--crop", "8:,:") == app.SOLVED
+    assert solve(map_with_holes, *STEEL, "--crop", "8:,:") == app.SOLVED
 
 
 def test_bodies_on_unequal_grids_are_rejected(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     other = tmp_path / "other.npy"
     np.save(other, bumps()[:20])
     status = solve(rough, *STEEL, "--counter-surface", str(other))
-    refused(
+    assert_rejected(
         capsys, status, "--counter-surface has 20 × 64 points", "40 × 64", "--align resamples one"
     )
 
@@ -711,7 +713,7 @@ def test_outputs_are_checked_before_the_solve(
 ) -> None:
     (tmp_path / "folder.nc").mkdir()
     monkeypatch.setattr(contact, "solve", lambda *_, **__: pytest.fail("solved"))
-    refused(capsys, solve(rough, *STEEL, option, f"{tmp_path}/{name}"), *words)
+    assert_rejected(capsys, solve(rough, *STEEL, option, f"{tmp_path}/{name}"), *words)
 
 
 def test_output_never_replaces_the_input(rough: Path, tmp_path: Path, capsys: Capture) -> None:
@@ -720,7 +722,7 @@ def test_output_never_replaces_the_input(rough: Path, tmp_path: Path, capsys: Ca
     capsys.readouterr()
     before = source.read_bytes()
     status = app.main(["solve", str(source), "--load", "1 N", *STEEL, "--output", str(source)])
-    refused(capsys, status, "--output", "is an input file")
+    assert_rejected(capsys, status, "--output", "is an input file")
     assert source.read_bytes() == before
 
 
@@ -753,7 +755,7 @@ def test_not_converged_shows_the_best_and_writes_nothing(
 def test_rejected_run_keeps_old_output(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     output = tmp_path / "out.nc"
     output.write_text("an older result")
-    refused(capsys, solve(rough, *YIELDING, "--output", str(output), load="61 N"), "60 N")
+    assert_rejected(capsys, solve(rough, *YIELDING, "--output", str(output), load="61 N"), "60 N")
     assert output.read_text() == "an older result"
     assert solve(rough, *YIELDING, "--output", str(output)) == app.SOLVED
     assert read_result(output).converged
@@ -843,13 +845,13 @@ def test_insufficient_memory_is_reported_in_one_sentence(
 ) -> None:
     with monkeypatch.context() as scarce:
         scarce.setattr(memory, "free_bytes", lambda: 10**6)
-        refused(capsys, solve(rough, *STEEL), "40 × 64 points", "GiB are free", "fits")
+        assert_rejected(capsys, solve(rough, *STEEL), "40 × 64 points", "GiB are free", "fits")
 
     def exhausted(*_: object, **__: object) -> None:
         raise MemoryError
 
     monkeypatch.setattr(contact, "solve", exhausted)
-    refused(capsys, solve(rough, *STEEL), "memory", "--crop", "--precision single")
+    assert_rejected(capsys, solve(rough, *STEEL), "memory", "--crop", "--precision single")
 
 
 @pytest.mark.long
@@ -871,8 +873,12 @@ def test_a_wrong_size_in_a_file_is_replaced(rough: Path, tmp_path: Path, capsys:
     roughcontact.read_surface(rough, unit="um", size=(1e-2, 2e-2)).save(path)
     size = ("--size", "0.1 mm x 0.2 mm")
     words = ("--load", "1 N", *STEEL)
-    refused(capsys, app.main(["solve", str(path), *words, *size]), "--override-size as well")
-    refused(capsys, app.main(["solve", str(path), *words, "--override-size"]), "needs a FILE")
+    assert_rejected(
+        capsys, app.main(["solve", str(path), *words, *size]), "--override-size as well"
+    )
+    assert_rejected(
+        capsys, app.main(["solve", str(path), *words, "--override-size"]), "needs a FILE"
+    )
     command = ["solve", str(path), *words, *size, "--override-size", "--verbose"]
     assert app.main(command) == app.SOLVED
     told = " ".join(capsys.readouterr().out.split())
@@ -896,10 +902,10 @@ def test_info_warns_about_impossible_heights(tmp_path: Path, capsys: Capture) ->
     assert "WARNING units: " in " ".join(capsys.readouterr().out.split())
 
 
-def test_info_shows_size_and_roughness(holed: Path, capsys: Capture) -> None:
-    assert app.main(["info", str(holed), *SCALE, "--json"]) == app.SOLVED
+def test_info_shows_size_and_roughness(map_with_holes: Path, capsys: Capture) -> None:
+    assert app.main(["info", str(map_with_holes), *SCALE, "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
-    heights = np.load(holed) * 1e-6
+    heights = np.load(map_with_holes) * 1e-6
     assert told["shape"] == [40, 64]
     assert told["pixel"] == pytest.approx([2.5e-6, 3.125e-6])
     assert told["size"] == pytest.approx([1e-4, 2e-4])
@@ -907,9 +913,9 @@ def test_info_shows_size_and_roughness(holed: Path, capsys: Capture) -> None:
     assert told["height_max"] == pytest.approx(np.nanmax(heights))
     assert told["Sq"] == pytest.approx(np.nanstd(heights))
     assert told["Sq_leveled"] < told["Sq"]
-    surface = roughcontact.read_surface(holed, unit="um", size=(1e-4, 2e-4)).leveled()
+    surface = roughcontact.read_surface(map_with_holes, unit="um", size=(1e-4, 2e-4)).leveled()
     assert told["roughness_leveled"] == pytest.approx(surface.roughness())
-    assert app.main(["info", str(holed), *SCALE, "--verbose"]) == app.SOLVED
+    assert app.main(["info", str(map_with_holes), *SCALE, "--verbose"]) == app.SOLVED
     assert "reduced height of the peaks above the core" in capsys.readouterr().out
     assert told["missing"] == 3
     assert len(told["channels"]) == 1
@@ -938,7 +944,7 @@ def test_info_and_solve_name_the_value_of_missing_points(capsys: Capture) -> Non
     assert app.main(["info", *given]) == app.SOLVED
     out = " ".join(capsys.readouterr().out.split())
     assert "0.293 % missing (12 points at -32.768); solve it with " in out
-    refused(capsys, app.main(["solve", *given, *FLAT]), "-32.768 at 12 points")
+    assert_rejected(capsys, app.main(["solve", *given, *FLAT]), "-32.768 at 12 points")
     advice = options_in(out)
     assert advice == ["--no-data", "-32.768", "--missing", "fill"]
     assert app.main(["solve", *given, *FLAT, *advice, "--json"]) == app.SOLVED
@@ -975,7 +981,7 @@ def test_info_advises_filling_of_any_share(spikes: int, tmp_path: Path, capsys: 
     assert app.main(["info", *given]) == app.SOLVED
     out = " ".join(capsys.readouterr().out.split())
     assert "--missing fill-all" in out
-    refused(capsys, app.main(["solve", *given, *FLAT]), "--missing fill-all")
+    assert_rejected(capsys, app.main(["solve", *given, *FLAT]), "--missing fill-all")
     advice = options_in(out) if spikes else ["--missing", "fill-all"]
     assert app.main(["solve", *given, *FLAT, *advice, "--quiet"]) == app.SOLVED
 
@@ -1036,14 +1042,16 @@ def test_damaged_measurements_are_rejected_in_one_sentence(
 ) -> None:
     options = ["--load", "1 N", *STEEL, "--output", str(tmp_path / "out.nc")]
     arguments = [command, measurement(name), *(options if command == "solve" else [])]
-    refused(capsys, app.main(arguments), name)
+    assert_rejected(capsys, app.main(arguments), name)
     assert files(tmp_path) == set()
 
 
 # Preparation, study, sweep
 
 
-def test_every_preparation_reaches_the_library_in_its_order(holed: Path, capsys: Capture) -> None:
+def test_every_preparation_reaches_the_library_in_its_order(
+    map_with_holes: Path, capsys: Capture
+) -> None:
     options = (
         "--crop",
         "0:36,0:60",
@@ -1064,7 +1072,7 @@ def test_every_preparation_reaches_the_library_in_its_order(holed: Path, capsys:
         "--rotate",
         "90",
     )
-    assert solve(holed, *STEEL, *options, "--json") == app.SOLVED
+    assert solve(map_with_holes, *STEEL, *options, "--json") == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     starts = [step.split(":")[0] for step in told["preparation"]]
     assert starts == [
@@ -1077,7 +1085,7 @@ def test_every_preparation_reaches_the_library_in_its_order(holed: Path, capsys:
         "resampled",
         "rotated",
     ]
-    surface = roughcontact.read_surface(holed, unit="um", size=(1e-4, 2e-4))
+    surface = roughcontact.read_surface(map_with_holes, unit="um", size=(1e-4, 2e-4))
     prepared = (
         surface.cropped((0, 36), (0, 60))
         .without_outliers(5)
@@ -1093,8 +1101,8 @@ def test_every_preparation_reaches_the_library_in_its_order(holed: Path, capsys:
     assert told["max_pressure"] == result.max_pressure
 
 
-def test_holes_can_be_cut_away(holed: Path, capsys: Capture) -> None:
-    assert solve(holed, *STEEL, "--missing", "crop", "--json") == app.SOLVED
+def test_holes_can_be_cut_away(map_with_holes: Path, capsys: Capture) -> None:
+    assert solve(map_with_holes, *STEEL, "--missing", "crop", "--json") == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     assert told["preparation"][0].startswith("cropped to the largest rectangle without holes")
 
@@ -1120,7 +1128,7 @@ def test_holes_can_be_cut_away(holed: Path, capsys: Capture) -> None:
 def test_invalid_preparation_is_rejected_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
 ) -> None:
-    refused(capsys, solve(rough, *STEEL, *options), *words)
+    assert_rejected(capsys, solve(rough, *STEEL, *options), *words)
 
 
 @pytest.mark.long
@@ -1195,15 +1203,17 @@ def test_sweep_over_approaches_draws(rough: Path, tmp_path: Path, capsys: Captur
 def test_invalid_sweeps_are_rejected_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
 ) -> None:
-    refused(capsys, sweep(rough, *options), *words)
+    assert_rejected(capsys, sweep(rough, *options), *words)
 
 
 def test_repeated_single_option_is_rejected(rough: Path, capsys: Capture) -> None:
-    refused(capsys, solve(rough, *STEEL, "--load", "1 N"), "--load is given 2 times", "0.1 N, 1 N")
+    assert_rejected(
+        capsys, solve(rough, *STEEL, "--load", "1 N"), "--load is given 2 times", "0.1 N, 1 N"
+    )
 
 
 def test_sweep_needs_both_ends(rough: Path, capsys: Capture) -> None:
-    refused(capsys, app.main(["sweep", str(rough), *SCALE, *STEEL]), "--from is needed")
+    assert_rejected(capsys, app.main(["sweep", str(rough), *SCALE, *STEEL]), "--from is needed")
 
 
 def test_sweep_in_folder_of_another_sweep_is_rejected(
@@ -1212,7 +1222,7 @@ def test_sweep_in_folder_of_another_sweep_is_rejected(
     folder = ("--folder", str(tmp_path / "steps"))
     assert sweep(rough, "--steps", "2", *folder) == app.SOLVED
     capsys.readouterr()
-    refused(capsys, sweep(rough, "--steps", "3", *folder), "another sweep", "values differ")
+    assert_rejected(capsys, sweep(rough, "--steps", "3", *folder), "another sweep", "values differ")
 
 
 # Bodies and materials
@@ -1245,8 +1255,10 @@ def test_maps_of_different_grids_are_aligned(rough: Path, tmp_path: Path, capsys
         assert solve(rough, *STEEL, *counter, *options, "--json") == app.SOLVED
         told = json.loads(capsys.readouterr().out)
         assert any(step.startswith("aligned") for step in told["counter_preparation"])
-    refused(capsys, solve(rough, *STEEL, "--align"), "--counter-surface")
-    refused(capsys, solve(rough, *STEEL, *counter, "--offset", "5 um"), "--offset needs two")
+    assert_rejected(capsys, solve(rough, *STEEL, "--align"), "--counter-surface")
+    assert_rejected(
+        capsys, solve(rough, *STEEL, *counter, "--offset", "5 um"), "--offset needs two"
+    )
 
 
 def test_materials_are_read_from_catalog(rough: Path, capsys: Capture) -> None:
@@ -1258,14 +1270,16 @@ def test_materials_are_read_from_catalog(rough: Path, capsys: Capture) -> None:
     assert told["material"]["yield_strength"] == steel.yield_strength
     assert told["counter_material"]["hardness"] > 1e10
     assert told["ceiling"] == 3 * steel.yield_strength
-    refused(capsys, solve(rough, "--material", "100Cr7"), "--material", "did you mean 100Cr6")
+    assert_rejected(
+        capsys, solve(rough, "--material", "100Cr7"), "--material", "did you mean 100Cr6"
+    )
 
 
 def test_ceiling_from_a_hardness(rough: Path, capsys: Capture) -> None:
     assert solve(rough, *STEEL, "--ceiling", "700 HV", "--json") == app.SOLVED
     ceiling = json.loads(capsys.readouterr().out)["ceiling"]
     assert ceiling == pytest.approx(700 * 9.80665e6 / np.sin(np.radians(68)))
-    refused(capsys, solve(rough, *STEEL, "--ceiling", "99 HRC"), "--ceiling", "HRC")
+    assert_rejected(capsys, solve(rough, *STEEL, "--ceiling", "99 HRC"), "--ceiling", "HRC")
 
 
 def test_materials_lists_the_catalogue_with_sources(capsys: Capture) -> None:
@@ -1278,7 +1292,7 @@ def test_materials_lists_the_catalogue_with_sources(capsys: Capture) -> None:
     assert app.main(["materials", "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     assert len(told["materials"]) == len(catalog.entries())
-    refused(capsys, app.main(["materials", "unobtainium"]), "'unobtainium' is not in")
+    assert_rejected(capsys, app.main(["materials", "unobtainium"]), "'unobtainium' is not in")
 
 
 @pytest.mark.parametrize(
@@ -1293,7 +1307,7 @@ def test_materials_lists_the_catalogue_with_sources(capsys: Capture) -> None:
 def test_invalid_bodies_are_rejected_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
 ) -> None:
-    refused(capsys, solve(rough, *STEEL, *options), *words)
+    assert_rejected(capsys, solve(rough, *STEEL, *options), *words)
 
 
 # Load histories
@@ -1366,7 +1380,7 @@ def test_invalid_histories_are_rejected_in_one_sentence(
         else ["--indented-surface", str(tmp_path / "left.x3p")]
     )
     status = app.main(["history", str(rough), *SCALE, *YIELDING, *options, *written])
-    refused(capsys, status, *words)
+    assert_rejected(capsys, status, *words)
     assert files(tmp_path) == {"rough.npy"}
 
 
@@ -1390,7 +1404,9 @@ def test_report_holds_study_notes_and_command(rough: Path, tmp_path: Path, capsy
         "--tip-radius",
     ):
         assert words in text
-    refused(capsys, solve(path, *STEEL, "--report", "out.pdf"), "--report needs a name", ".html")
+    assert_rejected(
+        capsys, solve(path, *STEEL, "--report", "out.pdf"), "--report needs a name", ".html"
+    )
 
 
 @needs_reader
@@ -1426,8 +1442,8 @@ def test_bodies_tilt_under_a_load_off_the_middle(rough: Path, capsys: Capture) -
     assert any(told["tilt"])
     assert solve(rough, *STEEL, "--load-point", "0 um, 0 um") == app.SOLVED
     assert "Tilt (y, x)" in capsys.readouterr().out
-    refused(capsys, solve(rough, *STEEL, "--load-point", "0 um, 1 mm"), "moments")
-    refused(capsys, solve(rough, *STEEL, "--load-point", "1 um"), "--load-point needs two")
+    assert_rejected(capsys, solve(rough, *STEEL, "--load-point", "0 um, 1 mm"), "moments")
+    assert_rejected(capsys, solve(rough, *STEEL, "--load-point", "1 um"), "--load-point needs two")
 
 
 # Stress below the surface
@@ -1479,7 +1495,9 @@ def test_invalid_stress_is_rejected_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     load = () if "--load" in options else ("--load", "0.5 N")
-    refused(capsys, app.main(["stress", str(rough), *SCALE, *YIELDING, *load, *options]), *words)
+    assert_rejected(
+        capsys, app.main(["stress", str(rough), *SCALE, *YIELDING, *load, *options]), *words
+    )
     assert files(tmp_path) == {"rough.npy"}
 
 
@@ -1657,7 +1675,7 @@ def test_volume_run_is_saved_and_resumes(
     assert resumed.contact.pressure.tobytes() == whole.contact.pressure.tobytes()
     assert resumed.increments == whole.increments
     assert shown["regime"] == shown["volume"]["regime"] == whole.regime
-    refused(
+    assert_rejected(
         capsys,
         app.main([word.replace("1 GPa", "1.1 GPa") for word in again]),
         f"--folder {folder} holds another run: material differ",
@@ -1759,13 +1777,13 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
 def test_invalid_volume_models_are_rejected_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
 ) -> None:
-    refused(capsys, solve(rough, *YIELDING, *options), *words)
+    assert_rejected(capsys, solve(rough, *YIELDING, *options), *words)
 
 
 def test_the_volume_model_needs_a_body_that_yields(rough: Path, capsys: Capture) -> None:
     elastic = ("--young", "210 GPa", "--poisson", "0.3")
     code = solve(rough, *elastic, "--model", "elastoplastic")
-    refused(capsys, code, "--model elastoplastic needs a --yield-strength", "--material")
+    assert_rejected(capsys, code, "--model elastoplastic needs a --yield-strength", "--material")
 
 
 @pytest.mark.long

@@ -96,7 +96,9 @@ sys.exit(status)
 """
 
 
-def ended(folder: Path, name: str, number: int, ignored: bool = False) -> tuple[int, str]:
+def run_until_signal(
+    folder: Path, name: str, number: int, ignored: bool = False
+) -> tuple[int, str]:
     """Run a command that gets a signal, and return its status and what it said."""
     noise = np.random.default_rng(3).standard_normal((32, 32))
     np.save(folder / "rough.npy", 1e-8 * noise)
@@ -122,7 +124,7 @@ def left(folder: Path) -> set[str]:
     [name if name == "sweep" else pytest.param(name, marks=pytest.mark.process) for name in CASES],
 )
 def test_sigterm_keeps_complete_files(name: str, tmp_path: Path) -> None:
-    status, err = ended(tmp_path, name, signal.SIGTERM)
+    status, err = run_until_signal(tmp_path, name, signal.SIGTERM)
     kept = CASES[name][2]
     assert (status, err) == (
         128 + signal.SIGTERM,
@@ -133,11 +135,11 @@ def test_sigterm_keeps_complete_files(name: str, tmp_path: Path) -> None:
 
 
 def test_closed_terminal_keeps_complete_files(tmp_path: Path) -> None:
-    status, err = ended(tmp_path, "sweep", signal.SIGHUP)
+    status, err = run_until_signal(tmp_path, "sweep", signal.SIGHUP)
     assert (status, err.count("\n")) == (128 + signal.SIGHUP, 1)
     assert left(tmp_path) == {"rough.npy", "kept/sweep.json", "kept/step-0001.npz"}
 
 
 def test_a_signal_that_is_to_be_ignored_is_ignored(tmp_path: Path) -> None:
-    assert ended(tmp_path, "sweep", signal.SIGHUP, ignored=True) == (app.SOLVED, "")
+    assert run_until_signal(tmp_path, "sweep", signal.SIGHUP, ignored=True) == (app.SOLVED, "")
     assert "kept/step-0003.npz" in left(tmp_path)

@@ -42,7 +42,7 @@ SURFACE = rc.Surface(
 )
 
 
-def holed() -> rc.Surface:
+def surface_with_holes() -> rc.Surface:
     heights = SURFACE.heights.copy()
     heights[3:5, 7:10] = np.nan
     return rc.Surface(heights, PIXEL, ORIGIN)
@@ -60,7 +60,7 @@ CASES = {
     "elastic": {"material": STEEL},
     "scalar ceiling": {"material": YIELDING, "load": 0.15},
     "ceiling by pixel": {"material": YIELDING, "ceiling": limits(), "load": 0.1},
-    "masked holes": {"surface": holed().masked(), "material": YIELDING},
+    "masked holes": {"surface": surface_with_holes().masked(), "material": YIELDING},
     "two rough bodies": {"material": STEEL, "counter_surface": COUNTER},
     "two soft bodies": {"material": STEEL, "counter_material": YIELDING, "load": 0.01},
     "hardness": {"material": CERAMIC, "load": 0.15},
@@ -78,13 +78,13 @@ CASES = {
 
 
 @lru_cache
-def solved(case: str = "scalar ceiling") -> rc.ContactResult:
+def solve_case(case: str = "scalar ceiling") -> rc.ContactResult:
     return rc.solve(**{"surface": SURFACE, "load": 0.05, **CASES[case]})
 
 
 @pytest.fixture(scope="module")
 def result() -> rc.ContactResult:
-    return solved()
+    return solve_case()
 
 
 def bare(path: Path) -> xarray.Dataset:
@@ -104,7 +104,7 @@ def assert_same_bits(one: np.ndarray, two: np.ndarray) -> None:
 
 @pytest.mark.parametrize("case", CASES)
 def test_every_number_keeps_its_bits(case: str, tmp_path: Path) -> None:
-    result = solved(case)
+    result = solve_case(case)
     assert result.converged == (case != "not converged")
     if case.startswith(("scalar", "ceiling by")):
         assert result.saturated.any()
@@ -137,7 +137,7 @@ def test_every_number_keeps_its_bits(case: str, tmp_path: Path) -> None:
 
 
 def test_a_file_from_before_bodies_could_tilt(tmp_path: Path) -> None:
-    dataset = solved("tilted").to_xarray()
+    dataset = solve_case("tilted").to_xarray()
     assert dataset.attrs["moments_x_units"] == "N m"
     for name in [name for name in dataset.attrs if name.startswith(("tilt", "moments"))]:
         del dataset.attrs[name]
@@ -148,7 +148,7 @@ def test_a_file_from_before_bodies_could_tilt(tmp_path: Path) -> None:
 
 
 def test_a_file_from_before_steps_were_data(tmp_path: Path) -> None:
-    result = solved("two rough bodies")
+    result = solve_case("two rough bodies")
     dataset = result.to_xarray()
     del dataset.attrs["provenance"], dataset.attrs["counter_provenance"]
     dataset.to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
@@ -168,7 +168,7 @@ def test_a_file_from_before_steps_were_data(tmp_path: Path) -> None:
 
 
 def test_damaged_provenance_raises_format_error(tmp_path: Path) -> None:
-    dataset = solved("two rough bodies").to_xarray()
+    dataset = solve_case("two rough bodies").to_xarray()
     dataset.attrs["provenance"] = dataset.attrs["provenance"][:-1]
     dataset.to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
     with pytest.raises(FormatError, match=r"out\.nc cannot be read as a result"):
@@ -176,7 +176,7 @@ def test_damaged_provenance_raises_format_error(tmp_path: Path) -> None:
 
 
 def test_loaded_arrays_are_read_only(tmp_path: Path) -> None:
-    solved("ceiling by pixel").save(tmp_path / "out.nc")
+    solve_case("ceiling by pixel").save(tmp_path / "out.nc")
     again = load_result(tmp_path / "out.nc")
     for name in ("pressure", "gap", "ceiling"):
         with pytest.raises(ValueError, match="read-only"):
@@ -184,13 +184,13 @@ def test_loaded_arrays_are_read_only(tmp_path: Path) -> None:
 
 
 def test_the_counter_body_keeps_its_origin(tmp_path: Path) -> None:
-    solved("two rough bodies").save(tmp_path / "out.nc")
+    solve_case("two rough bodies").save(tmp_path / "out.nc")
     assert load_result(tmp_path / "out.nc").counter_surface.provenance == COUNTER.provenance
 
 
 def test_a_loaded_result_is_a_start(tmp_path: Path) -> None:
     # Everything `solve` needs comes out of the file.
-    masked = solved("masked holes")
+    masked = solve_case("masked holes")
     masked.save(tmp_path / "out.nc")
     again = load_result(tmp_path / "out.nc")
     resolved = rc.solve(
@@ -207,7 +207,7 @@ def test_a_loaded_result_is_a_start(tmp_path: Path) -> None:
 @pytest.mark.long
 def test_the_map_of_a_result_is_a_surface_file(tmp_path: Path) -> None:
     for case in ("scalar ceiling", "masked holes"):
-        result = solved(case)
+        result = solve_case(case)
         result.save(tmp_path / "out.nc")
         surface = rc.read_surface(tmp_path / "out.nc")
         assert_same_bits(surface.heights, result.surface.heights)
@@ -255,7 +255,7 @@ def test_attributes(tmp_path: Path, result: rc.ContactResult) -> None:
 
 
 def test_attributes_of_body_with_hardness(tmp_path: Path) -> None:
-    solved("hardness").save(tmp_path / "out.nc")
+    solve_case("hardness").save(tmp_path / "out.nc")
     attributes = bare(tmp_path / "out.nc").attrs
     assert attributes["material_hardness"] == attributes["ceiling"] == CERAMIC.hardness
     assert attributes["material_hardness_units"] == "Pa"
@@ -276,7 +276,7 @@ def test_no_number_with_a_dimension_lacks_its_unit(
 def test_the_solution_is_verified_from_the_file_alone(
     case: str, tmp_path: Path, independent
 ) -> None:
-    solved(case).save(tmp_path / "out.nc")
+    solve_case(case).save(tmp_path / "out.nc")
     dataset = bare(tmp_path / "out.nc")
     attributes = dataset.attrs
     if "ceiling" in dataset:
@@ -414,7 +414,7 @@ def test_file_name_that_is_not_utf_8_is_escaped(tmp_path: Path, result: rc.Conta
 # --- files that are no result ----------------------------------------------------------------
 
 
-def refused(path: Path, *words: str) -> None:
+def assert_rejected(path: Path, *words: str) -> None:
     with pytest.raises(rc.FormatError) as caught:
         load_result(path)
     message = str(caught.value)
@@ -426,7 +426,7 @@ def refused(path: Path, *words: str) -> None:
 
 
 def test_missing_file_raises_error(tmp_path: Path) -> None:
-    refused(tmp_path / "out.nc", "does not exist", "check")
+    assert_rejected(tmp_path / "out.nc", "does not exist", "check")
 
 
 def test_files_of_another_kind(tmp_path: Path) -> None:
@@ -439,12 +439,12 @@ def test_files_of_another_kind(tmp_path: Path) -> None:
         b"\x89HDF\r\n\x1a\n" + bytes(99),
     ):
         path.write_bytes(content)
-        refused(path, *expected)
+        assert_rejected(path, *expected)
     xarray.Dataset({"temperature": ("t", [1.0, 2.0])}).to_netcdf(path, engine="h5netcdf")
-    refused(path, *expected)
+    assert_rejected(path, *expected)
     height = xarray.Dataset({"height": (("y", "x"), np.eye(3), {"units": "m"})})
     height.to_netcdf(path, engine="h5netcdf")
-    refused(path, *expected)
+    assert_rejected(path, *expected)
 
 
 @pytest.mark.parametrize("fraction", [0.001, 0.1, 0.5, 0.9, 0.999])
@@ -453,13 +453,13 @@ def test_truncated_files(fraction: float, tmp_path: Path, result: rc.ContactResu
     result.save(path)
     content = path.read_bytes()
     path.write_bytes(content[: int(fraction * len(content))])
-    refused(path, "expected")
+    assert_rejected(path, "expected")
 
 
 @pytest.mark.parametrize("name", ["height", "pressure", "gap"])
 def test_a_variable_is_missing(name: str, tmp_path: Path, result: rc.ContactResult) -> None:
     result.to_xarray().drop_vars(name).to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
-    refused(tmp_path / "out.nc", name)
+    assert_rejected(tmp_path / "out.nc", name)
 
 
 @pytest.mark.parametrize("name", ["status", "load", "material_young", "pixel_x", "boundary"])
@@ -467,7 +467,7 @@ def test_an_attribute_is_missing(name: str, tmp_path: Path, result: rc.ContactRe
     dataset = result.to_xarray()
     del dataset.attrs[name]
     dataset.to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
-    refused(tmp_path / "out.nc", name)
+    assert_rejected(tmp_path / "out.nc", name)
 
 
 @pytest.mark.parametrize(
@@ -480,13 +480,13 @@ def test_an_attribute_is_absurd(
     dataset = result.to_xarray()
     dataset.attrs[name] = value
     dataset.to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
-    refused(tmp_path / "out.nc")
+    assert_rejected(tmp_path / "out.nc")
 
 
 def test_a_map_with_its_axes_swapped(tmp_path: Path, result: rc.ContactResult) -> None:
     # Pixel and axes would no longer belong together; read_surface refuses the same file.
     result.to_xarray().transpose().to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
-    refused(tmp_path / "out.nc")
+    assert_rejected(tmp_path / "out.nc")
 
 
 def test_a_changed_result_is_saved_as_changed(tmp_path: Path, result: rc.ContactResult) -> None:
@@ -540,7 +540,7 @@ def test_a_variable_that_was_changed_is_named(
         values = file[name][...]
         values.ravel()[-1:].view(np.uint8)[0] ^= 1
         file[name][...] = values
-    refused(path, f"written: {name} does not match the checksum", "take a copy")
+    assert_rejected(path, f"written: {name} does not match the checksum", "take a copy")
 
 
 @pytest.mark.parametrize(
@@ -560,7 +560,7 @@ def test_changed_attributes_raise_format_error(
     result.save(path)
     with h5py.File(path, "a") as file:
         file[where].attrs[name] = value
-    refused(path, "written: attributes do not match the checksum")
+    assert_rejected(path, "written: attributes do not match the checksum")
 
 
 @pytest.mark.long
@@ -570,7 +570,7 @@ def test_missing_checksum_raises_format_error(tmp_path: Path, result: rc.Contact
         result.save(path)
         with h5py.File(path, "a") as file:
             del file[where].attrs["checksum_sha256"]
-        refused(path, f"written: {words} not match the checksum")
+        assert_rejected(path, f"written: {words} not match the checksum")
 
 
 @pytest.mark.long
@@ -592,7 +592,7 @@ def test_a_map_that_was_changed_is_not_read(tmp_path: Path, result: rc.ContactRe
 
 @pytest.mark.long
 def test_the_note_on_a_file_without_checksums_stays(tmp_path: Path) -> None:
-    result = solved("two soft bodies")
+    result = solve_case("two soft bodies")
     result.to_xarray().to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
     old = load_result(tmp_path / "old.nc")
     assert old.cautions[:-1] == result.cautions
@@ -604,7 +604,7 @@ def test_the_note_on_a_file_without_checksums_stays(tmp_path: Path) -> None:
 
 def test_tiny_ceiling_attribute_gives_few_bins(tmp_path: Path) -> None:
     # The ceiling was the width of a bin, and the pressures the range: 3e9 bins.
-    dataset = solved("scalar ceiling").to_xarray()
+    dataset = solve_case("scalar ceiling").to_xarray()
     dataset.attrs["ceiling"] = 1.0
     dataset.to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
     result = load_result(tmp_path / "old.nc")
@@ -615,7 +615,7 @@ def test_tiny_ceiling_attribute_gives_few_bins(tmp_path: Path) -> None:
 def test_damaged_files_raise_format_error_or_lose_nothing(tmp_path: Path) -> None:
     # tests/fuzz/damaged_files.py does it with thousands.
     path = tmp_path / "out.nc"
-    solved("two rough bodies").save(path)
+    solve_case("two rough bodies").save(path)
     content, sound = path.read_bytes(), load_result(path).to_xarray()
     rng, found = np.random.default_rng(13), set()
     for _ in range(40):

@@ -39,7 +39,7 @@ CASES = {
 
 
 @lru_cache
-def solved(case: str = "free") -> rc.ContactResult:
+def solve_case(case: str = "free") -> rc.ContactResult:
     return rc.solve(**{"surface": SURFACE, "material": STEEL, "load": 1.0, **CASES[case]})
 
 
@@ -53,7 +53,7 @@ def yielded(*loads: float) -> rc.ElastoplasticResult:
 
 @pytest.mark.parametrize("case", CASES)
 def test_result_passes_verification(case: str, tmp_path: Path) -> None:
-    result = solved(case)
+    result = solve_case(case)
     found = verify_solution(result)
     assert found.differences == ()
     assert found.found_certificate == pytest.approx(result.certificate, rel=0.1)
@@ -78,7 +78,7 @@ def test_contact_of_volume_passes_verification(loads: tuple[float, ...], tmp_pat
 
 
 def test_changed_quantities_are_reported_as_differences() -> None:
-    result = solved()
+    result = solve_case()
     pressure, gap = result.pressure.copy(), result.gap.copy()
     pressure[result.contact & ~result.saturated] *= 1.001
     gap[5, 5] += 1e-9
@@ -98,7 +98,7 @@ def test_changed_quantities_are_reported_as_differences() -> None:
 @pytest.mark.long
 def test_inconsistent_solution_raises_format_error(tmp_path: Path) -> None:
     # Everything agrees, checksums too, but the heights are another surface's.
-    result = solved()
+    result = solve_case()
     path = tmp_path / "out.nc"
     replace(result, pair=replace(result.pair, share=SURFACE.rotated(180))).save(path)
     assert rc.read_result(path).converged
@@ -117,7 +117,7 @@ def test_inconsistent_solution_raises_format_error(tmp_path: Path) -> None:
 def test_insufficient_memory_raises_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("roughcontact._tools.memory.free_bytes", lambda: 1000)
     with pytest.raises(rc.InsufficientMemoryError, match="points needs about"):
-        verify_solution(solved())
+        verify_solution(solve_case())
 
 
 @pytest.mark.long
@@ -132,13 +132,13 @@ def test_separated_bodies_have_no_certificate() -> None:
 @pytest.mark.long
 def test_command_prints_one_row_per_file(tmp_path: Path, capsys, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
-    solved().save("sound.nc")
+    solve_case().save("sound.nc")
     yielded(0.3).save("volume.nc")
-    solved().to_xarray().to_netcdf("old.nc", engine="h5netcdf")
+    solve_case().to_xarray().to_netcdf("old.nc", engine="h5netcdf")
     assert app.main(["verify", "sound.nc", "volume.nc", "old.nc"]) == app.SOLVED
     told = capsys.readouterr()
     rows = {line.split()[0]: line.split() for line in told.out.splitlines() if ".nc" in line}
-    certificate = f"{solved().certificate:.4g}"
+    certificate = f"{solve_case().certificate:.4g}"
     assert rows["sound.nc"] == [
         "sound.nc",
         "1",
@@ -160,7 +160,7 @@ def test_failed_files_are_reported_in_one_sentence_each(
     tmp_path: Path, capsys, monkeypatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    result = solved()
+    result = solve_case()
     result.save("sound.nc")
     result.save("changed.nc")
     with h5py.File("changed.nc", "a") as file:
@@ -192,10 +192,10 @@ def test_failed_files_are_reported_in_one_sentence_each(
 
 def test_json_matches_table(tmp_path: Path, capsys, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
-    solved().save("sound.nc")
+    solve_case().save("sound.nc")
     assert app.main(["verify", "sound.nc", "absent.nc", "--json"]) == app.BAD_INPUT
     sound, absent = json.loads(capsys.readouterr().out)["files"]
-    assert Verification(**sound["found"]) == verify_solution(solved())
+    assert Verification(**sound["found"]) == verify_solution(solve_case())
     assert (sound["sealed"], sound["reason"]) == (True, "")
     assert absent["found"] is None
     assert "does not exist" in absent["reason"]

@@ -191,7 +191,9 @@ def test_a_load_ratio_is_positive(ratio: float) -> None:
 # --- a ceiling that agrees with itself -----------------------------------------------------------
 
 
-def advised(ratio: float, material: rc.Material = STEEL, **more) -> rc.ContactResult:
+def solve_calibrated_sphere(
+    ratio: float, material: rc.Material = STEEL, **more
+) -> rc.ContactResult:
     return sphere(ratio, material, ceiling="calibrated", **more)
 
 
@@ -207,7 +209,7 @@ def advised(ratio: float, material: rc.Material = STEEL, **more) -> rc.ContactRe
 )
 @pytest.mark.parametrize("ratio", [3, 40, 300])
 def test_calibrated_ceiling_is_self_consistent(ratio: float, body: rc.Material) -> None:
-    result = advised(ratio, body)
+    result = solve_calibrated_sphere(ratio, body)
     assert result.converged
     assert 1 <= result.calibration.solves <= 4
     own = recommended_ceiling(result)
@@ -257,20 +259,20 @@ def test_ceiling_of_rough_maps_converges_or_reports_mismatch(
 
 
 def test_below_first_yield_the_contact_stays_as_it_is() -> None:
-    usual, result = sphere(0.9), advised(0.9)
+    usual, result = sphere(0.9), solve_calibrated_sphere(0.9)
     assert result.calibration is None
     assert result.ceiling == 3e9
     np.testing.assert_array_equal(result.pressure, usual.pressure)
 
 
 def test_the_cost_is_that_of_all_solves() -> None:
-    result = advised(40)
+    result = solve_calibrated_sphere(40)
     assert result.calibration.solves > 1
     assert result.convolutions > sphere(40).convolutions
 
 
 def test_calibration_keeps_results_with_three_yield_strengths() -> None:
-    usual, result = sphere(40), advised(40)
+    usual, result = sphere(40), solve_calibrated_sphere(40)
     found = result.calibration
     assert found.usual_ceiling == usual.ceiling == 3e9
     assert found.usual_contact_area == usual.contact_area < result.contact_area
@@ -414,7 +416,7 @@ def test_a_study_keeps_the_ceiling_of_the_map() -> None:
 
 
 def test_calibration_is_saved_and_shown(tmp_path: Path) -> None:
-    result = advised(40)
+    result = solve_calibrated_sphere(40)
     result.save(tmp_path / "ball.nc")
     assert rc.read_result(tmp_path / "ball.nc").calibration == result.calibration
     told = {row.name: row.text for row in kinds.rows(result, PROBLEM)}

@@ -19,7 +19,7 @@ STEEL = rc.Material(210e9, 0.3)
 PEAK = "1 GPa"
 
 
-def pressed(body: rc.Surface, **options: Any) -> tuple[rc.ContactResult, SmoothContact]:
+def solve_under_peak(body: rc.Surface, **options: Any) -> tuple[rc.ContactResult, SmoothContact]:
     result = rc.solve(
         body, **{"material": STEEL, "load": f"hertz {PEAK}", "ceiling": None} | options
     )
@@ -35,7 +35,7 @@ def ball(points: int = 96, pixel: float = 1.2e-6, **options: Any) -> rc.Surface:
 
 def test_a_ball_under_the_load_of_a_peak_has_that_peak() -> None:
     # The radius of contact, 34 µm, is 28 pixels; the error falls with their square.
-    result, smooth = pressed(ball())
+    result, smooth = solve_under_peak(ball())
     assert smooth.shape.kind == CIRCLE
     assert smooth.max_pressure == pytest.approx(1e9, rel=1e-12)
     assert result.max_pressure == pytest.approx(1e9, rel=1e-3)
@@ -52,7 +52,7 @@ def test_an_ellipsoid_under_the_load_of_a_peak_has_that_peak(angle: float) -> No
     body = nominal_bodies.ellipsoid(
         radii=(0.008, 0.003), angle=angle, shape=(128, 128), pixel=(0.9e-6, 0.9e-6)
     )
-    result, smooth = pressed(body)
+    result, smooth = solve_under_peak(body)
     assert smooth.shape.kind == ELLIPSE
     assert smooth.shape.angle == pytest.approx(90 + angle)
     # The shorter semi-axis is 26 pixels.
@@ -70,7 +70,7 @@ def test_an_ellipsoid_under_the_load_of_a_peak_has_that_peak(angle: float) -> No
 def test_a_roller_under_the_load_of_a_peak_has_that_peak(angle: float, axis: str) -> None:
     shape, pixel = ((128, 6), (1e-6, 2e-6)) if axis == "x" else ((6, 128), (2e-6, 1e-6))
     body = nominal_bodies.cylinder(radius=0.005, angle=angle, shape=shape, pixel=pixel)
-    result, smooth = pressed(body, boundary=f"periodic-{axis}")
+    result, smooth = solve_under_peak(body, boundary=f"periodic-{axis}")
     assert smooth.shape.kind == LINE
     # 43 pixels to the half-width.
     assert result.max_pressure == pytest.approx(1e9, rel=5e-4)
@@ -93,7 +93,7 @@ def test_a_roller_in_profile_is_the_roller_on_a_strip() -> None:
     x = (np.arange(128) - 63.5) * 1e-6
     flat = rc.Surface(np.zeros(x.size), 1e-6)
     roller = nominal_bodies.cylinder(radius=0.005, angle=90, shape=(1, 128), pixel=(1.0, 1e-6))
-    result, smooth = pressed(flat.with_form(roller))
+    result, smooth = solve_under_peak(flat.with_form(roller))
     assert smooth.shape.kind == LINE
     assert result.max_pressure == pytest.approx(1e9, rel=5e-4)
 
@@ -105,7 +105,7 @@ def kinds(result: rc.ContactResult) -> str:
 
 
 def test_contact_beyond_map_gives_warning() -> None:
-    result, _ = pressed(ball(points=48))
+    result, _ = solve_under_peak(ball(points=48))
     assert "warning: Hertz contact (±" in kinds(result)
     # What the load was taken from is wrong here: a warning of the result, not of the page alone.
     assert any(c.kind == CautionTag.HERTZ for c in result.cautions)
@@ -115,20 +115,20 @@ def test_contact_beyond_map_gives_warning() -> None:
 
 def test_ends_images_size_and_ceiling_limit_comparison() -> None:
     roller = nominal_bodies.cylinder(radius=0.005, shape=(128, 6), pixel=(1e-6, 2e-6))
-    free, smooth = pressed(roller)
+    free, smooth = solve_under_peak(roller)
     (ends,) = hertz_comparison.comparison_limits(free)
     assert ArgumentRef("boundary", "periodic-x") in ends.parts
     assert smooth.approach is None
-    copies, _ = pressed(roller, boundary="periodic")
+    copies, _ = solve_under_peak(roller, boundary="periodic")
     (near,) = hertz_comparison.comparison_limits(copies)
     assert near.numbers["period"] < 4 * near.numbers["width"]
     assert copies.hertz is not None
     assert copies.hertz.approach is None
     small = nominal_bodies.sphere(radius=100e-6, shape=(64, 64), pixel=(1e-6, 1e-6))
-    large, _ = pressed(small, load="hertz 20 GPa")
+    large, _ = solve_under_peak(small, load="hertz 20 GPa")
     assert "half-space theory is inaccurate" in kinds(large)
     yielding = rc.Material(210e9, 0.3, 0.3e9)
-    limited, _ = pressed(ball(), material=yielding, ceiling="auto")
+    limited, _ = solve_under_peak(ball(), material=yielding, ceiling="auto")
     (first,) = hertz_comparison.comparison_limits(limited)
     assert first.severity == "note"
     assert first.numbers["peak"] > first.numbers["first_yield"]
@@ -154,7 +154,7 @@ def test_the_interval_of_a_smooth_contact_contains_hertz(body: str, points: int)
     if body == "cylinder":
         surface = nominal_bodies.cylinder(radius=0.005, shape=shape, pixel=pixel, angle=0)
         boundary = "periodic-x"
-    result, smooth = pressed(surface, boundary=boundary)
+    result, smooth = solve_under_peak(surface, boundary=boundary)
     answer = str(result)
     assert "Roughness" not in answer
     assert ("does not resolve" in answer) is hertz_comparison.is_unresolved(result)
@@ -172,8 +172,8 @@ def test_the_interval_of_a_smooth_contact_contains_hertz(body: str, points: int)
 def test_a_measured_map_under_a_nominal_body_is_rough() -> None:
     heights = np.random.default_rng(0).normal(size=(64, 64)) * 1e-9
     measured = rc.Surface(heights, (2e-6, 2e-6)).with_form(ball(64, 2e-6))
-    assert not is_smooth(pressed(measured)[0].pair)
-    assert is_smooth(pressed(ball())[0].pair)
+    assert not is_smooth(solve_under_peak(measured)[0].pair)
+    assert is_smooth(solve_under_peak(ball())[0].pair)
 
 
 def test_a_hertz_contact_larger_than_the_map_is_named() -> None:

@@ -199,17 +199,17 @@ STRIP = (
 )
 
 
-def told(capsys: Capture, *words: str) -> dict[str, Any]:
+def json_output(capsys: Capture, *words: str) -> dict[str, Any]:
     assert app.main([*words, "--json"]) == app.SOLVED
     found: dict[str, Any] = json.loads(capsys.readouterr().out)
     return found
 
 
 def test_a_line_load_and_a_peak_of_hertz_on_the_command_line(capsys: Capture) -> None:
-    line = told(capsys, "solve", *STRIP, "--load", "20 N/mm")
+    line = json_output(capsys, "solve", *STRIP, "--load", "20 N/mm")
     assert line["load"] == pytest.approx(0.5)
     assert line["given_load"] == {"form": "line load", "value": 2e4, "unit": "N/m", "load": 0.5}
-    peak = told(capsys, "solve", *STRIP, "--hertz", "400 MPa")
+    peak = json_output(capsys, "solve", *STRIP, "--hertz", "400 MPa")
     assert peak["given_load"]["form"] == "Hertz's peak pressure"
     # Discretization: 21 pixels to the half-width.
     assert peak["max_pressure"] == pytest.approx(400e6, rel=1e-3)
@@ -240,7 +240,7 @@ def test_invalid_loads_are_rejected_in_one_sentence(
 
 def test_command_line_accepts_every_form_of_load(capsys: Capture) -> None:
     sweep = ("sweep", *STRIP, "--steps", "3", "--from", "hertz 100 MPa", "--to", "hertz 400 MPa")
-    curve = told(capsys, *sweep)
+    curve = json_output(capsys, *sweep)
     forces = [hertz.line_load(p, 0.01, MODULUS) * 25e-6 for p in (1e8, 2e8, 4e8)]
     assert curve["load"] == pytest.approx(forces, rel=1e-9)
     assert [one["value"] for one in curve["given_loads"]] == pytest.approx([1e8, 2e8, 4e8])
@@ -250,7 +250,7 @@ def test_command_line_accepts_every_form_of_load(capsys: Capture) -> None:
     mixed = ["sweep", *STRIP, "--from", "1 MPa", "--to", "1 N"]
     assert app.main(mixed) == app.BAD_INPUT
     assert "loads of one form" in capsys.readouterr().err
-    history = told(capsys, "history", *STRIP, "--path", "20 N/mm, 0 N, 20 MPa")
+    history = json_output(capsys, "history", *STRIP, "--path", "20 N/mm, 0 N, 20 MPa")
     assert history["steps"]["load"] == pytest.approx([0.5, 0, 20e6 * 2.5e-9])
     assert [one["form"] for one in history["given_loads"]] == ["line load", "nominal pressure"]
 
@@ -268,7 +268,7 @@ def test_stress_accepts_hertz_peak(capsys: Capture) -> None:
         "--hertz",
         "4 GPa",
     )
-    below = told(capsys, "stress", *ball)
+    below = json_output(capsys, "stress", *ball)
     assert below["load"] == pytest.approx(hertz.load_at_pressure(4e9, 1e-3, MODULUS))
     assert below["given_load"]["value"] == 4e9
 

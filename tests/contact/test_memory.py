@@ -360,11 +360,11 @@ def test_coarse_grid_does_not_underestimate_contact(
         pair, foreseen = Pair(surface, STEEL), []
         scout = contact_memory.coarse_contact_guess
 
-        def kept(*problem, scout=scout, foreseen=foreseen):
+        def record_guess(*problem, scout=scout, foreseen=foreseen):
             foreseen.append(scout(*problem))
             return foreseen[-1]
 
-        monkeypatch.setattr(contact_memory, "coarse_contact_guess", kept)
+        monkeypatch.setattr(contact_memory, "coarse_contact_guess", record_guess)
         leave(monkeypatch, memory_estimate(pair.shape) - 1)
         result = rc.solve(surface, material=STEEL, load=load, ceiling=ceiling)
         assert 0.9 * result.contact_fraction <= foreseen[0] <= 4 * result.contact_fraction
@@ -459,7 +459,7 @@ def test_command_is_rejected_before_it_allocates() -> None:
     assert peak < 150
 
 
-def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+def rejection_of(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     """Run a command that must end with status 2; return its one sentence."""
     assert app.main(list(arguments)) == app.BAD_INPUT
     out, err = capsys.readouterr()
@@ -473,7 +473,7 @@ def test_nominal_bodies_are_rejected_by_memory_of_task(
 ) -> None:
     monkeypatch.setattr(rc.Surface, "__init__", lambda *_, **__: pytest.fail("made"))
     leave(monkeypatch, GIB)
-    said = refused(capsys, *TASKS[task], *BODY, "--points", "5000x6000")
+    said = rejection_of(capsys, *TASKS[task], *BODY, "--points", "5000x6000")
     assert "5000 × 6000 points" in said
     assert "1.0 GiB are free" in said
 
@@ -484,7 +484,7 @@ def test_too_large_demo_is_rejected_before_allocation(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(random_surfaces, "reference_map", lambda *_: pytest.fail("made"))
     leave(monkeypatch, GIB)
-    assert "8000 × 8000 points needs" in refused(capsys, "demo", "--points", "8000")
+    assert "8000 × 8000 points needs" in rejection_of(capsys, "demo", "--points", "8000")
     assert not list(tmp_path.iterdir())
 
 
@@ -503,7 +503,7 @@ def test_too_large_files_are_rejected_by_their_header(
     monkeypatch.setattr(rc.Surface, "__init__", lambda *_, **__: pytest.fail("made"))
     leave(monkeypatch, needed)
     # The map itself comes on top, of which only what is kept counts.
-    assert "96 × 96 points needs about" in refused(capsys, *given)
+    assert "96 × 96 points needs about" in rejection_of(capsys, *given)
     with pytest.raises(pytest.fail.Exception):
         app.main([*given, "--crop", "0:64,0:64"])
 
@@ -526,7 +526,7 @@ def test_memory_estimate_includes_further_outputs(
     leave(monkeypatch, memory_estimate((2000, 2000), contact_fraction=0.0, maps=1))
     with pytest.raises(pytest.fail.Exception):
         app.main(given)
-    said = refused(capsys, *given, *more)
+    said = rejection_of(capsys, *given, *more)
     assert "a map of 2000 × 2000 points needs about" in said
     assert ("the report on" in said) == ("--report" in more)
     least = memory_estimate((2000, 2000), contact_fraction=0.0, maps=2)
@@ -543,7 +543,7 @@ def test_too_fine_pixel_is_rejected_before_resampling(
     monkeypatch.setattr(rc.Surface, "resampled", lambda *_, **__: pytest.fail("made"), raising=True)
     leave(monkeypatch, memory_estimate((400, 400), contact_fraction=0.0))
     given = [*TASKS["solve"], str(path), *CONSTANTS, "--pixel"]
-    assert "500 × 500 points needs about" in refused(capsys, *given, "200 nm")
+    assert "500 × 500 points needs about" in rejection_of(capsys, *given, "200 nm")
     with pytest.raises(pytest.fail.Exception):
         app.main([*given, "500 nm"])
 

@@ -23,7 +23,7 @@ BODIES = {
 }
 
 
-def measured(surface: rc.Surface) -> np.ndarray:
+def fitted_curvature(surface: rc.Surface) -> np.ndarray:
     """Second derivatives of the depth, by a least-squares quadric."""
     y, x = np.meshgrid(*(np.arange(n) - (n - 1) / 2 for n in surface.shape), indexing="ij")
     y, x = y.ravel() * surface.pixel[0], x.ravel() * surface.pixel[1]
@@ -55,7 +55,7 @@ def test_curvature_matches_heights(name: str, prepared: Any) -> None:
     surface = prepared(BODIES[name])
     # Spheres deviate from their paraboloid by 1e-5 at this size; splines by a little more.
     found = nominal_hertz.curvature_of_map(surface.provenance)
-    np.testing.assert_allclose(found, measured(surface), rtol=1e-4, atol=3e-3)
+    np.testing.assert_allclose(found, fitted_curvature(surface), rtol=1e-4, atol=3e-3)
 
 
 def test_curvature_is_none_where_unknown_and_zero_where_removed() -> None:

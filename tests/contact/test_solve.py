@@ -741,28 +741,28 @@ def test_regimes():
     y, x = np.mgrid[-32:32, -32:32] * 1e-6
     ball = rc.Surface(-(x**2 + y**2) / 2 / 1e-3, (1e-6, 1e-6))
 
-    def press(load, **options):
+    def solve_ball(load, **options):
         return rc.solve(ball, load=load, **{"material": YIELDING, **options})
 
     # W = π³R²p³/(6E*²): p = 1.615 GPa at 0.41 N, 3 GPa at 2.6 N.
-    assert press(0.3).regime == "below first yield"
-    assert press(0.3).max_pressure < 1.615e9
-    assert press(1.0).regime == "yielding below the surface"
-    assert press(4.0).regime == "saturated at the surface"
-    assert press(4.0).saturated_fraction > 0
-    assert press(4.0, ceiling=None).regime.startswith("elastic pressure beyond three")
-    assert CautionTag.ABOVE_CEILING in kinds(press(4.0, ceiling=None))
-    assert press(0.3, material=STEEL).regime.startswith("unknown")
+    assert solve_ball(0.3).regime == "below first yield"
+    assert solve_ball(0.3).max_pressure < 1.615e9
+    assert solve_ball(1.0).regime == "yielding below the surface"
+    assert solve_ball(4.0).regime == "saturated at the surface"
+    assert solve_ball(4.0).saturated_fraction > 0
+    assert solve_ball(4.0, ceiling=None).regime.startswith("elastic pressure beyond three")
+    assert CautionTag.ABOVE_CEILING in kinds(solve_ball(4.0, ceiling=None))
+    assert solve_ball(0.3, material=STEEL).regime.startswith("unknown")
     # Of a ceramic, which has no yield strength, the hardness is the ceiling.
     ceramic = rc.Material(210e9, 0.3, hardness=3e9)
-    assert press(1.0, material=ceramic).regime.startswith("unknown")
-    assert press(4.0, material=ceramic).regime == "saturated at the surface"
-    beyond = press(4.0, material=ceramic, ceiling=None)
+    assert solve_ball(1.0, material=ceramic).regime.startswith("unknown")
+    assert solve_ball(4.0, material=ceramic).regime == "saturated at the surface"
+    beyond = solve_ball(4.0, material=ceramic, ceiling=None)
     assert beyond.regime == "elastic pressure beyond the hardness"
     assert CautionTag.ABOVE_CEILING in kinds(beyond)
     # The softer of the two yields.
     soft = rc.Material(210e9, 0.3, yield_strength=0.4e9)
-    result = press(0.3, counter_material=soft)
+    result = solve_ball(0.3, counter_material=soft)
     assert result.ceiling == pytest.approx(1.2e9)
 
 

@@ -321,7 +321,7 @@ def peaks(y, x, phase):
     )
 
 
-def on_points(shape, pixel, phase, offset=(0.0, 0.0), angle=0.0, mirrored=False):
+def map_on_points(shape, pixel, phase, offset=(0.0, 0.0), angle=0.0, mirrored=False):
     y, x = ((np.arange(n) - (n - 1) / 2) * d for n, d in zip(shape, pixel, strict=True))
     y, x = np.broadcast_arrays(y[:, None] - offset[0], x - offset[1])
     t = -math.radians(angle)
@@ -330,17 +330,17 @@ def on_points(shape, pixel, phase, offset=(0.0, 0.0), angle=0.0, mirrored=False)
 
 
 def test_two_maps_of_other_pixels_make_the_contact_of_one_grid(independent):
-    first = rc.Surface(on_points((100, 120), (1e-6, 1e-6), 0.3), (1e-6, 1e-6))
+    first = rc.Surface(map_on_points((100, 120), (1e-6, 1e-6), 0.3), (1e-6, 1e-6))
     motion = ((4e-6, -7e-6), 20.0, True)
     other_pixel = (1.1e-6, 1.2e-6)
-    second = rc.Surface(on_points((90, 110), other_pixel, 1.1), other_pixel)
+    second = rc.Surface(map_on_points((90, 110), other_pixel, 1.1), other_pixel)
     one, two = placement.match_grids(first, second, *motion)
     got = solve(one, counter_surface=two, load=0.2)
     independent.assert_solved(got, 0.2)
     # What both would have measured on the grid of the first.
     (row,), (column,) = np.nonzero(first.heights == one.heights[0, 0])
     part = np.s_[row : row + one.shape[0], column : column + one.shape[1]]
-    exact = rc.Surface(on_points(first.shape, first.pixel, 1.1, *motion)[part], first.pixel)
+    exact = rc.Surface(map_on_points(first.shape, first.pixel, 1.1, *motion)[part], first.pixel)
     # 17 points a wave: a cubic spline is off by (2π/17)⁴/384 = 5e-5 of the amplitude.
     assert np.abs(two.heights - exact.heights).max() < 3e-11
     expected = solve(one, counter_surface=exact, load=0.2)

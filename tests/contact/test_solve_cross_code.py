@@ -20,7 +20,7 @@ def rows():
     return cross_code.compare()
 
 
-def told(rows):
+def row_keys(rows):
     return [(row.peer, row.settings, row.problem) for row in rows]
 
 
@@ -38,16 +38,18 @@ def test_programs_agree_as_far_as_their_certificates_reach(rows):
     # Measured: 0.4 to 2.5 times what the three numbers add up to. Peers reach 1e-10 elastic, and
     # 1e-8 under a ceiling.
     tight = [row for row in rows if row.settings == "tight"]
-    assert told(row for row in tight if row.certificate > 2e-8 or row.load_error > 2e-8) == told([])
-    assert told(row for row in tight if row.own > 1.1e-10) == told([])
+    assert row_keys(
+        row for row in tight if row.certificate > 2e-8 or row.load_error > 2e-8
+    ) == row_keys([])
+    assert row_keys(row for row in tight if row.own > 1.1e-10) == row_keys([])
     far = [
         row
         for row in tight
         if max(row.difference, row.peak) > 4 * (row.certificate + row.own + row.load_error)
     ]
-    assert told(far) == told([])
+    assert row_keys(far) == row_keys([])
     # Pixel by pixel the same contact; another machine's rounding may move one at its rim.
-    assert told(row for row in tight if row.contact > 1 or row.saturated > 1) == told([])
+    assert row_keys(row for row in tight if row.contact > 1 or row.saturated > 1) == row_keys([])
 
 
 def test_certificate_matches_error_at_other_settings(rows):

@@ -55,7 +55,7 @@ def axisymmetric(ratio, rings=600):
     kernel = np.diff(np.array([disc(middle, edge) for edge in edges[1:]]).T, axis=1, prepend=0)
     gap0, area, load = math.pi / 4 * middle**2, math.pi * np.diff(edges**2), 2 * math.pi / 3
 
-    def solved(inner, outer):
+    def solve_rings(inner, outer):
         pressure = np.where(np.arange(rings) < inner, ratio, 0.0)
         free, n = slice(inner, outer), outer - inner
         # On the free rings K p - δ = -gap0, and the load.
@@ -66,16 +66,16 @@ def axisymmetric(ratio, rings=600):
         return pressure, approach
 
     def rim(inner, outer):
-        return solved(inner, outer)[0][outer - 1]
+        return solve_rings(inner, outer)[0][outer - 1]
 
     def outer_of(inner):
         # Too wide a contact pulls at its rim.
         width = first(rings - inner - 1, lambda n: rim(inner, inner + n + 2) < 0)
         return inner + width + 1
 
-    inner = first(rings - 2, lambda n: solved(n, outer_of(n))[0][n] <= ratio)
+    inner = first(rings - 2, lambda n: solve_rings(n, outer_of(n))[0][n] <= ratio)
     outer = outer_of(inner)
-    pressure, approach = solved(inner, outer)
+    pressure, approach = solve_rings(inner, outer)
     gap = kernel @ pressure + gap0 - approach
     # All conditions, wherever the borders came from.
     assert pressure.min() >= 0

@@ -34,7 +34,7 @@ def area(surface):
     return surface.size[0] * surface.size[1]
 
 
-def press(surface, load, **options):
+def solve_surface(surface, load, **options):
     return rc.solve(surface, load=load, **{"material": STEEL, "tolerance": 1e-9, **options})
 
 
@@ -55,8 +55,8 @@ CLOSE = {"rtol": 0, "atol": 1e-7}
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 def test_reciprocity_of_two_contacts(boundary):
     # Betti: any two contacts of one half-space, here of two roughnesses, one with a ceiling.
-    one = press(rough(1), 0.5, boundary=boundary)
-    two = press(rough(2), 0.8, boundary=boundary, ceiling=2e9)
+    one = solve_surface(rough(1), 0.5, boundary=boundary)
+    two = solve_surface(rough(2), 0.8, boundary=boundary, ceiling=2e9)
     assert work(one, two) == pytest.approx(work(two, one), rel=1e-8)
     # Not because they are alike.
     assert abs(work(one, one) / work(two, two) - 1) > 0.05
@@ -68,8 +68,8 @@ def test_superposition_in_full_contact():
     both = rc.Surface(one.heights + two.heights, one.pixel)
     options = {"boundary": "periodic"}
     load = 1.2 * float((rough_closing(one) + rough_closing(two)) * area(one))
-    apart = [press(surface, load, **options) for surface in (one, two)]
-    together = press(both, 2 * load, **options)
+    apart = [solve_surface(surface, load, **options) for surface in (one, two)]
+    together = solve_surface(both, 2 * load, **options)
     assert together.contact_fraction == 1
     scale = together.pressure.max()
     np.testing.assert_allclose(
@@ -82,7 +82,7 @@ def test_superposition_in_full_contact():
 
 def rough_closing(surface):
     """Mean pressure that closes a periodic map: flattened, its lowest point carries nothing."""
-    flat = press(surface, 10 * MODULUS * surface.Sdq * area(surface), boundary="periodic")
+    flat = solve_surface(surface, 10 * MODULUS * surface.Sdq * area(surface), boundary="periodic")
     return flat.pressure.mean() - flat.pressure.min()
 
 
@@ -98,10 +98,10 @@ def lag(surface):
 @given(factor=st.floats(-3, 3).map(lambda x: 10**x))
 def test_a_map_stretched_in_height_scales_pressure_and_load(ceiling, boundary, factor):
     surface = rough()
-    one = press(surface, 0.5, boundary=boundary, ceiling=ceiling)
+    one = solve_surface(surface, 0.5, boundary=boundary, ceiling=ceiling)
     higher = rc.Surface(surface.heights * factor, surface.pixel)
     scaled = None if ceiling is None else ceiling * factor
-    two = press(higher, 0.5 * factor, boundary=boundary, ceiling=scaled)
+    two = solve_surface(higher, 0.5 * factor, boundary=boundary, ceiling=scaled)
     scale = one.max_pressure
     np.testing.assert_allclose(two.pressure / factor / scale, one.pressure / scale, **CLOSE)
     assert two.approach / factor == pytest.approx(one.approach, rel=1e-7)
@@ -113,12 +113,12 @@ def test_a_map_stretched_in_height_scales_pressure_and_load(ceiling, boundary, f
 def test_only_the_contact_modulus_of_the_pair_counts(ceiling, boundary):
     surface = rough()
     copper = rc.Material(120e9, 0.34)
-    pair = press(surface, 0.5, counter_material=copper, ceiling=ceiling, boundary=boundary)
+    pair = solve_surface(surface, 0.5, counter_material=copper, ceiling=ceiling, boundary=boundary)
     modulus = 1 / (0.91 / 210e9 + (1 - 0.34**2) / 120e9)
-    alone = press(
+    alone = solve_surface(
         surface, 0.5, material=rc.Material(modulus, 0.0), ceiling=ceiling, boundary=boundary
     )
-    swapped = press(
+    swapped = solve_surface(
         surface, 0.5, material=copper, counter_material=STEEL, ceiling=ceiling, boundary=boundary
     )
     for other in (alone, swapped):
@@ -134,7 +134,7 @@ def test_more_load_presses_every_pixel_at_least_as_much(ceiling, boundary):
     surface = rough()
     before = None
     for load in (0.01, 0.1, 0.5, 1.0, 2.0):
-        result = press(surface, load, ceiling=ceiling, boundary=boundary)
+        result = solve_surface(surface, load, ceiling=ceiling, boundary=boundary)
         if before is not None:
             scale = result.max_pressure
             assert (result.pressure >= before.pressure - 1e-7 * scale).all()
@@ -150,7 +150,7 @@ def test_a_lower_ceiling_spreads_the_contact(boundary):
     surface = rough()
     areas, approaches = [], []
     for ceiling in (None, 20e9, 10e9, 5e9, 3e9, 2e9, 1e9):
-        result = press(surface, 0.5, ceiling=ceiling, boundary=boundary)
+        result = solve_surface(surface, 0.5, ceiling=ceiling, boundary=boundary)
         areas.append(result.contact_area)
         approaches.append(result.approach)
     assert (np.diff(areas) >= 0).all()
@@ -163,7 +163,7 @@ def test_a_lower_ceiling_spreads_the_contact(boundary):
 def test_the_load_is_the_derivative_of_the_work(ceiling, boundary):
     # E(ω) = min ½⟨p, K p⟩ + ⟨h₀ - ω, p⟩ has the slope -⟨p, 1⟩: the envelope theorem.
     surface = rough()
-    middle = press(surface, 0.5, ceiling=ceiling, boundary=boundary)
+    middle = solve_surface(surface, 0.5, ceiling=ceiling, boundary=boundary)
     step = 1e-4 * middle.approach
     energies = []
     for approach in (middle.approach - step, middle.approach + step):
@@ -186,7 +186,7 @@ def far_field(ratio):
     pixel = (0.5e-6 * math.sqrt(ratio), 0.5e-6 / math.sqrt(ratio))
     y, x = ((np.arange(round(extent / d)) - round(extent / d) // 2) * d for d in pixel)
     r = np.hypot(y[:, None], x)
-    result = press(rc.Surface(-(r**2) / 2 / radius, pixel), load)
+    result = solve_surface(rc.Surface(-(r**2) / 2 / radius, pixel), load)
     a = hertz.contact_radius(load, radius, MODULUS)
     far = r > 5 * a
     # u = W/(π E* r) (1 + ⟨ρ²⟩/4r²) with the second moment ⟨ρ²⟩ = 2a²/5 of Hertz's pressure.

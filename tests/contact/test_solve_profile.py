@@ -28,7 +28,7 @@ def cylinder(points, sides=3.0):
     return x, rc.Surface(-(x**2) / (2 * RADIUS), spacing)
 
 
-def press(surface, **options):
+def solve_profile(surface, **options):
     return rc.solve(
         surface, **{"material": STEEL, "ceiling": None, "tolerance": 1e-9, "load": LINE, **options}
     )
@@ -40,7 +40,7 @@ def hertz(x):
 
 def test_a_cylinder_is_line_hertz():
     x, surface = cylinder(4096)
-    result = press(surface)
+    result = solve_profile(surface)
     assert result.pressure.shape == (1, 4096)
     assert result.max_pressure == pytest.approx(PEAK, rel=1e-6)
     # Where the pressure rises steeply it differs most: within a pixel of the rim.
@@ -58,7 +58,7 @@ def test_the_error_of_the_pressure_falls_with_the_pixel():
     errors, peaks = [], []
     for number in points:
         x, surface = cylinder(number)
-        pressure = press(surface).pressure[0]
+        pressure = solve_profile(surface).pressure[0]
         errors.append(np.sqrt(np.mean((pressure - hertz(x)) ** 2)) / PEAK)
         peaks.append(abs(pressure.max() / hertz(x).max() - 1))
     assert -np.polyfit(np.log(points), np.log(errors), 1)[0] > 0.9
@@ -73,9 +73,9 @@ def test_the_approach_counts_from_the_length_of_the_profile():
         _, surface = cylinder(2047, sides)
         length = surface.size[1]
         expected = LINE / (math.pi * MODULUS) * (2 * math.log(2 * length / HALF_WIDTH) + 1)
-        assert press(surface).approach == pytest.approx(expected, rel=1e-6)
+        assert solve_profile(surface).approach == pytest.approx(expected, rel=1e-6)
     # The same pressures follow from it.
-    again = press(surface, load=None, approach=expected)
+    again = solve_profile(surface, load=None, approach=expected)
     assert again.load == pytest.approx(LINE, rel=1e-6)
 
 
@@ -83,7 +83,7 @@ def test_the_stiffness_is_that_of_a_strip_seen_from_the_length():
     # A rigid flat strip: p = w/(π √(a² - x²)) sinks by 2 w/(π E*) ln(2 L/a).
     _, surface = cylinder(4096)
     expected = math.pi * MODULUS / (2 * math.log(2 * surface.size[1] / HALF_WIDTH))
-    assert press(surface).stiffness() == pytest.approx(expected, rel=1e-3)
+    assert solve_profile(surface).stiffness() == pytest.approx(expected, rel=1e-3)
 
 
 @pytest.mark.parametrize("part", [0.05, 0.3, 0.8])
@@ -92,7 +92,7 @@ def test_a_wave_is_westergaard(part):
     x = np.arange(points) * WAVELENGTH / points
     surface = rc.Surface(AMPLITUDE * np.cos(2 * np.pi * x / WAVELENGTH), WAVELENGTH / points)
     mean = part * CLOSING
-    result = press(surface, load=mean * WAVELENGTH, boundary="periodic")
+    result = solve_profile(surface, load=mean * WAVELENGTH, boundary="periodic")
     pressure = waves.wavy_pressure(x, mean, CLOSING, WAVELENGTH)
     error = np.sqrt(np.mean((result.pressure[0] - pressure) ** 2)) / pressure.max()
     assert error < 1e-4
@@ -107,7 +107,7 @@ def test_a_wave_in_full_contact_is_exact():
     points = 64
     x = np.arange(points) * WAVELENGTH / points
     surface = rc.Surface(AMPLITUDE * np.cos(2 * np.pi * x / WAVELENGTH), WAVELENGTH / points)
-    result = press(surface, load=1.5 * CLOSING * WAVELENGTH, boundary="periodic")
+    result = solve_profile(surface, load=1.5 * CLOSING * WAVELENGTH, boundary="periodic")
     expected = CLOSING * (1.5 + np.cos(2 * np.pi * x / WAVELENGTH))
     np.testing.assert_allclose(result.pressure[0], expected, rtol=1e-8)
     assert result.contact_fraction == 1
@@ -117,10 +117,10 @@ def test_a_wave_in_full_contact_is_exact():
 def test_profile_matches_extruded_map(boundary):
     heights = 1e-7 * np.random.default_rng(4).standard_normal(192)
     spacing, rows = 2e-6, 5
-    profile = press(rc.Surface(heights, spacing), load=2e3, boundary=boundary)
+    profile = solve_profile(rc.Surface(heights, spacing), load=2e3, boundary=boundary)
     beyond = {"free": "periodic-y", "periodic": "periodic"}[boundary]
     surface = rc.Surface(np.tile(heights, (rows, 1)), (spacing, spacing))
-    wide = press(surface, load=2e3 * rows * spacing, boundary=beyond)
+    wide = solve_profile(surface, load=2e3 * rows * spacing, boundary=beyond)
     np.testing.assert_allclose(profile.pressure[0], wide.pressure[2], atol=1e-8 * wide.max_pressure)
     assert profile.approach == pytest.approx(wide.approach, rel=1e-8)
     assert profile.stiffness() * rows * spacing == pytest.approx(wide.stiffness(), rel=1e-5)
@@ -142,7 +142,7 @@ def test_the_influence_of_a_strip_is_its_closed_form():
 def test_a_ceiling_is_three_yield_strengths_and_keeps_the_load():
     _, surface = cylinder(1024)
     steel = rc.Material(210e9, 0.3, yield_strength=PEAK / 4.5)
-    result = press(surface, material=steel, ceiling="auto")
+    result = solve_profile(surface, material=steel, ceiling="auto")
     assert result.max_pressure == result.ceiling == pytest.approx(PEAK / 1.5)
     assert result.pressure.sum() * surface.pixel[1] == pytest.approx(LINE, rel=1e-10)
     # In plane strain too, the saturated part lies in the middle and the contact is wider.
@@ -165,24 +165,29 @@ def test_first_yield_is_that_of_a_cylinder():
     _, surface = cylinder(512)
     for part, regime in ((1.7, "below first yield"), (1.9, "yielding below the surface")):
         steel = rc.Material(210e9, 0.3, yield_strength=PEAK / part)
-        assert press(surface, material=steel).regime == regime
+        assert solve_profile(surface, material=steel).regime == regime
 
 
 def test_two_profiles_count_as_their_sum():
     rng = np.random.default_rng(5)
     first, second = (1e-7 * rng.standard_normal(128) for _ in range(2))
-    apart = press(rc.Surface(first, 1e-6), counter_surface=rc.Surface(second, 1e-6), load=1e3)
-    once = press(rc.Surface(first + second, 1e-6), load=1e3)
+    apart = solve_profile(
+        rc.Surface(first, 1e-6), counter_surface=rc.Surface(second, 1e-6), load=1e3
+    )
+    once = solve_profile(rc.Surface(first + second, 1e-6), load=1e3)
     np.testing.assert_allclose(apart.pressure, once.pressure, atol=1e-8 * once.max_pressure)
 
 
 def test_map_options_raise_input_error_for_profile():
     _, surface = cylinder(128)
-    result = press(surface)
+    result = solve_profile(surface)
     steel = rc.Material(210e9, 0.3, 1e9)
     for ask, what in (
-        (lambda: press(surface, moments=(0, 0)), "a tilt"),
-        (lambda: press(surface, material=steel, ceiling="calibrated"), "a calibrated ceiling"),
+        (lambda: solve_profile(surface, moments=(0, 0)), "a tilt"),
+        (
+            lambda: solve_profile(surface, material=steel, ceiling="calibrated"),
+            "a calibrated ceiling",
+        ),
         (lambda: rc.history(surface, [LINE], material=steel), "a load history"),
         (lambda: rc.find_load(surface, material=steel, contact_fraction=0.1), "a search of loads"),
         (lambda: rc.resolution_study(surface, material=steel, load=LINE), "a study"),
@@ -193,7 +198,7 @@ def test_map_options_raise_input_error_for_profile():
         with pytest.raises(rc.InputError, match=f"surface is a profile; {what}.* needs a map"):
             ask()
     with pytest.raises(rc.InputError, match="line load with its unit"):
-        press(surface, load="1 N")
+        solve_profile(surface, load="1 N")
     with pytest.raises(rc.CapacityError, match=r"1e\+09 N/m is more .* length of its valid pixels"):
-        press(surface, ceiling=1e9, load="1e6 N/mm")
+        solve_profile(surface, ceiling=1e9, load="1e6 N/mm")
     assert result.converged

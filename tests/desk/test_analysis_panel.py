@@ -145,11 +145,11 @@ def test_joint_analyses_share_solved_contacts(
     solved: list[float] = []
     fresh = contacts.solve_uncalibrated
 
-    def counted(surface: rc.Surface, **options: Any) -> Any:
+    def record_load(surface: rc.Surface, **options: Any) -> Any:
         solved.append(options["load"])
         return fresh(surface, **options)
 
-    monkeypatch.setattr(contacts, "solve_uncalibrated", counted)
+    monkeypatch.setattr(contacts, "solve_uncalibrated", record_load)
     requests = [seat.session.state.request(task, **RANGE) for task, question in JOINTS]
     found = run_analyses(lambda _: None, *requests)
     assert len(found) == len(JOINTS)

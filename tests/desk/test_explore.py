@@ -25,17 +25,17 @@ def surface() -> rc.Surface:
 
 
 @pytest.fixture
-def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
+def opened_pages(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
     from roughcontact.desk import explore
 
     pages: list[Any] = []
     made = explore.DeskServer
 
-    def keep(*arguments: Any) -> Any:
+    def record_page(*arguments: Any) -> Any:
         pages.append(made(*arguments))
         return pages[-1]
 
-    monkeypatch.setattr(explore, "DeskServer", keep)
+    monkeypatch.setattr(explore, "DeskServer", record_page)
     yield pages
     for page in pages:
         page.close()
@@ -47,7 +47,7 @@ def work_of(page: Any) -> Path:
     return Path(server.first.project)
 
 
-def test_explored_result_has_same_numbers(surface: rc.Surface, opened: list[Any]) -> None:
+def test_explored_result_has_same_numbers(surface: rc.Surface, opened_pages: list[Any]) -> None:
     result = rc.solve(
         surface, load=0.0123456789, material=STEEL, counter_material=rc.Material(70e9, 0.33)
     )
@@ -59,7 +59,7 @@ def test_explored_result_has_same_numbers(surface: rc.Surface, opened: list[Any]
     assert np.array_equal(again.pressure, result.pressure)
 
 
-def test_the_page_is_served_and_ends(surface: rc.Surface, opened: list[Any]) -> None:
+def test_the_page_is_served_and_ends(surface: rc.Surface, opened_pages: list[Any]) -> None:
     page = surface.explore()
     visitor = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
     with visitor.open(page.url, timeout=60) as answer:

@@ -23,7 +23,7 @@ from roughcontact.desk.page import ContactView, Page
 from roughcontact.desk.projects import ProjectStore, SavedProject
 from roughcontact.desk.server import PageVisit
 from roughcontact.desk.workers import WorkerPool
-from visits import GIVEN, PATIENCE, Loop, Pressed, settle
+from visits import GIVEN, PATIENCE, Loop, Pressed, solve_and_show
 
 
 @pytest.fixture
@@ -56,14 +56,14 @@ def text_of(pane: Any) -> str:
 
 @pytest.mark.long
 def test_page_lists_missing_inputs_and_then_shows_contact(page: Page, tmp_path: Path) -> None:
-    assert lacking(page) == ["Map", "Material", "Extent", "Load"]
+    assert missing_inputs(page) == ["Map", "Material", "Extent", "Load"]
     page._run_action(lambda: page.session.open_map(map_file(tmp_path), "<b>mine</b>.npz"))
-    settle(page)
-    assert lacking(page) == ["Material", "Extent", "Load"]
+    solve_and_show(page)
+    assert missing_inputs(page) == ["Material", "Extent", "Load"]
     page._give_option("material", "100Cr6")
-    assert lacking(page) == ["Extent", "Load"]
+    assert missing_inputs(page) == ["Extent", "Load"]
     page._run_action(lambda: page.session.give_all(dict(GIVEN)))
-    settle(page)
+    solve_and_show(page)
     assert "converged" in results_of(page)
     assert "10 mN" in numbers_of(page)
     ends = uncertainty.brief_ends(page.session.outcome.contact)
@@ -75,7 +75,7 @@ def test_page_lists_missing_inputs_and_then_shows_contact(page: Page, tmp_path: 
     assert "<b>mine" not in head
 
 
-def lacking(page: Page) -> list[str]:
+def missing_inputs(page: Page) -> list[str]:
     """Return what the checklist lacks."""
     labels = [check.label for check in page._header.checklist if check.visible]
     return [label for label in labels if not label.startswith("✓")]
@@ -100,7 +100,7 @@ def test_results_of_another_request_are_gray_until_the_last_is_answered(
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
     page._run_action(lambda: page.session.give_all(dict(GIVEN)))
     assert is_old(page)
-    settle(page)
+    solve_and_show(page)
     assert not is_old(page)
     asked = page.session.number
     assert page._answer == asked
@@ -108,7 +108,7 @@ def test_results_of_another_request_are_gray_until_the_last_is_answered(
     assert page.session.number == asked + 1
     assert is_old(page)
     assert page._answer == asked
-    settle(page)
+    solve_and_show(page)
     assert not is_old(page)
     assert "20 mN" in numbers_of(page)
     page._run_action(page.session.undo)
@@ -121,7 +121,7 @@ def test_results_of_another_request_are_gray_until_the_last_is_answered(
     assert "10 mN" in numbers_of(page)
     assert not page.session.is_wanted(late)
     assert is_old(page)
-    settle(page)
+    solve_and_show(page)
     assert "30 mN" in numbers_of(page)
     assert not is_old(page)
 
@@ -139,11 +139,11 @@ def test_two_pages_on_one_project_follow_each_other(
     first._run_action(lambda: first.session.open_map(map_file(tmp_path)))
     first._run_action(lambda: first.session.give_all(dict(GIVEN)))
     for one in (first, page):
-        settle(one)
+        solve_and_show(one)
         assert "10 mN" in numbers_of(one)
     assert page.session.state == first.session.state
     first._remove()
-    settle(page)
+    solve_and_show(page)
     assert "removed" in text_of(page.root[0])
     bench.close()
 
@@ -152,7 +152,7 @@ def test_two_pages_on_one_project_follow_each_other(
 def test_map_with_holes_is_shown_and_reported(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path, holes=3)))
     page._run_action(lambda: page.session.give_all(dict(GIVEN)))
-    settle(page)
+    solve_and_show(page)
     assert "3 missing points" in text_of(page._notice)
     assert page.view.maps.sources[HEIGHTS].data["x"]
 
@@ -163,14 +163,14 @@ def test_empty_file_is_rejected_with_name_of_user(page: Page, work: SavedProject
     path.touch()
     page._run_action(lambda: page.session.open_map(path, "mine.opd"))
     page._run_action(lambda: page.session.give_all(dict(GIVEN)))
-    settle(page)
+    solve_and_show(page)
     assert "mine.opd is empty" in text_of(page._notice)
     assert work.key not in text_of(page._notice)
     page._views.strip.active = 5
     take = page._views._created[5]
     take._started()
     assert take._working._job.wait(PATIENCE) is not None
-    settle(page)
+    solve_and_show(page)
     assert "mine.opd is empty" in text_of(take._working._status)
     assert work.key not in text_of(take._working._status)
 
@@ -180,7 +180,7 @@ def test_section_without_map_is_saved_and_not_drawn(page: Page, work: SavedProje
     path = work.folder / "map-1.opd"
     path.touch()
     page._run_action(lambda: page.session.open_map(path))
-    settle(page)
+    solve_and_show(page)
     page.view.detail._ends.value = "1 um, 0 um, 1 um, 9 um"
     assert page.session.state.line == pytest.approx((1e-6, 0.0, 1e-6, 9e-6))
     assert page.view.maps.section.line is None
@@ -190,12 +190,12 @@ def test_section_without_map_is_saved_and_not_drawn(page: Page, work: SavedProje
 def test_failed_step_can_be_removed(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
     page._run_action(lambda: page.session.give_all({**GIVEN, "crop": "0:9999,:"}))
-    settle(page)
+    solve_and_show(page)
     assert page.session.failure is not None
     steps = page._preparation._steps
     undoing = next(row[1] for row in steps if "0:9999" in text_of(row[0]))
     undoing.clicks += 1
-    settle(page)
+    solve_and_show(page)
     assert page.session.failure is None
     assert "converged" in results_of(page)
 
@@ -204,13 +204,13 @@ def test_failed_step_can_be_removed(page: Page, tmp_path: Path) -> None:
 def test_every_panel_is_built_and_shows_contact(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
     page._run_action(lambda: page.session.give_all(dict(GIVEN)))
-    settle(page)
+    solve_and_show(page)
     strip = page._views.strip
     for number in range(len(strip.names)):
         strip.active = number
     page._run_action(page.session.pin)
     page._run_action(lambda: page.session.set_option("load", "20 mN"))
-    settle(page)
+    solve_and_show(page)
     made = page._views._created
     strip.active = 3
     assert "10 mN" in text_of(made[3]._differences)
@@ -232,13 +232,13 @@ def test_a_ceiling_is_given_as_a_multiple_of_the_yield_strength(page: Page, tmp_
     page._run_action(lambda: page.session.give_all({**GIVEN, "young": "200 GPa", "poisson": "0.3"}))
     page._run_action(lambda: page.session.set_option("material", ""))
     page._run_action(lambda: page.session.set_option("yield-strength", "500 MPa"))
-    settle(page)
+    solve_and_show(page)
     model._factor.value = "three"
     assert model._wrong.visible
     model._factor.value = "2.7"
     assert page.session.state.specified["ceiling"] == "1.35 GPa"
     assert not model._wrong.visible
-    settle(page)
+    solve_and_show(page)
     assert page.session.outcome is not None
     assert page.session.outcome.contact is not None
     assert page.session.outcome.contact.ceiling == pytest.approx(1.35e9, rel=1e-15)
@@ -264,14 +264,14 @@ def test_views_are_built_with_map(tmp_path: Path) -> None:
 def test_slider_sets_displayed_load(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
     page._run_action(lambda: page.session.give_all({**GIVEN, "load": "1 MPa"}))
-    settle(page)
+    solve_and_show(page)
     position = page._load.slider.value + 25
     page._load.slider.moved = {"value": position, "done": True, "count": 1}
     assert page._load.slider.texts[position] == page.session.state.specified["load"]
     given = page.session.state.specified["load"]
     assert given != "1 MPa"
     assert page._load.text.value == given
-    settle(page)
+    solve_and_show(page)
     assert page.session.outcome is not None
     assert page.session.outcome.request.specified["load"] == given
 
@@ -282,7 +282,7 @@ def test_the_load_keeps_its_value_in_another_form(page: Page, tmp_path: Path) ->
 
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
     page._run_action(lambda: page.session.give_all(dict(GIVEN)))
-    settle(page)
+    solve_and_show(page)
     page._load.form.value = load_panel.NOMINAL
     assert page.session.state.specified["load"] == "13 MPa"
     page._load.text.value = "13 furlongs"
@@ -299,21 +299,21 @@ def test_a_drag_shows_previews_and_its_end_the_contact_of_the_command(
     rc.Surface(heights, (1e-6, 1e-6)).save(path)
     page._run_action(lambda: page.session.open_map(path))
     page._run_action(lambda: page.session.give_all(dict(GIVEN)))
-    settle(page)
+    solve_and_show(page)
     state = page.session.state
     page._load.slider.moved = {"value": 200, "done": False, "count": 1}
-    settle(page)
+    solve_and_show(page)
     assert page.session.state is state
     assert "Preview on 150 × 160 pixels" in text_of(page._header.state)
     assert page.view.maps.sources[PRESSURE].data[PRESSURE][0].shape == (150, 160)
     assert page._load.slider.texts[200] in numbers_of(page)
     # Back where it began: the state is the same, the contact is in sight again.
     page._load.slider.moved = {"value": page._load.slider.value, "done": True, "count": 2}
-    settle(page)
+    solve_and_show(page)
     assert "Up to date" in text_of(page._header.state)
     assert page.view.maps._result.pressure is page.session.outcome.contact.pressure
     page._load.slider.moved = {"value": 200, "done": True, "count": 3}
-    settle(page)
+    solve_and_show(page)
     outcome = page.session.outcome
     exact = rc.solve(
         rc.read_surface(path).leveled(),
@@ -328,7 +328,7 @@ def test_a_drag_shows_previews_and_its_end_the_contact_of_the_command(
 def test_a_load_that_is_found_becomes_that_of_the_contact(page: Page, tmp_path: Path) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
     page._run_action(lambda: page.session.give_all(dict(GIVEN)))
-    settle(page)
+    solve_and_show(page)
     page._views.strip.active = 1
     ask = page._views._created[1]
     request = page.session.state.request(FIND, contact_fraction="5 %")
@@ -336,7 +336,7 @@ def test_a_load_that_is_found_becomes_that_of_the_contact(page: Page, tmp_path: 
     lead, use = ask._answer[0], ask._answer[1]
     assert "5 % in contact needs" in text_of(lead)
     use.clicks += 1
-    settle(page)
+    solve_and_show(page)
     found = page.session.outcome
     assert found.contact.contact_fraction == pytest.approx(0.05, abs=2 / 768)
 
@@ -348,14 +348,14 @@ def test_a_caution_is_remedied_by_its_button(page: Page, tmp_path: Path) -> None
     rc.Surface(heights, (1e-6, 1e-6)).save(path)
     page._run_action(lambda: page.session.open_map(path))
     page._run_action(lambda: page.session.give_all({**GIVEN, "boundary": "free"}))
-    settle(page)
+    solve_and_show(page)
     assert "warning" in page._header.count.label
     page._header.count.clicks += 1
     assert page._header.drawer.visible
     labels = {part.label: part for part in page._header.drawer if hasattr(part, "clicks")}
     labels["Use boundary periodic"].clicks += 1
     assert page.session.state.specified["boundary"] == "periodic"
-    settle(page)
+    solve_and_show(page)
     assert "Use boundary periodic" not in {
         part.label for part in page._header.drawer if hasattr(part, "clicks")
     }
@@ -418,7 +418,7 @@ def test_a_form_has_an_order_and_the_last_step_is_undone_on_the_folded_line(
     page: Page, tmp_path: Path
 ) -> None:
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
-    settle(page)
+    solve_and_show(page)
     form, step = page._preparation._group.controls["form"], page._preparation.step
     assert not form._order.visible
     form._kind.value = "polynomial"
@@ -426,7 +426,7 @@ def test_a_form_has_an_order_and_the_last_step_is_undone_on_the_folded_line(
     assert form._order.visible
     form._order.value = 3
     assert page.session.state.specified["form"] == "polynomial 3"
-    settle(page)
+    solve_and_show(page)
     assert step._back.visible
     assert "polynomial" in step._back.description
     step.root.collapsed = False
@@ -435,10 +435,10 @@ def test_a_form_has_an_order_and_the_last_step_is_undone_on_the_folded_line(
     step._back.clicks += 1
     assert "form" not in page.session.state.specified
     assert form._kind.value == ""
-    settle(page)
+    solve_and_show(page)
     assert "level" in step._back.description
     step._back.clicks += 1
-    settle(page)
+    solve_and_show(page)
     assert not step._back.visible
 
 
@@ -448,7 +448,7 @@ def test_coated_body_is_solved(page: Page, tmp_path: Path) -> None:
     page._run_action(
         lambda: page.session.give_all({**GIVEN, "coating": "DLC 2 um", "ceiling": "base"})
     )
-    settle(page)
+    solve_and_show(page)
     contact = page.session.outcome.contact
     assert contact.material.coating
     assert "10 mN" in numbers_of(page)

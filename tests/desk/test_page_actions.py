@@ -29,7 +29,7 @@ from roughcontact.desk.projects import ProjectStore
 from roughcontact.desk.server import PageVisit
 from roughcontact.desk.session import from_script
 from roughcontact.desk.workers import WorkerPool
-from visits import GIVEN, Loop, Pressed, settle
+from visits import GIVEN, Loop, Pressed, solve_and_show
 
 _POOL: list[WorkerPool] = []
 
@@ -143,7 +143,7 @@ class Actions(RuleBasedStateMachine):
     def look(self) -> None:
         """Let all come that is asked for: the sheet shows the contact of the state."""
         page, session = self.page, self.page.session
-        settle(page)
+        solve_and_show(page)
         state, outcome = session.state, session.outcome
         if outcome is None or outcome.contact is None:
             assert bool(state.missing) or session.failure is not None

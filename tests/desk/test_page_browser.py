@@ -58,7 +58,7 @@ def seat(served: Served, chromium: Any) -> Iterator[Seat]:
 
 
 @pytest.fixture(scope="module")
-def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def measured_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a map as an instrument gives it."""
     if MEASURED.exists():
         return MEASURED
@@ -96,7 +96,7 @@ def wavy() -> bytes:
     )
 
 
-def press(seat: Seat, load: str = "10 MPa") -> None:
+def specify_and_solve(seat: Seat, load: str = "10 MPa") -> None:
     """Tell all that a solution needs, and wait for it."""
     seat.choose("Material", "100Cr6")
     seat.choose("Boundary", "the whole contact")
@@ -108,7 +108,7 @@ def demonstrate(seat: Seat) -> None:
     """Take a demonstration map and press it."""
     seat.choose("Or a demonstration map", "Polished")
     seat.page.locator("p > b").get_by_text("Polished, isotropic.npz", exact=True).wait_for()
-    press(seat)
+    specify_and_solve(seat)
 
 
 def text_of(place: Any) -> str:
@@ -122,16 +122,16 @@ def wait_for_change(seat: Seat, name: str, before: str) -> str:
 
 
 def test_a_measured_file_from_drop_to_download(
-    seat: Seat, served: Served, measured: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    seat: Seat, served: Served, measured_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    seat.bring(measured, measured.name)
+    seat.bring(measured_file, measured_file.name)
     page = seat.page
     # Prepare: the step is listed, and undone by its own button.
     seat.unfold("Prepare")
     seat.choose("Level", "paraboloid")
     page.get_by_text(re.compile("^leveled: (?!least-squares plane)")).first.wait_for()
     seat.choose("Missing points", "fill")
-    press(seat)
+    specify_and_solve(seat)
     # Drag the load.
     before = text_of(seat.number("Load"))
     slider = page.get_by_role("slider")
@@ -155,8 +155,8 @@ def test_a_measured_file_from_drop_to_download(
     report = seat.take("report", tmp_path)
     command = text_of(page.locator("pre").first)
     words = shlex.split(command)
-    assert words[:3] == ["roughcontact", "solve", measured.name]
-    shutil.copy(measured, tmp_path)
+    assert words[:3] == ["roughcontact", "solve", measured_file.name]
+    shutil.copy(measured_file, tmp_path)
     monkeypatch.chdir(tmp_path)
     assert app.main([*words[1:], "--output", "own.nc", "--quiet"]) == app.SOLVED
     ours, theirs = rc.read_result(result), rc.read_result("own.nc")
@@ -253,15 +253,15 @@ def test_long_solve_is_canceled_while_page_responds(seat: Seat) -> None:
 
 
 @pytest.mark.slow
-def test_invalid_file_is_rejected_in_one_sentence(seat: Seat, measured: Path) -> None:
+def test_invalid_file_is_rejected_in_one_sentence(seat: Seat, measured_file: Path) -> None:
     wrong = {"name": "broken.opd", "mimeType": "", "buffer": b"no map at all" * 100}
     seat.bring(wrong, "broken.opd")
     told = text_of(seat.alert("broken.opd"))
     assert "Traceback" not in told
     assert told.startswith("broken.opd")
     assert "map-" not in told
-    seat.bring(measured, measured.name)
-    press(seat)
+    seat.bring(measured_file, measured_file.name)
+    specify_and_solve(seat)
     seat.alert("broken.opd").wait_for(state="hidden")
 
 
@@ -277,7 +277,7 @@ def test_missing_units_are_requested_and_file_name_is_escaped(seat: Seat) -> Non
     sides = page.get_by_label("Side lengths (y × x)", exact=True).locator("visible=true").first
     sides.fill("64 um")
     sides.press("Enter")
-    press(seat)
+    specify_and_solve(seat)
     seat.type("Value with unit", "5 bananas")
     seat.alert("bananas").first.wait_for()
     seat.type("Value with unit", "20 MPa")

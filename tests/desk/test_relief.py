@@ -46,7 +46,7 @@ def view(tmp_path: Path) -> Iterator[relief.ReliefView]:
     bench.close()
 
 
-def shown(view: relief.ReliefView, **given: str) -> Any:
+def show_view(view: relief.ReliefView, **given: str) -> Any:
     session = view._session
     for name, value in given.items():
         session.set_option(name, value)
@@ -76,7 +76,7 @@ def test_the_browser_gets_the_heights_and_the_colors_of_the_pressure(
     view: relief.ReliefView, path: Path
 ) -> None:
     view._session.open_map(path)
-    result = shown(view, **GIVEN, load="50 mN")
+    result = show_view(view, **GIVEN, load="50 mN")
     head, values = heights_of(view._canvas)
     own = result.surface.heights
     np.testing.assert_array_equal(values, (own - own.mean()).astype(np.float32))
@@ -101,13 +101,13 @@ def test_the_browser_gets_the_heights_and_the_colors_of_the_pressure(
 @pytest.mark.long
 def test_another_load_sends_no_heights_again(view: relief.ReliefView, path: Path) -> None:
     view._session.open_map(path)
-    shown(view, **GIVEN, load="50 mN")
+    show_view(view, **GIVEN, load="50 mN")
     sent: list[str] = []
     view._canvas.param.watch(
         lambda *events: sent.extend(e.name for e in events),
         ["heights", "colors", "palette", "film"],
     )
-    shown(view, load="100 mN")
+    show_view(view, load="100 mN")
     assert "heights" not in sent
     assert "colors" in sent
     sent.clear()
@@ -120,7 +120,7 @@ def test_map_without_contact_has_colors_of_heights(view: relief.ReliefView, path
     view._session.open_map(path)
     bar = view._bars[HEIGHTS]
     relief.style.set_bar(bar, -300, 300, "nm")
-    assert shown(view) is None
+    assert show_view(view) is None
     assert json.loads(view._canvas.colors[0])["title"] == "Heights"
     assert len(np.unique(levels_of(view._canvas))) > 100
 
@@ -161,7 +161,7 @@ def test_the_film_is_the_contact_under_each_load(view: relief.ReliefView, path: 
     pictures = relief.solve_frames(lambda _: None, requests[-1], requests)
     assert [picture.load for picture in pictures] == pytest.approx([0.01, 0.02, 0.04])
     view._session.open_map(path)
-    result = shown(view, **GIVEN, load="40 mN")
+    result = show_view(view, **GIVEN, load="40 mN")
     there = np.where(result.pressure > 0, result.pressure, np.nan).astype(np.float32)
     np.testing.assert_array_equal(pictures[-1].pressure, there)
     view._filmed = relief._frames_key(view._session.state)
@@ -174,9 +174,9 @@ def test_the_film_is_the_contact_under_each_load(view: relief.ReliefView, path: 
         "20 mN",
         "40 mN",
     ]
-    shown(view, load="30 mN")
+    show_view(view, load="30 mN")
     assert view._canvas.film, "another load is another picture of the same film"
-    shown(view, ceiling="none")
+    show_view(view, ceiling="none")
     assert view._canvas.film == []
     view._play(pictures)
     assert view._canvas.film == [], "pictures of another contact come late"
@@ -187,7 +187,7 @@ def test_profile_is_rejected_in_one_sentence(view: relief.ReliefView, tmp_path: 
     heights = 1e-7 * np.random.default_rng(3).standard_normal(64)
     rc.Surface(heights[None], (1.0, 1e-6)).save(tmp_path / "profile.npz")
     view._session.open_map(tmp_path / "profile.npz")
-    shown(view)
+    show_view(view)
     assert view._canvas.heights == []
     assert "no third dimension" in view._working._status.object
 
@@ -225,7 +225,7 @@ def seat(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Seat]:
         program.kill()
 
 
-def drawn(seat: Seat, more_than: int = 0) -> int:
+def count_drawings(seat: Seat, more_than: int = 0) -> int:
     """Wait until the scene is drawn again, and return how many times it was."""
     seat.page.wait_for_function("(count) => window.scene().dataset.drawn > count", arg=more_than)
     return int(seat.page.evaluate("Number(window.scene().dataset.drawn)"))
@@ -244,7 +244,7 @@ def picture(seat: Seat) -> Image.Image:
     return Image.open(io.BytesIO(seat.page.locator(".scene").screenshot())).convert("RGB")
 
 
-def alike(first: Image.Image, second: Image.Image) -> bool:
+def are_equal_images(first: Image.Image, second: Image.Image) -> bool:
     """Return whether two pictures are one but for the rounding of the corners of the page."""
     return all(high <= 2 for _, high in ImageChops.difference(first, second).getextrema())
 
@@ -262,7 +262,7 @@ def test_view_rotates_zooms_plays_and_records_movie(seat: Seat, path: Path, tmp_
     scene = page.locator(".scene")
     scene.wait_for()
     page.evaluate(_FIND)
-    count = drawn(seat)
+    count = count_drawings(seat)
     label = str(scene.get_attribute("aria-label"))
     assert "exaggerated" in label
     assert "colored by Pressure" in label
@@ -276,15 +276,15 @@ def test_view_rotates_zooms_plays_and_records_movie(seat: Seat, path: Path, tmp_
     page.mouse.move(at["x"] + 320, at["y"] + 180, steps=3)
     page.mouse.up()
     page.mouse.wheel(0, -300)
-    count = drawn(seat, count)
+    count = count_drawings(seat, count)
     page.wait_for_timeout(500)
-    assert not alike(picture(seat), first)
+    assert not are_equal_images(picture(seat), first)
     page.mouse.dblclick(at["x"] + 200, at["y"] + 150)
     page.wait_for_timeout(500)
-    assert alike(picture(seat), first)
+    assert are_equal_images(picture(seat), first)
     scene.press("ArrowLeft")
     page.wait_for_timeout(500)
-    assert not alike(picture(seat), first)
+    assert not are_equal_images(picture(seat), first)
     scene.press("0")
     # Another load colors the same surface.
     seat.type("Value with unit", "40 MPa")

@@ -35,7 +35,7 @@ def contact(folder: Path, shape: tuple[int, int], name: str = "map.npz") -> Requ
     return from_text("solve", folder / name, given)
 
 
-def solved(request: Request) -> ContactResult:
+def solve_request(request: Request) -> ContactResult:
     result = run_request(request, lambda _: None).contact
     assert result is not None
     return result
@@ -43,7 +43,7 @@ def solved(request: Request) -> ContactResult:
 
 @pytest.mark.long
 def test_a_value_is_off_by_half_a_step_at_most(tmp_path: Path) -> None:
-    result = solved(contact(tmp_path, (20, 30)))
+    result = solve_request(contact(tmp_path, (20, 30)))
     part = rasters.result_window(result, rasters.whole_window((20, 30), 512))
     for values in (
         rasters.mean_gap(part),
@@ -70,7 +70,7 @@ def test_the_colors_are_those_of_the_map_on_the_page(tmp_path: Path) -> None:
     from bokeh.models import ColumnDataSource
     from bokeh.plotting import figure
 
-    result = solved(contact(tmp_path, (20, 30)))
+    result = solve_request(contact(tmp_path, (20, 30)))
     pressure = result.pressure[result.pressure > 0]
     scale = result_scales(result)[PRESSURE]
     mapper = color_mappers()[PRESSURE]
@@ -91,7 +91,7 @@ def test_the_colors_are_those_of_the_map_on_the_page(tmp_path: Path) -> None:
 @pytest.mark.long
 def test_names_of_files_are_never_markup(tmp_path: Path) -> None:
     request = contact(tmp_path, (8, 8), "<script>alert(1)<script>.npz")
-    text = saved_page.render_page(solved(request), request)
+    text = saved_page.render_page(solve_request(request), request)
     assert "<script>alert" not in text
     assert "&lt;script&gt;alert(1)" in text
 
@@ -103,7 +103,7 @@ def test_a_profile_has_no_page(tmp_path: Path) -> None:
     given = {"material": "100Cr6", "boundary": "periodic", "load": "1 N/mm"}
     request = from_text("solve", tmp_path / "profile.npz", given)
     with pytest.raises(InputError, match="no maps"):
-        saved_page.render_page(solved(request), request)
+        saved_page.render_page(solve_request(request), request)
 
 
 @pytest.mark.slow

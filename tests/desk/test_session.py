@@ -63,7 +63,7 @@ def session(tmp_path: Path, heard: Heard) -> Iterator[Session]:
 GIVEN = {"material": "100Cr6", "boundary": "periodic", "load": "10 mN"}
 
 
-def solved(session: Session) -> Outcome:
+def wait_for_outcome(session: Session) -> Outcome:
     assert session.wait(PATIENCE)
     assert session.outcome is not None, session.failure
     return session.outcome
@@ -72,9 +72,9 @@ def solved(session: Session) -> Outcome:
 def test_contact_follows_options(session: Session, tmp_path: Path) -> None:
     session.open_map(save_map(tmp_path, "a.npz"))
     session.give_all(dict(GIVEN))
-    first = solved(session).contact
+    first = wait_for_outcome(session).contact
     session.set_option("load", "20 mN")
-    second = solved(session).contact
+    second = wait_for_outcome(session).contact
     assert first is not None
     assert second is not None
     assert first.load == pytest.approx(0.01)
@@ -86,7 +86,7 @@ def test_the_numbers_are_those_of_the_command(session: Session, tmp_path: Path) 
     session.give_all(dict(GIVEN))
     for load in ("30 mN", "1 mN", "10 mN"):
         session.set_option("load", load)
-        shown = solved(session).contact
+        shown = wait_for_outcome(session).contact
     alone = run_request(session.request, lambda _: None).contact
     assert shown is not None
     assert alone is not None
@@ -110,7 +110,7 @@ def test_failure_is_reported_and_map_remains_shown(session: Session, tmp_path: P
     assert session.prepared is not None
     assert session.prepared.surfaces[0].missing == 2
     session.set_option("missing", "fill")
-    solved(session)
+    wait_for_outcome(session)
     assert session.failure is None
 
 
@@ -128,12 +128,12 @@ def test_only_last_of_several_loads_is_solved(tmp_path: Path) -> None:
 
     heard = Heard()
 
-    def told(what: Any) -> None:
+    def wait_while_reading(what: Any) -> None:
         heard(what)
         if isinstance(what, PreparedMaps):
             reading.wait(PATIENCE)
 
-    session = Session(tmp_path / "project.toml", told)
+    session = Session(tmp_path / "project.toml", wait_while_reading)
     session.open_map(save_map(tmp_path, "a.npz"))
     session.give_all(dict(GIVEN))
     for load in ("1 mN", "2 mN", "3 mN", "4 mN"):
@@ -151,14 +151,14 @@ def test_a_solve_that_began_ends_and_the_newest_waits(tmp_path: Path) -> None:
     began, go_on = threading.Event(), threading.Event()
     told: list[Any] = []
 
-    def hear(what: Any) -> None:
+    def record_event(what: Any) -> None:
         told.append(what)
         if isinstance(what, PreparedMaps) and "load" in what.request.specified:
             began.set()
             assert go_on.wait(PATIENCE)
 
     path = save_map(tmp_path, "a.npz")
-    live = LiveSolver(hear)
+    live = LiveSolver(record_event)
     given = {**GIVEN, "level": "none"}
     requests = [from_text("solve", path, {**given, "load": f"{mN} mN"}) for mN in (1, 2, 3, 4)]
     live.request(requests[0])
@@ -185,14 +185,14 @@ def test_preview_precedes_calibrated_ceiling(
 ) -> None:
     session.open_map(save_map(tmp_path, "a.npz"))
     session.give_all({**GIVEN, "load": "1 N"})
-    whole = solved(session).contact
+    whole = wait_for_outcome(session).contact
     previews = [what for what in heard.all if isinstance(what, Preview)]
     first = previews[-1].contact
     assert first.calibrated is None
     assert whole.calibrated is not None
     assert is_drawn_alike(first, whole)
     session.set_option("ceiling", "none")
-    solved(session)
+    wait_for_outcome(session)
     assert [what for what in heard.all if isinstance(what, Preview)] == previews
 
 
@@ -200,14 +200,14 @@ def test_the_map_is_read_and_prepared_once(session: Session, tmp_path: Path) -> 
     path = save_map(tmp_path, "a.npz")
     session.open_map(path)
     session.give_all(dict(GIVEN))
-    solved(session)
+    wait_for_outcome(session)
     assert session.prepared is not None
     before = session.prepared.surfaces
     session.set_option("load", "20 mN")
-    solved(session)
+    wait_for_outcome(session)
     assert session.prepared.surfaces[0] is before[0]
     session.set_option("level", "quadric")
-    solved(session)
+    wait_for_outcome(session)
     assert session.prepared.surfaces[0] is not before[0]
 
 
@@ -215,10 +215,10 @@ def test_a_file_that_changes_is_read_again(session: Session, tmp_path: Path) -> 
     path = save_map(tmp_path, "a.npz")
     session.open_map(path)
     session.give_all(dict(GIVEN))
-    first = solved(session).contact
+    first = wait_for_outcome(session).contact
     rc.Surface(2e-7 * np.random.default_rng(7).standard_normal((20, 20)), (1e-6, 1e-6)).save(path)
     session.set_option("level", "mean")
-    second = solved(session).contact
+    second = wait_for_outcome(session).contact
     assert first is not None
     assert second is not None
     assert second.pressure.shape == (20, 20)

@@ -42,12 +42,12 @@ def forks(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     begun: list[int] = []
     fork = os.fork
 
-    def counted() -> int:
+    def count_fork() -> int:
         helper = fork()
         begun.append(helper)
         return helper
 
-    monkeypatch.setattr(os, "fork", counted)
+    monkeypatch.setattr(os, "fork", count_fork)
     return begun
 
 

@@ -21,7 +21,7 @@ SOFT, HARD = LINE.steel, rc.Material(LINE.steel.young, LINE.steel.poisson)
 ROLLER = rc.Surface(2 * LINE.roller.heights, PIXEL, holes_masked=True)
 
 
-def solved(
+def solve_sliding(
     surface: rc.Surface, counter: rc.Surface, path: list[rc.PathPoint], soft: str, **more: object
 ) -> rc.ElastoplasticResult:
     materials = {"material": HARD, "counter_material": HARD} | {soft: SOFT}
@@ -35,7 +35,7 @@ def solved(
     )
 
 
-def there(points: tuple[float, ...] = PLACES, sign: float = 1.0) -> list[rc.PathPoint]:
+def sliding_path(points: tuple[float, ...] = PLACES, sign: float = 1.0) -> list[rc.PathPoint]:
     direction = 0.0 if sign > 0 else 180.0
     return [LINE.at(sign * x, FRICTION, direction) for x in points]
 
@@ -47,15 +47,15 @@ def strain(result: rc.ElastoplasticResult) -> NDArray[np.float64]:
 @pytest.mark.slow
 def test_body_sliding_under_constant_load_yields_once() -> None:
     """A flat that stays elastic leaves the roller under the same load, at the same place in it."""
-    alone = solved(LINE.flat, ROLLER, there((0,)), "counter_material")
-    moved = solved(LINE.flat, ROLLER, there((0, 3, 6)), "counter_material")
+    alone = solve_sliding(LINE.flat, ROLLER, sliding_path((0,)), "counter_material")
+    moved = solve_sliding(LINE.flat, ROLLER, sliding_path((0, 3, 6)), "counter_material")
     largest = alone.max_plastic_strain
     assert largest > 3e-4
     expected = np.roll(strain(alone), 6, axis=-1)
     np.testing.assert_allclose(strain(moved), expected, atol=2e-3 * largest)
     # One that rolls flows on the whole way.
-    rolled = solved(LINE.flat, ROLLER, [LINE.at(x) for x in (0, 3, 6)], "counter_material")
-    still = solved(LINE.flat, ROLLER, [LINE.at(0)], "counter_material")
+    rolled = solve_sliding(LINE.flat, ROLLER, [LINE.at(x) for x in (0, 3, 6)], "counter_material")
+    still = solve_sliding(LINE.flat, ROLLER, [LINE.at(0)], "counter_material")
     assert rolled.plastic_volume > 1.2 * still.plastic_volume
 
 
@@ -67,8 +67,8 @@ def test_sliding_flat_matches_sliding_roller(middle: float, error: float) -> Non
     Between pixels the rim of the contact falls differently on the grids of the two.
     """
     places = (0, middle, 6)
-    over = solved(LINE.flat, ROLLER, there(places), "material")
-    under = solved(ROLLER, LINE.flat, there(places, sign=-1.0), "counter_material")
+    over = solve_sliding(LINE.flat, ROLLER, sliding_path(places), "material")
+    under = solve_sliding(ROLLER, LINE.flat, sliding_path(places, sign=-1.0), "counter_material")
     assert over.max_plastic_strain > 1e-3
     # In the frame of the flat.
     np.testing.assert_allclose(
@@ -85,9 +85,9 @@ def test_sliding_flat_matches_sliding_roller(middle: float, error: float) -> Non
 @pytest.mark.long
 def test_stopped_slide_resumes_to_identical_result(tmp_path: Path) -> None:
     options = dict(material=SOFT, folder=tmp_path)
-    whole = solved(LINE.flat, ROLLER, there(), "counter_material", material=SOFT)
-    solved(LINE.flat, ROLLER, there()[:2], "counter_material", **options)
-    parts = solved(LINE.flat, ROLLER, there(), "counter_material", **options)
+    whole = solve_sliding(LINE.flat, ROLLER, sliding_path(), "counter_material", material=SOFT)
+    solve_sliding(LINE.flat, ROLLER, sliding_path()[:2], "counter_material", **options)
+    parts = solve_sliding(LINE.flat, ROLLER, sliding_path(), "counter_material", **options)
     for one, other in zip(whole.bodies, parts.bodies, strict=True):
         assert one.plastic_strain.tobytes() == other.plastic_strain.tobytes()
         assert one.stress.tobytes() == other.stress.tobytes()
@@ -104,5 +104,9 @@ def test_fields_are_carried_by_parts_of_a_pixel() -> None:
 def test_sliding_over_free_map_raises_input_error() -> None:
     with pytest.raises(InputError, match="slides a counter-body that yields, with its"):
         rc.solve_elastoplastic(
-            LINE.flat, counter_surface=ROLLER, material=SOFT, counter_material=SOFT, path=there()
+            LINE.flat,
+            counter_surface=ROLLER,
+            material=SOFT,
+            counter_material=SOFT,
+            path=sliding_path(),
         )

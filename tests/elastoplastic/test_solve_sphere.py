@@ -33,7 +33,7 @@ def jackson_green(load, first_yield=C):
     strain = YIELD / MODULUS
     b = 0.14 * math.exp(23 * strain)
 
-    def carried(w):
+    def solve_load_ratios(w):
         if w < 1.9:
             return w**1.5
         ratio = math.pi * first_yield * strain / 2 * math.sqrt(w) * (w / 1.9) ** (b / 2)
@@ -41,7 +41,7 @@ def jackson_green(load, first_yield=C):
         soft = math.exp(-0.25 * w ** (5 / 12)) * w**1.5
         return soft + 4 * hardness / first_yield * (1 - math.exp(-(w ** (5 / 9)) / 25)) * w
 
-    w = brentq(lambda w: carried(w) - load, 1e-3, 1e4)
+    w = brentq(lambda w: solve_load_ratios(w) - load, 1e-3, 1e4)
     return w, w * max(w / 1.9, 1) ** b
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from scipy.io import netcdf_file
 
-from reading import HEIGHTS, needs_reader, refused
+from reading import HEIGHTS, assert_rejected, needs_reader
 from roughcontact._tools import memory
 from roughcontact.errors import InputError
 from roughcontact.formats import containers, source
@@ -91,8 +91,8 @@ def test_original_uses_scale_unit_and_size_of_container(tmp_path: Path) -> None:
     # A wrong size is replaced as that of any file.
     larger = read_surface(path, size="40 um x 60 um", override_size=True)
     assert larger.size == pytest.approx((40e-6, 60e-6))
-    refused(path, "c.zip contains its unit", kind=InputError, unit="nm")
-    refused(path, "c.zip contains its size", kind=InputError, size="1 mm x 2 mm")
+    assert_rejected(path, "c.zip contains its unit", kind=InputError, unit="nm")
+    assert_rejected(path, "c.zip contains its size", kind=InputError, size="1 mm x 2 mm")
 
 
 def test_several_maps_are_chosen_by_name(tmp_path: Path) -> None:
@@ -106,10 +106,12 @@ def test_several_maps_are_chosen_by_name(tmp_path: Path) -> None:
     names = ["part 0: a", "part 0: line", "part 1: a (2)", "part 1: a (3)"]
     assert [channel.name for channel in channels(path)] == names
     assert [channel.is_height for channel in channels(path)] == [True, False, True, True]
-    refused(path, "c.zip holds", *(repr(n) for n in names if "line" not in n), kind=InputError)
+    assert_rejected(
+        path, "c.zip holds", *(repr(n) for n in names if "line" not in n), kind=InputError
+    )
     assert read_surface(path, channel="part 0: a").provenance.channel == "part 0: a"
     assert read_surface(path, channel=2).provenance.channel == "part 1: a (2)"
-    refused(path, "'part 0: line' of c.zip is a line scan", kind=InputError, channel=1)
+    assert_rejected(path, "'part 0: line' of c.zip is a line scan", kind=InputError, channel=1)
     # Of a map and a line scan the map is meant.
     only = container(tmp_path / "d.zip", [scan, measurement("a")], a__txt=TEXT)
     assert read_surface(only).provenance.channel == "a"
@@ -135,7 +137,7 @@ surfaces:
     assert surface.size == pytest.approx((4e-6, 6e-6))
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("meta.yml", "surfaces: !!python/object/apply:os.getcwd []")
-    refused(path, "c.zip cannot be read as a container", "python/object")
+    assert_rejected(path, "c.zip cannot be read as a container", "python/object")
 
 
 def write_yaml(path: Path, text: str) -> Path:
@@ -153,7 +155,7 @@ def test_yaml_with_aliases_is_rejected(tmp_path: Path) -> None:
     for lines, name in ((["a0: &a0 [x]", *laughs], "*a13"), (["b0: &b0 {k: 1}", *merged], "*b29")):
         entry = f"{{name: {name}, size: [6, 4], unit: um, datafile: {{original: a.txt}}}}"
         text = "\n".join([*lines, f"surfaces: [{{name: s, topographies: [{entry}]}}]"])
-        refused(write_yaml(tmp_path / "c.zip", text), "c.zip holds meta.yml with aliases")
+        assert_rejected(write_yaml(tmp_path / "c.zip", text), "c.zip holds meta.yml with aliases")
 
 
 def test_long_indexes_are_rejected_before_they_are_parsed(
@@ -163,7 +165,9 @@ def test_long_indexes_are_rejected_before_they_are_parsed(
     for name in ("load", "parse"):
         monkeypatch.setattr(yaml, name, lambda *_: pytest.fail("parsed"))
     text = "surfaces:\n" + "- {name: s, topographies: []}\n" * 300000
-    refused(write_yaml(tmp_path / "c.zip", text), "c.zip holds meta.yml of 9000010 characters")
+    assert_rejected(
+        write_yaml(tmp_path / "c.zip", text), "c.zip holds meta.yml of 9000010 characters"
+    )
 
 
 def test_many_measurements_are_rejected_and_few_listed_once(
@@ -172,7 +176,7 @@ def test_many_measurements_are_rejected_and_few_listed_once(
     path = tmp_path / "c.zip"
     same = measurement("a")
     container(path, [same] * 1001, a__txt=TEXT)
-    refused(path, "c.zip lists 1001 measurements, the limit is 1000")
+    assert_rejected(path, "c.zip lists 1001 measurements, the limit is 1000")
     container(path, [same] * 1000, a__txt=TEXT)
     unpacked = []
     whole = containers._unpack_member
@@ -187,7 +191,7 @@ def test_many_measurements_are_rejected_and_few_listed_once(
 def test_an_entry_that_is_no_text_is_rejected(tmp_path: Path, key: str, value: object) -> None:
     more = {"original": value} if key == "datafile" else value
     path = container(tmp_path / "c.zip", [measurement("a") | {key: more}], a__txt=TEXT)
-    refused(path, "c.zip cannot be read as a container", "not a text")
+    assert_rejected(path, "c.zip cannot be read as a container", "not a text")
 
 
 @pytest.mark.parametrize(
@@ -203,7 +207,7 @@ def test_an_entry_that_is_no_text_is_rejected(tmp_path: Path, key: str, value: o
 )
 def test_values_that_mean_nothing_are_rejected(tmp_path: Path, key: str, value: object) -> None:
     path = container(tmp_path / "c.zip", [measurement("a", **{key: value})], a__txt=TEXT)
-    refused(path, f"c.zip states {key} = ", "of 'a'")
+    assert_rejected(path, f"c.zip states {key} = ", "of 'a'")
 
 
 def test_a_size_that_contradicts_the_file_is_noted(tmp_path: Path) -> None:
@@ -224,11 +228,11 @@ def test_a_full_disk_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(containers.shutil, "copyfileobj", fill)
-    refused(path, "c.zip cannot be unpacked", "no space left", "TMPDIR")
+    assert_rejected(path, "c.zip cannot be unpacked", "no space left", "TMPDIR")
     packed = tmp_path / "map.csv.gz"
     packed.write_bytes(gzip.compress(TEXT.encode()))
     monkeypatch.setattr(source.gzip.GzipFile, "read", fill)
-    refused(packed, "map.csv.gz cannot be unpacked", "no space left", "TMPDIR")
+    assert_rejected(packed, "map.csv.gz cannot be unpacked", "no space left", "TMPDIR")
 
 
 def test_unreadable_containers_are_rejected(
@@ -241,25 +245,25 @@ def test_unreadable_containers_are_rejected(
     }.items():
         with zipfile.ZipFile(path, "w") as archive:
             archive.writestr(name, '{"surfaces": [{}]}')
-        refused(path, "c.zip", words)
+        assert_rejected(path, "c.zip", words)
     path.write_bytes(b"PK\3\4" + b"x" * 100)
-    refused(path, "c.zip cannot be read as a container")
+    assert_rejected(path, "c.zip cannot be read as a container")
     container(path, [measurement("a")])
-    refused(path, "c.zip cannot be read as a container", "no item named 'a.txt'")
+    assert_rejected(path, "c.zip cannot be read as a container", "no item named 'a.txt'")
     container(path, [measurement("a", datafile={})])
-    refused(path, "c.zip cannot be read as a container")
+    assert_rejected(path, "c.zip cannot be read as a container")
     container(path, [measurement("a", datafile={"original": "b.zip"})], b__zip=path.read_bytes())
-    refused(path, "c.zip holds b.zip, another archive")
+    assert_rejected(path, "c.zip holds b.zip, another archive")
     array = measurement("a", datafile={"original": "a.h5"})
     container(path, [array], a__h5=b"\x89HDF\r\n\x1a\n")
-    refused(path, "c.zip holds a.h5, whose first axis may be x or y")
+    assert_rejected(path, "c.zip holds a.h5, whose first axis may be x or y")
     container(path, [measurement("a", unit=None)], a__txt=TEXT)
-    refused(path, "a.txt gives no unit", kind=InputError)
+    assert_rejected(path, "a.txt gives no unit", kind=InputError)
     assert read_surface(path, unit="um", size="4 um x 6 um").size == pytest.approx((4e-6, 6e-6))
     monkeypatch.setattr(memory, "_SMALL", 10)
     monkeypatch.setattr(memory, "_PACKED", 1)
     container(path, [measurement("a")], a__txt="0 " * 10000)
-    refused(path, "a.txt in c.zip holds", "packed")
+    assert_rejected(path, "a.txt in c.zip holds", "packed")
 
 
 def test_damaged_containers_raise_input_error_or_read_unchanged(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from reading import needs_reader, refused, write
+from reading import assert_rejected, needs_reader, write
 from roughcontact._tools import memory
 from roughcontact.errors import FormatError
 from roughcontact.formats import source
@@ -81,7 +81,7 @@ def test_archives_after_other_bytes_are_checked(x3p: Path) -> None:
     state_sizes(x3p, 2**32 - 2)
     for front in (b"", b"front"):
         x3p.write_bytes(front + x3p.read_bytes())
-        refused(x3p, "map.x3p holds 12.0 GiB, more than the 8 GiB")
+        assert_rejected(x3p, "map.x3p holds 12.0 GiB, more than the 8 GiB")
 
 
 # Streams of zlib
@@ -122,7 +122,7 @@ def test_formats_that_pack_in_streams(
 ) -> None:
     monkeypatch.setattr(memory, "_SMALL", 2**20)
     path = streams(tmp_path / f"map{suffix}", bytes(2**24))
-    refused(path, f"map{suffix} holds 0.0 GiB or more, packed into")
+    assert_rejected(path, f"map{suffix} holds 0.0 GiB or more, packed into")
 
 
 @needs_reader

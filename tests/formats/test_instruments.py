@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import vendors
-from reading import HEIGHTS, measurement, needs_reader, refused, write
+from reading import HEIGHTS, assert_rejected, measurement, needs_reader, write
 from roughcontact.errors import InputError
 from roughcontact.formats import instruments
 from roughcontact.formats.read import SUFFIXES, channels, read_surface
@@ -82,7 +82,9 @@ def test_rows_and_columns_are_not_swapped() -> None:
 @needs_reader
 @pytest.mark.parametrize("name", ["bullet_land_original.x3p", "di_corrupted.di"])
 def test_invalid_measurements_raise_format_error(name: str) -> None:
-    refused(measurement(name), name, "cannot be read as format", "check that the file is complete")
+    assert_rejected(
+        measurement(name), name, "cannot be read as format", "check that the file is complete"
+    )
 
 
 @needs_reader
@@ -96,19 +98,19 @@ def test_bruker_channels_of_same_name_are_distinguished() -> None:
     assert read_surface(path).provenance.channel == "Height (index 0)"
     assert read_surface(path, channel=1).provenance.channel == "Height (index 1)"
     assert not np.array_equal(read_surface(path, channel=1).heights, read_surface(path).heights)
-    refused(path, "not a height", "0: 'Height' [nm]", channel="Phase", kind=InputError)
-    refused(path, "not a height", channel=3, kind=InputError)
-    refused(path, "several channels named 'Height'", channel="Height", kind=InputError)
-    refused(path, "no channel 'Z'", channel="Z", kind=InputError)
-    refused(path, "no channel 4", channel=4, kind=InputError)
-    refused(path, "no channel -1", channel=-1, kind=InputError)
+    assert_rejected(path, "not a height", "0: 'Height' [nm]", channel="Phase", kind=InputError)
+    assert_rejected(path, "not a height", channel=3, kind=InputError)
+    assert_rejected(path, "several channels named 'Height'", channel="Height", kind=InputError)
+    assert_rejected(path, "no channel 'Z'", channel="Z", kind=InputError)
+    assert_rejected(path, "no channel 4", channel=4, kind=InputError)
+    assert_rejected(path, "no channel -1", channel=-1, kind=InputError)
 
 
 @needs_reader
 def test_unit_and_size_in_the_file_are_not_overruled() -> None:
     path = measurement("opd-1.opd")
-    refused(path, "contains its unit", unit="um", kind=InputError)
-    refused(path, "contains its size", size="1 mm x 1 mm", kind=InputError)
+    assert_rejected(path, "contains its unit", unit="um", kind=InputError)
+    assert_rejected(path, "contains its size", size="1 mm x 1 mm", kind=InputError)
 
 
 @needs_reader
@@ -121,8 +123,10 @@ def test_a_size_a_million_times_too_large_is_replaced(tmp_path: Path) -> None:
             struct.pack("<d", old), struct.pack("<d", 1e9 * vendors.PIXEL[axis])
         )
     path = write(tmp_path, "map.nms", content)
-    refused(path, "sides (y, x) of 30 m × 44 m", 'size="0.1 mm x 0.2 mm" and override_size=True')
-    refused(path, "leave out size", size="30 um x 44 um", kind=InputError)
+    assert_rejected(
+        path, "sides (y, x) of 30 m × 44 m", 'size="0.1 mm x 0.2 mm" and override_size=True'
+    )
+    assert_rejected(path, "leave out size", size="30 um x 44 um", kind=InputError)
     surface = read_surface(path, size="30 um x 44 um", override_size=True)
     assert surface.pixel == pytest.approx(sound.pixel)
     np.testing.assert_array_equal(surface.heights, sound.heights)
@@ -136,7 +140,9 @@ def test_a_size_a_million_times_too_large_is_replaced(tmp_path: Path) -> None:
 @pytest.mark.parametrize("fraction", [0.001, 0.5])
 def test_truncated_files_raise_format_error(tmp_path: Path, name: str, fraction: float) -> None:
     content = measurement(name).read_bytes()
-    refused(write(tmp_path, name, content[: int(fraction * len(content))]), name, "cannot be read")
+    assert_rejected(
+        write(tmp_path, name, content[: int(fraction * len(content))]), name, "cannot be read"
+    )
 
 
 # Instrument files without the shared folder
@@ -151,7 +157,7 @@ def test_other_content_raises_format_error_for_every_suffix(
     # Text under a suffix that other programs give to theirs is read as such.
     text = suffix == ".dat" and content.startswith(b"hello")
     words = "has 'hello' in line 1" if text else "cannot be read as format"
-    refused(write(tmp_path, f"wrong{suffix}", content), f"wrong{suffix} {words}")
+    assert_rejected(write(tmp_path, f"wrong{suffix}", content), f"wrong{suffix} {words}")
 
 
 @needs_reader
@@ -203,16 +209,16 @@ def test_instrument_file_has_package_axes_and_units(
 @needs_reader
 def test_implausible_scales_raise_format_error(tmp_path: Path) -> None:
     path = write(tmp_path, "map.sdf", sdf(x_scale=1.0))
-    refused(path, "map.sdf", "pixel (dy, dx) of 2 µm × 1 m", "check the unit")
-    refused(write(tmp_path, "a.sdf", sdf(x_scale=1e-13)), "a.sdf", "sides (y, x)", "400 fm")
-    refused(write(tmp_path, "b.sdf", sdf(z_scale=1.0)), "heights that span 11.5 m", "6 µm")
+    assert_rejected(path, "map.sdf", "pixel (dy, dx) of 2 µm × 1 m", "check the unit")
+    assert_rejected(write(tmp_path, "a.sdf", sdf(x_scale=1e-13)), "a.sdf", "sides (y, x)", "400 fm")
+    assert_rejected(write(tmp_path, "b.sdf", sdf(z_scale=1.0)), "heights that span 11.5 m", "6 µm")
 
 
 def test_heights_far_from_zero_raise_format_error(tmp_path: Path) -> None:
     # Few digits are left there for the roughness.
     path = write(tmp_path, "far.csv", "11.0,11.0\n11.0,11.01\n")
     words = ("heights from 11 m to 11.01 m", "further than 10 m from zero")
-    refused(path, *words, unit="m", size="10 mm")
+    assert_rejected(path, *words, unit="m", size="10 mm")
     assert read_surface(path, unit="mm", size="10 mm").heights[0, 0] == 0.011
 
 
@@ -278,14 +284,14 @@ def test_missing_unit_or_size_raises_input_error(
 ) -> None:
     path = write(tmp_path, "map.opd", "x" * 99)
     fake(monkeypatch, entry(unit=None, data_unit=None))
-    refused(path, "map.opd gives no unit", 'unit="um"', kind=InputError)
-    refused(path, "contains its size", unit="nm", size="1 um x 1 um", kind=InputError)
+    assert_rejected(path, "map.opd gives no unit", 'unit="um"', kind=InputError)
+    assert_rejected(path, "contains its size", unit="nm", size="1 um x 1 um", kind=InputError)
     assert read_surface(path, unit="nm").pixel == pytest.approx((2e-9, 1e-9))
     fake(monkeypatch, entry(physical_sizes=None))
-    refused(path, "map.opd gives no lengths of its sides", "(y, x)", kind=InputError)
+    assert_rejected(path, "map.opd gives no lengths of its sides", "(y, x)", kind=InputError)
     assert read_surface(path, size="6 um x 8 um").pixel == pytest.approx((2e-6, 2e-6))
     fake(monkeypatch, entry(unit="quux", data_unit="quux"))
-    refused(path, "no height map")
+    assert_rejected(path, "no height map")
 
 
 @pytest.mark.parametrize(
@@ -312,7 +318,7 @@ def test_channel_is_height_by_its_unit(
     path = write(tmp_path, "scan.003", "x" * 99)
     assert channels(path)[0].is_height is is_height
     if not is_height:
-        refused(path, "scan.003 holds no height map", "(not a height)")
+        assert_rejected(path, "scan.003 holds no height map", "(not a height)")
 
 
 def test_first_height_channel_is_default(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -326,7 +332,7 @@ def test_huge_grids_raise_format_error_before_allocation(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fake(monkeypatch, entry(nb_grid_pts=(10**7, 10**7), topography=None))
-    refused(write(tmp_path, "map.opd", "x" * 99), "announces 10000000 × 10000000 points")
+    assert_rejected(write(tmp_path, "map.opd", "x" * 99), "announces 10000000 × 10000000 points")
 
 
 @pytest.mark.parametrize("error", [AssertionError(), MemoryError("too\nmuch"), RecursionError("x")])
@@ -338,7 +344,7 @@ def test_any_failure_of_the_reader_is_a_format_error(
 
     fake(monkeypatch, entry(topography=topography))
     path = write(tmp_path, "map.opd", "x" * 99)
-    refused(path, "map.opd cannot be read as format 'opd'", type(error).__name__)
+    assert_rejected(path, "map.opd cannot be read as format 'opd'", type(error).__name__)
 
 
 def test_missing_library_names_installation(
@@ -346,7 +352,7 @@ def test_missing_library_names_installation(
 ) -> None:
     monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
     monkeypatch.setitem(sys.modules, "SurfaceTopography.IO", None)
-    refused(write(tmp_path, "map.opd", "x"), "pip install 'roughcontact[io]'")
+    assert_rejected(write(tmp_path, "map.opd", "x"), "pip install 'roughcontact[io]'")
 
 
 def test_file_without_heights_raises_format_error(
@@ -358,4 +364,4 @@ def test_file_without_heights_raises_format_error(
     )
     fake(monkeypatch, entry(info={"raw_metadata": {"a": 1}}, topography=lambda: nothing))
     for suffix in ("opd", "sur", "mnt"):
-        refused(write(tmp_path, f"map.{suffix}", "x" * 99), "has no finite value")
+        assert_rejected(write(tmp_path, f"map.{suffix}", "x" * 99), "has no finite value")

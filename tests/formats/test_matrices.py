@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reading import HEIGHTS, refused, write
+from reading import HEIGHTS, assert_rejected, write
 from roughcontact.errors import InputError
 from roughcontact.formats.read import channels, read_surface
 from roughcontact.formats.source import Channel
@@ -71,7 +71,9 @@ def test_unambiguous_decimal_commas_are_read(tmp_path: Path, mark: str) -> None:
     ],
 )
 def test_text_that_is_no_matrix(tmp_path: Path, text: str | bytes, words: str) -> None:
-    refused(write(tmp_path, "map.csv", text), "map.csv", words, unit="um", size="1 mm x 1 mm")
+    assert_rejected(
+        write(tmp_path, "map.csv", text), "map.csv", words, unit="um", size="1 mm x 1 mm"
+    )
 
 
 @pytest.mark.parametrize(
@@ -96,7 +98,7 @@ def test_a_matrix_needs_unit_and_size(
     tmp_path: Path, arguments: dict[str, object], words: str
 ) -> None:
     path = write(tmp_path, "map.csv", TEXTS["comma"])
-    refused(path, words, kind=InputError, **arguments)
+    assert_rejected(path, words, kind=InputError, **arguments)
 
 
 def test_numpy_files(tmp_path: Path) -> None:
@@ -112,9 +114,9 @@ def test_numpy_files(tmp_path: Path) -> None:
         surface = read_surface(path, unit="nm", size=size, channel=channel)
         assert surface.heights[0, 0] == 1e-9
         assert surface.provenance.channel == "back"
-    refused(path, "0: 'front'; 1: 'back'", unit="nm", size=size, kind=InputError)
-    refused(path, "no array 'x'", unit="nm", size=size, channel="x", kind=InputError)
-    refused(path, "real numbers", unit="nm", size=size, channel="label")
+    assert_rejected(path, "0: 'front'; 1: 'back'", unit="nm", size=size, kind=InputError)
+    assert_rejected(path, "no array 'x'", unit="nm", size=size, channel="x", kind=InputError)
+    assert_rejected(path, "real numbers", unit="nm", size=size, channel="label")
     np.savez(tmp_path / "one.npz", HEIGHTS)
     assert read_surface(tmp_path / "one.npz", unit="nm", size=size).shape == (3, 4)
 
@@ -134,7 +136,7 @@ def test_numpy_files(tmp_path: Path) -> None:
 )
 def test_numpy_arrays_that_are_no_map(tmp_path: Path, array: np.ndarray, words: str) -> None:
     np.save(tmp_path / "map.npy", array, allow_pickle=True)
-    refused(tmp_path / "map.npy", "map.npy", words, unit="um", size="1 mm x 1 mm")
+    assert_rejected(tmp_path / "map.npy", "map.npy", words, unit="um", size="1 mm x 1 mm")
 
 
 @pytest.mark.parametrize("name", ["map.npy", "map.npz"])
@@ -147,7 +149,7 @@ def test_truncated_numpy_files(tmp_path: Path, name: str) -> None:
     content = path.read_bytes()
     for length in (1, 40, len(content) - 20):
         path.write_bytes(content[:length])
-        refused(path, name, "cannot be read", unit="um", size="1 mm x 1 mm")
+        assert_rejected(path, name, "cannot be read", unit="um", size="1 mm x 1 mm")
 
 
 # Matrices that give their unit and pixel themselves
@@ -165,9 +167,9 @@ def test_text_matrix_with_a_head(tmp_path: Path, suffix: str) -> None:
     np.testing.assert_allclose(surface.heights, HEIGHTS * 1e-6, rtol=1e-15)
     assert surface.pixel == pytest.approx((2e-6, 1e-6), rel=1e-15, abs=0)
     assert channels(path) == (Channel("height", "um", True, (3, 4)),)
-    refused(path, "contains its unit", unit="um", kind=InputError)
-    refused(path, "contains its size", size=(6e-6, 4e-6), kind=InputError)
-    refused(path, "no channels", channel=0, kind=InputError)
+    assert_rejected(path, "contains its unit", unit="um", kind=InputError)
+    assert_rejected(path, "contains its size", size=(6e-6, 4e-6), kind=InputError)
+    assert_rejected(path, "no channels", channel=0, kind=InputError)
 
 
 @pytest.mark.parametrize(
@@ -188,12 +190,12 @@ def test_text_matrix_with_a_bad_head(tmp_path: Path, old: str, new: str, words: 
     if words is None:
         assert read_surface(path).pixel == pytest.approx((2e-6, 1e-6), rel=1e-15, abs=0)
         return
-    refused(path, "map.csv", words)
+    assert_rejected(path, "map.csv", words)
 
 
 def test_late_head_is_ignored_as_remark(tmp_path: Path) -> None:
     path = write(tmp_path, "map.csv", "\n" + HEAD + TEXTS["comma"])
-    refused(path, "map.csv gives no unit", kind=InputError)
+    assert_rejected(path, "map.csv gives no unit", kind=InputError)
     assert channels(path) == (Channel("", "", True, (3, 4)),)
 
 
@@ -214,7 +216,7 @@ def test_a_profile_is_no_map(tmp_path: Path, falling: bool) -> None:
     np.save(tmp_path / "columns.npy", profile.T)
     for path in (tmp_path / "columns.txt", tmp_path / "columns.npy"):
         words = ("looks like a profile, 400 points x, z", "positions first")
-        refused(path, path.name, *words, unit="um", size="1 mm x 2 um")
+        assert_rejected(path, path.name, *words, unit="um", size="1 mm x 2 um")
     # A narrow map that is one keeps to be read, and so does one that says so.
     np.save(tmp_path / "map.npy", np.sin(profile))
     assert read_surface(tmp_path / "map.npy", unit="nm", size="1 mm x 5 um").shape == (400, 2)
@@ -225,8 +227,10 @@ def test_a_profile_is_no_map(tmp_path: Path, falling: bool) -> None:
 
 def test_override_size_replaces_size_and_adds_step(tmp_path: Path) -> None:
     path = write(tmp_path, "map.csv", HEAD + TEXTS["semicolon"])
-    refused(path, "leave out size", "override_size=True", size=(6e-6, 4e-6), kind=InputError)
-    refused(path, "override_size needs a size", override_size=True, kind=InputError)
+    assert_rejected(
+        path, "leave out size", "override_size=True", size=(6e-6, 4e-6), kind=InputError
+    )
+    assert_rejected(path, "override_size needs a size", override_size=True, kind=InputError)
     surface = read_surface(path, size="3 um x 8 um", override_size=True)
     assert surface.pixel == pytest.approx((1e-6, 2e-6))
     (step,) = surface.provenance.steps
@@ -246,9 +250,9 @@ def test_numpy_archive_with_unit_and_pixel(tmp_path: Path) -> None:
         surface = read_surface(path, channel=channel)
         np.testing.assert_allclose(surface.heights, HEIGHTS * 1e-6, rtol=1e-15)
         assert surface.pixel == pytest.approx((2e-6, 1e-6), rel=1e-15, abs=0)
-    refused(path, "contains its unit", unit="um", kind=InputError)
-    refused(path, "contains its size", size="1 um x 2 um", kind=InputError)
-    refused(path, "at least 2 × 2", channel="pixel")
+    assert_rejected(path, "contains its unit", unit="um", kind=InputError)
+    assert_rejected(path, "contains its size", size="1 um x 2 um", kind=InputError)
+    assert_rejected(path, "at least 2 × 2", channel="pixel")
     for changes, words in (
         ({"pixel": 1.0}, "two numbers (dy, dx) as pixel"),
         ({"pixel": ["1", "2"]}, "two numbers (dy, dx) as pixel"),
@@ -258,16 +262,16 @@ def test_numpy_archive_with_unit_and_pixel(tmp_path: Path) -> None:
         ({"heights": HEIGHTS[0]}, "at least 2 × 2"),
     ):
         np.savez(path, **{"heights": HEIGHTS, "pixel": [2.0, 1.0], "unit": "um", **changes})
-        refused(path, words)
+        assert_rejected(path, words)
     np.savez(path, heights=HEIGHTS, pixel=[2.0, 1.0], unit="Pa")
-    refused(path, "map.npz", "unit needs a length")
+    assert_rejected(path, "map.npz", "unit needs a length")
     # Without a unit it is an archive as any other.
     np.savez(path, heights=HEIGHTS, pixel=[2.0, 1.0])
-    refused(path, "0: 'heights'; 1: 'pixel'", kind=InputError)
+    assert_rejected(path, "0: 'heights'; 1: 'pixel'", kind=InputError)
 
 
 @pytest.mark.parametrize("size", ["1 px", "1 mm x 1 px", "1 mm x"])
 def test_an_x_in_a_unit_parts_no_size(tmp_path: Path, size: str) -> None:
     path = write(tmp_path, "map.csv", TEXTS["comma"])
-    refused(path, repr(size.split(" x ")[-1]), unit="um", size=size, kind=InputError)
+    assert_rejected(path, repr(size.split(" x ")[-1]), unit="um", size=size, kind=InputError)
     assert read_surface(path, unit="um", size="6umx4um").pixel == pytest.approx((2e-6, 1e-6))

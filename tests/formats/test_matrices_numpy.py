@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reading import refused
+from reading import assert_rejected
 from roughcontact._tools import memory
 from roughcontact.errors import InsufficientMemoryError
 from roughcontact.formats.read import channels, read_surface
@@ -60,32 +60,34 @@ def test_unused_arrays_are_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     with pytest.raises(InsufficientMemoryError, match=r"reading the 1000 × 99 points of map.npz"):
         read_surface(path, channel="more", **GIVEN)
     monkeypatch.undo()
-    refused(path, "map.npz cannot be read", "CRC-32", channel="more", **GIVEN)
+    assert_rejected(path, "map.npz cannot be read", "CRC-32", channel="more", **GIVEN)
 
 
 def test_used_arrays_are_checked_completely(tmp_path: Path) -> None:
     for name, wanted in (("heights", HEIGHTS[2, 3]), ("pixel", 1e-6)):
         path = archive(tmp_path / f"{name}.npz")
         damage(path, struct.pack("<d", wanted))
-        refused(path, f"{name}.npz cannot be read", "CRC-32")
+        assert_rejected(path, f"{name}.npz cannot be read", "CRC-32")
 
 
 def test_a_size_that_is_a_lie(tmp_path: Path) -> None:
     more = npy(np.zeros((1000, 1000)))
     path = archive(tmp_path / "map.npz", {"more.npy": more}, zipfile.ZIP_DEFLATED)
     state_size(path, "more.npy", len(more) + 8)
-    refused(path, "leaves 8 bytes of the file unused")
+    assert_rejected(path, "leaves 8 bytes of the file unused")
     # An array that fits its member as that is stated, of which there is far more.
     less = npy(np.zeros((100, 100))) + bytes(10**6)
     path = archive(tmp_path / "map.npz", {"more.npy": less}, zipfile.ZIP_DEFLATED)
     state_size(path, "more.npy", len(npy(np.zeros((100, 100)))))
     assert read_surface(path).shape == (3, 4)
-    refused(path, "CRC-32", channel="more", **GIVEN)
+    assert_rejected(path, "CRC-32", channel="more", **GIVEN)
 
 
 @pytest.mark.parametrize("packing", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
 def test_packings_that_have_no_bounds(tmp_path: Path, packing: int) -> None:
-    refused(archive(tmp_path / "map.npz", {}, packing), "packed by another method than deflate")
+    assert_rejected(
+        archive(tmp_path / "map.npz", {}, packing), "packed by another method than deflate"
+    )
 
 
 @pytest.mark.parametrize("kind", ["npy", "npz"])
@@ -99,7 +101,7 @@ def test_a_head_without_an_end(tmp_path: Path, kind: str) -> None:
             stream.truncate(2**31 + 12)
     else:
         archive(path, {"more.npy": content}, zipfile.ZIP_DEFLATED)
-    refused(path, "cannot be read", "reading array header")
+    assert_rejected(path, "cannot be read", "reading array header")
 
 
 def test_an_array_without_an_end(tmp_path: Path) -> None:
@@ -108,7 +110,7 @@ def test_an_array_without_an_end(tmp_path: Path) -> None:
     with path.open("wb") as stream:
         np.lib.format.write_array_header_1_0(stream, head)
         stream.truncate(stream.tell() + 2**43)
-    refused(path, "map.npy announces 1048576 × 1048576 points, more than", **GIVEN)
+    assert_rejected(path, "map.npy announces 1048576 × 1048576 points, more than", **GIVEN)
 
 
 def test_other_members_of_archive_are_listed(tmp_path: Path) -> None:
@@ -120,10 +122,10 @@ def test_other_members_of_archive_are_listed(tmp_path: Path) -> None:
     listed = channels(path)
     assert [entry.name for entry in listed] == ["heights", "pixel", "unit", "readme.txt", "table"]
     assert not any(entry.is_height for entry in listed[1:])
-    refused(path, "must hold a matrix", channel="readme.txt", **GIVEN)
-    refused(path, "must hold a matrix", channel="table", **GIVEN)
+    assert_rejected(path, "must hold a matrix", channel="readme.txt", **GIVEN)
+    assert_rejected(path, "must hold a matrix", channel="table", **GIVEN)
     path = archive(tmp_path / "map.npz", {"more.npy": npy(np.array([[None, 1], [2, 3]]))})
-    refused(path, "Python objects")
+    assert_rejected(path, "Python objects")
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
@@ -137,4 +139,4 @@ def test_letters_that_do_not_exist(order: str, tmp_path: Path) -> None:
         for name in ("heights", "pixel"):
             zipped.writestr(f"{name}.npy", npy(MAP[name]))
         zipped.writestr("unit.npy", raw[:-4] + b"\xff" * 4)
-    refused(path, "map.npz cannot be read", "invalid characters")
+    assert_rejected(path, "map.npz cannot be read", "invalid characters")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from reading import refused, write
+from reading import assert_rejected, write
 from roughcontact.errors import InputError
 from roughcontact.formats.no_data import find_code, mark_missing
 from roughcontact.formats.read import read_surface
@@ -109,7 +109,7 @@ def save_plain(path: Path, heights: np.ndarray) -> dict[str, str]:
 def test_code_in_plain_formats_is_requested_and_set_missing(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"map{suffix}"
     scale = save_plain(path, with_code(-32.768))
-    refused(path, "-32.768 at 3 points", "no_data=-32.768", kind=InputError, **scale)
+    assert_rejected(path, "-32.768 at 3 points", "no_data=-32.768", kind=InputError, **scale)
     surface = read_surface(path, no_data=-32.768, **scale)
     expected = 1e-6 * with_code(np.nan)
     np.testing.assert_allclose(surface.heights, expected, rtol=1e-12, atol=0)
@@ -125,7 +125,7 @@ def test_code_of_a_profile_is_marked_before_interpolation(tmp_path: Path) -> Non
     heights[[20, 40]] = -9999
     path = tmp_path / "profile.txt"
     np.savetxt(path, np.column_stack([position, heights]), fmt="%.6f")
-    refused(path, "-9999 at 2 points", kind=InputError, unit="um, um")
+    assert_rejected(path, "-9999 at 2 points", kind=InputError, unit="um, um")
     surface = read_surface(path, unit="um, um", no_data="auto")
     assert surface.missing
     assert np.nanmin(surface.heights) > -1.1e-6
@@ -136,11 +136,11 @@ def test_code_of_a_profile_is_marked_before_interpolation(tmp_path: Path) -> Non
 def test_huge_code_does_not_hide_behind_the_scale(tmp_path: Path) -> None:
     path = tmp_path / "map.npy"
     np.save(path, with_code(np.float64(np.float32(3.4028235e38))))
-    refused(path, "no_data=3.40282347e+38", kind=InputError, **SCALE)
+    assert_rejected(path, "no_data=3.40282347e+38", kind=InputError, **SCALE)
     # The six digits of a command line.
     assert read_surface(path, no_data=3.40282e38, **SCALE).missing == 3
     np.save(path, with_code(-12345678.0))
-    refused(path, "no_data=-9999.0", kind=FormatError, **SCALE)
+    assert_rejected(path, "no_data=-9999.0", kind=FormatError, **SCALE)
     assert read_surface(path, no_data=-12345678.0, **SCALE).missing == 3
 
 
@@ -160,4 +160,4 @@ def test_files_with_a_marker_are_read_as_they_are(tmp_path: Path) -> None:
 @pytest.mark.parametrize("value", ["", "a", float("nan"), float("inf"), True, [1]])
 def test_no_data_must_be_a_number(tmp_path: Path, value: object) -> None:
     path = write(tmp_path, "map.csv", "1,2\n3,4")
-    refused(path, "no_data", kind=InputError, no_data=value, unit="um", size="2 um x 2 um")
+    assert_rejected(path, "no_data", kind=InputError, no_data=value, unit="um", size="2 um x 2 um")

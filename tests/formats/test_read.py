@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reading import HEIGHTS, refused, write
+from reading import HEIGHTS, assert_rejected, write
 from roughcontact.errors import FormatError, InputError
 from roughcontact.formats.read import channels, read_surface
 from roughcontact.formats.source import Channel
@@ -14,17 +14,19 @@ from roughcontact.formats.source import Channel
 
 
 def test_invalid_paths_raise_error(tmp_path: Path) -> None:
-    refused(tmp_path / "absent.opd", "absent.opd does not exist")
+    assert_rejected(tmp_path / "absent.opd", "absent.opd does not exist")
     with pytest.raises(
         FormatError, match=r"absent\.opd does not exist; check the name of the file$"
     ):
         read_surface(tmp_path / "absent.opd")
-    refused(tmp_path, "is a directory")
-    refused(write(tmp_path, "empty.opd", ""), "empty.opd is empty")
-    refused(write(tmp_path, "map.abc", b"\0"), "unknown suffix '.abc'", ".x3p", "give format or")
-    refused(write(tmp_path, "map", b"\0"), "unknown suffix ''")
-    refused(write(tmp_path, "map.opd", "1"), "'hgt'", format="hgt", kind=InputError)
-    refused(Path("a\0b.opd"), "does not exist")
+    assert_rejected(tmp_path, "is a directory")
+    assert_rejected(write(tmp_path, "empty.opd", ""), "empty.opd is empty")
+    assert_rejected(
+        write(tmp_path, "map.abc", b"\0"), "unknown suffix '.abc'", ".x3p", "give format or"
+    )
+    assert_rejected(write(tmp_path, "map", b"\0"), "unknown suffix ''")
+    assert_rejected(write(tmp_path, "map.opd", "1"), "'hgt'", format="hgt", kind=InputError)
+    assert_rejected(Path("a\0b.opd"), "does not exist")
 
 
 # The program's own files
@@ -52,15 +54,19 @@ def test_netcdf(tmp_path: Path) -> None:
     assert channels(path) == (Channel("height", "m", True, (3, 4)),)
     path = write_netcdf(tmp_path / "b.nc", {"pixel_y": 3e-6, "pixel_x": 5e-6})
     assert read_surface(path).pixel == (3e-6, 5e-6)
-    refused(path, "contains its unit", unit="m", kind=InputError)
+    assert_rejected(path, "contains its unit", unit="m", kind=InputError)
 
 
 def test_netcdf_of_another_kind(tmp_path: Path) -> None:
-    refused(write_netcdf(tmp_path / "a.nc", attrs={"units": "um"}), "units 'um'", "'height' [m]")
-    refused(write_netcdf(tmp_path / "b.nc", attrs={}), "units None")
-    refused(write(tmp_path, "c.nc", "no HDF5 at all"), "c.nc cannot be read", "'height' [m]")
+    assert_rejected(
+        write_netcdf(tmp_path / "a.nc", attrs={"units": "um"}), "units 'um'", "'height' [m]"
+    )
+    assert_rejected(write_netcdf(tmp_path / "b.nc", attrs={}), "units None")
+    assert_rejected(
+        write(tmp_path, "c.nc", "no HDF5 at all"), "c.nc cannot be read", "'height' [m]"
+    )
     content = write_netcdf(tmp_path / "d.nc").read_bytes()
-    refused(write(tmp_path, "e.nc", content[: len(content) // 2]), "e.nc cannot be read")
+    assert_rejected(write(tmp_path, "e.nc", content[: len(content) // 2]), "e.nc cannot be read")
 
 
 def test_import_loads_no_readers() -> None:
@@ -99,7 +105,7 @@ def test_uneven_axes_raise_format_error(tmp_path: Path, capfd: pytest.CaptureFix
             coords={"y": y, "x": np.arange(4) * 1e-6},
         )
         dataset.to_netcdf(tmp_path / f"{number}.nc", engine="h5netcdf")
-        refused(tmp_path / f"{number}.nc", "nor evenly spaced coordinates")
+        assert_rejected(tmp_path / f"{number}.nc", "nor evenly spaced coordinates")
     assert capfd.readouterr() == ("", "")
 
 

@@ -14,7 +14,7 @@ import pytest
 
 import roughcontact as rc
 from bounded_reader import Reader
-from reading import HEIGHTS, needs_reader, refused
+from reading import HEIGHTS, assert_rejected, needs_reader
 from roughcontact._tools import memory
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.formats.read import channels, read_surface
@@ -56,11 +56,11 @@ def test_damaged_compressed_files_raise_format_error(
     path = tmp_path / "map.txt.gz"
     for content in (whole[:-10], whole[:30], whole[:40] + b"\0\0\0" + whole[43:], whole[:2]):
         path.write_bytes(content)
-        refused(path, "map.txt.gz cannot be unpacked", unit="um", size="1 mm x 1 mm")
+        assert_rejected(path, "map.txt.gz cannot be unpacked", unit="um", size="1 mm x 1 mm")
     monkeypatch.setattr(memory, "_SMALL", 4000)
     monkeypatch.setattr(memory, "_PACKED", 2)
     path.write_bytes(whole)
-    refused(path, "as no measurement is", unit="um", size="1 mm x 1 mm")
+    assert_rejected(path, "as no measurement is", unit="um", size="1 mm x 1 mm")
 
 
 # The content decides
@@ -78,10 +78,10 @@ def test_the_content_decides_where_the_suffix_errs(tmp_path: Path) -> None:
         assert surface.provenance.origin is not None
         assert surface.provenance.origin.found["format"] == "text"
     # Whoever names the format is believed.
-    refused(wrong, "is no plain text", format="text", unit="um", size=SIZE)
+    assert_rejected(wrong, "is no plain text", format="text", unit="um", size=SIZE)
     unknown = tmp_path / "map.bin"
     unknown.write_bytes(bytes(range(256)))
-    refused(unknown, "unknown suffix '.bin'")
+    assert_rejected(unknown, "unknown suffix '.bin'")
 
 
 @needs_reader
@@ -93,16 +93,16 @@ def test_hdf5_that_states_its_scale_is_not_read_as_bare_arrays(name: str, tmp_pa
     given = {"unit": "um", "size": SIZE}
     (tmp_path / name).write_bytes(content)
     assert read_surface(tmp_path / name).provenance.instrument == "Zygo DATX (Zygo)"
-    refused(tmp_path / name, "contains its unit", **given, kind=InputError)
+    assert_rejected(tmp_path / name, "contains its unit", **given, kind=InputError)
     (tmp_path / "map.h5").write_bytes(content)
-    refused(tmp_path / "map.h5", "contains its unit", **given, kind=InputError)
+    assert_rejected(tmp_path / "map.h5", "contains its unit", **given, kind=InputError)
     surface = rc.Surface(np.nan_to_num(HEIGHTS) * 1e-6, (2e-6, 1e-6))
     surface.save(tmp_path / "map.nc")
     (tmp_path / name).write_bytes((tmp_path / "map.nc").read_bytes())
     read = read_surface(tmp_path / name)
     np.testing.assert_array_equal(read.heights, surface.heights)
     assert read.pixel == surface.pixel
-    refused(tmp_path / name, "contains its unit", **given, kind=InputError)
+    assert_rejected(tmp_path / name, "contains its unit", **given, kind=InputError)
 
 
 @needs_reader
@@ -119,7 +119,7 @@ def test_complex_numbers_in_an_instrument_file_are_no_heights(tmp_path: Path) ->
         del file["Data/Surface/one"]
         file["Data/Surface/one"] = values.astype(complex)
         file["Data/Surface/one"].attrs.update(attributes)
-    refused(path, "complex numbers in 'Data/Surface/one'")
+    assert_rejected(path, "complex numbers in 'Data/Surface/one'")
 
 
 # HDF5
@@ -137,13 +137,13 @@ def test_matrices_in_hdf5_are_channels(tmp_path: Path) -> None:
     found = {entry.name: entry for entry in channels(path)}
     assert found["scan/heights"] == Channel("scan/heights", "nm", True, (3, 4))
     assert set(found) == {"scan/heights", "phase"}
-    refused(path, "choose one with channel", size=SIZE, kind=InputError)
+    assert_rejected(path, "choose one with channel", size=SIZE, kind=InputError)
     surface = read_surface(path, channel="scan/heights", size=SIZE)
     close(surface, 1e-9)
     assert surface.pixel == pytest.approx((2e-6, 1e-6))
     told = read_surface(path, channel="scan/heights", size=SIZE, unit="um").provenance.steps
     assert told == ("read: heights in um, as given, instead of nm in the file",)
-    refused(path, "gives no unit", channel="phase", size=SIZE, kind=InputError)
+    assert_rejected(path, "gives no unit", channel="phase", size=SIZE, kind=InputError)
     with h5py.File(path, "w") as file:
         # The names that Zygo takes, for something else.
         file["Data/heights"] = HEIGHTS
@@ -151,14 +151,14 @@ def test_matrices_in_hdf5_are_channels(tmp_path: Path) -> None:
     close(read_surface(path, unit="um", size=SIZE))
     with h5py.File(path, "w") as file:
         file["scan/heights"] = file["phase"] = HEIGHTS
-    refused(path, "no lengths of its sides", channel="phase", unit="um", kind=InputError)
+    assert_rejected(path, "no lengths of its sides", channel="phase", unit="um", kind=InputError)
     with h5py.File(path, "w") as file:
         file["line"] = HEIGHTS[0]
-    refused(path, "holds no matrix")
+    assert_rejected(path, "holds no matrix")
     content = path.read_bytes()
     for length in (9, 100, len(content) // 2):
         path.write_bytes(content[:length])
-        refused(path, "map.h5 ")
+        assert_rejected(path, "map.h5 ")
 
 
 # The NetCDF of SurfaceTopography
@@ -194,13 +194,13 @@ def test_classic_netcdf_of_surface_topography(tmp_path: Path) -> None:
     close(surface)
     assert surface.pixel == pytest.approx((2e-6, 2e-6))
     assert channels(path) == (Channel("heights", "um", True, (3, 4)),)
-    refused(path, "contains its unit", unit="nm", kind=InputError)
+    assert_rejected(path, "contains its unit", unit="nm", kind=InputError)
     bare = classic(tmp_path / "bare.nc", length=False, unit=b"", mask=False)
-    refused(bare, "gives no unit", size=SIZE, kind=InputError)
-    refused(bare, "no lengths of its sides", unit="um", kind=InputError)
+    assert_rejected(bare, "gives no unit", size=SIZE, kind=InputError)
+    assert_rejected(bare, "no lengths of its sides", unit="um", kind=InputError)
     assert read_surface(bare, unit="nm", size=SIZE).pixel == pytest.approx((2e-6, 1e-6))
-    refused(classic(tmp_path / "line.nc", dimensions=("x",)), "'heights' over (x), no map")
-    refused(
+    assert_rejected(classic(tmp_path / "line.nc", dimensions=("x",)), "'heights' over (x), no map")
+    assert_rejected(
         classic(tmp_path / "other.nc", name="other"),
         "No variable named 'heights'",
         "'other'",
@@ -223,7 +223,7 @@ def test_damaged_classic_netcdf_raises_format_error(tmp_path: Path) -> None:
     content = path.read_bytes()
     for length in (4, 20, 100, len(content) - 8):
         path.write_bytes(content[:length])
-        refused(path, "map.nc ")
+        assert_rejected(path, "map.nc ")
     rng = np.random.default_rng(0)
     for _ in range(60):
         damaged = bytearray(content)
@@ -316,12 +316,12 @@ def test_sheets_of_excel_are_matrices_points_or_profiles(tmp_path: Path) -> None
     assert surface.pixel == pytest.approx((0.25e-6, 0.5e-6))
     assert surface.provenance.channel == "points"
     assert [entry.is_height for entry in channels(path)] == [False, True]
-    refused(path, "0: 'notes'; 1: 'points'", kind=InputError)
-    refused(path, "has 'taken' in line 1", channel="notes")
+    assert_rejected(path, "0: 'notes'; 1: 'points'", kind=InputError)
+    assert_rejected(path, "has 'taken' in line 1", channel="notes")
     content = path.read_bytes()
     for length in (10, len(content) // 2, len(content) - 5):
         path.write_bytes(content[:length])
-        refused(path, "two.xlsx cannot be read as an Excel workbook")
+        assert_rejected(path, "two.xlsx cannot be read as an Excel workbook")
 
 
 def test_sheet_with_wrong_dimensions_is_read_by_its_cells(tmp_path: Path) -> None:
@@ -340,4 +340,4 @@ def test_missing_excel_library_names_installation(
     path = tmp_path / "map.xlsx"
     path.write_bytes(b"PK\3\4")
     monkeypatch.setitem(sys.modules, "openpyxl", None)
-    refused(path, "needs openpyxl", "roughcontact[io]")
+    assert_rejected(path, "needs openpyxl", "roughcontact[io]")

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reading import refused, write
+from reading import assert_rejected, write
 from roughcontact._tools import files
 from roughcontact.errors import FormatError
 from roughcontact.formats.read import channels, read_surface, read_with_channels
@@ -102,8 +102,8 @@ def test_pipe_without_writer_raises_format_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(files, "_PIPE_TIMEOUT", 0.01)
-    refused(fifo(tmp_path, "map.csv"), "map.csv is a pipe without a writer", **GIVEN)
-    refused(fifo(tmp_path, "map.opd"), "map.opd is a pipe without a writer")
+    assert_rejected(fifo(tmp_path, "map.csv"), "map.csv is a pipe without a writer", **GIVEN)
+    assert_rejected(fifo(tmp_path, "map.opd"), "map.opd is a pipe without a writer")
     with pytest.raises(FormatError, match="without a writer"):
         channels(fifo(tmp_path, "map.x3p"))
 
@@ -119,21 +119,23 @@ def test_a_pipe_without_an_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
                 except BrokenPipeError:
                     return
 
-    refused(fifo(tmp_path, "map.csv", endless), "map.csv is a pipe that gives more than", **GIVEN)
+    assert_rejected(
+        fifo(tmp_path, "map.csv", endless), "map.csv is a pipe that gives more than", **GIVEN
+    )
 
 
 def test_empty_or_invalid_pipe_raises_format_error(tmp_path: Path) -> None:
     path = fifo(tmp_path, "map.csv", lambda path: path.write_text("no numbers\n"))
-    refused(path, "map.csv has 'no' in line 1", **GIVEN)
+    assert_rejected(path, "map.csv has 'no' in line 1", **GIVEN)
     path = fifo(tmp_path, "map", lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n\0"))
-    refused(path, "map is no plain text")
+    assert_rejected(path, "map is no plain text")
 
 
 @pytest.mark.parametrize("device", ["/dev/zero", "/dev/null", "/dev/random"])
 def test_devices(device: str) -> None:
     if not Path(device).exists():
         pytest.skip(f"there is no {device}")
-    refused(
+    assert_rejected(
         Path(device), f"{device} is not a regular file; copy its content into one", format="text"
     )
 
@@ -143,10 +145,10 @@ def test_sockets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     with socket.socket(socket.AF_UNIX) as one:
         one.bind("map.csv")
-        refused(Path("map.csv"), "map.csv is not a regular file")
+        assert_rejected(Path("map.csv"), "map.csv is not a regular file")
 
 
 def test_files_without_a_size(tmp_path: Path) -> None:
     # The kernel's own, which may give anything for ever.
     if sys.platform.startswith("linux"):
-        refused(Path("/proc/self/pagemap"), "is empty", format="text")
+        assert_rejected(Path("/proc/self/pagemap"), "is empty", format="text")

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reading import refused, write
+from reading import assert_rejected, write
 from roughcontact.cli import app
 from roughcontact.errors import InputError
 from roughcontact.formats.read import channels, read_surface
@@ -82,7 +82,7 @@ def test_unit_and_pixel_are_those_of_the_head(tmp_path: Path, name: str) -> None
     (channel,) = channels(path)
     assert channel.shape == (3, 4)
     assert channel.is_height
-    refused(path, "contains its size", size="1 mm x 1 mm", kind=InputError)
+    assert_rejected(path, "contains its size", size="1 mm x 1 mm", kind=InputError)
     larger = read_surface(path, size="1 mm x 1 mm", override_size=True)
     assert larger.size == (1e-3, 1e-3)
     assert "as the file gives them" in larger.provenance.steps[-1]
@@ -155,16 +155,20 @@ def test_unit_argument_overrides_file_and_adds_step(tmp_path: Path, capsys) -> N
 )
 def test_contradictory_heads_raise_error(tmp_path: Path, head: str, words: str) -> None:
     text = MATRIX.replace(" ", "\t")
-    refused(write(tmp_path, "map.txt", head.replace("title", "title") + text), words.split("'")[0])
+    assert_rejected(
+        write(tmp_path, "map.txt", head.replace("title", "title") + text), words.split("'")[0]
+    )
 
 
 def test_missing_head_fields_raise_input_error(tmp_path: Path) -> None:
     head = "# Channel: Topo\n# Width: 8 µm\n# Height: 3 µm\n"
     path = write(tmp_path, "map.txt", head + MATRIX)
-    refused(path, "gives no unit of the heights", kind=InputError)
+    assert_rejected(path, "gives no unit of the heights", kind=InputError)
     assert read_surface(path, unit="nm").pixel == pytest.approx((1e-6, 2e-6))
     for sides in ("# Width: 4\n# Height: 3\n", "# Width: 4 \n# Height: 3 um\n"):
-        refused(write(tmp_path, "map.txt", sides + MATRIX), "gives no unit", kind=InputError)
+        assert_rejected(
+            write(tmp_path, "map.txt", sides + MATRIX), "gives no unit", kind=InputError
+        )
         given = {"unit": "nm", "size": "3 um x 8 um"}
         assert read_surface(tmp_path / "map.txt", **given).pixel == pytest.approx((1e-6, 2e-6))
     remark = write(tmp_path, "plain.txt", "# Height of a hill\n" + MATRIX)
@@ -173,13 +177,15 @@ def test_missing_head_fields_raise_input_error(tmp_path: Path) -> None:
 
 def test_several_maps_in_one_file_raise_error(tmp_path: Path) -> None:
     text = HEADS["Gwyddion"][0] + MATRIX
-    refused(write(tmp_path, "map.txt", text + "\n" + text), "several maps, another from line 9 on")
+    assert_rejected(
+        write(tmp_path, "map.txt", text + "\n" + text), "several maps, another from line 9 on"
+    )
 
 
 # Points x, y, z
 
 
-def listed(order: str = "", head: str = "") -> str:
+def list_of_points(order: str = "", head: str = "") -> str:
     points = [(0.5 * i, 0.25 * j, 10.0 * j + i) for j, i in itertools.product(range(3), range(4))]
     if order == "columns":
         points.sort()
@@ -203,7 +209,7 @@ GRID = np.array([[10.0 * j + i for i in range(4)] for j in range(3)])
 def test_points_on_a_grid(
     tmp_path: Path, order: str, head: str, lateral: float, metre: float
 ) -> None:
-    path = write(tmp_path, "map.xyz", listed(order, head))
+    path = write(tmp_path, "map.xyz", list_of_points(order, head))
     surface = read_surface(path, unit=None if head else "um")
     np.testing.assert_allclose(surface.heights, GRID * metre, rtol=1e-12)
     assert surface.pixel == pytest.approx((0.25 * lateral, 0.5 * lateral))
@@ -212,7 +218,7 @@ def test_points_on_a_grid(
 
 
 def test_points_without_head_are_read_with_missing_points(tmp_path: Path) -> None:
-    lines = listed().splitlines()
+    lines = list_of_points().splitlines()
     text = "\n".join([*lines[:5], *lines[6:8], "0.0 0.5 nan", *lines[9:]]).replace("\t", " ")
     surface = read_surface(write(tmp_path, "map.txt", text + "\n"), unit="um")
     assert surface.shape == (3, 4)
@@ -223,12 +229,15 @@ def test_points_without_head_are_read_with_missing_points(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (listed() + "0.5 0.25 3\n".replace(" ", "\t"), "1 points of its grid more than once"),
-        (listed().replace("1.5", "1.63"), "x is not evenly spaced"),
+        (
+            list_of_points() + "0.5 0.25 3\n".replace(" ", "\t"),
+            "1 points of its grid more than once",
+        ),
+        (list_of_points().replace("1.5", "1.63"), "x is not evenly spaced"),
         ("".join(f"{i}\t{i}\t{i}\n" for i in range(20)), "fill no grid"),
         ("".join(f"{i}\t1\t{i}\n" for i in range(20)), "all have the same y"),
-        (listed().replace("0.25", "nan"), "x or y is missing"),
+        (list_of_points().replace("0.25", "nan"), "x or y is missing"),
     ],
 )
 def test_points_that_make_no_map(tmp_path: Path, text: str, words: str) -> None:
-    refused(write(tmp_path, "map.xyz", text), words, unit="um")
+    assert_rejected(write(tmp_path, "map.xyz", text), words, unit="um")

@@ -21,7 +21,7 @@ FILM = rc.Layer("166 GPa", 0.2, "2 um", hardness="16.7 GPa", name="DLC")
 TOOL = rc.Material("210 GPa", 0.3, "1 GPa", name="steel", coating=[FILM])
 
 
-def solved(**more: object) -> rc.ContactResult:
+def solve_coated(**more: object) -> rc.ContactResult:
     return rc.solve(ROUGH, **{"material": TOOL, "load": 1.0, "ceiling": None, **more})
 
 
@@ -51,17 +51,17 @@ def test_invalid_coating_or_base_raises_input_error() -> None:
 def test_coated_body_needs_choice_of_ceiling() -> None:
     for ceiling in ("auto", "calibrated"):
         with pytest.raises(rc.InputError) as error:
-            solved(ceiling=ceiling)
+            solve_coated(ceiling=ceiling)
         for offered in ("'coating' (16.7 GPa)", "'base' (3 GPa)", "'bracket'"):
             assert offered in str(error.value)
-    assert solved(ceiling="coating").ceiling == 16.7e9
-    assert solved(ceiling="base").ceiling == 3e9
+    assert solve_coated(ceiling="coating").ceiling == 16.7e9
+    assert solve_coated(ceiling="base").ceiling == 3e9
     with pytest.raises(rc.InputError, match="a pressure"):
-        solved(ceiling="base", material=rc.Material(210e9, 0.3, coating=[FILM]))
+        solve_coated(ceiling="base", material=rc.Material(210e9, 0.3, coating=[FILM]))
 
 
 def test_bracket_solves_both_ceilings() -> None:
-    both, base = solved(ceiling="bracket"), solved(ceiling="base")
+    both, base = solve_coated(ceiling="bracket"), solve_coated(ceiling="base")
     assert both.ceiling == 16.7e9
     assert both.calibrated is not None
     assert both.calibrated.is_of_base
@@ -74,7 +74,7 @@ def test_bracket_solves_both_ceilings() -> None:
 def test_softer_counter_body_sets_ceiling() -> None:
     counter = rc.Material(210e9, 0.3, 0.5e9)
     for ceiling in ("auto", "bracket", "coating", "base"):
-        result = solved(ceiling=ceiling, counter_material=counter)
+        result = solve_coated(ceiling=ceiling, counter_material=counter)
         assert result.ceiling == 1.5e9
         assert result.calibrated is None
         (interval, *_) = uncertainty.uncertainty_intervals(result)
@@ -82,7 +82,7 @@ def test_softer_counter_body_sets_ceiling() -> None:
 
 
 def test_saved_coating_is_loaded(tmp_path: Path) -> None:
-    result = solved(ceiling="bracket")
+    result = solve_coated(ceiling="bracket")
     result.save(tmp_path / "tool.nc")
     again = rc.read_result(tmp_path / "tool.nc")
     assert again.material == TOOL
@@ -99,14 +99,16 @@ def test_script_repeats_coated_contact(tmp_path: Path) -> None:
 
 REFUSED = {
     "an estimate": lambda: rc.estimate(ROUGH, pressure="10 MPa", material=TOOL),
-    "a law": lambda: rc.interface_law([solved(boundary="periodic")]),
-    "tangential": lambda: rc.tangential(solved(), friction=0.1, force=0.01),
-    "conductance": lambda: rc.conductance(solved(), "42CrMo4", "42CrMo4"),
+    "a law": lambda: rc.interface_law([solve_coated(boundary="periodic")]),
+    "tangential": lambda: rc.tangential(solve_coated(), friction=0.1, force=0.01),
+    "conductance": lambda: rc.conductance(solve_coated(), "42CrMo4", "42CrMo4"),
     "the volume model": lambda: rc.solve_elastoplastic(ROUGH, material=TOOL, load=1.0),
     "a history": lambda: rc.history(ROUGH, [1.0, 0.0], material=TOOL, ceiling=None),
     "first yield": lambda: rc.first_yield_load(ROUGH, material=TOOL),
-    "a Hertz pressure": lambda: solved(load="hertz 1 GPa", counter_surface=rc.sphere("10 mm")),
-    "friction": lambda: rc.subsurface_stress(solved(), friction=0.1),
+    "a Hertz pressure": lambda: solve_coated(
+        load="hertz 1 GPa", counter_surface=rc.sphere("10 mm")
+    ),
+    "friction": lambda: rc.subsurface_stress(solve_coated(), friction=0.1),
 }
 
 
@@ -117,17 +119,17 @@ def test_unsupported_analyses_of_coating_raise_input_error(what: str) -> None:
 
 
 def test_formulas_for_bare_bodies_are_absent() -> None:
-    ball = solved(counter_surface=rc.sphere("10 mm"))
+    ball = solve_coated(counter_surface=rc.sphere("10 mm"))
     assert ball.hertz is None
     curve = rc.sweep(ROUGH, material=TOOL, loads=[0.5, 1.0], ceiling=None)
     assert np.isnan(curve.persson[0]).all()
     assert not {CautionTag.ADHESION, CautionTag.CEILING} & {
-        caution.kind for caution in solved().cautions
+        caution.kind for caution in solve_coated().cautions
     }
 
 
 def test_stress_is_reported_by_layer() -> None:
-    stress = rc.subsurface_stress(solved())
+    stress = rc.subsurface_stress(solve_coated())
     film, steel = stress.parts
     assert (film.name, steel.name) == ("DLC", "steel")
     assert film.strength == pytest.approx(16.7e9 / 3)
@@ -136,7 +138,7 @@ def test_stress_is_reported_by_layer() -> None:
     assert [face.part for face in stress.faces] == [0, 0, 1]
     assert stress.faces[1].shear.value == pytest.approx(stress.faces[2].shear.value, rel=1e-3)
     coarse = rc.Material(210e9, 0.3, coating=[rc.Layer(1e11, 0.3, "1 um")])
-    cautions = rc.subsurface_stress(solved(material=coarse)).own_cautions
+    cautions = rc.subsurface_stress(solve_coated(material=coarse)).own_cautions
     assert any("quarter of a layer" in str(caution) for caution in cautions)
 
 
@@ -153,7 +155,7 @@ def test_stress_of_coated_profile_is_reported_by_layer() -> None:
 
 def test_a_rigid_base_has_no_stress() -> None:
     mat = rc.Material(math.inf, 0.0, coating=[rc.Layer("10 MPa", 0.49, "20 um", name="rubber")])
-    stress = rc.subsurface_stress(solved(material=mat, load=1e-3))
+    stress = rc.subsurface_stress(solve_coated(material=mat, load=1e-3))
     assert [part.name for part in stress.parts] == ["rubber"]
     assert [face.part for face in stress.faces] == [0, 0]
     assert stress.profile.depths.max() < 20e-6

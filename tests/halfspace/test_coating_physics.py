@@ -191,7 +191,7 @@ def test_a_period_is_its_waves() -> None:
 STRIPS = (Boundary.PERIODIC_X, Boundary.PERIODIC_Y)
 
 
-def on_strip(
+def strip_operator(
     body: rc.Material, shape: tuple[int, int], pixel: tuple[float, float], axis: int = 1
 ) -> convolution.Convolution:
     """Return the operator of a strip."""
@@ -204,7 +204,7 @@ def test_layer_of_equal_material_on_strip_has_no_effect() -> None:
     shape, pixel = (20, 14), (0.7, 1.0)
     bare = convolution.strip(shape, pixel, 1 / body.compliance, 1)
     np.testing.assert_allclose(
-        on_strip(body, shape, pixel).spectrum, bare.spectrum, atol=1e-12 * bare.spectrum.max()
+        strip_operator(body, shape, pixel).spectrum, bare.spectrum, atol=1e-12 * bare.spectrum.max()
     )
 
 
@@ -274,12 +274,12 @@ def test_the_datum_of_a_coated_profile_is_where_a_line_displaces_nothing() -> No
 @pytest.mark.parametrize("thickness", [0.1, 1.0, 10.0])
 def test_a_strip_is_symmetric_and_every_wave_moves(name: str, thickness: float) -> None:
     body, shape, pixel = coated(name, thickness), (9, 12), (1.0, 1.5)
-    operator = on_strip(body, shape, pixel)
+    operator = strip_operator(body, shape, pixel)
     matrix = np.array([operator(unit.reshape(shape)).ravel() for unit in np.eye(math.prod(shape))])
     largest = np.abs(matrix).max()
     np.testing.assert_allclose(matrix, matrix.T, atol=1e-12 * largest)
     assert np.linalg.eigvalsh(matrix).min() > 0
-    turned = on_strip(body, shape[::-1], pixel[::-1], axis=0)
+    turned = strip_operator(body, shape[::-1], pixel[::-1], axis=0)
     here = np.zeros(shape)
     here[3, 4] = 1
     np.testing.assert_allclose(turned(here.T), operator(here).T, atol=1e-12 * largest)
@@ -295,7 +295,7 @@ def test_a_strip_is_one_of_far_periods(name: str) -> None:
     # What the layer adds has no waves as short as pixels, which periods and strips take otherwise.
     modulus, long = 1 / body.compliance, (1 << 14, 12)
     bare = convolution.strip(pressure.shape, pixel, modulus, 1)(pressure)
-    found = on_strip(body, pressure.shape, pixel)(pressure) - bare
+    found = strip_operator(body, pressure.shape, pixel)(pressure) - bare
     pair = Coatings.from_bodies(body, rc.RIGID)
     whole, none = (convolution.periodic(long, pixel, modulus, coatings=of) for of in (pair, None))
     rows = np.minimum(np.arange(long[0]), long[0] - np.arange(long[0]))
@@ -443,15 +443,15 @@ def test_stiff_film_on_soft_body_needs_few_convolutions(
 ) -> None:
     body = rc.Material(2e9, 0.4, coating=[rc.Layer(200e9, 0.2, 2e-6)])
 
-    def solved() -> rc.ContactResult:
+    def solve_film() -> rc.ContactResult:
         surface = rc.Surface(*rc.reference_map(256))
         return rc.solve(surface, material=body, load=1.0, ceiling=None, boundary=boundary)
 
-    quick = solved()
+    quick = solve_film()
     # A solver that takes it for a homogeneous body needs 111 to 278.
     assert quick.convolutions <= 36
     monkeypatch.setattr(Coatings, "is_long_wave_soft", False)
-    slow = solved()
+    slow = solve_film()
     assert slow.convolutions > 2 * quick.convolutions
     np.testing.assert_array_equal(quick.contact, slow.contact)
     off = np.linalg.norm(quick.pressure - slow.pressure) / np.linalg.norm(slow.pressure)
@@ -474,7 +474,9 @@ def test_forces_of_blocks_stay_within_the_bounds(limit: float) -> None:
 # --- Stress below a sphere ---
 
 
-def pressed(young: float, poisson: float, depth: float) -> tuple[rc.ContactResult, rc.Material]:
+def solve_sphere_on_layer(
+    young: float, poisson: float, depth: float
+) -> tuple[rc.ContactResult, rc.Material]:
     """Return the contact of a sphere with a layer, its depth over Hertz's radius of the base."""
     body = rc.Material(210e9, 0.3, coating=[rc.Layer(young, poisson, depth * 1e-4)])
     edge = 3e-4 / 96
@@ -501,18 +503,18 @@ def test_stress_in_equal_materials_is_that_of_one(boundary: str) -> None:
         (known,) = stress.slices(
             pressure, pixel, [depth], 0.3, boundary=boundary, precision="double"
         )
-        np.testing.assert_allclose(at(found, depth), known.stress, atol=2e-7)
+        np.testing.assert_allclose(stress_at_depth(found, depth), known.stress, atol=2e-7)
 
 
-def at(found: Field, depth: float) -> Array:
+def stress_at_depth(found: Field, depth: float) -> Array:
     """Return the stress of a depth."""
     result = np.empty((6, *found.shape))
 
-    def keep(rows: slice, block: Array) -> None:
+    def store_rows(rows: slice, block: Array) -> None:
         result[:, rows] = block * found.unit
 
     responses, symbols = found.in_depth(depth)
-    responses.stream(symbols, keep)
+    responses.stream(symbols, store_rows)
     return result
 
 
@@ -524,16 +526,16 @@ def test_forces_balance_and_faces_hold_together(boundary: str) -> None:
         np.exp(-(x**2 + y**2) / 30), (1.0, 1.0), body, Boundary(boundary), "double", Workspace()
     )
     for depth in coating_stress.interfaces(body):
-        above, below = (at(found, depth * (1 + side * 1e-9)) for side in (-1, 1))
+        above, below = (stress_at_depth(found, depth * (1 + side * 1e-9)) for side in (-1, 1))
         np.testing.assert_allclose(below[2:5], above[2:5], atol=1e-6)
     if boundary == "free":
         return
     # ∂_x σ_xz + ∂_y σ_yz + ∂_z σ_zz = 0, and so along x, by differences of the fourth order.
     step = 0.02
     for depth in (1.0, 2.8, 5.0):
-        down = [at(found, depth + k * step) for k in (-2, -1, 1, 2)]
+        down = [stress_at_depth(found, depth + k * step) for k in (-2, -1, 1, 2)]
         slope = (down[0] - 8 * down[1] + 8 * down[2] - down[3]) / (12 * step)
-        here = at(found, depth)
+        here = stress_at_depth(found, depth)
 
         def along(values: Array, axis: int) -> Array:
             waves = 2j * np.pi * np.fft.fftfreq(values.shape[axis])
@@ -547,13 +549,13 @@ def test_forces_balance_and_faces_hold_together(boundary: str) -> None:
 
 
 def test_residual_stress_is_added_in_its_layer() -> None:
-    result, body = pressed(450e9, 0.25, 0.5)
+    result, body = solve_sphere_on_layer(450e9, 0.25, 0.5)
     (layer,) = body.coating
     strained = replace(layer, residual_stress=-2e9)
     with_it = field(result, replace(body, coating=[strained]))
     without = field(result, body)
     for depth, added in ((0.4e-4, -2e9), (0.6e-4, 0.0)):
-        change = at(with_it, depth) - at(without, depth)
+        change = stress_at_depth(with_it, depth) - stress_at_depth(without, depth)
         expected = np.zeros(6)
         expected[:2] = added
         np.testing.assert_allclose(change.mean(axis=(1, 2)), expected, atol=1.0)
@@ -573,13 +575,13 @@ STRESSES = {
 
 @pytest.mark.parametrize(("young", "poisson", "depth"), STRESSES)
 def test_stress_below_a_sphere(young: float, poisson: float, depth: float) -> None:
-    result, body = pressed(young * 1e9, poisson, depth)
+    result, body = solve_sphere_on_layer(young * 1e9, poisson, depth)
     found, peak = field(result, body), bare_hertz()[1]
     depths = coating_stress.depths_with_faces(body, np.linspace(0.2, 0.7, 9) * 1e-4)
     largest = [0.0, 0.0]
     for place in depths.tolist():
         part = coating_stress.part_of(body, place)
-        value = float(von_mises(at(found, place)).max()) / peak
+        value = float(von_mises(stress_at_depth(found, place)).max()) / peak
         largest[part] = max(largest[part], value)
     layer, base, tension, shear = STRESSES[young, poisson, depth]
     assert largest == pytest.approx([layer, base], rel=5e-3)

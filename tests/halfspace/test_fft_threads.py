@@ -124,7 +124,7 @@ def fingerprints(cores, threads, blas):
     )
 
 
-def compared(*ways):
+def compare_runs(*ways):
     runs = [fingerprints(*way) for way in ways]
     first, *others = (json.loads(run.communicate()[0]) for run in runs)
     assert len(first) > 40
@@ -134,12 +134,12 @@ def compared(*ways):
 
 @pytest.mark.process
 def test_one_thread_and_three_give_the_same_bits():
-    compared((1, 1, 1), (2, 3, 2))
+    compare_runs((1, 1, 1), (2, 3, 2))
 
 
 @pytest.mark.slow
 def test_any_number_of_threads_gives_the_same_bits():
-    compared((1, 1, 1), (1, 2, 4), (2, 2, 1), (2, 2, 2), (4, 4, 4))
+    compare_runs((1, 1, 1), (1, 2, 4), (2, 2, 1), (2, 2, 2), (4, 4, 4))
 
 
 @pytest.mark.parametrize("shape", [(3, 2), (100, 100), (301, 97)], ids=str)

@@ -30,7 +30,7 @@ def transposed(surface):
     return rc.Surface(np.ascontiguousarray(surface.heights.T), surface.pixel[::-1])
 
 
-def press(surface, boundary="periodic-x", line=LINE, **options):
+def solve_strip(surface, boundary="periodic-x", line=LINE, **options):
     options = {"material": STEEL, "ceiling": None, "tolerance": 1e-9, **options}
     length = surface.size[1 if boundary == "periodic-x" else 0]
     if "approach" not in options and "load" not in options:
@@ -53,7 +53,7 @@ def approach_of_hertz(line, datum):
 def test_a_cylinder_is_line_hertz(shape, ratio):
     # However long the period, and whatever the aspect of the pixels.
     surface = cylinder(64, shape, ratio)
-    result = press(surface)
+    result = solve_strip(surface)
     # The error falls with the square of the pixel: 0.013 % here.
     assert result.max_pressure == pytest.approx(PEAK, rel=2e-4)
     half_width = np.count_nonzero(result.pressure[:, 0]) * surface.pixel[0] / 2
@@ -71,17 +71,17 @@ def test_a_cylinder_is_line_hertz(shape, ratio):
 
 def test_neither_free_nor_periodic_is_line_hertz():
     surface = cylinder(32, (128, 128))
-    assert press(surface).max_pressure == pytest.approx(PEAK, rel=6e-4)
+    assert solve_strip(surface).max_pressure == pytest.approx(PEAK, rel=6e-4)
     load = LINE * surface.size[1]
-    free = press(surface, "free", load=load)
+    free = solve_strip(surface, "free", load=load)
     # Rigid ends: the more pixels the higher.
     assert free.max_pressure > 3 * PEAK
-    assert press(surface, "periodic", load=load).max_pressure > 1.01 * PEAK
+    assert solve_strip(surface, "periodic", load=load).max_pressure > 1.01 * PEAK
 
 
 def test_the_peak_converges_with_the_square_of_the_pixel():
     pixels = np.array([16, 24, 36, 54])
-    errors = [1 - press(cylinder(n, (2 * n, 4))).max_pressure / PEAK for n in pixels]
+    errors = [1 - solve_strip(cylinder(n, (2 * n, 4))).max_pressure / PEAK for n in pixels]
     order = -np.polyfit(np.log(pixels), np.log(errors), 1)[0]
     assert order == pytest.approx(2, abs=0.05)
 
@@ -89,7 +89,7 @@ def test_the_peak_converges_with_the_square_of_the_pixel():
 def test_approach_between_two_loads_is_that_of_plane_strain():
     surface = cylinder(64, (128, 8))
     datum = max(surface.size)
-    more, less = (press(surface, line=line).approach for line in (LINE, LINE / 2))
+    more, less = (solve_strip(surface, line=line).approach for line in (LINE, LINE / 2))
     expected = approach_of_hertz(LINE, datum) - approach_of_hertz(LINE / 2, datum)
     # At half the load 45 pixels: 0.02 % each, about half as much on the difference.
     assert more - less == pytest.approx(expected, rel=2e-4)
@@ -97,8 +97,8 @@ def test_approach_between_two_loads_is_that_of_plane_strain():
 
 def test_approach_control_and_stiffness_of_a_line():
     surface = cylinder(64, (128, 8))
-    loaded = press(surface)
-    moved = press(surface, approach=loaded.approach)
+    loaded = solve_strip(surface)
+    moved = solve_strip(surface, approach=loaded.approach)
     assert moved.load == pytest.approx(loaded.load, rel=1e-8)
     # dω/dW' of the closed form; a punch of whole pixels is up to half a pixel too wide.
     line_stiffness = math.pi * MODULUS / (2 * math.log(2 * max(surface.size) / HALF_WIDTH))
@@ -108,7 +108,7 @@ def test_approach_control_and_stiffness_of_a_line():
 def test_a_ceiling_on_a_line():
     # Full plasticity of a strip: all pixels that touch at the ceiling carry the load.
     surface = cylinder(32, (256, 6))
-    result = press(surface, ceiling=0.3 * PEAK, load=LINE * surface.size[1])
+    result = solve_strip(surface, ceiling=0.3 * PEAK, load=LINE * surface.size[1])
     assert result.max_pressure == 0.3 * PEAK
     assert result.saturated_fraction > 0.8 * result.contact_fraction
     # Certified: what sinks in sinks in everywhere at the ceiling.
@@ -119,7 +119,7 @@ def test_a_ceiling_on_a_line():
 def test_a_flat_strip_is_the_punch_of_plane_strain():
     # Sadowsky (Johnson 1985, eq. 2.64): p = W'/(π √(a² - y²)).
     ny, pixel = 256, 1e-6
-    result = press(rc.Surface(np.zeros((ny, 6)), (pixel, pixel)))
+    result = solve_strip(rc.Surface(np.zeros((ny, 6)), (pixel, pixel)))
     a = ny * pixel / 2
     edges = np.arange(ny + 1) * pixel - a
     mean = LINE / math.pi * np.diff(np.arcsin(np.clip(edges / a, -1, 1))) / pixel
@@ -172,14 +172,14 @@ def test_periodic_x_is_periodic_y_of_the_transposed_map():
     heights = np.cumsum(np.cumsum(rng.standard_normal((48, 80)), 0), 1)
     surface = rc.Surface(1e-7 * heights / heights.std(), (2e-7, 3e-7))
     options = {"ceiling": 3e9, "load": 5e8 * surface.size[0] * surface.size[1]}
-    along_x = press(surface, "periodic-x", **options)
-    along_y = press(transposed(surface), "periodic-y", **options)
+    along_x = solve_strip(surface, "periodic-x", **options)
+    along_y = solve_strip(transposed(surface), "periodic-y", **options)
     np.testing.assert_allclose(
         along_x.pressure, along_y.pressure.T, rtol=0, atol=1e-7 * along_x.max_pressure
     )
     assert along_x.approach == pytest.approx(along_y.approach, rel=1e-8)
     # And it is another contact than that of the same map along the other axis.
-    other = press(surface, "periodic-y", **options)
+    other = solve_strip(surface, "periodic-y", **options)
     assert np.abs(other.pressure - along_x.pressure).max() > 0.1 * along_x.max_pressure
 
 
@@ -191,10 +191,10 @@ def test_the_middle_of_a_wide_strip_is_a_periodic_contact():
     heights = np.tile(height * np.cos(2 * np.pi * x), (ny, 1))
     closing = math.pi * MODULUS * height / (nx * pixel)
     load = 0.4 * closing * ny * nx * pixel**2
-    wide = press(rc.Surface(heights, (pixel, pixel)), load=load)
+    wide = solve_strip(rc.Surface(heights, (pixel, pixel)), load=load)
     middle = wide.pressure[ny // 2]
     assert 0.2 * closing < middle.mean() < 0.35 * closing
-    period = press(
+    period = solve_strip(
         rc.Surface(heights[:nx], (pixel, pixel)), "periodic", load=middle.mean() * (nx * pixel) ** 2
     )
     # The mean pressure changes across the strip: some (wavelength/width)².

@@ -102,7 +102,7 @@ def grid_of(points):
     return (np.arange(points) - (points - 1) / 2) * PIXEL
 
 
-def found(operator, shape, pick):
+def refined_result(operator, shape, pick):
     """Return the same from an operator with layers of an eighth of the width."""
     thickness = operator.thickness
     bottom = np.cumsum(thickness)
@@ -149,7 +149,7 @@ def test_periods_converge_to_mindlin() -> None:
         operator = layers.PeriodicHalfSpace(
             SHAPE, (PIXEL, PIXEL), THICKNESS, MU, NU, (period, period), **more
         )
-        measured.append(errors(found(operator, SHAPE, PICK)))
+        measured.append(errors(refined_result(operator, SHAPE, PICK)))
     # Images at distance L do as L⁻³, until the average over a layer against the value in its
     # middle is left.
     displacement, stress = np.array(measured).T
@@ -166,7 +166,7 @@ def test_free_boundary_against_mindlin(precision) -> None:
     operator = plastic_halfspace.PlasticHalfSpace(
         SHAPE, (PIXEL, PIXEL), THICKNESS, shear_modulus=MU, poisson=NU, precision=precision
     )
-    displacement, stress = errors(found(operator, SHAPE, PICK))
+    displacement, stress = errors(refined_result(operator, SHAPE, PICK))
     # As good as a period of eight times the map.
     assert displacement < 1e-3
     assert stress < 2e-3

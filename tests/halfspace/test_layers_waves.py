@@ -76,7 +76,7 @@ def reference(wave, strains, pressure):
     return states[0, 2], np.array(means)
 
 
-def found(strain, pressure):
+def operator_result(strain, pressure):
     """Return displacement, and stress tensors, shape (nz, ny, nx, 3, 3), by the operator."""
     shape = pressure.shape
     operator = plastic_halfspace.PlasticHalfSpace(
@@ -116,7 +116,7 @@ def test_a_wave_against_integration(turns) -> None:
     wave = np.exp(1j * (ky * y[:, None] + kx * x))
     five = tensors.components(strains)
     strain = np.einsum("cz,yx->zcyx", five, wave).real
-    displacement, stress = found(strain, (amplitude * wave).real)
+    displacement, stress = operator_result(strain, (amplitude * wave).real)
     u, means = reference((kx, ky), strains, amplitude)
     # The displacement by strain alone: less 2 (1 - ν²) p/(E q) = (1 - ν) p/(μ q), the elastic one.
     u -= (1 - NU) / (MU * np.hypot(kx, ky)) * amplitude
@@ -140,7 +140,7 @@ def test_waves_at_nyquist_are_the_mean_of_two(shape, turns) -> None:
     y, x = (np.arange(n) * d for n, d in zip(shape, PIXEL, strict=True))
     wave = np.exp(1j * (ky * y[:, None] + kx * x))
     strain = np.einsum("cz,yx->zcyx", tensors.components(strains), wave).real
-    displacement, stress = found(strain, (1.3 * wave).real)
+    displacement, stress = operator_result(strain, (1.3 * wave).real)
     along_x = 2 * turns[1] == shape[1]
     mirrored = (-kx, ky) if along_x else (kx, -ky)
     one, other = (reference(k, strains, 1.3) for k in ((kx, ky), mirrored))
@@ -158,7 +158,7 @@ def test_no_mean_strain_in_the_plane_of_a_period() -> None:
     parts -= np.trace(parts, axis1=-2, axis2=-1)[..., None, None] / 3 * ONE
     strain = np.repeat(tensors.components(parts).T[..., None], SHAPE[0] * SHAPE[1], axis=-1)
     strain = strain.reshape(-1, 5, *SHAPE)
-    displacement, stress = found(strain, np.full(SHAPE, 1.3))
+    displacement, stress = operator_result(strain, np.full(SHAPE, 1.3))
     expected = 0.0
     for layer, e in enumerate(parts):
         # Unknown ∂u/∂z make σ_iz = (0, 0, -p).

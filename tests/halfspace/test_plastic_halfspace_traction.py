@@ -51,7 +51,7 @@ def averages(
     return np.array(layers)
 
 
-def found(
+def volume_response(
     pressure: NDArray[np.float64], boundary: str, pull: tuple[float, float]
 ) -> NDArray[np.float64]:
     space = PlasticHalfSpace(
@@ -76,7 +76,7 @@ def test_periodic_traction(shape: tuple[int, int], direction: float) -> None:
     angle = math.radians(direction)
     expected = averages(pressure, "periodic", 0.4, angle)
     pull = 0.4 * math.cos(angle), 0.4 * math.sin(angle)
-    np.testing.assert_allclose(found(pressure, "periodic", pull), expected, atol=1e-12)
+    np.testing.assert_allclose(volume_response(pressure, "periodic", pull), expected, atol=1e-12)
 
 
 @pytest.mark.slow
@@ -88,7 +88,7 @@ def test_free_traction(direction: float) -> None:
     angle = math.radians(direction)
     pull = 0.4 * math.cos(angle), 0.4 * math.sin(angle)
     expected = averages(pressure, "free", 0.4, angle) - averages(pressure, "free", 0.0, 0.0)
-    both = found(pressure, "free", pull) - found(pressure, "free", (0.0, 0.0))
+    both = volume_response(pressure, "free", pull) - volume_response(pressure, "free", (0.0, 0.0))
     np.testing.assert_allclose(both, expected, atol=0.4 * 3.5e-3)
     # Below the surface only what periodic images leave is in the way.
     np.testing.assert_allclose(both[1:], expected[1:], atol=0.4 * 8e-4)

@@ -148,11 +148,11 @@ def test_friction_in_a_skew_direction_transforms_no_more_than_along_an_axis(
     lines = []
     transform = fft.half_line_transform
 
-    def counted(columns, odd):
+    def record_lines(columns, odd):
         lines.append(columns.shape)
         transform(columns, odd)
 
-    monkeypatch.setattr(fft, "half_line_transform", counted)
+    monkeypatch.setattr(fft, "half_line_transform", record_lines)
     for _ in stress.slices(
         np.ones((6, 8)), PIXEL, [0.0, 3.0], 0.3, friction=friction, direction=direction, workers=1
     ):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from hamilton import at_the_rim, sliding_sphere
+from hamilton import rim_stress, sliding_sphere
 from roughcontact.cautions import CautionTag
 from roughcontact.halfspace import stress_kernels, stress_summary
 from roughcontact.halfspace.tensors import tresca, von_mises
@@ -17,7 +17,7 @@ MODULUS = YOUNG / (1 - NU**2)
 
 
 def largest(poisson, friction):
-    along, across = at_the_rim(poisson, friction)
+    along, across = rim_stress(poisson, friction)
     return math.sqrt(along**2 - along * across + across**2)
 
 
@@ -50,11 +50,11 @@ def test_the_largest_stress_is_at_the_trailing_rim(friction):
     assert greatest(NU, friction) < largest(NU, friction)
     near = sliding_sphere(-1.0, 0.0, 1e-9, NU, friction)
     # The cusp: √(1e-9) away.
-    np.testing.assert_allclose(near[[0, 1]], at_the_rim(NU, friction), atol=2e-4)
+    np.testing.assert_allclose(near[[0, 1]], rim_stress(NU, friction), atol=2e-4)
     np.testing.assert_allclose(near[2:], 0, atol=1e-4)
 
 
-def pressed(radius, offset=(0.0, 0.0), pixel=(1.0, 1.0), boundary="free", points=None):
+def solve_sphere(radius, offset=(0.0, 0.0), pixel=(1.0, 1.0), boundary="free", points=None):
     """Return a Hertz contact of a radius in units of `PIXEL`, and its largest pressure."""
     edges = [PIXEL * edge for edge in pixel]
     y, x = (
@@ -69,7 +69,7 @@ def pressed(radius, offset=(0.0, 0.0), pixel=(1.0, 1.0), boundary="free", points
     return result, hertz.max_pressure(load, RADIUS, MODULUS)
 
 
-def at_the_surface(result, friction, angle=0.0, poisson=NU):
+def summarize_surface(result, friction, angle=0.0, poisson=NU):
     return stress_summary.summarize(
         result.pressure,
         result.surface.pixel,
@@ -91,10 +91,10 @@ def at_the_surface(result, friction, angle=0.0, poisson=NU):
     ],
 )
 def test_the_rim_is_right_to_a_per_cent_at_20_pixels(radius, offset, pixel):
-    result, p0 = pressed(radius, offset, pixel)
+    result, p0 = solve_sphere(radius, offset, pixel)
     for friction in (0.35, 0.5):
         for angle in (0.0, 30.0, 135.0):
-            found = at_the_surface(result, friction, angle)
+            found = summarize_surface(result, friction, angle)
             # Pixel centres alone are 8 % and 4 % low.
             assert found.max_von_mises == pytest.approx(largest(NU, friction) * p0, rel=0.01)
             assert found.peak.max() == pytest.approx(found.max_von_mises, rel=1e-6)
@@ -107,28 +107,28 @@ def test_the_rim_is_right_to_a_per_cent_at_20_pixels(radius, offset, pixel):
 
 @pytest.mark.parametrize("poisson", [0.0, 0.45])
 def test_the_rim_of_bodies_that_are_more_or_less_compressible(poisson):
-    result, p0 = pressed(20.3, (0.3, 0.2))
-    found = at_the_surface(result, 0.5, poisson=poisson)
+    result, p0 = solve_sphere(20.3, (0.3, 0.2))
+    found = summarize_surface(result, 0.5, poisson=poisson)
     # At 0.45 it is not the rim: the largest stress at the surface lies in the contact.
     expected = max(largest(poisson, 0.5), greatest(poisson, 0.5))
     assert found.max_von_mises == pytest.approx(expected * p0, rel=0.01)
     if poisson == 0:
-        along, across = at_the_rim(poisson, 0.5)
+        along, across = rim_stress(poisson, 0.5)
         expected = float(tresca([along, across, 0, 0, 0, 0]))
         assert found.max_tresca == pytest.approx(expected * p0, rel=0.01)
 
 
 def test_the_rim_of_smaller_spots():
     for radius, tolerance in ((10.0, 0.02), (6.0, 0.06)):
-        result, p0 = pressed(radius, (0.3, 0.2))
-        found = at_the_surface(result, 0.5)
+        result, p0 = solve_sphere(radius, (0.3, 0.2))
+        found = summarize_surface(result, 0.5)
         assert found.max_von_mises == pytest.approx(largest(NU, 0.5) * p0, rel=tolerance)
 
 
 def test_the_rim_is_the_same_whichever_way_the_body_slides():
-    result, _ = pressed(12.0)
+    result, _ = solve_sphere(12.0)
     for angle in (0.0, 30.0):
-        found = [at_the_surface(result, 0.4, angle + turn) for turn in (0, 90, 180, 270)]
+        found = [summarize_surface(result, 0.4, angle + turn) for turn in (0, 90, 180, 270)]
         stresses = [one.max_von_mises for one in found]
         np.testing.assert_allclose(stresses, stresses[0], rtol=1e-4)
         # Half a turn leaves the pixel on the other side, or its twin beside the middle.
@@ -142,17 +142,17 @@ def test_the_rim_is_the_same_whichever_way_the_body_slides():
 def test_the_rim_on_a_periodic_map(points, tolerance, friction):
     # Images in a distance of eight contact radii raise p0 by half a per cent. At two and a half
     # the pressure is still an ellipsoid, on a half of the map: its mean holds the body sideways.
-    result, _ = pressed(16.0, (0.3, 0.2), boundary="periodic", points=points)
+    result, _ = solve_sphere(16.0, (0.3, 0.2), boundary="periodic", points=points)
     expected = largest(NU, friction) * result.max_pressure
     for angle in (0.0, 20.0, 90.0):
-        found = at_the_surface(result, friction, angle)
+        found = summarize_surface(result, friction, angle)
         assert found.max_von_mises == pytest.approx(expected, rel=tolerance)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("friction", [0.35, 0.5])
 def test_first_yield_of_a_sliding_sphere(friction):
-    result, p0 = pressed(20.0, (0.3, 0.2))
+    result, p0 = solve_sphere(20.0, (0.3, 0.2))
     soft = rc.Material(YOUNG, NU, yield_strength=largest(NU, friction) * p0)
     found = rc.first_yield_load(result.surface, material=soft, friction=friction)
     # The load goes with the third power of the stress; 27 % and 14 % too high at pixel centres.
@@ -163,7 +163,7 @@ def test_first_yield_of_a_sliding_sphere(friction):
 
 
 def test_depths_without_surface_give_caution():
-    result, _ = pressed(10.0)
+    result, _ = solve_sphere(10.0)
     found = rc.subsurface_stress(result, PIXEL * np.array([3.0, 10.0, 30.0]), friction=0.5)
     (told,) = (caution for caution in found.cautions if caution.kind == CautionTag.STRESS_DEPTH)
     assert told.numbers["depth"] == pytest.approx(3 * PIXEL)

@@ -50,7 +50,7 @@ def heights(name):
     return found
 
 
-def asked(name):
+def problem_arguments(name):
     problem = {key: value for key, value in PROBLEMS[name].items() if key != "shape"}
     return {"material": STEEL, "tolerance": TIGHT, **problem}
 
@@ -63,7 +63,7 @@ def slab_of(name, ranks):
 
 def solve(folder, ranks):
     for name in PROBLEMS:
-        result = rc.solve(slab_of(name, ranks), **asked(name))
+        result = rc.solve(slab_of(name, ranks), **problem_arguments(name))
         result.save(folder / f"{name}.nc")
         told = [
             result.contact_area,
@@ -80,7 +80,7 @@ def solve(folder, ranks):
 
 def whole(folder, ranks):
     """What needs the map in one process is refused, and numbers are no matter of all ranks."""
-    result = rc.solve(slab_of("free, ceiling", ranks), **asked("free, ceiling"))
+    result = rc.solve(slab_of("free, ceiling", ranks), **problem_arguments("free, ceiling"))
     refused = {
         "spots": result.spots,
         "elastic": result.elastic,
@@ -173,25 +173,29 @@ def reduces(ranks):
 
 
 def die_solving(folder, ranks):
-    def look(at):
+    def kill_last_rank(at):
         whole = at.step.shape == PROBLEMS["free, ceiling"]["shape"]
         if whole and ranks.number == ranks.count - 1:
             os.kill(os.getpid(), signal.SIGKILL)
 
-    result = rc.solve(slab_of("free, ceiling", ranks), progress=look, **asked("free, ceiling"))
+    result = rc.solve(
+        slab_of("free, ceiling", ranks),
+        progress=kill_last_rank,
+        **problem_arguments("free, ceiling"),
+    )
     result.save(folder / "out.nc")
 
 
 def die_writing(folder, ranks):
     archive._ARCHIVE_PART = 4096
-    result = rc.solve(slab_of("free, ceiling", ranks), **asked("free, ceiling"))
+    result = rc.solve(slab_of("free, ceiling", ranks), **problem_arguments("free, ceiling"))
     if not ranks.is_root:
         ranks.sent_to_first = lambda part, sender: os.kill(os.getpid(), signal.SIGKILL)
     result.save(folder / "out.nc")
 
 
 def fail_writing(folder, ranks):
-    result = rc.solve(slab_of("free, ceiling", ranks), **asked("free, ceiling"))
+    result = rc.solve(slab_of("free, ceiling", ranks), **problem_arguments("free, ceiling"))
     if ranks.is_root:
         add = archive.netcdf.checksums.RunningChecksum.update
 

@@ -12,7 +12,7 @@ import pytest
 
 import judge
 import roughcontact as rc
-from starting import command, mpiexec, refused
+from starting import assert_rejected, command, mpiexec
 
 HERE = Path(__file__).parent
 
@@ -40,7 +40,7 @@ def alone(problems):
     return {
         name: rc.solve(
             rc.Surface(problems.heights(name), problems.PIXEL, holes_masked=True),
-            **problems.asked(name),
+            **problems.problem_arguments(name),
         )
         for name in problems.PROBLEMS
     }
@@ -64,7 +64,7 @@ def test_result_is_independent_of_rank_count(tmp_path, problems, alone, count):
         assert found.approach == pytest.approx(expected.approach, rel=near)
         load = problems.PROBLEMS[name].get("load")
         if name != "coated":  # The judge knows no layers
-            assert judge.faults(found, load, problems.asked(name)["tolerance"]) == []
+            assert judge.faults(found, load, problems.problem_arguments(name)["tolerance"]) == []
         assert found.regime == expected.regime
         # The last steps are those of rounding.
         assert found.convolutions <= expected.convolutions + 4
@@ -216,7 +216,7 @@ def test_command_and_script_of_the_page_run(tmp_path, problems, monkeypatch):
 )
 def test_options_for_whole_map_are_rejected_once(folder, monkeypatch, words, sentence):
     monkeypatch.chdir(folder)
-    refused(command(2, *words), sentence)
+    assert_rejected(command(2, *words), sentence)
 
 
 def test_too_many_ranks_are_rejected(tmp_path):
@@ -224,7 +224,7 @@ def test_too_many_ranks_are_rejected(tmp_path):
     run = command(
         3, "solve", tmp_path / "small.npy", "--unit", "nm", "--size", "4 um x 40 um", *OPTIONS
     )
-    refused(run, "over at most 2 ranks, got 3")
+    assert_rejected(run, "over at most 2 ranks, got 3")
 
 
 @pytest.mark.parametrize("task", ["die_solving", "die_writing"])

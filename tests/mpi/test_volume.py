@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from starting import command, mpiexec, refused
+from starting import assert_rejected, command, mpiexec
 
 HERE = Path(__file__).parent
 FIELDS = (
@@ -44,7 +44,7 @@ def problems():
 def alone(problems):
     """The same by one process."""
     return {
-        name: rc.solve_elastoplastic(problems.surface(name), **problems.asked(name))
+        name: rc.solve_elastoplastic(problems.surface(name), **problems.problem_arguments(name))
         for name in problems.PROBLEMS
     }
 
@@ -65,7 +65,7 @@ def test_result_is_identical_for_any_rank_count(tmp_path, problems, alone, count
             for field in FIELDS:
                 np.testing.assert_array_equal(getattr(body, field), getattr(other, field))
         words = json.loads((tmp_path / f"{name}.json").read_text())
-        assert words == problems.told(expected)
+        assert words == problems.numbers_of_result(expected)
     (body,) = alone["grows"].bodies
     assert body.thickness.sum() > 4e-6, "the case was to grow deeper"
 
@@ -144,7 +144,7 @@ def test_command_output_matches_one_process(tmp_path, folder):
 def test_unsupported_options_are_rejected_once(folder, monkeypatch, words, sentence):
     monkeypatch.chdir(folder)
     known = [] if "--load" in words else ["--load", "0.2 N"]
-    refused(command(2, "solve", "map.npy", *UNLOADED, *known, *words), sentence)
+    assert_rejected(command(2, "solve", "map.npy", *UNLOADED, *known, *words), sentence)
 
 
 def test_error_is_raised_on_all_ranks(tmp_path):

@@ -60,11 +60,11 @@ def surface(name):
     return rc.Surface(-(x**2 + y**2) / (2 * 105e-6) + 3e-9 * rng.normal(size=(ny, nx)), PIXEL)
 
 
-def asked(name):
+def problem_arguments(name):
     return {key: value for key, value in PROBLEMS[name].items() if key != "shape"}
 
 
-def told(result):
+def numbers_of_result(result):
     """Return all that a result tells without its fields."""
     numbers = {**result.summary(), "corrected": result.perimeter_corrected_area}
     del numbers["seconds"]
@@ -89,9 +89,9 @@ def told(result):
 def solve(folder, ranks):
     comm = ranks.communicator
     for name in PROBLEMS:
-        result = rc.solve_elastoplastic(surface(name), **asked(name), ranks=comm)
+        result = rc.solve_elastoplastic(surface(name), **problem_arguments(name), ranks=comm)
         result.save(folder / f"{name}.nc")
-        words = told(result)
+        words = numbers_of_result(result)
         # Every rank tells the same.
         assert comm.allgather(words) == [words] * ranks.count
         if ranks.is_root:
@@ -158,18 +158,18 @@ def answers(space, strain, pressure):
 
 
 def die_solving(folder, ranks):
-    def look(_):
+    def kill_last_rank(_):
         if ranks.number == ranks.count - 1:
             os.kill(os.getpid(), signal.SIGKILL)
 
-    problem = asked("both bodies yield")
+    problem = problem_arguments("both bodies yield")
     rc.solve_elastoplastic(
-        surface("both bodies yield"), **problem, ranks=ranks.communicator, progress=look
+        surface("both bodies yield"), **problem, ranks=ranks.communicator, progress=kill_last_rank
     ).save(folder / "out.nc")
 
 
 def die_writing(folder, ranks):
-    problem = asked("both bodies yield")
+    problem = problem_arguments("both bodies yield")
     result = rc.solve_elastoplastic(surface("both bodies yield"), **problem, ranks=ranks)
     if not ranks.is_root:
         ranks.sent_to_first = lambda part, sender: os.kill(os.getpid(), signal.SIGKILL)

@@ -24,7 +24,7 @@ FIRST = {
 SOURCE = Path(app.__file__).parents[2]
 
 
-def shown(capsys: Capture, *words: str) -> str:
+def command_output(capsys: Capture, *words: str) -> str:
     assert app.main(list(words)) == app.SOLVED
     return capsys.readouterr().out
 
@@ -34,7 +34,7 @@ def test_help_explains_ten_options_and_lists_others(
     command: str, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
-    out = shown(capsys, command, "--help")
+    out = command_output(capsys, command, "--help")
     first, rest = out.split("Common options:")[1].split("More options")
     explained = re.findall(r"^  --([\w-]+)", first, re.MULTILINE)
     assert explained == FIRST[command]
@@ -55,7 +55,7 @@ def test_all_options_are_explained_in_their_order(
     command: str, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
-    out = shown(capsys, command, "--help-all" if command in FIRST else "--help")
+    out = command_output(capsys, command, "--help-all" if command in FIRST else "--help")
     assert max(map(len, out.splitlines())) <= 80
     explained = re.findall(r"^  --([\w-]+)", out, re.MULTILINE)
     assert [name for name in explained if name != "help-all"] == list(COMMANDS[command].by_name)
@@ -64,7 +64,7 @@ def test_all_options_are_explained_in_their_order(
 
 
 def test_help_describes_commands(capsys: Capture) -> None:
-    plain = " ".join(shown(capsys, "--help").split())
+    plain = " ".join(command_output(capsys, "--help").split())
     assert "solve Compute pressure, real contact area and gap under one load." in plain
     assert "--install-completion" in plain
     assert [plain.index(f" {name} ") for name in COMMANDS] == sorted(

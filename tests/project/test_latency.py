@@ -41,7 +41,7 @@ SOLVES = (
 )
 
 
-def loaded(*words: str) -> set[str]:
+def loaded_modules(*words: str) -> set[str]:
     """Return the modules that a command has loaded at its end, alone or with their package."""
     code = (
         "import sys, roughcontact.__main__ as program; "
@@ -81,22 +81,22 @@ def file(request: pytest.FixtureRequest, tmp_path: Path) -> str:
 
 
 def test_help_loads_no_arrays() -> None:
-    found = loaded("--help")
+    found = loaded_modules("--help")
     assert not found & {*NEVER, *DRAWS, *TELLS, *SOLVES, "numpy"}
 
 
 def test_materials_load_no_solver() -> None:
-    assert not loaded("materials", "100Cr6") & {*NEVER, *DRAWS, *SOLVES}
+    assert not loaded_modules("materials", "100Cr6") & {*NEVER, *DRAWS, *SOLVES}
 
 
 def test_info_loads_no_solver(file: str) -> None:
-    assert not loaded("info", file) & {*NEVER, *DRAWS, *SOLVES}
-    assert not loaded("info", file, "--json") & {*NEVER, *DRAWS, *SOLVES, *TELLS}
+    assert not loaded_modules("info", file) & {*NEVER, *DRAWS, *SOLVES}
+    assert not loaded_modules("info", file, "--json") & {*NEVER, *DRAWS, *SOLVES, *TELLS}
 
 
 # With yielding, which is judged.
 def test_solve_loads_no_drawing_or_report(file: str) -> None:
-    found = loaded("solve", file, "--load", "1 N", "--material", "100Cr6", "--json")
+    found = loaded_modules("solve", file, "--load", "1 N", "--material", "100Cr6", "--json")
     assert not found & {*NEVER, *DRAWS, *TELLS, "scipy.sparse"}
     assert "roughcontact.solvers.bounded" in found
 
@@ -105,7 +105,7 @@ def test_solve_loads_no_drawing_or_report(file: str) -> None:
 def test_report_loads_no_unused_library(file: str, tmp_path: Path) -> None:
     report = tmp_path / "report.html"
     words = ("--load", "1 N", "--material", "100Cr6", "--report", str(report))
-    assert not loaded("solve", file, *words) & {*NEVER, "matplotlib.pyplot"}
+    assert not loaded_modules("solve", file, *words) & {*NEVER, "matplotlib.pyplot"}
     assert report.exists()
 
 
@@ -113,5 +113,5 @@ def test_report_loads_no_unused_library(file: str, tmp_path: Path) -> None:
 def test_saving_loads_no_xarray(file: str, tmp_path: Path) -> None:
     output = tmp_path / "out.nc"
     words = ("--load", "1 N", "--material", "100Cr6", "--output", str(output))
-    assert not loaded("solve", file, *words) & {*NEVER, *DRAWS} - {"h5netcdf"}
+    assert not loaded_modules("solve", file, *words) & {*NEVER, *DRAWS} - {"h5netcdf"}
     assert output.exists()

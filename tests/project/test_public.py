@@ -131,7 +131,7 @@ def test_everything_public_is_documented() -> None:
     assert [name for name, words in told.items() if words.startswith(f"{name}(")] == []
 
 
-def untold(value: Any) -> set[str]:
+def undocumented_parameters(value: Any) -> set[str]:
     """Return the parameters that the docstring does not tell of."""
     (section,) = re.findall(
         r"^Parameters\n-+\n(.*?)(?=^\w[^\n]*\n-{3,}|\Z)",
@@ -149,7 +149,7 @@ def untold(value: Any) -> set[str]:
 
 def test_every_public_parameter_is_documented() -> None:
     missing = {
-        name: untold(value)
+        name: undocumented_parameters(value)
         for name, value in callables().items()
         if "." not in name and not (isinstance(value, type) and issubclass(value, Exception))
     }

@@ -30,7 +30,7 @@ def module(name: str) -> ModuleType:
     return loaded
 
 
-def judged(answers: dict[str, Any], folder: Path) -> int:
+def judge_answers(answers: dict[str, Any], folder: Path) -> int:
     file = folder / "answers.json"
     file.write_text(json.dumps(answers), encoding="utf-8")
     return module("judge").main(file)
@@ -40,7 +40,7 @@ def judged(answers: dict[str, Any], folder: Path) -> int:
 def test_the_program_agrees_with_the_set(name: str, tmp_path: Path) -> None:
     found = module("generate").answers([name])
     assert set(found[name]) == set(DESCRIBED[name]["answers"])
-    assert judged(found, tmp_path) == 0
+    assert judge_answers(found, tmp_path) == 0
 
 
 def references(name: str) -> dict[str, Any]:
@@ -54,20 +54,20 @@ def references(name: str) -> dict[str, Any]:
 
 @pytest.mark.parametrize("name", DESCRIBED)
 def test_an_answer_that_is_off_is_noticed(name: str, tmp_path: Path) -> None:
-    assert judged({name: references(name)}, tmp_path) == 0
+    assert judge_answers({name: references(name)}, tmp_path) == 0
     for quantity, value in references(name).items():
         accept = DESCRIBED[name]["answers"][quantity]["accept"]
         for share, wrong in ((0.5, 0), (1.5, 1)):
             off = (np.asarray(value) * (1 + share * accept)).tolist()
-            assert judged({name: {quantity: off}}, tmp_path) == wrong, quantity
+            assert judge_answers({name: {quantity: off}}, tmp_path) == wrong, quantity
 
 
 def test_arrays_may_be_files_of_the_right_shape(tmp_path: Path) -> None:
     with np.load(FOLDER / "tilt.npz") as arrays:
         np.save(tmp_path / "right.npy", arrays["pressure"])
         np.save(tmp_path / "wrong.npy", arrays["pressure"][1:])
-    assert judged({"tilt": {"pressure": "right.npy"}}, tmp_path) == 0
-    assert judged({"tilt": {"pressure": "wrong.npy"}}, tmp_path) == 1
+    assert judge_answers({"tilt": {"pressure": "right.npy"}}, tmp_path) == 0
+    assert judge_answers({"tilt": {"pressure": "wrong.npy"}}, tmp_path) == 1
 
 
 def test_the_set_is_small_and_complete() -> None:

@@ -33,11 +33,11 @@ def ball(radius: float = 0.01) -> rc.Surface:
     return rc.Surface(-(x**2 + y**2) / (2 * radius), PIXEL)
 
 
-def solved(surface: rc.Surface, **problem: Any) -> ContactResult:
+def solve_surface(surface: rc.Surface, **problem: Any) -> ContactResult:
     return rc.solve(surface, **{"material": STEEL, "load": 0.1, **problem})
 
 
-def stated(result: ContactResult) -> dict[str, str]:
+def stated_assumptions(result: ContactResult) -> dict[str, str]:
     """Return what is assumed in the case of a result, by name."""
     rows = assumptions.assumption_rows(assumptions.ASSUMPTIONS, assumptions.contact_case(result))
     assert len({name for name, _, _ in rows}) == len(rows)
@@ -60,66 +60,68 @@ def test_the_table_fits_half_a_page() -> None:
         for text in (item.name, item.matters)
     )
     for problem in ({}, {"boundary": "periodic"}, {"counter_surface": rough(1)}):
-        rows = stated(solved(rough(), **problem))
+        rows = stated_assumptions(solve_surface(rough(), **problem))
         assert len(rows) <= 12
         assert sum(len(case.split()) for case in rows.values()) < 200
 
 
 def test_rigid_and_elastic_counter_bodies_are_distinguished() -> None:
     surface = rough()
-    assert "the counter-body is rigid" in stated(solved(surface))["Half-spaces"]
-    both = solved(surface, counter_material=SOFT)
-    assert "both bodies deform" in stated(both)["Half-spaces"]
-    stamp = solved(surface, material=rc.RIGID, counter_material=SOFT)
-    assert "the body is rigid" in stated(stamp)["Half-spaces"]
+    assert "the counter-body is rigid" in stated_assumptions(solve_surface(surface))["Half-spaces"]
+    both = solve_surface(surface, counter_material=SOFT)
+    assert "both bodies deform" in stated_assumptions(both)["Half-spaces"]
+    stamp = solve_surface(surface, material=rc.RIGID, counter_material=SOFT)
+    assert "the body is rigid" in stated_assumptions(stamp)["Half-spaces"]
 
 
 def test_boundary_and_second_body_are_stated() -> None:
-    free = stated(solved(rough()))
+    free = stated_assumptions(solve_surface(rough()))
     assert {"No contact beyond the map edge", "Smooth counter-body"} <= set(free)
     assert "Periodic sample" not in free
-    periodic = stated(solved(rough(), boundary="periodic"))
+    periodic = stated_assumptions(solve_surface(rough(), boundary="periodic"))
     assert periodic["Periodic sample"].endswith("repeats along x and y")
     assert "No contact beyond the map edge" not in periodic
-    strip = stated(solved(rough(), boundary="periodic-x"))
+    strip = stated_assumptions(solve_surface(rough(), boundary="periodic-x"))
     assert strip["Periodic sample"].endswith("repeats along x")
     assert "Datum of the approach" in strip
     assert "Datum of the approach" not in periodic
-    two = stated(solved(rough(), counter_surface=rough(1)))
+    two = stated_assumptions(solve_surface(rough(), counter_surface=rough(1)))
     assert "Two surfaces in one position" in two
     assert "Smooth counter-body" not in two
 
 
 def test_a_profile_has_ridges_and_a_datum() -> None:
     surface = rc.Surface(rough().heights[0], PIXEL[1])
-    profile = stated(solved(surface, load="1 N/mm"))
+    profile = stated_assumptions(solve_surface(surface, load="1 N/mm"))
     assert {"Straight ridges", "Datum of the approach", "No contact beyond the map edge"} <= set(
         profile
     )
-    periodic = stated(solved(surface, load="1 N/mm", boundary="periodic"))
+    periodic = stated_assumptions(solve_surface(surface, load="1 N/mm", boundary="periodic"))
     assert "Periodic sample" in periodic
     assert "Datum of the approach" not in periodic
-    assert "Straight ridges" not in stated(solved(rough()))
+    assert "Straight ridges" not in stated_assumptions(solve_surface(rough()))
 
 
 def test_load_and_approach_are_distinguished() -> None:
-    assert "the load is specified" in stated(solved(rough()))["One slow loading"]
-    given = solved(rough(), load=None, approach=1e-7)
-    assert "the approach is specified" in stated(given)["One slow loading"]
+    assert "the load is specified" in stated_assumptions(solve_surface(rough()))["One slow loading"]
+    given = solve_surface(rough(), load=None, approach=1e-7)
+    assert "the approach is specified" in stated_assumptions(given)["One slow loading"]
 
 
 def test_single_precision_is_stated_where_it_is_used() -> None:
-    assert "Single precision" not in stated(solved(rough()))
-    assert "Single precision" in stated(solved(rough(), precision="single"))
+    assert "Single precision" not in stated_assumptions(solve_surface(rough()))
+    assert "Single precision" in stated_assumptions(solve_surface(rough(), precision="single"))
 
 
 def test_missing_points_are_counted_and_fillings_called_so() -> None:
-    assert "Missing points" not in stated(solved(rough()))
+    assert "Missing points" not in stated_assumptions(solve_surface(rough()))
     heights = rough().heights.copy()
     heights[3:5, 7:10] = np.nan
     holed = rc.Surface(heights, PIXEL)
-    assert stated(solved(holed.masked()))["Missing points"].startswith("6 points (0.146 %)")
-    filled = stated(solved(holed.filled()))["Missing points"]
+    assert stated_assumptions(solve_surface(holed.masked()))["Missing points"].startswith(
+        "6 points (0.146 %)"
+    )
+    filled = stated_assumptions(solve_surface(holed.filled()))["Missing points"]
     assert "interpolated, not measured" in filled
     assert "never in contact" not in filled
 
@@ -132,16 +134,19 @@ def test_missing_points_are_counted_and_fillings_called_so() -> None:
 def test_slopes_have_their_error(slope: float, error: str) -> None:
     # A ramp of teeth: every first difference along x is ± slope.
     teeth = np.tile(np.array([0.0, slope * 1e-6]), (32, 16))
-    result = solved(rc.Surface(teeth, PIXEL), load=1e-9)
+    result = solve_surface(rc.Surface(teeth, PIXEL), load=1e-9)
     assert result.pair.rms_slope == pytest.approx(slope)
-    assert stated(result)["Small slopes"] == f"rms slope {slope:.3g} at the contact: error {error}"
+    assert (
+        stated_assumptions(result)["Small slopes"]
+        == f"rms slope {slope:.3g} at the contact: error {error}"
+    )
 
 
 def test_the_slopes_of_a_report_are_those_of_the_page_on_assumptions() -> None:
     page = ROOT / "docs" / "assumptions.md"
     table = re.search(r"small slopes \| slope ([\d.]+) \| (\d+) % of the load", page.read_text())
     assert table is not None
-    result = solved(rough())
+    result = solve_surface(rough())
     shapes, loads = errors(result)
     ratio = float(table[1]) / near_contact.rms_slope(result)
     assert round(100 * (shapes * ratio**2 + loads * ratio)) == int(table[2])
@@ -151,13 +156,13 @@ def test_the_slopes_of_a_report_are_those_of_the_page_on_assumptions() -> None:
 
 
 def test_sideways_displacement_counts_where_bodies_differ() -> None:
-    slope = near_contact.rms_slope(solved(rough()))
+    slope = near_contact.rms_slope(solve_surface(rough()))
     # Hay, Bolshakov and Pharr 1999, eq. (12).
     c = (1 - 2 * 0.3) / (4 * (1 - 0.3)) * slope
     cone = math.pi * (math.pi / 4 + 0.15483073 * c) / (math.pi / 2 - 0.83119312 * c) ** 2 - 1
 
     def sideways(**problem: Any) -> float:
-        return errors(solved(rough(), **problem))[1]
+        return errors(solve_surface(rough(), **problem))[1]
 
     assert sideways() == pytest.approx(cone, rel=0.02)
     assert sideways(counter_material=STEEL) == 0
@@ -168,7 +173,7 @@ def test_sideways_displacement_counts_where_bodies_differ() -> None:
 
 def test_sideways_displacement_under_a_cylinder() -> None:
     # Johnson 1985, eq. (2.24a): half the load on either side moves the edge, here by quadrature.
-    result = solved(rc.Surface(rough().heights[0], PIXEL[1]), load="1 N/mm", ceiling=None)
+    result = solve_surface(rc.Surface(rough().heights[0], PIXEL[1]), load="1 N/mm", ceiling=None)
     x = (np.arange(20000) + 0.5) / 20000
     carried = 2 * float(np.sqrt(1 - x**2).mean())
     peak = 1 / (2 * (1 - 0.3**2))  # over E a/R
@@ -178,7 +183,7 @@ def test_sideways_displacement_under_a_cylinder() -> None:
 
 def test_two_bodies_add_their_slopes() -> None:
     one = rough()
-    twice = solved(one, counter_surface=one)
+    twice = solve_surface(one, counter_surface=one)
     assert twice.pair.rms_slope == pytest.approx(2 * one.Sdq)
 
 
@@ -191,7 +196,7 @@ def stiffened(result: ContactResult, modulus: float) -> ContactResult:
 
 
 def test_large_strains_give_caution() -> None:
-    elastic = solved(rough(points=128), ceiling=None, load=1.0)
+    elastic = solve_surface(rough(points=128), ceiling=None, load=1.0)
     result = stiffened(elastic, 5 * elastic.max_pressure)
     (told,) = (c for c in result.cautions if c.kind == CautionTag.STRAIN)
     assert told.numbers["strain"] == pytest.approx(0.2)
@@ -199,38 +204,44 @@ def test_large_strains_give_caution() -> None:
     (told,) = (c for c in result.cautions if c.kind == CautionTag.STRAIN)
     assert told.numbers["strain"] == pytest.approx(2.0)
     result = stiffened(elastic, 100 * elastic.max_pressure)
-    assert stated(result)["Small strains"] == "peak pressure / E* = 0.01"
+    assert stated_assumptions(result)["Small strains"] == "peak pressure / E* = 0.01"
     assert not any("modulus" in note for note in cautions(result))
 
 
 @pytest.mark.parametrize(
     ("make", "name", "text"),
     [
-        (lambda: solved(ball(), ceiling=None), "No plastic flow", "elastic; peak pressure"),
-        (lambda: solved(ball(), material=rc.Material(210e9, 0.3)), "No plastic flow", "elastic"),
-        (lambda: solved(ball()), "Ceiling for plastic flow", "no point reaches it"),
+        (lambda: solve_surface(ball(), ceiling=None), "No plastic flow", "elastic; peak pressure"),
         (
-            lambda: solved(rough(), load=1.0),
+            lambda: solve_surface(ball(), material=rc.Material(210e9, 0.3)),
+            "No plastic flow",
+            "elastic",
+        ),
+        (lambda: solve_surface(ball()), "Ceiling for plastic flow", "no point reaches it"),
+        (
+            lambda: solve_surface(rough(), load=1.0),
             "Ceiling for plastic flow",
             "3 GPa, three times the yield strength; E*h′/σ_Y = ",
         ),
         (
-            lambda: solved(rough(), ceiling=2e9, load=1.0),
+            lambda: solve_surface(rough(), ceiling=2e9, load=1.0),
             "Ceiling for plastic flow",
             "2 GPa, as given: 2 times the yield strength",
         ),
         (
-            lambda: solved(rough(), counter_material=SOFT, load=1.0),
+            lambda: solve_surface(rough(), counter_material=SOFT, load=1.0),
             "Ceiling for plastic flow",
             "900 MPa, three times the yield strength of the softer body",
         ),
         (
-            lambda: solved(rough(), ceiling=np.linspace(1e9, 2e9, 64**2).reshape(64, 64), load=1.0),
+            lambda: solve_surface(
+                rough(), ceiling=np.linspace(1e9, 2e9, 64**2).reshape(64, 64), load=1.0
+            ),
             "Ceiling for plastic flow",
             "given point by point, 1 GPa to 2 GPa",
         ),
         (
-            lambda: solved(rough(), ceiling=2e9, material=rc.Material(210e9, 0.3), load=1.0),
+            lambda: solve_surface(rough(), ceiling=2e9, material=rc.Material(210e9, 0.3), load=1.0),
             "Ceiling for plastic flow",
             "2 GPa, as given",
         ),
@@ -239,56 +250,58 @@ def test_large_strains_give_caution() -> None:
 def test_yielding_is_stated_for_each_case(
     make: Callable[[], ContactResult], name: str, text: str
 ) -> None:
-    rows = stated(make())
+    rows = stated_assumptions(make())
     assert text in rows[name]
     assert len({"No plastic flow", "Ceiling for plastic flow"} & set(rows)) == 1
 
 
 def test_the_ceiling_is_compared_with_the_body_that_yields() -> None:
-    result = solved(rough(), counter_material=SOFT, load=1.0)
+    result = solve_surface(rough(), counter_material=SOFT, load=1.0)
     index = result.contact_modulus * result.pair.rms_slope / 0.3e9
-    assert stated(result)["Ceiling for plastic flow"].endswith(f"E*h′/σ_Y = {index:.3g}")
+    assert stated_assumptions(result)["Ceiling for plastic flow"].endswith(
+        f"E*h′/σ_Y = {index:.3g}"
+    )
 
 
 def test_every_regime_is_a_sentence_with_its_numbers() -> None:
-    below = solved(ball())
+    below = solve_surface(ball())
     assert below.regime == "below first yield"
     assert "Nothing yields" in phrases.regime(below)
     assert "1.61 GPa" in phrases.regime(below)
-    beneath = solved(ball(1e-3), load=0.8)
+    beneath = solve_surface(ball(1e-3), load=0.8)
     assert beneath.regime == "yielding below the surface"
     assert "reaches the ceiling" in phrases.regime(beneath)
-    without = solved(ball(1e-3), load=0.8, ceiling=None)
+    without = solve_surface(ball(1e-3), load=0.8, ceiling=None)
     assert "reaches three yield strengths" in phrases.regime(without)
-    saturated = solved(rough(), load=1.0)
+    saturated = solve_surface(rough(), load=1.0)
     share = saturated.saturated_fraction / saturated.contact_fraction
     assert f"{100 * share:.1f} %" in phrases.regime(saturated)
-    beyond = solved(rough(), load=1.0, ceiling=None)
+    beyond = solve_surface(rough(), load=1.0, ceiling=None)
     assert f"{beyond.max_pressure / 1e9:.3g} times the yield" in phrases.regime(beyond)
-    unknown = solved(ball(), material=rc.Material(210e9, 0.3))
+    unknown = solve_surface(ball(), material=rc.Material(210e9, 0.3))
     assert "unknown without a yield strength" in phrases.regime(unknown)
 
 
 def test_hardness_replaces_yield_strength() -> None:
     ceramic = rc.Material(400e9, 0.2, hardness=15e9)
-    saturated = solved(rough(), material=ceramic, load=1.0)
+    saturated = solve_surface(rough(), material=ceramic, load=1.0)
     assert saturated.regime == "saturated at the surface"
-    assert stated(saturated)["Ceiling for plastic flow"] == "15 GPa, the hardness"
-    below = solved(ball(), material=ceramic)
+    assert stated_assumptions(saturated)["Ceiling for plastic flow"] == "15 GPa, the hardness"
+    below = solve_surface(ball(), material=ceramic)
     assert "stays below the hardness" in phrases.regime(below)
-    beyond = solved(rough(), material=ceramic, load=1.0, ceiling=None)
+    beyond = solve_surface(rough(), material=ceramic, load=1.0, ceiling=None)
     assert beyond.regime == "elastic pressure beyond the hardness"
     assert "exceeds the hardness of the softer body, 15 GPa" in phrases.regime(beyond)
-    twice = solved(rough(), material=ceramic, load=1.0, ceiling=7.5e9)
-    assert stated(twice)["Ceiling for plastic flow"].endswith("0.5 times the hardness")
-    both = solved(rough(), material=ceramic, counter_material=STEEL, load=1.0)
-    assert "of the softer body" in stated(both)["Ceiling for plastic flow"]
+    twice = solve_surface(rough(), material=ceramic, load=1.0, ceiling=7.5e9)
+    assert stated_assumptions(twice)["Ceiling for plastic flow"].endswith("0.5 times the hardness")
+    both = solve_surface(rough(), material=ceramic, counter_material=STEEL, load=1.0)
+    assert "of the softer body" in stated_assumptions(both)["Ceiling for plastic flow"]
 
 
 def test_tilt_is_stated() -> None:
-    assert "without tilt" in stated(solved(rough()))["One slow loading"]
-    tilted = solved(ball(), moments=(0.0, 0.1 * 2e-6))
-    assert "tilted by the moments" in stated(tilted)["One slow loading"]
+    assert "without tilt" in stated_assumptions(solve_surface(rough()))["One slow loading"]
+    tilted = solve_surface(ball(), moments=(0.0, 0.1 * 2e-6))
+    assert "tilted by the moments" in stated_assumptions(tilted)["One slow loading"]
 
 
 def test_spots_that_carry_are_the_load_median() -> None:
@@ -297,7 +310,7 @@ def test_spots_that_carry_are_the_load_median() -> None:
         pressure[2, start : start + size] = 1e9
     # 6 of 15 equal loads on the largest spot: the second one carries the median.
     result = dataclasses.replace(
-        solved(rc.Surface(np.zeros((8, 30)), PIXEL), load=1e-6), pressure=pressure
+        solve_surface(rc.Surface(np.zeros((8, 30)), PIXEL), load=1e-6), pressure=pressure
     )
     spots = result.spots()
     assert plausibility.load_bearing_spot_pixels(result, spots) == 3
@@ -312,9 +325,9 @@ def test_spots_that_carry_are_the_load_median() -> None:
 def test_map_without_slopes_is_stated() -> None:
     heights = np.full((4, 4), np.nan)
     heights[::2, ::2] = 0.0
-    result = solved(rc.Surface(heights, PIXEL).masked(), load=1e-6)
+    result = solve_surface(rc.Surface(heights, PIXEL).masked(), load=1e-6)
     assert math.isnan(near_contact.rms_slope(result))
-    assert stated(result)["Small slopes"] == "no slope is known on this map"
+    assert stated_assumptions(result)["Small slopes"] == "no slope is known on this map"
 
 
 def loaded_ball(ratio: float, **more: Any) -> ContactResult:
@@ -324,7 +337,7 @@ def loaded_ball(ratio: float, **more: Any) -> ContactResult:
     side = 3 * max(hertz.contact_radius(load, radius, modulus), math.sqrt(load / math.pi / 3e9))
     pixel = (side / 64, side / 64)
     surface = rc.Surface(shapes.paraboloid((64, 64), pixel, radius), pixel)
-    return solved(surface, load=load, **more)
+    return solve_surface(surface, load=load, **more)
 
 
 def caution(result: ContactResult) -> str:
@@ -369,9 +382,9 @@ def test_suitable_or_unjudged_ceiling_gives_no_caution(ratio: float, more: dict[
 
 
 def test_the_calibrated_ceiling_agrees_with_its_own_solution() -> None:
-    first = solved(rough(points=128), load=1.0)
+    first = solve_surface(rough(points=128), load=1.0)
     assert first.calibrated is not None
-    own = solved(rough(points=128), load=1.0, ceiling="calibrated")
+    own = solve_surface(rough(points=128), load=1.0, ceiling="calibrated")
     assert first.calibrated.ceiling == pytest.approx(own.ceiling, rel=2e-3)
     assert first.calibrated.contact_area == pytest.approx(own.contact_area, rel=5e-3)
     assert own.calibrated is None
@@ -386,7 +399,7 @@ def test_hardening_raises_calibrated_factor_above_four() -> None:
 
 
 def test_spots_of_few_pixels_give_no_ceiling_caution() -> None:
-    result = solved(rough(), load=0.02)
+    result = solve_surface(rough(), load=0.02)
     spots = result.spots()
     assert 0 < plausibility.load_bearing_spot_pixels(result, spots) < 10
     assert recommended_ceiling(result).load_ratio > 2

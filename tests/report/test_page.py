@@ -83,14 +83,14 @@ def rough(source: str = "", points: int = 64, seed: int = 0) -> rc.Surface:
     return rc.Surface(heights, pixel, rc.Provenance(source))
 
 
-def solved(surface: rc.Surface | None = None, **problem: Any) -> ContactResult:
+def solve_rough(surface: rc.Surface | None = None, **problem: Any) -> ContactResult:
     return rc.solve(surface or rough(), **{"material": STEEL, "load": 1.0, **problem})
 
 
 @pytest.fixture(scope="module")
 def whole() -> tuple[ContactResult, str]:
     """A result and its report with all there is."""
-    result = solved(rough(EVIL, points=128), load=0.4)
+    result = solve_rough(rough(EVIL, points=128), load=0.4)
     command = "roughcontact solve '<b>.opd' --load \"1 N\""
     return result, kinds.render(result, layout.Edition(command, date=DAY))
 
@@ -257,17 +257,17 @@ def test_the_elastic_solution_is_a_column(whole: tuple[ContactResult, str]) -> N
 @pytest.mark.usefixtures("quick")
 def test_the_date_is_today_if_none_is_given() -> None:
     before = datetime.date.today()
-    text = kinds.render(solved(load=1e-3))
+    text = kinds.render(solve_rough(load=1e-3))
     assert any(f"Report of {day}" in text for day in (before, datetime.date.today()))
 
 
 @pytest.mark.long
 @pytest.mark.usefixtures("quick")
 def test_inapplicable_parts_are_omitted() -> None:
-    page = report(solved(ceiling=None))
+    page = report(solve_rough(ceiling=None))
     assert "elastic" not in page.texts["th"]
     assert "Saturated area" not in page.rows()
-    unreached = solved(load=1e-4, ceiling=300e9)
+    unreached = solve_rough(load=1e-4, ceiling=300e9)
     assert unreached.saturated_fraction == 0
     page = report(unreached)
     assert "elastic" not in page.texts["th"]
@@ -313,7 +313,7 @@ def test_inapplicable_parts_are_omitted() -> None:
     ],
 )
 def test_every_case_states_its_assumptions(problem: dict[str, Any], words: str) -> None:
-    result = solved(**problem)
+    result = solve_rough(**problem)
     page = report(result, layout.Edition(date=DAY))
     assert words in page.words
     assert result.regime in page.words
@@ -329,11 +329,11 @@ def test_every_case_states_its_assumptions(problem: dict[str, Any], words: str) 
 def test_a_nominal_body_has_no_roughness() -> None:
     ball = nominal_bodies.sphere(radius=1e-3, shape=rough().shape, pixel=rough().pixel)
     told = "the added nominal form"
-    assert told not in report(solved()).words
-    assert told in report(solved(rough().with_form(ball))).words
-    smooth = report(solved(ball, load=0.01))
+    assert told not in report(solve_rough()).words
+    assert told in report(solve_rough(rough().with_form(ball))).words
+    smooth = report(solve_rough(ball, load=0.01))
     assert "Sdq" not in smooth.texts["th"]
-    beside = report(solved(counter_surface=ball))
+    beside = report(solve_rough(counter_surface=ball))
     assert "Roughness of the counter-body" not in beside.words
 
 
@@ -341,7 +341,7 @@ def test_a_nominal_body_has_no_roughness() -> None:
 @pytest.mark.usefixtures("quick")
 def test_a_small_contact_is_shown_closely_first() -> None:
     ball = nominal_bodies.sphere(radius=1e-2, shape=(128, 128), pixel=(2e-6, 2e-6))
-    small, large = (report(solved(ball, load=load)).all("img") for load in (0.1, 60.0))
+    small, large = (report(solve_rough(ball, load=load)).all("img") for load in (0.1, 60.0))
     assert small[0]["alt"].startswith("Pressure (left) and state (right) in")
     assert large[0]["alt"].startswith("Where the bodies touch")
 
@@ -350,12 +350,12 @@ def test_a_small_contact_is_shown_closely_first() -> None:
 @pytest.mark.usefixtures("quick")
 def test_cautions_are_on_the_first_page() -> None:
     steep = rc.Surface(20 * rough().heights, rough().pixel)
-    page = report(solved(steep))
+    page = report(solve_rough(steep))
     first, _ = page.words.split("1 Input", 1)
     assert "slope" in first.split("Warnings and cautions")[1]
     y, x = np.mgrid[-24:24, -24:24] * 1e-6
     ball = rc.Surface(-(x**2 + y**2) / 0.02, (1e-6, 1e-6))
-    smooth = report(solved(ball, load=0.1))
+    smooth = report(solve_rough(ball, load=0.1))
     assert "No warnings and no cautions" in smooth.words.split("1 Input", 1)[0]
     assert "No warnings and no cautions" not in first
     assert "Checked: convergence, contact at the edges" in smooth.words
@@ -364,14 +364,14 @@ def test_cautions_are_on_the_first_page() -> None:
 @pytest.mark.long
 @pytest.mark.usefixtures("quick")
 def test_unconverged_result_is_not_shown_as_solution() -> None:
-    best = solved(max_iterations=2, on_failure="return")
+    best = solve_rough(max_iterations=2, on_failure="return")
     assert not best.converged
     page = report(best)
     first = page.words.split("Key numbers", 1)[0]
     assert "Not converged" in first
     assert "Do not use these numbers" in first
     assert page.rows()["Status"].startswith("NOT CONVERGED")
-    assert "Not converged" not in report(solved()).words
+    assert "Not converged" not in report(solve_rough()).words
 
 
 @pytest.mark.long
@@ -380,20 +380,20 @@ def test_script_replaces_unknown_command() -> None:
     reading = Operation("read_surface", {"path": "ground.opd"})
     about = rc.Provenance("ground.opd", "Wyko", origin=reading)
     surface = dataclasses.replace(rough(), provenance=about).leveled()
-    page = report(solved(surface))
+    page = report(solve_rough(surface))
     assert 'surface = rc.read_surface("ground.opd").leveled()' in page.texts["code"][0]
     assert "least-squares plane subtracted" in page.rows()["Preparation"]
-    page = report(solved(surface), layout.Edition("roughcontact solve"))
+    page = report(solve_rough(surface), layout.Edition("roughcontact solve"))
     assert page.texts["code"] == ["roughcontact solve"]
     # A map that was an array in memory.
-    assert "supply it as surface.npy" in report(solved()).texts["code"][0]
+    assert "supply it as surface.npy" in report(solve_rough()).texts["code"][0]
 
 
 @pytest.mark.usefixtures("quick")
 def test_a_map_without_neighbors_has_no_slope_to_report() -> None:
     heights = np.full((6, 6), np.nan)
     heights[::2, ::2] = 0.0
-    result = solved(rc.Surface(heights, (1e-6, 1e-6)).masked(), load=1e-3)
+    result = solve_rough(rc.Surface(heights, (1e-6, 1e-6)).masked(), load=1e-3)
     assert ["not defined on this map"] * 6 in report(result).cells
 
 
@@ -404,7 +404,7 @@ def test_save_replaces_only_when_it_is_complete(
 ) -> None:
     path = tmp_path / "out.html"
     path.write_text("old")
-    result = solved(ceiling=None)
+    result = solve_rough(ceiling=None)
     kinds.report(result, path, layout.Edition(date=DAY))
     assert path.read_text(encoding="utf-8") == kinds.render(result, layout.Edition(date=DAY))
     before = path.read_bytes()
@@ -433,7 +433,7 @@ def test_invalid_paths_raise_input_error_before_solve(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, message: str
 ) -> None:
     (tmp_path / "folder.html").mkdir()
-    result = solved()
+    result = solve_rough()
 
     def never(*args: Any) -> Any:
         raise AssertionError("work before the path was checked")
@@ -447,7 +447,7 @@ def test_invalid_paths_raise_input_error_before_solve(
 @pytest.mark.usefixtures("quick")
 def test_the_result_writes_its_own_report(tmp_path: Path) -> None:
     path = tmp_path / "out.htm"
-    result = solved()
+    result = solve_rough()
     result.report(path, "roughcontact solve a.opd")
     page = Page(path.read_text(encoding="utf-8"))
     assert page.texts["code"] == ["roughcontact solve a.opd"]
@@ -462,7 +462,7 @@ def test_the_result_writes_its_own_report(tmp_path: Path) -> None:
     [
         (
             lambda: rc.ConvergenceError(
-                "no", solved(ceiling=None, max_iterations=2, on_failure="return")
+                "no", solve_rough(ceiling=None, max_iterations=2, on_failure="return")
             ),
             True,
         ),
@@ -479,7 +479,7 @@ def test_failed_elastic_solution_is_reported(
 
     monkeypatch.setattr(solve, "solve_without_ceiling", fail)
     path = tmp_path / "out.html"
-    solved().report(path)
+    solve_rough().report(path)
     page = Page(path.read_text(encoding="utf-8"))
     assert ("The elastic solution did not converge" in page.words) is is_told
     assert ("elastic" in page.texts["th"]) is is_told
@@ -492,21 +492,21 @@ def ground() -> rc.Surface:
     return rc.Surface(*rc.reference_map(64, 0))
 
 
-def pressed(**more: Any) -> ContactResult:
-    return solved(ground(), boundary="periodic", load=0.2, **more)
+def solve_ground(**more: Any) -> ContactResult:
+    return solve_rough(ground(), boundary="periodic", load=0.2, **more)
 
 
-def compared() -> Any:
+def compare_groups() -> Any:
     maps = [rc.Surface(*rc.reference_map(48, seed)) for seed in range(6)]
     groups = {"ground": maps[:3], "honed": maps[3:]}
     return rc.compare(groups, pressure="20 MPa", material=STEEL, boundary="periodic")
 
 
 MAKE: dict[str, tuple[Callable[[], Any], str, int]] = {
-    "solve": (pressed, "is in contact under 200 mN?", 6),
-    "free": (lambda: solved(ground(), load=0.2), "is in contact under", 6),
+    "solve": (solve_ground, "is in contact under 200 mN?", 6),
+    "free": (lambda: solve_rough(ground(), load=0.2), "is in contact under", 6),
     "ball": (
-        lambda: solved(
+        lambda: solve_rough(
             ground(),
             load=0.02,
             counter_material=STEEL,
@@ -518,11 +518,11 @@ MAKE: dict[str, tuple[Callable[[], Any], str, int]] = {
         6,
     ),
     "profile": (
-        lambda: solved(rc.Surface(ground().heights[0], ground().pixel[1]), load="1 N/mm"),
+        lambda: solve_rough(rc.Surface(ground().heights[0], ground().pixel[1]), load="1 N/mm"),
         "is in contact under",
         6,
     ),
-    "elastic": (lambda: pressed(ceiling=None), "is in contact under", 6),
+    "elastic": (lambda: solve_ground(ceiling=None), "is in contact under", 6),
     "sweep": (
         lambda: rc.sweep(ground(), material=STEEL, loads=np.geomspace(0.01, 0.3, 13)),
         "grow from 10 mN to 300 mN?",
@@ -539,20 +539,20 @@ MAKE: dict[str, tuple[Callable[[], Any], str, int]] = {
         8,
     ),
     "conductance": (
-        lambda: rc.conductance(pressed(), rc.Conductor(1e-7, 50.0), rc.Conductor(1e-7, 50.0)),
+        lambda: rc.conductance(solve_ground(), rc.Conductor(1e-7, 50.0), rc.Conductor(1e-7, 50.0)),
         "How well do heat and current cross the joint",
         8,
     ),
-    "leakage": (lambda: rc.leakage(pressed()), "How permeable is the gap", 8),
+    "leakage": (lambda: rc.leakage(solve_ground()), "How permeable is the gap", 8),
     "law": (
         lambda: rc.interface_law(
-            solved(ground(), load=load, boundary="periodic") for load in (0.1, 0.3, 1.0)
+            solve_rough(ground(), load=load, boundary="periodic") for load in (0.1, 0.3, 1.0)
         ),
         "How far does the joint close",
         8,
     ),
-    "stress": (lambda: rc.subsurface_stress(pressed()), "How large is the stress below", 8),
-    "compare": (compared, "Do ground and honed differ at 20 MPa?", 8),
+    "stress": (lambda: rc.subsurface_stress(solve_ground()), "How large is the stress below", 8),
+    "compare": (compare_groups, "Do ground and honed differ at 20 MPa?", 8),
     "estimate": (
         lambda: rc.estimate(pressure="100 MPa", material=STEEL, Sq="0.5 um", Sdq=0.1),
         "in contact at 100 MPa?",

@@ -359,7 +359,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def _read(kind: str) -> rc.Surface:
+def _read_surface(kind: str) -> rc.Surface:
     match kind:
         case "npy":
             return rc.read_surface(Path("map.npy"), unit="um", size="26 um x 22 um")
@@ -377,7 +377,9 @@ def _read(kind: str) -> rc.Surface:
 @given(st.data())
 def test_the_script_repeats_any_chain_of_steps_to_the_bit(small: Path, data: st.DataObject) -> None:
     with contextlib.chdir(small):
-        surface = _read(data.draw(st.sampled_from(["npy", "npz", "csv", "memory", "sphere"])))
+        surface = _read_surface(
+            data.draw(st.sampled_from(["npy", "npz", "csv", "memory", "sphere"]))
+        )
         for name in data.draw(st.lists(st.sampled_from(sorted(STEPS)), max_size=6)):
             # Not every step is possible after any other.
             with contextlib.suppress(InputError):

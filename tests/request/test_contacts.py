@@ -27,15 +27,15 @@ def solves(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     found: list[float] = []
     solve = joints.solve_uncalibrated
 
-    def counted(surface: rc.Surface, **options: Any) -> ContactResult:
+    def record_load(surface: rc.Surface, **options: Any) -> ContactResult:
         found.append(options["load"])
         return solve(surface, **options)
 
-    monkeypatch.setattr(joints, "solve_uncalibrated", counted)
+    monkeypatch.setattr(joints, "solve_uncalibrated", record_load)
     return found
 
 
-def pressed(surface: rc.Surface = ROUGH, **more: Any) -> ContactResult:
+def solve_joint(surface: rc.Surface = ROUGH, **more: Any) -> ContactResult:
     return rc.solve(surface, **{"material": STEEL, "load": 0.3, "boundary": "periodic", **more})
 
 
@@ -63,7 +63,7 @@ def test_contacts_of_a_joint_differ_in_nothing_but_the_load(
     ask: Any, more: dict[str, Any], words: str
 ) -> None:
     with pytest.raises(rc.InputError, match=words):
-        ask([pressed(), pressed(**more, load=0.2)])
+        ask([solve_joint(), solve_joint(**more, load=0.2)])
 
 
 def test_faces_are_drawn_at_other_places_and_turns() -> None:
@@ -79,9 +79,9 @@ def test_faces_are_drawn_at_other_places_and_turns() -> None:
         assert np.array_equal(np.sort(second.heights, axis=None), heights)
     assert not np.array_equal(moved[0].heights, moved[1].heights)
     # A flat feels nothing of it.
-    still = pressed(flat, counter_surface=ROUGH)
+    still = solve_joint(flat, counter_surface=ROUGH)
     for second in moved:
-        found = pressed(flat, counter_surface=second)
+        found = solve_joint(flat, counter_surface=second)
         assert found.contact_fraction == pytest.approx(still.contact_fraction)
         assert found.mean_gap == pytest.approx(still.mean_gap, rel=1e-6)
 
@@ -130,7 +130,7 @@ def test_a_joint_of_two_rough_faces_is_the_mean_of_draws(
     told = json.loads(capsys.readouterr().out)
     values = []
     for first, second in drawn_pairs([ROUGH], [other], 3):
-        contact = pressed(first, counter_surface=second)
+        contact = solve_joint(first, counter_surface=second)
         if task == "leak":
             values.append(float(rc.leakage([contact]).permeability(1)[-1]))
         else:
@@ -145,7 +145,9 @@ def test_a_joint_of_two_rough_faces_is_the_mean_of_draws(
 def test_gas_leak_of_joint_is_mean_of_pairs() -> None:
     fluid = {"gas": "helium", "inlet": "2 bar", "outlet": "1 mbar", "flow_axis": "x"}
     pairs = drawn_pairs([ROUGH], [rc.Surface(*rc.reference_map(32, 4))], 3)
-    each = [rc.leakage(pressed(first, counter_surface=second), **fluid) for first, second in pairs]
+    each = [
+        rc.leakage(solve_joint(first, counter_surface=second), **fluid) for first, second in pairs
+    ]
     rates = [item.throughput(1)[0] for item in each]
     assert max(rates) > 1.05 * min(rates) > 0
     assert each[0].with_draws(each[1:]).throughput(1)[0] == pytest.approx(np.mean(rates))
@@ -161,25 +163,25 @@ def test_gas_leak_of_joint_is_mean_of_pairs() -> None:
 )
 def test_only_a_law_is_of_several_maps(ask: Any, more: dict[str, Any]) -> None:
     with pytest.raises(rc.InputError, match="different maps"):
-        ask([pressed(), pressed(**more, load=0.2)])
+        ask([solve_joint(), solve_joint(**more, load=0.2)])
     # The same bodies, made anew, with a name and another ceiling.
-    again = pressed(
+    again = solve_joint(
         rc.Surface(ROUGH.heights.copy(), ROUGH.pixel),
         ceiling=2e9,
         material=rc.Material(210e9, 0.3, 1e9, name="steel"),
         load=0.2,
     )
-    assert len(ask([pressed(), again]).steps) == 2
+    assert len(ask([solve_joint(), again]).steps) == 2
 
 
 def test_unloaded_maps_need_same_bodies_and_boundary() -> None:
     surface = rc.Surface(*rc.reference_map(64, 3))
-    contacts = [pressed(surface, load=load) for load in (1.0, 3.0)]
+    contacts = [solve_joint(surface, load=load) for load in (1.0, 3.0)]
     left = rc.indented_surface(contacts[-1])
     for more in ({"boundary": "free"}, {"counter_material": STEEL}):
         with pytest.raises(rc.InputError, match="differ in"):
-            rc.interface_law(contacts, [pressed(left, ceiling=None, load=1.0, **more)])
-    without_strength = pressed(left, material=rc.Material(210e9, 0.3), load=1.0)
+            rc.interface_law(contacts, [solve_joint(left, ceiling=None, load=1.0, **more)])
+    without_strength = solve_joint(left, material=rc.Material(210e9, 0.3), load=1.0)
     assert rc.interface_law(contacts, [without_strength]).branches == ("loading", "unloading")
 
 

@@ -22,12 +22,12 @@ def trace(tmp_path):
     return path
 
 
-def solved(path, *options):
+def run_solve(path, *options):
     return app.main(["solve", str(path), *STEEL, "--load", "20 N/mm", *options])
 
 
 def test_load_per_length_is_shown_with_its_unit(trace, capsys):
-    assert solved(trace, "--verbose") == app.SOLVED
+    assert run_solve(trace, "--verbose") == app.SOLVED
     shown = capsys.readouterr().out
     for words in (
         "Load per length W′   20 kN/m (given)",
@@ -37,7 +37,7 @@ def test_load_per_length_is_shown_with_its_unit(trace, capsys):
         assert words in shown
     for words in ("m²", "area", "1 m ×", " N\n", "map"):
         assert words not in shown
-    assert solved(trace, "--json") == app.SOLVED
+    assert run_solve(trace, "--json") == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     assert (told["kind"], told["load"], told["load_unit"]) == ("profile", 20000.0, "N/m")
     assert told["boundary"] == "free"
@@ -63,7 +63,7 @@ def test_force_on_profile_and_line_load_on_map_are_rejected(trace, tmp_path, cap
     assert "--from is a force, and the file holds a profile" in capsys.readouterr().err
     heights, pixel = rc.reference_map(32)
     rc.Surface(heights, pixel).save(tmp_path / "map.npz")
-    assert solved(tmp_path / "map.npz") == app.BAD_INPUT
+    assert run_solve(tmp_path / "map.npz") == app.BAD_INPUT
     assert "--load (line load) needs a nominal cylinder" in capsys.readouterr().err
 
 
@@ -71,7 +71,7 @@ def test_force_on_profile_and_line_load_on_map_are_rejected(trace, tmp_path, cap
 def test_report_on_profile_states_assumptions(trace, tmp_path):
     page, result = tmp_path / "r.html", tmp_path / "r.nc"
     figures = ["--figures", str(tmp_path / "f.png")]
-    assert solved(trace, "--report", str(page), "--output", str(result), *figures) == app.SOLVED
+    assert run_solve(trace, "--report", str(page), "--output", str(result), *figures) == app.SOLVED
     text = page.read_text(encoding="utf-8")
     for words in (
         "Straight ridges",
@@ -115,7 +115,7 @@ def test_a_load_curve_of_a_profile(trace, tmp_path, capsys):
 
 def test_a_roller_is_a_cylinder_across_the_profile(trace, capsys):
     for form, status in (("cylinder 5 mm", app.SOLVED), ("sphere 5 mm", app.BAD_INPUT)):
-        assert solved(trace, "--counter-body", form, "--json") == status
+        assert run_solve(trace, "--counter-body", form, "--json") == status
         found = capsys.readouterr()
         if status == app.SOLVED:
             told = json.loads(found.out)
@@ -213,11 +213,11 @@ def test_the_script_of_a_report_repeats_a_profile(trace, monkeypatch):
 
 def test_files_of_a_profile(trace, tmp_path, capsys):
     table = tmp_path / "p.csv"
-    assert solved(trace, "--quiet", "--output", str(table)) == app.SOLVED
+    assert run_solve(trace, "--quiet", "--output", str(table)) == app.SOLVED
     columns = np.loadtxt(table, delimiter=",")
     assert columns.shape == (1000, 2)
     assert columns[:, 1].sum() * 5e-7 == pytest.approx(2e4)
-    assert solved(trace, "--quiet", "--output", str(tmp_path / "p.vti")) == app.BAD_INPUT
+    assert run_solve(trace, "--quiet", "--output", str(tmp_path / "p.vti")) == app.BAD_INPUT
     assert "for a profile, got" in capsys.readouterr().err
     surface = rc.read_surface(trace)
     for name in ("s.csv", "s.npz", "s.nc"):

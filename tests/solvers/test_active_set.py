@@ -16,7 +16,7 @@ from roughcontact.solvers.problem import BoundedProblem
 SHAPE, TOLERANCE = (12, 16), 1e-8
 
 
-def begun(height: float, limit: float, total: float) -> tuple[Iterate, Evaluator, Patches]:
+def random_start(height: float, limit: float, total: float) -> tuple[Iterate, Evaluator, Patches]:
     """Return a start at random on every pixel of a rough periodic map."""
     rng = np.random.default_rng(3)
     family = Boundary.PERIODIC.operators(SHAPE, (1.0, 1.3), 1.0, workspace=Workspace(1))
@@ -31,7 +31,7 @@ def begun(height: float, limit: float, total: float) -> tuple[Iterate, Evaluator
 
 
 def test_without_a_bound_in_the_way_one_step_solves() -> None:
-    now, viewer, patches = begun(1e-3, math.inf, 100.0)
+    now, viewer, patches = random_start(1e-3, math.inf, 100.0)
     after = step_along_arc(now, viewer, patches, TOLERANCE, 200)
     assert now.certificate > 0.01
     # Seen in single precision.
@@ -42,7 +42,7 @@ def test_without_a_bound_in_the_way_one_step_solves() -> None:
 @pytest.mark.parametrize("limit", [math.inf, 0.8])
 @pytest.mark.parametrize("height", [0.3, 3.0, 30.0])
 def test_steps_keep_bounds_and_reduce_certificate(height: float, limit: float) -> None:
-    now, viewer, patches = begun(height, limit, 50.0)
+    now, viewer, patches = random_start(height, limit, 50.0)
     first = now.certificate
     for _ in range(6):
         now = step_along_arc(now, viewer, patches, TOLERANCE, 500)
@@ -53,7 +53,7 @@ def test_steps_keep_bounds_and_reduce_certificate(height: float, limit: float) -
 
 
 def test_convolution_limit_is_not_exceeded() -> None:
-    now, viewer, patches = begun(3.0, math.inf, 50.0)
+    now, viewer, patches = random_start(3.0, math.inf, 50.0)
     spent = viewer.convolutions
     for most in (spent, spent - 1):
         assert step_along_arc(now, viewer, patches, TOLERANCE, most) is now

@@ -9,7 +9,7 @@ from roughcontact.solvers import anderson
 from roughcontact.solvers.anderson import Mixer
 
 
-def followed(rates: np.ndarray, steps: int) -> list[tuple[float, bool]]:
+def error_history(rates: np.ndarray, steps: int) -> list[tuple[float, bool]]:
     """Return the error after each step to a known point, and whether the step was a plain one.
 
     Two parts of five components each, whose error shrinks by ``rates`` in a plain step.
@@ -29,7 +29,7 @@ def followed(rates: np.ndarray, steps: int) -> list[tuple[float, bool]]:
 
 def test_as_many_rates_as_it_remembers_are_solved_at_once() -> None:
     # Linear, of three rates: three differences hold all that is left.
-    told = followed(np.resize([0.3, 0.7, 0.95], (5, 6)), 6)
+    told = error_history(np.resize([0.3, 0.7, 0.95], (5, 6)), 6)
     # Normal equations lose half the digits.
     assert told[3][0] < 1e-7 < told[2][0]
     assert told[0][1]
@@ -38,7 +38,7 @@ def test_as_many_rates_as_it_remembers_are_solved_at_once() -> None:
 def test_while_the_defect_falls_no_step_is_plain() -> None:
     # Many slow rates keep it busy for longer than its patience.
     steps = 3 * anderson._MAX_FRUITLESS_STEPS
-    told = followed(np.linspace(0.5, 0.999, 5 * 40).reshape(5, 40), steps)
+    told = error_history(np.linspace(0.5, 0.999, 5 * 40).reshape(5, 40), steps)
     assert not any(plain for _, plain in told[1:])
     # Plain steps alone would leave nearly all of the slowest.
     assert told[-1][0] < 0.6 * 0.999**steps

@@ -18,7 +18,7 @@ PIXEL = (0.7, 1.0)
 BOUNDARIES = list(Boundary)
 
 
-def press(
+def solve_bounded(
     h0,
     *,
     limit=math.inf,
@@ -105,7 +105,7 @@ def test_every_shape_elastic_and_with_ceilings(independent, boundary, kind, shap
     mean = 0.02 * MODULUS
     total = mean * h0.size
     for limit in (math.inf, 20 * mean, mean / 0.9, mean / 0.999):
-        solution = press(h0, limit=limit, total=total, boundary=boundary)
+        solution = solve_bounded(h0, limit=limit, total=total, boundary=boundary)
         assert_solved(independent, solution, h0, limit, boundary, total)
         # Robust also means that nothing crawls; the worst, white noise on 4 × 512, took 115.
         assert solution.convolutions <= 150
@@ -136,7 +136,7 @@ def test_any_problem(independent, seed, shape, kind, boundary, mean, filling, ce
     if ceiling_map and filling:
         limit = limit * np.exp(rng.standard_normal(shape))
         limit *= total / filling / limit[~masked].sum()
-    solution = press(h0, limit=limit, total=total, boundary=boundary)
+    solution = solve_bounded(h0, limit=limit, total=total, boundary=boundary)
     pressure = assert_solved(independent, solution, h0, limit, boundary, total)
     assert (pressure[masked] == 0).all()
 
@@ -147,7 +147,7 @@ def test_exactly_full_capacity(independent, boundary):
     limit = np.random.default_rng(4).uniform(0.5, 2, h0.shape)
     for bound in (0.37, limit):
         total = float(np.broadcast_to(bound, h0.shape).sum())
-        solution = press(h0, limit=bound, total=total, boundary=boundary)
+        solution = solve_bounded(h0, limit=bound, total=total, boundary=boundary)
         pressure = assert_solved(independent, solution, h0, bound, boundary, total)
         np.testing.assert_allclose(pressure, np.broadcast_to(bound, h0.shape), rtol=1e-12)
 
@@ -157,8 +157,8 @@ def test_exactly_full_capacity(independent, boundary):
 def test_approach_reproduces_the_load(independent, boundary, limit):
     h0 = gaps((40, 56), "walk", np.random.default_rng(5))
     total = 0.02 * h0.size
-    by_load = press(h0, limit=limit, total=total, boundary=boundary, tolerance=1e-9)
-    by_approach = press(
+    by_load = solve_bounded(h0, limit=limit, total=total, boundary=boundary, tolerance=1e-9)
+    by_approach = solve_bounded(
         h0, limit=limit, approach=by_load.approach, boundary=boundary, tolerance=1e-9
     )
     pressure = assert_solved(independent, by_approach, h0, limit, boundary)
@@ -172,7 +172,7 @@ def test_approach_reproduces_the_load(independent, boundary, limit):
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 def test_bodies_apart_are_solved_without_pressure(boundary):
     h0 = gaps((12, 20), "white", np.random.default_rng(2))
-    solution = press(h0, approach=-0.1, boundary=boundary)
+    solution = solve_bounded(h0, approach=-0.1, boundary=boundary)
     assert solution.status is Status.CONVERGED
     assert solution.certificate == 0
     assert solution.pressure.size == 0
@@ -182,7 +182,7 @@ def test_bodies_apart_are_solved_without_pressure(boundary):
 def test_single_pixel_contact_in_closed_form():
     h0 = np.full((16, 16), 10.0)
     h0[5, 7] = 0
-    solution = press(h0, total=0.3)
+    solution = solve_bounded(h0, total=0.3)
     np.testing.assert_array_equal(solution.index, [5 * 16 + 7])
     assert solution.pressure[0] == pytest.approx(0.3, rel=1e-12)
     unit = convolution.free((16, 16), PIXEL, MODULUS, workers=1).self_displacement
@@ -199,7 +199,7 @@ def test_full_periodic_contact_in_closed_form(independent, spread):
     qx = 2 * np.pi * np.fft.fftfreq(35, PIXEL[1])
     wavy = np.fft.ifft2(-np.fft.fft2(h0) * MODULUS * np.hypot(qy, qx) / 2).real
     mean = -1.2 * wavy.min()
-    solution = press(h0, total=mean * h0.size, boundary="periodic", tolerance=1e-9)
+    solution = solve_bounded(h0, total=mean * h0.size, boundary="periodic", tolerance=1e-9)
     pressure = assert_solved(
         independent, solution, h0, math.inf, "periodic", mean * h0.size, tolerance=1e-9
     )
@@ -238,7 +238,7 @@ def test_the_answer_is_the_minimum(independent):
         energy = p @ matrix @ p / 2 + h0.ravel() @ p
         if energy < best_energy:
             best, best_energy = p, energy
-    solution = press(h0, limit=limit, total=total, tolerance=1e-11)
+    solution = solve_bounded(h0, limit=limit, total=total, tolerance=1e-11)
     # 1e-9: certificate 1e-11 and the condition of six pixels.
     np.testing.assert_allclose(dense(solution).ravel(), best, atol=1e-9)
 
@@ -246,7 +246,7 @@ def test_the_answer_is_the_minimum(independent):
 def test_warm_start_from_anything_gives_the_same_answer(independent):
     h0 = gaps((64, 80), "walk", np.random.default_rng(8))
     limit, total = 0.1, 0.02 * h0.size
-    cold = press(h0, limit=limit, total=total)
+    cold = solve_bounded(h0, limit=limit, total=total)
     expected = dense(cold)
     rng = np.random.default_rng(9)
     one = np.array([17])
@@ -260,7 +260,7 @@ def test_warm_start_from_anything_gives_the_same_answer(independent):
         "zeros": (one, np.array([0.0])),
     }
     for name, start in starts.items():
-        warm = press(h0, limit=limit, total=total, start=start)
+        warm = solve_bounded(h0, limit=limit, total=total, start=start)
         pressure = assert_solved(independent, warm, h0, limit, "free", total)
         # Both have certificate 1e-6; the condition of the problem makes it 1e-4 at worst.
         error = np.linalg.norm(pressure - expected) / np.linalg.norm(expected)
@@ -287,7 +287,7 @@ def test_no_unit_changes_a_bit(kind, shape, total, boundary, limit):
     h0 = gaps(shape, kind, np.random.default_rng(1))
     h0 /= np.ptp(h0)
     small, large = (
-        press(h0 * unit, limit=limit * unit, total=total * unit, boundary=boundary)
+        solve_bounded(h0 * unit, limit=limit * unit, total=total * unit, boundary=boundary)
         for unit in (2.0**-40, 2.0**40)
     )
     assert small.convolutions == large.convolutions
@@ -299,7 +299,7 @@ def test_no_unit_changes_a_bit(kind, shape, total, boundary, limit):
 def test_history_shows_every_level_and_ends_with_the_answer():
     h0 = gaps((130, 140), "walk", np.random.default_rng(10))
     seen = []
-    solution = press(h0, total=0.02 * h0.size, progress=seen.append)
+    solution = solve_bounded(h0, total=0.02 * h0.size, progress=seen.append)
     assert tuple(seen) == solution.history
     assert seen[-1].shape == (130, 140)
     assert seen[-1].certificate == solution.certificate <= 1e-6
@@ -314,7 +314,7 @@ def test_convolution_limit_returns_best_solution(independent, boundary):
     h0 = gaps((61, 97), "walk", np.random.default_rng(11))
     total = 0.02 * h0.size
     for allowed in (1, 2, 3, 5):
-        solution = press(
+        solution = solve_bounded(
             h0, limit=0.1, total=total, boundary=boundary, max_iterations=allowed, tolerance=1e-12
         )
         assert solution.status is Status.CONVOLUTION_LIMIT
@@ -332,7 +332,9 @@ def test_convolution_limit_returns_best_solution(independent, boundary):
 
 def test_a_tolerance_below_rounding_ends_as_stalled():
     h0 = gaps((40, 30), "walk", np.random.default_rng(12))
-    solution = press(h0, limit=0.1, total=0.02 * h0.size, tolerance=1e-30, max_iterations=500)
+    solution = solve_bounded(
+        h0, limit=0.1, total=0.02 * h0.size, tolerance=1e-30, max_iterations=500
+    )
     # Rounding may, by luck, leave no step at all: ε = 0 is below any tolerance.
     assert solution.status is (Status.STALLED if solution.certificate else Status.CONVERGED)
     assert solution.certificate < 1e-9  # rounding, 1e-16, times the largest over the smallest gap
@@ -351,8 +353,8 @@ def test_stagnation_near_rounding_is_detected(certificate, bursts, lost):
 @pytest.mark.parametrize("kind", ["white", "walk"])
 def test_tolerance_below_rounding_ends_early(kind):
     h0 = gaps((40, 30), kind, np.random.default_rng(3))
-    needed = press(h0, total=24, tolerance=1e-9)
-    solution = press(h0, total=24, tolerance=1e-30, max_iterations=500)
+    needed = solve_bounded(h0, total=24, tolerance=1e-9)
+    solution = solve_bounded(h0, total=24, tolerance=1e-30, max_iterations=500)
     assert solution.certificate < 1e-9
     assert solution.convolutions < 200
     assert needed.status is Status.CONVERGED
@@ -373,7 +375,7 @@ def test_convolutions_do_not_grow_with_the_grid():
         h0 = (x[:, None] ** 2 + x**2) / 2
         h0 -= h0.min()
         pixel = (1 / n, 1 / n)
-        solution = press(h0, total=0.01 * n * n, pixel=pixel)
+        solution = solve_bounded(h0, total=0.01 * n * n, pixel=pixel)
         assert solution.status is Status.CONVERGED
         counts.append(solution.convolutions)
     # Measured 10 to 16; unpreconditioned conjugate gradients double with every second grid.

@@ -117,7 +117,7 @@ class Dense:
         return Dense(inverse, self.shape, self.rows, self.sums)
 
 
-def on_processes(edges, run, matrix_of=None):
+def run_on_processes(edges, run, matrix_of=None):
     """Return what ``run(family, rows)`` returns on each process, and how many sums it took."""
     group, results, errors = Group(edges), {}, []
     matrix_of = matrix_of or love
@@ -170,7 +170,7 @@ def by_fft(shape, coarsening):
     return convolution.free(shape, edges, MODULUS, workers=1)
 
 
-def joined(solutions, edges):
+def join_solutions(solutions, edges):
     pressure = np.zeros(SHAPE)
     for solution, first in zip(solutions, edges[:-1], strict=True):
         pressure[first:].ravel()[solution.index] = solution.pressure
@@ -212,7 +212,7 @@ CASES = {
 
 
 @cache
-def on_edges(case, edges):
+def solve_on_processes(case, edges):
     """Return the solutions of a case on processes, one for each."""
     kind, options = CASES[case]
     h0, limit = gap(kind), options.get("limit", np.inf)
@@ -227,14 +227,14 @@ def on_edges(case, edges):
         here = limit[rows] if isinstance(limit, np.ndarray) else limit
         return bounded.solve(BoundedProblem(h0[rows], here, **wanted, whole=SHAPE), family, **more)
 
-    solutions, calls = on_processes(edges, run)
+    solutions, calls = run_on_processes(edges, run)
     assert calls > 20
     return solutions
 
 
 def same(solutions, edges, expected):
-    pressure = joined([expected], (0, 24))
-    found = joined(solutions, edges)
+    pressure = join_solutions([expected], (0, 24))
+    found = join_solutions(solutions, edges)
     np.testing.assert_array_equal(found > 0, pressure > 0)
     np.testing.assert_allclose(found, pressure, rtol=0, atol=1e-7 * pressure.max())
     assert solutions[0].approach == pytest.approx(expected.approach, rel=1e-8, abs=1e-8)
@@ -244,7 +244,7 @@ def same(solutions, edges, expected):
 
 @pytest.mark.parametrize("case", CASES)
 def test_an_operator_of_another_make(several_levels, case):
-    expected, found = on_edges(case, None)[0], on_edges(case, (0, 24))
+    expected, found = solve_on_processes(case, None)[0], solve_on_processes(case, (0, 24))
     assert expected.status is found[0].status is Status.CONVERGED
     if case != "loose":
         same(found, (0, 24), expected)
@@ -253,7 +253,7 @@ def test_an_operator_of_another_make(several_levels, case):
 @pytest.mark.parametrize("edges", [(0, 12, 24), (0, 4, 16, 24)], ids=str)
 @pytest.mark.parametrize("case", CASES)
 def test_a_map_on_several_processes(several_levels, case, edges):
-    expected, solutions = on_edges(case, (0, 24))[0], on_edges(case, edges)
+    expected, solutions = solve_on_processes(case, (0, 24))[0], solve_on_processes(case, edges)
     same(solutions, edges, expected)
     for solution in solutions:
         # All decide alike, to the last bit, and as one process alone does.
@@ -279,9 +279,9 @@ def test_a_wave_that_nothing_resists_on_several_processes() -> None:
         sums = family((1, 1), (1, 1)).sums
         return active_set._feasible_length(0 * full, full, limit[rows].ravel(), sums)
 
-    assert on_processes((0, 16, 24), way)[0] == [0.3, 0.3]
-    alone, _ = on_processes((0, 24), run, waves)
-    several, _ = on_processes((0, 16, 24), run, waves)
+    assert run_on_processes((0, 16, 24), way)[0] == [0.3, 0.3]
+    alone, _ = run_on_processes((0, 24), run, waves)
+    several, _ = run_on_processes((0, 16, 24), run, waves)
     same(several, (0, 16, 24), alone[0])
     assert [len(s.history) for s in several] == [len(alone[0].history)] * 2
 
@@ -300,12 +300,12 @@ def test_projection_on_several_processes(edges, limit):
         found = project(values[rows], limit, total, sums)
         return found, remove_rounding(found, limit, sums)
 
-    parts, _ = on_processes(edges, run)
+    parts, _ = run_on_processes(edges, run)
     np.testing.assert_allclose(np.concatenate([part[0] for part in parts]), expected, atol=1e-14)
     np.testing.assert_allclose(np.concatenate([part[1] for part in parts]), clean, atol=1e-14)
     # What counts as dust is measured by the largest pressure of all.
     dusty = np.array([5e-13] + 22 * [0.2] + [1.0])
-    parts, _ = on_processes(
+    parts, _ = run_on_processes(
         edges, lambda family, rows: remove_rounding(dusty[rows], 1.0, family((1, 1), (1, 1)).sums)
     )
     assert np.concatenate(parts)[0] == 0
@@ -323,14 +323,16 @@ def test_a_tilted_map_on_several_processes(several_levels, edges):
             BoundedProblem(h0[rows], 0.5, 60.0, whole=SHAPE), family, *arguments, **more
         )
 
-    found, _ = on_processes(edges, run)
+    found, _ = run_on_processes(edges, run)
     pressure = np.zeros(SHAPE)
     pressure.ravel()[expected.index] = expected.pressure
     for _, other in found:
         assert other == found[0][1]
         assert other == pytest.approx(slope, rel=1e-5)
     np.testing.assert_allclose(
-        joined([solution for solution, _ in found], edges), pressure, atol=1e-5 * pressure.max()
+        join_solutions([solution for solution, _ in found], edges),
+        pressure,
+        atol=1e-5 * pressure.max(),
     )
 
 

@@ -142,7 +142,7 @@ def test_time_left_of_solve_is_within_factor_of_two(clock, boundary, ceiling):
     forecast, told = Forecast(), []
     work = at = 0
 
-    def look(state):
+    def record_progress(state):
         nonlocal work, at
         # A convolution takes a time in proportion to the points of its grid.
         step = state.step
@@ -158,7 +158,7 @@ def test_time_left_of_solve_is_within_factor_of_two(clock, boundary, ceiling):
         load=0.5,
         boundary=boundary,
         ceiling=ceiling,
-        progress=look,
+        progress=record_progress,
         calibrated=False,
     )
     shares = [done for _, done, _ in told]

@@ -8,7 +8,7 @@ from roughcontact.solvers.rigid_tilt import Punch, flat_punch
 PIXEL = (1e-6, 1.6e-6)
 
 
-def pressed(shape, index, boundary, precision="double") -> tuple[Punch, np.ndarray]:
+def solve_punch(shape, index, boundary, precision="double") -> tuple[Punch, np.ndarray]:
     """Return the punch on some pixels, and the matrix of what they do to all of the map."""
     family = Boundary(boundary).operators(
         shape, PIXEL, 2e11, precision=precision, workspace=Workspace(1)
@@ -28,12 +28,12 @@ def test_flat_punch_displaces_pixels_equally(boundary: str, share: float) -> Non
     # One pixel alone, too.
     chosen[[0, 40]] = False, True
     index = np.flatnonzero(chosen)
-    found, matrix = pressed(shape, index, boundary)
+    found, matrix = solve_punch(shape, index, boundary)
     exact = np.linalg.solve(matrix[index], np.ones(index.size))
     assert found.total == pytest.approx(exact.sum(), rel=1e-7)
     np.testing.assert_allclose(found.pressure, exact, rtol=0, atol=2e-3 * exact.max())
     np.testing.assert_allclose(found.displacement.ravel(), matrix @ exact, rtol=0, atol=2e-3)
-    single, _ = pressed(shape, index, boundary, "single")
+    single, _ = solve_punch(shape, index, boundary, "single")
     assert single.total == pytest.approx(exact.sum(), rel=1e-5)
 
 

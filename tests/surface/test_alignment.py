@@ -28,7 +28,7 @@ def waves(y: np.ndarray, x: np.ndarray) -> np.ndarray:
     return np.sin(0.7 * x + 0.3 * y + 0.4) + np.cos(0.5 * x - 0.6 * y) + 0.5 * np.sin(0.9 * y) + x
 
 
-def moved(y, x, offset, angle, mirrored):
+def moved_point(y, x, offset, angle, mirrored):
     """Where a point of the grid lies on the map, by the plain rotation matrix."""
     # Counter-clockwise as drawn is from x towards -y.
     t = -math.radians(angle)
@@ -70,7 +70,7 @@ def test_every_point_is_where_it_belongs(offset, angle, mirrored) -> None:
         shape, pixel, new_shape, new_pixel, offset, angle, mirrored
     )
     y, x = points(new_shape, new_pixel)
-    old_y, old_x = moved(y, x, offset, angle, mirrored)
+    old_y, old_x = moved_point(y, x, offset, angle, mirrored)
     i, j = np.indices(new_shape)
     for axis, expected in ((0, old_y / 2.0 + 9.5), (1, old_x / 1.0 + 14.5)):
         got = matrix[axis, 0] * i + matrix[axis, 1] * j + start[axis]
@@ -217,7 +217,7 @@ def test_cubics_are_met_up_to_the_edge(shape: tuple[int, int]) -> None:
     for angle, mirrored in ((17.0, False), (-100.0, True), (0.0, False)):
         motion = ((41, 43), (0.03, 0.04), (0.05, -0.1), angle, mirrored)
         new = alignment.align(heights, pixel, *motion)
-        y, x = moved(*points((41, 43), (0.03, 0.04)), *motion[2:])
+        y, x = moved_point(*points((41, 43), (0.03, 0.04)), *motion[2:])
         on = (np.abs(y) <= 0.75 - pixel[0] / 2) & (np.abs(x) <= 1.0 - pixel[1] / 2)
         np.testing.assert_array_equal(np.isfinite(new), on)
         # The product of cubics in y and x holds every term; rounding is enlarged a little.
@@ -242,7 +242,7 @@ def test_the_spline_is_that_of_scipy() -> None:
 
 def test_the_error_of_the_spline_falls_with_the_fourth_power() -> None:
     motion = ((160, 150), (0.15, 0.16), (0.31, -0.17), 25.0, True)
-    y, x = moved(*points(*motion[:2]), *motion[2:])
+    y, x = moved_point(*points(*motion[:2]), *motion[2:])
     expected = waves(y, x)
     sizes, errors = (40, 56, 80, 113, 160), []
     for n in sizes:
@@ -264,7 +264,7 @@ def test_the_motion_is_mirror_turn_shift(angle: float) -> None:
     for mirrored in (False, True):
         motion = ((40, 60), (0.35, 0.3), offset, angle, mirrored)
         new = alignment.align(waves(*points(shape, pixel)), pixel, *motion)
-        y, x = moved(*points((40, 60), (0.35, 0.3)), *motion[2:])
+        y, x = moved_point(*points((40, 60), (0.35, 0.3)), *motion[2:])
         # 23 points a wave: the spline is off by 1e-4 of the waves.
         np.testing.assert_allclose(new, waves(y, x), rtol=0, atol=2e-4)
 
@@ -331,7 +331,7 @@ def test_a_hole_does_not_disturb_its_surroundings() -> None:
     # Distance from the hole in pixels of the map. The harmonic filling has a kink at the rim, a
     # change of slope of about half a height a pixel at most, of which a twelfth is felt next to it
     # and 2 - √3 of that with every pixel from there.
-    y, x = moved(*points((60, 60), (0.3, 0.3)), (0.1, 0.2), 20.0, False)
+    y, x = moved_point(*points((60, 60), (0.3, 0.3)), (0.1, 0.2), 20.0, False)
     i, j = y / pixel[0] + 39.5, x / pixel[1] + 44.5
     distance = np.maximum(np.abs(i - 42.5) - 3.5, np.abs(j - 52) - 3)
     error = np.abs(new - whole)[there]

@@ -32,11 +32,11 @@ PIXEL = (1e-6, 1e-6)
 SMALL = (128, 160)
 
 
-def made(shape: tuple[int, int] = SMALL, **asked: Any) -> rc.Surface:
+def make_map(shape: tuple[int, int] = SMALL, **asked: Any) -> rc.Surface:
     return rc.generate(shape, PIXEL, **{"Sq": "0.5 um", "Sal": "5 um", **asked})
 
 
-def missed(surface: rc.Surface) -> dict[str, float]:
+def missed_parameters(surface: rc.Surface) -> dict[str, float]:
     return {one.name: one.missed for one in generation.compare_parameters(surface) if not one.met}
 
 
@@ -55,8 +55,8 @@ def missed(surface: rc.Surface) -> dict[str, float]:
     ids=str,
 )
 def test_generated_map_has_requested_parameters(asked: dict[str, Any]) -> None:
-    surface = made(**asked)
-    assert missed(surface) == {}
+    surface = make_map(**asked)
+    assert missed_parameters(surface) == {}
     named = {one.name: one for one in generation.compare_parameters(surface)}
     values = surface.roughness()
     for name, one in named.items():
@@ -79,7 +79,7 @@ def test_all_at_once_on_a_large_map() -> None:
         Sku=5.0,
         hurst=0.7,
     )
-    assert missed(surface) == {}
+    assert missed_parameters(surface) == {}
     assert len(generation.compare_parameters(surface)) == 7
     # The waves of its spectrum span little more than an octave, which a note says.
     assert {item.kind for item in missed_notes(surface)} == {CautionTag.NARROW_SPECTRUM}
@@ -87,7 +87,7 @@ def test_all_at_once_on_a_large_map() -> None:
 
 def test_map_with_requested_parameters_is_not_corrected() -> None:
     spectrum_asked = Spectrum(SMALL, PIXEL, 12e-6, 3e-6, 0.8, 0.5)
-    heights = made(Str=0.5).heights
+    heights = make_map(Str=0.5).heights
     Sal, Str, _ = spectrum.texture(heights, PIXEL)
     asked = generation._RequestedParameters(
         0.5e-6, Sal, None, 0.8, None, 3e-6, Str, 0.0, (0.0, 3.0), None
@@ -102,22 +102,22 @@ def test_map_with_requested_parameters_is_not_corrected() -> None:
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_another_map() -> None:
-    first, again, other = made(), made(), made(rng=1)
+    first, again, other = make_map(), make_map(), make_map(rng=1)
     assert first.heights.tobytes() == again.heights.tobytes()
     assert abs(np.corrcoef(first.heights.ravel(), other.heights.ravel())[0, 1]) < 0.2
 
 
 def test_a_generator_draws_the_seed_that_is_recorded() -> None:
-    surface = made(rng=np.random.default_rng(5))
+    surface = make_map(rng=np.random.default_rng(5))
     assert surface.provenance.origin is not None
     seed = surface.provenance.origin.arguments["seed"]
-    assert np.array_equal(made(rng=seed).heights, surface.heights)
-    assert (made(rng=None).heights != made(rng=None).heights).any()
+    assert np.array_equal(make_map(rng=seed).heights, surface.heights)
+    assert (make_map(rng=None).heights != make_map(rng=None).heights).any()
 
 
 def test_a_seed_is_one_body_on_every_grid() -> None:
     asked = {"Sal": None, "rolloff_wavelength": 30e-6, "cutoff_wavelength": 8e-6}
-    coarse = made((96, 96), **asked)
+    coarse = make_map((96, 96), **asked)
     fine = rc.generate((192, 192), (0.5e-6, 0.5e-6), Sq="0.5 um", **asked)
     # Equal but for the ranks of the heights, of which one map has four times as many.
     assert np.corrcoef(coarse.heights.ravel(), fine.heights[::2, ::2].ravel())[0, 1] > 0.999
@@ -125,7 +125,7 @@ def test_a_seed_is_one_body_on_every_grid() -> None:
 
 @pytest.mark.long
 def test_the_spectrum_is_flat_then_falls_then_ends() -> None:
-    surface = made((256, 256), Sal=None, rolloff_wavelength=32e-6, hurst=0.6, Ssk=-1.0)
+    surface = make_map((256, 256), Sal=None, rolloff_wavelength=32e-6, hurst=0.6, Ssk=-1.0)
     q, power, _ = spectrum.radial_spectrum(surface.heights, PIXEL)
     waves_per_metre = q / (2 * np.pi)
     flat = waves_per_metre < 0.9 / 32e-6
@@ -151,7 +151,7 @@ def longest_direction(heights: np.ndarray) -> float:
 
 @pytest.mark.parametrize("lay", [0.0, 30.0, 90.0, 135.0])
 def test_the_lay_is_counter_clockwise_as_drawn(lay: float) -> None:
-    surface = made(Str=0.3, lay=lay)
+    surface = make_map(Str=0.3, lay=lay)
     apart = (longest_direction(surface.heights) - lay + 90) % 180 - 90
     assert abs(apart) < 4
     turned = marks.turned_heights((200, 200), PIXEL, 20e-6, 1e-3, lay)
@@ -160,7 +160,7 @@ def test_the_lay_is_counter_clockwise_as_drawn(lay: float) -> None:
 
 @pytest.mark.slow
 def test_honing_crosses_at_its_angle() -> None:
-    surface = made((160, 160), Sal=None, rolloff_wavelength=2e-5, honing=60.0, lay=20.0)
+    surface = make_map((160, 160), Sal=None, rolloff_wavelength=2e-5, honing=60.0, lay=20.0)
     power = np.abs(np.fft.fft2(surface.heights)) ** 2
     fy, fx = np.meshgrid(np.fft.fftfreq(160), np.fft.fftfreq(160), indexing="ij")
     # A wave across grooves runs at right angles to them.
@@ -220,7 +220,7 @@ def test_a_lay_turned_half_around_is_the_same() -> None:
 )
 def test_impossible_parameters_raise_input_error(asked: dict[str, Any], told: str) -> None:
     with pytest.raises(rc.InputError, match=f"^{told}"):
-        made((96, 128), **asked)
+        make_map((96, 128), **asked)
 
 
 @pytest.mark.long
@@ -231,28 +231,30 @@ def test_unreachable_moments_raise_input_error() -> None:
 
 @pytest.mark.slow
 def test_missed_parameters_are_reported_with_reason() -> None:
-    grooves = made((96, 96), Str=0.05)
+    grooves = make_map((96, 96), Str=0.05)
     told = missed_notes(grooves)[0]
     assert (told.kind, told.severity) == (CautionTag.GENERATE_MISSED, Severity.NOTE)
     assert "Str is at most 0.1" in told.text
-    few = made((96, 96), Sal=16e-6, Str=1.0, cutoff_wavelength="16 um")
+    few = make_map((96, 96), Sal=16e-6, Str=1.0, cutoff_wavelength="16 um")
     told = missed_notes(few)[0]
     assert "correlation areas fit" in told.text
 
 
 def test_narrow_spectrum_is_reported_with_its_ends() -> None:
-    (told,) = missed_notes(made((96, 96), cutoff_wavelength="8 um"))
+    (told,) = missed_notes(make_map((96, 96), cutoff_wavelength="8 um"))
     assert told.kind == CautionTag.NARROW_SPECTRUM
     assert told.numbers["span"] == pytest.approx(1.6, rel=0.2)
     assert (
-        missed_notes(made((96, 96), rolloff_wavelength="16 um", Sal=None, cutoff_wavelength="4 um"))
+        missed_notes(
+            make_map((96, 96), rolloff_wavelength="16 um", Sal=None, cutoff_wavelength="4 um")
+        )
         == ()
     )
 
 
 @pytest.mark.long
 def test_provenance_reproduces_map() -> None:
-    surface = made(Ssk=-0.5, Str=0.5, lay=20.0, rng=7)
+    surface = make_map(Ssk=-0.5, Str=0.5, lay=20.0, rng=7)
     about = surface.provenance
     assert provenance.from_text(provenance.to_text(about)) == about
     assert about.source == "generated rough surface, seed 7"
@@ -336,7 +338,7 @@ def test_the_command_prints_both_and_writes_every_format(tmp_path: Path, capsys:
     assert "Sal" in shown
     assert "96 × 128 points" in shown
     assert figure.stat().st_size > 1000
-    expected = made((96, 128), Ssk=-0.5, rng=4).heights
+    expected = make_map((96, 128), Ssk=-0.5, rng=4).heights
     for path in files[:3]:
         assert rc.read_surface(path).heights.tobytes() == expected.tobytes()
     assert app.main([*words, "--json"]) == app.SOLVED

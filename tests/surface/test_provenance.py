@@ -76,7 +76,7 @@ def test_added_form_is_kept_as_its_operation() -> None:
     assert known[0].found["shape"] == (9, 9)
 
 
-def everything() -> Provenance:
+def provenance_of_every_step() -> Provenance:
     surface = Surface(np.arange(80.0).reshape(8, 10) ** 2 * 1e-9, PIXEL, Provenance("a", "b", "c"))
     ball = nominal_bodies.sphere(radius=1 / 3, shape=(8, 10), pixel=PIXEL)
     made = surface.leveled().with_form(ball).aligned(surface, (1e-6 / 3, 0), 12.5).filled()
@@ -84,7 +84,7 @@ def everything() -> Provenance:
 
 
 def test_a_provenance_survives_as_text() -> None:
-    about = everything()
+    about = provenance_of_every_step()
     text = to_text(about)
     assert text.isascii()
     again = from_text(text)
@@ -94,8 +94,8 @@ def test_a_provenance_survives_as_text() -> None:
     assert pickle.loads(pickle.dumps(about)) == about
 
 
-def changed(change: Any) -> str:
-    record = json.loads(to_text(everything()))
+def changed_record(change: Any) -> str:
+    record = json.loads(to_text(provenance_of_every_step()))
     change(record)
     return json.dumps(record)
 
@@ -107,19 +107,19 @@ def changed(change: Any) -> str:
         "[]",
         "{}",
         "3",
-        changed(lambda r: r.update(version=99)),
-        changed(lambda r: r.pop("source")),
-        changed(lambda r: r["operations"][0].update(method="polished")),
-        changed(lambda r: r["operations"][0].pop("found")),
-        changed(lambda r: r["operations"][0]["arguments"].pop("form")),
-        changed(lambda r: r["operations"][0]["arguments"].update({"x=exit()": 1})),
-        changed(lambda r: r["operations"][1]["arguments"].update(form=None)),
-        changed(lambda r: r["operations"][2]["found"].update(smoothing=[1.0])),
-        changed(lambda r: r["origin"].update(method="leveled")),
-        changed(lambda r: r["origin"]["found"].update(shape="many")),
-        changed(lambda r: r["origin"]["found"].pop("shape")),
-        changed(lambda r: r["origin"]["arguments"].pop("pixel")),
-        changed(lambda r: r["origin"].update(method="read_surface")),
+        changed_record(lambda r: r.update(version=99)),
+        changed_record(lambda r: r.pop("source")),
+        changed_record(lambda r: r["operations"][0].update(method="polished")),
+        changed_record(lambda r: r["operations"][0].pop("found")),
+        changed_record(lambda r: r["operations"][0]["arguments"].pop("form")),
+        changed_record(lambda r: r["operations"][0]["arguments"].update({"x=exit()": 1})),
+        changed_record(lambda r: r["operations"][1]["arguments"].update(form=None)),
+        changed_record(lambda r: r["operations"][2]["found"].update(smoothing=[1.0])),
+        changed_record(lambda r: r["origin"].update(method="leveled")),
+        changed_record(lambda r: r["origin"]["found"].update(shape="many")),
+        changed_record(lambda r: r["origin"]["found"].pop("shape")),
+        changed_record(lambda r: r["origin"]["arguments"].pop("pixel")),
+        changed_record(lambda r: r["origin"].update(method="read_surface")),
     ],
 )
 def test_damaged_text_raises_value_error(text: str) -> None:

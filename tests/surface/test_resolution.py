@@ -345,10 +345,10 @@ def test_a_spectrum_whose_last_wave_is_beyond_the_noise_ends_there() -> None:
 
 
 def test_coarsest_limit_of_several_maps_is_reported_once() -> None:
-    def noted(*maps: Surface) -> tuple[Caution, ...]:
+    def notes_of_maps(*maps: Surface) -> tuple[Caution, ...]:
         return resolution_cautions({"tip-radius": None}, maps)  # type: ignore[arg-type]
 
-    def own(surface: Surface) -> tuple[Caution, ...]:
+    def cautions_of_surface(surface: Surface) -> tuple[Caution, ...]:
         return tuple(limit.caution for limit in surface.resolution_limits())
 
     heights = rough(0, shortest=2.0000001)
@@ -361,16 +361,18 @@ def test_coarsest_limit_of_several_maps_is_reported_once() -> None:
     assert None not in scales
     assert scales[0] < scales[1]  # type: ignore[operator]
     for maps in ((fine, coarse), (coarse, fine)):
-        (told,) = noted(*maps)
+        (told,) = notes_of_maps(*maps)
         assert (told.where, told.place) == ("2 of 2 maps, worst coarse.opd", "coarse.opd")
-        assert told.parts == own(coarse)[0].parts
-    assert noted(fine) == noted(fine, fine) == own(fine)
+        assert told.parts == cautions_of_surface(coarse)[0].parts
+    assert notes_of_maps(fine) == notes_of_maps(fine, fine) == cautions_of_surface(fine)
     # What one of them alone has is told as its own; what was not measured says nothing.
     plain = replace(fine, heights=heights, provenance=Provenance("plain.opd", "Wyko OPD"))
-    assert noted(plain) == ()
-    assert noted(fine, plain)[0].where == "1 of 2 maps, fine.opd"
-    assert noted(fine, replace(coarse, provenance=Provenance("made"))) == own(fine)
+    assert notes_of_maps(plain) == ()
+    assert notes_of_maps(fine, plain)[0].where == "1 of 2 maps, fine.opd"
+    assert notes_of_maps(
+        fine, replace(coarse, provenance=Provenance("made"))
+    ) == cautions_of_surface(fine)
     # A word for an option stays one.
     probe = Surface(np.zeros((4, 4)), PIXEL, Provenance("scan", "NT-MDT"))
-    (asked,) = noted(probe, plain)
+    (asked,) = notes_of_maps(probe, plain)
     assert ArgumentRef("tip_radius") in asked.parts

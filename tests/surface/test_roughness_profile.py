@@ -147,7 +147,7 @@ def traced(uneven=0.0):
     return np.sort(x + uneven * rng.uniform(-1, 1, x.size)), z
 
 
-def written(path, x, z, head="", mark="\t", comma=False):
+def write_profile(path, x, z, head="", mark="\t", comma=False):
     lines = [f"{a:.7f}{mark}{b:.6f}" for a, b in zip(x, z, strict=True)]
     text = "\n".join(lines) + "\n"
     path.write_text(head + (text.replace(".", ",") if comma else text), encoding="utf-8")
@@ -171,7 +171,7 @@ def written(path, x, z, head="", mark="\t", comma=False):
 )
 def test_two_columns_are_a_profile(tmp_path, name, options, unit):
     x, z = traced()
-    path = written(tmp_path / name, x, z, **options)
+    path = write_profile(tmp_path / name, x, z, **options)
     surface = rc.read_surface(path, unit=unit)
     assert surface.is_profile
     assert surface.pixel[1] == pytest.approx(5e-7, rel=1e-9)
@@ -225,7 +225,7 @@ def test_points_marked_as_not_valid_are_missing(tmp_path):
 @pytest.mark.parametrize("stated", ["", "X_(microns),y1\n"])
 def test_one_unit_for_two_columns_raises_input_error(tmp_path, stated):
     x, z = traced()
-    path = written(tmp_path / "t.csv", x, z, head=stated, mark=",")
+    path = write_profile(tmp_path / "t.csv", x, z, head=stated, mark=",")
     with pytest.raises(rc.InputError, match=r"^t\.csv is a profile .* give .*unit="):
         rc.read_surface(path)
     if stated:
@@ -240,7 +240,7 @@ def test_one_unit_for_two_columns_raises_input_error(tmp_path, stated):
 
 def test_single_number_does_not_make_profile(tmp_path):
     x, z = traced()
-    path = written(tmp_path / "t.txt", x, z, head="mm um\n17\n")
+    path = write_profile(tmp_path / "t.txt", x, z, head="mm um\n17\n")
     with pytest.raises(rc.FormatError):
         rc.read_surface(path)
 
@@ -259,7 +259,7 @@ def test_positions_even_but_for_their_last_digit_are_not_interpolated(tmp_path):
 
 def test_uneven_points_are_resampled_with_step(tmp_path):
     x, _ = traced(uneven=2e-4)
-    path = written(tmp_path / "t.txt", x, np.sin(20 * x))
+    path = write_profile(tmp_path / "t.txt", x, np.sin(20 * x))
     surface = rc.read_surface(path, unit="mm, um")
     (note,) = surface.provenance.steps
     assert "resampled to" in note
@@ -283,7 +283,7 @@ def test_rounded_positions_are_even(tmp_path):
 
 def test_falling_positions_are_read_from_the_other_end(tmp_path):
     x, z = traced()
-    path = written(tmp_path / "t.txt", x[::-1], z)
+    path = write_profile(tmp_path / "t.txt", x[::-1], z)
     np.testing.assert_allclose(
         rc.read_surface(path, unit="mm, um").heights[0, ::-1], 1e-6 * z, atol=1e-12
     )
@@ -292,17 +292,17 @@ def test_falling_positions_are_read_from_the_other_end(tmp_path):
 def test_a_gap_of_the_trace_is_missing(tmp_path):
     x, z = traced()
     kept = np.r_[0:700, 760:2000]
-    surface = rc.read_surface(written(tmp_path / "t.txt", x[kept], z[kept]), unit="mm, um")
+    surface = rc.read_surface(write_profile(tmp_path / "t.txt", x[kept], z[kept]), unit="mm, um")
     assert surface.shape == (1, 2000)
     assert np.array_equal(np.flatnonzero(np.isnan(surface.heights[0])), np.arange(700, 760))
 
 
 def test_units_and_length_of_profile_are_required_or_replaced(tmp_path):
     x, z = traced()
-    bare = written(tmp_path / "bare.txt", x, z)
+    bare = write_profile(tmp_path / "bare.txt", x, z)
     with pytest.raises(rc.InputError, match=r'gives no units of its positions.*unit="mm, um"'):
         rc.read_surface(bare)
-    stated = written(tmp_path / "stated.txt", x, z, head="x [mm]\tz [um]\n")
+    stated = write_profile(tmp_path / "stated.txt", x, z, head="x [mm]\tz [um]\n")
     found = rc.read_surface(stated, unit="mm, nm")
     assert found.provenance.steps == ("read: units mm and um of the file replaced by mm, nm",)
     assert np.ptp(found.heights) == pytest.approx(1e-9 * np.ptp(z))

@@ -17,7 +17,7 @@ def rough(shape: tuple[int, int] = (6, 9)) -> np.ndarray:
     return 1e-6 * np.random.default_rng(4).standard_normal(shape)
 
 
-def holed() -> Surface:
+def surface_with_holes() -> Surface:
     heights = rough()
     heights[2:4, 5] = np.nan
     return Surface(heights, PIXEL, ORIGIN)
@@ -170,7 +170,7 @@ def assert_prepared(before: Surface, after: Surface, step: str) -> None:
 
 @pytest.mark.parametrize("form", ["plane", "quadric", "mean"])
 def test_leveled(form: str) -> None:
-    before = holed()
+    before = surface_with_holes()
     kept = before.heights.copy()
     after = before.leveled(form)
     assert_prepared(before, after, "leveled")
@@ -181,12 +181,12 @@ def test_leveled(form: str) -> None:
 
 
 def test_leveled_subtracts_plane_by_default() -> None:
-    before = holed()
+    before = surface_with_holes()
     np.testing.assert_array_equal(before.leveled().heights, before.leveled("plane").heights)
 
 
 def test_filled() -> None:
-    before = holed()
+    before = surface_with_holes()
     after = before.filled()
     assert_prepared(before, after, "filled: 2 missing points")
     assert (before.missing, after.missing) == (2, 0)
@@ -199,14 +199,14 @@ def test_filled() -> None:
 
 def test_filled_uses_pixel_of_each_axis() -> None:
     # With dy ≫ dx the heights to the left and right count, those above and below do not.
-    heights = holed().heights
+    heights = surface_with_holes().heights
     filled = Surface(heights, (1e-3, 1e-6)).filled().heights
     beside = (heights[2:4, 4] + heights[2:4, 6]) / 2
     np.testing.assert_allclose(filled[2:4, 5], beside, atol=1e-5 * np.nanmax(heights))
 
 
 def test_masked() -> None:
-    before = holed()
+    before = surface_with_holes()
     after = before.masked()
     assert_prepared(before, after, "masked: 2 missing points")
     assert after.holes_masked
@@ -218,7 +218,7 @@ def test_masked() -> None:
 
 
 def test_cropped() -> None:
-    before = holed()
+    before = surface_with_holes()
     after = before.cropped((1, 4), (2, 7))
     assert_prepared(before, after, "cropped: rows 1:4, columns 2:7")
     np.testing.assert_array_equal(after.heights, before.heights[1:4, 2:7])
@@ -231,7 +231,7 @@ def test_cropped() -> None:
 
 
 def test_steps_are_in_order() -> None:
-    steps = holed().leveled().filled().cropped((0, 5), (0, 5)).provenance.steps
+    steps = surface_with_holes().leveled().filled().cropped((0, 5), (0, 5)).provenance.steps
     words = [step.split(":")[0] for step in steps]
     assert words == ["made", "leveled", "filled", "cropped"]
 
@@ -247,7 +247,7 @@ def test_fill_and_mask_of_whole_map_add_no_step() -> None:
 
 
 def test_roughness_is_that_of_the_heights() -> None:
-    surface = holed()
+    surface = surface_with_holes()
     assert surface.Sq == roughness.rms_height(surface.heights)
     assert surface.Sdq == roughness.rms_gradient(surface.heights, PIXEL)
 
@@ -291,14 +291,14 @@ def test_the_outside_of_a_body_needs_no_mask() -> None:
 
 def test_holes_of_a_measurement_are_not_accepted_by_a_form() -> None:
     whole = Surface(np.zeros((6, 9)), PIXEL)
-    assert not holed().with_form(whole).holes_masked
-    assert holed().with_form(whole).missing == 2
-    assert holed().masked().with_form(whole).holes_masked
+    assert not surface_with_holes().with_form(whole).holes_masked
+    assert surface_with_holes().with_form(whole).missing == 2
+    assert surface_with_holes().masked().with_form(whole).holes_masked
     # Beside the outside they would be filled, or masked, together with it.
-    for one, other in ((holed(), punch()), (punch(), holed())):
+    for one, other in ((surface_with_holes(), punch()), (punch(), surface_with_holes())):
         with pytest.raises(InputError, match="2 missing points of one map lie inside the other"):
             one.with_form(other)
-    masked = holed().masked().with_form(punch())
+    masked = surface_with_holes().masked().with_form(punch())
     assert masked.holes_masked
     assert masked.missing == 6 * 9 - 4 * 5 + 2
     # A body that is not said to end there has holes like any other.
@@ -348,7 +348,7 @@ def test_aligned_between_the_quarters_is_between() -> None:
 
 
 def test_aligned_without_motion_keeps_the_bits() -> None:
-    before = holed()
+    before = surface_with_holes()
     after = before.aligned(Surface(np.zeros((6, 9)), PIXEL))
     assert_prepared(before, after, "aligned: point by point onto 6 × 9 points of 2 µm × 3 µm")
     assert after.heights.tobytes() == before.heights.tobytes()
@@ -377,7 +377,7 @@ def test_aligned_adds_step() -> None:
 
 def test_points_aligned_off_map_are_not_masked() -> None:
     grid = Surface(np.zeros((6, 9)), PIXEL)
-    after = holed().masked().aligned(grid, offset=(0, 3e-6))
+    after = surface_with_holes().masked().aligned(grid, offset=(0, 3e-6))
     assert not after.holes_masked
     assert after.missing == 6 + 2
 

@@ -230,7 +230,7 @@ def test_the_correlation_of_rough_joints_is_within_its_scatter(ceiling: float | 
     assert ((slope > 0.85) & (slope < 1.1)).all()
 
 
-def filled(result: rc.ContactResult, local: np.ndarray, resistivity: float) -> float:
+def coupled_conductance(result: rc.ContactResult, local: np.ndarray, resistivity: float) -> float:
     """Return the conductance per area of half-spaces joined by local conductances, both solved.
 
     The flux q under a unit drop of temperature: q/h + Σ(1/k) S q = 1, S q of a wave q/|k|.
@@ -271,7 +271,7 @@ def test_gap_conductance_adds_as_in_coupled_solution() -> None:
             surface, material=metal, load=rc.NominalPressure(pressure), boundary="periodic"
         )
         found = rc.conductance(result, steel, aluminium)
-        alone = filled(result, np.where(result.contact, np.inf, 0), resistivity)
+        alone = coupled_conductance(result, np.where(result.contact, np.inf, 0), resistivity)
         assert found.thermal_conductance[0] == pytest.approx(alone, rel=1e-3)
         for name, low, high, near in (
             ("air", 0.75, 1.05, 0.01),
@@ -282,7 +282,7 @@ def test_gap_conductance_adds_as_in_coupled_solution() -> None:
             fluid = filling_of(name)
             with np.errstate(divide="ignore"):
                 gap = fluid.conductivity / (np.fmax(result.gap, 0) + fluid.jump)
-            both = filled(result, np.where(result.contact, np.inf, gap), resistivity)
+            both = coupled_conductance(result, np.where(result.contact, np.inf, gap), resistivity)
             together = rc.conductance(result, steel, aluminium, gap=name)
             added = together.column("filled_gap")[0]
             assert low * (both - alone) < added < high * (both - alone)

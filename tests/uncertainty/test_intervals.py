@@ -117,7 +117,7 @@ def test_rows_name_number_ends_and_causes():
     assert "ceiling and pixel not studied" in rows["approach"][1]
 
 
-def pressed(surface, load, **options):
+def solve_with_study(surface, load, **options):
     given = {"material": STEEL, "load": load, "ceiling": None, **options}
     return rc.solve(surface, **given), rc.resolution_study(surface, **given)
 
@@ -126,7 +126,7 @@ def pressed(surface, load, **options):
 def test_interval_of_study_covers_hertz(load):
     pixel, radius = 1e-6, 0.01
     ball = rc.Surface(shapes.paraboloid((128, 128), (pixel, pixel), radius), (pixel, pixel))
-    result, study = pressed(ball, load)
+    result, study = solve_with_study(ball, load)
     modulus = STEEL.young / 0.91
     reach = hertz.contact_radius(load, radius, modulus)
     exact = {
@@ -147,7 +147,7 @@ def test_the_pressure_at_an_edge_has_no_limit():
     pixel = 2e-6
     y, x = (np.mgrid[:128, :128] + 0.5) * pixel
     ball = rc.Surface(-((x - 40e-6) ** 2 + (y - 128e-6) ** 2) / 0.02, (pixel, pixel))
-    result, study = pressed(ball, 2.0)
+    result, study = solve_with_study(ball, 2.0)
     # From the pixel of the map to half of it it hardly changes.
     assert abs(study.changes("max_pressure")[-1]) < 0.05
     assert not study.independent("max_pressure")
@@ -169,7 +169,7 @@ def test_the_pressure_at_an_edge_has_no_limit():
 def test_the_edge_of_a_punch_within_the_map_has_no_limit():
     y, x = np.mgrid[-64:64, -64:64] + 0.5
     punch = rc.Surface(np.where(np.hypot(x, y) < 20, 0.0, np.nan), (1e-6, 1e-6)).masked()
-    result, study = pressed(punch, 0.1)
+    result, study = solve_with_study(punch, 0.1)
     told = interval(result, "max_pressure", study)
     assert causes(told)[Cause.GRID].high == math.inf
     assert not study.independent("max_pressure")
@@ -179,15 +179,15 @@ def test_the_edge_of_a_punch_within_the_map_has_no_limit():
 def test_a_map_rough_down_to_its_pixel_has_no_last_area():
     rng = np.random.default_rng(3)
     rough = rc.Surface(rng.normal(scale=5e-9, size=(64, 64)), (1e-6, 1e-6))
-    result, study = pressed(rough, 0.05, boundary="periodic")
+    result, study = solve_with_study(rough, 0.05, boundary="periodic")
     assert Cause.WAVES in interval(result, "contact_fraction", study).unknown
     assert Cause.WAVES not in interval(result, "mean_gap", study).unknown
-    smooth, study = pressed(BALL, 0.2)
+    smooth, study = solve_with_study(BALL, 0.2)
     assert interval(smooth, "contact_fraction", study).unknown == ()
 
 
 def test_pressure_interval_ends_at_ceiling():
-    result, study = pressed(BALL, 4.0, ceiling=3e9)
+    result, study = solve_with_study(BALL, 4.0, ceiling=3e9)
     told = interval(result, "max_pressure", study)
     assert told.value <= told.high <= 3e9 * (1 + 1e-5)
 

@@ -47,12 +47,12 @@ def reconstruction(surface: rc.Surface, tool: Instrument, **more: Any) -> Recons
     return Reconstruction(surface.heights, surface.pixel, tool, **more)
 
 
-def pressed(surface: rc.Surface, **more: Any) -> rc.ContactResult:
+def solve_surface(surface: rc.Surface, **more: Any) -> rc.ContactResult:
     problem = {"material": STEEL, "load": "50 MPa", "boundary": "periodic", "calibrated": False}
     return rc.solve(surface, **{**problem, **more})
 
 
-def measured(points: int = 64, **more: float) -> tuple[rc.Surface, Instrument]:
+def measure_surface(points: int = 64, **more: float) -> tuple[rc.Surface, Instrument]:
     tool = Instrument(resolution=6 * UM, **more)
     surface = rough(2 * points)
     image = tool.measure(
@@ -125,12 +125,12 @@ def test_draws_of_worn_surfaces_are_as_smooth_on_summits_as_these() -> None:
     noise = noisy.noise * np.random.default_rng(4).standard_normal(image.shape)
     assert replace(uneven, heights=image.heights + noise, instrument=noisy).hides_summits
     assert not uneven.hides_summits
-    intervals = pressed(image, ceiling=None).uncertainty(tool, 4 * UM, draws=4)
+    intervals = solve_surface(image, ceiling=None).uncertainty(tool, 4 * UM, draws=4)
     assert Cause.SUMMITS in intervals.of("contact_fraction").budget
     assert intervals.of("stiffness") is None
     assert "The summits are worn" in intervals.remarks[0]
     with pytest.raises(InputError, match="a tip hides how smooth"):
-        pressed(image).uncertainty(Instrument("tip", tip_radius=1e-9), 4 * UM)
+        solve_surface(image).uncertainty(Instrument("tip", tip_radius=1e-9), 4 * UM)
 
 
 def test_the_periodic_part_of_a_plane_is_flat_and_of_a_periodic_map_itself() -> None:
@@ -166,10 +166,10 @@ def test_a_draw_with_a_lay_has_the_slope_of_the_surface(number: int) -> None:
 
 @pytest.mark.long
 def test_the_largest_pressure_at_a_step_between_the_edges_has_no_interval() -> None:
-    image, tool = measured(64, noise=1e-9)
+    image, tool = measure_surface(64, noise=1e-9)
     ramp = np.linspace(0, 4 * image.Sq, 64)
     for heights, has in ((image.heights, True), (image.heights + ramp, False)):
-        result = pressed(rc.Surface(heights, image.pixel), ceiling=None)
+        result = solve_surface(rc.Surface(heights, image.pixel), ceiling=None)
         known = result.uncertainty(tool, 4 * UM, draws=4)
         assert (known.of("max_pressure") is not None) == has
 
@@ -183,10 +183,10 @@ def test_equal_quantiles_in_each_column_have_unit_variance() -> None:
 @pytest.mark.long
 def test_material_by_dimensional_analysis_agrees_with_other_materials() -> None:
     surface = rough(64)
-    result = pressed(surface, tolerance=1e-8)
+    result = solve_surface(surface, tolerance=1e-8)
     known = result.uncertainty(material={"E": 0.01, "yield": 0.0})
     stiffer = replace(STEEL, young=STEEL.young * 1.02)
-    other = pressed(surface, material=stiffer, tolerance=1e-8)
+    other = solve_surface(surface, material=stiffer, tolerance=1e-8)
     for name in ("contact_fraction", "mean_gap", "approach"):
         item = known.of(name)
         assert item is not None
@@ -199,7 +199,7 @@ def test_material_by_dimensional_analysis_agrees_with_other_materials() -> None:
 
 @pytest.mark.long
 def test_budget_without_instrument_has_grid_and_material() -> None:
-    known = pressed(rough(64)).uncertainty()
+    known = solve_surface(rough(64)).uncertainty()
     item = known.of("contact_fraction")
     assert item is not None
     assert set(item.budget) <= {Cause.GRID, Cause.YOUNG, Cause.YIELD}
@@ -208,7 +208,7 @@ def test_budget_without_instrument_has_grid_and_material() -> None:
 
 @pytest.mark.long
 def test_the_interval_of_a_perfect_instrument_is_nearly_that_of_the_grid() -> None:
-    result = pressed(rough(64, 6.0), ceiling=None)
+    result = solve_surface(rough(64, 6.0), ceiling=None)
     exact = {"E": 0.0, "yield": 0.0}
     perfect = result.uncertainty(Instrument(resolution=0.0), 6 * UM, exact, 4)
     grid = result.uncertainty(material=exact)
@@ -224,12 +224,12 @@ def test_the_interval_of_a_perfect_instrument_is_nearly_that_of_the_grid() -> No
 @pytest.mark.long
 def test_intervals_hold_the_surface_and_repeat_to_the_bit() -> None:
     surface = rough(128)
-    image, tool = measured(64, noise=1e-9)
-    result = pressed(image)
+    image, tool = measure_surface(64, noise=1e-9)
+    result = solve_surface(image)
     known = result.uncertainty(tool, 4 * UM, draws=6, rng=2)
     assert isinstance(known, Uncertainty)
     assert result.uncertainty(tool, 4 * UM, draws=6, rng=2).summary() == known.summary()
-    truth = pressed(surface)
+    truth = solve_surface(surface)
     for item in known.intervals:
         assert item.low <= item.value <= item.high
         assert sum(item.budget.values()) == pytest.approx(1)
@@ -249,7 +249,7 @@ def test_finer_maps_give_the_waves_that_a_coarse_map_lacks() -> None:
     image = coarse.measure(surface, points=(64, 64), periodic=True, rng=rng)
     whole = fine.measure(surface, periodic=True, rng=rng).heights
     parts = [rc.Surface(whole[y : y + 96, y : y + 96], (UM, UM)) for y in (0, 80, 160)]
-    result, truth = pressed(image, ceiling=None), pressed(surface, ceiling=None)
+    result, truth = solve_surface(image, ceiling=None), solve_surface(surface, ceiling=None)
     assert result.contact_fraction > 1.4 * truth.contact_fraction
     area = measurement.NUMBERS["contact_fraction"].of(truth)
     also = [(part, fine) for part in parts]
@@ -273,8 +273,8 @@ def test_finer_maps_give_the_waves_that_a_coarse_map_lacks() -> None:
 
 @pytest.mark.slow
 def test_a_number_of_the_surface_has_the_scatter_of_samples_of_it() -> None:
-    image, tool = measured(64)
-    result = pressed(image)
+    image, tool = measure_surface(64)
+    result = solve_surface(image)
     here, everywhere = (
         result.uncertainty(tool, 4 * UM, draws=4, of=of) for of in ("map", "surface")
     )
@@ -288,7 +288,7 @@ def test_a_number_of_the_surface_has_the_scatter_of_samples_of_it() -> None:
         assert item.high / item.low > one.high / one.low
     part = rc.Surface(image.heights[:32, :32], image.pixel)
     with pytest.raises(InputError, match="not a sample of the surface"):
-        pressed(part).uncertainty(Instrument(resolution=4 * UM), 4 * UM, of="surface")
+        solve_surface(part).uncertainty(Instrument(resolution=4 * UM), 4 * UM, of="surface")
     with pytest.raises(InputError, match="instrument is needed with of"):
         result.uncertainty(of="surface")
 
@@ -296,7 +296,7 @@ def test_a_number_of_the_surface_has_the_scatter_of_samples_of_it() -> None:
 @pytest.mark.long
 def test_contacts_without_intervals_raise_input_error() -> None:
     surface = rough(64)
-    result = pressed(surface)
+    result = solve_surface(surface)
     tool = Instrument(resolution=30 * UM)
     with pytest.raises(InputError, match="more than a tenth of a side"):
         require_octaves(reconstruction(surface, tool))
@@ -305,21 +305,21 @@ def test_contacts_without_intervals_raise_input_error() -> None:
     with pytest.raises(InputError, match="at least one pixel"):
         result.uncertainty(Instrument(resolution=4 * UM), 0.5 * UM)
     with pytest.raises(InputError, match="approach has no intervals"):
-        pressed(surface, load=None, approach="0.2 um").uncertainty()
+        solve_surface(surface, load=None, approach="0.2 um").uncertainty()
     with pytest.raises(InputError, match="must hold relative"):
         result.uncertainty(material={"nu": 0.1})
     holes = surface.heights.copy()
     holes[:9] = np.nan
     filled = rc.Surface(holes, surface.pixel).filled()
     with pytest.raises(InputError, match="filled points"):
-        pressed(filled).uncertainty()
+        solve_surface(filled).uncertainty()
 
 
 @pytest.mark.long
 def test_command_prints_and_saves_intervals(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    image, _ = measured(64, noise=1e-9)
+    image, _ = measure_surface(64, noise=1e-9)
     path, report, file, fine = (
         tmp_path / name for name in ("map.x3p", "a.html", "a.nc", "fine.x3p")
     )
@@ -409,7 +409,7 @@ def test_intervals_hold_surfaces_of_the_benchmark() -> None:
 def test_a_sweep_has_the_intervals_of_each_load(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    image, _ = measured(64, noise=1e-9)
+    image, _ = measure_surface(64, noise=1e-9)
     path, table, file = (tmp_path / name for name in ("map.x3p", "curve.json", "one.json"))
     image.save(path)
     words = [
@@ -443,12 +443,12 @@ def test_a_sweep_has_the_intervals_of_each_load(
 
 @pytest.mark.long
 def test_the_intervals_include_form_and_ceiling() -> None:
-    image, tool = measured(64, noise=1e-9)
+    image, tool = measure_surface(64, noise=1e-9)
     y = np.linspace(0, 1, 64)[:, None]
     curved = rc.Surface(image.heights + 2 * image.Sq * (y - 0.5) ** 2, image.pixel).leveled()
-    result = pressed(curved, load="200 MPa")
+    result = solve_surface(curved, load="200 MPa")
     known = result.uncertainty(tool, 4 * UM, draws=4)
-    other = pressed(curved.leveled("quadric"), load="200 MPa")
+    other = solve_surface(curved.leveled("quadric"), load="200 MPa")
     change = format_change(other.mean_gap / result.mean_gap - 1)
     assert "leveling a quadric: contact area" in known.remarks[-1]
     assert f"mean gap {change}" in known.remarks[-1]
@@ -458,7 +458,7 @@ def test_the_intervals_include_form_and_ceiling() -> None:
         assert interval.low <= interval.value * ratio <= interval.high, interval.name
         assert Cause.FORM in interval.budget or interval.name == "max_pressure"
     # The contact under the calibrated ceiling is inside as well.
-    calibrated = pressed(curved, load="200 MPa", ceiling="calibrated")
+    calibrated = solve_surface(curved, load="200 MPa", ceiling="calibrated")
     for name in ("contact_fraction", "saturated_fraction", "mean_gap", "max_pressure"):
         item, number = known.of(name), measurement.NUMBERS[name].of
         ratio = number(calibrated) / number(result)
@@ -467,7 +467,7 @@ def test_the_intervals_include_form_and_ceiling() -> None:
 
 
 def test_the_crop_that_is_named_fits() -> None:
-    image, tool = measured(64, noise=1e-9)
+    image, tool = measure_surface(64, noise=1e-9)
     large = rc.Surface(np.tile(image.heights, (12, 16)), image.pixel).cropped((100, 700), (50, 900))
     result = rc.solve(
         large, load="1 N", material=rc.Material(210e9, 0.3), boundary="periodic", tolerance=1e-2
@@ -488,15 +488,15 @@ def test_the_crop_that_is_named_fits() -> None:
 
 @pytest.mark.long
 def test_structured_surfaces_raise_input_error() -> None:
-    image, tool = measured()
+    image, tool = measure_surface()
     heights = image.heights - image.heights.min()
     tracks = np.where(np.arange(64) % 8 == 4, 5, 1) * heights
     particle = heights.copy()
     particle[20:22, 30:32] += 8 * image.Sq
-    pressed(image).uncertainty(tool, 8 * UM, draws=4)
+    solve_surface(image).uncertainty(tool, 8 * UM, draws=4)
     for structured, told in ((tracks, "skewed heights"), (particle, "has peaks or pits")):
         with pytest.raises(InputError, match=told):
-            pressed(rc.Surface(structured, image.pixel)).uncertainty(tool, 8 * UM, draws=4)
+            solve_surface(rc.Surface(structured, image.pixel)).uncertainty(tool, 8 * UM, draws=4)
 
 
 def test_mismatched_edges_of_periodic_map_give_remark() -> None:

@@ -25,7 +25,7 @@ STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 GROUND = {"Sq": 0.5e-6, "Sdq": 0.1, "Sal": 12e-6}
 
 
-def of_steel(pressure: float | str, **changes: object) -> Estimate:
+def estimate_steel(pressure: float | str, **changes: object) -> Estimate:
     given = {**GROUND, "material": STEEL, **changes}
     return rc.estimate(pressure=pressure, **given)
 
@@ -125,7 +125,7 @@ def test_solved_map_is_within_interval() -> None:
 
 def test_low_ceiling_bounds_contact_from_below() -> None:
     soft = replace(STEEL, yield_strength=0.1e9)
-    found = of_steel("60 MPa", material=soft)
+    found = estimate_steel("60 MPa", material=soft)
     assert found.contact.value == pytest.approx(0.2, rel=0.02)
     assert 0.2 * (1 - 1e-12) <= found.contact.low <= found.contact.value <= found.contact.high
     assert found.saturated.value <= 0.2 + 1e-12
@@ -133,7 +133,7 @@ def test_low_ceiling_bounds_contact_from_below() -> None:
 
 @pytest.mark.parametrize("ceiling", [None, "auto"])
 def test_more_load_more_contact_and_less_gap(ceiling: str | None) -> None:
-    found = [of_steel(p, ceiling=ceiling) for p in np.geomspace(400e6, 2.2e9, 12)]
+    found = [estimate_steel(p, ceiling=ceiling) for p in np.geomspace(400e6, 2.2e9, 12)]
     for name, sign in (("contact", 1), ("saturated", 1), ("gap", -1)):
         values = np.array([getattr(one, name).value for one in found])
         assert (sign * np.diff(values) >= 0).all()
@@ -143,31 +143,33 @@ def test_more_load_more_contact_and_less_gap(ceiling: str | None) -> None:
 
 
 def test_estimate_is_invariant_under_units() -> None:
-    first = of_steel(200e6)
-    wide = of_steel(200e6, Sq=5e-6, Sal=120e-6)
+    first = estimate_steel(200e6)
+    wide = estimate_steel(200e6, Sq=5e-6, Sal=120e-6)
     assert wide.contact == first.contact
     assert wide.gap.value == pytest.approx(10 * first.gap.value)
     stiff = replace(STEEL, young=420e9, yield_strength=2e9)
-    assert of_steel(400e6, material=stiff).contact.value == pytest.approx(first.contact.value)
+    assert estimate_steel(400e6, material=stiff).contact.value == pytest.approx(first.contact.value)
 
 
 def test_without_the_correlation_length_the_gap_is_less_sure() -> None:
-    known, unknown = of_steel(200e6), of_steel(200e6, Sal=None)
+    known, unknown = estimate_steel(200e6), estimate_steel(200e6, Sal=None)
     assert unknown.roughness.Sal is None
     assert unknown.gap.high - unknown.gap.low > known.gap.high - known.gap.low
     assert unknown.contact.value == pytest.approx(known.contact.value, rel=0.05)
 
 
 def test_plastic_volume_is_given_within_its_domain() -> None:
-    perfect = of_steel(200e6)
+    perfect = estimate_steel(200e6)
     assert perfect.plastic_volume is not None
     hard = rc.Material(young=210e9, poisson=0.3, hardening=rc.hardening.Linear(1e9, 4e9))
-    hardening = of_steel(200e6, material=hard)
+    hardening = estimate_steel(200e6, material=hard)
     assert hardening.plastic_volume is not None
     assert hardening.plastic_volume.value == pytest.approx(perfect.plastic_volume.value, rel=0.3)
-    assert of_steel("2 GPa", material=replace(STEEL, yield_strength=None)).plastic_volume is None
+    assert (
+        estimate_steel("2 GPa", material=replace(STEEL, yield_strength=None)).plastic_volume is None
+    )
     swift = rc.Material(young=210e9, poisson=0.3, hardening=rc.hardening.Swift(1240e6, 30, 0.085))
-    found = of_steel(200e6, material=swift)
+    found = estimate_steel(200e6, material=swift)
     assert found.plastic_volume is None
     (caution,) = found.cautions
     assert caution.kind == CautionTag.ESTIMATE_DOMAIN
@@ -175,11 +177,11 @@ def test_plastic_volume_is_given_within_its_domain() -> None:
 
 
 def test_estimate_takes_few_milliseconds() -> None:
-    of_steel(200e6)
+    estimate_steel(200e6)
     spent = []
     for _ in range(50):
         began = time.process_time()
-        of_steel(200e6)
+        estimate_steel(200e6)
         spent.append(time.process_time() - began)
     # Processor time, since the machine may be busy; the best of many, as clocks are coarse.
     assert min(spent) < 3e-3
@@ -211,7 +213,7 @@ def test_values_outside_domain_raise_input_error(
     changes: dict[str, object], argument: str, words: str
 ) -> None:
     with pytest.raises(rc.InputError, match=words) as caught:
-        of_steel(**{"pressure": "200 MPa", **changes})
+        estimate_steel(**{"pressure": "200 MPa", **changes})
     assert caught.value.argument == argument
 
 
@@ -350,7 +352,7 @@ def test_command_prints_table_and_json(capsys: pytest.CaptureFixture[str], tmp_p
     assert "plastic volume over area" not in out
     assert app.main([*COMMAND, "--pressure", "200 MPa", "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)
-    found = of_steel(200e6)
+    found = estimate_steel(200e6)
     assert told["contact"] == pytest.approx(found.contact.value)
     assert told["gap_low"] == pytest.approx(found.gap.low)
     assert json.loads(written.read_text())["contact_high"] == told["contact_high"]

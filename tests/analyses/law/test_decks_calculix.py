@@ -103,7 +103,7 @@ def law(friction: float | None = None) -> rc.results.InterfaceLaw:
     )
 
 
-def pressed(folder: Path, branch: str, overclosures: list[float]) -> list[tuple[float, float]]:
+def run_calculix(folder: Path, branch: str, overclosures: list[float]) -> list[tuple[float, float]]:
     """Return overclosure [mm] and pressure [MPa] that the blocks take, step by step."""
     # The blocks give way as well, by some part of it: the faces are looked at.
     deck = BLOCKS.format(branch=branch.upper())
@@ -136,7 +136,7 @@ def test_two_blocks_give_the_table_back(branch: str, tmp_path: Path) -> None:
     asked = np.geomspace(25e6, 0.95e9, 9)
     closed = (curve.first_touch - curve.separation_at(asked)) * 1e3
     given = closed + 2 * asked * 1e-6 / 210e3
-    told = pressed(tmp_path, branch, given.tolist())
+    told = run_calculix(tmp_path, branch, given.tolist())
     assert len(told) == asked.size
     for (overclosure, pressure), p, wanted in zip(told, asked * 1e-6, closed, strict=True):
         assert overclosure == pytest.approx(wanted, rel=0.01)

@@ -22,7 +22,7 @@ PRESSURES = [30e6, 100e6, 300e6, 600e6]
 MAPS = [rc.Surface(*rc.reference_map(64, seed)) for seed in (3, 4)]
 
 
-def solved(
+def solve_contacts(
     surface: rc.Surface, boundary: str = "periodic", **more: object
 ) -> list[rc.ContactResult]:
     return [
@@ -36,8 +36,8 @@ def solved(
     ]
 
 
-CONTACTS = [solved(surface) for surface in MAPS]
-AGAIN = [solved(rc.indented_surface(contacts[-1]), ceiling=None) for contacts in CONTACTS]
+CONTACTS = [solve_contacts(surface) for surface in MAPS]
+AGAIN = [solve_contacts(rc.indented_surface(contacts[-1]), ceiling=None) for contacts in CONTACTS]
 LAW = rc.interface_law(
     (one for contacts in CONTACTS for one in reversed(contacts)),
     (one for contacts in AGAIN for one in contacts),
@@ -71,7 +71,7 @@ def test_points_are_those_of_the_contacts() -> None:
 
 
 def test_a_law_of_elastic_contacts_has_one_branch() -> None:
-    law = rc.interface_law(solved(MAPS[0], ceiling=None))
+    law = rc.interface_law(solve_contacts(MAPS[0], ceiling=None))
     assert law.is_elastic
     assert law.branches == (LOADING,)
     lacking = rc.interface_law(CONTACTS[0])
@@ -123,14 +123,16 @@ def test_curve_is_monotone_for_any_slopes() -> None:
 @pytest.mark.parametrize("points", [4, 6, 9])
 def test_curve_error_matches_interpolation_error(points: int) -> None:
     # ū = Δ (1 - m + m ln m): Westergaard's, whose slope is Δ m ln m.
-    def at(m: np.ndarray) -> np.ndarray:
+    def separation_of(m: np.ndarray) -> np.ndarray:
         return 1e-7 * (1 - m + m * np.log(m))
 
     m = np.geomspace(0.05, 0.8, points)
     fine = np.geomspace(0.05, 0.8, 999)
     for compliance in (-1e-7 * np.log(m), None):
-        curve = Curve(m, at(m), compliance, 1e-7)
-        off = np.abs(curve.separation_at(fine) - at(fine)) / (-1e-7 * fine * np.log(fine))
+        curve = Curve(m, separation_of(m), compliance, 1e-7)
+        off = np.abs(curve.separation_at(fine) - separation_of(fine)) / (
+            -1e-7 * fine * np.log(fine)
+        )
         assert 0.6 * off.max() < curve.error < 1.6 * off.max()
 
 
@@ -155,7 +157,7 @@ def test_the_range_ends_where_too_few_spots_or_too_much_touch() -> None:
 
 def test_law_reports_smooth_counter_face() -> None:
     assert sum(caution.kind == CautionTag.ONE_ROUGH_FACE for caution in LAW.cautions) == 1
-    rough = rc.interface_law(solved(MAPS[0], counter_surface=MAPS[1]))
+    rough = rc.interface_law(solve_contacts(MAPS[0], counter_surface=MAPS[1]))
     assert CautionTag.ONE_ROUGH_FACE not in {caution.kind for caution in rough.cautions}
 
 
@@ -163,14 +165,14 @@ def test_law_reports_smooth_counter_face() -> None:
 def test_parts_give_caution_for_too_small_map() -> None:
     def quarters(surface: rc.Surface) -> rc.results.InterfaceLaw:
         parts = rc.partition(surface, 2, "mean")
-        return rc.interface_law(one for part in parts for one in solved(part, ceiling=None))
+        return rc.interface_law(one for part in parts for one in solve_contacts(part, ceiling=None))
 
-    def told(surface: rc.Surface) -> rc.results.InterfaceLaw:
-        law = rc.interface_law(solved(surface, ceiling=None))
+    def law_with_parts(surface: rc.Surface) -> rc.results.InterfaceLaw:
+        law = rc.interface_law(solve_contacts(surface, ceiling=None))
         return dataclasses.replace(law, parts=quarters(surface))
 
     tiled = rc.Surface(np.tile(MAPS[0].heights, (2, 2)), MAPS[0].pixel)
-    law = told(tiled)
+    law = law_with_parts(tiled)
     assert law.part_size is not None
     assert law.part_size.sufficient
     assert law.part_size.off < 1e-3
@@ -178,7 +180,9 @@ def test_parts_give_caution_for_too_small_map() -> None:
     # A hill as wide as the map, which its quarters lack.
     x = np.cos(2 * np.pi * np.arange(128) / 128)
     wavy = rc.Surface(tiled.heights + 0.6e-6 * x * x[:, None], tiled.pixel)
-    (other,) = (caution for caution in told(wavy).cautions if caution.kind == CautionTag.LAW_SIZE)
+    (other,) = (
+        caution for caution in law_with_parts(wavy).cautions if caution.kind == CautionTag.LAW_SIZE
+    )
     assert other.severity == "caution"
     assert other.numbers["off"] > other.numbers["chance"]
 
@@ -415,17 +419,17 @@ def test_contacts_without_law_raise_input_error() -> None:
         law(first[0])
     small = rc.Surface(*rc.reference_map(32, 1))
     with pytest.raises(rc.InputError, match="are of different grids, 64 × 64 points of"):
-        law(*first, *solved(small))
+        law(*first, *solve_contacts(small))
     coarse = rc.Surface(MAPS[1].heights, (2e-6, 2e-6))
     with pytest.raises(rc.InputError, match="different grids"):
-        law(*first, *solved(coarse))
+        law(*first, *solve_contacts(coarse))
     with pytest.raises(rc.InputError, match="differ in the material of the body, E 210 GPa"):
-        law(*first, *solved(MAPS[1], material=rc.Material(70e9, 0.3)))
+        law(*first, *solve_contacts(MAPS[1], material=rc.Material(70e9, 0.3)))
     tiny = rc.Surface(MAPS[0].heights[:8, :8], MAPS[0].pixel)
     with pytest.raises(rc.InputError, match="has 8 × 8 points: an interface law needs 16"):
-        law(*solved(tiny))
+        law(*solve_contacts(tiny))
     with pytest.raises(rc.InputError, match="too small for a free boundary: a rim of"):
-        law(*solved(small, "free"))
+        law(*solve_contacts(small, "free"))
     with pytest.raises(rc.InputError, match="map 1 is not map 1 of the contacts after its largest"):
         law(*first, after=tuple(CONTACTS[1]))
     with pytest.raises(rc.InputError, match="has 1 maps, and there are 2"):

@@ -18,7 +18,7 @@ E = rc.contact_modulus(STEEL, rc.RIGID)
 SOFT = rc.Material(210e9, 0.3, 1e9)
 
 
-def pressed(
+def solve_contacts(
     surface: rc.Surface,
     pressures: list[float],
     material: rc.Material = STEEL,
@@ -62,7 +62,7 @@ def test_a_wavy_surface_has_westergaards_law() -> None:
     surface = rc.Surface(np.tile(amplitude * np.cos(2 * np.pi * x), (16, 1)), (pixel, pixel))
     star = waves.wavy_full_contact_pressure(amplitude, length, E)
     pressures = [share * star for share in (0.05, 0.2, 0.5, 0.8)]
-    law = rc.interface_law(pressed(surface, pressures))
+    law = rc.interface_law(solve_contacts(surface, pressures))
     assert law.maps[0].first_touch == pytest.approx(amplitude, rel=1e-4)
     for step, p in zip(law.steps, pressures, strict=True):
         gap = waves.wavy_mean_gap(p, star, amplitude)
@@ -85,7 +85,7 @@ def test_one_ball_a_cell_is_hertzs_contact_with_its_images() -> None:
     y, x = (np.mgrid[:points, :points] - points / 2 + 0.5) * pixel
     surface = rc.Surface(-(x**2 + y**2) / (2 * radius), (pixel, pixel))
     pressures = [1e6, 4e6]
-    law = rc.interface_law(pressed(surface, pressures))
+    law = rc.interface_law(solve_contacts(surface, pressures))
     for step, p in zip(law.steps, pressures, strict=True):
         a = (3 * p * length**2 * radius / (4 * E)) ** (1 / 3)
         assert 10 * pixel < a < 0.1 * length
@@ -98,9 +98,9 @@ def test_one_ball_a_cell_is_hertzs_contact_with_its_images() -> None:
 def test_stiffness_is_the_slope_of_the_curve(boundary: str) -> None:
     surface = rough(128, 5, 12)
     pressures = [300e6 * factor for factor in (0.99, 1.0, 1.01)]
-    contacts = pressed(surface, pressures, SOFT, boundary)
+    contacts = solve_contacts(surface, pressures, SOFT, boundary)
     flowing = rc.interface_law(contacts, after(contacts, pressures, boundary))
-    elastic = rc.interface_law(pressed(surface, pressures, STEEL, boundary))
+    elastic = rc.interface_law(solve_contacts(surface, pressures, STEEL, boundary))
     assert not flowing.is_elastic
     # The outline of an elastic contact hardly matters: no pressure is at its edge.
     for (one,), branch in ((flowing.maps, UNLOADING), (elastic.maps, LOADING)):
@@ -113,7 +113,7 @@ def test_stiffness_is_the_slope_of_the_curve(boundary: str) -> None:
 def test_loading_stiffness_scatters_about_the_slope_of_the_curve() -> None:
     surface = rough(192, 6, 24)
     pressures = np.linspace(250e6, 350e6, 11).tolist()
-    (one,) = rc.interface_law(pressed(surface, pressures, SOFT)).maps
+    (one,) = rc.interface_law(solve_contacts(surface, pressures, SOFT)).maps
     p, u = one.column(LOADING, "pressure"), one.column(LOADING, "separation")
     compliance = 1 / one.column(LOADING, "stiffness")
     assert compliance.mean() == pytest.approx((u[0] - u[-1]) / (p[-1] - p[0]), rel=0.05)
@@ -122,7 +122,7 @@ def test_loading_stiffness_scatters_about_the_slope_of_the_curve() -> None:
 def test_unloading_starts_where_loading_ended_and_meets_the_history() -> None:
     surface = rough(64, 2, 16)
     pressures = [100e6, 300e6, 600e6]
-    contacts = pressed(surface, pressures, SOFT)
+    contacts = solve_contacts(surface, pressures, SOFT)
     law = rc.interface_law(contacts, after(contacts, pressures))
     top, down = law.of_branch(LOADING)[-1], law.of_branch(UNLOADING)
     assert down[-1].separation == pytest.approx(top.separation, rel=1e-4)
@@ -144,7 +144,7 @@ def test_a_joint_that_was_pressed_harder_conducts_more() -> None:
     # 20 MPa after 80 MPa on a ground face; the contact by the load history, apart from the law.
     surface = rc.generate((128, 128), (2e-6, 2e-6), Sq=0.4e-6, Sal=8e-6, Str=0.2, rng=1)
     pressures, metal = [20e6, 80e6], rc.Conductor(conductivity=40)
-    contacts = pressed(surface, pressures, SOFT)
+    contacts = solve_contacts(surface, pressures, SOFT)
     law = rc.interface_law(
         contacts, after(contacts, pressures), conductor=metal, counter_conductor=metal
     )
@@ -165,11 +165,11 @@ def test_inside_its_rim_a_free_map_has_the_law_of_a_periodic_one(ratio: float) -
     # The same map, free and periodic, the latter looked at in the same window so that only the
     # boundary differs.
     surface = rc.generate((256, 256), (1e-6, 1e-6), Sq=0.5e-6, Sal=6e-6, Str=ratio, rng=3)
-    free = rc.interface_law(pressed(surface, [30e6, 300e6, 1e9, 3e9], boundary="free"))
+    free = rc.interface_law(solve_contacts(surface, [30e6, 300e6, 1e9, 3e9], boundary="free"))
     (inside,) = free.maps
     assert inside.window is not None
     assert free.rim == pytest.approx(18e-6, rel=0.02)
-    around = pressed(surface, np.geomspace(10e6, 5e9, 21).tolist())
+    around = solve_contacts(surface, np.geomspace(10e6, 5e9, 21).tolist())
     p = np.array([one.pressure[inside.window].mean() for one in around])
     u = np.array([one.gap[inside.window].mean() for one in around])
     nominal = np.array([30e6, 300e6, 1e9, 3e9])
@@ -186,7 +186,9 @@ def test_inside_its_rim_a_free_map_has_the_law_of_a_periodic_one(ratio: float) -
 def test_perssons_exponential_holds_in_the_middle_range() -> None:
     surfaces = [rough(256, seed, 32) for seed in (0, 1)]
     pressures = np.geomspace(100e6, 600e6, 4).tolist()
-    law = rc.interface_law(one for surface in surfaces for one in pressed(surface, pressures))
+    law = rc.interface_law(
+        one for surface in surfaces for one in solve_contacts(surface, pressures)
+    )
     assert law.is_elastic
     assert 0.005 < law.steps[0].contact_fraction < law.steps[-1].contact_fraction < 0.06
     u = np.array([step.separation for step in law.steps])
@@ -201,7 +203,7 @@ def test_perssons_exponential_holds_in_the_middle_range() -> None:
 @pytest.mark.long
 def test_perssons_integral_holds_up_to_full_contact() -> None:
     surface = rough(256, 0, 32)
-    steps = rc.interface_law(pressed(surface, [3e9, 6e9, 12e9, 24e9])).steps
+    steps = rc.interface_law(solve_contacts(surface, [3e9, 6e9, 12e9, 24e9])).steps
     # From a fifth of the area in contact on, where ū is 0.66 Sq; measured: 0.014 Sq and less.
     assert 0.2 < steps[0].contact_fraction < 0.3
     assert steps[-1].contact_fraction > 0.8
@@ -238,14 +240,14 @@ def test_perssons_separation_is_that_of_its_energy() -> None:
 def test_the_mean_of_n_maps_scatters_as_one_over_root_n() -> None:
     pressures = [100e6, 110e6]
     singles = np.array(
-        [pressed(rough(64, seed, 16), pressures[:1])[0].gap.mean() for seed in range(48)]
+        [solve_contacts(rough(64, seed, 16), pressures[:1])[0].gap.mean() for seed in range(48)]
     )
     groups = singles.reshape(12, 4).mean(axis=1)
     # 12 groups tell their deviation to some 21 %.
     ratio = groups.std(ddof=1) / singles.std(ddof=1)
     assert 0.3 < ratio < 0.75
     law = rc.interface_law(
-        one for seed in range(4) for one in pressed(rough(64, seed, 16), pressures)
+        one for seed in range(4) for one in solve_contacts(rough(64, seed, 16), pressures)
     )
     step = law.steps[0]
     assert step.separation_deviation == pytest.approx(singles[:4].std(ddof=1), rel=1e-6)

@@ -101,7 +101,7 @@ def test_shear_flow_over_stripes_matches_closed_form(axis: int, periodic: tuple[
     assert flow(np.array(along), PIXEL, axis, periodic).sheared_gap == near(profile.mean())
 
 
-def dragged(gap: Array, axis: int, periodic: tuple[int, ...]) -> float:
+def direct_shear_flow(gap: Array, axis: int, periodic: tuple[int, ...]) -> float:
     """Return the flow per width over U/2 that a smooth sliding face drags along, solved directly.
 
     Pixels of constant gap; between two of them the flow g U/2 - g³ ∂p is the same on both sides.
@@ -154,7 +154,7 @@ def test_shear_flow_follows_from_pressure_flow(axis: int, periodic: tuple[int, .
         gap[2:4, 5:9] = gap[7, 2:4] = 0.0
     found = flow(gap, PIXEL, axis, periodic).sheared_gap
     assert found < gap.mean()
-    assert found == near(dragged(gap, axis, periodic), rel=1e-6)
+    assert found == near(direct_shear_flow(gap, axis, periodic), rel=1e-6)
 
 
 def test_flow_factors_of_sliding_are_those_of_the_gap() -> None:

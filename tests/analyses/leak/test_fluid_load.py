@@ -68,7 +68,7 @@ def influence(rows: int, columns: int, images: int = 60) -> Array:
     return result
 
 
-def press(matrix: Array, gap: Array, load: float) -> tuple[Array, Array]:
+def solve_elastic_contact(matrix: Array, gap: Array, load: float) -> tuple[Array, Array]:
     """Return pressure and gap of an elastic contact, by its active set."""
     active = gap < np.quantile(gap, 0.3)
     for _ in range(200):
@@ -124,14 +124,18 @@ def leaks(rows: int) -> tuple[float, float]:
     fluid = np.zeros(heights.shape)
     for _ in range(6):
         carried = float(fluid.sum()) * PIXEL**2
-        pressure, opened = press(matrix, gap + matrix @ fluid.ravel(), load - carried)
+        pressure, opened = solve_elastic_contact(
+            matrix, gap + matrix @ fluid.ravel(), load - carried
+        )
         opened[pressure > 0] = 0
         permeability, fraction = through(opened.reshape(heights.shape))
         fluid = DIFFERENCE * fraction * inside
     return permeability * heights.shape[1] / rows, carried / load
 
 
-def answer(path: Path, capsys: pytest.CaptureFixture[str], rows: int, *more: str) -> dict[str, Any]:
+def run_middle_rows(
+    path: Path, capsys: pytest.CaptureFixture[str], rows: int, *more: str
+) -> dict[str, Any]:
     """Return what the command finds of the middle rows of the seat under the cylinder."""
     np.save(path, seat(rows) * 1e6)
     words = f"--unit um --size {rows * 4}umx64um --level none --ceiling none"
@@ -152,14 +156,14 @@ def test_curved_seal_matches_separate_solution(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     expected, carried = leaks(96)
-    found = answer(tmp_path / "seat.npy", capsys, 96, "--flow-axis", "y")
+    found = run_middle_rows(tmp_path / "seat.npy", capsys, 96, "--flow-axis", "y")
     assert found["leak_rate_y"][0] == pytest.approx(expected * RATE, rel=0.03)
     assert found["fluid_share"][0] == pytest.approx(carried, rel=0.15)
     assert found["load"] == [pytest.approx(30e3 * 64e-6)]
     assert "30 N/mm (1.92 N)" in found["answer"]
     # The map outside of the contact changes nothing; a plain force is shown as it was given.
     load = ("--load", "1.92 N")
-    longer = answer(tmp_path / "seat.npy", capsys, 192, "--flow-axis", "y", *load)
+    longer = run_middle_rows(tmp_path / "seat.npy", capsys, 192, "--flow-axis", "y", *load)
     assert longer["leak_rate_y"] == pytest.approx(found["leak_rate_y"], rel=0.03)
     assert " at 1.92 N." in longer["answer"]
 
@@ -168,7 +172,7 @@ def test_flow_axes_have_separate_fluid_pressures(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     both, along_y, along_x = (
-        answer(tmp_path / "seat.npy", capsys, 64, *axis)
+        run_middle_rows(tmp_path / "seat.npy", capsys, 64, *axis)
         for axis in ((), ("--flow-axis", "y"), ("--flow-axis", "x"))
     )
     assert both["leak_rate_y"] == along_y["leak_rate_y"]
@@ -182,11 +186,11 @@ def test_fluid_above_the_load_raises_input_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(AssertionError):
-        answer(tmp_path / "seat.npy", capsys, 64, "--pressure-difference", "12000 bar")
+        run_middle_rows(tmp_path / "seat.npy", capsys, 64, "--pressure-difference", "12000 bar")
     assert "lifts the bodies" in capsys.readouterr().err
     # The land of a curved seal is as long as the load makes it.
     with pytest.raises(AssertionError):
-        answer(tmp_path / "seat.npy", capsys, 64, "--seal-length", "1 mm")
+        run_middle_rows(tmp_path / "seat.npy", capsys, 64, "--seal-length", "1 mm")
     assert "--seal-length is not valid with a nominal body" in capsys.readouterr().err
 
 

@@ -341,11 +341,13 @@ def test_bracket_shows_both_ceilings(tmp_path: Path, capsys: pytest.CaptureFixtu
     words = command(tmp_path / "map.npy", "--load", "30 MPa, 100 MPa", "--coating", "silver 5 um")
     words += ["--viscosity", "1 mPa s", "--pressure-difference", "1 bar", "--flow-axis", "y"]
 
-    def told(ceiling: str, *more: str) -> Any:
+    def output_under(ceiling: str, *more: str) -> Any:
         assert app.main([*words, "--ceiling", ceiling, *more]) == app.SOLVED
         return capsys.readouterr().out
 
-    coating, base, both = (json.loads(told(c, "--json")) for c in ("coating", "base", "bracket"))
+    coating, base, both = (
+        json.loads(output_under(c, "--json")) for c in ("coating", "base", "bracket")
+    )
     assert base["leak_rate_y"][-1] > 1.1 * coating["leak_rate_y"][-1]
     for key in ("contact_area", "mean_gap", "permeability_y", "leak_rate_y"):
         assert both[key] == coating[key]
@@ -355,7 +357,7 @@ def test_bracket_shows_both_ceilings(tmp_path: Path, capsys: pytest.CaptureFixtu
     low, high = interval["causes"][Cause.YIELDING]
     assert low == 0
     assert high == near(base["leak_rate_y"][-1] / coating["leak_rate_y"][-1] - 1, rel=1e-3)
-    shown = " ".join(told("bracket").split())
+    shown = " ".join(output_under("bracket").split())
     assert "contact (base) leak along y leak along y (base)" in shown
     assert "Ceiling of the coating: It leaks" in shown
     assert "Ceiling of the base: It leaks" in shown

@@ -157,8 +157,8 @@ def test_isotropic_hardening_decays_and_kinematic_hardening_cycles() -> None:
     isotropic = Line(4.6, law=Linear(STRENGTH, 20e9)).passes(5)
     assert isotropic[-1] < 0.02 * isotropic[0]
     law = Kinematic(Perfect(STRENGTH), 20e9)
-    assert rolled(Line(4.6, law=law), 8, steps=16).shakedown is Shakedown.PLASTIC_SHAKEDOWN
-    assert rolled(Line(4.6), 5, steps=16).shakedown is Shakedown.RATCHETING
+    assert roll_line(Line(4.6, law=law), 8, steps=16).shakedown is Shakedown.PLASTIC_SHAKEDOWN
+    assert roll_line(Line(4.6), 5, steps=16).shakedown is Shakedown.RATCHETING
 
 
 @pytest.mark.parametrize(
@@ -188,7 +188,7 @@ def test_invalid_paths_raise_input_error() -> None:
         rc.PathPoint(1.0, (None, 1e-6))
 
 
-def rolled(line: Line, passes: int, steps: int = 10, **more: Any) -> RollingResult:
+def roll_line(line: Line, passes: int, steps: int = 10, **more: Any) -> RollingResult:
     return rc.roll(
         line.flat,
         counter_surface=line.roller,
@@ -206,9 +206,9 @@ def rolled(line: Line, passes: int, steps: int = 10, **more: Any) -> RollingResu
 @pytest.mark.slow
 def test_passes_that_shake_down(tmp_path: Path) -> None:
     line = Line(3.7, half_width=5, points=40)
-    first = rolled(line, 2, folder=tmp_path / "kept")
+    first = roll_line(line, 2, folder=tmp_path / "kept")
     assert first.shakedown is Shakedown.NOT_SETTLED
-    found = rolled(line, 3, folder=tmp_path / "kept")
+    found = roll_line(line, 3, folder=tmp_path / "kept")
     assert found.passes[:2] == first.passes
     assert found.outcome_text == "shaken down after 2 passes"
     assert found.passes[0].strain_added == found.passes[0].max_plastic_strain > 1e-3
@@ -217,7 +217,7 @@ def test_passes_that_shake_down(tmp_path: Path) -> None:
 
 def test_reciprocating_elastic_pass_has_expected_offsets() -> None:
     line = Line(1.5, half_width=5, points=40)
-    found = rolled(line, 2, steps=3, reciprocating=True, friction=0.1, travel="9 um")
+    found = roll_line(line, 2, steps=3, reciprocating=True, friction=0.1, travel="9 um")
     assert found.shakedown is Shakedown.ELASTIC
     told = [(round(s.offset[1] * 1e6), s.direction) for s in found.result.increments]
     assert told == [(0, 0), (3, 0), (6, 0), (6, 180), (3, 180), (0, 180)]
@@ -252,11 +252,11 @@ def test_answers(flows: list[float], gains: list[float], answer: str) -> None:
 def test_bad_passes() -> None:
     line = Line(1.5, half_width=5, points=40)
     with pytest.raises(InputError, match=r"travel is needed where the map is not periodic"):
-        rolled(line, 1, direction=45.0)
+        roll_line(line, 1, direction=45.0)
     with pytest.raises(InputError, match="travel must be positive"):
-        rolled(line, 1, travel=-1e-6)
+        roll_line(line, 1, travel=-1e-6)
     with pytest.raises(InputError, match="passes must be"):
-        rolled(line, 0)
+        roll_line(line, 0)
     options = dict(counter_surface=line.roller, material=line.steel, boundary="periodic", steps=2)
     with pytest.raises(InputError, match=r"high = .* still shakes down in 1 passes"):
         rc.shakedown_load(line.flat, low=1e-3, high=2e-3, passes=1, **options)
@@ -348,7 +348,7 @@ def cautions_of(found: RollingResult) -> dict[str, Caution]:
 @pytest.mark.long
 def test_separate_dents_are_not_resolved(tmp_path: Path) -> None:
     line = Line(4.5, half_width=4, points=32)
-    found = rolled(line, 3, steps=3)
+    found = roll_line(line, 3, steps=3)
     # Each dent bears the roller, which ratchets where the dents overlap.
     assert found.passes[-1].strain_added < found.strain_threshold
     assert found.shakedown is Shakedown.NOT_RESOLVED
@@ -373,7 +373,7 @@ def test_separate_dents_are_not_resolved(tmp_path: Path) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize(("steps", "told"), [(16, None), (10, Severity.CAUTION)])
 def test_steps_above_half_the_half_width_give_caution(steps, told) -> None:
-    found = cautions_of(rolled(Line(3.7, half_width=4, points=32), 1, steps=steps))
+    found = cautions_of(roll_line(Line(3.7, half_width=4, points=32), 1, steps=steps))
     assert (
         found[CautionTag.STEP_LENGTH].severity if told else found.get(CautionTag.STEP_LENGTH)
     ) is told
@@ -382,7 +382,7 @@ def test_steps_above_half_the_half_width_give_caution(steps, told) -> None:
 
 @pytest.mark.long
 def test_roller_on_few_pixels_gives_caution() -> None:
-    found = cautions_of(rolled(Line(3.7, half_width=2, points=16), 1, steps=16))
+    found = cautions_of(roll_line(Line(3.7, half_width=2, points=16), 1, steps=16))
     assert found[CautionTag.ROLLING_PIXEL].numbers["pixels"] < 3
     # There is no place between those of pixels.
     assert CautionTag.STEP_LENGTH not in found

@@ -39,7 +39,7 @@ PATH = [
 ]
 
 
-def solved(path: list[rc.PathPoint], **more: object) -> rc.ElastoplasticResult:
+def solve_path(path: list[rc.PathPoint], **more: object) -> rc.ElastoplasticResult:
     return rc.solve_elastoplastic(FLAT, path=path, **(ARGUMENTS | more))
 
 
@@ -54,26 +54,26 @@ def stopping_at(number: int):
 @pytest.mark.long
 @pytest.mark.parametrize("stop", [3, pytest.param(4, marks=pytest.mark.slow)])
 def test_a_stopped_path_ends_with_the_same_bits(stop: int, tmp_path: Path) -> None:
-    whole = solved(PATH)
+    whole = solve_path(PATH)
     assert whole.max_plastic_strain > 1e-3
     with pytest.raises(StopError):
-        solved(PATH, folder=tmp_path, progress=stopping_at(stop))
+        solve_path(PATH, folder=tmp_path, progress=stopping_at(stop))
     assert {file.name for file in tmp_path.iterdir()} == {"latest.nc", "volume.json"}
     told: list[Progress] = []
-    assert bits(solved(PATH, folder=tmp_path, progress=told.append)) == bits(whole)
+    assert bits(solve_path(PATH, folder=tmp_path, progress=told.append)) == bits(whole)
     assert (told[0].number, told[0].kept) == (stop - 1, True)
     assert {file.name for file in tmp_path.iterdir()} == {"step-0005.nc", "volume.json"}
     assert bits(rc.read_result(tmp_path / "step-0005.nc")) == bits(whole)
     # Nothing is solved again.
-    solved(PATH, folder=tmp_path, progress=stopping_at(1))
+    solve_path(PATH, folder=tmp_path, progress=stopping_at(1))
 
 
 @pytest.mark.long
 def test_path_without_yield_is_saved(tmp_path: Path) -> None:
     light = [replace_load(point, 0.2 * LOAD) for point in PATH[:2]]
     with pytest.raises(StopError):
-        solved(light, folder=tmp_path, progress=stopping_at(2))
-    assert bits(solved(light, folder=tmp_path)) == bits(solved(light))
+        solve_path(light, folder=tmp_path, progress=stopping_at(2))
+    assert bits(solve_path(light, folder=tmp_path)) == bits(solve_path(light))
 
 
 def replace_load(point: rc.PathPoint, load: float) -> rc.PathPoint:
@@ -83,29 +83,29 @@ def replace_load(point: rc.PathPoint, load: float) -> rc.PathPoint:
 @pytest.mark.long
 def test_other_paths_raise_input_error(tmp_path: Path) -> None:
     with pytest.raises(StopError):
-        solved(PATH, folder=tmp_path, progress=stopping_at(3))
+        solve_path(PATH, folder=tmp_path, progress=stopping_at(3))
     other = [PATH[0], rc.PathPoint(LOAD, (0.0, 3e-6)), *PATH[2:]]
     with pytest.raises(InputError, match="holds another run: loads differ"):
-        solved(other, folder=tmp_path)
+        solve_path(other, folder=tmp_path)
     with pytest.raises(InputError, match="another run: tolerance differ"):
-        solved(PATH, folder=tmp_path, tolerance=1e-2)
+        solve_path(PATH, folder=tmp_path, tolerance=1e-2)
     file = tmp_path / "latest.nc"
     content = bytearray(file.read_bytes())
     content[len(content) // 2] ^= 1
     file.write_bytes(content)
     with pytest.raises(FormatError, match=r"remove .* to solve it again"):
-        solved(PATH, folder=tmp_path)
+        solve_path(PATH, folder=tmp_path)
 
 
 CHILD = """
 import sys
 sys.path.insert(0, sys.argv[2])
 import test_model_checkpoints
-test_model_checkpoints.rolled(sys.argv[1])
+test_model_checkpoints.roll_flat(sys.argv[1])
 """
 
 
-def rolled(folder: str | Path | None = None) -> rc.results.RollingResult:
+def roll_flat(folder: str | Path | None = None) -> rc.results.RollingResult:
     return rc.roll(FLAT, load=LOAD, passes=2, steps=8, folder=folder, **ARGUMENTS)
 
 
@@ -130,6 +130,6 @@ def test_killed_passes_resume(tmp_path: Path) -> None:
         child.wait()
     assert child.returncode == -signal.SIGKILL
     assert not (folder / "pass-0002" / "step-0008.nc").exists()
-    resumed, whole = rolled(folder), rolled()
+    resumed, whole = roll_flat(folder), roll_flat()
     assert bits(resumed.result) == bits(whole.result)
     assert resumed.passes == whole.passes

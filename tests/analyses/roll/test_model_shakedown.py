@@ -37,12 +37,12 @@ MODULUS = YOUNG / (1 - POISSON**2)
 def test_stresses_of_the_judge_are_those_of_a_half_plane(friction: float) -> None:
     step = 1e-4
 
-    def at(x: float, z: float) -> NDArray[np.float64]:
+    def stress_at(x: float, z: float) -> NDArray[np.float64]:
         return np.array(melan.stress(np.array(x), np.array(z), friction))
 
     for x, z in itertools.product((-1.4, -0.7, 0.3), (0.2, 0.9)):
-        along = (at(x + step, z) - at(x - step, z)) / (2 * step)
-        down = (at(x, z + step) - at(x, z - step)) / (2 * step)
+        along = (stress_at(x + step, z) - stress_at(x - step, z)) / (2 * step)
+        down = (stress_at(x, z + step) - stress_at(x, z - step)) / (2 * step)
         assert along[0] + down[2] == pytest.approx(0, abs=1e-6)
         assert along[2] + down[1] == pytest.approx(0, abs=1e-6)
     surface = np.array(melan.stress(np.array([-0.6, 0.6]), np.full(2, 1e-9), friction))
@@ -200,10 +200,10 @@ def point_limit() -> float:
     space.displacement(lambda layer, out: None)
     largest = np.zeros(POINT_LAYERS.size)
 
-    def keep(layer: int, stress: NDArray[np.float64]) -> None:
+    def keep_largest(layer: int, stress: NDArray[np.float64]) -> None:
         largest[layer] = abs(stress[3]).max()
 
-    space.stress(pressure, keep)
+    space.stress(pressure, keep_largest)
     return 4.0 * SHEAR / float(largest.max())
 
 

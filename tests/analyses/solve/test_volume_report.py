@@ -38,7 +38,7 @@ def with_material(result: Any, **changes: Any) -> Any:
     return dataclasses.replace(result, solution=contact, bodies=bodies)
 
 
-def told(result: Any) -> str:
+def report_text(result: Any) -> str:
     """Return the text of a report."""
     return words(kinds.render(result, Edition(date=DAY)))
 
@@ -92,7 +92,7 @@ def test_the_area_keeps_the_perimeter_that_has_yielded(pressed) -> None:
         pressed.contact.perimeter_corrected_area,
     )
     assert corrected > 1.001 * all_elastic
-    page = told(pressed)
+    page = report_text(pressed)
     assert f"Perimeter-corrected area {format_engineering(corrected, 'm²')}" in page
     change = 100 * (corrected / pressed.contact.contact_area - 1)
     assert f"spot perimeter {change:.2g} % of the area" in page
@@ -100,7 +100,7 @@ def test_the_area_keeps_the_perimeter_that_has_yielded(pressed) -> None:
 
 @pytest.mark.usefixtures("quick")
 def test_unloaded_report_shows_residual_indentation(released) -> None:
-    page = told(released)
+    page = report_text(released)
     assert page.startswith("Which indentation does a load of 350 mN leave on ball.nc?")
     dent = format_engineering(float(released.residual_displacement.max()), "m", 3)
     assert f"an indentation remains of up to {dent}" in page
@@ -152,14 +152,14 @@ def test_report_is_self_contained(pressed, tmp_path: Path) -> None:
 @pytest.mark.usefixtures("quick")
 def test_failure_is_on_top(pressed) -> None:
     stopped = dataclasses.replace(pressed, status="stopped before 9 N: <why>")
-    front = told(stopped).split("Key numbers")[0]
+    front = report_text(stopped).split("Key numbers")[0]
     assert "Not converged: stopped before 9 N: <why>. Do not use these numbers." in front
 
 
 @pytest.mark.usefixtures("quick")
 def test_unreached_first_load_gives_warning(unmoved) -> None:
     assert unmoved.increments == ()
-    page = told(unmoved)
+    page = report_text(unmoved)
     assert page.startswith("How deep does ball.nc yield?")
     assert "Do not use these numbers" in page
     # There is no path of loads, and none to repeat.
@@ -172,7 +172,7 @@ def test_strains_above_one_are_printed_in_percent(pressed) -> None:
     stretched = dataclasses.replace(pressed, bodies=(body,))
     strain = f"{100 * stretched.max_plastic_strain:.0f} %"
     assert stretched.max_plastic_strain > 1.005
-    assert told(stretched).count(strain) >= 4
+    assert report_text(stretched).count(strain) >= 4
     assert strain in volume_plots.section(stretched).get_suptitle()
 
 
@@ -233,7 +233,7 @@ def test_two_bodies_have_a_table_each() -> None:
         increments=1,
         loads=[0.2],
     )
-    page = told(result)
+    page = report_text(result)
     assert "Plastic strain and stress of the body" in page
     assert "Plastic strain and stress of the counter-body" in page
     assert "both bodies deform" in page

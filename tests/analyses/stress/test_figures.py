@@ -12,7 +12,7 @@ STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
 PIXEL = (1e-6, 1e-6)
 
 
-def below(load, shape=(64, 80), material=STEEL, depths=None, radius=2e-3, **options):
+def stress_below(load, shape=(64, 80), material=STEEL, depths=None, radius=2e-3, **options):
     surface = rc.Surface(shapes.paraboloid(shape, PIXEL, radius), PIXEL)
     result = rc.solve(surface, material=material, counter_material=STEEL, load=load, ceiling=None)
     return subsurface_stress.subsurface_stress(result, depths, **options)
@@ -20,12 +20,12 @@ def below(load, shape=(64, 80), material=STEEL, depths=None, radius=2e-3, **opti
 
 @pytest.fixture(scope="module")
 def light():
-    return below(0.2)
+    return stress_below(0.2)
 
 
 @pytest.fixture(scope="module")
 def heavy():
-    return below(3.0, radius=5e-4)
+    return stress_below(3.0, radius=5e-4)
 
 
 def texts(figure):
@@ -40,11 +40,11 @@ def test_every_figure_is_rendered_without_warnings(light, heavy):
     cases = [
         light,
         heavy,
-        below(0.2, friction=0.5, in_body="counter_body"),
-        below(0.2, shape=(12, 90)),
-        below(0.2, shape=(90, 12)),
-        below(0.2, material=rc.Material(210e9, 0.3)),
-        below(0.2, depths=[1e-7, 1e-6]),
+        stress_below(0.2, friction=0.5, in_body="counter_body"),
+        stress_below(0.2, shape=(12, 90)),
+        stress_below(0.2, shape=(90, 12)),
+        stress_below(0.2, material=rc.Material(210e9, 0.3)),
+        stress_below(0.2, depths=[1e-7, 1e-6]),
     ]
     for result in cases:
         for figure in (
@@ -71,13 +71,13 @@ def test_depth_draws_the_profile_in_its_units(light):
     assert axes.get_xlabel() == "depth [µm]"
     assert axes.get_ylabel() == "stress [GPa]"
     assert "yield strength 1 GPa" in texts(figure)
-    unknown = plots.stress_depth(below(0.2, material=rc.Material(210e9, 0.3)))
+    unknown = plots.stress_depth(stress_below(0.2, material=rc.Material(210e9, 0.3)))
     assert "yield strength" not in texts(unknown)
 
 
 def test_depth_axis_shows_a_maximum_near_the_surface(light):
     assert plots.stress_depth(light).axes[0].get_xscale() == "linear"
-    near = below(0.2, friction=0.6)
+    near = stress_below(0.2, friction=0.6)
     assert near.profile.depth_of_max < 1e-6
     assert plots.stress_depth(near).axes[0].get_xscale() == "symlog"
 
@@ -109,7 +109,7 @@ def test_default_section_contains_largest_stress(light):
     deep = axes.get_ylim()[0] * 1e-6
     plane = light.von_mises_section("x").max(axis=1)
     assert np.interp(deep, light.profile.depths, plane) <= 0.26 * plane.max()
-    shallow = below(0.2, depths=[1e-7, 2e-6])
+    shallow = stress_below(0.2, depths=[1e-7, 2e-6])
     assert plots.stress_section(shallow).axes[0].get_ylim()[0] == pytest.approx(2)
     assert plots.stress_section(shallow, depth=1.0).axes[0].get_ylim()[0] == pytest.approx(2)
 
@@ -140,7 +140,7 @@ def test_section_zooms_to_where_the_stress_is(along):
 @pytest.mark.long
 def test_units_fit_visible_range():
     # The largest stress lies 1 µm deep; depths go on to 2 mm.
-    near = below(0.2, friction=0.6, depths=[3e-7, 1e-6, 1e-5, 1e-4, 2e-3])
+    near = stress_below(0.2, friction=0.6, depths=[3e-7, 1e-6, 1e-5, 1e-4, 2e-3])
     axes = plots.stress_depth(near).axes[0]
     assert axes.get_xlabel() == "depth [µm]"
     assert "nm" not in axes.get_title()
@@ -172,7 +172,7 @@ def test_map_shows_peak_and_yielded_part(light, heavy):
 
 def test_body_is_named_in_figure(light):
     assert "counter-body" not in texts(plots.stress_map(light))
-    assert "counter-body" in texts(plots.stress_map(below(0.2, in_body="counter_body")))
+    assert "counter-body" in texts(plots.stress_map(stress_below(0.2, in_body="counter_body")))
 
 
 def test_bad_arguments(light):
@@ -184,4 +184,4 @@ def test_bad_arguments(light):
         with pytest.raises(rc.InputError, match="depth must be positive"):
             plots.stress_section(light, depth=depth)
     with pytest.raises(rc.InputError, match="two depths"):
-        plots.stress_section(below(0.2, depths=[1e-6]))
+        plots.stress_section(stress_below(0.2, depths=[1e-6]))

@@ -30,20 +30,20 @@ def pressed():
 
 
 @pytest.fixture(scope="module")
-def found(pressed):
+def stress_result(pressed):
     return subsurface_stress.subsurface_stress(pressed)
 
 
-def test_stress_matches_summary_of_pressure(pressed, found):
+def test_stress_matches_summary_of_pressure(pressed, stress_result):
     expected = stress_summary.summarize(pressed.pressure, PIXEL, 0.3, yield_strength=1e9)
     for name, value in vars(expected).items():
-        np.testing.assert_array_equal(getattr(found.profile, name), value)
-    assert found.material is STEEL
-    assert found.max_von_mises == expected.max_von_mises
-    assert found.yield_factor == expected.yield_factor
-    assert found.yielded_volume == expected.yielded_volume
+        np.testing.assert_array_equal(getattr(stress_result.profile, name), value)
+    assert stress_result.material is STEEL
+    assert stress_result.max_von_mises == expected.max_von_mises
+    assert stress_result.yield_factor == expected.yield_factor
+    assert stress_result.yielded_volume == expected.yielded_volume
     row, column = expected.pixel_of_max
-    assert found.max_von_mises_at == (
+    assert stress_result.max_von_mises_at == (
         expected.depth_of_max,
         (row + 0.5) * PIXEL[0],
         (column + 0.5) * PIXEL[1],
@@ -69,19 +69,19 @@ def test_a_traction_map_pulls_both_bodies_in_opposite_directions(pressed, tmp_pa
         subsurface_stress.subsurface_stress(pressed, friction=0.3, traction=traction)
 
 
-def test_planes_go_through_the_largest_stress(found):
-    deepest = found.profile.von_mises.argmax()
-    row, column = found.profile.pixel_of_max
+def test_planes_go_through_the_largest_stress(stress_result):
+    deepest = stress_result.profile.von_mises.argmax()
+    row, column = stress_result.profile.pixel_of_max
     for along, pixel in (("x", column), ("y", row)):
-        plane = found.von_mises_section(along)
-        assert plane.shape == (found.profile.depths.size, 96)
+        plane = stress_result.von_mises_section(along)
+        assert plane.shape == (stress_result.profile.depths.size, 96)
         # A symmetric contact has it in more than one place.
         assert plane[deepest, pixel] == pytest.approx(plane.max(), rel=1e-6)
         # Both in single precision, by other transforms.
-        assert plane.max() == pytest.approx(found.max_von_mises, rel=1e-5)
-    assert found.section_x.shape == (6, found.profile.depths.size, 96)
+        assert plane.max() == pytest.approx(stress_result.max_von_mises, rel=1e-5)
+    assert stress_result.section_x.shape == (6, stress_result.profile.depths.size, 96)
     with pytest.raises(rc.InputError, match=r"along.*'z'"):
-        found.von_mises_section("z")
+        stress_result.von_mises_section("z")
 
 
 def test_the_bodies_differ_by_ratio_and_sign(pressed):
@@ -118,55 +118,60 @@ def test_periodic_contacts_have_periodic_stress():
     np.testing.assert_allclose(below.section_y[0, 1], -0.3 / 0.7 * mean, rtol=1e-6)
 
 
-def test_arrays_are_read_only(found):
-    for array in (found.section_x, found.section_y, found.profile.peak, found.profile.depths):
+def test_arrays_are_read_only(stress_result):
+    for array in (
+        stress_result.section_x,
+        stress_result.section_y,
+        stress_result.profile.peak,
+        stress_result.profile.depths,
+    ):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0
 
 
-def test_summary_is_ready_for_json(found):
-    numbers = json.loads(json.dumps(found.summary()))
-    assert numbers["max_von_mises"] == found.max_von_mises
-    assert numbers["max_von_mises_place"] == list(found.max_von_mises_at)
-    assert numbers["yield_factor"] == found.yield_factor
+def test_summary_is_ready_for_json(stress_result):
+    numbers = json.loads(json.dumps(stress_result.summary()))
+    assert numbers["max_von_mises"] == stress_result.max_von_mises
+    assert numbers["max_von_mises_place"] == list(stress_result.max_von_mises_at)
+    assert numbers["yield_factor"] == stress_result.yield_factor
     assert numbers["body"] == "body"
     assert numbers["load"] == 0.15
-    assert numbers["depths"] == [0.0, found.profile.depths[-1]]
+    assert numbers["depths"] == [0.0, stress_result.profile.depths[-1]]
     along = numbers["max_orthogonal_shear_along_y"], numbers["max_orthogonal_shear_along_x"]
-    assert along == found.profile.max_orthogonal_shear
+    assert along == stress_result.profile.max_orthogonal_shear
 
 
-def test_warnings(pressed, found):
-    def told(result):
+def test_warnings(pressed, stress_result):
+    def caution_kinds(result):
         return {caution.kind for caution in result.own_cautions}
 
-    assert CautionTag.YIELDED not in told(found)
+    assert CautionTag.YIELDED not in caution_kinds(stress_result)
     shallow = subsurface_stress.subsurface_stress(pressed, [1e-9, 1e-6])
-    assert told(shallow) >= {CautionTag.STRESS_DEPTH, CautionTag.STRESS_PIXEL}
+    assert caution_kinds(shallow) >= {CautionTag.STRESS_DEPTH, CautionTag.STRESS_PIXEL}
     hard = rc.solve(ball(radius=1e-3), material=STEEL, load=2.0, ceiling=None)
     beyond = subsurface_stress.subsurface_stress(hard)
-    assert CautionTag.YIELDED in told(beyond)
+    assert CautionTag.YIELDED in caution_kinds(beyond)
     # And those of the contact.
     assert set(hard.warnings) <= set(beyond.warnings)
     assert beyond.yield_factor < 1
     assert beyond.yielded_volume > 0
 
 
-def test_saved_dataset_holds_everything(found, tmp_path):
+def test_saved_dataset_holds_everything(stress_result, tmp_path):
     path = tmp_path / "below.nc"
-    found.save(path)
+    stress_result.save(path)
     assert [entry.name for entry in tmp_path.iterdir()] == ["below.nc"]
     with xarray.open_dataset(path, engine="h5netcdf") as data:
-        profile = found.profile
+        profile = stress_result.profile
         for name in ("von_mises", "tresca", "orthogonal_shear", "yielded_area"):
             np.testing.assert_array_equal(data[name], getattr(profile, name))
         np.testing.assert_array_equal(data["depth"], profile.depths)
         np.testing.assert_array_equal(data["row"], profile.pixels[:, 0])
         np.testing.assert_array_equal(data["column"], profile.pixels[:, 1])
         np.testing.assert_array_equal(data["peak_von_mises"], profile.peak)
-        np.testing.assert_array_equal(data["section_x"], found.section_x)
-        np.testing.assert_array_equal(data["section_y"], found.section_y)
-        np.testing.assert_array_equal(data["pressure"], found.solution.pressure)
+        np.testing.assert_array_equal(data["section_x"], stress_result.section_x)
+        np.testing.assert_array_equal(data["section_y"], stress_result.section_y)
+        np.testing.assert_array_equal(data["pressure"], stress_result.solution.pressure)
         assert list(data["component"].values) == list(tensors.COMPONENTS)
         assert data.attrs["material_yield_strength"] == 1e9
         assert data.attrs["load"] == 0.15
@@ -175,11 +180,11 @@ def test_saved_dataset_holds_everything(found, tmp_path):
             data.attrs["max_von_mises_depth"],
             data.attrs["max_von_mises_y"],
             data.attrs["max_von_mises_x"],
-        ) == found.max_von_mises_at
+        ) == stress_result.max_von_mises_at
         for name, variable in data.data_vars.items():
             assert "units" in variable.attrs, name
     with pytest.raises(rc.InputError, match=r"\.nc"):
-        found.save(tmp_path / "below.npz")
+        stress_result.save(tmp_path / "below.npz")
 
 
 def test_bad_arguments(pressed):
@@ -278,11 +283,11 @@ def test_the_search_is_short(monkeypatch):
     loads = []
     press = subsurface_stress.solve_pair
 
-    def counted(pair, terms, **options):
+    def record_load(pair, terms, **options):
         loads.append(terms.load)
         return press(pair, terms, **options)
 
-    monkeypatch.setattr(subsurface_stress, "solve_pair", counted)
+    monkeypatch.setattr(subsurface_stress, "solve_pair", record_load)
     onset = rc.first_yield_load(ball(radius=2e-3), material=STEEL)
     assert loads[-1] == onset.solution.load
     # From a hundred-thousandth of the load, along the power 1/3.

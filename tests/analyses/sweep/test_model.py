@@ -122,14 +122,14 @@ def test_stiffness_needs_few_convolutions(monkeypatch: pytest.MonkeyPatch, bound
     applied: list[type] = []
     apply = Convolution._apply
 
-    def counted(self: Convolution, *arguments: Any) -> None:
+    def record_transform(self: Convolution, *arguments: Any) -> None:
         # Neither blocks of pixels nor the approximate inverse.
         if math.isclose(self.self_displacement, operator.self_displacement, rel_tol=1e-4):
             applied.append(self.real)
         apply(self, *arguments)
 
     with monkeypatch.context() as patched:
-        patched.setattr(Convolution, "_apply", counted)
+        patched.setattr(Convolution, "_apply", record_transform)
         found = stiffness(result)
     assert applied.count(np.float64) == 1
     assert len(applied) <= 6
@@ -347,25 +347,25 @@ def test_changed_step_raises_format_error(tmp_path: Path) -> None:
     first, second = folder / "step-0001.npz", folder / "step-0002.npz"
     sound = second.read_bytes()
 
-    def refused(words: str) -> None:
+    def assert_step_rejected(words: str) -> None:
         with pytest.raises(rc.FormatError, match=rf"step-0002\.npz {words}.*solve it again"):
             rc.sweep(surface, **arguments)
 
     for size in (0, 100, len(sound) // 2, len(sound) - 1):
         second.write_bytes(sound[:size])
-        refused("cannot be read as a step")
+        assert_step_rejected("cannot be read as a step")
     second.write_bytes(sound)
     with np.load(second) as stored:
         arrays = dict(stored)
     for name, value in (("load", 0.25), ("pressure", 1.001 * arrays["pressure"]), ("asked", 0.25)):
         np.savez(second, **(arrays | {name: value}))
-        refused("was damaged or changed")
+        assert_step_rejected("was damaged or changed")
     # Sound steps, but of another load, and of a sweep with other loads.
     second.write_bytes(first.read_bytes())
-    refused("is a step of another sweep or of another load")
+    assert_step_rejected("is a step of another sweep or of another load")
     rc.sweep(surface, **(arguments | dict(loads=[0.1, 0.2], folder=tmp_path / "other")))
     second.write_bytes((tmp_path / "other" / second.name).read_bytes())
-    refused("is a step of another sweep or of another load")
+    assert_step_rejected("is a step of another sweep or of another load")
     second.unlink()
     assert numbers(rc.sweep(surface, **arguments)) == numbers(whole)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from hamilton import at_the_rim, sliding_sphere
+from hamilton import rim_stress, sliding_sphere
 from roughcontact.halfspace import stress, stress_summary
 
 FRICTION = 0.5
@@ -45,12 +45,12 @@ def test_depth_below_a_sphere_that_sticks_in_its_middle() -> None:
         np.testing.assert_allclose(found.stress, expected, atol=1e-3)
 
 
-def at_the_trailing_edge(part: float, poisson: float) -> tuple[float, float]:
+def trailing_edge_stresses(part: float, poisson: float) -> tuple[float, float]:
     """Return the largest tension under Q = part μP and the von Mises stress there, over p₀."""
     # The smaller circle does not reach the edge; at the edge Hamilton's form has its limit.
     sliding = exact(np.array(-1.0), np.array(1e-9), 1e-9, part, poisson)
     sliding -= sliding_sphere(-1.0, 1e-9, 1e-9, poisson, FRICTION)
-    along, across = np.array(at_the_rim(poisson, FRICTION)) + sliding[:2]
+    along, across = np.array(rim_stress(poisson, FRICTION)) + sliding[:2]
     return along, math.hypot(along - across / 2, across * 0.75**0.5)
 
 
@@ -65,7 +65,7 @@ def test_the_largest_tension_is_at_the_trailing_edge(
 ) -> None:
     (y, x), pressure, traction = partial_slip(radius, part)
     found = stress_summary.summarize(pressure, (1.0, 1.0), poisson, depths=[0.0], traction=traction)
-    tension, von_mises = at_the_trailing_edge(part, poisson)
+    tension, von_mises = trailing_edge_stresses(part, poisson)
     assert found.max_tension == pytest.approx(tension, rel=error)
     assert found.von_mises[0] == pytest.approx(von_mises, rel=error)
     place = x[found.tension_pixel], y[found.tension_pixel]
@@ -163,7 +163,7 @@ def test_a_sphere_yields_first_at_its_trailing_edge(
     radius, load, points = 10e-3, 1.0, 96
     modulus = rc.contact_modulus(*2 * [rc.Material(young=210e9, poisson=0.3)])
     a = (3 * load * radius / (4 * modulus)) ** (1 / 3)
-    strength = factor * at_the_trailing_edge(part, 0.3)[1] * 1.5 * load / (math.pi * a**2)
+    strength = factor * trailing_edge_stresses(part, 0.3)[1] * 1.5 * load / (math.pi * a**2)
     body = rc.Material(young=210e9, poisson=0.3, yield_strength=strength)
     y = (np.arange(points) - points / 2 + 0.5) * a / 40
     ball = rc.Surface(-(y[:, None] ** 2 + y**2) / (2 * radius), pixel=(a / 40, a / 40))
