@@ -111,7 +111,7 @@ def test_wrong_dimension_raises_input_error(call: object, words: str) -> None:
     [
         (BALL, rc.Material(210, 0.3), "young"),
         (BALL, rc.Material(210e9, 0.3, 1000), "yield_over_young"),
-        (rc.Surface(1e6 * BALL.heights, PIXEL), STEEL, "rms_slope"),
+        (rc.Surface(1e6 * BALL.heights, PIXEL), STEEL, "slope"),
         (rc.Surface(1e6 * BALL.heights, (1.0, 1.0)), STEEL, "side"),
     ],
 )

@@ -850,7 +850,7 @@ def test_insufficient_memory_is_reported_in_one_sentence(
     def exhausted(*_: object, **__: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr(contact, "solve", exhausted)
+    monkeypatch.setattr(contact, "solve_case", exhausted)
     assert_rejected(capsys, solve(rough, *STEEL), "memory", "--crop", "--precision single")
 
 

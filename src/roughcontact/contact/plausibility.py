@@ -270,6 +270,9 @@ load.
 UNEVEN_LOAD, MUCH_PERIODIC_LOAD = 2.0, 0.5
 """Load near edges that differ over an even one that gives a caution; its share, a warning."""
 
+MIN_PERIODIC_STEP = 0.5
+"""Difference of opposite edges over Sq that gives a caution."""
+
 EDGE_LOAD, MUCH_EDGE_LOAD = 0.001, 0.01
 """Load shares at the map edge that give a caution, and that affect the approach."""
 
@@ -384,7 +387,7 @@ def _check_periodic_edges(result: ContactResult) -> Caution | None:
     found = near_contact.find_periodic_step(result)
     if found is None:
         return None
-    uneven = found.load > UNEVEN_LOAD * found.area
+    uneven = found.load > UNEVEN_LOAD * found.area and found.step > MIN_PERIODIC_STEP
     severe = uneven and found.load > MUCH_PERIODIC_LOAD
     action: tuple[Part, ...] = ()
     if uneven:
