@@ -337,3 +337,17 @@ def test_project_writes_outputs_of_each_task(
 def test_missing_loads_raise_input_error(tmp_path: Path, more: dict[str, str], words: str) -> None:
     with pytest.raises(rc.InputError, match=words):
         request(tmp_path, **{"load": "", **more})
+
+
+def test_the_heading_of_a_law_names_the_maps_of_both_faces(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for seed, name in enumerate(("one.nc", "two.nc", "three.nc")):
+        rc.Surface(*rc.reference_map(32, seed)).save(name)
+    words = ["--counter-maps", "two.nc", "--counter-maps", "three.nc", "--draws", "2"]
+    words += ["--from", "10 MPa", "--to", "50 MPa", "--steps", "2", "--boundary", "periodic"]
+    words += ["--young", "210 GPa", "--poisson", "0.3", "--yield-strength", "1 GPa"]
+    app.main(["law", "one.nc", *words])
+    heading = " ".join(capsys.readouterr().out.split("\n\n")[0].split())
+    assert heading.startswith("one.nc (E 210 GPa) against two.nc, three.nc (rigid), 2 pairs")

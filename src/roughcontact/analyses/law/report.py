@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from operator import attrgetter
 from typing import Any
@@ -29,6 +29,7 @@ from roughcontact.report.kind import (
     Table,
     Use,
 )
+from roughcontact.surface.surface import Surface
 from roughcontact.uncertainty.intervals import Interval
 from roughcontact.units import count_noun, format_engineering, format_percent, plain_decimal
 
@@ -265,9 +266,22 @@ _MAX_SCREEN_ROWS = 5
 
 
 def _problem(law: InterfaceLaw) -> str:
-    contact = law.largest
+    contact, pairs = law.largest, [item.pair for item in law.maps]
     name = count_noun(len(law.maps), "map") if len(law.maps) > 1 else ""
-    return f"{phrases.bodies(contact, name)}{phrases.boundary(contact)}"
+    counter_maps = _map_names(pair.counter_surface for pair in pairs)
+    if not name or counter_maps == _map_names([contact.counter_surface]):
+        return f"{phrases.bodies(contact, name)}{phrases.boundary(contact)}"
+    # Maps of both faces met at random.
+    body, other = map(phrases.material_name, (contact.material, contact.counter_material))
+    faces = (
+        f"{_map_names(pair.surface for pair in pairs)} ({body}) against {counter_maps} ({other})"
+    )
+    return f"{faces}, {count_noun(len(pairs), 'pair')}{phrases.boundary(contact)}"
+
+
+def _map_names(surfaces: Iterable[Surface | None]) -> str:
+    """Return the names of the different maps of a face."""
+    return ", ".join(dict.fromkeys(phrases.map_name(item) for item in surfaces if item is not None))
 
 
 def _intervals(law: InterfaceLaw) -> tuple[Interval, Interval]:
