@@ -230,3 +230,11 @@ def test_sets_do_not_disturb_each_other():
     np.testing.assert_array_equal(first(values), before)
     # The weights of a set seen before are kept in half precision.
     np.testing.assert_allclose(precondition.restrict_inverse(one)(values), before, atol=2e-3)
+
+
+def test_stiff_layer_does_not_overflow_stored_weights():
+    # NumPy warns where a weight exceeds the type of the stored ones, and warnings are errors here.
+    y = np.arange(64) - 31.5
+    ball = rc.Surface(-(y[:, None] ** 2 + y**2) / 12800, pixel=(1.0, 1.0))
+    body = rc.Material(np.inf, 0.0, coating=[rc.Layer(1e9, 0.5, 0.64)])
+    assert rc.solve(ball, material=body, load=4e12, ceiling=None).converged

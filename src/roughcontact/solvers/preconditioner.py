@@ -109,7 +109,10 @@ class FreePixelInverse:
             # Positive except for rounding: a pixel is stiffer than its neighbors are soft.
             weight = np.maximum(self._wrapped.gather(support, np.ones(index.size)), 1e-6)
             self._weights[...] = np.nan
-            self._weights[index], self._size = weight, size
+            # Layers on a rigid base may be stiffer to long waves than the stored type can hold. A
+            # smaller weight keeps the inverse positive.
+            self._weights[index] = np.minimum(weight, np.finfo(self._weights.dtype).max)
+            self._size = size
             stiffness = sums.allreduce(np.bincount(block, weight, minlength=number))
             touching = sums.allreduce(np.bincount(block, minlength=number))
             self._yielding = np.divide(1, stiffness, out=np.zeros(number), where=stiffness > 0)
