@@ -4,18 +4,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebvander
+from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 
+from roughcontact.halfspace import stress_kernels
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.coating import waves_below
 from roughcontact.halfspace.fft import Workspace, free_period
-from roughcontact.halfspace.stress import Field, Responses, Streams, Symbols, Term, unit_loads
-from roughcontact.halfspace.tensors import XZ, YY, YZ, ZZ, principal
+from roughcontact.halfspace.stress import (
+    Field,
+    Offsets,
+    Responses,
+    Streams,
+    Symbols,
+    Term,
+    UnitLoads,
+    unit_loads,
+)
+from roughcontact.halfspace.tensors import XX, XZ, YY, YZ, ZZ, principal
 from roughcontact.material.material import Material
 
 Array = NDArray[np.float64]
@@ -25,6 +37,14 @@ FACE = 1e-9
 
 # Interpolation points of the stress per factor of e in q; q times depth in the long-wave limit.
 _WAVES, _LONGEST = 512, 1e-4
+# On a free map, waves below a wave number are integrated, waves above it are summed over a period.
+# The transition is an error function of this steepness s: at the periodic images, the sum has
+# decayed to exp(-s²).
+_STEEPNESS = 3.5
+# Octaves of the integrated waves, and Gauss nodes of an octave of waves longer than the map.
+_OCTAVES, _NODES = 14, 6
+# Maximum length of a map over the distance of its periodic images.
+_MAX_ASPECT = 16
 
 
 def interfaces(material: Material) -> Array:
@@ -86,31 +106,42 @@ def field_of(
     -----
     Periodic: each wave has its exact stress. Free: the stress of a homogeneous body of the
     material at that depth is exact (`stress.slices`). The effect of the layers is added wave by
-    wave on a padded period. Its long-range part, of the orders q⁰ and q¹, is replaced by the stress
-    of homogeneous bodies at two depths; the rest falls as 1/r⁵, so that images hardly contribute.
+    wave: short waves are summed on a padded period, within which their sum decays; long waves,
+    whose sum would reach the periodic images, are integrated (division by wave number as by Ewald,
+    Ann. Phys. 369 (1921) 253, doi:10.1002/andp.19213690304).
     """
     boundary.require_stress()
     unit = float(pressure.max()) or 1.0
     shape = (pressure.shape[0], pressure.shape[1])
-    free = bool(boundary.free_axes)
-    period = _free_period(material, shape, pixel) if free else shape
-
-    loads = unit_loads(pixel, material.poisson)
-    terms = loads.terms() if free else loads.wave_terms()
+    period = stress_period(shape, pixel, boundary)
+    terms = unit_loads(pixel, material.poisson).wave_terms()
     responses = Responses(pressure / unit, period, terms, workspace=workspace, precision=precision)
-    grid = _Grid.from_period(period, pixel)
+    qy, qx = (
+        2 * math.pi / (points * edge) * np.arange(points // 2 + 1, dtype=np.float64)
+        for points, edge in zip(period, pixel, strict=True)
+    )
+    smooth_y, smooth_x = (_pixel_factor(q, edge) for q, edge in zip((qy, qx), pixel, strict=True))
+    long = _LongWaves.from_map(shape, pixel, period) if boundary.free_axes else None
 
     def in_depth(depth: float) -> tuple[Streams, Symbols]:
-        bodies = _bodies(material, depth) if free else ()
-        below = _Waves.from_depth(material, depth, grid, bodies)
-        known = responses.sampled(partial(_kernels, bodies, pixel)) if free else None
+        waves = _Waves.from_depth(material, depth, (qy, qx), long)
+        known = None
+        if long is not None:
+            integrated, waves = long.divide(waves)
+            own = unit_loads(pixel, poisson_at(material, depth))
+            kernels = long.integrate(integrated, terms)
+            known = responses.sampled(partial(_sum_kernels, own, depth, kernels))
 
         def block(columns: slice) -> NDArray[Any]:
-            added = below.components(grid, columns, terms)
+            added = waves.components(qy[:, None], qx[columns])
+            # The wave at Nyquist has no sine. Along x the real transform drops it.
+            if period[0] % 2 == 0:
+                for term, symbol in zip(terms, added, strict=True):
+                    symbol[-1] *= not term.odd[0]
             if known is None:
                 return added
             result = known.block(columns)
-            added *= np.outer(grid.smooth[0], grid.smooth[1][columns])
+            added *= np.outer(smooth_y, smooth_x[columns])
             result += added.astype(result.dtype)
             return result
 
@@ -120,24 +151,23 @@ def field_of(
     return Field(unit, shape, responses.real, in_depth)
 
 
-class _Grid(NamedTuple):
-    """Wave numbers of a period [1/m], and the factor of a pixel for each wave."""
+def stress_period(
+    shape: tuple[int, int], pixel: tuple[float, float], boundary: Boundary
+) -> tuple[int, int]:
+    """Return the period of the waves of the stress, in pixels."""
+    if not boundary.free_axes:
+        return shape
+    apart = max(points * edge for points, edge in zip(shape, pixel, strict=True)) / _MAX_ASPECT
+    y, x = (
+        math.ceil((points + max(points, apart / edge)) / 2)
+        for points, edge in zip(shape, pixel, strict=True)
+    )
+    return free_period((y, x))
 
-    period: tuple[int, int]
-    qy: Array
-    qx: Array
-    smooth: tuple[Array, Array]
 
-    @classmethod
-    def from_period(cls, period: tuple[int, int], pixel: tuple[float, float]) -> _Grid:
-        """Return the waves of a period with this pixel."""
-        numbers = [np.arange(points // 2 + 1, dtype=np.float64) for points in period]
-        qy, qx = (
-            2 * math.pi / (points * edge) * number
-            for points, edge, number in zip(period, pixel, numbers, strict=True)
-        )
-        y, x = (np.sinc(number / points) for points, number in zip(period, numbers, strict=True))
-        return cls(period, qy, qx, (y, x))
+def _pixel_factor(waves: Array, edge: float) -> Array:
+    """Return the mean of waves over a pixel, from its center."""
+    return np.sinc(waves * edge / (2 * math.pi))
 
 
 def _prestressed(responses: Responses, material: Material, depth: float, unit: float) -> Streams:
@@ -165,119 +195,43 @@ class _Prestressed(NamedTuple):
         self.responses.stream(symbols, add_residual, first_row)
 
 
-def _free_period(
-    material: Material, shape: tuple[int, int], pixel: tuple[float, float]
-) -> tuple[int, int]:
-    """Return a period in which the bending of the layers does not reach the images."""
-    base = material.young if math.isfinite(material.young) else material.coating[0].young
-    stiffest = max(layer.young for layer in material.coating)
-    bent = float(interfaces(material)[-1]) * max(1.0, stiffest / base) ** (1 / 3)
-    y, x = (
-        points + min(points, math.ceil(2 * bent / edge))
-        for points, edge in zip(shape, pixel, strict=True)
-    )
-    return free_period((y, x))
-
-
-class _Body(NamedTuple):
-    """Homogeneous body whose stress at a depth is subtracted from the waves, times factors."""
-
-    depth: float
-    poisson: float
-    in_plane: float  # Factor of xx, yy and xy
-    shear: float  # Factor of xz and yz
-    normal: float  # Factor of zz
-
-    def sample_pixels(self, pixel: tuple[float, float], rows: Any, columns: Any) -> Iterator[Array]:
-        """Yield kernels of the stress under unit pressure on the pixel at the origin."""
-        kernels = unit_loads(pixel, self.poisson).sample_pixels(self.depth, rows, columns)
-        factors = {ZZ: self.normal, XZ: self.shear, YZ: self.shear}
-        for number, kernel in enumerate(kernels):
-            yield kernel * factors.get(number, self.in_plane)
-
-    def waves(self, waves: Array) -> tuple[Array, Array, Array, Array]:
-        """Return the stress along the waves, across them, into the body, and the shear."""
-        qz = waves * self.depth
-        damping = np.exp(-qz)
-        return (
-            self.in_plane * (qz - 1) * damping,
-            -2 * self.in_plane * self.poisson * damping,
-            -self.normal * (1 + qz) * damping,
-            -self.shear * qz * damping,
-        )
-
-
-def _bodies(material: Material, depth: float) -> tuple[_Body, ...]:
-    """Return the homogeneous body at a depth, and two for the long-range part of layers."""
-    poisson = poisson_at(material, depth)
-    own, reach = _Body(depth, poisson, 1.0, 1.0, 1.0), float(interfaces(material)[-1])
-    waves = np.array([1.0, 2.0]) * _LONGEST / max(depth, reach)
-    shear, normal, along = waves_below(material, waves, depth)
-    known = own.waves(waves)
-    added = np.array([along - known[0], poisson * (along + normal) - known[1], shear - known[3]])
-    slope = (added[:, 1] - added[:, 0]) / waves[0]
-    limit = added[:, 0] - waves[0] * slope
-    # At the depths t and 2 t: along -A (1 - 2 q z), across -2 A ν (1 - q z), shear -B q z.
-    lower = slope[0] / (2 * reach) + limit[0], slope[1] / reach + limit[1]
-    upper = -limit[0] - lower[0], -limit[1] - lower[1]
-    ratios = [across / (2 * part) if part else 0.0 for part, across in (upper, lower)]
-    return (
-        own,
-        _Body(reach, ratios[0], upper[0], -slope[2] / reach, 0.0),
-        _Body(2 * reach, ratios[1], lower[0], 0.0, 0.0),
-    )
-
-
-def _kernels(
-    bodies: tuple[_Body, ...], pixel: tuple[float, float], rows: Any, columns: Any
-) -> Iterator[Array]:
-    """Yield the sums of the kernels of some bodies."""
-    parts = [body.sample_pixels(pixel, rows, columns) for body in bodies]
-    yield from (sum(kernels[1:], kernels[0]) for kernels in zip(*parts, strict=True))
-
-
 @dataclass(frozen=True)
 class _Waves:
-    """Stress of waves of unit pressure at a depth, over the logarithm of the wave number."""
+    """Stress of waves of unit pressure at a depth, over the logarithm of the wave number.
 
-    waves: Array  # Logarithms, ascending
-    along: Array  # σ along the wave; then σ across the wave, σ into the body, and the shear σ_lz
-    across: Array
-    normal: Array
-    shear: Array
+    On a free map, minus the stress in a homogeneous body.
+    """
+
+    waves: Array  # Wave numbers [1/m], ascending
+    parts: Array  # σ along the wave, across the wave, into the body, and the shear σ_lz
     uniform: tuple[float, float]  # σ in the plane, and into the body, where q = 0
 
     @classmethod
     def from_depth(
-        cls, material: Material, depth: float, grid: _Grid, bodies: tuple[_Body, ...]
+        cls, material: Material, depth: float, grid: tuple[Array, Array], long: _LongWaves | None
     ) -> _Waves:
-        """Return the stress of waves minus the stress of homogeneous bodies."""
-        qy, qx = grid.qy, grid.qx
-        least = min(qy[1] if qy.size > 1 else math.inf, qx[1] if qx.size > 1 else math.inf)
-        most = math.hypot(qy[-1], qx[-1])
-        steps = math.ceil(_WAVES * math.log(most / least)) + 2
-        waves = np.geomspace(least, most, steps)
+        """Return the stress of waves as long and as short as on a grid and among long waves."""
+        grids = [grid] if long is None else [grid, (long.y.waves, long.x.waves)]
+        least = min(float(q[q > 0].min(initial=math.inf)) for axes in grids for q in axes)
+        most = max(math.hypot(qy[-1], qx[-1]) for qy, qx in grids)
+        waves = np.geomspace(least, most, math.ceil(_WAVES * math.log(most / least)) + 2)
+        # In longer waves, which are at their limit, rounding grows.
+        limited = np.maximum(waves, _LONGEST / float(interfaces(material)[-1]))
         poisson = poisson_at(material, depth)
-        shear, normal, along = waves_below(material, waves, depth)
-        across = poisson * (along + normal)
-        uniform = -poisson / (1 - poisson), -1.0
-        if bodies:
-            uniform = 0.0, 0.0
-        for body in bodies:
-            parts = zip((along, across, normal, shear), body.waves(waves), strict=True)
-            along, across, normal, shear = (part - of_body for part, of_body in parts)
-        return cls(np.log(waves), along, across, normal, shear, uniform)
+        shear, normal, along = waves_below(material, limited, depth)
+        parts = np.stack([along, poisson * (along + normal), normal, shear])
+        if long is None:
+            return cls(waves, parts, (-poisson / (1 - poisson), -1.0))
+        own = stress_kernels.waves(np.zeros((1, 1)), limited, depth, poisson, [])
+        parts -= np.concatenate([own[XX], own[YY], own[ZZ], own[XZ]])
+        return cls(waves, parts, (0.0, 0.0))
 
-    def components(self, grid: _Grid, columns: slice, terms: Sequence[Term]) -> Array:
+    def components(self, qy: Array, qx: Array) -> Array:
         """Return xx, yy, zz, yz, xz, xy in the convention of `stress_kernels.waves`."""
-        qy, qx = grid.qy[:, None], grid.qx[columns]
         q = np.hypot(qy, qx)
         still = q == 0
-        at = np.log(np.where(still, 1.0, q))
-        along, across, normal, shear = (
-            np.interp(at, self.waves, part)
-            for part in (self.along, self.across, self.normal, self.shear)
-        )
+        at, logs = np.log(np.where(still, 1.0, q)), np.log(self.waves)
+        along, across, normal, shear = (np.interp(at, logs, part) for part in self.parts)
         inverse = np.divide(1, q, out=np.zeros(q.shape), where=~still)
         c, s = qx * inverse, qy * inverse
         result = np.stack(
@@ -293,11 +247,95 @@ class _Waves:
         )
         result[:, still] = 0
         result[:2, still], result[2, still] = self.uniform
-        # The wave at Nyquist has no sine. Along x the real transform drops it.
-        if grid.period[0] % 2 == 0:
-            for term, symbol in zip(terms, result, strict=True):
-                symbol[-1] *= not term.odd[0]
         return result
+
+
+class _Axis(NamedTuple):
+    """Integral over waves along an axis, at Chebyshev nodes up to half a period."""
+
+    waves: Array  # Nodes of the integral [1/m], shape (m,)
+    cosine: Array  # Cosine and sine times their weights, shape (m, n)
+    sine: Array
+    offsets: Array  # Interpolation from the Chebyshev nodes to offsets in pixels, shape (p, n)
+
+    @classmethod
+    def from_period(cls, points: int, edge: float, cutoff: float) -> _Axis:
+        """Return the integral over waves up to twice a cutoff [1/m]."""
+        half, reach = points // 2, points // 2 * edge
+        ends = 2 * cutoff * np.append(0.0, 2.0 ** np.arange(-_OCTAVES, 1))
+        waves, weights = [], []
+        for width, start in zip(np.diff(ends).tolist(), ends.tolist(), strict=False):
+            nodes, shares = leggauss(_NODES + math.ceil(width * reach / 2))
+            waves.append(start + width * (1 + nodes) / 2)
+            weights.append(width / 2 * shares)
+        q = np.concatenate(waves)
+        weight = np.concatenate(weights) * _pixel_factor(q, edge) * edge / math.pi
+        degree = math.ceil(cutoff * reach) + 12
+        angles = math.pi * (np.arange(degree) + 0.5) / degree
+        turns = np.outer(q, reach * (1 + np.cos(angles)) / 2)
+        to_series = 2 / degree * np.cos(np.outer(np.arange(degree), angles))
+        to_series[0] /= 2
+        series = chebvander(np.linspace(-1.0, 1.0, half + 1), degree - 1)
+        # Not by BLAS, whose last digits depend on the number of threads.
+        offsets = np.einsum("pk,kn->pn", series, to_series)
+        return cls(q, weight[:, None] * np.cos(turns), weight[:, None] * np.sin(turns), offsets)
+
+
+@dataclass(frozen=True)
+class _LongWaves:
+    """Waves that are integrated on a free map, because their sum would reach periodic images."""
+
+    cutoff: float  # Wave number half of whose stress is integrated [1/m]
+    y: _Axis
+    x: _Axis
+
+    @classmethod
+    def from_map(
+        cls, shape: tuple[int, int], pixel: tuple[float, float], period: tuple[int, int]
+    ) -> _LongWaves:
+        """Return the waves that reach the images of a map with a period in pixels."""
+        apart = (edge * (m - n) for edge, m, n in zip(pixel, period, shape, strict=True))
+        cutoff = 2 * _STEEPNESS**2 / min(apart)
+        y, x = (_Axis.from_period(m, edge, cutoff) for m, edge in zip(period, pixel, strict=True))
+        return cls(cutoff, y, x)
+
+    def divide(self, waves: _Waves) -> tuple[_Waves, _Waves]:
+        """Return the parts of the stress that are integrated and summed."""
+        from scipy.special import erfc
+
+        share = erfc(_STEEPNESS * (waves.waves / self.cutoff - 1)) / 2
+        return (
+            replace(waves, parts=waves.parts * share),
+            replace(waves, parts=waves.parts * (1 - share)),
+        )
+
+    def integrate(self, waves: _Waves, terms: Sequence[Term]) -> list[tuple[Array, Array]]:
+        """Return kernels under unit pressure on the pixel at the origin, as factors X and Y.
+
+        A kernel is the sum of ``X[column] * Y[row]`` over the last axis.
+        """
+        y, x = self.y, self.x
+        result = []
+        components = waves.components(y.waves[:, None], x.waves)
+        for term, component in zip(terms, components, strict=True):
+            along_y, along_x = (
+                axis.sine if odd else axis.cosine
+                for axis, odd in zip((y, x), term.odd, strict=True)
+            )
+            nodes = np.einsum("lj,li->ij", np.einsum("kl,kj->lj", component, along_y), along_x)
+            if y.offsets.shape[1] < x.offsets.shape[1]:
+                result.append((np.einsum("ci,ij->cj", x.offsets, nodes), y.offsets))
+            else:
+                result.append((x.offsets, np.einsum("rj,ij->ri", y.offsets, nodes)))
+        return result
+
+
+def _sum_kernels(
+    own: UnitLoads, depth: float, long: list[tuple[Array, Array]], rows: Offsets, columns: Offsets
+) -> Iterator[Array]:
+    """Yield kernels of a homogeneous body together with long waves."""
+    for kernel, (x, y) in zip(own.sample_pixels(depth, rows, columns), long, strict=True):
+        yield kernel + np.einsum("ci,ri->cr", x[columns], y[rows])
 
 
 class Peak(NamedTuple):
@@ -320,23 +358,29 @@ class Face:
 
 def faces(field: Field, material: Material) -> tuple[Face, ...]:
     """Return the largest stresses of the surface and of both sides of each interface."""
-    found = []
+    found, width = [], field.shape[1]
     for depth in depths_with_faces(material, np.empty(0)).tolist():
-        stress: NDArray[Any] = np.empty((6, *field.shape), field.real)
+        # Value and negative place, so that the first of equal values is the largest.
+        blocks: list[list[tuple[float, int]]] = []
 
-        def store_rows(rows: slice, block: NDArray[Any], stress: NDArray[Any] = stress) -> None:
-            stress[:, rows] = block
+        def find_largest(
+            rows: slice, stress: NDArray[Any], blocks: list[list[tuple[float, int]]] = blocks
+        ) -> None:
+            shear = np.hypot(stress[XZ], stress[YZ])
+            values = principal(stress).max(axis=0), shear, stress[ZZ]
+            places = [int(part.argmax()) for part in values]
+            blocks.append(
+                [
+                    (float(part.flat[place]), -rows.start * width - place)
+                    for part, place in zip(values, places, strict=True)
+                ]
+            )
 
         responses, symbols = field.in_depth(depth)
-        responses.stream(symbols, store_rows)
-
-        def peak(values: NDArray[Any]) -> Peak:
-            row, column = divmod(int(values.argmax()), field.shape[1])
-            return Peak(float(values[row, column]) * field.unit, (row, column))
-
-        tension = principal(stress).max(axis=0)
-        shear = np.hypot(stress[XZ], stress[YZ])
-        found.append(
-            Face(depth, part_of(material, depth), peak(tension), peak(shear), peak(stress[ZZ]))
+        responses.stream(symbols, find_largest)
+        tension, shear, pull = (
+            Peak(value * field.unit, divmod(-place, width))
+            for value, place in map(max, zip(*blocks, strict=True))
         )
+        found.append(Face(depth, part_of(material, depth), tension, shear, pull))
     return tuple(found)

@@ -408,7 +408,7 @@ def field_of(
         along_y, along_x = checked_traction(traction, shape, friction)
         source, pulls = np.stack([source, along_x, along_y]), [("x", 1.0, 1), ("y", 1.0, 2)]
     source = source / unit
-    loads = _UnitLoads(pixel, poisson, tuple(pulls))
+    loads = UnitLoads(pixel, poisson, tuple(pulls))
     terms = loads.wave_terms() if not boundary.free_axes else loads.terms()
 
     def responses(padded: tuple[int, int]) -> Responses:
@@ -493,7 +493,7 @@ def pulls_of(friction: float, direction: float) -> list[tuple[str, float]]:
 
 
 @dataclass(frozen=True)
-class _UnitLoads:
+class UnitLoads:
     """Unit pressure and tractions; arrays of offsets are in pixels.
 
     Each traction has an axis, a size, and the index of its map: 0 is the pressure.
@@ -546,9 +546,9 @@ class _UnitLoads:
         return kernels(x, y, z, self.poisson)
 
 
-def unit_loads(pixel: tuple[float, float], poisson: float) -> _UnitLoads:
+def unit_loads(pixel: tuple[float, float], poisson: float) -> UnitLoads:
     """Return a unit pressure without traction, on pixels or in waves."""
-    return _UnitLoads(pixel, poisson, ())
+    return UnitLoads(pixel, poisson, ())
 
 
 def _spread(symbols: Symbols, pixel: tuple[float, float], period: tuple[int, int]) -> Symbols:
@@ -635,7 +635,7 @@ def blended(
 
 
 def _waves(
-    loads: _UnitLoads, terms: list[Term], shape: tuple[int, int], z: float, damped: float
+    loads: UnitLoads, terms: list[Term], shape: tuple[int, int], z: float, damped: float
 ) -> Symbols:
     """Return the stress of waves of pressure and traction, up to q z = ``damped``."""
     (ny, nx), (dy, dx) = shape, loads.pixel

@@ -509,9 +509,10 @@ def _layered_stress(
             argument="boundary",
             value=boundary,
         )
-    # The contribution of the layers is computed on a larger map.
-    larger = (2 * pressure.shape[0], 2 * pressure.shape[1])
-    require_memory(larger, boundary=boundary, precision=options["precision"])
+    if boundary.free_axes:
+        # The periodic images of a narrow map are farther away.
+        rows, columns = coating_stress.stress_period(pressure.shape, pixel, boundary)
+        require_memory((rows // 2, columns // 2), precision=options["precision"])
     stress = coating_stress.field_of(
         pressure, pixel, material, boundary, options["precision"], Workspace()
     )
