@@ -470,7 +470,7 @@ def test_no_unit_changes_a_bit(precision):
 def test_number_of_waves_falls_with_depth():
     # In metres as in pixels: deep below a map only the longest are left.
     for unit in (1.0, 1e-6):
-        loads = stress._UnitLoads((0.7 * unit, 1.1 * unit), 0.3, ())
+        loads = stress.UnitLoads((0.7 * unit, 1.1 * unit), 0.3, ())
         terms = loads.wave_terms()
         highest = [
             stress._waves(loads, terms, (64, 96), depth * unit, 16.0).highest
