@@ -1,4 +1,5 @@
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -339,15 +340,37 @@ def test_missing_loads_raise_input_error(tmp_path: Path, more: dict[str, str], w
         request(tmp_path, **{"load": "", **more})
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "heading"),
+    [
+        (("one.nc",), ("two.nc", "three.nc"), "one.nc (E 210 GPa) against two.nc, three.nc"),
+        # Maps of the counter-body are not maps of the surface, however many that one has.
+        (("one.nc", "two.nc"), ("three.nc",), "one.nc, two.nc (E 210 GPa) against three.nc"),
+    ],
+)
 def test_the_heading_of_a_law_names_the_maps_of_both_faces(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    first: Sequence[str],
+    second: Sequence[str],
+    heading: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     for seed, name in enumerate(("one.nc", "two.nc", "three.nc")):
         rc.Surface(*rc.reference_map(32, seed)).save(name)
-    words = ["--counter-maps", "two.nc", "--counter-maps", "three.nc", "--draws", "2"]
+    words = [word for name in second for word in ("--counter-maps", name)] + ["--draws", "4"]
     words += ["--from", "10 MPa", "--to", "50 MPa", "--steps", "2", "--boundary", "periodic"]
     words += ["--young", "210 GPa", "--poisson", "0.3", "--yield-strength", "1 GPa"]
-    app.main(["law", "one.nc", *words])
-    heading = " ".join(capsys.readouterr().out.split("\n\n")[0].split())
-    assert heading.startswith("one.nc (E 210 GPa) against two.nc, three.nc (rigid), 2 pairs")
+    app.main(["law", *first, *words])
+    found = " ".join(capsys.readouterr().out.split("\n\n")[0].split())
+    assert found == f"{heading} (rigid), 4 pairs, periodic"
+
+
+def test_relocated_requests_move_the_maps_of_the_counter_body() -> None:
+    specified = {"load": "1 N", "counter-maps": ["/far/two.nc"], "boundary": "periodic"}
+    specified |= {"material": "42CrMo4", "counter-material": "42CrMo4"}
+    moved = from_text("conductance", Path("/far/one.nc"), specified).with_relocated_files(
+        lambda path: Path("/near") / path.name, lambda path: path
+    )
+    assert moved.inputs == [Path("/near/one.nc"), Path("/near/two.nc")]

@@ -70,7 +70,7 @@ class Option(Generic[T_co]):
     @property
     def is_place(self) -> bool:
         """Whether the value is a file or a folder."""
-        return self.parse in (parsing.path, parsing.groups) or bool(self.suffixes)
+        return self.parse in (parsing.path, parsing.paths, parsing.groups) or bool(self.suffixes)
 
     @property
     def is_written(self) -> bool:

@@ -74,7 +74,13 @@ def shared_runner() -> Iterator[Callable[..., Outcome]]:
 
 def prepare_maps(request: Request, say: Say) -> list[Surface]:
     """Return the maps of a request: body and counter-body, or several maps of one surface."""
-    single = [replace(request, file=path, files=()) for path in request.files] or [request]
+    if not request.files:
+        return surfaces(request, say)
+    *others, last = (replace(request, file=path, files=()) for path in request.files)
+    # The maps of the counter-body are read once, after those of the surface.
+    faces = {option.name for option in contacts.FACES}
+    values = {name: value for name, value in request.values.items() if name not in faces}
+    single = [*(replace(item, values=values) for item in others), last]
     return [surface for item in single for surface in surfaces(item, say)]
 
 

@@ -267,21 +267,21 @@ _MAX_SCREEN_ROWS = 5
 
 def _problem(law: InterfaceLaw) -> str:
     contact, pairs = law.largest, [item.pair for item in law.maps]
-    name = count_noun(len(law.maps), "map") if len(law.maps) > 1 else ""
-    counter_maps = _map_names(pair.counter_surface for pair in pairs)
-    if not name or counter_maps == _map_names([contact.counter_surface]):
+    if len(pairs) == 1 or contact.counter_surface is None:
+        name = count_noun(len(pairs), "map") if len(pairs) > 1 else ""
         return f"{phrases.bodies(contact, name)}{phrases.boundary(contact)}"
     # Maps of both faces met at random.
     body, other = map(phrases.material_name, (contact.material, contact.counter_material))
-    faces = (
-        f"{_map_names(pair.surface for pair in pairs)} ({body}) against {counter_maps} ({other})"
+    names, counter_names = (
+        _map_names(getattr(pair, face) for pair in pairs) for face in ("surface", "counter_surface")
     )
+    faces = f"{names} ({body}) against {counter_names} ({other})"
     return f"{faces}, {count_noun(len(pairs), 'pair')}{phrases.boundary(contact)}"
 
 
-def _map_names(surfaces: Iterable[Surface | None]) -> str:
+def _map_names(surfaces: Iterable[Surface]) -> str:
     """Return the names of the different maps of a face."""
-    return ", ".join(dict.fromkeys(phrases.map_name(item) for item in surfaces if item is not None))
+    return ", ".join(dict.fromkeys(map(phrases.map_name, surfaces)))
 
 
 def _intervals(law: InterfaceLaw) -> tuple[Interval, Interval]:
