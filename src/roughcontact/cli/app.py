@@ -36,7 +36,7 @@ from roughcontact.errors import (
     Sentence,
 )
 from roughcontact.request import options
-from roughcontact.request.options import JSON, NO_DATA, QUIET, READING, VERBOSE, Option
+from roughcontact.request.options import JSON, NO_DATA, QUIET, READING, VERBOSE, Option, Panel
 from roughcontact.request.outputs import UnfinishedError
 from roughcontact.request.task import Command, ParsedOptions, Task
 
@@ -83,12 +83,8 @@ def _exit_status(arguments: list[str], stopped: list[int]) -> int:
             arguments, lambda text: terminal.print_error(f"note: {text}; until 0.4 both work")
         )
         arguments = arguments or ["--help"]
-        if (expanded := _expanded_option(arguments)) is not None:
-            name, files = expanded
-            terminal.print_error(
-                f"error: {name} takes one file, and {files} follow it: repeat {name} for each of "
-                "its files, and give the maps of the first surface before all options"
-            )
+        if (ambiguous := _expanded_option(arguments)) is not None:
+            terminal.print_error(f"error: {ambiguous}")
             return BAD_INPUT
         commands = _build_program(arguments[0] if arguments[0] in _COMMAND_FUNCTIONS else None)
         status = commands(arguments, prog_name="roughcontact", standalone_mode=False)
@@ -242,23 +238,33 @@ def _require_single_values(command: Command, specified: Given) -> Given:
     return values
 
 
-def _expanded_option(arguments: list[str]) -> tuple[str, str] | None:
-    """Return an option for one file that is followed by more, as if a shell expanded a pattern.
+def _expanded_option(arguments: list[str]) -> str | None:
+    """Return the error on an option of a file that is followed by others, None if there is none.
 
-    Files before the options and after the value of one would be maps of the same surface.
+    A shell that expands a pattern after an option makes its other files maps of the surface. Only
+    a single input after the option, or inputs after an option of the output, are unambiguous.
     """
     command = tasks.COMMANDS.get(arguments[0])
-    if command is None or len(arguments) < 2 or arguments[1].startswith("-"):
+    if command is None or len(arguments) < 2:
         return None
-    names = {f"--{item.name}" for item in command.options if item.metavar.startswith("FILE")}
-    for index, name in enumerate(arguments[:-2]):
-        if name in names:
-            rest = itertools.takewhile(
-                lambda word: not word.startswith("-"), arguments[index + 2 :]
-            )
-            if files := ", ".join(rest):
-                return name, files
-    return None
+    options = {f"--{item.name}": item for item in command.options if "FILE" in item.metavar}
+    is_first = not arguments[1].startswith("-")
+    ambiguous: list[tuple[str, list[str]]] = []
+    for index, word in enumerate(arguments):
+        name, sign, _ = word.partition("=")
+        if name in options and (is_first or options[name].panel != Panel.OUTPUT):
+            rest = arguments[index + (1 if sign else 2) :]
+            if files := [*itertools.takewhile(lambda word: not word.startswith("-"), rest)]:
+                ambiguous.append((name, files))
+    if not ambiguous or (not is_first and sum(len(files) for _, files in ambiguous) == 1):
+        return None
+    name, files = ambiguous[0]
+    advice = f"repeat {name} for each of its files, and " if options[name].many else ""
+    return (
+        f"{name} takes one file, and {', '.join(files)} "
+        f"{'follows' if len(files) == 1 else 'follow'} it: {advice}give all other maps before the "
+        "options"
+    )
 
 
 def _report_write_error(error: OSError) -> int:
