@@ -1801,3 +1801,22 @@ def test_volume_model_accepts_solver_options(rough: Path, tmp_path: Path, capsys
     capsys.readouterr()
     assert solve(rough, *YIELDING, *given, "--max-iterations", "1") == app.NOT_CONVERGED
     assert "increase --max-iterations" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["stress", "--load", "1 N", "--first-yield"],
+        ["sweep", "--from", "1 N", "--to", "2 N", "--steps", "2"],
+        ["find", "--contact-fraction", "1 %"],
+        ["conductance", "--load", "1 N"],
+    ],
+)
+def test_loads_of_a_sphere_are_not_shown_as_nominal_pressures(
+    words: list[str], capsys: Capture
+) -> None:
+    body = ["--body", "sphere 5 mm", "--points", "32", "--size", "1 mm", "--material", "42CrMo4"]
+    assert app.main([*words, *body, "--counter-material", "42CrMo4"]) == app.SOLVED
+    out = capsys.readouterr().out
+    assert "nominal)" not in out
+    assert "nominal pressure" not in out

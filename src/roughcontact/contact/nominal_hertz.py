@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,14 +53,17 @@ def is_smooth(pair: Pair) -> bool:
 
 
 def _is_nominal(provenance: Provenance) -> bool:
-    origin = provenance.origin
-    if origin is None or origin.method.removeprefix("nominal.") not in BODIES:
-        return False
-    return all(
+    return is_nominal_origin(provenance) and all(
         step.method in _SHAPE_KEEPING_STEPS
         or (step.method == "with_form" and _is_nominal(step.arguments["form"]))
         for step in provenance.operations
     )
+
+
+def is_nominal_origin(provenance: Provenance) -> bool:
+    """Return whether a map was created as a nominal body."""
+    origin = provenance.origin
+    return origin is not None and origin.method.removeprefix("nominal.") in BODIES
 
 
 # Methods that add no roughness to a nominal body.
@@ -182,16 +186,27 @@ class SmoothContact:
         return math.hypot(a * s, b * c), math.hypot(a * c, b * s)
 
 
-def relative_curvature(pair: Pair) -> Array | None:
-    """Return the sum of the curvatures of both nominal bodies [1/m]; None if one has none."""
-    result = [curvature_of_map(origin) for origin in pair.origins]
+def relative_curvature(origins: Sequence[Provenance]) -> Array | None:
+    """Return the sum of the curvatures of nominal bodies [1/m]; None if one has none."""
+    result = [curvature_of_map(origin) for origin in origins]
     known = [item for item in result if item is not None]
     return sum(known[1:], known[0]) if len(known) == len(result) else None
 
 
+def has_nominal_body(origins: Sequence[Provenance]) -> bool:
+    """Return whether a nominal body, and not the map, bounds the contact of two bodies.
+
+    The load over the area of the map is then no nominal pressure.
+    """
+    curvature = relative_curvature(origins)
+    if curvature is None:
+        return any(map(is_nominal_origin, origins))
+    return bool(curvature.any())
+
+
 def shape_of(pair: Pair) -> ContactShape | None:
     """Return the shape of the contact of the nominal bodies of a pair; None without one."""
-    total = relative_curvature(pair)
+    total = relative_curvature(pair.origins)
     if total is None or not total.any():
         return None
     if pair.is_profile:

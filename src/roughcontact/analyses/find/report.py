@@ -11,6 +11,7 @@ from typing import Any
 from roughcontact.analyses.find import model as search
 from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
 from roughcontact.analyses.solve.fields import PAIR, largest_load_quantity
+from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.report import citations, phrases
 from roughcontact.report.kind import (
     CAUTIONS,
@@ -191,21 +192,21 @@ def _answer(loads: search.LoadSearch) -> str:
     force = phrases.format_short(first.load, unit)
     wanted = _format_target(first)
     subject = wanted[:1].upper() + wanted[1:]
-    if loads.largest.pair.is_profile:
-        return f"{subject} needs {force}."
     pressure, under = _pressure(loads, first.load), ""
     if loads.base is not None:
         other = loads.base.answers[0].load
         force = phrases.range_text(first.load, other, lambda v: phrases.format_short(v, unit))
         pressure = phrases.range_text(first.load, other, lambda v: _pressure(loads, v))
         under = ", from the ceiling of the coating to that of the base"
+    if loads.largest.pair.is_profile or has_nominal_body(loads.largest.pair.origins):
+        return f"{subject} needs {force}{under}."
     return f"{subject} needs {pressure} nominal pressure ({force}){under}."
 
 
 def _numbers(loads: search.LoadSearch) -> CellTable:
     """Return nominal pressure, load and bracket of each target."""
-    unit = loads.largest.pair.load_unit
-    rows = []
+    pair, rows = loads.largest.pair, []
+    unit, is_bounded = pair.load_unit, has_nominal_body(pair.origins)
     searches = {"": loads.answers}
     if loads.base is not None:
         searches = {", coating": loads.answers, ", base": loads.base.answers}
@@ -215,11 +216,11 @@ def _numbers(loads: search.LoadSearch) -> CellTable:
             half = (high - low) / 2 / item.load if item.load else 0.0
             row = (
                 _format_target(item) + ceiling,
-                _pressure(loads, item.load),
+                *([] if is_bounded else [_pressure(loads, item.load)]),
                 phrases.format_short(item.load, unit),
             )
             rows.append((*row, f"± {100 * half:.1g} %"))
-    return ("wanted", "nominal pressure", "load", "bracket"), rows
+    return ("wanted", *([] if is_bounded else ["nominal pressure"]), "load", "bracket"), rows
 
 
 def _remarks(loads: search.LoadSearch) -> tuple[str, ...]:

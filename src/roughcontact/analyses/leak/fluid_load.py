@@ -27,14 +27,19 @@ from numpy.typing import NDArray
 from roughcontact.analyses.leak.flow import Flow, components, flow, flow_gap
 from roughcontact.contact.ceiling import resolve_ceiling
 from roughcontact.contact.load_case import LoadCase
-from roughcontact.contact.nominal_hertz import SmoothContact, relative_curvature, solve_smooth
+from roughcontact.contact.nominal_hertz import (
+    SmoothContact,
+    has_nominal_body,
+    is_nominal_origin,
+    relative_curvature,
+    solve_smooth,
+)
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import CALIBRATED, ContactResult
 from roughcontact.contact.solve import solve_pair
 from roughcontact.errors import ConvergenceError, InputError
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.surface.form import level
-from roughcontact.surface.nominal_bodies import BODIES
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_engineering
 
@@ -60,9 +65,9 @@ def nominal_contact(pair: Pair, load: float, ceiling: Any) -> Array | None:
     Hertz's contact of the nominal bodies, on the mean plane of the roughness; where it has no
     closed form or exceeds the ceiling, the contact of the smooth forms, solved on the grid.
     """
-    if not has_nominal_body(pair):
+    if not has_nominal_body(pair.origins):
         return None
-    curvature = relative_curvature(pair)
+    curvature = relative_curvature(pair.origins)
     ceiling = "auto" if isinstance(ceiling, str) and ceiling == CALIBRATED else ceiling
     form = _form_heights(pair) if curvature is None else _paraboloid(pair, curvature)
     rough = pair.heights - form
@@ -111,25 +116,12 @@ def _paraboloid(pair: Pair, curvature: Array) -> Array:
 
 def _form_heights(pair: Pair) -> Array:
     """Return the heights of the nominal bodies that have no curvature [m]."""
-    forms = [body.heights for body in _bodies(pair) if _is_nominal(body)]
+    forms = [body.heights for body in _bodies(pair) if is_nominal_origin(body.provenance)]
     return sum(forms[1:], forms[0])
-
-
-def has_nominal_body(pair: Pair) -> bool:
-    """Return whether a nominal body, and not the map, bounds the contact of two bodies."""
-    curvature = relative_curvature(pair)
-    if curvature is None:
-        return any(map(_is_nominal, _bodies(pair)))
-    return bool(curvature.any())
 
 
 def _bodies(pair: Pair) -> list[Surface]:
     return [body for body in (pair.surface, pair.counter_surface) if body is not None]
-
-
-def _is_nominal(body: Surface) -> bool:
-    origin = body.provenance.origin
-    return origin is not None and origin.method.removeprefix("nominal.") in BODIES
 
 
 def fluid_potential(gap: Array, solved: Flow, periodic_axes: tuple[int, ...]) -> Array:

@@ -18,7 +18,6 @@ from roughcontact.analyses.conductance.model import ATMOSPHERE, slip_factor, tem
 from roughcontact.analyses.leak.flow import Constriction, Flow, constriction, flow, flow_gap
 from roughcontact.analyses.leak.fluid_load import (
     fluid_pressure,
-    has_nominal_body,
     integrate_pressure,
     nominal_contact,
 )
@@ -31,6 +30,7 @@ from roughcontact.cautions import (
     as_warning,
     sort_cautions,
 )
+from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
@@ -733,7 +733,7 @@ def _join_axes(along_y: LeakageStep, along_x: LeakageStep) -> LeakageStep:
 def require_land(seal: Seal | None, pair: Pair, axes: tuple[int, ...]) -> None:
     """Raise `InputError` for the length of a land where the nominal body bounds the contact."""
     across = any(axis in pair.boundary.free_axes for axis in axes)
-    if seal is not None and seal.length is not None and across and has_nominal_body(pair):
+    if seal is not None and seal.length is not None and across and has_nominal_body(pair.origins):
         raise InputError(
             "is not valid with a nominal body: the load sets the length of its contact along the "
             "flow; leave it out",

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from roughcontact.analyses.leak.figures import flow_factors, leak
-from roughcontact.analyses.leak.fluid_load import has_nominal_body
 from roughcontact.analyses.leak.model import AXES, MIN_FLUID_SHARE, THRESHOLD, Leakage, flow_of
 from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
 from roughcontact.analyses.solve.fields import PAIR
+from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.contact.series import relative_change
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.references import make_use
@@ -346,7 +346,7 @@ def _sentences(result: Leakage) -> tuple[str, ...]:
 def _pressed(result: Leakage) -> str:
     """Return where the fluid carries a part of the load as a sentence."""
     where = "on the whole map"
-    if has_nominal_body(result.largest.pair):
+    if has_nominal_body(result.largest.pair.origins):
         where = (
             "where the smooth forms of the bodies touch (its thrust on free faces belongs to the "
             "clamping force)"
@@ -445,7 +445,10 @@ def _with_interval(result: Leakage, axis: int) -> str:
 
 def _numbers(result: Leakage) -> CellTable:
     """Return contact, gap, rate and flow factor of each load."""
-    pressures = result.column("load") / result.nominal_area
+    loads, unit = result.column("load"), result.largest.pair.load_unit
+    is_bounded = has_nominal_body(result.largest.pair.origins)
+    if not is_bounded:
+        loads, unit = loads / result.nominal_area, "Pa"
     columns = _number_columns(result)
     if result.base is not None:
         # Two columns each of contact and rate; without gaps and flow factors they are not too wide.
@@ -453,8 +456,8 @@ def _numbers(result: Leakage) -> CellTable:
         pairs = zip(columns.items(), base.items(), strict=True)
         kept = ("contact", "leak", "k ")
         columns = dict(item for pair in pairs for item in pair if item[0].startswith(kept))
-    cells = [[phrases.format_short(value, "Pa") for value in pressures], *columns.values()]
-    return ("pressure", *columns), list(zip(*cells, strict=True))
+    cells = [[phrases.format_short(value, unit) for value in loads], *columns.values()]
+    return ("load" if is_bounded else "pressure", *columns), list(zip(*cells, strict=True))
 
 
 def _number_columns(result: Leakage) -> dict[str, list[str]]:
@@ -480,7 +483,7 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
     """Return remarks on the scaling of the rate, the narrowest constriction and accuracy."""
     lines: list[str] = []
     seal = result.seal
-    if seal is not None and has_nominal_body(result.largest.pair):
+    if seal is not None and has_nominal_body(result.largest.pair.origins):
         if not seal.is_whole:
             lines.append(Sentence(f"Rate scales with the width: {ArgumentRef('seal_width')}"))
     elif seal is not None and (seal.length is None or not seal.is_whole):
@@ -532,7 +535,7 @@ def _fluid_lines(result: Leakage) -> Iterator[str]:
     smallest = "smallest " * (len(result.steps) > 1)
     effect = "included" if result.fluid_load.any() else "neglected"
     where = ""
-    if has_nominal_body(result.largest.pair):
+    if has_nominal_body(result.largest.pair.origins):
         where = " in the nominal contact; its thrust on free faces belongs to the clamping force"
     yield (
         f"Fluid pressure carries {format_percent(largest)} of the {smallest}load ({effect}){where}"

@@ -13,6 +13,7 @@ from roughcontact.analyses.stress import (
     illustrations as stress_illustrations,
 )
 from roughcontact.analyses.stress.model import StressResult, to_dataset
+from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.report import chapters, phrases
 from roughcontact.report.kind import CellTable, Presentation, Row, rows_of
@@ -55,8 +56,11 @@ _AT_YIELD = 1e-3
 
 def _load(stress: StressResult) -> str:
     solution = stress.solution
+    load = phrases.format_short(solution.load, solution.pair.load_unit)
+    if has_nominal_body(solution.pair.origins):
+        return load
     pressure = phrases.format_short(solution.load / solution.nominal_area, "Pa")
-    return f"{phrases.format_short(solution.load, solution.pair.load_unit)} ({pressure} nominal)"
+    return f"{load} ({pressure} nominal)"
 
 
 def _answer(stress: StressResult, onset: StressResult | None = None) -> str:

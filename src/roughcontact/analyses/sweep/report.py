@@ -12,6 +12,7 @@ from roughcontact.analyses.sweep import (
 )
 from roughcontact.analyses.sweep.figures import load_curve
 from roughcontact.analyses.sweep.model import LOW_LOAD, LoadCurve
+from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.report import phrases
 from roughcontact.report.kind import Presentation
 from roughcontact.report.page import Block
@@ -48,7 +49,7 @@ def _problem(curve: LoadCurve) -> str:
     unit = (contact_fields.LOAD if curve.is_profile else "N") if curve.control == "load" else "m"
     ends = phrases.range_text(first, last, lambda value: phrases.format_short(value, unit))
     text = f"{name}, {len(curve.steps)} {control} from {ends}"
-    if curve.is_profile:
+    if curve.is_profile or has_nominal_body(curve.origins):
         return text
     first, last = (step.load / curve.nominal_area for step in (curve.steps[0], curve.steps[-1]))
     ends = phrases.range_text(first, last, lambda value: phrases.format_short(value, "Pa"))
