@@ -181,3 +181,21 @@ def test_a_hertz_contact_larger_than_the_map_is_named() -> None:
     # The contact radius under 3 GPa is 102 µm, the half side of the map 16 µm.
     with pytest.raises(rc.CapacityError, match=r"Hertz contact \(±102 µm\) larger than the map"):
         rc.solve(ball(32, 1e-6), material=steel, load="hertz 3 GPa")
+
+
+def test_answer_names_a_hertz_contact_larger_than_the_map() -> None:
+    # The contact radius is 34 µm, the half side of the map 16 µm.
+    result, _ = solve_under_peak(ball(32, 1e-6))
+    assert hertz_comparison.is_beyond_map(result)
+    assert "is larger than the map; solved" in " ".join(str(result).split())
+    assert not hertz_comparison.is_beyond_map(solve_under_peak(ball())[0])
+
+
+def test_edge_caution_recommends_no_boundary_that_is_set() -> None:
+    # A strip narrower than the line contact, endless along the roller.
+    roller = nominal_bodies.cylinder(radius=0.005, angle=0, shape=(16, 32), pixel=(1e-6, 1e-6))
+    result, smooth = solve_under_peak(roller, boundary="periodic-x")
+    assert smooth.shape.axis == 1
+    found = next(item for item in result.cautions if item.kind == CautionTag.EDGE)
+    assert "Measure a larger map." in str(found)
+    assert "periodic" not in str(found)

@@ -111,6 +111,12 @@ def is_unresolved(result: ContactResult) -> bool:
     return math.pi * half**2 < MIN_SPOT_PIXELS * max(result.surface.pixel) ** 2
 
 
+def is_beyond_map(result: ContactResult) -> bool:
+    """Return whether the Hertz contact is larger than the map."""
+    limits = _within_map(result, _smooth_limits(result))
+    return any(item.severity == "warning" for item in limits)
+
+
 def behind_load(result: ContactResult) -> bool:
     """Return whether the load was given by Hertz's theory, on nominal bodies in contact."""
     form = None if result.specified_load is None else result.specified_load.form

@@ -419,7 +419,9 @@ def beyond_edge(result: ContactResult) -> ArgumentRef | None:
     if result.hertz is None:
         return ArgumentRef("boundary", "periodic")
     axis = result.hertz.shape.axis
-    return None if axis is None else ArgumentRef("boundary", f"periodic-{'yx'[axis]}")
+    if axis is None or axis in result.boundary.periodic_axes:
+        return None
+    return ArgumentRef("boundary", f"periodic-{'yx'[axis]}")
 
 
 def _below_ceiling(result: ContactResult) -> Caution | None:

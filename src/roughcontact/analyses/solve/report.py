@@ -20,7 +20,7 @@ from roughcontact.analyses.solve import (
 )
 from roughcontact.analyses.solve.blocks import hertz_blocks, spot_rows
 from roughcontact.contact import archive, plausibility
-from roughcontact.contact.hertz_comparison import is_unresolved
+from roughcontact.contact.hertz_comparison import is_beyond_map, is_unresolved
 from roughcontact.contact.nominal_hertz import is_smooth
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.share import Slab
@@ -285,12 +285,14 @@ def _hertz_comparison(result: ContactResult, smooth: float, interval: Interval |
     area, ratio = phrases.format_short(value, unit), value / smooth
     if abs(ratio - 1) < _AREA_TOLERANCE:
         return f"The bodies touch on {area}{ends}, as in Hertz's theory{_yields(result)}"
+    known = phrases.format_short(smooth, unit)
+    if is_beyond_map(result):
+        return f"The Hertz contact of {known} is larger than the map; solved: {area}{ends}."
     share = f", {phrases.format_share(ratio)} of the Hertz contact{_yields(result)}"
     if not is_smooth(result.pair):
         return f"Roughness carries the load on {area}{ends}{share}"
     if not is_unresolved(result):
         return f"The bodies touch on {area}{ends}{share}"
-    known = phrases.format_short(smooth, unit)
     return f"The grid does not resolve the Hertz contact of {known}; solved: {area}{ends}{share}"
 
 
