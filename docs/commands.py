@@ -192,7 +192,7 @@ def readme(folder: Path, write: bool, points: int = 256) -> list[str]:
     """Run what the README shows, on a smaller map; draw its figure, or return what failed."""
     failed = []
     if write:
-        # The figure is that of the command beside it, at the size that it has by default.
+        # The figure shows the output of the default command.
         (folder / "figure").mkdir()
         timed("roughcontact demo", folder / "figure")
         drawn = folder / "figure" / "roughcontact-demo" / "comparison.png"

@@ -1,4 +1,4 @@
-"""What the formulas of nominally flat contact miss, case by case, from calibration/atlas."""
+"""Errors of the formulas of nominally flat contact, for each case of calibration/atlas."""
 
 import matplotlib.pyplot as plt
 import numpy as np

@@ -210,15 +210,17 @@ def test_values_that_mean_nothing_are_rejected(tmp_path: Path, key: str, value: 
     assert_rejected(path, f"c.zip states {key} = ", "of 'a'")
 
 
-def test_a_size_that_contradicts_the_file_is_noted(tmp_path: Path) -> None:
-    for size, is_noted in ((SIZE, False), ([60.0, 40.0], True)):
-        entry = measurement("a", size=size, datafile={"original": "a.npz"}, height_scale=1)
-        entry["datafile"] = {"squeezed-netcdf": "a.nc"}
-        path = container(tmp_path / "c.zip", [entry], a__nc=squeezed(tmp_path))
-        surface = read_surface(path)
-        assert surface.size == pytest.approx((4e-6, 6e-6))
-        words = surface.provenance.in_words()
-        assert ("states a size of 40 µm × 60 µm, the data file 4 µm × 6 µm" in words) is is_noted
+@pytest.mark.parametrize(("size", "is_noted"), [(SIZE, False), ([60.0, 40.0], True)])
+def test_size_that_contradicts_the_file_is_noted(
+    tmp_path: Path, size: list[float], is_noted: bool
+) -> None:
+    files = {"squeezed-netcdf": "a.nc"}
+    entry = measurement("a", size=size, datafile=files, height_scale=1)
+    path = container(tmp_path / "c.zip", [entry], a__nc=squeezed(tmp_path))
+    surface = read_surface(path)
+    assert surface.size == pytest.approx((4e-6, 6e-6))
+    note = "the container states a size of 40 µm × 60 µm, the data file 4 µm × 6 µm"
+    assert (note in surface.provenance.in_words()) is is_noted
 
 
 def test_a_full_disk_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -269,7 +269,7 @@ def _from_yaml(path: Path, text: str) -> Any:
     limit = _MAX_YAML if base is not yaml.SafeLoader else _MAX_YAML // 10
     if len(text) > limit:
         raise FormatError(f"{path.name} holds {_YAML} of {len(text)} characters, too long")
-    # A few aliases of aliases stand for more values than fit in memory.
+    # Nested aliases expand to more values than fit in memory.
     if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, base)):
         raise FormatError(f"{path.name} holds {_YAML} with aliases, which no container needs")
     loader: Any = type("Loader", (base,), {})

@@ -204,7 +204,7 @@ class InputFormat:
     read: Callable[[Path, str, ReadOptions], Surface]  # Returns the map of a file, by format
     channels: Callable[[Path, str], tuple[Channel, ...]]
     numbered: bool = False  # Whether three digits as a suffix stand for it as well
-    has_codes: bool = False  # Whether numbers may stand for missing points; others have a marker
+    has_codes: bool = False  # Whether values may encode missing points
 
 
 @contextmanager

@@ -594,8 +594,8 @@ def _model_sources(
 ) -> Iterator[ErrorSource]:
     """Yield the errors of the removed form, and of the ceiling as a model of plasticity.
 
-    ``by_ceiling`` is the logarithmic derivative of the quantity with respect to the ceiling: the
-    error of the contact area stands for an error of the ceiling, which changes the quantity.
+    ``by_ceiling`` is the logarithmic derivative of the quantity with respect to the ceiling. It
+    converts the error of the contact area to an error of the quantity.
     """
     if "form" in values:
         yield _one_sided(Cause.FORM, values["form"] - values["measured"])

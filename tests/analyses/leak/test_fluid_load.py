@@ -136,17 +136,16 @@ def leaks(rows: int) -> tuple[float, float]:
 def run_middle_rows(
     path: Path, capsys: pytest.CaptureFixture[str], rows: int, *more: str
 ) -> dict[str, Any]:
-    """Return what the command finds of the middle rows of the seat under the cylinder."""
+    """Return the output of the command for the middle rows of the seat under the cylinder."""
     np.save(path, seat(rows) * 1e6)
-    words = f"--unit um --size {rows * 4}umx64um --level none --ceiling none"
-    words += " --young 210GPa --poisson 0.3 --boundary periodic-x --viscosity 1mPa*s"
-    words += " --counter-body cylinder_5mm --json"
-    given = ["leak", str(path), *(word.replace("cylinder_", "cylinder ") for word in words.split())]
+    options = f"--unit um --size {rows * 4}umx64um --level none --ceiling none"
+    options += " --young 210GPa --poisson 0.3 --boundary periodic-x --viscosity 1mPa*s --json"
+    arguments = ["leak", str(path), *options.split(), "--counter-body", "cylinder 5mm"]
     fluid = () if "--pressure-difference" in more else ("--pressure-difference", "1500 bar")
     load = () if "--load" in more else ("--load", "30 N/mm")
-    assert app.main([*given, *load, *fluid, *more]) == app.SOLVED
-    told: dict[str, Any] = json.loads(capsys.readouterr().out)
-    return told
+    assert app.main([*arguments, *load, *fluid, *more]) == app.SOLVED
+    record: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return record
 
 
 RATE = DIFFERENCE / 12e-3
