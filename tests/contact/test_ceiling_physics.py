@@ -16,7 +16,6 @@ from roughcontact.cautions import Caution, CautionTag, Severity
 from roughcontact.contact import plausibility
 from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.result import CalibratedCeiling
-from roughcontact.request.contacts import calibrated_ceiling
 from roughcontact.theory import indenters
 from roughcontact.uncertainty import intervals as uncertainty
 
@@ -171,9 +170,9 @@ def test_interval_of_joint_covers_volume_model(seed: int, load: float) -> None:
     options: Any = {"material": steel(0.3), "load": load, "boundary": "periodic"}
     rough = rc.Surface(heights, (1e-4 / n,) * 2)
     given = rc.solve(rough, **options)
-    ceiling = calibrated_ceiling(given)
-    assert ceiling is not None
-    other = rc.solve(rough, **options, ceiling=ceiling)
+    advice = plausibility.deviating_ceiling(given)
+    assert advice is not None
+    other = rc.solve(rough, **options, ceiling=advice.ceiling)
     volume = rc.solve_elastoplastic(rough, **options).solution
     fluid = {"viscosity": 1e-3, "pressure_difference": 1e6}
 

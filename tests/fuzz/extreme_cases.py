@@ -28,20 +28,7 @@ TRAITS = (
 
 
 def extreme(seed: int, largest: int) -> Case:
-    """Return the extreme problem of a seed.
-
-    Parameters
-    ----------
-    seed : int
-        Any.
-    largest : int
-        Points along the longer side, but for strips, which are up to four times as long.
-
-    Returns
-    -------
-    Case
-        The problem and what has to come of it.
-    """
+    """Return the extreme problem of a seed."""
     rng = np.random.default_rng([13, seed])
     kind = str(rng.choice(["self-affine", *KINDS, "self-affine"]))
     shape = drawn_shape(rng, largest)

@@ -45,20 +45,7 @@ class Case:
 
 
 def ordinary(seed: int, largest: int) -> Case:
-    """Return the ordinary problem of a seed.
-
-    Parameters
-    ----------
-    seed : int
-        Any.
-    largest : int
-        Points along the longer side, but for strips, which are up to four times as long.
-
-    Returns
-    -------
-    Case
-        The problem and what has to come of it.
-    """
+    """Return the ordinary problem of a seed."""
     rng = np.random.default_rng([6, seed])
     # A sixth of them what most measured maps are.
     kind = str(rng.choice(["self-affine", *KINDS, "self-affine"]))

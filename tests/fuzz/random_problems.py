@@ -86,20 +86,7 @@ class Outcome:
 
 
 def draw(seed: int, largest: int = 192) -> Case:
-    """Return the problem of a seed.
-
-    Parameters
-    ----------
-    seed : int
-        Any.
-    largest : int
-        Points along the longer side, but for strips, which are up to four times as long.
-
-    Returns
-    -------
-    Case
-        The problem and what has to come of it.
-    """
+    """Return the problem of a seed."""
     return (ordinary if seed % THOUSAND < THOUSAND // 2 else extreme)(seed, largest)
 
 

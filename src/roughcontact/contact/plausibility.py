@@ -224,6 +224,9 @@ LARGE_SLOPE = 0.3
 CEILING_ERROR = 0.05
 """Relative distance from the calibrated ceiling from which a caution is shown."""
 
+MIN_AREA_CHANGE = 0.005
+"""Relative change of the contact area below which two ceilings are equivalent."""
+
 CAUTION_AREA_CHANGE = 0.1
 """Relative change of the contact area under the calibrated ceiling that is a caution."""
 
@@ -334,6 +337,17 @@ def recommended_ceiling_of(result: ContactResult) -> CalibratedCeiling | None:
     if advice is None or advice.ceiling * result.touchable_area < result.load:
         return None
     return advice
+
+
+def deviating_ceiling(result: ContactResult) -> CalibratedCeiling | None:
+    """Return the calibrated ceiling if it changes the contact area noticeably."""
+    if not isinstance(result.ceiling, float) or result.calibration is not None:
+        return None
+    advice = recommended_ceiling_of(result)
+    if advice is None or result.regime is Regime.BELOW_FIRST_YIELD:
+        return None
+    change = abs(calibrated_area_change(result, advice))
+    return advice if change >= MIN_AREA_CHANGE else None
 
 
 def calibrated_area_change(result: ContactResult, advice: CalibratedCeiling) -> float:

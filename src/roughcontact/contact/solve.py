@@ -16,7 +16,7 @@ from roughcontact.contact import plausibility, validation
 from roughcontact.contact.ceiling import confinement, is_bracket, resolve_ceiling, solve_calibrated
 from roughcontact.contact.load_case import Load, LoadCase, ProblemUnits, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
-from roughcontact.contact.result import BASE, CALIBRATED, COATING, Calibrated, ContactResult, Regime
+from roughcontact.contact.result import BASE, CALIBRATED, COATING, Calibrated, ContactResult
 from roughcontact.contact.share import MapOrSlab
 from roughcontact.contact.spots import center_of_pressure
 from roughcontact.errors import (
@@ -37,9 +37,6 @@ from roughcontact.units import Quantities, Quantity
 
 CALIBRATED_TOLERANCE = 1e-2
 """Certificate for the calibrated ceiling: areas to 1e-4, the rule has an error of 5e-2."""
-
-# Relative change of the area of a sphere below which two ceilings are equivalent.
-_MIN_CEILING_CHANGE = 0.005
 
 LOAD_TOLERANCE = 1e-10
 """Maximum load error of a converged result."""
@@ -289,12 +286,8 @@ def _first_ceiling(pair: Pair, terms: LoadCase) -> Any:
 
 def _solve_calibrated(first: ContactResult, terms: LoadCase, watch: Watch) -> Calibrated | None:
     """Return the contact under the ceiling calibrated from its solution."""
-    if not (first.converged and isinstance(first.ceiling, float)) or first.calibration is not None:
-        return None
-    advice = plausibility.recommended_ceiling_of(first)
-    if advice is None or first.regime is Regime.BELOW_FIRST_YIELD:
-        return None
-    if abs(plausibility.calibrated_area_change(first, advice)) < _MIN_CEILING_CHANGE:
+    advice = plausibility.deviating_ceiling(first) if first.converged else None
+    if advice is None:
         return None
     start = first.pressure
     if first.control == "load":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from roughcontact import units
 from roughcontact._tools.statistics import Mean
 from roughcontact.contact import load_case
 from roughcontact.contact.ceiling import CEILING_TOLERANCE
+from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer_material
@@ -454,6 +455,13 @@ def bodies(contact: ContactResult, name: str = "") -> str:
     against = "on" if contact.counter_surface is None else "against"
     name = name or map_name(contact.share)
     return f"{name} ({material_name(contact.material)}) {against} {_counter_body(contact)}"
+
+
+def load_column(contact: ContactResult, loads: Iterable[float]) -> tuple[str, list[str]]:
+    """Return head and cells of loads: nominal pressures, or forces on nominal bodies."""
+    if has_nominal_body(contact.pair.origins):
+        return "load", [force(load, contact.pair.load_unit) for load in loads]
+    return "pressure", [format_short(load / contact.nominal_area, "Pa") for load in loads]
 
 
 def force(value: float, unit: str) -> str:

@@ -258,15 +258,16 @@ class JointContacts:
 
     def with_variants(self, result: Any) -> Any:
         """Return a joint result with its changes for the calibrated ceiling and a coarser grid."""
+        from roughcontact.contact import plausibility
         from roughcontact.uncertainty.resolution import coarsen_pair
 
         largest, arguments = result.largest, self.request.arguments(self.maps, *options.SOLVER)
         arguments |= {"surface": self.maps[0], "load": largest.total_load}
-        ceiling, pair = calibrated_ceiling(largest), coarsen_pair(largest.pair)
+        advice, pair = plausibility.deviating_ceiling(largest), coarsen_pair(largest.pair)
         # The longer solve comes first, so that the remaining time is overestimated.
         variants: dict[str, dict[str, Any]] = {}
-        if ceiling is not None:
-            variants["calibrated ceiling"] = {"ceiling": ceiling}
+        if advice is not None:
+            variants["calibrated ceiling"] = {"ceiling": advice.ceiling}
         if pair is not None and (largest.ceiling is None or isinstance(largest.ceiling, float)):
             variants["coarser grid"] = {
                 "surface": pair.surface,
@@ -285,24 +286,6 @@ class JointContacts:
                 continue
             result = getattr(result, f"with_{label.replace(' ', '_')}")(contact)
         return result
-
-
-def calibrated_ceiling(result: ContactResult) -> float | None:
-    """Return the calibrated ceiling [Pa] of a contact; None if it changes nothing."""
-    from roughcontact.contact import plausibility
-    from roughcontact.contact.result import Regime
-
-    if not isinstance(result.ceiling, float) or result.calibration is not None:
-        return None
-    advice = plausibility.recommended_ceiling_of(result)
-    if advice is None or result.regime is Regime.BELOW_FIRST_YIELD:
-        return None
-    change = abs(plausibility.calibrated_area_change(result, advice))
-    return advice.ceiling if change >= _AREA_TOLERANCE else None
-
-
-# Relative change of the contact area below which two ceilings are equivalent.
-_AREA_TOLERANCE = 0.005
 
 
 @contextmanager

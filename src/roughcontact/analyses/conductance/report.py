@@ -415,23 +415,21 @@ def _answer(result: joint.Conductance) -> str:
 
 def _numbers(result: joint.Conductance) -> CellTable:
     """Return pressure, contact, conductance and resistance of each load."""
-    heads = ["pressure" if _by_area(result) else "load", "contact"]
+    head, loads = phrases.load_column(result.largest, result.column("load"))
+    heads = [head, "contact"]
     heads += ["thermal h" if _by_area(result) else "thermal R"] * _thermal(result)
     heads += ["electrical R·A" if _by_area(result) else "electrical R"] * _electrical(result)
+    contacts = contact_fields.shares("contact_area")(result)
     rows = [
         (
-            phrases.format_short(load / result.nominal_area, "Pa")
-            if _by_area(result)
-            else phrases.format_short(load, "N"),
+            load,
             contact,
             *(
                 text.partition(" = ")[2].removesuffix(" (thermal)")
                 for text in _joint_texts(result, index)
             ),
         )
-        for index, (load, contact) in enumerate(
-            zip(result.column("load"), contact_fields.shares("contact_area")(result), strict=True)
-        )
+        for index, (load, contact) in enumerate(zip(loads, contacts, strict=True))
     ]
     return tuple(heads), rows
 

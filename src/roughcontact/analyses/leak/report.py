@@ -445,10 +445,7 @@ def _with_interval(result: Leakage, axis: int) -> str:
 
 def _numbers(result: Leakage) -> CellTable:
     """Return contact, gap, rate and flow factor of each load."""
-    loads, unit = result.column("load"), result.largest.pair.load_unit
-    is_bounded = has_nominal_body(result.largest.pair.origins)
-    if not is_bounded:
-        loads, unit = loads / result.nominal_area, "Pa"
+    head, loads = phrases.load_column(result.largest, result.column("load"))
     columns = _number_columns(result)
     if result.base is not None:
         # Two columns each of contact and rate; without gaps and flow factors they are not too wide.
@@ -456,8 +453,7 @@ def _numbers(result: Leakage) -> CellTable:
         pairs = zip(columns.items(), base.items(), strict=True)
         kept = ("contact", "leak", "k ")
         columns = dict(item for pair in pairs for item in pair if item[0].startswith(kept))
-    cells = [[phrases.format_short(value, unit) for value in loads], *columns.values()]
-    return ("load" if is_bounded else "pressure", *columns), list(zip(*cells, strict=True))
+    return (head, *columns), list(zip(loads, *columns.values(), strict=True))
 
 
 def _number_columns(result: Leakage) -> dict[str, list[str]]:
