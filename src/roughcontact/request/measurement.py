@@ -34,6 +34,13 @@ def _maps(text: str, argument: str) -> tuple[tuple[Path, Instrument | None], ...
     return ((Path(file), _instrument(name, argument) if name else None),)
 
 
+def _noise(text: str, argument: str) -> float | Path:
+    """Return a noise [m], or the file of a second map of the same place."""
+    if re.match(r"\s*[-+.\d]", text):
+        return LENGTH(text, argument)
+    return Path(text)
+
+
 def _uncertainties(text: str, argument: str) -> dict[str, float]:
     """Return the relative standard uncertainties of the material."""
     found = {}
@@ -56,17 +63,18 @@ INSTRUMENT: Option[Any] = Option(
     "instrument",
     Panel.SOLVER,
     "NAME",
-    'Instrument that measured the map: "CSI 50x", "stylus 2 um", "optical 1.2 um", "tip 50 nm".',
+    'Instrument that measured the map: "CSI 50x", "optical NA 0.55", "optical 1.2 um", '
+    '"measured itf.csv", "tip 50 nm".',
     _instrument,
     None,
     whole_map=False,
 )
-NOISE = Option(
+NOISE: Option[Any] = Option(
     "noise",
     Panel.SOLVER,
-    "LENGTH",
-    'Noise of one point, from two maps: "1.2 nm".',
-    LENGTH,
+    "LENGTH|FILE",
+    'Noise of one point, "1.2 nm", or a second map of the same place.',
+    _noise,
     None,
     whole_map=False,
 )
@@ -121,9 +129,13 @@ def how(request: Request) -> dict[str, Any]:
     """Return the arguments of the intervals: the instrument and other options."""
     from roughcontact.formats.read import read_surface
 
-    instrument = request[INSTRUMENT]
-    if instrument is not None and request[NOISE] is not None:
-        instrument = replace(instrument, noise=request[NOISE])
+    instrument, noise = request[INSTRUMENT], request[NOISE]
+    if isinstance(noise, Path):
+        first, second = (read_surface(path) for path in (request.inputs[0], noise))
+        known = {**vars(instrument), "u_noise": 0.1}
+        instrument = type(instrument).from_repeats(first, second, **known)
+    elif noise is not None:
+        instrument = replace(instrument, noise=noise)
     also = [(read_surface(path).filled().leveled(), tool) for path, tool in request[ALSO]]
     return {
         "instrument": instrument,

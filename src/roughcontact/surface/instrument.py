@@ -9,17 +9,29 @@ r + R.
 
 Villarrubia 1997, doi:10.6028/jres.102.030
 
-Transfer: ``T(q) = 2^-(q λ50)²``, one half at the wavelength λ50, times ``sinc`` of a pixel along
-each axis. The transfer of a round pupil in incoherent light is one half at 0.404 of 2 NA/λ, hence
-λ50 = 1.24 λ/NA.
+Transfer of an optical instrument, for heights that are small against the wavelength of light: that
+of a round pupil in incoherent light, ``T(ν) = (2/π)(acos ν - ν √(1 - ν²))`` with
+``ν = q λ/(2 NA)``, which is one half at the wavelength λ50 = 1.2377 λ/NA. It holds for interference
+microscopes whose light fills the pupil (CSI, PSI), and for confocal microscopes, whose pupils of
+illumination and detection have the same autocorrelation. In coherent light (laser Fizeau, PSI with
+a laser) T is one up to the wave number NA/λ. Focus variation averages over a window:
+``T(q) = 2^-(q λ50)²``. Each is multiplied by ``sinc`` of a pixel along each axis.
 
-de Groot et al. 2024, doi:10.1364/AO.521868; ISO 25178-600:2019
+Goodman 2005, Introduction to Fourier Optics, eqs. 6-20 and 6-31; de Groot 2021,
+doi:10.1088/2515-7647/abe3da; Wilson & Sheppard 1984, Theory and Practice of Scanning Optical
+Microscopy, ch. 3; ISO 25178-606:2015
+
+Shape: between pupil and Gaussian of one λ50, ``T = T_pupil^(1 - s) T_Gauss^s``. Aberrations pass
+less than the pupil, and light that does not fill the pupil passes more: s of an instrument of
+known aperture is 0.1 ± 0.2, of one of which only λ50 is known 0.3 ± 0.35.
 """
 
 from __future__ import annotations
 
 import math
+import re
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -34,13 +46,21 @@ from roughcontact.halfspace import fft
 from roughcontact.surface import resolution as resolutions
 from roughcontact.surface.form import level
 from roughcontact.surface.random_surfaces import generator_of
-from roughcontact.surface.roughness import rms_height
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantity, to_si
 
 Array = NDArray[np.float64]
 
-_LENGTHS = {"optical": "resolution", "tip": "tip_radius"}
+_LENGTHS = dict.fromkeys(("optical", "coherent", "gaussian", "measured"), "resolution")
+_LENGTHS["tip"] = "tip_radius"
+
+# ν of a round pupil at T = 1/2, and wavelength of white light [m].
+_HALF, _WAVELENGTH = 0.4039727532995173, 550e-9
+
+# Shape of the transfer and its standard uncertainty: of optical instruments of known aperture, and
+# of known resolution alone.
+_SHAPE_OF_APERTURE, _SHAPE_OF_RESOLUTION = (0.1, 0.2), (0.3, 0.35)
+
 STORED = Path(__file__).with_name("instruments.toml")
 
 
@@ -51,17 +71,28 @@ class Instrument:
 
     Parameters
     ----------
-    kind : {"optical", "tip"}
-        Principle of the measurement.
+    kind : {"optical", "coherent", "gaussian", "measured", "tip"}
+        Principle of the measurement: a microscope in incoherent light (CSI, confocal), or in
+        coherent light; an average over a window (focus variation); a transfer function that was
+        measured, see `from_transfer`; a stylus or AFM.
     resolution : float, optional
-        Wavelength λ50 [m] of which half the amplitude is measured; 0 for a perfect transfer. An
-        optical instrument needs it.
+        Wavelength λ50 [m] of which half the amplitude is measured; 0 for a perfect transfer. All
+        kinds but a tip need it, or the aperture.
+    numerical_aperture : float, optional
+        Numerical aperture NA of the objective, from which the resolution follows.
+    wavelength : float
+        Wavelength λ of the light [m].
     tip_radius : float, optional
         Radius [m] of the tip; an instrument with a tip needs it.
     noise : float
         Root-mean-square noise of one point [m], independent from point to point.
     u_resolution, u_tip_radius, u_noise : float
         Relative standard uncertainties of resolution, tip radius and noise.
+    shape, u_shape : float, optional
+        Shape of an optical transfer, from 0 for a round pupil to 1 for a Gaussian, and its
+        standard uncertainty.
+    curve : tuple of (float, float)
+        Measured transfer function: ``q λ50`` and transfer; see `from_transfer`.
     name : str
         Name in reports.
 
@@ -74,6 +105,8 @@ class Instrument:
     --------
     >>> Instrument("optical", resolution="1.2 um", noise="1 nm").resolution
     1.2e-06
+    >>> round(Instrument("optical", numerical_aperture=0.55).resolution, 9)
+    1.238e-06
     """
 
     kind: str = "optical"
@@ -83,6 +116,9 @@ class Instrument:
     u_resolution: float = 0.15
     u_tip_radius: float = 0.2
     u_noise: float = 0.2
+    shape: float = 1.0
+    u_shape: float = 0.0
+    curve: tuple[tuple[float, float], ...] = ()
     name: str = ""
 
     def __init__(
@@ -90,17 +126,38 @@ class Instrument:
         kind: str = "optical",
         *,
         resolution: Quantity | None = None,
+        numerical_aperture: float | None = None,
+        wavelength: Quantity = _WAVELENGTH,
         tip_radius: Quantity | None = None,
         noise: Quantity = 0.0,
         u_resolution: float = 0.15,
         u_tip_radius: float = 0.2,
         u_noise: float = 0.2,
+        shape: float | None = None,
+        u_shape: float | None = None,
+        curve: Sequence[tuple[float, float]] = (),
         name: str = "",
     ) -> None:
         require_choice(tuple(_LENGTHS), kind=kind)
-        if {"optical": resolution, "tip": tip_radius}[kind] is None:
+        known = _SHAPE_OF_RESOLUTION
+        if numerical_aperture is not None:
+            if not 0 < numerical_aperture < math.inf:
+                raise input_error("numerical_aperture", numerical_aperture, "must be positive")
+            cutoff = to_si(wavelength, "length", "wavelength") / numerical_aperture
+            resolution = cutoff if kind == "coherent" else cutoff / (2 * _HALF)
+            known = _SHAPE_OF_APERTURE
+        if {"resolution": resolution, "tip_radius": tip_radius}[_LENGTHS[kind]] is None:
             raise InputError(f"is needed for kind {kind!r}", argument=_LENGTHS[kind])
-        numbers = {"u_resolution": u_resolution, "u_tip_radius": u_tip_radius, "u_noise": u_noise}
+        if kind == "measured" and len(curve) < 2:
+            raise InputError("is needed for kind 'measured'; use from_transfer", argument="curve")
+        if kind != "optical" or not resolution:
+            known = (1.0, 0.0)
+        numbers = {
+            "u_resolution": u_resolution,
+            "u_tip_radius": u_tip_radius,
+            "u_noise": u_noise,
+            "u_shape": known[1] if u_shape is None else u_shape,
+        }
         for key, value in (
             ("resolution", resolution),
             ("tip_radius", tip_radius),
@@ -111,7 +168,9 @@ class Instrument:
             if not 0 <= value < math.inf:
                 raise input_error(key, value, "must not be negative")
             object.__setattr__(self, key, float(value))
+        object.__setattr__(self, "shape", min(known[0] if shape is None else float(shape), 1.0))
         object.__setattr__(self, "kind", kind)
+        object.__setattr__(self, "curve", tuple((float(x), float(t)) for x, t in curve))
         object.__setattr__(self, "name", replace_unprintable(name))
 
     @classmethod
@@ -121,8 +180,9 @@ class Instrument:
         Parameters
         ----------
         name : str
-            Name, such as ``"CSI 50x"``, or kind with resolution or tip radius, such as
-            ``"optical 1.2 um"`` or ``"tip 50 nm"``.
+            Name, such as ``"CSI 50x"``, or kind with resolution, aperture, tip radius or file of a
+            transfer function, such as ``"optical 1.2 um"``, ``"optical NA 0.55"``,
+            ``"tip 50 nm"`` or ``"measured itf.csv"``.
         noise : float
             Root-mean-square noise of one point [m]. The catalog has none: data sheets state
             the noise on a flat, and noise on a rough surface is higher.
@@ -139,20 +199,64 @@ class Instrument:
         """
         rows = tomllib.loads(STORED.read_text(encoding="utf-8"))["instrument"]
         known = {row["name"].casefold(): row for row in rows}
-        kind, _, length = name.partition(" ")
+        kind, _, given = name.partition(" ")
         if kind in _LENGTHS and name.casefold() not in known:
-            size = to_si(length, "length", "instrument")
+            if kind == "measured":
+                return cls.from_transfer(*_read_transfer(Path(given)), noise=noise, name=name)
+            if match := re.fullmatch(r"NA (\d*\.?\d+)(?: (.+))?", given):
+                return cls(
+                    kind,
+                    numerical_aperture=float(match[1]),
+                    wavelength=match[2] or _WAVELENGTH,
+                    noise=noise,
+                    name=name,
+                )
+            size = to_si(given, "length", "instrument")
             return cls(kind, **{_LENGTHS[kind]: size}, noise=noise, name=name)
         if name.casefold() not in known:
             listed = ", ".join(row["name"] for row in rows)
             raise InputError(
                 f"{name!r} is not in the catalog, which holds {listed}; or give a text such as "
-                "'optical 1.2 um' or 'tip 50 nm'",
+                "'optical 1.2 um', 'optical NA 0.55', 'tip 50 nm' or 'measured itf.csv'",
                 argument="instrument",
                 value=name,
             )
         row = {key: value for key, value in known[name.casefold()].items() if key != "source"}
         return cls(**row, noise=noise)
+
+    @classmethod
+    def from_transfer(cls, waves: ArrayLike, transfer: ArrayLike, **more: Any) -> Instrument:
+        """Return an instrument with a measured transfer function.
+
+        Parameters
+        ----------
+        waves : array_like, shape (n,)
+            Wave numbers [1/m], not negative and increasing.
+        transfer : array_like, shape (n,)
+            Measured amplitude over true amplitude of each; 0 beyond the last.
+        **more
+            The other arguments of `Instrument`.
+
+        Returns
+        -------
+        Instrument
+            Its resolution is the wavelength at which the transfer falls to one half, or that of
+            the last wave number, with a standard uncertainty of 5 %.
+        """
+        q, t = np.asarray(waves, dtype=float), np.asarray(transfer, dtype=float)
+        is_curve = q.ndim == 1 and q.shape == t.shape and q.size > 1
+        if not is_curve or q[0] < 0 or not (np.diff(q) > 0).all():
+            raise InputError("must be at least two increasing wave numbers", argument="waves")
+        if not ((t >= 0) & (t <= 1.2)).all() or not t[0] > 0.5:
+            raise InputError("must fall from about 1 to 0", argument="transfer")
+        low = np.flatnonzero(t < 0.5)
+        half = q[-1]
+        if low.size:
+            last = low[0]
+            half = np.interp(0.5, t[last - 1 : last + 1][::-1], q[last - 1 : last + 1][::-1])
+        curve = list(zip(q / half, t, strict=True))
+        known = {"u_resolution": 0.05, **more, "resolution": 1 / half, "curve": curve}
+        return cls("measured", **known)
 
     @classmethod
     def from_repeats(cls, first: Surface, second: Surface, **more: Any) -> Instrument:
@@ -175,7 +279,8 @@ class Instrument:
                 f"must have {first.shape} points as the first, got {second.shape}",
                 argument="second",
             )
-        noise = rms_height(level(first.heights - second.heights)) / math.sqrt(2)
+        difference = Surface(first.heights - second.heights, first.pixel).leveled()
+        noise = difference.Sq / math.sqrt(2)
         return cls(**{"u_noise": 0.1, **more, "noise": noise})
 
     @classmethod
@@ -272,12 +377,48 @@ class Instrument:
         """Return the transfer function at every wave of a grid, for maps of another pixel."""
         qy = fft.frequencies(shape[0], pixel[0])[:, None]
         qx = fft.half_frequencies(shape[1], pixel[1])
-        result: Array = np.exp2(-(self.resolution**2) * (qy**2 + qx**2))
+        result = self.lateral_transfer(np.hypot(qy, qx))
         return result * np.sinc(qy * edges[0]) * np.sinc(qx * edges[1])
 
-    def changed(self, **factors: float) -> Instrument:
-        """Return the instrument with some lengths multiplied by factors."""
-        return replace(self, **{key: getattr(self, key) * by for key, by in factors.items()})
+    def lateral_transfer(self, q: Array) -> Array:
+        """Return the transfer function at wave numbers [1/m], without pixels."""
+        x = q * self.resolution
+        if self.kind == "measured":
+            places, transfer = np.array(self.curve).T
+            return np.asarray(np.interp(x, places, transfer, right=0.0))
+        if self.kind == "coherent":
+            return (x <= 1).astype(float)
+        pupil = round_pupil(_HALF * x) if self.shape < 1 else np.ones_like(x)
+        return np.asarray(pupil ** (1 - self.shape) * np.exp2(-self.shape * x**2))
+
+    def changed(self, shape: float = 0.0, **factors: float) -> Instrument:
+        """Return the instrument with some lengths multiplied by factors, and another shape."""
+        lengths = {key: getattr(self, key) * by for key, by in factors.items()}
+        return replace(self, **lengths, shape=self.shape + shape)
+
+
+def round_pupil(x: Array) -> Array:
+    """Return the incoherent transfer of a round pupil, at wave numbers over its largest one."""
+    x = np.minimum(x, 1.0)
+    return np.asarray(2 / math.pi * (np.arccos(x) - x * np.sqrt(1 - x**2)))
+
+
+def _read_transfer(path: Path) -> tuple[Array, Array]:
+    """Return wave numbers [1/m] and transfer of a file of two columns, the first in 1/mm."""
+    try:
+        text = path.read_text(encoding="utf-8-sig").replace(",", " ").replace(";", " ")
+        table = np.loadtxt(text.splitlines(), ndmin=2)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"{path} is not a transfer function: {error}", argument="instrument"
+        ) from None
+    if table.shape[1] != 2:
+        raise InputError(
+            f"{path} has {table.shape[1]} columns; a transfer function has two, the spatial "
+            "frequency [1/mm] and the transfer",
+            argument="instrument",
+        )
+    return 1e3 * table[:, 0], table[:, 1]
 
 
 def dilated(heights: Array, pixel: tuple[float, float], tip_radius: float) -> Array:

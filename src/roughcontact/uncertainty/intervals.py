@@ -62,6 +62,7 @@ class Cause(StrEnum):
     MAPS = "scatter of the maps"
     TOLERANCE = "tolerance"
     RESOLUTION = "resolution"
+    TRANSFER = "shape of the transfer"
     TIP = "tip radius"
     NOISE = "noise"
     SHORT_WAVES = "short waves"

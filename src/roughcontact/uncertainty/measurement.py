@@ -11,8 +11,9 @@ draws. The half width is ``√(w h_A² + (1 - w) h_B² + 2 √(w (1 - w)) (A - B
 s``; for its random part ``h = t s √(1 + 1/K)``, with t of Student at 95 %. For a tip w is 1/2:
 the volume that a tip cannot reach depends on the map and is the same in all draws. Grid,
 remainder of the method and material add in squares. The remainder decreases with the largest
-correction below 10 %: a perfect instrument gives the interval of the grid. Resolution, tip radius,
-noise, exponent, level and shortest wave are drawn once per draw, each as K quantiles.
+correction below 10 %: a perfect instrument gives the interval of the grid. Resolution, shape of
+the transfer, tip radius, noise, exponent, level and shortest wave are drawn once per draw, each as
+K quantiles.
 
 For a quantity of the surface rather than of the map, the scatter of the random surfaces, ``t s``,
 adds.
@@ -41,6 +42,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact.load_case import LoadCase
+from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import solve_pair
 from roughcontact.contact.stiffness import contact_growth, unloading_stiffness
@@ -110,6 +112,7 @@ NUMBERS: dict[str, _Number] = {
 
 SOURCES = {
     Cause.RESOLUTION: ("resolution",),
+    Cause.TRANSFER: ("shape",),
     Cause.TIP: ("tip",),
     Cause.NOISE: ("noise",),
     Cause.SHORT_WAVES: ("exponent", "level"),
@@ -144,6 +147,12 @@ def uncertainty(
     known = _material(result, material)
     check(result)
     measured = _reconstruction(result, instrument, wave, also)
+    if math.prod(measured.shape) > MAX_POINTS:
+        part = _solve_central_part(result, measured)
+        arguments = (instrument, shortest_wave, material, draws, seed, also, of, progress)
+        return _rescale_intervals(uncertainty(part, *arguments), part, result)
+    if instrument is not None:
+        measured = _require_solvable(measured, result.surface)
     if of == "surface" and not measured.has_rolloff:
         raise InputError(
             "has waves that grow up to the length of its side: it is not a sample of the surface; "
@@ -240,34 +249,66 @@ def _reconstruction(
     finest = (wave or 1 / measured.reach / reconstruction.UNKNOWN) / max(surface.pixel)
     if finest < 2:
         measured = replace(measured, finer=max(4, 2 ** math.ceil(math.log2(2 / finest))))
-    if math.prod(measured.shape) > MAX_POINTS:
-        rows, columns = measured.shape
-        raise InputError(
-            f"needs {rows} × {columns} points for intervals, the limit is {math.isqrt(MAX_POINTS)} "
-            f"× {math.isqrt(MAX_POINTS)}: use ",
-            ArgumentRef("crop", _central_part(surface, measured.shape)),
-            ", or give ",
-            ArgumentRef("shortest_wave"),
-            argument="surface",
-        )
-    _require_unsmoothed(surface, measured.instrument, wave)
+    return measured
+
+
+def _require_solvable(measured: Reconstruction, surface: Surface) -> Reconstruction:
+    """Return a reconstruction, on an even height scale if worn; raise `InputError` if unknown."""
+    _require_unsmoothed(surface, measured.instrument, measured.shortest_wave)
     if measured.is_worn:
         measured = _rescale_worn(measured)
     _require_random(measured)
     return measured
 
 
-def _central_part(surface: Surface, drawn: tuple[int, int]) -> str:
-    """Return the rows and columns of the largest central part that can be drawn."""
-    factor = math.sqrt(MAX_POINTS / math.prod(drawn))
-    crops = [step for step in surface.provenance.operations if step.method == "cropped"]
-    parts = []
-    for axis, name in enumerate(("rows", "columns")):
-        points = surface.shape[axis]
-        count = int(points * factor)
-        start = (points - count) // 2 + sum(step.arguments[name][0] for step in crops)
-        parts.append(f"{start}:{start + count}")
-    return ",".join(parts)
+def _solve_central_part(result: ContactResult, measured: Reconstruction) -> ContactResult:
+    """Return the contact of the largest central part that can be drawn, as highly loaded."""
+    surface, rows, columns = result.surface, *measured.shape
+    factor = math.sqrt(MAX_POINTS / math.prod(measured.shape))
+    counts = [2 * int(points * factor / 2) for points in surface.shape]
+    parts = [
+        ((points - count) // 2, (points + count) // 2)
+        for points, count in zip(surface.shape, counts, strict=True)
+    ]
+    if result.boundary.periodic_axes != (0, 1) or has_nominal_body(result.pair.origins):
+        crops = [step for step in surface.provenance.operations if step.method == "cropped"]
+        text = ",".join(
+            ":".join(str(end + sum(step.arguments[name][0] for step in crops)) for end in part)
+            for name, part in zip(("rows", "columns"), parts, strict=True)
+        )
+        raise InputError(
+            f"needs {rows} × {columns} points for intervals, the limit is {math.isqrt(MAX_POINTS)} "
+            f"× {math.isqrt(MAX_POINTS)}: use ",
+            ArgumentRef("crop", text),
+            ", or give ",
+            ArgumentRef("shortest_wave"),
+            argument="surface",
+        )
+    part = surface.cropped(*parts)
+    if measured.form:
+        part = part.leveled(measured.form)
+    terms = LoadCase(
+        result.load * math.prod(part.size) / math.prod(surface.size),
+        ceiling=result.ceiling,
+        tolerance=result.tolerance,
+    )
+    return solve_pair(replace(result.pair, share=part), terms)
+
+
+def _rescale_intervals(
+    known: Uncertainty, part: ContactResult, result: ContactResult
+) -> Uncertainty:
+    """Return the intervals of a contact from those of a part, by the ratio as measured."""
+    intervals = []
+    for item in known.intervals:
+        number = NUMBERS[item.name]
+        whole = number.of(result)
+        value = item.value * whole / number.of(part)
+        measured = result.contact_fraction if item.name == "contact_fraction" else whole
+        intervals.append(replace(item, value=value, measured=measured))
+    rows, columns = part.surface.shape
+    remark = f"The corrections were determined on the central {rows} × {columns} points."
+    return replace(known, intervals=tuple(intervals), remarks=(*known.remarks, remark))
 
 
 def _rescale_worn(measured: Reconstruction) -> Reconstruction:
@@ -376,6 +417,7 @@ class _ContactDraws:
         tool = measured.instrument
         active = {
             Cause.RESOLUTION: tool.resolution * tool.u_resolution,
+            Cause.TRANSFER: tool.u_shape,
             Cause.TIP: tool.tip_radius * tool.u_tip_radius,
             Cause.NOISE: tool.noise * tool.u_noise,
             Cause.SHORT_WAVES: measured.reach < 1 / (measured.shortest_wave or 1e-300),

@@ -28,7 +28,7 @@ the transfer.
 
 Finer maps of the surface add their spectra, each up to its k_r. A bin is the mean of the maps,
 each weighted by one over the variance of its logarithm: one over the number of its waves, plus
-``(4 ln 2 (k λ50)² u)²`` for a resolution with the relative uncertainty u.
+``(2 u d ln T/d ln λ50)²`` for a resolution with the relative uncertainty u.
 
 Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
 
@@ -152,7 +152,7 @@ class Reconstruction:
         """Wave number up to which the map resolves its surface [1/m]."""
         nyquist = 0.5 / max(self.pixel)
         q = np.linspace(0.0, nyquist, 400)[1:]
-        half = np.exp2(-((self.instrument.resolution * q) ** 2)) * np.sinc(q * max(self.pixel))
+        half = self.instrument.lateral_transfer(q) * np.sinc(q * max(self.pixel))
         limit = float(q[half >= 0.5][-1])
         if self.noise:
             place, power = _bin_power(self._wave_numbers(np.eye(2)), self.power, nyquist)
@@ -171,7 +171,7 @@ class Reconstruction:
         if self.ellipse is not None:
             return self.ellipse
         qy, qx = _waves(self.heights.shape, self.pixel)
-        clean = np.maximum(self.power - self.noise, 0.0) / self._transfer(self.instrument) ** 2
+        clean = np.maximum(self.power - self.noise, 0.0) / self._power_transfer(self.instrument)
         clean[:, 1:] *= 2
         tensor = np.eye(2)
         for _ in range(8):
@@ -214,6 +214,7 @@ class Reconstruction:
             resolution=math.exp(mean + spread * deviations.get("resolution", 0.0)),
             tip_radius=math.exp(tool.u_tip_radius * deviations.get("tip", 0.0)),
             noise=math.exp(tool.u_noise * deviations.get("noise", 0.0)),
+            shape=tool.u_shape * deviations.get("shape", 0.0),
         )
 
     def spectrum(self, instrument: Instrument, deviations: Deviations, seed: int) -> RoughSpectrum:
@@ -262,7 +263,7 @@ class Reconstruction:
         transfer = self._transfer(instrument)
         power = spectrum.power_at(self._wave_numbers(spectrum.tensor))
         below = power * transfer**2 + self._noise(instrument)
-        undo = np.divide(power * transfer, below, out=np.zeros_like(power), where=power > 0)
+        undo = np.divide(power * transfer, below, out=np.zeros_like(power), where=below > 0)
         undo[0, 0] = 1.0
         heights = fft.irfft2(fft.rfft2(self.to_even_scale(image)) * undo, self.heights.shape)
         return filters.resample(heights, self.shape)
@@ -407,6 +408,10 @@ class Reconstruction:
     def _transfer(self, instrument: Instrument) -> Array:
         return instrument.transfer(self.heights.shape, self.pixel, self.pixel)
 
+    def _power_transfer(self, instrument: Instrument) -> Array:
+        """Return the square of the transfer, positive for waves that the instrument loses."""
+        return np.asarray(np.maximum(self._transfer(instrument), 1e-6) ** 2)
+
     def _wave_numbers(self, tensor: Array) -> Array:
         return _wave_numbers(self.heights.shape, self.pixel, tensor)
 
@@ -419,7 +424,7 @@ class Reconstruction:
     def _bins(self, instrument: Instrument) -> tuple[Array, Array]:
         """Return the logarithms of wave number and power per bin, corrected for the instrument."""
         noise = self._noise(instrument)
-        clean = (self.power - noise) / self._transfer(instrument) ** 2
+        clean = (self.power - noise) / self._power_transfer(instrument)
         place, power = _bin_power(self._wave_numbers(self.tensor), clean, self.limit)
         _, raw = _bin_power(self._wave_numbers(self.tensor), self.power, self.limit)
         return place, np.log(np.maximum(power, 0.1 * raw))
@@ -570,8 +575,12 @@ def _sides(maps: Reconstruction) -> tuple[float, float]:
 
 def _resolution_sensitivity(place: Array, instrument: Instrument) -> Array:
     """Return the change of a log spectrum per standard uncertainty of the resolution."""
-    scaled = np.exp(place) * instrument.resolution
-    return np.asarray(4 * math.log(2) * scaled**2 * instrument.u_resolution)
+    q, step = np.exp(place), 0.01
+    low, high = (
+        np.log(np.maximum(instrument.lateral_transfer(q * factor), 1e-6))
+        for factor in (1 - step, 1 + step)
+    )
+    return np.asarray((low - high) / step * instrument.u_resolution)
 
 
 def _power(heights: Array) -> Array:
