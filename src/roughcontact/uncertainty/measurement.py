@@ -234,7 +234,7 @@ def _reconstruction(
     if instrument is None:
         return measured
     reconstruction.require_octaves(measured)
-    others = tuple(replace(_other_map(item, wave), ellipse=measured.tensor) for item in also)
+    others = tuple(_other_map(item, wave) for item in also)
     measured = replace(measured, others=others)
     if others:
         reconstruction.require_one_surface(measured)

@@ -8,7 +8,7 @@ error of R is transferred from ζ to y.
 Wilson et al. 2021, arXiv:2011.04026
 
 R: ``H = C T/(C T² + N)`` with the spectrum C, the transfer T and the noise N. A tip is first
-inverted by erosion with its shape. Waves beyond k_r of a map, and of M(ζ), first get the power that
+inverted by erosion with its shape. Waves beyond q_r of a map, and of M(ζ), first get the power that
 the model predicts for their length: an inaccurate transfer would amplify them without limit, as
 well as the rims of filled points and the step between the edges of a leveled map.
 
@@ -19,14 +19,14 @@ scale on which short waves are even: m is the roughness of the map in the shorte
 height, over the roughness of the map of a twin, iterated until both agree. Twins are Gaussian on
 this scale: translation processes (Grigoriu 1998, J. Eng. Mech. 124, 121).
 
-Spectrum: power less noise over T², in fifths of an octave of the wave number k with ``k² = qᵀ A
-q``; A is the inverse of the gradient tensor within an ellipse of the same k. It is evaluated up to
-k_r, where T is one half or noise is half of the power. From there to the shortest wave of the
-surface, the spectrum is a power law with its exponent between roll-off and k_r, and the prior of
+Spectrum: power less noise over T², in fifths of an octave of the wave number q, times the lay:
+the mean power of an octave in one of 24 directions over its mean power. It is evaluated up to
+q_r, where T is one half or noise is half of the power. From there to the shortest wave of the
+surface, the spectrum is a power law with its exponent between roll-off and q_r, and the prior of
 a Hurst exponent of 0.8 ± 0.4. The more a transfer bends the spectrum up, the less plausible is
 the transfer.
 
-Finer maps of the surface add their spectra, each up to its k_r. A bin is the mean of the maps,
+Finer maps of the surface add their spectra, each up to its q_r. A bin is the mean of the maps,
 each weighted by one over the variance of its logarithm: one over the number of its waves, plus
 ``(2 u d ln T/d ln λ50)²`` for a resolution with the relative uncertainty u.
 
@@ -47,6 +47,7 @@ from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace import fft
@@ -68,8 +69,10 @@ _EXPONENT, _SPREAD, _STEEPEST, _FLATTEST, _LEVEL = -3.6, 0.8, -4.4, -1.8, 0.25
 _SCATTER = 0.15
 UNKNOWN = 4.0
 """Maximum ratio of resolution and shortest wave of a surface, if no wave is given."""
-# Largest ratio of the axes of the ellipse, and smallest ratio that a map resolves from a circle.
-_LARGEST_RATIO, _ISOTROPIC = 8.0, 1.25
+# Smallest transfer that is inverted.
+_LEAST_TRANSFER = 0.1
+# Number of directions of the lay.
+_DIRECTIONS = 24
 # Number of height classes; relative reduction of roughness from which the highest sixteenth is
 # worn; standard deviation of the median of one wave over its root-mean-square; median of the
 # magnitude of random heights.
@@ -89,10 +92,28 @@ _ROUNDS = 3
 
 
 @dataclass(frozen=True, eq=False)
+class Lay:
+    """Power of waves in each direction over the mean power of all directions."""
+
+    place: Array  # Logarithm of the wave number of each bin [1/m]
+    ratio: Array  # Ratio per bin and direction
+
+    def ratio_at(self, qy: Array, qx: Array) -> Array:
+        """Return the ratio of waves; beyond the last bin, that of the last bin."""
+        row = np.interp(np.log(np.hypot(qy, qx) + 1e-300), self.place, np.arange(self.place.size))
+        column = _directions(qy, qx)
+        # Direction 0 follows the last.
+        periodic = np.pad(self.ratio, ((0, 0), (1, 1)), "wrap")
+        row, after = row.astype(int), (column + 0.5) % 1
+        left = np.floor(column + 0.5).astype(int)
+        return np.asarray(periodic[row, left] * (1 - after) + periodic[row, left + 1] * after)
+
+
+@dataclass(frozen=True, eq=False)
 class RoughSpectrum:
     """Power spectrum of a surface in bins of the wave number, with a power law beyond."""
 
-    tensor: Array  # A of k² = qᵀ A q, smallest eigenvalue 1
+    lay: Lay
     place: Array  # Logarithm of the wave number of each bin [1/m]
     power: Array  # Logarithm of the power of one wave of each bin [m²]
     limit: float  # Wave number of the last bin [1/m]
@@ -100,15 +121,17 @@ class RoughSpectrum:
     level: float  # Logarithm of the power at the limit [m²]
     cutoff: float  # Largest wave number [1/m]
 
-    def power_at(self, k: Array) -> Array:
-        """Return the power of waves [m²]."""
-        logarithm = np.log(np.maximum(k, np.exp(self.place[0])))
+    def power_at(self, shape: tuple[int, ...], pixel: tuple[float, float]) -> Array:
+        """Return the power of the waves of a grid [m²]."""
+        qy, qx = _waves(shape, pixel)
+        q = np.hypot(qy, qx)
+        logarithm = np.log(np.maximum(q, np.exp(self.place[0])))
         beyond = self.level + self.exponent * (logarithm - math.log(self.limit))
         inside = np.interp(logarithm, self.place, self.power)
         power = np.exp(np.where(logarithm <= math.log(self.limit), inside, beyond))
-        power[k > self.cutoff * (1 + 1e-9)] = 0.0
+        power[q > self.cutoff * (1 + 1e-9)] = 0.0
         power[0, 0] = 0.0
-        return np.asarray(power)
+        return np.asarray(power * self.lay.ratio_at(qy, qx))
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +146,6 @@ class Reconstruction:
     form: str | None = None  # Form removed by leveling
     finer: int = 2  # Points of the surface per point of the map along an axis
     others: tuple[Reconstruction, ...] = ()  # Finer maps of the surface
-    ellipse: Array | None = None  # A of the wave number k; by default from the map
     scale: tuple[Array, Array] | None = None  # Heights, and their values on an even scale [m]
 
     @property
@@ -155,7 +177,7 @@ class Reconstruction:
         half = self.instrument.lateral_transfer(q) * np.sinc(q * max(self.pixel))
         limit = float(q[half >= 0.5][-1])
         if self.noise:
-            place, power = _bin_power(self._wave_numbers(np.eye(2)), self.power, nyquist)
+            place, power = _bin_power(self._wave_numbers, self.power, nyquist)
             noisy = np.exp(place[power < 2 * self.noise])
             limit = min([limit, *noisy])
         return limit
@@ -166,29 +188,38 @@ class Reconstruction:
         return max([self.limit, *(other.limit for other in self.others)])
 
     @cached_property
-    def tensor(self) -> Array:
-        """A of the wave number k, from the gradient tensor."""
-        if self.ellipse is not None:
-            return self.ellipse
+    def lay(self) -> Lay:
+        """Lay of the surface up to the limit."""
         qy, qx = _waves(self.heights.shape, self.pixel)
+        q = self._wave_numbers
         clean = np.maximum(self.power - self.noise, 0.0) / self._power_transfer(self.instrument)
-        clean[:, 1:] *= 2
-        tensor = np.eye(2)
-        for _ in range(8):
-            part = clean * (self._wave_numbers(tensor) < self.limit)
-            gradient = np.array([[np.sum(part * a * b) for a in (qy, qx)] for b in (qy, qx)])
-            values, vectors = np.linalg.eigh(gradient)
-            values = np.maximum(values, values[-1] / _LARGEST_RATIO**2)
-            if values[-1] < _ISOTROPIC**2 * values[0]:
-                values[:] = 1.0
-            tensor = vectors @ np.diag(values[-1] / values) @ vectors.T
-        return tensor
+        place, power = _bin_power(q, clean, self.limit)
+        index = np.searchsorted((place[1:] + place[:-1]) / 2, np.log(np.maximum(q, 1e-300)))
+        column = np.floor(_directions(qy, qx)).astype(int) % _DIRECTIONS
+        weight = np.where((q > 0) & (q <= self.limit), 2.0, 0.0)
+        weight[:, 0] /= 2
+        cell = (index * _DIRECTIONS + column).ravel()
+        sums = [
+            np.bincount(cell, values.ravel(), place.size * _DIRECTIONS).reshape(place.size, -1)
+            for values in (weight, weight * clean / np.maximum(power, 1e-300)[index])
+        ]
+        # Sums over an octave and over neighboring directions, so that each contains many waves.
+        count, total = (
+            ndimage.convolve1d(
+                ndimage.convolve1d(part, np.ones(_BINS), 0, mode="constant"),
+                np.array([0.25, 0.5, 0.25]),
+                1,
+                mode="wrap",
+            )
+            for part in sums
+        )
+        return Lay(place, (total + 1) / (count + 1))
 
     @property
     def has_rolloff(self) -> bool:
         """Whether the longest waves are not much higher than waves of half their length."""
         longest = 1 / min(_sides(self))
-        place, power = _bin_power(self._wave_numbers(np.eye(2)), self.power, 4.4 * longest)
+        place, power = _bin_power(self._wave_numbers, self.power, 4.4 * longest)
         longer = place < math.log(2.2 * longest)
         rise = np.log(power[longer]).mean() - np.log(power[~longer]).mean()
         return bool(rise < -_EXPONENT * math.log(2) / 2)
@@ -227,8 +258,8 @@ class Reconstruction:
             model = self.surface(result, seed, even=True)
             image = self.image(model, instrument, np.random.default_rng(seed))
             power_seen = _power(self.to_even_scale(image))
-            _, got = _bin_power(self._wave_numbers(self.tensor), power_seen, self.limit)
-            _, wanted = _bin_power(self._wave_numbers(self.tensor), self.power, self.limit)
+            _, got = _bin_power(self._wave_numbers, power_seen, self.limit)
+            _, wanted = _bin_power(self._wave_numbers, self.power, self.limit)
             noise = self._noise(instrument)
             ratio = np.maximum(wanted - noise, 0.1 * wanted) / np.maximum(got - noise, 0.1 * got)
             power = power + np.log(np.clip(ratio, 0.3, 3))
@@ -241,8 +272,7 @@ class Reconstruction:
         if even:
             size = np.abs(waves)
             waves *= math.sqrt(2) / np.where(size > 0, size, 1.0)
-        k = _wave_numbers(self.shape, self.fine, spectrum.tensor)
-        waves *= np.sqrt(spectrum.power_at(k) / 2) * math.prod(self.shape)
+        waves *= np.sqrt(spectrum.power_at(self.shape, self.fine) / 2) * math.prod(self.shape)
         return self.from_even_scale(fft.irfft2(waves, self.shape))
 
     def image(self, surface: Array, instrument: Instrument, rng: np.random.Generator) -> Array:
@@ -261,9 +291,11 @@ class Reconstruction:
         if instrument.tip_radius:
             image = -dilated(-image, self.pixel, instrument.tip_radius)
         transfer = self._transfer(instrument)
-        power = spectrum.power_at(self._wave_numbers(spectrum.tensor))
+        power = spectrum.power_at(self.heights.shape, self.pixel)
         below = power * transfer**2 + self._noise(instrument)
-        undo = np.divide(power * transfer, below, out=np.zeros_like(power), where=below > 0)
+        # The inverse of a smaller transfer amplifies its own error.
+        seen = (below > 0) & (transfer > _LEAST_TRANSFER)
+        undo = np.divide(power * transfer, below, out=np.zeros_like(power), where=seen)
         undo[0, 0] = 1.0
         heights = fft.irfft2(fft.rfft2(self.to_even_scale(image)) * undo, self.heights.shape)
         return filters.resample(heights, self.shape)
@@ -289,7 +321,7 @@ class Reconstruction:
 
     def _split(self, image: Array) -> tuple[Array, Array]:
         """Return the shortest waves of a map, and the longer waves."""
-        k = self._wave_numbers(self.tensor) * max(1 / self.limit, self.shortest_wave or 0.0)
+        k = self._wave_numbers * max(1 / self.limit, self.shortest_wave or 0.0)
         # A smooth filter does not mix rough and smooth areas.
         low, waves = np.exp2(-((2 * k) ** 2)), fft.rfft2(image)
         short, long = (
@@ -369,9 +401,8 @@ class Reconstruction:
 
     def _shaped(self, image: Array, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
         """Return a map with the expected power in waves beyond the limit."""
-        # The transfer depends on the wavelength rather than on k.
-        q = self._wave_numbers(np.eye(2))
-        expected = spectrum.power_at(self._wave_numbers(spectrum.tensor))
+        q = self._wave_numbers
+        expected = spectrum.power_at(self.heights.shape, self.pixel)
         expected *= self._transfer(instrument) ** 2
         expected += self._noise(instrument)
         even = self.to_even_scale(image)
@@ -412,8 +443,10 @@ class Reconstruction:
         """Return the square of the transfer, positive for waves that the instrument loses."""
         return np.asarray(np.maximum(self._transfer(instrument), 1e-6) ** 2)
 
-    def _wave_numbers(self, tensor: Array) -> Array:
-        return _wave_numbers(self.heights.shape, self.pixel, tensor)
+    @cached_property
+    def _wave_numbers(self) -> Array:
+        """Wave numbers of the map [1/m]."""
+        return np.asarray(np.hypot(*_waves(self.heights.shape, self.pixel)))
 
     def _shortest(self, deviations: Deviations) -> float:
         if self.shortest_wave is not None:
@@ -425,15 +458,14 @@ class Reconstruction:
         """Return the logarithms of wave number and power per bin, corrected for the instrument."""
         noise = self._noise(instrument)
         clean = (self.power - noise) / self._power_transfer(instrument)
-        place, power = _bin_power(self._wave_numbers(self.tensor), clean, self.limit)
-        _, raw = _bin_power(self._wave_numbers(self.tensor), self.power, self.limit)
+        place, power = _bin_power(self._wave_numbers, clean, self.limit)
+        _, raw = _bin_power(self._wave_numbers, self.power, self.limit)
         return place, np.log(np.maximum(power, 0.1 * raw))
 
     @property
     def _area(self) -> float:
-        """Number of waves of the map per unit area of the plane of k [m²]."""
-        (a, b), (_, d) = self.tensor
-        return float(math.prod(_sides(self)) / math.sqrt(a * d - b * b))
+        """Number of waves of the map per unit area of the plane of q: its area [m²]."""
+        return math.prod(_sides(self))
 
     def _count(self, place: Array) -> Array:
         """Return the number of waves of the map in bins."""
@@ -482,7 +514,7 @@ class Reconstruction:
         exponent += deviations.get("exponent", 0.0) * math.sqrt(covariance[1, 1])
         exponent = min(max(exponent, _STEEPEST), _FLATTEST)
         level += math.log1p(_LEVEL) * deviations.get("level", 0.0)
-        return RoughSpectrum(self.tensor, place, power, self.reach, exponent, level, cutoff)
+        return RoughSpectrum(self.lay, place, power, self.reach, exponent, level, cutoff)
 
     def _power_law(
         self, place: Array, power: Array, count: Array, *rise: Array
@@ -594,10 +626,9 @@ def _waves(shape: tuple[int, ...], pixel: tuple[float, float]) -> tuple[Array, A
     return fft.frequencies(shape[0], pixel[0])[:, None], fft.half_frequencies(shape[1], pixel[1])
 
 
-def _wave_numbers(shape: tuple[int, ...], pixel: tuple[float, float], tensor: Array) -> Array:
-    qy, qx = _waves(shape, pixel)
-    square = tensor[0, 0] * qy**2 + 2 * tensor[0, 1] * qy * qx + tensor[1, 1] * qx**2
-    return np.asarray(np.sqrt(square))
+def _directions(qy: Array, qx: Array) -> Array:
+    """Return the directions of waves, from 0 to the number of directions."""
+    return np.asarray((np.arctan2(qy, qx) / math.pi % 1.0) * _DIRECTIONS)
 
 
 def _bin_power(k: Array, power: Array, limit: float) -> tuple[Array, Array]:
