@@ -23,7 +23,7 @@ Microscopy, ch. 3; ISO 25178-606:2015
 
 Shape: between pupil and Gaussian of one λ50, ``T = T_pupil^(1 - s) T_Gauss^s``. Aberrations pass
 less than the pupil, and light that does not fill the pupil passes more: s of an instrument of
-known aperture is 0.1 ± 0.2, of one of which only λ50 is known 0.3 ± 0.35.
+known aperture is 0.1 ± 0.2, of one of which only λ50 is known 0.2 ± 0.35.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ _HALF, _WAVELENGTH = 0.4039727532995173, 550e-9
 
 # Shape of the transfer and its standard uncertainty: of optical instruments of known aperture, and
 # of known resolution alone.
-_SHAPE_OF_APERTURE, _SHAPE_OF_RESOLUTION = (0.1, 0.2), (0.3, 0.35)
+_SHAPE_OF_APERTURE, _SHAPE_OF_RESOLUTION = (0.1, 0.2), (0.2, 0.35)
 
 STORED = Path(__file__).with_name("instruments.toml")
 

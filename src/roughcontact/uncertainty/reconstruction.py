@@ -70,7 +70,7 @@ _SCATTER = 0.15
 UNKNOWN = 4.0
 """Maximum ratio of resolution and shortest wave of a surface, if no wave is given."""
 # Smallest transfer that is inverted.
-_LEAST_TRANSFER = 0.1
+_MIN_TRANSFER = 0.1
 # Number of directions of the lay.
 _DIRECTIONS = 24
 # Number of height classes; relative reduction of roughness from which the highest sixteenth is
@@ -294,7 +294,7 @@ class Reconstruction:
         power = spectrum.power_at(self.heights.shape, self.pixel)
         below = power * transfer**2 + self._noise(instrument)
         # The inverse of a smaller transfer amplifies its own error.
-        seen = (below > 0) & (transfer > _LEAST_TRANSFER)
+        seen = (below > 0) & (transfer > _MIN_TRANSFER)
         undo = np.divide(power * transfer, below, out=np.zeros_like(power), where=seen)
         undo[0, 0] = 1.0
         heights = fft.irfft2(fft.rfft2(self.to_even_scale(image)) * undo, self.heights.shape)
@@ -331,7 +331,13 @@ class Reconstruction:
 
     @property
     def is_worn(self) -> bool:
-        """Whether short waves are weaker on summits than elsewhere, beyond random scatter."""
+        """Whether short waves are weaker on summits than elsewhere, beyond random scatter.
+
+        Wear cuts summits: heights that are not skewed downwards have smooth summits by form, such
+        as the marks of turning.
+        """
+        if self.structure[0] >= 0:
+            return False
         rough, chance = np.array([maps._summits for maps in (self, *self.others)]).T
         weight = chance**-2
         least = 1 - max(_UNEVEN, 2 / math.sqrt(weight.sum()))
