@@ -42,6 +42,15 @@ def test_everything_is_converged_on_a_smooth_ball() -> None:
         assert grid.max_pressure == pytest.approx(hertz.max_pressure(1.0, 0.01, modulus), rel=0.02)
 
 
+def test_bracket_of_coated_body_studies_contacts_at_the_ceiling_of_the_coating() -> None:
+    film = rc.Layer(83e9, 0.37, 5e-6, hardness="264 MPa")
+    tool = rc.Material(124e9, 0.34, 180e6, coating=[film])
+    terms = {"heights": BALL[::2, ::2], "material": tool}
+    both, alone = (looked_at(**terms, ceiling=ceiling) for ceiling in ("bracket", "coating"))
+    assert both.grids == alone.grids
+    assert both.at_ceiling
+
+
 def test_noise_at_pixel_is_detected() -> None:
     found = looked_at(noisy(), ceiling=None)
     assert not found.independent("max_pressure")

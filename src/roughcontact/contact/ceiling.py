@@ -52,6 +52,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -207,6 +208,11 @@ def is_bracket(pair: Pair, ceiling: object) -> bool:
     """Return whether a coated body is to be solved under two different ceilings."""
     wanted = pair.is_coated and isinstance(ceiling, str) and ceiling == BRACKET
     return wanted and len(set(coated_ceilings(pair).values())) > 1
+
+
+def first_ceiling(pair: Pair, ceiling: Any) -> Any:
+    """Return a ceiling, or that of the coating if both of a coated body are requested."""
+    return COATING if is_bracket(pair, ceiling) else ceiling
 
 
 def _coated_ceiling(ceiling: str, pair: Pair) -> float:

@@ -13,10 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact.contact import plausibility, validation
-from roughcontact.contact.ceiling import confinement, is_bracket, resolve_ceiling, solve_calibrated
+from roughcontact.contact.ceiling import (
+    confinement,
+    first_ceiling,
+    is_bracket,
+    resolve_ceiling,
+    solve_calibrated,
+)
 from roughcontact.contact.load_case import Load, LoadCase, ProblemUnits, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
-from roughcontact.contact.result import BASE, CALIBRATED, COATING, Calibrated, ContactResult
+from roughcontact.contact.result import BASE, CALIBRATED, Calibrated, ContactResult
 from roughcontact.contact.share import MapOrSlab
 from roughcontact.contact.spots import center_of_pressure
 from roughcontact.errors import (
@@ -187,8 +193,7 @@ def solve(
 
 def solve_case(pair: Pair, terms: LoadCase, progress: Tell = None, **how: Any) -> ContactResult:
     """Return the contact of two bodies, of a coated one under the first of both ceilings."""
-    if is_bracket(pair, terms.ceiling):
-        terms = replace(terms, ceiling=COATING)
+    terms = replace(terms, ceiling=first_ceiling(pair, terms.ceiling))
     return solve_pair(pair, terms, progress=progress_callback(progress, 1, 1), **how)
 
 

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact.cautions import Caution, CautionTag, as_warning
-from roughcontact.contact.ceiling import resolve_ceiling
+from roughcontact.contact.ceiling import first_ceiling, resolve_ceiling
 from roughcontact.contact.load_case import Load, LoadCase, resolve_force
 from roughcontact.contact.memory import MemoryNeed
 from roughcontact.contact.pair import CounterSurface, Pair
@@ -300,7 +300,8 @@ def resolution_study(
     ----------
     surface, material, load, counter_material, counter_surface, ceiling, boundary, tolerance, \
 precision
-        As for `solve`. All solves have the calibrated ceiling on the map itself.
+        As for `solve`. All solves have the calibrated ceiling on the map itself, or of both
+        ceilings of a coated body (``"bracket"``) that of the coating.
     progress : callable or bool, optional
         ``True`` draws a bar on standard error; a function is
         called with a `Progress`: the number of the solve, its name and the solver's `Step`.
@@ -372,6 +373,7 @@ def _checked_study(pair: Pair, terms: LoadCase, progress: Tell) -> _Study:
             f"resolution needs at least {2 * _MIN_POINTS} along each side",
             argument="surface",
         )
+    terms = replace(terms, ceiling=first_ceiling(pair, terms.ceiling))
     check_problem(pair, terms)
     limit = resolve_ceiling(terms.ceiling, pair)
     if isinstance(terms.ceiling, str) and terms.ceiling == CALIBRATED:

@@ -381,15 +381,15 @@ def test_a_project_compares_groups(folder: Path, capsys: Capture) -> None:
         assert said in capsys.readouterr().err
 
 
-def make_group(slope: float, seeds: range) -> list[rc.Surface]:
+def make_group(slope: float, seeds: range, points: int = 128) -> list[rc.Surface]:
     """Return maps of one root-mean-square slope."""
     pixel = (1e-6, 1e-6)
     heights = [
         rc.self_affine(
-            (128, 128),
+            (points, points),
             pixel,
             rms_height=1e-7,
-            rolloff_wavelength=4e-5,
+            rolloff_wavelength=points * pixel[0] / 3.2,
             cutoff_wavelength=8e-6,
             rng=np.random.default_rng(seed),
         )
@@ -411,3 +411,79 @@ def test_a_difference_whose_sign_depends_on_the_ceiling_is_not_significant() -> 
     assert not found.is_ceiling_dependent("mean_gap")
     fixed = rc.compare(groups, material=steel, pressure="100 MPa", boundary="periodic", ceiling=3e9)
     assert fixed.is_significant("saturated_fraction")
+
+
+FILM = rc.Layer(210e9, 0.3, 5e-7, hardness="20 GPa", name="film")
+COATED = {
+    "material": rc.Material(210e9, 0.3, 1e9, coating=[FILM]),
+    "pressure": "100 MPa",
+    "boundary": "periodic",
+    "steps": 1,
+}
+
+
+def test_bracket_compares_under_both_ceilings(tmp_path: Path) -> None:
+    groups = {"fine": make_group(0.02, range(4), 64), "coarse": make_group(0.06, range(10, 14), 64)}
+    both = rc.compare(groups, ceiling="bracket", **COATED)
+    assert both.base is not None
+    coating, base = (rc.compare(groups, ceiling=name, **COATED) for name in ("coating", "base"))
+    for case, alone in ((both, coating), (both.base, base)):
+        for name in alone.names:
+            assert case.differences(name) == alone.differences(name)
+            assert [case.mean(index, name) for index in (0, 1)] == [
+                alone.mean(index, name) for index in (0, 1)
+            ]
+    clear = {
+        name: [case.corrected[name, (0, 1)] < 0.05 for case in (both, both.base)]
+        for name in both.names
+    }
+    # Nothing is at the ceiling of the coating.
+    assert clear["saturated_fraction"] == [False, True]
+    assert clear["contact_fraction"] == [True, True]
+    assert all(both.is_significant(name) == all(found) for name, found in clear.items())
+    record = both.summary()
+    assert record["base"]["groups"] == base.summary()["groups"]
+    for case in (record, record["base"]):
+        told = {item["quantity"]: item["significant"] for item in case["differences"]}
+        assert told == {name: both.is_significant(name) for name in both.names}
+    both.save(tmp_path / "table.csv")
+    head, *lines = (tmp_path / "table.csv").read_text("utf-8").splitlines()
+    assert head.endswith("ceiling [1]")
+    ceilings = {line.rsplit(",", 1)[1] for line in lines if line.startswith("contact_fraction,")}
+    assert ceilings == {"coating", "base"}
+    _, rows = comparison.differences(both)
+    significant = {row[0]: row[-1] for row in rows}
+    assert significant["saturated area, base"] == "no, not under both ceilings"
+    both.report(tmp_path / "report.html")
+    text = " ".join(re.sub(r"<[^>]+>", " ", (tmp_path / "report.html").read_text("utf-8")).split())
+    assert "20 GPa, as given (coating); 3 GPa" in text
+    assert "nan" not in text
+
+
+def test_difference_whose_sign_depends_on_the_ceiling_of_the_base_is_not_significant() -> None:
+    groups = {"fine": make_group(0.02, range(2), 64), "coarse": make_group(0.06, range(10, 12), 64)}
+    both = rc.compare(groups, ceiling="bracket", **COATED)
+    fine, coarse = (group.samples for group in both.groups)
+    # The same maps, with the contacts of the base exchanged between the groups.
+    exchanged = [
+        replace(group, samples=tuple(replace(a, base=b.base) for a, b in pairs))
+        for group, pairs in zip(
+            both.groups,
+            (zip(fine, coarse, strict=True), zip(coarse, fine, strict=True)),
+            strict=True,
+        )
+    ]
+    other = replace(both, groups=tuple(exchanged))
+    assert not both.is_ceiling_dependent("contact_fraction")
+    assert other.is_ceiling_dependent("contact_fraction")
+    assert not other.is_significant("contact_fraction")
+
+
+@pytest.mark.long
+def test_command_compares_coated_bodies_under_both_ceilings(folder: Path, capsys: Capture) -> None:
+    words = ["compare", str(folder / "g1.npy"), str(folder / "g2.npy"), *OPTIONS, "--steps", "1"]
+    words += ["--coating", "silver 5 um", "--ceiling"]
+    assert app.main([*words, "bracket"]) == app.SOLVED
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "under the ceiling of the coating" in shown
+    assert "Real contact, base" in shown

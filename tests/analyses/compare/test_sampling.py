@@ -98,3 +98,24 @@ def test_error_of_map_covers_400_maps() -> None:
         truth = float(np.mean([one.value for one in errors]))
         held = sum(abs(one.value - truth) <= one.half for one in errors)
         assert 0.93 <= held / 400 <= 0.97, (name, held / 400)
+
+
+def test_bracket_gives_errors_under_both_ceilings() -> None:
+    film = rc.Layer(83e9, 0.37, 5e-6, hardness="264 MPa", name="silver")
+    terms = {
+        "material": rc.Material(124e9, 0.34, 180e6, coating=[film]),
+        "boundary": "periodic",
+        "pressure": "20 MPa",
+    }
+    surface = rc.Surface(*rc.reference_map(64))
+    both = rc.sampling_study(surface, ceiling="bracket", **terms)
+    assert both.base is not None
+    for study, ceiling in ((both, "coating"), (both.base, "base")):
+        assert study.errors == rc.sampling_study(surface, ceiling=ceiling, **terms).errors
+    table = both.to_pandas()
+    first = table["quantity"] == "contact_fraction"
+    assert table["ceiling"][first].tolist() == ["coating", "base"]
+    assert table["value"][first].tolist() == [
+        study.error("contact_fraction").value for study in (both, both.base)
+    ]
+    assert "under that of the base" in str(both)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roughcontact._tools import statistics
-from roughcontact.analyses.compare.model import Comparison
+from roughcontact.analyses.compare.model import Comparison, rows_by_ceiling
 from roughcontact.analyses.compare.sampling import CONTACT, WANTED, SamplingStudy
 from roughcontact.drawing import style
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Scale = tuple[float, str]
-Name = Callable[[str], str]
+Name = Callable[..., str]
 
 _COLUMNS = 3
 _PANEL = (3.6, 3.1)
@@ -41,7 +41,7 @@ def curves(comparison: Comparison, title: Name, unit: Name) -> Figure:
     comparison : Comparison
         Comparison under several pressures.
     title, unit : callable
-        Name of the quantity, and its SI unit.
+        Name of a quantity, with its ceiling if there are two, and its SI unit.
 
     Returns
     -------
@@ -79,16 +79,17 @@ def _figure(
     unit: Name,
 ) -> Figure:
     columns = 2 if followed and not compared else _COLUMNS
-    rows = math.ceil((len(followed) + len(compared)) / columns)
+    cases = rows_by_ceiling(comparison)
+    panels = [(_draw_curves, case) for case in cases if case[0] in followed]
+    panels += [(_draw_numbers, case) for case in cases if case[0] in compared]
+    rows = math.ceil(len(panels) / columns)
     width = _PANEL[0] * (1.45 if columns == 2 else 1.0)
     figure, grid = style.panels(
         columns * width, rows * _PANEL[1] + 0.5, rows, columns, squeeze=False
     )
     free = iter(grid.ravel())
-    for name in followed:
-        _draw_curves(next(free), comparison, name, title, unit)
-    for name in compared:
-        _draw_numbers(next(free), comparison, name, title, unit)
+    for draw, (name, ceiling, case) in panels:
+        draw(next(free), case, name, title(name, ceiling), unit)
     for axes in free:
         axes.set_axis_off()
     if len(comparison.groups) > 1 and followed:
@@ -103,7 +104,7 @@ def _scale(name: str, largest: float, unit: Name) -> Scale:
     return (1.0, "") if symbol == "1" else style.prefixed(largest, symbol)
 
 
-def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: Name, unit: Name) -> None:
+def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: str, unit: Name) -> None:
     pressures = np.array(comparison.pressures)
     across, pressure_unit = style.prefixed(float(pressures[-1]), "Pa")
     values = [sample.over_pressure(name) for sample in comparison.samples]
@@ -127,10 +128,10 @@ def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: Name, uni
     _plain_ticks(axes.xaxis, between=False)
     axes.set_ylim(0, 1.08 * float(np.max(values)) * up or 1)
     style.name_axes(axes, f"nominal pressure [{pressure_unit}]")
-    _set_title(axes, title(name), symbol)
+    _set_title(axes, title, symbol)
 
 
-def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: Name, unit: Name) -> None:
+def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: str, unit: Name) -> None:
     values = [np.array(group.values(name)) for group in comparison.groups]
     up, symbol = _scale(name, float(max(np.abs(own).max() for own in values)), unit)
     if comparison.paired:
@@ -161,7 +162,7 @@ def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: Name, un
     _limit(axes, comparison, name, values, up)
     axes.set_xlim(-0.6, len(values) - 0.4)
     axes.set_xticks(range(len(values)), [_short(group.name) for group in comparison.groups])
-    _set_title(axes, title(name), symbol)
+    _set_title(axes, title, symbol)
 
 
 _ROUNDING = 1e-9

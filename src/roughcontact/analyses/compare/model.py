@@ -15,11 +15,12 @@ from roughcontact._tools import memory, statistics
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.statistics import Components, Difference, Mean
 from roughcontact.analyses.compare.sampling import (
-    CALIBRATED_NUMBERS,
+    CONTACT,
     CURVES,
     NUMBERS,
     Sample,
     SamplingStudy,
+    solve_by_ceiling,
     solve_sample,
 )
 from roughcontact.analyses.history.model import history as load_history
@@ -34,6 +35,7 @@ from roughcontact.cautions import (
     sort_cautions,
 )
 from roughcontact.contact.load_case import spaced
+from roughcontact.contact.result import BASE, COATING
 from roughcontact.errors import ArgumentRef, InputError, require_count, require_positive
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
@@ -96,6 +98,15 @@ class Comparison(Result):
         """All maps."""
         return [sample for group in self.groups for sample in group.samples]
 
+    @cached_property
+    def base(self) -> Comparison | None:
+        """Comparison under the ceiling of the base of coated bodies, if both were requested."""
+        groups = tuple(
+            replace(group, samples=tuple(item.base for item in group.samples if item.base))
+            for group in self.groups
+        )
+        return replace(self, groups=groups) if all(group.samples for group in groups) else None
+
     @property
     def names(self) -> list[str]:
         """The `NUMBERS` that are available in every group."""
@@ -128,23 +139,29 @@ class Comparison(Result):
     def is_significant(self, name: str, pair: Pair = (0, 1)) -> bool:
         """Return whether two groups differ in a quantity, by the corrected p-value.
 
-        A difference whose sign depends on the ceiling is not significant.
+        A difference whose sign depends on the ceiling is not significant. With both ceilings of a
+        coated body it has to be significant under both.
         """
-        is_clear = self.corrected[name, pair] < 1 - statistics.LEVEL
-        return is_clear and not self.is_ceiling_dependent(name, pair)
+        is_clear = self.corrected.get((name, pair), 1.0) < 1 - statistics.LEVEL
+        is_confirmed = self.base is None or self.base.is_significant(name, pair)
+        return is_clear and is_confirmed and not self.is_ceiling_dependent(name, pair)
 
     def is_ceiling_dependent(self, name: str, pair: Pair = (0, 1)) -> bool:
-        """Return whether a difference has another sign under the calibrated ceiling."""
-        if name not in CALIBRATED_NUMBERS:
+        """Return whether a difference has another sign under the other ceiling.
+
+        The other ceiling is that of the base of a coated body, if both were requested, or else the
+        calibrated one.
+        """
+        if name not in CONTACT:
             return False
-        usual, calibrated = [], []
+        usual, other = [], []
         for index in pair:
             samples = self.groups[index].samples
             usual.append(np.nanmean([sample.numbers[name] for sample in samples]))
-            calibrated.append(
-                np.nanmean([{**sample.numbers, **sample.calibrated}[name] for sample in samples])
+            other.append(
+                np.nanmean([{**sample.numbers, **sample.other_ceiling}[name] for sample in samples])
             )
-        return bool((usual[1] - usual[0]) * (calibrated[1] - calibrated[0]) < 0)
+        return bool((usual[1] - usual[0]) * (other[1] - other[0]) < 0)
 
     def components(self, name: str) -> Components | None:
         """Return the variance components of a quantity between and within groups.
@@ -169,7 +186,8 @@ class Comparison(Result):
     @property
     def worst_certificate(self) -> float:
         """Largest certificate ε of all contacts."""
-        return max(step.certificate for sample in self.samples for step in sample.curve.steps)
+        own = max(step.certificate for sample in self.samples for step in sample.curve.steps)
+        return own if self.base is None else max(own, self.base.worst_certificate)
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
@@ -233,6 +251,19 @@ class Comparison(Result):
             )
 
 
+def rows_by_ceiling(comparison: Comparison) -> list[tuple[str, str, Comparison]]:
+    """Return quantity, ceiling and comparison of each row of a table.
+
+    Contact quantities of coated bodies have one row for each ceiling, if both were requested.
+    """
+    both = {COATING: comparison, BASE: comparison.base}
+    rows = []
+    for name in comparison.names:
+        cases = {"": comparison} if comparison.base is None or name not in CONTACT else both
+        rows += [(name, ceiling, case) for ceiling, case in cases.items() if case is not None]
+    return rows
+
+
 def _differ_beyond(values: Sequence[float], part: float = _SIMILARITY_TOLERANCE) -> bool:
     return max(values) > (1 + part) * min(values)
 
@@ -290,7 +321,8 @@ def compare(
         Maps by group name, or the maps of one group. The maps of a group are different places,
         pieces or measurements, or the parts of one map (`roughcontact.partition`).
     material, counter_material, ceiling, boundary, tolerance, max_iterations
-        As for `solve`.
+        As for `solve`. With the ceiling ``"bracket"`` of a coated body the comparison is that
+        under the ceiling of the coating, and its ``base`` that under the ceiling of the base.
     pressure : float, str or quantity of pint
         Nominal pressure [Pa]: load over the area of each map.
     steps : int
@@ -386,13 +418,17 @@ class MapLoadCase:
 
     def solve_map(self, surface: Surface, name: str, progress: Tell = None) -> Pressed:
         """Solve one map; return its samples. The name is for progress messages."""
-        surfaces = [surface]
-        if self.before is not None:
-            surfaces.append(_after_preload(surface, self.before, self.problem))
-        return tuple(
-            solve_sample(item, name, self.pressures, self.problem, progress, is_calibrated=True)
-            for item in surfaces
-        )
+
+        def solve(problem: Mapping[str, Any]) -> Pressed:
+            surfaces = [surface]
+            if self.before is not None:
+                surfaces.append(_after_preload(surface, self.before, problem))
+            return tuple(
+                solve_sample(item, name, self.pressures, problem, progress, is_calibrated=True)
+                for item in surfaces
+            )
+
+        return solve_by_ceiling(surface, self.problem, solve)
 
     def together(self, groups: Mapping[str, Sequence[Pressed]], paired: bool) -> Comparison:
         """Return the comparison of solved maps, which are given by group name."""

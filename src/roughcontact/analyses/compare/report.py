@@ -17,10 +17,17 @@ from roughcontact.analyses.compare.figures import (
     overview as draw_overview,
     sampling as draw_sampling,
 )
-from roughcontact.analyses.compare.model import Comparison
-from roughcontact.analyses.compare.sampling import WANTED, Sample, SamplingError, SamplingStudy
+from roughcontact.analyses.compare.model import Comparison, rows_by_ceiling
+from roughcontact.analyses.compare.sampling import (
+    CONTACT,
+    WANTED,
+    Sample,
+    SamplingError,
+    SamplingStudy,
+)
 from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.analyses.sweep import fields as sweep_fields
+from roughcontact.contact.result import BASE, COATING
 from roughcontact.drawing.style import prefixed
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.references import make_use
@@ -80,9 +87,12 @@ def unit_of(name: str) -> str:
     return inputs.ROUGHNESS[name][0] or "1" if name in inputs.ROUGHNESS else "1"
 
 
-def name_of(name: str) -> str:
-    """Return the name of a compared quantity."""
-    return name if name in inputs.ROUGHNESS else quantity_of(contact_fields.CONTACT, name).name
+def name_of(name: str, ceiling: str = "") -> str:
+    """Return the name of a compared quantity, with its ceiling if there are two."""
+    if name in inputs.ROUGHNESS:
+        return name
+    text = quantity_of(contact_fields.CONTACT, name).name
+    return f"{text}, {ceiling}" if ceiling else text
 
 
 def scale_of(name: str, largest: float) -> tuple[float, str]:
@@ -136,10 +146,10 @@ def means(comparison: Comparison) -> tuple[Cells, list[Cells]]:
     """Return head and rows of the means: one row per quantity, one column per group."""
     rows = [
         (
-            name_of(name),
-            *(_mean(name, comparison.mean(index, name)) for index in range(len(comparison.groups))),
+            name_of(name, ceiling),
+            *(_mean(name, case.mean(index, name)) for index in range(len(case.groups))),
         )
-        for name in comparison.names
+        for name, ceiling, case in rows_by_ceiling(comparison)
     ]
     return ("", *group_heads(comparison)), rows
 
@@ -148,17 +158,25 @@ def differences(comparison: Comparison) -> tuple[Cells, list[Cells]]:
     """Return head and rows of the differences: one row per pair."""
     several = len(comparison.groups) > 2
     rows = []
-    for name in comparison.names:
-        for (first, second), result in comparison.differences(name).items():
-            significant = comparison.is_significant(name, (first, second))
-            base = comparison.mean(first, name).value
+    for name, ceiling, case in rows_by_ceiling(comparison):
+        for (first, second), result in case.differences(name).items():
+            base = case.mean(first, name).value
             pair = (pair_of(comparison, first, second),) if several else ()
-            said = ("yes" if significant else "no") if result.known else "not known"
-            if comparison.is_ceiling_dependent(name, (first, second)):
-                said = "no, sign depends on the ceiling"
-            rows.append((name_of(name), *pair, *_difference(name, result, base), said))
+            said = _significance(comparison, name, (first, second)) if result.known else "not known"
+            rows.append((name_of(name, ceiling), *pair, *_difference(name, result, base), said))
     pairs = ("", "groups") if several else (pair_of(comparison, 0, 1),)
     return (*pairs, "difference", f"{LEVEL} interval", "relative", "significant"), rows
+
+
+def _significance(comparison: Comparison, name: str, pair: tuple[int, int]) -> str:
+    """Return whether a difference is significant, or the reason if the ceiling prevents it."""
+    if comparison.is_ceiling_dependent(name, pair):
+        return "no, sign depends on the ceiling"
+    if comparison.is_significant(name, pair):
+        return "yes"
+    cases = [comparison] if comparison.base is None else [comparison, comparison.base]
+    is_clear = any(case.corrected[name, pair] < 1 - statistics.LEVEL for case in cases)
+    return "no, not under both ceilings" if is_clear else "no"
 
 
 def pair_of(comparison: Comparison, first: int, second: int) -> str:
@@ -179,13 +197,13 @@ def _difference(name: str, result: Difference, base: float) -> Cells:
 def components(comparison: Comparison) -> tuple[Cells, list[Cells]]:
     """Return head and rows of the variance components; no rows where they are unknown."""
     rows = []
-    for name in comparison.names:
-        result = comparison.components(name)
+    for name, ceiling, case in rows_by_ceiling(comparison):
+        result = case.components(name)
         if result is None or math.isnan(result.share):
             continue
         spread = (quantity_text(name, x, digits=3) for x in (result.between, result.within))
         share, low, high = (f"{100 * x:.0f}" for x in (result.share, result.low, result.high))
-        rows.append((name_of(name), *spread, f"{share} %", f"{low} to {high} %"))
+        rows.append((name_of(name, ceiling), *spread, f"{share} %", f"{low} to {high} %"))
     head = ("scatter", "between groups", "within", "share between", f"{LEVEL} interval")
     return head, rows
 
@@ -217,7 +235,10 @@ def _groups(comparison: Comparison) -> list[dict[str, Any]]:
     ]
 
 
-def _differences(comparison: Comparison) -> list[dict[str, Any]]:
+def _differences(comparison: Comparison, case: Comparison) -> list[dict[str, Any]]:
+    """Return the differences of a comparison or of its base; none of a single group."""
+    if len(case.groups) < 2:
+        return []
     return [
         {
             "quantity": name,
@@ -226,12 +247,12 @@ def _differences(comparison: Comparison) -> list[dict[str, Any]]:
             "second": comparison.groups[second].name,
             **asdict(result),
             "excludes_zero": result.excludes_zero,
-            "p_corrected": comparison.corrected[name, (first, second)],
+            "p_corrected": case.corrected[name, (first, second)],
             "significant": comparison.is_significant(name, (first, second)),
             "ceiling_dependent": comparison.is_ceiling_dependent(name, (first, second)),
         }
-        for name in comparison.names
-        for (first, second), result in comparison.differences(name).items()
+        for name in case.names
+        for (first, second), result in case.differences(name).items()
     ]
 
 
@@ -266,8 +287,21 @@ COMPARISON: Table = (
     Quantity("paired"),
     Quantity("confidence", of=lambda _: statistics.LEVEL),
     Quantity("groups", of=_groups),
-    Quantity("differences", of=lambda c: _differences(c) if len(c.groups) > 1 else []),
+    Quantity("differences", of=lambda c: _differences(c, c)),
     Quantity("components", of=_components),
+    Quantity(
+        "base",
+        meaning="the same under the ceiling of the base of coated bodies",
+        of=lambda c: (
+            c.base
+            and {
+                "groups": _groups(c.base),
+                "differences": _differences(c, c.base),
+                "components": _components(c.base),
+            }
+        ),
+        when=lambda c: c.base is not None,
+    ),
     Quantity(
         "worst_certificate",
         "certificates",
@@ -282,22 +316,24 @@ COMPARISON: Table = (
 """Quantities of a `Comparison`."""
 
 
-def _lines(comparison: Comparison) -> list[tuple[str, str, int, float, float, float, float, str]]:
+def _lines(comparison: Comparison) -> list[tuple[Any, ...]]:
     """Return the lines of a text table: means of groups, then differences."""
-    result = []
-    for name in comparison.names:
-        for index, group in enumerate(comparison.groups):
-            item = comparison.mean(index, name)
+    result: list[tuple[Any, ...]] = []
+    for name, ceiling, case in rows_by_ceiling(comparison):
+        for index, group in enumerate(case.groups):
+            item = case.mean(index, name)
             label = group.name or "all"
             ends = item.value, item.deviation, item.low, item.high
-            result.append((name, label, item.count, *ends, ""))
-        if len(comparison.groups) < 2:
+            result.append((name, label, item.count, *ends, "", ceiling))
+        if len(case.groups) < 2:
             continue
-        for (first, second), gap in comparison.differences(name).items():
+        for (first, second), gap in case.differences(name).items():
             pair = pair_of(comparison, first, second)
             count = sum(len(comparison.groups[index].samples) for index in (first, second))
             said = "" if not gap.known else "yes" if gap.excludes_zero else "no"
-            result.append((name, pair, count, gap.value, math.nan, gap.low, gap.high, said))
+            result.append(
+                (name, pair, count, gap.value, math.nan, gap.low, gap.high, said, ceiling)
+            )
     return result
 
 
@@ -320,6 +356,7 @@ COMPARISON_COLUMNS: Columns = (
     Column("low", of=_cell(5)),
     Column("high", of=_cell(6)),
     Column("excludes_zero", of=_cell(7)),
+    Column("ceiling", of=_cell(8), when=lambda c: c.base is not None),
 )
 """Columns of the means and differences of a `Comparison`."""
 
@@ -355,7 +392,20 @@ def _needed(item: SamplingError) -> str:
 
 
 def _each(read: Callable[[SamplingError], Any]) -> Callable[[SamplingStudy], list[Any]]:
-    return lambda study: [read(item) for item in study.errors]
+    return lambda study: [read(item) for _, item in _errors(study)]
+
+
+def _errors(study: SamplingStudy) -> list[tuple[str, SamplingError]]:
+    """Return ceiling and error of each row; see `rows_by_ceiling`."""
+    if study.base is None:
+        return [("", item) for item in study.errors]
+    both = {COATING: study, BASE: study.base}
+    return [
+        (ceiling if item.name in CONTACT else "", case.error(item.name))
+        for item in study.errors
+        for ceiling, case in both.items()
+        if ceiling == COATING or item.name in CONTACT
+    ]
 
 
 def _parts_text(item: SamplingError) -> str:
@@ -377,6 +427,12 @@ SAMPLING: Table = (
             str(n * n): {item.name: s.values(n, item.name) for item in s.errors} for n in s.levels
         },
     ),
+    Quantity(
+        "base",
+        meaning="the same under the ceiling of the base of a coated body",
+        of=lambda s: s.base and stored_values(SAMPLING, s.base),
+        when=lambda s: s.base is not None,
+    ),
     *CAUTIONS,
     Quantity("version", of=lambda _: __version__),
 )
@@ -385,7 +441,12 @@ SAMPLING: Table = (
 SAMPLING_COLUMNS: Columns = (
     Column("quantity", of=_each(lambda item: item.name)),
     Column("unit", of=_each(lambda item: unit_of(item.name))),
-    Column("name", "sampling", of=_each(lambda item: name_of(item.name)), stored=False),
+    Column(
+        "name",
+        "sampling",
+        of=lambda study: [name_of(item.name, ceiling) for ceiling, item in _errors(study)],
+        stored=False,
+    ),
     Column(
         "value",
         "this map",
@@ -405,6 +466,11 @@ SAMPLING_COLUMNS: Columns = (
     Column("parts", "from", of=_each(lambda item: item.parts), shown=_each(_parts_text)),
     Column("drift", of=_each(lambda item: item.drift)),
     Column("scaling", of=_each(lambda item: item.scaling)),
+    Column(
+        "ceiling",
+        of=lambda study: [ceiling for ceiling, _ in _errors(study)],
+        when=lambda study: study.base is not None,
+    ),
 )
 """Columns of the errors of a `SamplingStudy`."""
 
@@ -412,11 +478,15 @@ SAMPLING_COLUMNS: Columns = (
 def answer(study: SamplingStudy) -> str:
     """Return the required map size for the contact area as a sentence."""
     item = study.error("contact_fraction")
-    bound = f"{item.bound} " if item.bound else ""
+    sides, gives = f"{item.bound} {side(item.area)}".lstrip(), f"±{part(item.relative)}"
+    if study.base is not None:
+        other = study.base.error("contact_fraction")
+        bound = f"{other.bound} {side(other.area)}".lstrip()
+        sides += f" under the ceiling of the coating, {bound} under that of the base"
+        gives += f" and ±{part(other.relative)}"
     return (
-        f"{study.whole.name}: for {FIVE} ({LEVEL} interval) of the contact area "
-        f"{bound}{side(item.area)}; this map, {format_lengths(study.whole.size)}, gives "
-        f"±{part(item.relative)}"
+        f"{study.whole.name}: for {FIVE} ({LEVEL} interval) of the contact area {sides}; this map, "
+        f"{format_lengths(study.whole.size)}, gives {gives}"
     )
 
 
@@ -426,17 +496,21 @@ def answer(study: SamplingStudy) -> str:
 # Largest number of groups that a title lists by name.
 _NAMED = 3
 
+
+def _ceiling(sample: Sample) -> str:
+    """Return the ceiling of a map, or both of a coated body, as text."""
+    text = phrases.ceiling_text(sample.curve.ceiling, *sample.bodies)
+    return text if sample.base is None else f"{text} (coating); {_ceiling(sample.base)} (base)"
+
+
 # Quantities of a `Sample` that are common to all maps.
 _TERMS = (
-    *(
-        delegated("curve", quantity_of(contact_fields.CONTACT, key))
-        for key in ("boundary", "contact_modulus")
-    ),
+    delegated("curve", quantity_of(contact_fields.CONTACT, "boundary")),
     replace(
-        quantity_of(contact_fields.CONTACT, "ceiling"),
-        of="curve.ceiling",
-        text=lambda item: phrases.ceiling_text(item.curve.ceiling, *item.bodies),
+        delegated("curve", quantity_of(contact_fields.CONTACT, "contact_modulus")),
+        when=lambda item: math.isfinite(item.curve.contact_modulus),
     ),
+    replace(quantity_of(contact_fields.CONTACT, "ceiling"), of="curve.ceiling", text=_ceiling),
 )
 
 _FIRST = ("contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sdq")
@@ -586,9 +660,13 @@ def _first_problem(result: Comparison | SamplingStudy) -> str:
     return f"{' and '.join(groups)} maps, {pressure}"
 
 
-def _change(result: Comparison, name: str) -> str:
-    """Return the difference of the first two groups with its interval; empty if unknown."""
-    difference, base = result.differences(name)[0, 1], result.mean(0, name).value
+def _change(result: Comparison, name: str, case: Comparison | None = None) -> str:
+    """Return the difference of the first two groups with its interval; empty if unknown.
+
+    The case is the ``base`` of the comparison, if its values are wanted.
+    """
+    case = case or result
+    difference, base = case.differences(name)[0, 1], case.mean(0, name).value
     if not (difference.known and base > 0):
         return ""
     value, low, high = (
@@ -605,18 +683,28 @@ def _first_answer(result: Comparison | SamplingStudy) -> str:
         return f"{answer(result)}."
     name = result.names[0]
     if len(result.groups) < 2:
-        return f"On average {_mean(name, result.mean(0, name))} of the face is in contact."
+        share, under = _mean(name, result.mean(0, name)), ""
+        if result.base is not None:
+            other = _mean(name, result.base.mean(0, name))
+            under = f" under the ceiling of the coating, {other} under that of the base"
+        return f"On average {share} of the face is in contact{under}."
     groups, change = result.groups, _change(result, name)
+    cases = [result] if result.base is None else [result, result.base]
     pair = f"{groups[1].name or 'the second group'} against {groups[0].name or 'the first'}"
     if not change:
         return f"Too few maps to compare {pair}."
+    if result.base is not None:
+        change = (
+            f"{change} under the ceiling of the coating, {_change(result, name, result.base)} "
+            "under that of the base"
+        )
     if result.is_significant(name):
-        return f"The contact area differs: {pair} {change.removesuffix(' *')}, {LEVEL}."
+        return f"The contact area differs: {pair} {change.replace(' *', '')}, {LEVEL}."
     if result.is_ceiling_dependent(name):
         return (
             f"The sign of the difference in contact area depends on the ceiling: {pair} {change}."
         )
-    if result.differences(name)[0, 1].excludes_zero:
+    if all(case.differences(name)[0, 1].excludes_zero for case in cases):
         alone = f"only if tested alone, not with all {len(result.names)} quantities"
         return f"The contact area differs {alone}: {pair} {change}, {LEVEL}."
     return f"No difference shown in contact area: {pair} {change}, {LEVEL}."
@@ -627,19 +715,19 @@ def _first_numbers(result: Comparison | SamplingStudy) -> CellTable:
     if isinstance(result, SamplingStudy):
         heads, rows = SAMPLING_KIND.listing(result, brief=True)
         return heads, rows
-    names = [name for name in _FIRST if name in result.names]
     several = len(result.groups) > 1
     heads = tuple(group.name or "mean" for group in result.groups)
     rows = [
         (
-            capitalize_first(name_of(name)),
+            capitalize_first(name_of(name, ceiling)),
             *(
-                _mean(name, result.mean(index, name)).partition(" (s ")[0]
+                _mean(name, case.mean(index, name)).partition(" (s ")[0]
                 for index in range(len(result.groups))
             ),
-            *([_change(result, name)] if several else ()),
+            *([_change(result, name, case)] if several else ()),
         )
-        for name in names
+        for name, ceiling, case in rows_by_ceiling(result)
+        if name in _FIRST
     ]
     return ("", *heads, *(["difference"] if several else ())), rows
 

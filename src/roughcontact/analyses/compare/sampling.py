@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -13,6 +13,9 @@ from roughcontact._tools import statistics
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact.analyses.sweep.model import LoadCurve, contact_curve
 from roughcontact.cautions import Caution, CautionTag, as_caution, as_note, sort_cautions
+from roughcontact.contact.ceiling import is_bracket
+from roughcontact.contact.pair import Pair
+from roughcontact.contact.result import BASE, COATING
 from roughcontact.contact.solve import add_calibrated
 from roughcontact.errors import ConvergenceError, InputError, Sentence, require_positive
 from roughcontact.material.material import RIGID, Material
@@ -63,13 +66,23 @@ class Sample:
     bodies: tuple[Material, Material]  # Rough body, and counter-body
     # Numbers under the largest pressure and the calibrated ceiling, where they differ [SI]
     calibrated: Mapping[str, float] = field(default_factory=dict)
+    # The map under the ceiling of the base of a coated body, if both ceilings were requested
+    base: Sample | None = None
+
+    @property
+    def other_ceiling(self) -> dict[str, float]:
+        """Contact quantities under the calibrated ceiling or that of the base, if known [SI]."""
+        return {**self.calibrated, **({} if self.base is None else self.base.contact_numbers)}
+
+    @property
+    def contact_numbers(self) -> dict[str, float]:
+        """The `CONTACT` quantities by name, in SI units."""
+        return {name: self.over_pressure(name)[-1] for name in CONTACT}
 
     @property
     def numbers(self) -> dict[str, float]:
         """All `NUMBERS` by name, in SI units."""
-        return {name: self.over_pressure(name)[-1] for name in CONTACT} | {
-            name: self.roughness[name] for name in ROUGHNESS
-        }
+        return self.contact_numbers | {name: self.roughness[name] for name in ROUGHNESS}
 
     def over_pressure(self, name: str) -> list[float]:
         """Return one of `CONTACT` under all pressures [SI]."""
@@ -84,6 +97,20 @@ class Sample:
         return self.curve.cautions
 
 
+def solve_by_ceiling(
+    surface: Surface,
+    problem: Mapping[str, Any],
+    solve: Callable[[Mapping[str, Any]], tuple[Sample, ...]],
+) -> tuple[Sample, ...]:
+    """Return the samples of a problem, of a coated body under both ceilings if requested."""
+    bodies = problem["material"], None, problem.get("counter_material", RIGID)
+    pair = Pair.from_arguments(surface, *bodies, problem.get("boundary", "free"))
+    if not is_bracket(pair, problem.get("ceiling")):
+        return solve(problem)
+    coating, base = (solve({**problem, "ceiling": ceiling}) for ceiling in (COATING, BASE))
+    return tuple(replace(first, base=other) for first, other in zip(coating, base, strict=True))
+
+
 def solve_sample(
     surface: Surface,
     name: str,
@@ -92,7 +119,7 @@ def solve_sample(
     progress: Tell = None,
     is_calibrated: bool = False,
 ) -> Sample:
-    """Solve one map under all pressures; return its sample.
+    """Solve one map under all pressures and one ceiling; return its sample.
 
     With ``is_calibrated`` the largest pressure is solved under the calibrated ceiling as well.
     """
@@ -199,6 +226,17 @@ class SamplingStudy(Result):
 
     whole: Sample
     levels: Mapping[int, tuple[Sample, ...]]
+
+    @property
+    def base(self) -> SamplingStudy | None:
+        """The study under the ceiling of the base of a coated body, if both were requested."""
+        if self.whole.base is None:
+            return None
+        levels = {
+            number: tuple(part.base for part in parts if part.base is not None)
+            for number, parts in self.levels.items()
+        }
+        return SamplingStudy(self.whole.base, levels)
 
     @property
     def name(self) -> str:
@@ -367,14 +405,22 @@ def sampling_study(
         "max_iterations": max_iterations,
     }
     name, pressures = surface.provenance.source or "map", [float(specified)]
+
+    def solve_map(surface: Surface, name: str) -> Sample:
+        def solve(problem: Mapping[str, Any]) -> tuple[Sample, ...]:
+            return (solve_sample(surface, name, pressures, problem, progress),)
+
+        (sample,) = solve_by_ceiling(surface, problem, solve)
+        return sample
+
     levels = {}
     for divisions in (n for n in DIVISIONS if is_divisible(surface.shape, n)):
         parts = partition(surface, divisions, level)
         levels[divisions] = tuple(
-            solve_sample(part, f"{name}, part {n} of {len(parts)}", pressures, problem, progress)
+            solve_map(part, f"{name}, part {n} of {len(parts)}")
             for n, part in enumerate(parts, start=1)
         )
-    return SamplingStudy(solve_sample(surface, name, pressures, problem, progress), levels)
+    return SamplingStudy(solve_map(surface, name), levels)
 
 
 def _title(name: str) -> str:
