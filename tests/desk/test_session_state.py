@@ -9,8 +9,11 @@ import pytest
 from hypothesis import given, strategies as st
 
 import roughcontact as rc
+from roughcontact.analyses.law.task import TASK as LAW
+from roughcontact.analyses.leak.task import TASK as LEAK
 from roughcontact.analyses.stress.task import TASK as STRESS
 from roughcontact.analyses.sweep.task import TASK as SWEEP
+from roughcontact.analyses.tangential.task import TASK as TANGENTIAL
 from roughcontact.batch import project
 from roughcontact.desk.session import SessionState, from_script
 from roughcontact.errors import FormatError, InputError
@@ -170,3 +173,15 @@ def test_downloads_use_file_name_of_user(complete: SessionState, map_file: Path)
     assert result is not None
     assert result.surface.provenance.source == "from <me>.opd"
     assert 'rc.read_surface("from <me>.opd")' in python_script.script_of_result(result)
+
+
+def test_coated_state_is_rejected_by_analyses_of_bare_bodies() -> None:
+    state = SessionState(file=Path("map.npz")).with_option("material", "42CrMo4")
+    state = state.with_option("load", "1 N").with_option("coating", "DLC 2 um")
+    assert "--coating" in state.request(LEAK).command
+    force = {"friction": "0.1", "force": "1 uN"}
+    for task, more in ((TANGENTIAL, force), (LAW, {"from_": "1 MPa", "to": "2 MPa"})):
+        assert "--coating" not in state.remove_options("coating").request(task, **more).command
+        with pytest.raises(InputError) as caught:
+            state.request(task, **more)
+        assert caught.value.argument == "coating"

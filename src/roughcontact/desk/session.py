@@ -22,7 +22,7 @@ from roughcontact.desk.live_solver import (
     PreparedMaps,
 )
 from roughcontact.errors import ArgumentRef, FormatError, InputError
-from roughcontact.request.options import READING, Panel
+from roughcontact.request.options import COATINGS, READING, Panel
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.parsing import window
 from roughcontact.request.request import Request
@@ -152,6 +152,12 @@ class SessionState:
     def request(self, task: Task = SOLVE, /, **more: Value) -> Request:
         """Return the request of a task for the state, with additional options."""
         known = task.by_name
+        for option in COATINGS:
+            if option.name in self.specified and option.name not in known:
+                raise InputError(
+                    f"is not available for {task.name}; remove it, or leave this analysis out",
+                    argument=option.argument,
+                )
         loads = () if "from_" in more else LOADS
         specified: dict[str, Any] = {
             key: value
