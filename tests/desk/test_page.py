@@ -34,7 +34,7 @@ def work(tmp_path: Path) -> SavedProject:
 @pytest.fixture
 def page(work: SavedProject, tmp_path: Path) -> Iterator[Page]:
     bench = WorkerPool(spare=False)
-    visit = PageVisit(work, None, tmp_path, bench, 2**20, lambda: None, list)
+    visit = PageVisit(work, None, bench, 2**20, lambda: None, list)
     made = Page(visit)
     made._document = Loop()
     yield made
@@ -132,7 +132,7 @@ def test_two_pages_on_one_project_follow_each_other(
 ) -> None:
     bench = WorkerPool(spare=False)
     seen: list[PageVisit] = []
-    visit = PageVisit(work, None, tmp_path, bench, 2**20, lambda: None, list, lambda: seen)
+    visit = PageVisit(work, None, bench, 2**20, lambda: None, list, lambda: seen)
     first = Page(visit)
     first._document = Loop()
     seen.append(page._visit)
@@ -368,7 +368,7 @@ def test_a_caution_is_remedied_by_its_button(page: Page, tmp_path: Path) -> None
 def test_removed_project_is_reported(work: SavedProject, tmp_path: Path) -> None:
     gone: list[bool] = []
     bench = WorkerPool(spare=False)
-    made = Page(PageVisit(work, None, tmp_path, bench, 1, lambda: gone.append(True), list))
+    made = Page(PageVisit(work, None, bench, 1, lambda: gone.append(True), list))
     made._map_panel._about_works()[1].value = "remove"
     assert gone == [True]
     assert "removed" in text_of(made.root[0])

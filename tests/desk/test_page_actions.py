@@ -58,7 +58,7 @@ class Actions(RuleBasedStateMachine):
             rc.Surface(heights, pixel).save(root / name)
             self.maps.append(root / name)
         self.work = ProjectStore(root / "works").create()
-        self.visit = PageVisit(self.work, None, root, _POOL[0], 2**20, lambda: None, list)
+        self.visit = PageVisit(self.work, None, _POOL[0], 2**20, lambda: None, list)
         self.enter()
 
     def enter(self) -> None:

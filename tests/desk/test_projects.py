@@ -43,6 +43,20 @@ def test_project_is_found_by_its_key_only(tmp_path: Path) -> None:
     assert not work.folder.exists()
 
 
+def test_new_project_has_no_folder_before_its_first_file(tmp_path: Path) -> None:
+    desk = ProjectStore(tmp_path)
+    works = [desk.reserve() for _ in range(3)]
+    assert list(tmp_path.iterdir()) == []
+    with works[0].open_upload("a.npy", 5) as upload:
+        upload.write(b"abc")
+    with works[1].page() as page:
+        assert page.parent == works[1].folder
+    assert {path.name for path in tmp_path.iterdir()} == {work.key for work in works[:2]}
+    assert [desk.open_project(work.key) for work in works] == works
+    desk.remove(works[2].key)
+    assert desk.open_project(works[2].key) is None
+
+
 def test_upload_is_saved_under_generated_name(tmp_path: Path) -> None:
     work = ProjectStore(tmp_path).create()
     with work.open_upload("../../<b>ground\n.OPD", 100) as upload:

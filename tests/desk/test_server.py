@@ -128,6 +128,19 @@ def test_page_without_project_gets_new_project(desk: Desk) -> None:
     assert desk.visits[-1].work.key in place
 
 
+def test_project_has_no_folder_before_its_first_file(tmp_path: Path) -> None:
+    desk = Desk(tmp_path)
+    before = sorted(os.listdir(tmp_path))
+    desk.home = desk.ask("/").headers["Location"]
+    desk.open(desk.home)
+    assert sorted(os.listdir(tmp_path)) == before
+    assert not [name for name in before if len(name) == 32]
+    assert upload(desk, "a.npy", b"x").status == 200
+    (folder,) = set(os.listdir(tmp_path)) - set(before)
+    assert folder == desk.visits[-1].work.key
+    desk.close()
+
+
 def test_removed_project_is_reported(desk: Desk) -> None:
     answer = desk.ask("/?work=" + "x" * 32)
     assert answer.status == 404
@@ -283,6 +296,7 @@ def test_resources_of_page_are_released_with_it(
 def test_resources_of_open_pages_are_released_with_server(tmp_path: Path) -> None:
     desk = Desk(tmp_path)
     desk.open(desk.home)
+    assert desk.visits[0].folder.exists()
     desk.close()
     assert desk.ended == [desk.visits[0].work.key]
     assert not desk.visits[0].folder.exists()
@@ -362,6 +376,7 @@ def test_failed_page_reports_reason_and_releases_resources(
     desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def broken(visit: PageVisit) -> Any:
+        assert visit.folder.exists()
         desk.visits.append(visit)
         visit.add_close_callback(lambda: desk.ended.append("broken"))
         raise InputError("the project file of this page cannot be read")

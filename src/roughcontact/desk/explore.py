@@ -62,7 +62,7 @@ def explore(shown: Surface | ContactResult) -> DeskServer:
     server = Server(_page, Settings(folder=Path(folder.name), port=0, browser=False))
     work = server.first
     state = SessionState().with_map(
-        _save_map(surface, work.folder / "map.npz"), surface.provenance.source
+        _save_map(surface, work.make_folder() / "map.npz"), surface.provenance.source
     )
     if counter is not None:
         path = _save_map(counter, work.folder / "counter.npz")

@@ -231,7 +231,7 @@ class Page:
 
     def _generate(self, specified: dict[str, Value], done: Callable[[Path], None]) -> None:
         """Generate a map in another thread, so that the server stays responsive."""
-        path = self._work.folder / f"generated-{secrets.token_hex(4)}.npz"
+        path = self._work.make_folder() / f"generated-{secrets.token_hex(4)}.npz"
 
         def work() -> None:
             try:

@@ -30,6 +30,8 @@ KEPT = "map-"
 _KEY = re.compile(r"[A-Za-z0-9_-]{32}")
 _SUFFIX = re.compile(r"(?:\.[A-Za-z0-9]{1,12}){1,2}$")
 _MAX_NAME_LENGTH = 200
+# Maximum number of new projects without a folder that are remembered.
+_MAX_RESERVED = 10_000
 # Minimum age of a page folder to remove [s]: another server may not have locked it yet.
 _MIN_AGE_SECONDS = 60.0
 _SECRET = "secret"
@@ -48,10 +50,15 @@ class SavedProject:
         """Project file, which does not exist before the first change."""
         return self.folder / PROJECT
 
+    def make_folder(self) -> Path:
+        """Return the folder, and create it if this is the first file of the project."""
+        self.folder.mkdir(mode=0o700, exist_ok=True)
+        return self.folder
+
     @contextmanager
     def page(self) -> Iterator[Path]:
         """Yield a folder for the files of a page, removed when the page closes."""
-        folder = self.folder / f"{_PAGE}{secrets.token_hex(8)}"
+        folder = self.make_folder() / f"{_PAGE}{secrets.token_hex(8)}"
         folder.mkdir(mode=0o700)
         try:
             with files.file_lock(folder / _LOCK):
@@ -62,7 +69,7 @@ class SavedProject:
     @contextmanager
     def open_upload(self, name: str, limit: int) -> Iterator[Upload]:
         """Yield an upload that stores a file in parts under a generated name."""
-        path = self.folder / f"{KEPT}{secrets.token_hex(4)}{format_suffix(name)}"
+        path = self.make_folder() / f"{KEPT}{secrets.token_hex(4)}{format_suffix(name)}"
         with files.atomic_write(path) as stream:
             yield Upload(path, safe_file_name(name), limit, stream.write)
 
@@ -87,6 +94,7 @@ class ProjectStore:
     def __init__(self, folder: Path | None = None) -> None:
         self.folder = state_folder() if folder is None else folder
         self._coming = 0
+        self._reserved: dict[str, None] = {}
         try:
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError as error:
@@ -100,12 +108,19 @@ class ProjectStore:
                 argument="folder",
             )
 
-    def create(self) -> SavedProject:
-        """Create a project."""
+    def reserve(self) -> SavedProject:
+        """Return a new project, whose folder is created with its first file."""
         key = secrets.token_urlsafe(_KEY_BYTES)
-        folder = self.folder / key
-        folder.mkdir(mode=0o700)
-        return SavedProject(key, folder)
+        self._reserved[key] = None
+        if len(self._reserved) > _MAX_RESERVED:
+            del self._reserved[next(iter(self._reserved))]
+        return SavedProject(key, self.folder / key)
+
+    def create(self) -> SavedProject:
+        """Return a new project with its folder."""
+        work = self.reserve()
+        work.make_folder()
+        return work
 
     def open_project(self, key: str) -> SavedProject | None:
         """Return the project with a key, and mark it as used; None if there is none."""
@@ -115,7 +130,8 @@ class ProjectStore:
         try:
             os.utime(folder)
         except OSError:
-            return None
+            if key not in self._reserved:
+                return None
         return SavedProject(key, folder)
 
     @property
@@ -159,6 +175,7 @@ class ProjectStore:
 
     def remove(self, key: str) -> None:
         """Remove a project with all its files."""
+        self._reserved.pop(key, None)
         if _KEY.fullmatch(key) is not None:
             shutil.rmtree(self.folder / key, ignore_errors=True)
 

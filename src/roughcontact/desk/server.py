@@ -21,7 +21,7 @@ import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, cast
 from urllib.parse import urlencode
@@ -117,7 +117,6 @@ class PageVisit:
 
     work: SavedProject  # Project of the page
     file: Path | None  # Map of the command line, if the project has no state yet
-    folder: Path  # Temporary folder of the page
     workers: WorkerPool  # Pool that runs jobs in other processes
     upload_limit: int  # Maximum size of an uploaded file [bytes]
     forget: Callable[[], None]  # Removes the project with all its files
@@ -126,6 +125,17 @@ class PageVisit:
     token: str = ""  # Access token, if the browser stores no cookie
     listeners: list[Callable[[Any], None]] = field(default_factory=list)
     _ends: ExitStack = field(default_factory=ExitStack)
+    _files: ExitStack = field(default_factory=ExitStack)
+
+    @cached_property
+    def folder(self) -> Path:
+        """Temporary folder of the page, created on first use."""
+        return self._files.enter_context(self.work.page())
+
+    def close(self) -> None:
+        """Release the resources of the page; its files go last."""
+        with self._files:
+            self._ends.close()
 
     def offer(self, path: Path) -> str:
         """Return the relative URL of a file in the folder of the page."""
@@ -166,7 +176,7 @@ class Server:
         self._tidying: asyncio.TimerHandle | None = None
         self._ready = threading.Event()
         self._token = secrets.token_urlsafe(24)
-        self.first = self._works.create()
+        self.first = self._works.reserve()
         self.bench = WorkerPool()
 
     @property
@@ -236,7 +246,7 @@ class Server:
         door = access.AccessPolicy(self._settings.origins, self._token, secret, self.port)
         http = HTTPServer(
             access.guard_application(
-                door, self._is_known_work, lambda: self._works.create().key, doors
+                door, self._is_known_work, lambda: self._works.reserve().key, doors
             ),
             max_body_size=_MAX_REQUEST_BYTES,
         )
@@ -334,20 +344,16 @@ class Server:
             return pn.pane.Str("This project no longer exists.")
         if len(self._visits) >= MAX_PAGES:
             return pn.pane.Str(_FULL)
-        ends = ExitStack()
-        folder = ends.enter_context(work.page())
         fresh = work.key == self.first.key and not work.project.exists()
         visit = PageVisit(
             work,
             self._settings.file if fresh else None,
-            folder,
             self.bench,
             self._settings.upload_limit,
             partial(self._works.remove, work.key),
             partial(self._other_visits, work),
             partial(self._peer_visits, context.id),
             access.query_or_cookie(context.request, access.TOKEN),
-            _ends=ends,
         )
         self._visits[context.id] = visit
         widgets.send_all_after_pull(document)
@@ -403,7 +409,7 @@ class Server:
     def _close_visit(self, session: str) -> None:
         visit = self._visits.pop(session, None)
         if visit is not None:
-            visit._ends.close()
+            visit.close()
 
     def _leave_all(self) -> None:
         for session in list(self._visits):

@@ -450,6 +450,7 @@ class Session:
         self._future.clear()
 
     def _set_state(self, state: SessionState, solve: bool = True) -> None:
+        self.project.parent.mkdir(mode=0o700, exist_ok=True)
         files.write_atomically(self.project, state.script)
         self._state = state
         if solve:
