@@ -1,11 +1,14 @@
 import gc
 import pickle
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.analyses.tasks import TASKS
+from roughcontact.cli import app
 from roughcontact.errors import ArgumentRef, ConvergenceError, Sentence, message_parts
 from roughcontact.surface.random_surfaces import reference_map
 
@@ -37,6 +40,52 @@ def test_every_error_survives_another_process() -> None:
         assert type(again) is kind
         assert str(again) == str(error) == "load is too much: try crop"
         assert (again.argument, again.value) == ("load", 2.0)
+
+
+LONG = ("x" * 3000, "x y " * 750, "9" * 3000, "1 " + "N" * 3000, "E=1, 2 um " * 300, "ü'" * 1500)
+
+
+@pytest.mark.parametrize("value", LONG, ids=range(len(LONG)))
+def test_long_value_of_an_option_is_cut(value: str) -> None:
+    messages = []
+    for option in {option for task in TASKS for option in task.options if not option.is_flag}:
+        try:
+            option.parse(value, option.argument)
+        except rc.InputError as error:
+            messages.append(str(error))
+    assert len(messages) > 40
+    assert max(map(len, messages)) < 500
+    assert any("…" in message for message in messages)
+
+
+def test_long_names_are_cut(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    name = "n" * 240
+    np.savez(tmp_path / f"{name}.npz", **{"x" * 3000: np.zeros((4, 4)), "y": np.ones((4, 4))})
+    text = tmp_path / "table.csv"
+    text.write_text(f"1,2,3\n4,{LONG[0]},6\n")
+    project = tmp_path / "project.toml"
+    project.write_text(f'[[contact]]\nname = "c"\n"{LONG[1]}" = 1\n')
+    for words in (
+        ["info", str(tmp_path / f"{name}.npz")],
+        ["info", str(text)],
+        ["info", LONG[1]],
+        ["verify", LONG[1]],
+        ["run", str(project)],
+        ["run", LONG[1]],
+        ["solve", "--" + LONG[0]],
+        [LONG[0]],
+    ):
+        assert app.main(words) == app.BAD_INPUT
+        shown = capsys.readouterr().err
+        assert 0 < len(shown) < 1000, words
+
+
+def test_short_values_and_apostrophes_are_kept() -> None:
+    text = (
+        "Young's modulus of the bodies' map '/home/user/measurements/2026/ground, side A, third "
+        "repetition, after cleaning/map.x3p' is not 'E = 1' or \"it's\", the body's other value"
+    )
+    assert str(rc.InputError(text)) == text
 
 
 def test_stored_errors_hold_no_threads() -> None:

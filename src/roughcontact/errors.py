@@ -35,6 +35,30 @@ class ArgumentRef:
         return f"\0{json.dumps([self.name, self.value])}\0"
 
 
+_MAX_VALUE, _MAX_PATH = 80, 300
+"""Maximum length of a value in a message, and of one with the separators of a path."""
+
+# A quoted text; an apostrophe follows a letter and begins none.
+_QUOTED = re.compile(r"""(?<!\w)(['"])(?:\\.|[^\\])*?\1(?!\w)""", re.DOTALL)
+_LONG_WORD = re.compile(rf"\S{{{_MAX_VALUE + 1},}}")
+
+
+def shorten_value(value: object) -> str:
+    """Return a value as text, cut in the middle if it is long."""
+    text = str(value)
+    limit = _MAX_PATH if "/" in text or "\\" in text else _MAX_VALUE
+    if len(text) <= limit:
+        return text
+    return f"{text[: limit // 2]}…{text[1 + limit // 2 - limit :]}"
+
+
+def shorten_message(text: str) -> str:
+    """Return a message in which long quoted texts and words are cut; see `shorten_value`."""
+    for values in (_QUOTED, _LONG_WORD):
+        text = values.sub(lambda found: shorten_value(found[0]), text)
+    return text
+
+
 Part = str | ArgumentRef
 _MARK = re.compile(r"\x00(\[[^\x00]*\])\x00")
 
@@ -94,7 +118,10 @@ class RoughcontactError(Exception):
     """
 
     def __init__(self, *parts: Part, argument: str | None = None, value: object = None) -> None:
-        self.parts = split_message(*parts)
+        self.parts = tuple(
+            part if isinstance(part, ArgumentRef) else shorten_message(part)
+            for part in split_message(*parts)
+        )
         super().__init__(*self.parts)
         self.argument = argument
         self.value = value
@@ -172,7 +199,8 @@ class _ShortRepr(reprlib.Repr):
 
 
 _SHORT_REPR = _ShortRepr()
-_SHORT_REPR.maxstring = _SHORT_REPR.maxother = 80
+_SHORT_REPR.maxstring = _SHORT_REPR.maxother = _MAX_VALUE
+_SHORT_REPR.fillvalue = "…"
 
 
 def input_error(argument: str, value: object, wanted: str) -> InputError:

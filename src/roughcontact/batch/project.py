@@ -18,7 +18,7 @@ from roughcontact.analyses.solve import task as solve
 from roughcontact.analyses.tasks import PROJECT_TASKS, SHARED_TASKS
 from roughcontact.batch import plan
 from roughcontact.batch.plan import Entry, spell_key
-from roughcontact.errors import ArgumentRef, FormatError, InputError
+from roughcontact.errors import ArgumentRef, FormatError, InputError, shorten_value
 from roughcontact.request import outputs, parsing
 from roughcontact.request.options import COUNTER_SURFACE, FOLDER, GROUP, HERTZ, LOAD, SHOWN, Option
 from roughcontact.request.request import Request
@@ -63,7 +63,9 @@ def read_project(path: str | os.PathLike[str]) -> list[Entry]:
     except FormatError:
         raise
     except OSError as error:
-        raise FormatError(f"{path} cannot be read ({error.strerror}); check its name") from None
+        raise FormatError(
+            f"{shorten_value(path)} cannot be read ({error.strerror}); check its name"
+        ) from None
     except ValueError as error:
         raise FormatError(f"{path.name} is no TOML file: {error}") from None
     except RecursionError:
@@ -180,11 +182,15 @@ class _Contact:
         return self.make_error(key, error.message_for(partial(spell_key, task=self.task)))
 
 
+def _unknown_key(key: str, known: str) -> str:
+    return f"unknown key {shorten_value(key)}; known are {known}"
+
+
 def _parse_project(source: _Source, read: dict[str, Any]) -> _Project:
     for key in read:
         if key not in (*_KEYS, DESK_TABLE):
             raise source.make_error(
-                (key,), f"unknown key {key}; known are {', '.join(_KEYS[:-1])} and {_KEYS[-1]}"
+                (key,), _unknown_key(key, f"{', '.join(_KEYS[:-1])} and {_KEYS[-1]}")
             )
     contacts = read.get("contact", [])
     if not isinstance(contacts, list) or not contacts:
@@ -209,8 +215,7 @@ def _parse_project(source: _Source, read: dict[str, Any]) -> _Project:
         for key in constants:
             if key not in _MATERIAL_KEYS:
                 raise source.make_error(
-                    ("materials", name, key),
-                    f"unknown key {key}; known are {', '.join(_MATERIAL_KEYS)}",
+                    ("materials", name, key), _unknown_key(key, ", ".join(_MATERIAL_KEYS))
                 )
     defaults = read.get("defaults", {})
     if not isinstance(defaults, dict):
@@ -356,7 +361,7 @@ def _parse_contact(project: _Project, number: int, read: Any) -> _Contact:
         if key in known and (key in read or _is_applicable(key, task, values)):
             continue
         if not others:
-            raise contact.make_error(key, f"unknown key {key}; known are {', '.join(known)}")
+            raise contact.make_error(key, _unknown_key(key, ", ".join(known)))
         if key in read:
             wanted = " or ".join(f'"{other}"' for other in others)
             raise contact.make_error(key, f'{key} needs task = {wanted}, got "{task.name}"')

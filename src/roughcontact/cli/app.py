@@ -34,6 +34,7 @@ from roughcontact.errors import (
     InputError,
     RoughcontactError,
     Sentence,
+    shorten_value,
 )
 from roughcontact.request import options
 from roughcontact.request.options import JSON, NO_DATA, QUIET, READING, VERBOSE, Option, Panel
@@ -270,9 +271,8 @@ def _expanded_option(arguments: list[str]) -> str | None:
 def _report_write_error(error: OSError) -> int:
     """Report a write error, unless a pipe is closed, and return the exit status."""
     if not isinstance(error, BrokenPipeError):
-        terminal.print_error(
-            f"error: {error.filename or 'standard output'}: {error.strerror or error}"
-        )
+        place = shorten_value(error.filename or "standard output")
+        terminal.print_error(f"error: {place}: {error.strerror or error}")
     terminal.discard_output()
     return PIPE_CLOSED if isinstance(error, BrokenPipeError) else BAD_INPUT
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, TextIO
 from roughcontact._tools import processes
 from roughcontact._tools.text import join_words, replace_unprintable
 from roughcontact.analyses.solve import task as solve
-from roughcontact.errors import message_parts, render_message
+from roughcontact.errors import message_parts, render_message, shorten_message
 from roughcontact.request.task import Command
 from roughcontact.solvers.progress import Forecast, Progress
 from roughcontact.units import format_duration
@@ -170,7 +170,7 @@ def print_error(sentence: str) -> None:
     with contextlib.suppress(OSError, ValueError, AttributeError):
         sys.stdout.flush()
     try:
-        print(f"roughcontact: {join_words(sentence)}", file=sys.stderr, flush=True)
+        print(f"roughcontact: {shorten_message(join_words(sentence))}", file=sys.stderr, flush=True)
     except (OSError, ValueError):
         _discard_output(sys.stderr)
 

@@ -16,6 +16,8 @@ from tornado import web
 from tornado.httputil import HTTPHeaders, HTTPServerRequest
 from tornado.routing import AnyMatches, Matcher, Rule, RuleRouter
 
+from roughcontact.errors import shorten_message
+
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 """Host names of this machine."""
 
@@ -164,7 +166,7 @@ class _RefusedHandler(web.RequestHandler):
     def prepare(self) -> None:
         self.set_status(403)
         self.set_header("Content-Type", "text/plain; charset=UTF-8")
-        self.finish(f"roughcontact desk: {self._door.refusal(self.request)}\n")
+        self.finish(f"roughcontact desk: {shorten_message(self._door.refusal(self.request))}\n")
 
 
 class _EntryHandler(web.RequestHandler):

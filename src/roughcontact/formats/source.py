@@ -29,7 +29,14 @@ from numpy.typing import NDArray
 from roughcontact import units
 from roughcontact._tools import files, memory, netcdf
 from roughcontact._tools.text import join_words
-from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError, input_error
+from roughcontact.errors import (
+    ArgumentRef,
+    FormatError,
+    InputError,
+    RoughcontactError,
+    input_error,
+    shorten_value,
+)
 from roughcontact.formats.no_data import parse_no_data
 from roughcontact.surface.grid import PROFILE_WIDTH
 from roughcontact.surface.provenance import Operation, Provenance
@@ -225,7 +232,9 @@ def open_existing(path: str | os.PathLike[str]) -> Iterator[Path]:
             raise
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
-            raise FormatError(f"{path} cannot be opened ({reason}); check the file") from None
+            raise FormatError(
+                f"{shorten_value(path)} cannot be opened ({reason}); check the file"
+            ) from None
         if empty:
             raise FormatError(f"{path} is empty; export or copy the measurement again")
         yield file
