@@ -55,7 +55,7 @@ def shorten_value(value: object) -> str:
 def shorten_message(text: str) -> str:
     """Return a message in which long quoted texts and words are cut; see `shorten_value`."""
     for values in (_QUOTED, _LONG_WORD):
-        text = values.sub(lambda found: shorten_value(found[0]), text)
+        text = values.sub(lambda match: shorten_value(match[0]), text)
     return text
 
 
