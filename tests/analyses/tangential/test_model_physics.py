@@ -319,6 +319,19 @@ def test_an_oblique_path_inside_the_cone_does_not_slip(steps: int) -> None:
     assert result.last.shift == pytest.approx(0.5 * FRICTION * contact.approach, rel=1e-6)
 
 
+@pytest.mark.parametrize("poisson", [0.3, 0.49])
+def test_proportional_loading_gives_proportional_traction(poisson: float) -> None:
+    """Without slip the traction of a ball is Q/P times the pressure (Mindlin, Deresiewicz 1953)."""
+    contact, ratio = sphere(poisson, 64), 0.5 * FRICTION
+    stages = [(LOAD * part, ratio * LOAD * part) for part in (0.25, 0.5, 0.75, 1.0)]
+    result = pushed(contact, 0.5, force=None, stages=stages)
+    expected = np.stack([np.zeros_like(contact.pressure), ratio * contact.pressure])
+    assert np.abs(result.traction - expected).max() < 0.03 * expected.max()
+    assert result.last.stick_fraction > 0.99
+    shift = tangential_compliance(contact.pair) * ratio * contact.approach
+    assert result.last.shift == pytest.approx(shift, rel=1e-4)
+
+
 def test_a_falling_load_releases_traction() -> None:
     contact = sphere(0.0, 64)
     half = 0.5 * FRICTION * LOAD

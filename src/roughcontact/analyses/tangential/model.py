@@ -350,13 +350,15 @@ def tangential(
     neglected (Goodman 1962), which is exact if Dundurs' β is 0. In each step the slip
     Δs = Δδ - K Δq vanishes where ``|q|`` < μ p, and is along q elsewhere; q has both components.
     On an increase of the load, pixels slip only after they come into contact: their slip in a step
-    is less by (Δδ/Δω) g, with their gap g before the step.
+    is less by Δδ - (ΔQ/ΔP) K Δp, that of a traction in proportion to the pressure. Such a traction
+    is exact for a ball under Q = kP, k < μ, in any number of stages (Mindlin and Deresiewicz 1953);
+    on a rough map 4 stages were within 4 % (RMS) of 64, and 16 within 1.3 %.
 
     References
     ----------
     Cattaneo 1938, Rend. Accad. Naz. Lincei 27, 342; Mindlin 1949, J. Appl. Mech. 16, 259;
-    Goodman 1962, J. Appl. Mech. 29, 515; Jäger 1998, J. Tribol. 120, 677;
-    Ciavarella 1998, Int. J. Solids Struct. 35, 2349
+    Mindlin and Deresiewicz 1953, J. Appl. Mech. 20, 327; Goodman 1962, J. Appl. Mech. 29, 515;
+    Jäger 1998, J. Tribol. 120, 677; Ciavarella 1998, Int. J. Solids Struct. 35, 2349
 
     Examples
     --------
@@ -521,20 +523,37 @@ class _Path:
         )
 
     def _offset(self, contact: ContactResult, index: NDArray[np.int64], growth: float) -> Array:
-        """Return K q before the step, less the shift before new pixels come into contact."""
-        offset = np.zeros((2, index.size))
-        if self.traction.any():
-            union = np.union1d(index, np.flatnonzero(self.traction.any(axis=0)))
-            support = self.operator.support(union)
-            displacement = self.operator.gather(support, self.traction[:, union])
-            offset = displacement[:, np.searchsorted(union, index)]
+        """Return K q before the step, less the slip before new pixels come into contact."""
+        offset = self._displacement(self.traction, index)
         before = self.contact
-        load, gap = (0.0, contact.initial_gap) if before is None else (before.load, before.gap)
-        if contact.load > load and growth:
-            rate = tangential_compliance(contact.pair) * growth / (contact.load - load)
-            entered = np.ones(index.size) if before is None else before.pressure.ravel()[index] == 0
-            offset -= rate * self.along[:, None] * (entered * np.fmax(gap.ravel()[index], 0.0))
-        return offset
+        load, approach, gap, pressure = (
+            (0.0, 0.0, contact.initial_gap, np.zeros_like(contact.pressure))
+            if before is None
+            else (before.load, before.approach, before.gap, before.pressure)
+        )
+        if contact.load <= load or not growth:
+            return offset
+        rate = growth / (contact.load - load) * self.along[:, None]
+        change = (contact.pressure - pressure).ravel()
+        # A change without slip is in proportion to that of the pressure.
+        moved = self._displacement(rate * change, index)
+        entered, saturated = pressure.ravel()[index] == 0, contact.saturated.ravel()[index]
+        compliance = tangential_compliance(contact.pair) * rate
+        shift = compliance * (contact.approach - approach)
+        held = ~entered & ~saturated
+        if held.any():
+            shift = moved[:, held].mean(axis=1, keepdims=True)
+        # The normal displacement of saturated pixels is not elastic.
+        slip = np.where(saturated, compliance * np.fmax(gap.ravel()[index], 0.0), shift - moved)
+        return offset - entered * slip
+
+    def _displacement(self, traction: Array, index: NDArray[np.int64]) -> Array:
+        """Return K q at some pixels, for the traction of all, shape (2, n)."""
+        if not traction.any():
+            return np.zeros((2, index.size))
+        union = np.union1d(index, np.flatnonzero(traction.any(axis=0)))
+        displacement = self.operator.gather(self.operator.support(union), traction[:, union])
+        return displacement[:, np.searchsorted(union, index)]
 
     def _append_step(
         self,

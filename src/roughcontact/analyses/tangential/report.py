@@ -341,7 +341,9 @@ _ASSUMPTIONS = (
 
 
 def _works(result: Tangential) -> Iterator[tuple[str, tuple[Reference, ...]]]:
-    """Yield the references of the stress and of the fretting parameters."""
+    """Yield the references of the path, the stress and the fretting parameters."""
+    if len({step.load for step in result.steps}) > 1:
+        yield make_use("load and force together", "Mindlin1953")
     if result.fretting is not None:
         yield from stress_fields.subsurface_references(result.fretting.stress)
         yield make_use("fretting parameters", "Ruiz1984")
