@@ -376,7 +376,7 @@ def test_removed_project_is_reported(work: SavedProject, tmp_path: Path) -> None
 
 
 @pytest.mark.long
-def test_demonstration_map_is_created_and_removed(page: Page, tmp_path: Path) -> None:
+def test_demonstration_map_is_created_and_removed(page: Page) -> None:
     made = threading.Event()
     page._document.add_next_tick_callback = lambda done: (done(), made.set())
     page._map_panel._demonstration.value = "Polished, isotropic"
@@ -386,10 +386,11 @@ def test_demonstration_map_is_created_and_removed(page: Page, tmp_path: Path) ->
     page._views.strip.active = 5
     take = page._views._created[5]
     assert "Polished, isotropic.npz" in text_of(take._words)
+    assert "the map itself" in take._kind.options
     take._kind.value = "the map itself"
     take._started()
     assert "Polished, isotropic.npz" in text_of(take._links)
-    offered = next(tmp_path.glob("map-*.npz"))
+    offered = next(page._visit.folder.glob("map-*.npz"))
     kept = page.session.state.file
     assert kept is not None
     assert offered.read_bytes() == kept.read_bytes()

@@ -333,7 +333,7 @@ def test_too_large_file_is_rejected(desk: Desk) -> None:
 
 def test_all_files_together_are_bounded(desk: Desk) -> None:
     statuses = [
-        upload(desk, "a.npy", b"x" * 1000).status for _ in range(server.MAX_PARALLEL_SOLVES + 1)
+        upload(desk, "a.npy", b"x" * 1000).status for _ in range(server.MAX_TOTAL_UPLOADS + 1)
     ]
     assert statuses[0] == 200
     assert statuses[-1] == 413

@@ -151,10 +151,10 @@ def _needs_redirect(request: HTTPServerRequest, find: Callable[[str], bool]) -> 
 
 def work_key(request: Any) -> str:
     """Return the project key of a request; empty if it has none."""
-    return query_or_cookie(request, WORK)
+    return query_value(request, WORK)
 
 
-def query_or_cookie(request: Any, name: str) -> str:
+def query_value(request: Any, name: str) -> str:
     """Return a query parameter of a request; empty if it has none."""
     return next((word.decode("ascii", "replace") for word in request.arguments.get(name, [])), "")
 

@@ -40,6 +40,7 @@ class DownloadPanel(TabPanel):
             _REPORT,
             _PAGE,
             _FIGURES,
+            _MAP,
             *(f"result ({suffix})" for suffix in export.CONTACT.suffixes),
         ]
         self._kind = pn.widgets.Select(label="File", options=names, **style.CONTROL)

@@ -54,7 +54,7 @@ UPLOAD_LIMIT = memory.GIB
 MAX_PAGES = 32
 """Maximum number of open pages: each holds its maps in memory."""
 
-MAX_PARALLEL_SOLVES = 8
+MAX_TOTAL_UPLOADS = 8
 """Maximum total size of the files of all projects, over the upload limit of one file."""
 
 UPLOADS = "/upload"
@@ -304,7 +304,7 @@ class Server:
                     {
                         "works": self._works,
                         "limit": self._settings.upload_limit,
-                        "together": MAX_PARALLEL_SOLVES * self._settings.upload_limit,
+                        "together": MAX_TOTAL_UPLOADS * self._settings.upload_limit,
                     },
                 ),
             ],
@@ -353,7 +353,7 @@ class Server:
             partial(self._works.remove, work.key),
             partial(self._other_visits, work),
             partial(self._peer_visits, context.id),
-            access.query_or_cookie(context.request, access.TOKEN),
+            access.query_value(context.request, access.TOKEN),
         )
         self._visits[context.id] = visit
         widgets.send_all_after_pull(document)

@@ -348,7 +348,7 @@ max_iterations
     -----
     Approach and mean gap are met to 1e-6 of the value, at both ends of the bracket. Contact and
     saturation are counts of pixels and cross a value in steps: the bracket ends where its loads
-    differ by one pixel, or by 1e-6, or where both are within 1e-4 of the value, and the answer is
+    differ by one pixel, or by 1e-6, or where both are within 1e-3 of the value, and the answer is
     the smaller load at which the value is reached. The saturated share of the contact need not
     grow with the load; if it crosses the value several times, the answer is the crossing at the
     largest evaluated load.
