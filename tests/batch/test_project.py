@@ -416,6 +416,24 @@ def test_messages_name_key_and_line(
 
 
 @pytest.mark.parametrize(
+    "text",
+    [
+        '[defaults]\n{}\n[[contact]]\nname="a"\nfile="m"\nload="1 N"\n'
+        '[[contact]]\nname="b"\nfile="m"\ntask="law"',
+        '[[contact]]\n{}\nname="a"\nfile="m"\ntask=["law", "leak"]',
+    ],
+)
+def test_coating_is_rejected_by_tasks_of_bare_bodies(text: str, tmp_path: Path) -> None:
+    values = 'material = "42CrMo4"\nfrom = "1 MPa"\nto = "2 MPa"\n'
+    path = tmp_path / "coated.toml"
+    path.write_text(text.format(values))
+    assert len(project.read_project(path)) == 2
+    path.write_text(text.format(f'{values}coating = "DLC 2 um"\nceiling = "coating"'))
+    with pytest.raises(rc.InputError, match=r"line \d: coating needs task = .*, got \"law\""):
+        project.read_project(path)
+
+
+@pytest.mark.parametrize(
     ("text", "words"),
     [
         ("", ("no [[contact]]",)),

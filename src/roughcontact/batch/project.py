@@ -20,7 +20,16 @@ from roughcontact.batch import plan
 from roughcontact.batch.plan import Entry, spell_key
 from roughcontact.errors import ArgumentRef, FormatError, InputError, shorten_value
 from roughcontact.request import outputs, parsing
-from roughcontact.request.options import COUNTER_SURFACE, FOLDER, GROUP, HERTZ, LOAD, SHOWN, Option
+from roughcontact.request.options import (
+    COATINGS,
+    COUNTER_SURFACE,
+    FOLDER,
+    GROUP,
+    HERTZ,
+    LOAD,
+    SHOWN,
+    Option,
+)
 from roughcontact.request.request import Request
 from roughcontact.request.task import Task
 
@@ -31,6 +40,8 @@ DESK_TABLE = "desk"
 _MAPS = {"file": "a file", "files": "files, a list", "groups": "groups, a table"}
 """Keys for the maps of a contact, with their description in messages."""
 _MATERIAL_KEYS = ("young", "poisson", "yield-strength")
+# A task without these options would solve bare bodies.
+_COATINGS = {option.name for option in COATINGS}
 
 # Maximum nesting of tables and lists, texts included; groups of files need five levels.
 _MAX_NESTING = 20
@@ -316,7 +327,7 @@ def _expand_tasks(project: _Project, number: int, read: Any) -> list[_Contact]:
     result = []
     for task in tasks:
         # Omit keys that only the other tasks of the contact have.
-        others = known - set(_allowed_keys(SHARED_TASKS[task]))
+        others = known - set(_allowed_keys(SHARED_TASKS[task])) - _COATINGS
         own = {key: value for key, value in read.items() if key not in others}
         result.append(_parse_contact(project, number, {**own, "task": task}))
     return result
@@ -362,7 +373,7 @@ def _parse_contact(project: _Project, number: int, read: Any) -> _Contact:
             continue
         if not others:
             raise contact.make_error(key, _unknown_key(key, ", ".join(known)))
-        if key in read:
+        if key in read or key in _COATINGS:
             wanted = " or ".join(f'"{other}"' for other in others)
             raise contact.make_error(key, f'{key} needs task = {wanted}, got "{task.name}"')
         del values[key]
