@@ -663,7 +663,7 @@ _FULL_CORRECTION = 0.1
 _NOT_OF_WORN = ("approach", "stiffness", "constriction_length")
 
 # Factors of half widths for worn maps, for the elastic contact area, and for a tip, calibrated on
-# 178 surfaces of `calibration/interval_coverage.py` (seeds 5100 to 5299); coverage of 180 others:
+# 178 surfaces of the virtual instrument of the package; coverage of 180 others:
 # 96 %.
 _WORN, _ELASTIC_AREA = 1.6, 1.25
 _UNDER_A_TIP = {
