@@ -164,7 +164,7 @@ def test_a_draw_with_a_lay_has_the_slope_of_the_surface(seed: int) -> None:
         cutoff_wavelength=8 * UM,
         rng=np.random.default_rng(seed),
     )
-    seen = virtual_microscope.average_pixels(virtual_microscope.blur(heights, "gaussian", 16))
+    seen = virtual_microscope.average_pixels(virtual_microscope.blur(heights, "diffraction", 16))
     lost = virtual_microscope.find_missing(seen, 0.04, np.random.default_rng(seed))
     image = rc.Surface(np.where(lost, np.nan, seen), (4 * UM, 4 * UM)).filled().leveled()
     known = measurement._measured(image, Instrument(resolution=16 * UM, noise=1e-9), 8 * UM)
@@ -401,7 +401,7 @@ def test_invalid_options_are_rejected(
 def test_intervals_hold_surfaces_of_the_benchmark() -> None:
     held = []
     for number in (3, 4, 5):
-        record = interval_coverage.judge_case(number, "gaussian")
+        record = interval_coverage.judge_case(number, "diffraction")
         held += [
             interval_coverage.is_inside(low, right, high)
             for _, right, low, high, *_ in record["rows"]
