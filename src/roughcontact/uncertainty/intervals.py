@@ -71,6 +71,7 @@ class Cause(StrEnum):
     SUMMITS = "roughness of summits"
     CHANCE = "waves not measured"
     SAMPLE = "finite sample"
+    COHERENCE = "coherent waves"
     CORRECTIONS = "difference of the two corrections"
     METHOD = "method"
     FORM = "choice of form"

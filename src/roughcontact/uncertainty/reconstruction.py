@@ -331,13 +331,7 @@ class Reconstruction:
 
     @property
     def is_worn(self) -> bool:
-        """Whether short waves are weaker on summits than elsewhere, beyond random scatter.
-
-        Wear cuts summits: heights that are not skewed downwards have smooth summits by form, such
-        as the marks of turning.
-        """
-        if self.structure[0] >= 0:
-            return False
+        """Whether short waves are weaker on summits than elsewhere, beyond random scatter."""
         rough, chance = np.array([maps._summits for maps in (self, *self.others)]).T
         weight = chance**-2
         least = 1 - max(_UNEVEN, 2 / math.sqrt(weight.sum()))
