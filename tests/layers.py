@@ -55,7 +55,6 @@ LAYERS = (
     "face",
     "plots",
     "measure",
-    "mpi",
     "results",
     "cli",
     "__init__",

@@ -715,7 +715,7 @@ def peaked() -> ContactResult:
     gap[result.saturated] = -3e-8
     surface = Surface(heights, result.surface.pixel)
     return dataclasses.replace(
-        result, pair=dataclasses.replace(result.pair, share=surface), gap=gap
+        result, pair=dataclasses.replace(result.pair, surface=surface), gap=gap
     )
 
 
@@ -777,7 +777,7 @@ def test_sections_keep_within_the_map() -> None:
     heights = result.surface.heights.copy()
     heights[0, 59] = 5e-6
     surface = Surface(heights, result.surface.pixel)
-    corner = dataclasses.replace(result, pair=dataclasses.replace(result.pair, share=surface))
+    corner = dataclasses.replace(result, pair=dataclasses.replace(result.pair, surface=surface))
     along_x, along_y, *_ = plots.section(corner, 10e-6).axes
     assert along_x.get_xlim() == pytest.approx((50, 60))
     assert along_y.get_xlim() == pytest.approx((0, 10))

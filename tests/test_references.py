@@ -204,7 +204,7 @@ def test_reader_of_file_is_cited(name: str, norm: bool | None) -> None:
     read = Operation("read_surface", {"path": f"a.{name}"}, {"format": name})
     result = rough()
     surface = replace(result.surface, provenance=Provenance(f"a.{name}", origin=read))
-    found = keys(replace(result, pair=replace(result.pair, share=surface)).references())
+    found = keys(replace(result, pair=replace(result.pair, surface=surface)).references())
     assert ("Rottger2022" in found) == (norm is not None)
     assert ("ISO25178-72" in found) == bool(norm)
 
@@ -214,7 +214,7 @@ def test_preparation_and_form_are_cited() -> None:
     form = Provenance("form", operations=[Operation("filled", {}, {"missing": 3})])
     steps = [Operation("filtered", {"s": 1e-6, "l": None}), Operation("with_form", {"form": form})]
     surface = replace(result.surface, provenance=Provenance("a", operations=steps))
-    found = replace(result, pair=replace(result.pair, share=surface)).references()
+    found = replace(result, pair=replace(result.pair, surface=surface)).references()
     assert {"ISO16610-61", "Vanek1996"} <= keys(found)
     assert not {"ISO16610-61", "Vanek1996"} & keys(result.references())
 

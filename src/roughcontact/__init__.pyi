@@ -1,6 +1,6 @@
 """What `roughcontact` offers: the one list, which is read at run time as well."""
 
-from . import measure as measure, mpi as mpi, plots as plots, results as results, theory as theory
+from . import measure as measure, plots as plots, results as results, theory as theory
 from .analyses.compare.model import compare as compare
 from .analyses.compare.sampling import sampling_study as sampling_study
 from .analyses.conductance.model import conductance as conductance

@@ -75,7 +75,6 @@ class CautionTag(StrEnum):
     GENERATE_MISSED = "generate-missed"
     NARROW_SPECTRUM = "narrow-spectrum"
     NO_CHECKSUMS = "no-checksums"
-    PARALLEL = "parallel"
 
 
 _PLACES: dict[str, int] = {kind: place for place, kind in enumerate(CautionTag)}

@@ -41,11 +41,8 @@ def html(shown: object) -> str:
 
 def plots(shown: object) -> Any:
     """Return the figures as methods."""
-    from roughcontact.contact.result import ContactResult
     from roughcontact.report import kinds
 
-    if isinstance(shown, ContactResult):
-        shown.require_whole("figures")
     return kinds.Plots(shown, kinds.presentation_of(shown).plots)
 
 

@@ -102,7 +102,7 @@ class Result(Displayable):
         Raises
         ------
         InputError
-            If the result has no NetCDF form, or is distributed over several processes.
+            If the result has no NetCDF form.
         """
         return presentation().to_xarray(self)
 

@@ -45,8 +45,7 @@ def test_an_old_name_of_the_package_warns_and_works(name: str) -> None:
 
 def test_every_new_name_exists() -> None:
     for function, table in deprecated.ARGUMENTS.items():
-        there = rc.mpi if function == "read_slab" else rc
-        known = inspect.signature(getattr(there, function)).parameters
+        known = inspect.signature(getattr(rc, function)).parameters
         assert set(table.values()) <= set(known), function
         assert not set(table) & set(known), function
     for name, table in deprecated.OPTIONS.items():
@@ -61,7 +60,7 @@ def test_every_new_name_exists() -> None:
     [(function, old) for function, table in deprecated.ARGUMENTS.items() for old in table],
 )
 def test_old_argument_warns_with_line_of_caller(function: str, old: str) -> None:
-    called = getattr(rc.mpi if function == "read_slab" else rc, function)
+    called = getattr(rc, function)
     with (
         pytest.raises((TypeError, rc.InputError)),
         pytest.warns(DeprecationWarning, match=rf"{function}\({old}=\) is") as warned,
@@ -152,3 +151,12 @@ def test_an_old_key_of_a_project_is_read(tmp_path: Path) -> None:
     with pytest.warns(DeprecationWarning, match="missing"):
         (entry,) = project.read_project(path)
     assert entry.request.specified["missing"] == "mask"
+
+
+def test_run_by_mpiexec_raises_input_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    for value in ("", "1"):
+        monkeypatch.setenv("PMI_SIZE", value)
+        deprecated.reject_mpi_run()
+    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "2")
+    with pytest.raises(rc.InputError, match="start a single one"):
+        deprecated.reject_mpi_run()

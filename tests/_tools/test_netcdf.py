@@ -1,17 +1,14 @@
 """NetCDF files that contradict themselves are refused before anything of them is read."""
 
-import shutil
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact._tools import netcdf
 
 
 @pytest.fixture
@@ -72,40 +69,3 @@ def test_other_hdf5_raises_format_error_without_warning(tmp_path: Path) -> None:
         with pytest.raises(rc.FormatError, match="expected a NetCDF file"):
             rc.read_surface(path)
     assert heard == []
-
-
-def streamed(values: np.ndarray, packed: bool = False) -> netcdf.Streamed:
-    parts = (values[:2], values[2:])
-    return netcdf.Streamed("gap", "<f8", values.shape, {"units": "m"}, iter(parts), packed)
-
-
-def framed(attributes: dict[str, float] | None = None) -> netcdf.Dataset:
-    result = netcdf.Dataset(attributes)
-    result["y"], result["x"] = ("y", np.arange(5.0)), ("x", np.arange(4.0))
-    return result
-
-
-@pytest.mark.parametrize("packed", [False, True])
-def test_map_written_in_parts_has_checksum_of_whole_map(tmp_path: Path, packed: bool) -> None:
-    values = np.random.default_rng(0).normal(size=(5, 4))
-    frame, whole = framed({"load": 1.0}), framed({"load": 1.0})
-    whole["gap"] = (("y", "x"), values, {"units": "m"})
-    netcdf.write_streamed(frame, [streamed(values, packed)], tmp_path / "parts.nc")
-    netcdf.write(whole, tmp_path / "whole.nc")
-    for name in ("parts", "whole"):
-        with netcdf.open_dataset(tmp_path / f"{name}.nc") as found:
-            np.testing.assert_array_equal(found["gap"].values, values)
-            assert netcdf.changed_names(found) == ()
-            assert (
-                found.attrs[netcdf.CHECKSUM] == netcdf.add_checksums(whole).attrs[netcdf.CHECKSUM]
-            )
-
-
-def test_full_disk_raises_os_error_before_writing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=100))
-    with pytest.raises(OSError, match="No space left") as error:
-        netcdf.write_streamed(framed(), [streamed(np.ones((5, 4)))], tmp_path / "out.nc")
-    assert error.value.filename == str(tmp_path / "out.nc")
-    assert list(tmp_path.iterdir()) == []

@@ -324,14 +324,14 @@ def test_invalid_cluster_options_are_rejected(
     assert told in err
 
 
-@pytest.mark.parametrize("words", [(), ("--engine", "dask")])
-def test_several_mpi_processes_are_rejected(
-    words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+def test_project_is_not_run_by_each_process_of_mpiexec(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     path = write_project(tmp_path, 1)
     monkeypatch.setenv("PMI_SIZE", "2")
-    assert app.main(["run", str(path), *words]) == app.BAD_INPUT
-    assert "would run the whole project: start a single one" in capsys.readouterr().err
+    for command in (["run", str(path)], ["solve", "nowhere.npy", "--load", "1 N"]):
+        assert app.main(command) == app.BAD_INPUT
+        assert "mpiexec started several processes" in capsys.readouterr().err
     assert count_solved(path) == 0
 
 

@@ -100,7 +100,7 @@ def test_inconsistent_solution_raises_format_error(tmp_path: Path) -> None:
     # Everything agrees, checksums too, but the heights are another surface's.
     result = solve_case()
     path = tmp_path / "out.nc"
-    replace(result, pair=replace(result.pair, share=SURFACE.rotated(180))).save(path)
+    replace(result, pair=replace(result.pair, surface=SURFACE.rotated(180))).save(path)
     assert rc.read_result(path).converged
     for load in (rc.read_result, load_contact):
         with pytest.raises(rc.FormatError) as caught:

@@ -34,7 +34,7 @@ SLIPS = {
     "object": object(),
 }
 # What goes on with other words than numbers, materials or boundaries.
-ELSEWHERE = ("progress", "folder", "on_step", "ranks", "on_interrupt", "caveat", "options")
+ELSEWHERE = ("progress", "folder", "on_step", "on_interrupt", "caveat", "options")
 
 Call = tuple[Callable[..., Any], dict[str, Any]]
 

@@ -24,7 +24,6 @@ from roughcontact.errors import (
 )
 from roughcontact.halfspace import convolution, tensors
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.halfspace.volume_partition import SingleProcess
 from roughcontact.material.hardening import Linear, Perfect, Swift, Tabulated
 from roughcontact.solvers import anderson
 from roughcontact.surface import random_surfaces
@@ -617,9 +616,7 @@ def test_load_above_capacity_raises_capacity_error() -> None:
             ball(), material=PERFECT, counter_material=table, load=3.6 * 800e6 * area
         )
     problem = ElastoplasticProblem(Pair(ball(), SWIFT), 1e-4, 9, "single")
-    contact = contact_solver.solve_without_load(
-        problem, SingleProcess(workspace := Workspace()), workspace
-    )
+    contact = contact_solver.solve_without_load(problem, Workspace())
     solve.check_capacity(problem, contact, 10 * 1656e6 * area)
 
 

@@ -136,7 +136,6 @@ def test_new_boundary_supports_all_operations(soft_bed, tmp_path):
     for refused in (
         lambda: rc.subsurface_stress(result),
         lambda: rc.solve(rc.Surface(heights[0], pixel[1]), boundary="soft-bed", **asked),
-        lambda: soft_bed.slab_operators([0, 32], (32, 32), pixel, 1e11, None, workspace=None),
     ):
         with pytest.raises(InputError, match=r"'soft-bed' is not available for .*; solve with"):
             refused()

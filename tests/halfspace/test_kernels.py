@@ -259,11 +259,3 @@ def test_a_datum_that_cannot_be(datum):
 def test_invalid_pixel_or_modulus_raises_input_error(kernel, pixel, modulus, words):
     with pytest.raises(InputError, match=words):
         kernel((4, 4), pixel, modulus)
-
-
-def test_the_periodic_symbol_in_parts_is_the_whole_bit_by_bit():
-    whole = kernels.periodic((12, 21), (0.7, 0.4), MODULUS)
-    parts = [
-        kernels.periodic((12, 21), (0.7, 0.4), MODULUS, slice(*at)) for at in ((0, 4), (4, 11))
-    ]
-    np.testing.assert_array_equal(np.concatenate(parts, axis=1), whole)

@@ -131,7 +131,6 @@ GROWING = {
     "analyses.find.model": {"_Finder"},
     "uncertainty.resolution": {"_Study"},
     "analyses.law.model": {"_Samples"},
-    "_tools.ranks": {"PendingExchange"},
     "elastoplastic.solve": {"_PathRun"},
 }
 
@@ -208,7 +207,7 @@ CONTRACTS = {"theory", "drawing", "halfspace", "solvers"}
 def offered() -> set[str]:
     """Return what the package offers, by module and name."""
     stub = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
-    nodes = [*stub.body, *tree_of("measure").body, *tree_of("mpi").body]
+    nodes = [*stub.body, *tree_of("measure").body]
     nodes += [*tree_of("results").body, *tree_of("plots").body]
     names = {
         f"{(node.module or '').removeprefix('roughcontact.')}.{alias.name}".strip(".")
@@ -312,7 +311,7 @@ def test_no_name_is_a_participle() -> None:
 
 
 # Tests of the project, of damaged input and of whole processes belong to no module.
-APART = {"project", "fuzz", "mpi"}
+APART = {"project", "fuzz"}
 
 
 def test_tests_mirror_the_package() -> None:

@@ -490,7 +490,7 @@ def test_the_crop_that_is_named_fits() -> None:
         *((a - start, b - start) for (a, b), start in ((rows, 100), (columns, 50)))
     )
     drawn = measurement._reconstruction(
-        replace(result, pair=replace(result.pair, share=part)), tool, None, ()
+        replace(result, pair=replace(result.pair, surface=part)), tool, None, ()
     ).shape
     assert 0.9 * measurement.MAX_POINTS < math.prod(drawn) <= measurement.MAX_POINTS
 

@@ -24,23 +24,6 @@ def checksum_array(values: ArrayLike) -> str:
     return result.hexdigest()
 
 
-class RunningChecksum:
-    """Checksum of an array that is given in parts, equal to that of `checksum_array`."""
-
-    def __init__(self, kind: str, shape: tuple[int, ...]) -> None:
-        self._kind = np.dtype(kind)
-        self._hash = hashlib.sha256(f"{self._kind.str} {shape} ".encode())
-
-    def update(self, part: ArrayLike) -> None:
-        """Add the next rows."""
-        little = np.ascontiguousarray(part, self._kind)
-        self._hash.update(little.reshape(-1).view(np.uint8).data)
-
-    def digest(self) -> str:
-        """Return the checksum of all rows so far."""
-        return self._hash.hexdigest()
-
-
 def checksum_arrays(arrays: Mapping[str, ArrayLike]) -> str:
     """Return the checksum of arrays with their names, independent of their order."""
     return checksum_json({name: checksum_array(values) for name, values in arrays.items()})

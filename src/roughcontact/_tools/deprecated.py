@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import warnings
 from collections.abc import Callable, Iterable
@@ -31,18 +32,12 @@ NAMES = {
     "LoadSearch": "results.LoadSearch",
     "ModelComparison": "results.ModelComparison",
     "Perfect": "hardening.Perfect",
-    "read_slab": "mpi.read_slab",
     "ResolutionStudy": "results.ResolutionStudy",
     "Rolling": "results.RollingResult",
     "RollingResult": "results.RollingResult",
     "sampling_error": "sampling_study",
     "SamplingStudy": "results.SamplingStudy",
     "save_result": "contact.archive.save_result",
-    "save_slabs": "contact.archive.save_result",
-    "Slab": "mpi.Slab",
-    "slab_rows": "mpi.slab_rows",
-    "SlabResult": "ContactResult",
-    "solve_slab": "solve",
     "StressResult": "results.StressResult",
     "Swift": "hardening.Swift",
     "Tabulated": "hardening.Tabulated",
@@ -63,7 +58,6 @@ ARGUMENTS = {
     "interface_law": {"body": "conductor", "counter_body": "counter_conductor"},
     "first_yield_load": {"start": "initial_load"},
     "leakage": {"direction": "flow_axis"},
-    "read_slab": {"holes_masked": "mask_missing"},
     "reference_map": {"rng_seed": "rng"},
     "roll": {
         "way": "travel",
@@ -73,7 +67,7 @@ ARGUMENTS = {
     },
     "shakedown_load": {"within": "rel_tol"},
     "solve": {"start": "initial_guess"},
-    "solve_elastoplastic": {"each": "on_step", "communicator": "ranks"},
+    "solve_elastoplastic": {"each": "on_step"},
     "subsurface_stress": {"body": "in_body"},
 }
 """Arguments of a function: old name to new name."""
@@ -201,3 +195,18 @@ def resolve_renamed(name: str) -> Any:
         return value
     module, _, attribute = new.rpartition(".")
     return getattr(import_module(f"roughcontact.{module}"), attribute)
+
+
+# Environment variables with the number of processes of an MPI run (MPICH, Open MPI, PMIx).
+_MPI_SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS")
+
+
+def reject_mpi_run() -> None:
+    """Raise `InputError` if ``mpiexec`` started this process together with others."""
+    if any(os.environ.get(name, "1") not in ("", "1") for name in _MPI_SIZES):
+        from roughcontact.errors import InputError
+
+        raise InputError(
+            "mpiexec started several processes, each of which would do all of the work: start a "
+            "single one, which uses all cores"
+        )

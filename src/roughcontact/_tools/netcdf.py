@@ -8,17 +8,14 @@ the arrays take more than half of the free memory.
 from __future__ import annotations
 
 import contextlib
-import errno
 import io
 import math
 import mmap
 import os
-import shutil
 import struct
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -26,7 +23,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools import checksums, files, memory
-from roughcontact._tools.ranks import Ranks
 from roughcontact.errors import FormatError
 
 if TYPE_CHECKING:
@@ -197,8 +193,6 @@ SHUFFLED: Mapping[str, Any] = {**PACKED, "shuffle": True}
 CHECKSUM = "checksum_sha256"
 """Name of the attribute of the file and of each variable with a checksum."""
 
-# Values of a map in one chunk.
-_CHUNK = 1 << 18
 
 ATTRIBUTES = "attributes"
 """Name in `changed_names` of all except values: attributes, names and dimensions."""
@@ -257,6 +251,7 @@ def write(
     """Write a dataset to a NetCDF file with checksums, atomically."""
     files.require_suffix(path, ".nc")
     import h5netcdf
+    import h5py
 
     with files.atomic_write(path) as stream:
         place = io.BytesIO() if 2 * dataset.nbytes < memory.free_bytes() else stream
@@ -264,119 +259,17 @@ def write(
             whole = add_checksums(dataset)
             file.attrs.update(whole.attrs)
             file.dimensions = whole.sizes
-            _write_variables(file, whole, packed or {})
+            for name, (dims, values, attrs) in whole.variables.items():
+                # h5py does not write the fixed-length texts of NumPy.
+                kind = h5py.string_dtype() if values.dtype.kind == "U" else values.dtype
+                missing = kind.type(np.nan) if kind.kind == "f" else None
+                variable = file.create_variable(
+                    name, dims, kind, fillvalue=missing, **(packed or {}).get(name, {})
+                )
+                variable.attrs.update(attrs)
+                variable[...] = values
         if isinstance(place, io.BytesIO):
             stream.write(place.getbuffer())
-
-
-def _write_variables(file: Any, dataset: Dataset, packed: Mapping[str, Mapping[str, Any]]) -> None:
-    """Write the variables of a dataset to a file that has their dimensions."""
-    import h5py
-
-    for name, (dims, values, attrs) in dataset.variables.items():
-        # h5py does not write the fixed-length texts of NumPy.
-        kind = h5py.string_dtype() if values.dtype.kind == "U" else values.dtype
-        missing = kind.type(np.nan) if kind.kind == "f" else None
-        variable = file.create_variable(name, dims, kind, fillvalue=missing, **packed.get(name, {}))
-        variable.attrs.update(attrs)
-        variable[...] = values
-
-
-@dataclass(frozen=True, eq=False)
-class Streamed:
-    """Map, or stack of maps, that is written part by part."""
-
-    name: str  # Name of the variable
-    kind: str  # dtype, such as `"<f8"`
-    shape: tuple[int, ...]  # Shape of the whole, such as `(ny, nx)`
-    attributes: Mapping[str, Any]  # Attributes
-    parts: Iterable[NDArray[Any]] = ()  # (rows, ...) Parts in order
-    packed: bool = False  # Whether it is compressed
-    dims: tuple[str, ...] = ("y", "x")  # Names of the axes
-
-
-def write_streamed(frame: Dataset, maps: Iterable[Streamed], path: str | os.PathLike[str]) -> None:
-    """Write maps part by part to a NetCDF file with checksums."""
-    files.require_suffix(path, ".nc")
-    import h5netcdf
-
-    maps = list(maps)
-    needed = sum(math.prod(item.shape) * np.dtype(item.kind).itemsize for item in maps)
-    # A full disk while HDF5 writes would end the process.
-    if needed > shutil.disk_usage(Path(path).absolute().parent).free:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
-    whole = add_checksums(frame)
-    with files.atomic_write(path) as stream, h5netcdf.File(stream, "w") as file:
-        file.dimensions = whole.sizes
-        for item in maps:
-            for axis, size in zip(item.dims, item.shape, strict=True):
-                if axis not in file.dimensions:
-                    file.dimensions[axis] = size
-        _write_variables(file, whole, {})
-        described = _describe_dataset(whole)
-        for item in maps:
-            attributes = {**item.attributes, CHECKSUM: _streamed(file, item)}
-            file.variables[item.name].attrs.update(attributes)
-            described["variables"][item.name] = [list(item.dims), attributes]
-        file.attrs.update({**whole.attrs, CHECKSUM: checksums.checksum_json(described)})
-
-
-class RankPart(NamedTuple):
-    """Part of a map on one of several ranks."""
-
-    rank: int  # Rank that has the part
-    length: int  # Entries along the first axis
-    take: Callable[[], NDArray[Any]]  # Returns the part, on that rank
-
-
-def write_shared(
-    frame: Callable[[], Dataset],
-    maps: Mapping[Streamed, Sequence[RankPart]],
-    path: str | os.PathLike[str],
-    ranks: Ranks,
-) -> None:
-    """Write maps of several ranks to one NetCDF file; all ranks call this."""
-
-    def received(item: Streamed, parts: Sequence[RankPart]) -> Iterator[NDArray[Any]]:
-        for rank, length, take in parts:
-            ranks.broadcast_flag(True)
-            there = np.empty((length, *item.shape[1:]), item.kind) if rank else take()
-            yield ranks.sent_to_first(there, rank)
-
-    def written() -> None:
-        try:
-            streamed = [replace(item, parts=received(item, parts)) for item, parts in maps.items()]
-            write_streamed(frame(), streamed, path)
-        except BaseException:
-            # The other ranks wait for this flag before they send a part.
-            ranks.broadcast_flag(False)
-            raise
-
-    def sent() -> None:
-        for rank, _, take in (part for parts in maps.values() for part in parts):
-            if not ranks.broadcast_flag(None):
-                return
-            if rank == ranks.number:
-                ranks.sent_to_first(take(), rank)
-
-    files.require_suffix(path, ".nc")
-    ranks.run_on_all(written if ranks.is_root else sent)
-
-
-def _streamed(file: Any, item: Streamed) -> str:
-    """Write a map part by part, and return its checksum."""
-    count, *rest = item.shape
-    # Small chunks: one that spans several parts would be compressed again for each part.
-    rows = max(1, min(count, _CHUNK // math.prod(rest)))
-    chunks = (rows, *rest) if item.packed else None
-    options = SHUFFLED if item.packed else {}
-    variable = file.create_variable(item.name, item.dims, item.kind, chunks=chunks, **options)
-    result, top = checksums.RunningChecksum(item.kind, item.shape), 0
-    for part in item.parts:
-        variable[top : top + len(part)] = part
-        result.update(part)
-        top += len(part)
-    return result.digest()
 
 
 def add_checksums(dataset: Dataset) -> Dataset:

@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-from roughcontact._tools import files, ranks
+from roughcontact._tools import deprecated, files
 from roughcontact.analyses.tasks import DASK, LOCAL
 from roughcontact.batch import jobs, plan
 from roughcontact.batch.executors import AWAY, GONE, THERE, Engine, local_processes
@@ -48,11 +48,7 @@ def open_project(
             ArgumentRef("workers"),
             argument="scheduler",
         )
-    if ranks.is_parallel_run():
-        raise InputError(
-            "mpiexec started several processes, each of which would run the whole project: start a "
-            "single one"
-        )
+    deprecated.reject_mpi_run()
     read = load()
     several = _process_count(count(read), workers)
     if kind == DASK:

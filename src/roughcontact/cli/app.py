@@ -10,7 +10,6 @@ import itertools
 import logging
 import sys
 import textwrap
-import traceback
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -42,12 +41,10 @@ from roughcontact.request.outputs import UnfinishedError
 from roughcontact.request.task import Command, ParsedOptions, Task
 
 if TYPE_CHECKING:
-    from roughcontact._tools.ranks import Ranks
     from roughcontact.batch.plan import ContactReport
     from roughcontact.cli.terminal import ProgressLine
     from roughcontact.desk.server import Page
     from roughcontact.request.outcome import Outcome
-    from roughcontact.request.request import Request
 
 
 # Exit status after a signal, as in a shell: 128 + SIGINT, 128 + SIGPIPE.
@@ -390,68 +387,17 @@ def _display(specified: Given) -> DisplayOptions:
 
 def _run_task(task: Task, subject: Subject, specified: Given) -> None:
     """Execute a task, and print its result."""
-    from roughcontact._tools import ranks
     from roughcontact.request.request import Request
+    from roughcontact.request.run import run_request
 
+    deprecated.reject_mpi_run()
     display = _display(specified)
     several = isinstance(subject, (list, tuple))
     file = None if several or subject is None else Path(subject)
-    request = functools.partial(
-        Request.from_text, task, file, specified, tuple(map(Path, subject)) if several else ()
-    )
-    if ranks.is_parallel_run():
-        return _carry_out_on_ranks(request, display)
-    return _carry_out_here(request(), display)
-
-
-def _carry_out_here(request: Request, display: DisplayOptions, world: Ranks | None = None) -> None:
-    """Execute a request in this process or on all ranks; print its result on the root."""
-    from roughcontact.request.run import run_request
-
-    first = world is None or world.is_root
-    with terminal.show_progress(display is DisplayOptions.QUIET or not first) as line:
-        if world is None:
-            outcome = run_request(request, line.set_stage, line.update)
-        else:
-            from roughcontact.analyses.solve import mpi
-
-            outcome = mpi.run(request, world, line.set_stage, line.update)
-    if first:
-        _show_outcome(outcome, display)
-    elif outcome.failure is not None:
-        raise outcome.failure
-    elif not outcome.converged:
-        raise typer.Exit(NOT_CONVERGED)
-
-
-def _carry_out_on_ranks(ask: Callable[[], Request], display: DisplayOptions) -> None:
-    """Execute a request on all ranks of ``mpiexec``, which end together."""
-    from roughcontact._tools.ranks import world
-
-    ranks = world()
-    try:
-        _carry_out_here(ask(), display, ranks)
-    except (RoughcontactError, OSError) as error:
-        # If all ranks end with an error, only the root reports it.
-        if not ranks.all_end():
-            terminal.print_error(
-                f"error: rank {ranks.number}: {terminal.spell_options(str(error))}"
-            )
-            ranks.abort(BAD_INPUT)
-        if ranks.is_root:
-            raise
-        raise typer.Exit(BAD_INPUT) from None
-    except KeyboardInterrupt:
-        # All ranks receive the signal; only the root reports it.
-        if not ranks.is_root:
-            terminal.discard_errors()
-        raise
-    except typer.Exit:
-        raise
-    except BaseException:
-        terminal.print_error(f"error: rank {ranks.number} failed, and with it all others")
-        traceback.print_exc()
-        ranks.abort(1)
+    request = Request.from_text(task, file, specified, tuple(map(Path, subject)) if several else ())
+    with terminal.show_progress(display is DisplayOptions.QUIET) as line:
+        outcome = run_request(request, line.set_stage, line.update)
+    _show_outcome(outcome, display)
 
 
 def _show_outcome(outcome: Outcome, display: DisplayOptions) -> None:

@@ -183,11 +183,6 @@ def discard_output() -> None:
         _discard_output(sys.stdout)
 
 
-def discard_errors() -> None:
-    """Discard standard error: another process reports the error."""
-    _discard_output(sys.stderr)
-
-
 def _discard_output(stream: TextIO) -> None:
     with contextlib.suppress(OSError, ValueError, AttributeError):
         null = os.open(os.devnull, os.O_WRONLY)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +21,6 @@ from roughcontact.contact import load_case
 from roughcontact.contact.memory import MemoryNeed
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import Calibrated, CalibrationRecord, ContactResult
-from roughcontact.contact.share import MapOrSlab, Slab
 from roughcontact.errors import FormatError, InsufficientMemoryError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
@@ -205,11 +203,6 @@ _UNSEALED = "unsealed"
 _GIVEN = "given_load"
 MATERIALS = ("material", "counter_material")
 
-Rows = Callable[[slice], NDArray[Any]]
-
-# Bytes that are sent at once to the process that writes.
-_ARCHIVE_PART = 1 << 25
-
 PACKED = ("pressure", "saturated")
 """Maps that are compressed, as most of their pixels are zero."""
 
@@ -221,28 +214,18 @@ def surface_to_dataset(surface: Surface) -> netcdf.Dataset:
 
 def to_dataset(result: ContactResult) -> netcdf.Dataset:
     """Return a result as a dataset that can be checked without this program."""
-    result.require_whole("a dataset")
-    whole = slice(None)
-    maps = {name: rows(whole) for name, (_, rows) in _map_rows(result).items()}
-    return _dataset(result.share, maps, _attributes(result))
-
-
-def _map_rows(result: ContactResult) -> dict[str, tuple[str, Rows]]:
-    """Return the data type of each map, and the function that returns its local rows."""
-    share, counter, ceiling = result.share, result.counter_surface, result.ceiling
-    highest = result.pair.highest
-    maps: dict[str, tuple[str, Rows]] = {
-        "height": ("<f8", lambda rows: share.heights[rows]),
-        "initial_gap": ("<f8", lambda rows: highest - result.pair.heights[rows]),
-        "pressure": ("<f8", lambda rows: result.pressure[rows]),
-        "gap": ("<f8", lambda rows: result.gap[rows]),
-        "saturated": ("|i1", lambda rows: result.saturated[rows].astype(np.int8)),
+    maps: dict[str, NDArray[Any]] = {
+        "height": result.surface.heights,
+        "initial_gap": result.initial_gap,
+        "pressure": result.pressure,
+        "gap": result.gap,
+        "saturated": result.saturated.astype(np.int8),
     }
-    if counter is not None:
-        maps["counter_height"] = ("<f8", lambda rows: counter.heights[rows])
-    if isinstance(ceiling, np.ndarray):
-        maps["ceiling"] = ("<f8", lambda rows: ceiling[rows])
-    return maps
+    if result.counter_surface is not None:
+        maps["counter_height"] = result.counter_surface.heights
+    if isinstance(result.ceiling, np.ndarray):
+        maps["ceiling"] = result.ceiling
+    return _dataset(result.surface, maps, _attributes(result))
 
 
 def _attributes(result: ContactResult) -> dict[str, Any]:
@@ -256,7 +239,7 @@ def _attributes(result: ContactResult) -> dict[str, Any]:
         attributes["remarks"] = cautions.to_text(result.extra_cautions)
     if result.counter_surface is not None:
         attributes |= _provenance_texts(result.counter_surface.provenance, "counter_")
-    if result.share.missing:
+    if result.surface.missing:
         attributes["holes"] = "never touch"
     attributes |= _scalar_attributes(result)
     if not (result.ceiling is None or isinstance(result.ceiling, np.ndarray)):
@@ -267,11 +250,6 @@ def _attributes(result: ContactResult) -> dict[str, Any]:
     for name in MATERIALS:
         attributes |= _material_attributes(name, getattr(result, name))
     return attributes
-
-
-def map_attributes(name: str) -> dict[str, str]:
-    """Return the attributes of a map of a contact."""
-    return dict(zip(("units", "long_name"), _ARCHIVE_MAPS[name], strict=True))
 
 
 def _scalar_attributes(result: ContactResult) -> dict[str, Any]:
@@ -325,9 +303,7 @@ def _with_unit(name: str, value: float, unit: str) -> dict[str, Any]:
     return {name: value, f"{name}_units": unit}
 
 
-def _dataset(
-    surface: MapOrSlab, maps: dict[str, Any], attributes: dict[str, Any]
-) -> netcdf.Dataset:
+def _dataset(surface: Surface, maps: dict[str, Any], attributes: dict[str, Any]) -> netcdf.Dataset:
     dataset = netcdf.Dataset(
         {
             "Conventions": "CF-1.8",
@@ -340,7 +316,8 @@ def _dataset(
         }
     )
     for name, values in maps.items():
-        dataset[name] = (("y", "x"), values, map_attributes(name))
+        unit, text = _ARCHIVE_MAPS[name]
+        dataset[name] = (("y", "x"), values, {"units": unit, "long_name": text})
     about = {"units": "m", "long_name": "center of the pixel"}
     for axis, count, pixel in zip("yx", surface.shape, surface.pixel, strict=True):
         dataset[axis] = (axis, (np.arange(count) + 0.5) * pixel, about)
@@ -376,19 +353,7 @@ def _provenance(attributes: dict[str, Any], prefix: str = "") -> Provenance:
 
 def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
     """Write a result to a NetCDF file."""
-    share = result.share
-    if not isinstance(share, Slab):
-        packed = dict.fromkeys(PACKED, netcdf.PACKED)
-        netcdf.write(to_dataset(result), path, packed)
-        return
-    maps = {
-        netcdf.Streamed(name, kind, share.shape, map_attributes(name), packed=name in PACKED): [
-            netcdf.RankPart(rank, height, partial(rows, slice(top, top + height)))
-            for rank, top, height in share.iter_blocks(_ARCHIVE_PART // np.dtype(kind).itemsize)
-        ]
-        for name, (kind, rows) in _map_rows(result).items()
-    }
-    netcdf.write_shared(lambda: _dataset(share, {}, _attributes(result)), maps, path, share.ranks)
+    netcdf.write(to_dataset(result), path, dict.fromkeys(PACKED, netcdf.PACKED))
 
 
 def load_contact(path: str | os.PathLike[str], *, verify: bool = False) -> ContactResult:

@@ -325,8 +325,7 @@ class ProblemUnits:
 
 def units_of_problem(pair: Pair, terms: LoadCase, gap: NDArray[np.float64]) -> ProblemUnits:
     """Return units that make pressures and displacements of order one, with gaps in range."""
-    here = np.max(gap, where=np.isfinite(gap), initial=0.0, keepdims=True)
-    deepest = pair.sums.largest(here)
+    deepest = float(np.max(gap, where=np.isfinite(gap), initial=0.0))
     softness = math.sqrt(pair.pixel_area) / pair.contact_modulus
     if terms.load is not None:
         mean = terms.load / pair.pixel_area / math.prod(pair.shape)

@@ -12,7 +12,6 @@ from roughcontact._tools import memory
 from roughcontact.contact.load_case import LoadCase, ProblemUnits
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.share import Slab
 from roughcontact.errors import ArgumentRef, Part
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.convolution import MAX_CACHE_BYTES
@@ -81,8 +80,6 @@ class MemoryNeed:
     boundary: Boundary  # As in `memory_estimate`
     precision: str = "double"  # As in `memory_estimate`
     maps: int = 0  # As in `memory_estimate`
-    ranks: int = 1  # Number of processes that share the map
-    here: int = 1  # Number of these processes on this machine
 
     @classmethod
     def from_pair(cls, pair: Pair, terms: LoadCase, held: int = 0) -> MemoryNeed:
@@ -90,20 +87,17 @@ class MemoryNeed:
         maps = held + (_TILTED if terms.moments is not None else 0)
         if isinstance(terms.ceiling, np.ndarray):
             maps += _CEILINGS
-        share = pair.share
-        ranks = (share.ranks.count, share.ranks.node_size()) if isinstance(share, Slab) else ()
-        return cls(pair.shape, pair.boundary, terms.precision, maps, *ranks)
+        return cls(pair.shape, pair.boundary, terms.precision, maps)
 
     def estimate(self, contact_fraction: float) -> int:
-        """Return the bytes on this machine for a given fraction of the map in contact."""
-        needed = memory_estimate(
+        """Return the bytes for a given fraction of the map in contact."""
+        return memory_estimate(
             self.shape,
             boundary=self.boundary,
             precision=self.precision,
             contact_fraction=contact_fraction,
             maps=self.maps,
         )
-        return needed * self.here // self.ranks
 
     def require(self, contact_fraction: float = 0.0, there: int | None = None) -> None:
         """Raise an error with a suggestion if the solve does not fit."""
@@ -113,12 +107,8 @@ class MemoryNeed:
         if needed <= there:
             return
         what, full = f"a map of {self.shape[0]} × {self.shape[1]} points", 0
-        if self.ranks > 1:
-            what += f" on {self.ranks} ranks, {self.here} of them on this machine,"
-            advice: tuple[Part, ...] = ("spread the ranks over more machines",)
-            memory.require_memory(needed, f"{what} needs", advice=advice)
         side = self._largest_side(contact_fraction, there)
-        advice = (f"a square grid of up to about {side} × {side} points fits",)
+        advice: tuple[Part, ...] = (f"a square grid of up to about {side} × {side} points fits",)
         if contact_fraction:
             what += f" in contact on {100 * contact_fraction:.3g} % of it"
         else:

@@ -91,13 +91,12 @@ def _rms(values: NDArray[np.float64]) -> float:
 def missing_points(result: ContactResult) -> tuple[int, float]:
     """Return the number of missing points near the contact, and their share of all there.
 
-    A missing point is near if the next measured point is. Where several processes hold the map,
-    all points count.
+    A missing point is near if the next measured point is.
     """
     total = math.prod(result.pair.shape)
     missing = total - result.totals.points
-    if not missing or result.pair.is_shared:
-        return missing, missing / total
+    if not missing:
+        return 0, 0.0
     from scipy import ndimage
 
     near, absent = points_near_contact(result), np.isnan(result.initial_gap)

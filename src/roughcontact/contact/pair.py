@@ -12,12 +12,9 @@ from numpy.typing import NDArray
 
 from roughcontact._tools.checkpoints import digest_arrays
 from roughcontact._version import __version__
-from roughcontact.contact.share import MapOrSlab, Slab
 from roughcontact.errors import ArgumentRef, InputError, require_choice
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.coating import Coatings
-from roughcontact.halfspace.convolution import LocalSums
-from roughcontact.halfspace.distributed import SlabSums
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material, contact_modulus, softer_material
 from roughcontact.solvers.operator import Family
@@ -38,7 +35,7 @@ CounterSurface = Surface | NominalBody
 class Pair:
     """Two bodies in contact: maps, materials and boundary."""
 
-    share: MapOrSlab  # Heights of the rough body: the whole map, or the rows on this rank
+    surface: Surface  # Heights of the rough body
     material: Material  # Material of the rough body
     counter_surface: Surface | None = None  # Heights of the counter-body on the same grid
     counter_material: Material = RIGID  # Material of the counter-body
@@ -47,7 +44,7 @@ class Pair:
     @classmethod
     def from_arguments(
         cls,
-        surface: MapOrSlab,
+        surface: Surface,
         material: Material,
         counter_surface: CounterSurface | None,
         counter_material: Material,
@@ -62,7 +59,7 @@ class Pair:
     def __post_init__(self) -> None:
         """Raise `InputError` for bodies that cannot be combined."""
         for name, value, kind in (
-            ("surface", self.share, MapOrSlab),
+            ("surface", self.surface, Surface),
             ("counter_surface", self.counter_surface, Surface | None),
             ("material", self.material, Material),
             ("counter_material", self.counter_material, Material),
@@ -80,7 +77,6 @@ class Pair:
         counter = self.counter_surface
         if counter is None:
             return
-        self.require_whole("a measured counter-surface")
         surface = self.surface
         if counter.shape != surface.shape or not np.allclose(
             counter.pixel, surface.pixel, rtol=1e-9, atol=0
@@ -96,40 +92,9 @@ class Pair:
             )
 
     @property
-    def is_shared(self) -> bool:
-        """Whether several processes share the map."""
-        return isinstance(self.share, Slab)
-
-    def require_whole(self, what: str) -> None:
-        """Raise `InputError` if several processes share the map; ``what`` needs all of it."""
-        if self.is_shared:
-            raise InputError(
-                f"{what}: this needs the whole map in one process and is not available on several "
-                "ranks; save the result as .nc and read it in one process, or start without "
-                "mpiexec"
-            )
-
-    @property
-    def rows(self) -> slice:
-        """Rows of the map on this rank."""
-        return self.share.rows if isinstance(self.share, Slab) else slice(0, self.shape[0])
-
-    @property
-    def sums(self) -> LocalSums | SlabSums:
-        """Sums over all pixels, including those of other processes."""
-        return self.share.sums if isinstance(self.share, Slab) else LocalSums()
-
-    @property
-    def surface(self) -> Surface:
-        """Map of the rough body, for a map in one process."""
-        self.require_whole("the surface")
-        assert isinstance(self.share, Surface)
-        return self.share
-
-    @property
     def is_profile(self) -> bool:
         """Whether the bodies are profiles: plane strain, with loads and areas per meter."""
-        return self.share.is_profile
+        return self.surface.is_profile
 
     def require_map(self, what: str, *, coated: bool = True) -> None:
         """Raise `InputError` for profiles, optionally for coatings; ``what`` needs a map."""
@@ -169,12 +134,12 @@ class Pair:
     @property
     def shape(self) -> tuple[int, int]:
         """Grid points ``(ny, nx)``."""
-        return self.share.shape
+        return self.surface.shape
 
     @property
     def pixel(self) -> tuple[float, float]:
         """Pixel edges ``(dy, dx)`` [m]."""
-        return self.share.pixel
+        return self.surface.pixel
 
     @property
     def pixel_area(self) -> float:
@@ -184,7 +149,7 @@ class Pair:
     @property
     def size(self) -> tuple[float, float]:
         """Edges of the map ``(y, x)`` [m]."""
-        return self.share.size
+        return self.surface.size
 
     @property
     def contact_modulus(self) -> float:
@@ -199,7 +164,7 @@ class Pair:
     @property
     def origins(self) -> tuple[Provenance, ...]:
         """Provenance of the maps, of the counter-body last."""
-        bodies = (self.share, self.counter_surface)
+        bodies = (self.surface, self.counter_surface)
         return tuple(body.provenance for body in bodies if body is not None)
 
     @property
@@ -217,37 +182,30 @@ class Pair:
     @property
     def has_holes(self) -> bool:
         """Whether a height of either body is missing."""
-        bodies = (self.share, self.counter_surface)
+        bodies = (self.surface, self.counter_surface)
         return any(body is not None and body.missing > 0 for body in bodies)
 
     @property
     def heights(self) -> NDArray[np.float64]:
-        """Sum of the heights of both bodies [m], shape (rows, nx); NaN where one is missing."""
+        """Sum of the heights of both bodies [m], shape (ny, nx); NaN where one is missing."""
         if self.counter_surface is None:
-            return self.share.heights
-        return self.share.heights + self.counter_surface.heights
+            return self.surface.heights
+        return self.surface.heights + self.counter_surface.heights
 
     @property
     def highest(self) -> float:
         """Largest of `heights` [m], at the point of first contact."""
-        return self._highest(self.heights)
-
-    def _highest(self, heights: NDArray[np.float64]) -> float:
-        if isinstance(self.share, Slab):
-            return self.share.highest
-        # Unlike np.nanmax, an empty maximum gives NaN without a warning.
-        return float(np.fmax.reduce(heights, axis=None))
+        return _highest(self.heights)
 
     @property
     def initial_gap(self) -> NDArray[np.float64]:
-        """Gap at first touch [m], a new array of shape (rows, nx); NaN where one is missing."""
+        """Gap at first touch [m], a new array of shape (ny, nx); NaN where one is missing."""
         heights = self.heights
-        return self._highest(heights) - heights
+        return _highest(heights) - heights
 
     @cached_property
     def rms_slope(self) -> float:
         """Root-mean-square slope of both bodies together; NaN if no point has both neighbors."""
-        self.require_whole("the slope")
         try:
             return roughness.rms_gradient(self.initial_gap, self.pixel)
         except InputError:
@@ -262,11 +220,9 @@ class Pair:
         """Return a factory of the displacement operator on the grid."""
         where = self.shape, self.pixel, self.contact_modulus / softness
         coatings = Coatings.from_bodies(self.material, self.counter_material)
-        how: Any = {"coatings": coatings, "precision": precision, "workspace": workspace}
-        if isinstance(self.share, Slab):
-            edges, ranks = self.share.edges, self.share.ranks
-            return self.boundary.slab_operators(edges, *where, ranks, **how)
-        return self.boundary.operators(*where, **how)
+        return self.boundary.operators(
+            *where, coatings=coatings, precision=precision, workspace=workspace
+        )
 
     def record(self) -> dict[str, Any]:
         """Return the record of bodies and program version for `checkpoints.lock_folder`."""
@@ -281,6 +237,11 @@ class Pair:
             "material": _words(self.material),
             "counter_material": _words(self.counter_material),
         }
+
+
+def _highest(heights: NDArray[np.float64]) -> float:
+    # Unlike np.nanmax, an empty maximum gives NaN without a warning.
+    return float(np.fmax.reduce(heights, axis=None))
 
 
 def _words(material: Material) -> dict[str, str]:

@@ -287,16 +287,11 @@ class Check:
     subject: str  # Name in the list of performed checks
     cautions_of: Callable[[ContactResult], Caution | None]
     when: Callable[[ContactResult], bool] = lambda _: True
-    works_on_slabs: bool = False  # Whether it is available if several processes share the map
-
-    def applies(self, result: ContactResult) -> bool:
-        """Return whether the check applies to a solution."""
-        return (self.works_on_slabs or not result.pair.is_shared) and self.when(result)
 
 
 def cautions(result: ContactResult) -> tuple[Caution, ...]:
     """Return the cautions on a contact, the most severe first."""
-    requested = (check.cautions_of(result) for check in CHECKS if check.applies(result))
+    requested = (check.cautions_of(result) for check in CHECKS if check.when(result))
     return sort_cautions(
         [*(caution for caution in requested if caution is not None), *result.extra_cautions]
     )
@@ -304,7 +299,7 @@ def cautions(result: ContactResult) -> tuple[Caution, ...]:
 
 def performed_checks(result: ContactResult) -> tuple[str, ...]:
     """Return the names of the checks that were performed on a solution."""
-    return tuple(check.subject for check in CHECKS if check.applies(result))
+    return tuple(check.subject for check in CHECKS if check.when(result))
 
 
 def over_loads(
@@ -326,11 +321,7 @@ def load_bearing_spot_pixels(result: ContactResult, spots: Spots) -> int:
 def recommended_ceiling_of(result: ContactResult) -> CalibratedCeiling | None:
     """Return the calibrated ceiling if the spots are large enough to determine it."""
     pair = result.pair
-    if (
-        pair.is_profile
-        or pair.is_shared
-        or load_bearing_spot_pixels(result, result.spots()) < MIN_SPOT_PIXELS
-    ):
+    if pair.is_profile or load_bearing_spot_pixels(result, result.spots()) < MIN_SPOT_PIXELS:
         return None
     advice = recommended_ceiling(result)
     # A map with free edges sinks in before its nominal pressure reaches the ceiling.
@@ -723,22 +714,9 @@ def _check_missing(result: ContactResult) -> Caution | None:
     )
 
 
-def _check_ranks(result: ContactResult) -> Caution:
-    return as_note(
-        CautionTag.PARALLEL,
-        "Parallel run: spots, slopes, spikes, edges and spectrum were not checked.",
-    )
-
-
 CHECKS = (
-    Check("convergence", _check_convergence, works_on_slabs=True),
-    Check("ranks", _check_ranks, lambda r: r.pair.is_shared, works_on_slabs=True),
-    Check(
-        "contact at the edges",
-        edge_caution,
-        lambda r: bool(r.boundary.free_axes),
-        works_on_slabs=True,
-    ),
+    Check("convergence", _check_convergence),
+    Check("contact at the edges", edge_caution, lambda r: bool(r.boundary.free_axes)),
     Check(
         "opposite edges of a periodic map",
         _check_periodic_edges,
@@ -748,15 +726,14 @@ CHECKS = (
         "pressure against the strength of the softer body",
         _below_ceiling,
         lambda r: r.regime is not Regime.UNKNOWN,
-        works_on_slabs=True,
     ),
     Check("size of the spots in pixels", _check_resolution),
-    Check("units of moduli, strengths and lengths", _check_units, works_on_slabs=True),
+    Check("units of moduli, strengths and lengths", _check_units),
     Check("slopes", _check_slopes),
-    Check("strains", strain_caution, works_on_slabs=True),
+    Check("strains", strain_caution),
     Check("number of atoms in contact", atom_caution, lambda r: not r.pair.is_profile),
     Check("adhesion", adhesion_caution, lambda r: not r.pair.is_profile),
-    Check("material behavior outside the model", material_cautions, works_on_slabs=True),
+    Check("material behavior outside the model", material_cautions),
     Check(
         "the ceiling against plasticity of the volume",
         _check_ceiling,
@@ -774,11 +751,10 @@ CHECKS = (
             r.pair.softer is not None
             and None not in (r.pair.softer.yield_strength, r.pair.softer.hardness)
         ),
-        works_on_slabs=True,
     ),
     Check("spikes of the measurement", _check_spikes),
     Check("filled points", filled_caution),
-    Check("missing points", _check_missing, works_on_slabs=True),
+    Check("missing points", _check_missing),
     Check(
         "Hertz's theory behind the load",
         hertz_comparison.hertz_load_note,

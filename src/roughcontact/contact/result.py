@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 from functools import cached_property
-from operator import is_not
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,6 @@ from roughcontact.contact import spots, spots as area
 from roughcontact.contact.load_case import GivenLoad
 from roughcontact.contact.nominal_hertz import SmoothContact, solve_smooth
 from roughcontact.contact.pair import Pair
-from roughcontact.contact.share import MapOrSlab
 from roughcontact.contact.spots import Spots, Totals
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
@@ -135,9 +133,7 @@ def regime_of(pair: Pair, max_pressure: float, saturated: bool) -> Regime:
 class ContactResult(Result):
     """Pressure and gap of a solved contact, with all inputs.
 
-    Maps are read-only, ``[y, x]``, in SI units; NaN marks missing points of the gap. If several
-    processes share the map, each holds its rows, all have the same scalar values, and all call
-    `save` and `report`; operations on the whole map raise `InputError`.
+    Maps are read-only, ``[y, x]``, in SI units; NaN marks missing points of the gap.
 
     Parameters
     ----------
@@ -158,9 +154,9 @@ class ContactResult(Result):
         definition, and if the map is periodic along one axis, a uniform line load along it causes
         no displacement at a distance of the longer side of the map. For bodies that tilt, the
         approach of the map center from first contact without tilt.
-    pressure : ndarray, shape (rows, nx)
+    pressure : ndarray, shape (ny, nx)
         Contact pressure [Pa].
-    gap : ndarray, shape (rows, nx)
+    gap : ndarray, shape (ny, nx)
         Displacement plus initial gap plus tilt minus approach [m]. Negative where the pressure is
         at the ceiling: the overlap that flows plastically.
     certificate : float
@@ -196,14 +192,8 @@ class ContactResult(Result):
         The same contact under the calibrated ceiling, if computed.
     measurement : Uncertainty or None
         Intervals that include the instrument, if computed by `uncertainty`.
-    communication : float
-        Mean time of communication and waiting of the processes that share the map [s].
-    sent : int
-        Mean number of bytes that each of these processes sent.
     fluid_load : float
         Load that the pressure of a fluid between the bodies carries, in addition to ``load`` [N].
-    _counted : tuple, optional
-        The `totals` of a copy, and the maps for which they were counted.
     """
 
     pair: Pair
@@ -230,39 +220,22 @@ class ContactResult(Result):
     specified_load: GivenLoad | None = None
     calibrated: Calibrated | None = None
     measurement: Any = None
-    communication: float = 0.0
-    sent: int = 0
     fluid_load: float = 0.0
-    # Totals, and the maps for which they were counted: a copy with the same maps reuses them.
-    _counted: tuple[Totals, tuple[Any, ...]] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        """Make the maps read-only, and count the totals."""
+        """Make the maps read-only."""
         self.pressure.flags.writeable = False
         self.gap.flags.writeable = False
-        of = self.pair, self.pressure, self.gap, self.ceiling
-        if self._counted is None or any(map(is_not, self._counted[1], of)):
-            object.__setattr__(self, "_counted", (area.count_totals(*of), of))
 
-    @property
+    @cached_property
     def totals(self) -> Totals:
-        """Numbers over all pixels of the map, including those of other processes."""
-        assert self._counted is not None
-        return self._counted[0]
+        """Numbers over all pixels of the map."""
+        return area.count_totals(self.boundary, self.pressure, self.gap, self.ceiling)
 
     @property
     def total_load(self) -> float:
         """Load of the bodies [N]: of the contact pressure and of the fluid in the contact."""
         return self.load + self.fluid_load
-
-    @property
-    def share(self) -> MapOrSlab:
-        """Map of the rough body, or its rows on this rank."""
-        return self.pair.share
-
-    def require_whole(self, what: str) -> None:
-        """Raise `InputError` if several processes share the map; ``what`` needs all of it."""
-        self.pair.require_whole(what)
 
     @property
     def converged(self) -> bool:
@@ -393,14 +366,13 @@ class ContactResult(Result):
         """Estimate by formulas of nominally flat contact; see `analyses.estimate.model`.
 
         None where the formulas do not apply, for example if the map is not periodic along both
-        axes, and if several processes share it.
+        axes.
         """
         return presentation().estimate(self)
 
     @cached_property
     def center_of_pressure(self) -> tuple[float, float]:
         """Point of action of the load: (y, x) from the center of the map [m]; NaN without load."""
-        self.require_whole("the center of pressure")
         return area.center_of_pressure(self.pressure, self.pair.pixel)
 
     @property
@@ -439,7 +411,6 @@ class ContactResult(Result):
 
     @cached_property
     def _spots(self) -> Spots:
-        self.require_whole("contact spots")
         return spots.find_spots(self.pressure, self.pair.pixel, self.boundary.periodic_axes)
 
     def elastic(self) -> ContactResult:

@@ -23,7 +23,6 @@ from roughcontact.contact.ceiling import (
 from roughcontact.contact.load_case import Load, LoadCase, ProblemUnits, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import BASE, CALIBRATED, Calibrated, ContactResult
-from roughcontact.contact.share import MapOrSlab
 from roughcontact.contact.spots import center_of_pressure
 from roughcontact.errors import (
     CapacityError,
@@ -33,12 +32,12 @@ from roughcontact.errors import (
     message_parts,
     require_choice,
 )
-from roughcontact.halfspace.convolution import LocalSums
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers import bounded, rigid_tilt
 from roughcontact.solvers.problem import Loaded, project
 from roughcontact.solvers.progress import Status, Step, Tell, progress_callback, shows_progress_bar
+from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity
 
 CALIBRATED_TOLERANCE = 1e-2
@@ -61,7 +60,7 @@ MOMENT_ERROR_TEXT = (
 @shows_progress_bar
 @validate_arguments
 def solve(
-    surface: MapOrSlab,
+    surface: Surface,
     *,
     material: Material,
     load: Quantity | Load | None = None,
@@ -85,10 +84,8 @@ def solve(
 
     Parameters
     ----------
-    surface : Surface or Slab
-        Heights of the rough body, without missing points. Under MPI every process calls this
-        function with its `Slab`. Moments, a measured counter-surface, a map of ceilings, a
-        calibrated ceiling and ``initial_guess`` need the whole map in one process.
+    surface : Surface
+        Heights of the rough body, without missing points.
     material, counter_material : Material
         Material of the rough body and of its counter-body, or its name in the catalog, such as
         ``"42CrMo4"``; the counter-body is rigid by default.
@@ -141,8 +138,7 @@ def solve(
         the contact area, for ``calibrated`` of the result. It takes about half as long as the
         solve itself.
     workers : int, optional
-        Threads; by default the cores available to the process, shared among MPI processes of one
-        machine.
+        Threads; by default one for each core that the process may use.
 
     Returns
     -------
@@ -204,8 +200,6 @@ def add_calibrated(
     progress: Tell = None,
 ) -> ContactResult:
     """Return a contact with its changes under the calibrated ceiling, if needed."""
-    if first.pair.is_shared:
-        return first
     bracket = is_bracket(first.pair, ceiling)
     label = "ceiling of the base" if bracket else "calibrated ceiling"
     watch = progress_callback(progress, 1, 1, label)
@@ -233,19 +227,16 @@ def solve_pair(
     """Solve the contact of a pair; see `solve`."""
     require_choice(("raise", "return"), on_failure=on_failure, on_interrupt=on_interrupt)
     validation.check_profile(pair, terms)
-    validation.check_share(pair, terms, start)
-    if on_interrupt == "return":
-        pair.require_whole("a part of a solve")
     if isinstance(terms.ceiling, str) and terms.ceiling == CALIBRATED:
         return _solve_self_consistent_ceiling(pair, terms, start, on_failure, progress)
-    began, before = time.perf_counter(), pair.sums.communication_cost()
+    began = time.perf_counter()
     stated = validation.build_problem(pair, terms, start)
     interruptible = on_interrupt == "return"
-    work = Workspace(workers or pair.sums.thread_count())
+    work = Workspace(workers)
     solution, slope = _solve_problem(pair, terms, stated, start, progress, interruptible, work)
     # A stored error would keep the memory of the solve alive.
     del stated.problem, work
-    result = _make_result(pair, terms, stated, solution, slope, began, before)
+    result = _make_result(pair, terms, stated, solution, slope, began)
     requested = solution.status is Status.INTERRUPTED
     if not result.converged and on_failure == "raise" and not requested:
         raise _error_result(result)
@@ -348,7 +339,7 @@ def _predicted_pressure(first: ContactResult, ceiling: float) -> NDArray[np.floa
     near = np.nonzero(target > -ceiling)
     total = first.load / first.pixel_area
     pressure = np.zeros_like(target)
-    pressure[near] = project(target[near], ceiling, total, LocalSums())
+    pressure[near] = project(target[near], ceiling, total)
     return pressure
 
 
@@ -395,16 +386,15 @@ def _make_result(
     solution: bounded.BoundedSolution,
     slope: tuple[float, float],
     began: float,
-    before: NDArray[np.float64],
 ) -> ContactResult:
-    units, sums = stated.scale, pair.sums
+    units = stated.scale
     pressure = np.zeros(solution.gap.shape)
     pressure.ravel()[solution.index] = solution.pressure
     pressure *= units.pressure
     if stated.ceiling is not None:
         # A ceiling too small for the units of the solver is kept to the last digit, too.
         np.minimum(pressure, stated.ceiling, out=pressure)
-    carried = sums.total(pressure) * pair.pixel_area
+    carried = float(pressure.sum()) * pair.pixel_area
     load = carried if terms.load is None else terms.load
     load_error = 0.0 if terms.load is None else abs(carried - load) / load
     gap = solution.gap.astype(np.float64, copy=False)
@@ -412,7 +402,6 @@ def _make_result(
     if stated.holes:
         gap[np.isinf(gap)] = np.nan
     moments = terms.moments
-    communication, sent = sums.communication_cost() - before
     return ContactResult(
         pair=pair,
         ceiling=stated.ceiling,
@@ -428,12 +417,10 @@ def _make_result(
         status=_solve_status(pair, stated, solution, pressure, load_error),
         iterations=solution.iterations,
         convolutions=solution.convolutions,
-        seconds=sums.largest(np.array([time.perf_counter() - began])),
+        seconds=time.perf_counter() - began,
         tilt=slope,
         moments=None if moments is None else (float(moments[0]), float(moments[1])),
         specified_load=terms.specified,
-        communication=float(communication),
-        sent=int(sent),
     )
 
 
@@ -474,7 +461,6 @@ def solve_with_ceiling(
     result: ContactResult, ceiling: str | float | ArrayLike | None
 ) -> ContactResult:
     """Return the solution of the same problem with another ceiling."""
-    result.require_whole("a solve with another ceiling")
     terms = LoadCase(
         load=result.load,
         moments=result.moments,

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.contact.pair import Pair
 from roughcontact.errors import require_pixel
 from roughcontact.halfspace.boundary import Boundary
 
@@ -144,24 +143,24 @@ class Totals:
 
 
 def count_totals(
-    pair: Pair,
+    boundary: Boundary,
     pressure: NDArray[np.float64],
     gap: NDArray[np.float64],
     ceiling: float | NDArray[np.float64] | None,
 ) -> Totals:
-    """Evaluate the totals of a map; all processes that share it call this."""
-    sums, touching = pair.sums, pressure > 0
+    """Return the totals of a map."""
+    touching = pressure > 0
     saturated = pressure >= (math.inf if ceiling is None else ceiling)
-    points = sums.count(~np.isnan(gap))
+    points = int(np.count_nonzero(~np.isnan(gap)))
     return Totals(
         points=points,
-        contact=sums.count(touching),
-        saturated=sums.count(saturated),
-        rims=_count_rim(pair, touching, touching & ~saturated),
-        max_pressure=sums.largest(pressure, floor=0.0),
-        mean_gap=sums.total(np.array(_open_volume(gap.ravel()))) / points,
-        max_indentation=max(0.0, -sums.smallest(gap[saturated], limit=0.0)),
-        edge_load=_edge_load(pair, pressure),
+        contact=int(np.count_nonzero(touching)),
+        saturated=int(np.count_nonzero(saturated)),
+        rims=_count_rim(boundary, touching, touching & ~saturated),
+        max_pressure=float(pressure.max(initial=0.0)),
+        mean_gap=_open_volume(gap.ravel()) / points if points else math.nan,
+        max_indentation=max(0.0, -float(gap[saturated].min(initial=0.0))),
+        edge_load=_edge_load(boundary, pressure),
     )
 
 
@@ -177,33 +176,28 @@ def _open_volume(gap: NDArray[np.float64]) -> float:
     return _open_volume(gap[:half]) + _open_volume(gap[half:])
 
 
-def _count_rim(pair: Pair, touching: NDArray[np.bool_], elastic: NDArray[np.bool_]) -> int:
-    """Count the edges of the rim, including those towards the next process."""
-    wrapped = pair.boundary.periodic_axes
+def _count_rim(boundary: Boundary, touching: NDArray[np.bool_], elastic: NDArray[np.bool_]) -> int:
+    """Return the number of edges of the rim, with little memory."""
+    wrapped = boundary.periodic_axes
     rows, result = max(1, _PART // touching.shape[1]), 0
     for top in range(0, len(touching), rows):
         own, next_too = slice(top, top + rows), slice(top, top + rows + 1)
         result += rim_edges(touching[own], elastic[own], 1, 1 in wrapped)
         result += rim_edges(touching[next_too], elastic[next_too], 0, False)
-    beyond = pair.sums.next_rows(np.stack([touching[0], elastic[0]]))
-    if pair.rows.stop < pair.shape[0] or 0 in wrapped:
-        pairs = np.stack([[touching[-1], elastic[-1]], beyond], axis=1)
-        result += rim_edges(pairs[0], pairs[1], 0, False)
-    return int(pair.sums.total(np.array(result)))
+    if 0 in wrapped:
+        result += rim_edges(touching[[-1, 0]], elastic[[-1, 0]], 0, False)
+    return result
 
 
-def _edge_load(pair: Pair, pressure: NDArray[np.float64]) -> float | None:
-    sums, rows, free = pair.sums, pair.rows, pair.boundary.free_axes
-    if not free:
+def _edge_load(boundary: Boundary, pressure: NDArray[np.float64]) -> float | None:
+    if not boundary.free_axes:
         return None
-    first, last = rows.start == 0, rows.stop == pair.shape[0]
     inner = pressure[
-        int(0 in free and first) : len(pressure) - int(0 in free and last),
-        slice(1, -1) if 1 in free else slice(None),
+        tuple(slice(1, -1) if axis in boundary.free_axes else slice(None) for axis in (0, 1))
     ]
-    if sums.count(inner > 0) == sums.count(pressure > 0):
+    if np.count_nonzero(inner > 0) == np.count_nonzero(pressure > 0):
         return None
-    return max(1 - sums.total(inner) / sums.total(pressure), 0.0)
+    return max(1 - float(inner.sum()) / float(pressure.sum()), 0.0)
 
 
 def rim_excess(

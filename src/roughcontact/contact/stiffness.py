@@ -26,7 +26,6 @@ from numpy.typing import NDArray
 from roughcontact.contact.memory import MemoryNeed
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ConvergenceError
-from roughcontact.halfspace.convolution import LocalSums
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.solvers.problem import project
 from roughcontact.solvers.rigid_tilt import Punch, flat_punch
@@ -50,7 +49,6 @@ def stiffness(result: ContactResult) -> float:
 
 def unloading_stiffness(result: ContactResult) -> float:
     """Return the contact stiffness dW/dω at the beginning of unloading."""
-    result.require_whole("the stiffness")
     index = np.flatnonzero(result.contact)
     punch = _flat_punch(result, index) if index.size else None
     return 0.0 if punch is None else punch.total * result.pixel_area
@@ -60,7 +58,6 @@ def local_stiffness(
     result: ContactResult, window: tuple[slice, slice] | None = None
 ) -> tuple[float, float]:
     """Return the local stiffness of a part of a map [Pa/m] in loading and in unloading."""
-    result.require_whole("the stiffness")
     whole = _local_stiffness(result, np.flatnonzero(result.contact), window)
     if not result.saturated.any():
         return whole, whole
@@ -89,7 +86,6 @@ def _local_stiffness(
 
 def contact_growth(result: ContactResult) -> ContactGrowth:
     """Return the contact stiffness of a solution and its rate of pressure; see `stiffness`."""
-    result.require_whole("the stiffness")
     index = np.flatnonzero(result.contact & ~result.saturated)
     if index.size == 0:
         return ContactGrowth(0.0)
@@ -135,5 +131,5 @@ def predict_pressure(
     total = load / result.pixel_area
     if limit.sum() < total:
         return result.pressure
-    start[near] = project(values, limit, total, LocalSums())
+    start[near] = project(values, limit, total)
     return start

@@ -17,7 +17,6 @@ from roughcontact.contact.load_case import LoadCase, ProblemUnits
 from roughcontact.contact.nominal_hertz import solve_smooth
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import CALIBRATED, ContactResult
-from roughcontact.contact.share import Slab
 from roughcontact.errors import (
     ArgumentRef,
     CapacityError,
@@ -62,7 +61,7 @@ def build_problem(
     check_terms(terms)
     # The memory of any contact on this grid is checked before large arrays are created.
     room, there = memory.MemoryNeed.from_pair(pair, terms, held), ground.free_bytes()
-    pair.sums.run_on_all(lambda: room.require(there=there))
+    room.require(there=there)
     if terms.moments is not None:
         terms = replace(terms, moments=check_moments(terms, pair.boundary))
     check_holes(pair)
@@ -81,7 +80,7 @@ def build_problem(
     if terms.approach is not None:
         require_positive(approach=terms.approach)
         if not (pair.boundary.free_axes or holes) and ceiling is None:
-            full = pair.sums.total(gap) / math.prod(pair.shape)
+            full = float(gap.sum()) / math.prod(pair.shape)
             require_below(terms.approach, full)
     units = load_case.units_of_problem(pair, terms, gap)
     gap /= units.length
@@ -92,10 +91,9 @@ def build_problem(
         limit=np.inf if ceiling is None else np.maximum(ceiling / units.pressure, _MIN_VALUE),
         total=None if total is None else total / units.pressure,
         approach=None if terms.approach is None else terms.approach / units.length,
-        whole=pair.shape if pair.is_shared else None,
     )
     # If the memory holds a light contact but not a full one, the expected contact decides.
-    if not pair.is_shared and room.estimate(1.0) > there:
+    if room.estimate(1.0) > there:
         touching = memory.start_fraction(problem, start, series)
         room.require(max(touching, memory.coarse_contact_guess(pair, problem, units)), there)
     return ContactProblem(problem, units, ceiling, holes, target)
@@ -117,19 +115,6 @@ def check_terms(terms: LoadCase) -> None:
         )
 
 
-def check_share(pair: Pair, terms: LoadCase, start: Any = None) -> None:
-    """Raise `InputError` for options that need the whole map on one process."""
-    needs = {
-        "a tilt": terms.moments is not None,
-        "a calibrated ceiling": isinstance(terms.ceiling, str) and terms.ceiling == CALIBRATED,
-        "a ceiling for every pixel": isinstance(terms.ceiling, (list, tuple, np.ndarray)),
-        "a start": start is not None,
-    }
-    for what, wanted in needs.items():
-        if wanted:
-            pair.require_whole(what)
-
-
 def check_profile(pair: Pair, terms: LoadCase) -> None:
     """Raise `InputError` for arguments that require a map."""
     if terms.moments is not None:
@@ -140,14 +125,7 @@ def check_profile(pair: Pair, terms: LoadCase) -> None:
 
 def check_holes(pair: Pair) -> None:
     """Raise `InputError` for missing points that are neither filled nor accepted."""
-    share = pair.share
-    if isinstance(share, Slab) and share.missing and not share.holes_masked:
-        raise InputError(
-            f"has {share.missing} missing points: fill them beforehand, or exclude them from "
-            f"contact with {ArgumentRef('holes_masked', True)}",
-            argument="surface",
-        )
-    for name, body in (("surface", share), ("counter_surface", pair.counter_surface)):
+    for name, body in (("surface", pair.surface), ("counter_surface", pair.counter_surface)):
         if body is not None and body.missing and not body.holes_masked:
             raise InputError(
                 f"has {body.missing} missing points: fill them (.filled()), crop them away "
@@ -157,14 +135,14 @@ def check_holes(pair: Pair) -> None:
 
 
 def touchable_gap(pair: Pair) -> Array:
-    """Return the gap at first touch [m], shape (rows, nx); infinite at holes."""
+    """Return the gap at first touch [m], shape (ny, nx); infinite at holes."""
     gap = pair.initial_gap
     if pair.has_holes:
         gap[np.isnan(gap)] = np.inf
-    if pair.has_holes and not pair.sums.count(np.isfinite(gap)):
-        raise CapacityError(
-            "no contact is possible: the holes of both bodies together leave no valid point"
-        )
+        if np.isinf(gap).all():
+            raise CapacityError(
+                "no contact is possible: the holes of both bodies together leave no valid point"
+            )
     return gap
 
 
@@ -269,7 +247,7 @@ def load_capacity(load: float, ceiling: float | Array | None, gap: Array, pair: 
     if isinstance(ceiling, np.ndarray):
         largest = float(ceiling[touchable].sum()) * pair.pixel_area
     else:
-        largest = ceiling * pair.sums.count(touchable) * pair.pixel_area
+        largest = ceiling * int(np.count_nonzero(touchable)) * pair.pixel_area
     require_capacity(load, largest, pair)
     return largest
 

@@ -6,9 +6,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +15,6 @@ from numpy.typing import NDArray
 from roughcontact.contact.result import ContactResult
 from roughcontact.drawing import style
 from roughcontact.errors import InputError
-
-if TYPE_CHECKING:
-    from matplotlib.colors import Colormap
-    from matplotlib.figure import Figure
-
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -134,56 +128,3 @@ def closed_cover(result: Shares, colour: str) -> Array:
         [(style.MISSING, result.missing / np.where(covered > 0, covered, 1.0))], colour
     )
     return np.dstack([cover, np.minimum(covered, 1.0)])
-
-
-# --- Maps distributed over processes, drawn from blocks of points ---
-
-
-def map_painters(
-    size: tuple[float, float], heights: Array, pressure: Array, gap: Array
-) -> dict[str, Callable[[], Figure]]:
-    """Return the painters of the reduced maps of a contact, by quantity.
-
-    Parameters
-    ----------
-    size : (float, float)
-        Lengths of the sides (y, x) of the map [m].
-    heights, pressure, gap : ndarray
-        Mean height [m], largest pressure [Pa] and mean gap [m] of each block of points.
-    """
-    from matplotlib import colormaps
-
-    heights = heights - np.nanmean(heights)
-    low, high, *_ = height_limits(heights)
-    top = float(pressure.max()) or 1.0
-    viridis = colormaps["viridis"].with_extremes(bad=style.MISSING)
-    open_gap = np.maximum(gap, 0)
-    loaded = np.where(pressure > 0, pressure, np.nan)
-    colours = style.listed_colormap(pressure_colors()).with_extremes(bad=style.OPEN)
-    draw = partial(_map, size)
-    return {
-        "Mean height of each block": partial(draw, heights, "height", "m", low, high, viridis),
-        "Largest pressure in each block": partial(draw, loaded, "pressure", "Pa", 0, top, colours),
-        "Mean gap of each block": partial(
-            draw, open_gap, "gap", "m", 0, gap_limit(open_gap), viridis
-        ),
-    }
-
-
-def _map(
-    size: tuple[float, float],
-    values: Array,
-    name: str,
-    unit: str,
-    low: float,
-    high: float,
-    colours: Colormap,
-) -> Figure:
-    figure, axes = style.single_axes(size, legend=False)
-    factor, named = style.prefixed(max(abs(low), abs(high)), unit)
-    image = style.draw_map(axes, values * factor, size, (1, 1), values.shape)
-    image.set_cmap(colours)
-    image.set_clim(low * factor, high * factor)
-    style.colour_bar(axes, image, f"{name} [{named}]", "neither")
-    style.name_axes(axes, title=name.capitalize())
-    return figure

@@ -6,7 +6,6 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,8 +17,8 @@ from roughcontact._tools import netcdf
 from roughcontact.contact import archive
 from roughcontact.contact.archive import Verification, verify_solution as verify_contact
 from roughcontact.contact.result import ContactResult
-from roughcontact.elastoplastic.plastic_body import PlasticBody, SharedBody
-from roughcontact.elastoplastic.volume_result import Array, ElastoplasticResult, Increment
+from roughcontact.elastoplastic.plastic_body import PlasticBody
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult, Increment
 from roughcontact.errors import FormatError, InsufficientMemoryError
 
 if TYPE_CHECKING:
@@ -107,31 +106,18 @@ def to_dataset(result: ElastoplasticResult) -> tuple[netcdf.Dataset, dict[str, A
     return dataset, packed
 
 
-def _add_body(dataset: netcdf.Dataset, name: str, body: PlasticBody | SharedBody) -> dict[str, Any]:
-    """Add the arrays of a body, without distributed fields; return compression options."""
+def _add_body(dataset: netcdf.Dataset, name: str, body: PlasticBody) -> dict[str, Any]:
+    """Add the arrays of a body; return compression options."""
     units = {"units": "m", "long_name": "thickness of the layer"}
     dataset[f"{name}_thickness"] = ("layer", body.thickness, units)
     dataset.attrs["volume_margin"] = body.margin
     packed = {}
-    if isinstance(body, PlasticBody):
-        for field, (dims, about) in field_attributes().items():
-            dataset[f"{name}_{field}"] = (dims, getattr(body, field), about)
-            packed[f"{name}_{field}"] = netcdf.SHUFFLED
+    for field, (unit, text) in (_TENSORS | _FIELDS).items():
+        axes = ("layer", "component") if field in _TENSORS else ("layer",)
+        about = {"units": unit, "long_name": text}
+        dataset[f"{name}_{field}"] = ((*axes, "volume_y", "volume_x"), getattr(body, field), about)
+        packed[f"{name}_{field}"] = netcdf.SHUFFLED
     return packed
-
-
-def field_attributes() -> dict[str, tuple[tuple[str, ...], dict[str, str]]]:
-    """Return the dimensions and the attributes of each field of a body."""
-    rows, columns = "volume_y", "volume_x"
-    return {
-        field: (
-            ("layer", "component", rows, columns)
-            if field in _TENSORS
-            else ("layer", rows, columns),
-            {"units": unit, "long_name": text},
-        )
-        for field, (unit, text) in (_TENSORS | _FIELDS).items()
-    }
 
 
 def add_increments(dataset: netcdf.Dataset, increments: Sequence[Increment]) -> None:
@@ -259,39 +245,6 @@ def carried_arrays(dataset: xarray.Dataset) -> dict[str, NDArray[Any]]:
 def yielding_materials(pressed: ContactResult) -> list[str]:
     """Return the argument names of the yielding materials of a contact."""
     return [name for name in archive.MATERIALS if getattr(pressed, name).yield_strength is not None]
-
-
-# Results of a volume on several ranks: one file, written layer by layer.
-
-
-def write_result(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
-    """Write a result to a NetCDF file; all ranks that share the volume call this."""
-    bodies = [body for body in result.bodies if isinstance(body, SharedBody)]
-    if not bodies:
-        save_elastoplastic(result, path)
-        return
-    names = yielding_materials(result.solution)
-    maps = {
-        netcdf.Streamed(
-            f"{name}_{field}",
-            own.dtype.str,
-            (body.thickness.size, *own.shape[1:]),
-            about,
-            packed=True,
-            dims=dims,
-        ): [
-            netcdf.RankPart(layer % body.share.count, 1, partial(_read_layer, body, own, layer))
-            for layer in range(body.thickness.size)
-        ]
-        for name, body in zip(names, bodies, strict=True)
-        for field, (dims, about) in field_attributes().items()
-        for own in (getattr(body.own, field),)
-    }
-    netcdf.write_shared(lambda: to_dataset(result)[0], maps, path, bodies[0].share.ranks)
-
-
-def _read_layer(body: SharedBody, own: Array, layer: int) -> Array:
-    return own[[body.local_layers.index(layer)]]
 
 
 # Checks of result files: checksums, and solutions recomputed from the stored fields.

@@ -50,7 +50,7 @@ class Checkpoint:
         cls, result: ElastoplasticResult, carried: Mapping[str, Array] | None = None
     ) -> Checkpoint:
         """Return the checkpoint of a result and the values carried to the next load."""
-        bodies = [(body.plastic_strain, body.accumulated) for body in result.whole_bodies]
+        bodies = [(body.plastic_strain, body.accumulated) for body in result.bodies]
         return cls(
             Extent.from_result(result),
             bodies,
@@ -282,7 +282,7 @@ def _run_record(
         "start": None,
     }
     if start is not None:
-        layers = [strain for body in start.whole_bodies for strain in body.plastic_strain]
-        flowed = [layer for body in start.whole_bodies for layer in body.accumulated]
+        layers = [strain for body in start.bodies for strain in body.plastic_strain]
+        flowed = [layer for body in start.bodies for layer in body.accumulated]
         described["start"] = checkpoints.digest_arrays(start.solution.pressure, *layers, *flowed)
     return described

@@ -39,8 +39,8 @@ from roughcontact.elastoplastic.problem import (
 )
 from roughcontact.elastoplastic.volume_result import CONVERGED, Increment, PathPoint
 from roughcontact.errors import ArgumentRef, Sentence
+from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.layers import Pull
-from roughcontact.halfspace.volume_partition import VolumePartition
 from roughcontact.solvers.anderson import Mixer, Parts, embedded
 from roughcontact.solvers.problem import Loaded
 
@@ -89,19 +89,20 @@ class IncrementLoop:
         self,
         problem: ElastoplasticProblem,
         solver: ContactSolver,
-        share: VolumePartition,
+        workspace: Workspace,
         extent: Extent,
         *,
         deepen: bool,
     ) -> None:
-        self.problem, self.solver = problem, solver
-        self.share, self._workspace = share, share.workspace
+        self.problem, self.solver, self._workspace = problem, solver, workspace
         self._deepen, self._widen = deepen, bool(problem.pair.boundary.free_axes)
         pair = problem.pair
         both = (pair.material, 1.0), (pair.counter_material, -1.0)
         yielding = [(body, sign) for body, sign in both if body.yield_strength is not None]
         self.bodies = [
-            YieldingBody(material, pair.pixel, pair.boundary, problem.precision, share, pulled=sign)
+            YieldingBody(
+                material, pair.pixel, pair.boundary, problem.precision, workspace, pulled=sign
+            )
             for material, sign in yielding
         ]
         # Where the counter-body slides its strain moves with it.
@@ -213,7 +214,7 @@ class IncrementLoop:
     @property
     def flowing(self) -> bool:
         """Whether any plastic strain was added in the last increment."""
-        return self.share.any(any(part.any() for added in self._added for part in added))
+        return any(part.any() for added in self._added for part in added)
 
     def unfreeze_strain(self) -> None:
         """Make the plastic strain writable again, which a result has made read-only."""
@@ -327,29 +328,23 @@ class IncrementLoop:
         )
         sizes = [(item.grid(surface.shape), item.thickness.size) for item in (old, new)]
         # Without sufficient memory a caution of the result reports the plastic strain there.
-        if sizes[0] == sizes[1]:
-            return False
-        if self.share.any(not is_within_memory(self.problem, self.share, *sizes)):
+        if sizes[0] == sizes[1] or not is_within_memory(self.problem, *sizes):
             return False
         self._resize(new)
         return True
 
     def _has_reached_bottom(self) -> bool:
-        layers = self.extent.thickness.size
-        lowest = self.bodies[0].here[-1] == layers - 1
-        return self.share.any(lowest and any(parts[-1].any() for parts in self._added))
+        return any(parts[-1].any() for parts in self._added)
 
     def _has_reached_edge(self) -> bool:
         ny, nx = self.bodies[0].shape
         edge = np.ones((ny, nx), bool)
         edge[GUARD:-GUARD, GUARD:-GUARD] = False
         flat = edge.ravel()
-        return self.share.any(
-            any(
-                strain[:, flat[place]].any()
-                for places, added in zip(self._places, self._added, strict=True)
-                for place, strain in zip(places, added, strict=True)
-            )
+        return any(
+            strain[:, flat[place]].any()
+            for places, added in zip(self._places, self._added, strict=True)
+            for place, strain in zip(places, added, strict=True)
         )
 
     def _relax(
@@ -358,7 +353,7 @@ class IncrementLoop:
         """Compute the plastic strain added by one increment; None without convergence."""
         solver, tolerance, load = self.solver, self.problem.tolerance, self._point.load
         self._guess(IncrementInfo(load - before.load, *self._pixel_path(before, self._point)))
-        mixer = Mixer(self._weights(), self._workspace, self._whole)
+        mixer = Mixer(self._weights(), self._workspace)
         convolutions = solver.convolutions
         residuals: list[float] = []
         for iteration in range(1, int(self.problem.max_iterations) + 1):
@@ -416,19 +411,13 @@ class IncrementLoop:
         self._added[number][layer] = self._added[number][layer][:, inside][:, order]
 
     def _weights(self) -> list[float]:
-        """Return the weight of a squared strain in each local layer, body by body."""
+        """Return the weight of a squared strain in each layer, body by body."""
         first = self.bodies[0]
         return [
             body.shear_modulus / first.shear_modulus * float(h / first.thickness[0])
             for body in self.bodies
-            for h in body.thickness[body.here]
+            for h in body.thickness
         ]
-
-    def _whole(self, rows: Array) -> Array:
-        """Return the gathered rows of all layers from the local ones, body by body."""
-        layers = self.extent.thickness.size
-        bodies = np.split(rows, len(self.bodies))
-        return np.concatenate([self.share.gather_layers(part, layers) for part in bodies])
 
     def _return_to_yield_surface(self, mixer: Mixer) -> tuple[Parts, Parts]:
         """Return the strain after and before the return to the yield surface."""
@@ -465,8 +454,7 @@ class IncrementLoop:
 
         self._workspace.each(measure, range(len(x)))
         minimum = max(body.law.initial / (2 * body.shear_modulus) for body in self.bodies)
-        change, size = (self.share.largest(float(result.max())) for result in (changes, sizes))
-        return float(change / max(minimum, size))
+        return float(changes.max()) / max(minimum, float(sizes.max()))
 
 
 # --- Load steps as small as an estimate of their error requires ---

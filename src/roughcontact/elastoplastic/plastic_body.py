@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,9 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import InputError
 from roughcontact.halfspace import tensors
-from roughcontact.halfspace.volume_partition import DistributedPartition
 from roughcontact.material.material import Material
 
 Array = NDArray[Any]
@@ -233,157 +230,3 @@ class PlasticBody:
         )
         faces = np.append(0.0, np.cumsum(self.thickness))
         return faces, accumulated, self.material.law.strength(accumulated), stress, residual
-
-
-# --- A yielded body whose layers are distributed over several ranks ---
-
-
-@dataclass(frozen=True, eq=False)
-class SharedBody:
-    """Body whose layers are distributed over several ranks; all values are global."""
-
-    own: PlasticBody  # The layers of this rank
-    share: DistributedPartition  # The ranks
-    thickness: NDArray[np.float64]  # (nz,) Thickness of all layers [m]
-    cells: NDArray[np.int64]  # (nz,) Number of pixels with plastic strain in each layer
-    layers: LayerProfile  # Largest values of each layer below the map
-    maximum_place: tuple[
-        int, int, int
-    ]  # Layer, row and column of the largest plastic strain below the map
-    planes: tuple[tuple[Array, ...], tuple[Array, ...]]
-    flowed_at_top: NDArray[np.bool_]  # (ny, nx)
-    flowed_under: NDArray[np.bool_]  # (ny, nx)
-    max_plastic_strain: float  # As of a `PlasticBody`
-    max_von_mises: float  # As of a `PlasticBody`
-    max_residual_von_mises: float  # As of a `PlasticBody`
-    has_reached_rim: bool  # As of a `PlasticBody`
-    has_reached_bottom: bool  # As of a `PlasticBody`
-    flows_back: bool  # As of a `PlasticBody`
-
-    @property
-    def local_layers(self) -> range:
-        """Local layers, by number."""
-        return self.share.layers(self.thickness.size)
-
-    @property
-    def material(self) -> Material:
-        """Material of the body."""
-        return self.own.material
-
-    @property
-    def margin(self) -> int:
-        """Rows and columns of the volume beyond each edge of the map."""
-        return self.own.margin
-
-    @property
-    def depth(self) -> NDArray[np.float64]:
-        """Depth of the middle of each layer [m], shape (nz,)."""
-        return np.cumsum(self.thickness) - self.thickness / 2
-
-    @property
-    def plastic_volume(self) -> float:
-        """Volume with plastic strain [m³]."""
-        return float(self.cells @ self.thickness) * self.own.pixel_area
-
-    @property
-    def plastic_depth(self) -> float:
-        """Depth that plastic strain reaches [m]: the lower face of its lowest layer."""
-        layers = np.flatnonzero(self.cells)
-        return float(self.thickness[: layers[-1] + 1].sum()) if layers.size else 0.0
-
-    def largest_strain_index(self, inside: Window) -> tuple[int, int, int]:
-        """Return layer, row and column of the largest plastic strain below the map."""
-        return self.maximum_place
-
-    def layer_profile(self, inside: Window) -> LayerProfile:
-        """Return the largest values of each layer below the map."""
-        return self.layers
-
-    def depth_values(self, where: Place) -> tuple[Array, Array, Array, Array, Array]:
-        """Return faces [m], accumulated strain, strength and both stresses [Pa] at pixels.
-
-        Only the row and the column through the largest plastic strain are available.
-        """
-        (_, row, column), (y, x) = self.maximum_place, where
-        faces = np.append(0.0, np.cumsum(self.thickness))
-        if y == row + self.margin:
-            item, two, three, four = (field[:, x] for field in self.planes[0])
-        elif x == column + self.margin:
-            item, two, three, four = (field[:, y] for field in self.planes[1])
-        else:
-            raise InputError(
-                "of a volume on several ranks only the row and the column through the largest "
-                f"plastic strain are kept, {row} and {column}; save the result as .nc, and read it "
-                "in one process"
-            )
-        return faces, item, two, three, four
-
-
-def gather_body(
-    own: PlasticBody,
-    share: DistributedPartition,
-    thickness: NDArray[np.float64],
-    shape: tuple[int, int],
-) -> SharedBody:
-    """Return the global view of a body from the layers of all ranks; all ranks call this."""
-    layers = thickness.size
-    inside = tuple(slice(own.margin, own.margin + points) for points in shape)
-    window = inside[0], inside[1]
-    here = own.layer_profile(window)
-
-    def whole(values: Any) -> Array:
-        return share.gather_layers(np.asarray(values), layers)
-
-    profile = LayerProfile(
-        np.append(0.0, np.cumsum(thickness)),
-        *(
-            whole(getattr(here, name))
-            for name in (
-                "plastic_fraction",
-                "max_accumulated",
-                "max_von_mises",
-                "max_residual_von_mises",
-            )
-        ),
-    )
-    maximum = _most_strained(own, window, profile, whole)
-    row, column = maximum[1] + own.margin, maximum[2] + own.margin
-    rows, columns = (
-        own.depth_values(where)[1:] for where in ((row, slice(None)), (slice(None), column))
-    )
-    lowest = share.layers(layers)[-1] == layers - 1
-    top = own.flowed_at_top & (share.layers(layers)[0] == 0)
-    under = own.flowed_under
-    if share.count > 1:
-        top, under = (share.ranks.allreduce(result.astype(np.int32)) > 0 for result in (top, under))
-    return SharedBody(
-        own=own,
-        share=share,
-        thickness=thickness,
-        cells=whole(np.count_nonzero(own.accumulated, axis=(1, 2))),
-        layers=profile,
-        maximum_place=maximum,
-        planes=(tuple(map(whole, rows)), tuple(map(whole, columns))),
-        flowed_at_top=top,
-        flowed_under=under,
-        max_plastic_strain=share.largest(own.max_plastic_strain),
-        max_von_mises=share.largest(own.max_von_mises),
-        max_residual_von_mises=share.largest(own.max_residual_von_mises),
-        has_reached_rim=share.any(own.has_reached_rim),
-        has_reached_bottom=share.any(lowest and own.has_reached_bottom),
-        flows_back=share.any(own.flows_back),
-    )
-
-
-def _most_strained(
-    own: PlasticBody, window: Window, profile: LayerProfile, whole: Callable[[Any], Array]
-) -> tuple[int, int, int]:
-    """Return layer, row and column of the largest strain, or stress without any strain."""
-    result = profile.max_accumulated
-    values = own.accumulated[:, *window]
-    if not result.any():
-        result, values = profile.max_von_mises, own.von_mises[:, *window]
-    first = values.reshape(len(values), -1).argmax(axis=1)
-    layer = int(result.argmax())
-    row, column = divmod(int(whole(first)[layer]), values.shape[2])
-    return layer, row, column

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from roughcontact.elastoplastic.plastic_body import PlasticBody
 from roughcontact.halfspace import fft, tensors
-from roughcontact.halfspace.fft import frequencies, half_frequencies
+from roughcontact.halfspace.fft import Workspace, frequencies, half_frequencies
 from roughcontact.halfspace.layers import Pull
 from roughcontact.halfspace.plastic_halfspace import PlasticHalfSpace
-from roughcontact.halfspace.volume_partition import VolumePartition
 from roughcontact.material.hardening import back_modulus, plastic_increment
 from roughcontact.material.material import Material
 from roughcontact.solvers.anderson import Parts
@@ -43,7 +42,7 @@ class YieldingBody:
         pixel: tuple[float, float],
         boundary: str,
         precision: str,
-        share: VolumePartition,
+        workspace: Workspace,
         *,
         pulled: float = 1.0,
     ) -> None:
@@ -52,7 +51,7 @@ class YieldingBody:
         # Sliding distance over the map [pixels]; fields are stored in coordinates of the body.
         self.slid: Way = (0.0, 0.0)
         self.material, self.pixel = material, pixel
-        self.boundary, self.precision, self._share = boundary, precision, share
+        self.boundary, self.precision, self._workspace = boundary, precision, workspace
         self.law = material.law
         # Factor of Prager's back stress to the tensor of plastic strain.
         self._back = 2 / 3 * back_modulus(self.law)
@@ -71,22 +70,19 @@ class YieldingBody:
             poisson=self.material.poisson,
             boundary=self.boundary,
             precision=self.precision,
-            workspace=self._share.workspace,
-            share=self._share,
+            workspace=self._workspace,
         )
         old, accumulated = self.strain, self.accumulated
         ny, nx = old.shape[-2:]
         top, left = (shape[0] - ny) // 2, (shape[1] - nx) // 2
         place = np.s_[: len(old), ..., top : top + ny, left : left + nx]
         self.thickness, self.shape = thickness, shape
-        # Local layers; layers added below leave the others in place.
-        self.here = self._share.layers(thickness.size)
-        self.strain = np.zeros((len(self.here), 5, *shape), self.real)
+        self.strain = np.zeros((thickness.size, 5, *shape), self.real)
         self.strain[place] = old
-        fields: Array = np.zeros((len(self.here), *shape), self.real)
+        fields: Array = np.zeros((thickness.size, *shape), self.real)
         fields[place] = accumulated.reshape(len(old), ny, nx)
-        self.accumulated = fields.reshape(len(self.here), -1)
-        self._update_strength(range(len(self.here)))
+        self.accumulated = fields.reshape(thickness.size, -1)
+        self._update_strength(range(thickness.size))
 
     def _update_strength(self, layers: range) -> None:
         if layers.start == 0:
@@ -223,18 +219,17 @@ class YieldingBody:
     @property
     def max_plastic_strain(self) -> float:
         """Largest accumulated plastic strain."""
-        return self._share.largest(float(self.accumulated.max()))
+        return float(self.accumulated.max())
 
     @property
     def plastic_volume(self) -> float:
         """Volume with plastic strain [m³]."""
         cells = np.count_nonzero(self.accumulated, axis=1)
-        cells = self._share.gather_layers(cells, self.thickness.size)
         dy, dx = self.pixel
         return float(cells @ self.thickness) * dy * dx
 
     def final_layers(self, pressure: Array, pull: Pull, margin: int) -> tuple[PlasticBody, float]:
-        """Return the local layers with stresses, and the relative excess over yield strength."""
+        """Return the layers with stresses, and the relative excess over yield strength."""
         fields = self.strain.shape[0], *self.strain.shape[2:]
         excess = np.full(fields[0], -1.0)
         stress, residual = np.empty_like(self.strain), np.empty_like(self.strain)
@@ -265,14 +260,14 @@ class YieldingBody:
             self.material,
             dy * dx,
             margin,
-            self.thickness[self.here],
+            self.thickness,
             *self.strain_on_map(),
             stress,
             mean,
             residual,
             mean_residual,
         )
-        return body, self._share.largest(float(excess.max()))
+        return body, float(excess.max())
 
 
 def shift_field(field: NDArray[np.float64], way: Way) -> NDArray[np.float64]:

@@ -98,7 +98,7 @@ def largest_strain(result: ElastoplasticResult) -> float:
     """
     if not result.has_moved:
         return result.max_plastic_strain
-    tensor = (body.plastic_strain.swapaxes(0, 1) for body in result.whole_bodies)
+    tensor = (body.plastic_strain.swapaxes(0, 1) for body in result.bodies)
     return 2 / 3 * max(float(tensors.equivalent(strain).max()) for strain in tensor)
 
 

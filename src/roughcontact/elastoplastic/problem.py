@@ -19,7 +19,6 @@ from roughcontact.errors import InputError
 from roughcontact.halfspace import plastic_halfspace
 from roughcontact.halfspace.fft import Workspace, default_workers
 from roughcontact.halfspace.layers import SWEEP_POINTS, graded_layers
-from roughcontact.halfspace.volume_partition import MAX_MESSAGE_BYTES, VolumePartition
 from roughcontact.material.material import CEILING_FACTOR, Material
 from roughcontact.solvers import bounded
 from roughcontact.solvers.operator import Family
@@ -84,14 +83,9 @@ class ContactSolver:
     """Contact solver that starts each time from the previous pressure."""
 
     def __init__(
-        self,
-        gap: NDArray[np.float64],
-        make: Family,
-        area: float,
-        tolerance: float,
-        share: VolumePartition,
+        self, gap: NDArray[np.float64], make: Family, area: float, tolerance: float
     ) -> None:
-        self._map, self._share = gap, share
+        self._map = gap
         self._make, self.area, self.tolerance = make, area, tolerance
         self.resize(0)
         self.approach = 0.0
@@ -133,9 +127,7 @@ class ContactSolver:
         if total > 0.9 * limit * np.count_nonzero(np.isfinite(self.initial_gap)):
             return np.isfinite(self.initial_gap)
         problem = ContactProblem(self.initial_gap, limit, total)
-        rough = self._share.broadcast_from_first(
-            lambda: bounded.solve(problem, self._make, tolerance=1e-2, max_iterations=200)
-        )
+        rough = bounded.solve(problem, self._make, tolerance=1e-2, max_iterations=200)
         pressed = np.zeros(self.initial_gap.shape, bool)
         pressed.ravel()[rough.index] = True
         return pressed
@@ -153,14 +145,12 @@ class ContactSolver:
             self.loaded, self.solution = None, None
             self.approach = float(gap.min())
             return
-        solution = self._share.broadcast_from_first(
-            lambda: bounded.solve(
-                ContactProblem(gap, np.inf, load / self.area),
-                self._make,
-                tolerance=self.tolerance,
-                max_iterations=_CONTACT_CONVOLUTIONS,
-                start=self.loaded,
-            )
+        solution = bounded.solve(
+            ContactProblem(gap, np.inf, load / self.area),
+            self._make,
+            tolerance=self.tolerance,
+            max_iterations=_CONTACT_CONVOLUTIONS,
+            start=self.loaded,
         )
         self.convolutions += solution.convolutions
         self.loaded = solution.index, solution.pressure
@@ -168,9 +158,7 @@ class ContactSolver:
         self.approach, self.solution = solution.approach, solution
 
 
-def solve_without_load(
-    problem: ElastoplasticProblem, share: VolumePartition, workspace: Workspace
-) -> ContactSolver:
+def solve_without_load(problem: ElastoplasticProblem, workspace: Workspace) -> ContactSolver:
     """Return the contact solver without pressure, or raise `InputError` if no body yields."""
     if not problem.yielding:
         raise InputError(
@@ -179,7 +167,7 @@ def solve_without_load(
     gap = touchable_gap(problem.pair)
     # The contact is solved repeatedly on the same few grids.
     make = lru_cache(maxsize=12)(problem.pair.operators("double", workspace))
-    return ContactSolver(gap, make, problem.pair.pixel_area, problem.contact_tolerance, share)
+    return ContactSolver(gap, make, problem.pair.pixel_area, problem.contact_tolerance)
 
 
 # --- Depth and width of the volume in which bodies may yield ---
@@ -291,7 +279,6 @@ def memory_estimate(
     bodies: int = 1,
     boundary: str = "free",
     precision: str = "single",
-    ranks: int = 1,
 ) -> int:
     """Return an estimate of the memory that `solve_elastoplastic` needs [bytes]."""
     real = 8 if precision == "double" else 4
@@ -301,48 +288,28 @@ def memory_estimate(
     # acceleration for a quarter of the points. The bodies share the work arrays of the threads.
     swept = min(default_workers() * SWEEP_POINTS, padded / 4)
     volume = bodies * layers * (7.5 * padded + 35 * points) + (6 * layers + 56) * swept
-    # Messages between ranks: one or more layers per thread, in six arrays.
-    layer = max(MAX_MESSAGE_BYTES, default_workers() * 5 * real * padded)
-    under_way = 0 if ranks == 1 else 6 * layer
-    return int(real * volume) // ranks + under_way + 200 * points
+    return int(real * volume) + 200 * points
 
 
-def require_memory(
-    shape: tuple[int, int],
-    layers: int,
-    *,
-    bodies: int = 1,
-    boundary: str = "free",
-    precision: str = "single",
-    share: VolumePartition | None = None,
-) -> None:
+def require_memory(shape: tuple[int, int], layers: int, **terms: Any) -> None:
     """Raise `InsufficientMemoryError` unless a volume fits into free memory."""
-    count, reference = (1, 1) if share is None else (share.count, share.here)
-    needed = reference * memory_estimate(
-        shape, layers, bodies=bodies, boundary=boundary, precision=precision, ranks=count
-    )
+    needed = memory_estimate(shape, layers, **terms)
     points = memory.square_side(needed, shape)
-    what = f"{shape[0]} × {shape[1]} points in {layers} layers"
-    if count > 1:
-        what += f" on {count} ranks, {reference} of them on this machine,"
     memory.require_memory(
         needed,
-        f"{what} need",
+        f"{shape[0]} × {shape[1]} points in {layers} layers need",
         advice=(f"a square grid of up to about {points} × {points} points fits, or fewer layers",),
     )
 
 
 def is_within_memory(
     problem: ElastoplasticProblem,
-    share: VolumePartition,
     old: tuple[tuple[int, int], int],
     new: tuple[tuple[int, int], int],
 ) -> bool:
     """Return whether a volume can grow from one grid and number of layers to another."""
-    more, less = (
-        memory_estimate(*size, **memory_terms(problem), ranks=share.count) for size in (new, old)
-    )
-    return share.here * (more - less) < memory.free_bytes()
+    more, less = (memory_estimate(*size, **memory_terms(problem)) for size in (new, old))
+    return more - less < memory.free_bytes()
 
 
 def memory_terms(problem: ElastoplasticProblem) -> dict[str, Any]:

@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import memory
 from roughcontact._tools.arguments import validate_arguments
-from roughcontact._tools.ranks import Ranks
 from roughcontact._version import __version__
 from roughcontact.contact.load_case import GivenLoad, Load, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
@@ -29,7 +28,6 @@ from roughcontact.contact.validation import as_finite_row, check_holes
 from roughcontact.elastoplastic import increments as stepping, problem as setup
 from roughcontact.elastoplastic.checkpoints import Checkpoint, CheckpointSeries, open_step_folder
 from roughcontact.elastoplastic.increments import AUTO, IncrementLoop, IterationInfo, points_between
-from roughcontact.elastoplastic.plastic_body import gather_body
 from roughcontact.elastoplastic.problem import (
     MIN_LAYERS,
     ContactSolver,
@@ -56,12 +54,7 @@ from roughcontact.errors import (
     require_count,
     require_positive,
 )
-from roughcontact.halfspace.fft import Workspace, default_workers
-from roughcontact.halfspace.volume_partition import (
-    DistributedPartition,
-    SingleProcess,
-    VolumePartition,
-)
+from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers.progress import Progress, Status, Tell, shows_progress_bar
 from roughcontact.surface.surface import Surface
@@ -116,16 +109,6 @@ def check_arguments(
             argument="start",
         )
     problem.check_same("start", start)
-
-
-def check_shared(**specified: Any) -> None:
-    """Raise `InputError` for arguments that are unavailable on several ranks."""
-    for name, value in specified.items():
-        if value is not None:
-            raise InputError(
-                "is not available for a volume on several ranks: give a load or loads alone",
-                argument=name,
-            )
 
 
 def _check_layers(depth: float | None, layers: ArrayLike | None, pixel: float) -> None:
@@ -269,7 +252,6 @@ def solve_elastoplastic(
     folder: str | os.PathLike[str] | None = None,
     progress: Tell = None,
     on_step: Callable[[int, ElastoplasticResult], object] | None = None,
-    ranks: Any = None,
 ) -> ElastoplasticResult:
     """Solve a contact with plastic strain below the surface, along a path of loads.
 
@@ -330,11 +312,6 @@ def solve_elastoplastic(
     on_step : callable, optional
         ``on_step(number, state)`` is called at every requested load, and for the complete states
         in the folder. The folder then keeps every state complete.
-    ranks : mpi4py.MPI.Comm, optional
-        Communicator of processes that share the layers of the volume. All processes call this
-        with the same arguments and a load or loads, without a folder, and return the same values,
-        equal to the bit to those of one process. Each process has the fields of its layers only,
-        see `roughcontact.elastoplastic.plastic_body.SharedBody`.
 
     Returns
     -------
@@ -388,10 +365,10 @@ def solve_elastoplastic(
     force, specified = resolve_force(load, pair)
     points = points_of_path(problem, (force, loads, path), increments, start)
     automatic = increments == AUTO and path is None
-    share = _volume_share(pair.shape, ranks, start=start, folder=folder, on_step=on_step, path=path)
-    solver, extent = _prepare_solver(problem, points, *volume, start, share)
+    workspace = Workspace(1 if math.prod(pair.shape) < MIN_SHARED_POINTS else None)
+    solver, extent = _prepare_solver(problem, points, *volume, start, workspace)
     layered = [extent.margin, layers is None, *extent.thickness]
-    loop_in = partial(IncrementLoop, problem, solver, share, deepen=layers is None)
+    loop_in = partial(IncrementLoop, problem, solver, workspace, deepen=layers is None)
     with open_step_folder(folder, problem, points, start, layered, automatic=automatic) as steps:
         run = _PathRun(problem, points, automatic, steps, progress, began, on_step)
         result = _with_load_form(run.final_state(start, extent, loop_in), specified)
@@ -405,45 +382,27 @@ def _with_load_form(
     return replace(result, solution=replace(result.solution, specified_load=specified))
 
 
-def _volume_share(shape: tuple[int, int], communicator: Any, **alone: Any) -> VolumePartition:
-    """Return the partition of the volume: a single process without a communicator."""
-    if communicator is None:
-        return SingleProcess(Workspace(1 if math.prod(shape) < MIN_SHARED_POINTS else None))
-    check_shared(**alone)
-    ranks = communicator if isinstance(communicator, Ranks) else Ranks(communicator)
-    return DistributedPartition(ranks, Workspace(max(1, default_workers() // ranks.node_size())))
-
-
 def _prepare_solver(
     problem: ElastoplasticProblem,
     path: Sequence[PathPoint],
     depth: float | None,
     layers: ArrayLike | None,
     start: ElastoplasticResult | None,
-    share: VolumePartition,
+    workspace: Workspace,
 ) -> tuple[ContactSolver, Extent]:
     """Return the contact solver and the initial extent of the volume for a path."""
-
-    def require(shape: tuple[int, int], count: int) -> None:
-        share.run_on_all(
-            lambda: setup.require_memory(shape, count, **setup.memory_terms(problem), share=share)
-        )
-
+    terms = setup.memory_terms(problem)
     # Check before any allocation of the size of the map, and again with the final volume.
-    require(problem.pair.shape, MIN_LAYERS if layers is None else np.size(layers))
-    # One rank solves the contact, while the other cores of its machine are idle.
-    solver = solve_without_load(
-        problem, share, share.workspace if share.count == 1 else Workspace()
-    )
+    least = MIN_LAYERS if layers is None else np.size(layers)
+    setup.require_memory(problem.pair.shape, least, **terms)
+    solver = solve_without_load(problem, workspace)
     load = max(point.load for point in path)
     check_capacity(problem, solver, load)
     if start is None:
         extent = first_extent(problem, solver, load, depth, layers)
     else:
         extent = Extent.from_result(start)
-    grid = extent.grid(problem.pair.shape)
-    share.require(extent.thickness.size, grid)
-    require(grid, extent.thickness.size)
+    setup.require_memory(extent.grid(problem.pair.shape), extent.thickness.size, **terms)
     return solver, extent
 
 
@@ -571,14 +530,10 @@ def _result(
         status = Sentence(
             "the contact did not converge at the last load: ", *message_parts(pressed.status)
         )
-    bodies: Any = tuple(body for body, _ in finished)
-    if isinstance(share := loop.share, DistributedPartition):
-        layers = loop.extent.thickness
-        bodies = tuple(gather_body(body, share, layers, pair.shape) for body in bodies)
     return ElastoplasticResult(
         solution=pressed,
         residual_displacement=displacement[solver.inside].copy(),
-        bodies=bodies,
+        bodies=tuple(body for body, _ in finished),
         increments=tuple(done),
         yield_excess=max(excess for _, excess in finished),
         precision=problem.precision,

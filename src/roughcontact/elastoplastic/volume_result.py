@@ -24,10 +24,9 @@ from roughcontact.elastoplastic.plastic_body import (
     DepthSection,
     LayerProfile,
     PlasticBody,
-    SharedBody,
     Window,
 )
-from roughcontact.errors import InputError, input_error
+from roughcontact.errors import input_error
 from roughcontact.halfspace.layers import Pull
 from roughcontact.result import Result, presentation
 from roughcontact.surface.placement import shift_surface
@@ -184,8 +183,8 @@ class ElastoplasticResult(Result):
         displacement.
     residual_displacement : ndarray, shape (ny, nx)
         Change of the gap by plastic strain [m], positive into the bodies.
-    bodies : tuple of PlasticBody or SharedBody
-        Yielding bodies, the rough body first; on several ranks each has its local layers.
+    bodies : tuple of PlasticBody
+        Yielding bodies, the rough body first.
     increments : tuple of Increment
         Load increments in order, including those of a resumed run.
     yield_excess : float
@@ -207,7 +206,7 @@ class ElastoplasticResult(Result):
 
     solution: ContactResult
     residual_displacement: NDArray[np.float64]
-    bodies: tuple[PlasticBody | SharedBody, ...]
+    bodies: tuple[PlasticBody, ...]
     increments: tuple[Increment, ...]
     yield_excess: float
     precision: str
@@ -237,23 +236,6 @@ class ElastoplasticResult(Result):
     def contact(self) -> ContactResult:
         """Old name of ``solution``."""
         return self.solution
-
-    @property
-    def whole_bodies(self) -> tuple[PlasticBody, ...]:
-        """Bodies with complete fields.
-
-        Raises
-        ------
-        InputError
-            If the bodies are distributed over ranks.
-        """
-        whole = tuple(body for body in self.bodies if isinstance(body, PlasticBody))
-        if len(whole) < len(self.bodies):
-            raise InputError(
-                "the fields are distributed over several ranks: save the result as .nc, and read "
-                "it in one process"
-            )
-        return whole
 
     @property
     def largest(self) -> tuple[float, NDArray[np.float64]]:
@@ -414,13 +396,13 @@ def layers(result: ElastoplasticResult, body: int = 0) -> LayerProfile:
     return held.layer_profile(_map_window(result, held))
 
 
-def _body(result: ElastoplasticResult, body: int) -> PlasticBody | SharedBody:
+def _body(result: ElastoplasticResult, body: int) -> PlasticBody:
     if not 0 <= body < len(result.bodies):
         raise input_error("body", body, f"must be one of {len(result.bodies)} that yield")
     return result.bodies[body]
 
 
-def _map_window(result: ElastoplasticResult, body: PlasticBody | SharedBody) -> Window:
+def _map_window(result: ElastoplasticResult, body: PlasticBody) -> Window:
     """Return the rows and columns of the volume below the map."""
     ny, nx = result.solution.pressure.shape
     first = body.margin

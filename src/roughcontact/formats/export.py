@@ -94,7 +94,7 @@ CONTACT = FormatTable(
 VOLUME = FormatTable(
     "a result with its volume",
     {
-        ".nc": Content("everything", lazy_writer("elastoplastic.archive:write_result")),
+        ".nc": Content("everything", lazy_writer("elastoplastic.archive:save_elastoplastic")),
         ".vtr": Content("strain and stress of the volume model", VTR),
         ".vti": _MAPS,
         ".csv": _CSV,
@@ -125,7 +125,6 @@ def save_surface(surface: Surface, path: str | os.PathLike[str]) -> None:
 def save_contact(result: ContactResult, path: Target) -> None:
     """Write a contact in the format given by the suffix of the file; see `save_surface`."""
     if Path(path).suffix.lower() != ".nc":
-        result.require_whole("a file other than .nc")
         _require_kept(result.surface, path)
     CONTACT.write(result, path)
 

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import ArgumentRef, InputError, input_error
-from roughcontact.halfspace.convolution import LocalSums
 from roughcontact.surface.cleaning import filling
 from roughcontact.units import count_noun
 
@@ -48,20 +46,19 @@ def parse_no_data(value: object, argument: str = "no_data") -> float | str | Non
     return code
 
 
-def find_code(heights: Array, unit: float, sums: Any = None) -> tuple[float, int] | None:
+def find_code(heights: Array, unit: float) -> tuple[float, int] | None:
     """Return the value, in units of the file, that marks points without data, and their number.
 
     A code is a known one, occurs more than once, and is far from all other values.
     """
-    sums = LocalSums() if sums is None else sums
     values = heights[np.isfinite(heights)]
-    for extreme in (sums.smallest(values), sums.largest(values)):
+    for extreme in _extremes(values):
         code = extreme / unit
         if not _is_known(code):
             continue
         marked = _are_equal(values, extreme)
-        count, others = sums.count(marked), values[~marked]
-        low, high = sums.smallest(others), sums.largest(others)
+        count, others = int(np.count_nonzero(marked)), values[~marked]
+        low, high = _extremes(others)
         distance = max(low - extreme, extreme - high)
         required = _DISTANCE_OF_ZERO if extreme == 0 else _DISTANCE
         if count > 1 and low < high and distance > required * (high - low):
@@ -70,7 +67,7 @@ def find_code(heights: Array, unit: float, sums: Any = None) -> tuple[float, int
 
 
 def mark_missing(
-    name: str, heights: Array, unit: float, no_data: float | str | None, sums: Any = None
+    name: str, heights: Array, unit: float, no_data: float | str | None
 ) -> tuple[Array, Mapping[float, int]]:
     """Return the heights of a file with NaN for codes, and the number of points of each code.
 
@@ -79,15 +76,14 @@ def mark_missing(
     InputError
         If ``no_data`` is a number or None, and there is another code.
     """
-    sums = LocalSums() if sums is None else sums
     codes: dict[float, int] = {}
     if no_data == NONE:
         return heights, codes
     if isinstance(no_data, float):
         marked = _are_equal(heights, no_data * unit)
-        codes[no_data] = sums.count(marked)
+        codes[no_data] = int(np.count_nonzero(marked))
         heights = np.where(marked, np.nan, heights)
-    while (found := find_code(heights, unit, sums)) is not None:
+    while (found := find_code(heights, unit)) is not None:
         code, count = found
         if no_data != AUTO:
             remedy = AUTO if no_data is not None else float(format_code(code))
@@ -96,7 +92,7 @@ def mark_missing(
                 "other heights: a code for missing data. Set them missing with ",
                 ArgumentRef("no_data", remedy),
                 " and, for example, ",
-                ArgumentRef("missing", filling(count / sums.size(heights))),
+                ArgumentRef("missing", filling(count / heights.size)),
                 ", or keep the heights with ",
                 ArgumentRef("no_data", NONE),
             )
@@ -116,6 +112,11 @@ def describe_codes(codes: Mapping[float, int]) -> tuple[str, ...]:
 def format_code(code: float) -> str:
     """Return a code with the digits by which it is found."""
     return f"{code:.9g}"
+
+
+def _extremes(values: Array) -> tuple[float, float]:
+    """Return the smallest and the largest value; infinite without values."""
+    return float(values.min(initial=math.inf)), float(values.max(initial=-math.inf))
 
 
 def _is_known(code: float) -> bool:

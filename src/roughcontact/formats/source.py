@@ -530,13 +530,7 @@ def check_scale(path: Path, surface: Surface) -> None:
     """Raise `FormatError` for scales that no measured map has."""
     top, bottom = float(np.nanmax(surface.heights)), float(np.nanmin(surface.heights))
     first = int(surface.is_profile)
-    check_lengths(path, surface.size[first:], surface.pixel[first:], (bottom, top))
-
-
-def check_lengths(
-    path: Path, sides: tuple[float, ...], pixel: tuple[float, ...], heights: tuple[float, float]
-) -> None:
-    """Raise `FormatError` for sides, pixels or heights [m] that no measured map has."""
+    sides, pixel = surface.size[first:], surface.pixel[first:]
     what = "check the unit and the size in the file"
     for name, counted, (low, high) in (
         ("sides (y, x)", sides, _SIDE_RANGE),
@@ -552,7 +546,6 @@ def check_lengths(
                 f"{ArgumentRef('size', '0.1 mm x 0.2 mm')} and "
                 f"{ArgumentRef('override_size', True)}"
             )
-    bottom, top = heights
     span, longest = top - bottom, max(sides)
     if span > _HEIGHT_OVER_SIDE * longest:
         raise FormatError(

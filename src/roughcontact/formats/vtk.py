@@ -80,7 +80,7 @@ def save_vtr(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
     """Write plastic strain and stress of the volume to a VTK grid, which ParaView opens."""
     require_suffix(path, ".vtr")
     (ny, nx), (dy, dx) = result.solution.surface.shape, result.solution.surface.pixel
-    margin = result.whole_bodies[0].margin
+    margin = result.bodies[0].margin
     x = np.arange(-margin, nx + margin + 1) * dx
     y = np.arange(-margin, ny + margin + 1) * dy
     z, cells = _stacked(result)
@@ -134,7 +134,7 @@ def _stacked(result: ElastoplasticResult) -> tuple[NDArray[np.float64], list[_La
     ]
     cells: list[_Layer] = []
     faces = [0.0]
-    for side, body in zip(sides, result.whole_bodies, strict=True):
+    for side, body in zip(sides, result.bodies, strict=True):
         layers = [_Layer(side, body, number) for number in range(body.thickness.size)]
         depths = np.cumsum(body.thickness).tolist()
         if side < 0:

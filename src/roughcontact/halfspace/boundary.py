@@ -10,13 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from roughcontact.errors import InputError, require_choice
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from roughcontact._tools.ranks import Ranks
     from roughcontact.halfspace.coating import Coatings
     from roughcontact.halfspace.convolution import Convolution
-    from roughcontact.halfspace.distributed import Grid, SlabConvolution
     from roughcontact.halfspace.fft import Workspace
 
 
@@ -199,52 +194,6 @@ class Boundary(StrEnum):
 
         return operator
 
-    def slab_operators(
-        self,
-        edges: Sequence[int],
-        shape: tuple[int, int],
-        pixel: tuple[float, float],
-        contact_modulus: float,
-        ranks: Ranks,
-        *,
-        coatings: Coatings | None = None,
-        precision: str = "double",
-        workspace: Workspace,
-    ) -> Callable[[tuple[int, int], tuple[int, int]], SlabConvolution]:
-        """Return a factory of the operators of a map on several ranks, and of coarser grids.
-
-        Parameters
-        ----------
-        edges, ranks
-            As for `distributed.operators`.
-        shape, pixel, contact_modulus, coatings, precision, workspace
-            As for `operators`.
-
-        Returns
-        -------
-        callable
-            ``operator(shape, (ky, kx))`` as required by `bounded.solve`; a collective call.
-        """
-        from roughcontact.halfspace import distributed
-
-        symbol = _MODELS[self].slab_symbol
-        if symbol is None:
-            known = [b for b in Boundary if _MODELS[b].slab_symbol]
-            raise self._not_known("a map on several ranks", known)
-        return distributed.operators(
-            symbol,
-            self.free_axes,
-            longer_side(shape, pixel),
-            edges,
-            shape,
-            pixel,
-            contact_modulus,
-            ranks,
-            coatings=coatings,
-            precision=precision,
-            workspace=workspace,
-        )
-
     def operator_memory(self, shape: tuple[int, int], precision: str) -> int:
         """Return the memory that `operator` needs, in bytes.
 
@@ -308,8 +257,6 @@ class _BoundaryModel(NamedTuple):
         Whether stress, plasticity and tangential loading are available.
     of_profile : str
         Value of the boundary of a profile; empty if profiles are not available.
-    slab_symbol : callable, optional
-        Share of a rank of the symbol, such as `distributed.free`.
     kernel_memory : callable, optional
         ``kernel_memory(shape)``, bytes of one quadrant of the kernel spectrum in double precision;
         by default of a kernel on the map, twice as long along free axes.
@@ -321,7 +268,6 @@ class _BoundaryModel(NamedTuple):
     operator: Callable[..., Convolution]
     known_below: bool = False
     of_profile: str = ""
-    slab_symbol: Callable[..., tuple[NDArray[np.float64], float]] | None = None
     kernel_memory: Callable[[tuple[int, int]], int] | None = None
 
 
@@ -346,24 +292,6 @@ def _periodic_strip_operator(*problem: Any, **options: Any) -> Convolution:
     return convolution.strip(*problem, **options)
 
 
-def _free_slab(grid: Grid) -> tuple[NDArray[np.float64], float]:
-    from roughcontact.halfspace import distributed
-
-    return distributed.free(grid)
-
-
-def _periodic_slab(grid: Grid) -> tuple[NDArray[np.float64], float]:
-    from roughcontact.halfspace import distributed
-
-    return distributed.periodic(grid)
-
-
-def _endless_slab(grid: Grid, axis: int) -> tuple[NDArray[np.float64], float]:
-    from roughcontact.halfspace import distributed
-
-    return distributed.strip_y(grid) if axis == 0 else distributed.strip_x(grid)
-
-
 def _strip(axis: int) -> _BoundaryModel:
     along, across = ("y", "x") if axis == 0 else ("x", "y")
     return _BoundaryModel(
@@ -372,7 +300,6 @@ def _strip(axis: int) -> _BoundaryModel:
         ("Johnson1985", "DLMF"),
         partial(_periodic_strip_operator, axis=axis),
         of_profile="periodic-y" if axis == 0 else "periodic",
-        slab_symbol=partial(_endless_slab, axis=axis),
     )
 
 
@@ -384,7 +311,6 @@ _MODELS = {
         _free_operator,
         known_below=True,
         of_profile="periodic-y",
-        slab_symbol=_free_slab,
     ),
     Boundary.PERIODIC: _BoundaryModel(
         (0, 1),
@@ -393,7 +319,6 @@ _MODELS = {
         _periodic_operator,
         known_below=True,
         of_profile="periodic",
-        slab_symbol=_periodic_slab,
     ),
     Boundary.PERIODIC_X: _strip(1),
     Boundary.PERIODIC_Y: _strip(0),

@@ -14,15 +14,15 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import require_pixel, require_positive
 from roughcontact.halfspace import fft, kernels
-from roughcontact.halfspace.coating import Coatings, Table
-from roughcontact.halfspace.fft import Workspace, default_workers
+from roughcontact.halfspace.coating import Coatings
+from roughcontact.halfspace.fft import Workspace
 
 Array = NDArray[np.float64]
 
@@ -76,73 +76,10 @@ class ArrayCache:
 SPECTRA = ArrayCache(MAX_CACHE_BYTES)
 
 
-# --- Sums and extremes over all pixels of a map ---
-
-
-Found = TypeVar("Found")
-
-
-class LocalSums:
-    """Sums over all pixels of a map in a single process.
-
-    A map on several processes uses another class, which reduces the local results; both follow
-    `roughcontact.solvers.operator.Sums`.
-    """
-
-    def size(self, values: NDArray[Any]) -> int:
-        """Return the number of values."""
-        return values.size
-
-    def total(self, values: NDArray[Any]) -> float:
-        """Return the sum of the values."""
-        return float(values.sum())
-
-    def dot(self, first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-        """Return the inner product of two vectors."""
-        # Not by BLAS: its threads spin for a while after each call, and the transforms need the
-        # cores.
-        return float(np.einsum("i,i->", first, second))
-
-    def count(self, chosen: NDArray[np.bool_]) -> int:
-        """Return the number of true values."""
-        return int(np.count_nonzero(chosen))
-
-    def largest(self, values: NDArray[Any], floor: float = -math.inf) -> float:
-        """Return the largest value, or ``floor`` if none is larger."""
-        return max(float(values.max()), floor) if values.size else floor
-
-    def smallest(self, values: NDArray[Any], limit: float = math.inf) -> float:
-        """Return the smallest value, or ``limit`` if none is smaller."""
-        return min(float(values.min()), limit) if values.size else limit
-
-    def allreduce(self, parts: NDArray[Any]) -> NDArray[Any]:
-        """Return the entrywise sums over all processes."""
-        return parts
-
-    # Further operations for maps on several processes.
-
-    def run_on_all(self, task: Callable[[], Found]) -> Found:
-        """Return the result of a task, or raise its error on all processes."""
-        return task()
-
-    def next_rows(self, rows: NDArray[Any]) -> NDArray[Any]:
-        """Return the corresponding rows of the next process, cyclically."""
-        return rows
-
-    def thread_count(self) -> int:
-        """Return the number of threads of this process."""
-        return default_workers()
-
-    def communication_cost(self) -> NDArray[np.float64]:
-        """Return communication time [s] and bytes sent so far, averaged over all processes."""
-        return np.zeros(2)
-
-
 # --- Convolution of pressure maps with influence coefficients, on threads and by FFT ---
 
 
 Visit = Callable[[int, slice, NDArray[Any]], None]
-Part = tuple[slice, NDArray[Any]]
 
 BAND = 64
 """Rows of the kernel that one thread computes at a time.
@@ -199,10 +136,6 @@ class Convolution:
     surface : ndarray, optional
         Spectrum of the outermost layers alone, if the bodies below are much softer; it gives the
         better `approximate_inverse`, because blocks of pixels represent the long waves.
-    rows : slice
-        Local rows of the map: all of them.
-    sums : LocalSums
-        Sums over all pixels.
     """
 
     def __init__(
@@ -222,7 +155,6 @@ class Convolution:
         self.surface: NDArray[Any] | None = None
         self.softness = softness
         self.self_displacement = softness * _value_at_origin(spectrum, padded)
-        self.rows, self.sums = slice(0, shape[0]), LocalSums()
         self._rows = (shape[0], padded[1] // 2 + 1)
         itemsize = np.dtype(self._complex).itemsize
         workspace.reserve(self._rows[0] * self._rows[1] * itemsize)
@@ -377,12 +309,22 @@ class Convolution:
 
         def columns(first: int) -> None:
             block = slice(first, min(first + self._column_step, width))
-            multiply_columns(
-                [(rows, spectra[rows, block]) for rows in runs_in],
-                [(rows, spectra[rows, block]) for rows in runs_out],
-                self.spectrum[:, block],
-                scratch_array("column", (my, block.stop - block.start), self._complex),
-            )
+            waves = scratch_array("column", (my, block.stop - block.start), self._complex)
+            end = 0
+            for rows in runs_in:
+                waves[end : rows.start] = 0
+                waves[rows] = spectra[rows, block]
+                end = rows.stop
+            waves[end:] = 0
+            waves = fft.fft_columns(waves, forward=True)
+            # The symbol is even.
+            symbol = self.spectrum[:, block]
+            half = len(symbol)
+            waves[:half] *= symbol
+            waves[half:] *= symbol[my - half : 0 : -1]
+            waves = fft.fft_columns(waves, forward=False)
+            for rows in runs_out:
+                spectra[rows, block] = waves[rows]
 
         each(columns, range(0, width, self._column_step))
 
@@ -392,37 +334,6 @@ class Convolution:
             show(number, rows, fft.irfft_rows(spectra[rows], mx, padded))
 
         each(backward, shown)
-
-
-def multiply_columns(
-    coming: Iterable[Part], outgoing: Iterable[Part], symbol: NDArray[Any], scratch: NDArray[Any]
-) -> None:
-    """Transform columns, multiply by an even symbol, and transform back.
-
-    Parameters
-    ----------
-    coming : iterable of (slice, ndarray)
-        Nonzero rows, ascending, and their values; the other rows are zero.
-    outgoing : iterable of (slice, ndarray)
-        Requested rows, and the arrays to fill with their values, unnormalized.
-    symbol : ndarray, shape (my//2 + 1, columns)
-        Symbol of the waves from 0 to half the period.
-    scratch : ndarray of complex, shape (my, columns)
-        Work memory.
-    """
-    end = 0
-    for rows, part in coming:
-        scratch[end : rows.start] = 0
-        scratch[rows] = part
-        end = rows.stop
-    scratch[end:] = 0
-    scratch = fft.fft_columns(scratch, forward=True)
-    points, half = len(scratch), len(symbol)
-    scratch[:half] *= symbol
-    scratch[half:] *= symbol[points - half : 0 : -1]
-    scratch = fft.fft_columns(scratch, forward=False)
-    for rows, part in outgoing:
-        part[...] = scratch[rows]
 
 
 def join_blocks(blocks: Sequence[slice], numbers: Iterable[int]) -> list[slice]:
@@ -497,7 +408,9 @@ def free(
 
         def fill(top: int) -> None:
             rows = quadrant[top : top + BAND]
-            rows[...] = free_rows(rows.shape, pixel, top, coatings, tables)
+            rows[...] = kernels.love(rows.shape, edges, 1.0, top)
+            if coatings is not None:
+                rows += coatings.pixels(rows.shape, pixel, top, tables) / (math.pi * pixel[0])
 
         work.each(fill, range(0, quadrant.shape[0], BAND))
         return fft.even_spectrum(quadrant, work)
@@ -536,7 +449,11 @@ def periodic(
         rigid base.
     """
     # Not cached: it is computed as fast as it would be read.
-    symbol = periodic_symbol(shape, pixel, contact_modulus, coatings)
+    symbol = kernels.periodic(shape, pixel, contact_modulus)
+    if coatings is not None:
+        moved = symbol > 0
+        symbol[moved] *= coatings.factor(2 / contact_modulus / symbol[moved])
+        symbol[~moved] = 2 / contact_modulus * coatings.uniform()
     workspace = workspace or Workspace(workers)
     return Convolution(symbol, shape, shape, workspace=workspace, precision=precision)
 
@@ -585,15 +502,19 @@ def strip(
     work = workspace or Workspace(workers)
     # The kernel has x as the periodic axis.
     period, across = shape[axis], (pixel[1 - axis], pixel[axis])
+    edges, far = (1.0, across[1] / across[0]), datum / across[0]
     # For homogeneous bodies, the size of the strip only enters as a factor.
-    known = (across[1] / across[0], datum / across[0]) if coatings is None else (across, datum)
+    known = (edges[1], far) if coatings is None else (across, datum)
     half = fft.fast_length(shape[1 - axis])
 
     def make() -> NDArray[np.float64]:
         table = np.zeros((half + 1, period // 2 + 1))
 
         def fill(waves: slice) -> None:
-            table[:, waves] = strip_rows((half + 1, period), across, datum, waves, coatings)
+            part = kernels.strip((half + 1, period), edges, 1.0, far, waves)
+            if coatings is not None:
+                part += coatings.strip((half + 1, period), across, datum, waves) / across[0]
+            table[:, waves] = part
 
         # Equal work for each octave: from one to the next, waves decay over half the distance.
         ends = [0, *(1 << n for n in range((period // 2).bit_length() + 1))]
@@ -609,51 +530,3 @@ def strip(
         precision=precision,
         softness=across[0] / contact_modulus,
     )
-
-
-# Kernels for E* = 1 Pa, over the pixel edge dy; `periodic_symbol` is for any E*.
-
-
-def free_rows(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    first_row: int,
-    coatings: Coatings | None,
-    tables: list[Table],
-) -> Array:
-    """Return rows of coefficients of a free map over the pixel edge dy; see `kernels.love`."""
-    rows = kernels.love(shape, (1.0, pixel[1] / pixel[0]), 1.0, first_row)
-    if coatings is not None:
-        rows += coatings.pixels(shape, pixel, first_row, tables) / (math.pi * pixel[0])
-    return rows
-
-
-def strip_rows(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    datum: float,
-    waves: slice,
-    coatings: Coatings | None,
-) -> Array:
-    """Return coefficients of a strip, over the pixel edge dy; see `kernels.strip`."""
-    edges, far = (1.0, pixel[1] / pixel[0]), datum / pixel[0]
-    rows = kernels.strip(shape, edges, 1.0, far, waves)
-    if coatings is not None:
-        rows += coatings.strip(shape, pixel, datum, waves) / pixel[0]
-    return rows
-
-
-def periodic_symbol(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    contact_modulus: float,
-    coatings: Coatings | None,
-    waves: slice = slice(None),
-) -> Array:
-    """Return the symbol of a periodic map; see `kernels.periodic`."""
-    symbol = kernels.periodic(shape, pixel, contact_modulus, waves)
-    if coatings is not None:
-        moved = symbol > 0
-        symbol[moved] *= coatings.factor(2 / contact_modulus / symbol[moved])
-        symbol[~moved] = 2 / contact_modulus * coatings.uniform()
-    return symbol

@@ -138,12 +138,7 @@ def _log_ratio(center: Array, edge: float, near: Array, far: Array, other: Array
     return result
 
 
-def periodic(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    contact_modulus: float,
-    waves: slice = slice(None),
-) -> Array:
+def periodic(shape: tuple[int, int], pixel: tuple[float, float], contact_modulus: float) -> Array:
     """Return the displacement per pressure of each wave on a periodic map.
 
     Parameters
@@ -154,12 +149,10 @@ def periodic(
         Pixel edges ``(dy, dx)`` [m].
     contact_modulus : float
         E* [Pa].
-    waves : slice
-        Requested wave numbers along x of ``0 … nx//2``, for a symbol computed in parts.
 
     Returns
     -------
-    ndarray, shape (ny//2 + 1, waves)
+    ndarray, shape (ny//2 + 1, nx//2 + 1)
         Symbol ``2/(E* |q|)`` [m/Pa] for wave numbers q ≥ 0 in both directions, and 0 at q = 0: the
         mean displacement of a periodic half-space is not defined, so the approach is measured
         from the mean plane of the deformed surface.
@@ -177,7 +170,7 @@ def periodic(
     require_positive(contact_modulus=contact_modulus)
     (ny, nx), (dy, dx) = shape, pixel
     qy = 2 * math.pi * np.arange(ny // 2 + 1) / (ny * dy)
-    qx = 2 * math.pi * np.arange(nx // 2 + 1)[waves] / (nx * dx)
+    qx = 2 * math.pi * np.arange(nx // 2 + 1) / (nx * dx)
     symbol: Array = np.hypot(qy[:, None], qx)
     symbol[0, qx == 0] = np.inf
     np.divide(2 / contact_modulus, symbol, out=symbol)

@@ -32,7 +32,6 @@ from roughcontact.halfspace.fft import (
     half_frequencies,
     half_spectrum,
 )
-from roughcontact.halfspace.volume_partition import Parts, SingleProcess, VolumePartition, Write
 
 Array = NDArray[Any]
 Pair = tuple[Array, Array]
@@ -443,9 +442,6 @@ class PeriodicHalfSpace:
         Arithmetic of transforms and sweeps.
     smooth : bool
         Whether short waves are damped, from half the Nyquist frequency up.
-    share : VolumePartition, optional
-        Local layers and local waves along x; by default all. Callbacks receive the local index of
-        a layer.
 
     Notes
     -----
@@ -471,21 +467,17 @@ class PeriodicHalfSpace:
         workspace: Workspace,
         precision: str = "double",
         smooth: bool = False,
-        share: VolumePartition | None = None,
     ) -> None:
         self.shape, self.thickness, self.padded = shape, thickness, padded
         self.real: type = np.float32 if precision == "single" else np.float64
         self._complex: type = np.complex64 if precision == "single" else np.complex128
         self.body, self._isolated = LayerStack(thickness, shear_modulus, poisson), isolated
-        self._workspace, self.share = workspace, share or SingleProcess(workspace)
+        self._workspace = workspace
         self._quiet = True
         (my, mx), (dy, dx) = padded, pixel
-        self._half, self._all_waves = my // 2 + 1, mx // 2 + 1
-        self._waves = self.share.waves(self._all_waves)
-        self._width = self._waves.stop - self._waves.start
-        # Whether the longest wave, and the waves at Nyquist along x, are local.
-        self._has_longest = self._waves.start == 0
-        self._has_shortest = mx % 2 == 0 and self._waves.stop == self._all_waves
+        self._half, self._width = my // 2 + 1, mx // 2 + 1
+        # Whether there are waves at Nyquist along x.
+        self._has_shortest = mx % 2 == 0
         qy = 2 * math.pi * frequencies(my, dy)[:, None]
         qx = 2 * math.pi * half_frequencies(mx, dx)
         q = np.hypot(qy, qx)
@@ -495,7 +487,7 @@ class PeriodicHalfSpace:
         # cos θ, sin θ, cos 2θ, sin 2θ of the wave vector
         self._angles = np.stack(
             [cosine, sine, cosine**2 - sine**2, 2 * cosine * sine], dtype=self.real
-        )[..., self._waves]
+        )
         q[0, 0] = 0
         # Mirrored waves at Nyquist: components with opposite signs have a mean of zero.
         self._turns = self._angles.copy()
@@ -505,7 +497,7 @@ class PeriodicHalfSpace:
             self._turns[[1, 3], my // 2] = 0
             if mx % 2 == 0:
                 q[my // 2, -1] = 0
-        q = q[: self._half, self._waves]
+        q = q[: self._half]
         self._q = q.astype(self.real)
         self._fade: Array | None = None
         if smooth:
@@ -547,8 +539,6 @@ class PeriodicHalfSpace:
             # has none.
             first = table[:, 0, :1].copy()
             table[:, ~waves] = 0
-            if not self._has_longest:
-                return
             first[1] = first[2] = 0
             if not self._isolated:
                 first[0] = -(2 - 4 * nu) / (3 * (1 - nu))
@@ -567,7 +557,7 @@ class PeriodicHalfSpace:
         fill : callable
             ``fill(layer, out)`` writes the strain of one layer into ``out``, shape
             ``(5, ny, nx)``, and returns the nonzero rows, or ``None`` if there are none; called
-            from several threads, with the local index of the layer.
+            from several threads.
         trace : bool
             Whether `mean_stress` will be called.
         see : callable, optional
@@ -592,11 +582,9 @@ class PeriodicHalfSpace:
             if self._trace is not None:
                 self._trace[...] = 0
             return np.zeros(self.shape)
-        mean = self._mean_displacement() if self._has_longest else None
+        mean = self._mean_displacement()
         surface = self._sweep(self._trace if trace else None)
-        if mean is not None:
-            surface[0, 0] = mean
-        surface = self.share.gather_columns(surface, self._all_waves)
+        surface[0, 0] = mean
         return from_half_spectrum(surface, self.shape, self.padded).astype(np.float64)
 
     def _transform(self, fill: Fill, see: Visit | None) -> bool:
@@ -604,15 +592,16 @@ class PeriodicHalfSpace:
         (my, mx), (ny, nx) = self.padded, self.shape
         scale = 1 / (my * mx)
 
-        def forward(layer: int, planes: Array) -> bool:
+        def forward(layer: int) -> None:
             strain = self._array("strain", (5, ny, nx))
             rows = fill(layer, strain)
             if rows is None:
-                return False
+                self._spectra[layer] = 0
+                return
             if see is not None:
                 see(layer, strain)
-            for component, plane in enumerate(planes):
-                scratch = self._array("spectrum", (my, self._all_waves), self._complex)
+            for component, plane in enumerate(self._spectra[layer]):
+                scratch = self._array("spectrum", (my, self._width), self._complex)
                 spectrum = half_spectrum(strain[component], rows, self.padded, scratch)
                 if self._fade is not None:
                     spectrum *= self._fade
@@ -623,11 +612,12 @@ class PeriodicHalfSpace:
                 else:
                     np.multiply(spectrum.imag, -scale, out=plane[0])
                     np.multiply(spectrum.real, scale, out=plane[1])
-            return True
+            self._take_nyquist(layer)
+            has_strain[layer] = True
 
-        loud = np.flatnonzero(self.share.spread(forward, self._spectra, self._all_waves))
-        self._workspace.each(self._take_nyquist, loud)
-        return bool(loud.size)
+        has_strain = np.zeros(len(self._spectra), bool)
+        self._workspace.each(forward, range(len(self._spectra)))
+        return bool(has_strain.any())
 
     def _mean_displacement(self) -> float:
         """Return the mean displacement by the strain: the adjoint of the longest wave's stress."""
@@ -711,7 +701,8 @@ class PeriodicHalfSpace:
         if loaded:
             turned += [(1, load * cosine2), (1, load * sine2), (2, load * cosine), (2, load * sine)]
 
-        def write(layer: int, component: int, parts: Array) -> None:
+        def spectrum(layer: int, component: int) -> Array:
+            parts = self._array("parts", load.shape)
             if self._quiet:
                 parts[...] = 0
             else:
@@ -723,31 +714,20 @@ class PeriodicHalfSpace:
             if pulled is not None:
                 for table, wave in zip(self._fading(layer), pulled[component], strict=True):
                     self._add(parts, table, wave)
+            return parts
 
-        def transform_stress(layer: int, parts: Parts) -> None:
+        def transform_stress(layer: int) -> None:
             stress = self._array("stress", (5, *self.shape))
-            for component in range(5):
-                stress[component] = self._to_map(parts(component), times_i=component > 2)
+            if self._quiet and not loaded:
+                stress[...] = 0
+            else:
+                for component in range(5):
+                    stress[component] = self._to_map(
+                        spectrum(layer, component), times_i=component > 2
+                    )
             visit(layer, stress)
 
-        if self._quiet and not loaded:
-            self._show_nothing(visit, (5, *self.shape))
-            return
-        self._collect(write, transform_stress, 5)
-
-    def _collect(self, write: Write, read: Callable[[int, Parts], None], components: int) -> None:
-        shape = self.thickness.size, components, self.padded[0], self._all_waves
-        self.share.collect(write, read, shape, self.real)
-
-    def _show_nothing(self, visit: Visit, shape: tuple[int, ...]) -> None:
-        """Pass zero stress of all local layers to a callback."""
-
-        def nothing(layer: int) -> None:
-            stress = self._array("stress", shape)
-            stress[...] = 0
-            visit(layer, stress)
-
-        self._workspace.each(nothing, range(len(self.share.layers(self.thickness.size))))
+        self._workspace.each(transform_stress, range(self.thickness.size))
 
     def mean_stress(self, pressure: Array, visit: Visit, pull: Pull = NO_PULL) -> None:
         """Pass the mean stress, a third of the trace, to a callback; see `stress`.
@@ -757,7 +737,8 @@ class PeriodicHalfSpace:
         load, loaded = self._pressure_spectrum(pressure)
         along = self._along(load, pull) if loaded and any(pull) else None
 
-        def write(layer: int, _: int, parts: Array) -> None:
+        def transform_mean(layer: int) -> None:
+            parts = self._array("parts", load.shape)
             parts[...] = 0
             if not self._quiet and self._trace is not None:
                 np.copyto(parts, self._trace[layer])
@@ -769,17 +750,15 @@ class PeriodicHalfSpace:
                 # Effect of a pressure, with the opposite sign.
                 self._add(parts, -self._elastic[layer, 3], along)
 
-        def transform_mean(layer: int, parts: Parts) -> None:
-            visit(layer, self._to_map(parts(0), times_i=False))
+            visit(layer, self._to_map(parts, times_i=False))
 
-        self._collect(write, transform_mean, 1)
+        self._workspace.each(transform_mean, range(self.thickness.size))
 
     def _along(self, load: Array, pull: Pull) -> Array:
         """Return the traction along each wave vector, times i, without the longest wave."""
         cosine, sine, _, _ = self._turns
         along: Array = _times_i(load) * (pull[0] * cosine + pull[1] * sine)
-        if self._has_longest:
-            along[:, 0, 0] = 0
+        along[:, 0, 0] = 0
         return along
 
     def _pulled(self, load: Array, pull: Pull) -> list[tuple[Array, Array]]:
@@ -822,12 +801,10 @@ class PeriodicHalfSpace:
                         factor[:, -1] = 0
                     if my % 2 == 0 and component in odd[1]:
                         factor[my // 2] = 0
-                    if self._has_longest:
-                        # Only a shear stress.
-                        factor[0, 0] = -share if part is of_flat and component == 3 + axis else 0
+                    # Only a shear stress.
+                    factor[0, 0] = -share if part is of_flat and component == 3 + axis else 0
                     total[component] += waves * factor
-        if self._has_longest:
-            flat[..., 0, 0] /= self._fading(0)[0][0, 0]
+        flat[..., 0, 0] /= self._fading(0)[0][0, 0]
         return list(zip(flat, bent, strict=True))
 
     def _fading(self, layer: int) -> tuple[Array, Array]:
@@ -840,12 +817,11 @@ class PeriodicHalfSpace:
         parts: Array = np.zeros((2, my, self._width), self.real)
         if not pressure.any():
             return parts, False
-        scratch: Array = np.empty((my, self._all_waves), self._complex)
+        scratch: Array = np.empty((my, self._width), self._complex)
         values: Array = pressure.astype(self.real, copy=False)
         spectrum = half_spectrum(values, slice(0, self.shape[0]), self.padded, scratch)
         if self._fade is not None:
             spectrum *= self._fade
-        spectrum = spectrum[:, self._waves]
         parts[0], parts[1] = spectrum.real, spectrum.imag
         parts /= my * mx
         return parts, True

@@ -12,7 +12,6 @@ from roughcontact.errors import input_error, require_pixel, require_positive
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace, fast_length
 from roughcontact.halfspace.layers import NO_PULL, Fill, PeriodicHalfSpace, Pull, Visit
-from roughcontact.halfspace.volume_partition import VolumePartition
 
 Array = NDArray[Any]
 
@@ -129,9 +128,7 @@ class Images:
         # The transpose under the inner products of both grids: cells times thickness.
         self._down_z = (self._up_z * fine.thickness[:, None]).T / thickness[:, None] / coarse**2
         self._scale = 1 / coarse**2
-        # The local fine layers.
-        self._here = fine.share.layers(fine.thickness.size)
-        self._parts: Array = np.zeros((len(self._here), 5, *cells), fine.real)
+        self._parts: Array = np.zeros((fine.thickness.size, 5, *cells), fine.real)
         self._strain: Array = np.zeros((thickness.size, 5, *cells), fine.real)
         self._stress = np.zeros_like(self._strain)
         self._cells = cells
@@ -145,16 +142,15 @@ class Images:
         return (self._down_x @ halfway.T).T
 
     def add_layer_strain(self, layer: int, strain: Array) -> None:
-        """Restrict the strain of one local layer to the coarse cells."""
+        """Restrict the strain of one layer to the coarse cells."""
         for component, values in enumerate(strain):
             self._parts[layer, component] = self._restricted(values)
 
     def displacement(self, *, trace: bool) -> Array:
         """Return the correction of the displacement by the restricted strain."""
         self._strain[...] = 0
-        parts = self._fine.share.gather_layers(self._parts, self._fine.thickness.size)
-        for layer in np.flatnonzero(parts.any(axis=(1, 2, 3))):
-            part = parts[layer]
+        for layer in np.flatnonzero(self._parts.any(axis=(1, 2, 3))):
+            part = self._parts[layer]
             for into in np.flatnonzero(self._down_z[:, layer]):
                 self._strain[into] += self._down_z[into, layer] * part
         rows = slice(0, self._cells[0])
@@ -189,8 +185,8 @@ class Images:
         self._near.mean_stress(coarse, subtract, pull)
 
     def layer_correction(self, layer: int, component: int) -> Array:
-        """Return the correction on one local fine layer."""
-        weights = self._up_z[self._here[layer]]
+        """Return the correction on one fine layer."""
+        weights = self._up_z[layer]
         near = np.flatnonzero(weights)
         coarse = np.einsum("z,zyx->yx", weights[near], self._stress[near, component])
         return self._prolonged(coarse.astype(self._fine.real))
@@ -224,8 +220,6 @@ class PlasticHalfSpace:
         Threads to use instead of new ones.
     precision : {"double", "single"}
         Arithmetic of transforms and sweeps.
-    share : VolumePartition, optional
-        As for `PeriodicHalfSpace`.
 
     Raises
     ------
@@ -252,7 +246,6 @@ class PlasticHalfSpace:
         boundary: str = "free",
         workspace: Workspace | None = None,
         precision: str = "double",
-        share: VolumePartition | None = None,
     ) -> None:
         require_pixel(pixel)
         require_positive(shear_modulus=shear_modulus)
@@ -280,7 +273,6 @@ class PlasticHalfSpace:
             isolated=free,
             workspace=self.workspace,
             precision=precision,
-            share=share,
         )
         self.real = self._fine.real
         if free:

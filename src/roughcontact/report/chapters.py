@@ -90,10 +90,10 @@ def figure_blocks(
 def map_blocks(result: ContactResult, drawn: bool = True) -> list[Block]:
     """Return the blocks on maps and preparation; ``drawn``: with figures and parameters."""
     names = ["map", "counter-body"]
-    surfaces: list[Any] = [result.share]
+    surfaces: list[Any] = [result.surface]
     if result.counter_surface is not None:
         surfaces.append(result.counter_surface)
-    facts = side_by_side(inputs.table_of(result.share), surfaces)
+    facts = side_by_side(inputs.table_of(result.surface), surfaces)
     rows: list[Cells] = [(row.title, *texts) for row, texts in facts]
     prepared = ("; ".join(map(str, s.provenance.steps)) or "none recorded" for s in surfaces)
     rows.append(("Preparation", *prepared))
@@ -102,8 +102,7 @@ def map_blocks(result: ContactResult, drawn: bool = True) -> list[Block]:
     if not drawn:
         return table(rows, head, style)
     blocks = []
-    # A map distributed over several ranks has no figure.
-    measured = [s for s in surfaces if not (result.pair.is_shared or _is_nominal(s))]
+    measured = [s for s in surfaces if not _is_nominal(s)]
     if not measured or result.pair.is_profile:
         blocks += table(rows, head, style)
     for surface in measured:

@@ -69,11 +69,7 @@ def _elastic(result: ContactResult) -> Uses:
     """Yield the works on the solution of any contact, with or without a ceiling."""
     pair = result.pair
     known = pair.softer is not None and pair.softer.yield_strength is not None
-    if pair.is_shared:
-        # The parameters are those of the whole map.
-        yield from _provenance_references(result.share.provenance)
-    else:
-        yield from map_references(pair.origins, pair.is_profile)
+    yield from map_references(pair.origins, pair.is_profile)
     yield from solved_of(result.boundary, pair.is_profile, known)
     if pair.is_coated:
         yield make_use("response of the layers", "Burmister1945")

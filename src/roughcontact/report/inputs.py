@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,9 +38,6 @@ from roughcontact.units import (
     plain_decimal,
 )
 
-if TYPE_CHECKING:
-    from roughcontact.contact.share import MapOrSlab
-
 
 def _pair(values: Sequence[float]) -> str:
     return " × ".join(format_engineering(value, "m") for value in values)
@@ -54,7 +51,7 @@ def _range(surface: Surface) -> str:
     return f"{first} to {last}, range {depth}"
 
 
-def _missing(surface: MapOrSlab) -> str:
+def _missing(surface: Surface) -> str:
     share = surface.missing / math.prod(surface.shape)
     return f"{surface.missing} ({format_percent(share)})" if surface.missing else "none"
 
@@ -110,8 +107,8 @@ TRACE: Table = (
 """Quantities of a `Surface` that is a profile."""
 
 
-def table_of(surface: MapOrSlab) -> Table:
-    """Return the quantities of a map, of a row block of a map, or of a profile."""
+def table_of(surface: Surface) -> Table:
+    """Return the quantities of a map or of a profile."""
     return TRACE if surface.is_profile else SURFACE
 
 

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact._tools.files import require_suffix, to_json, write_atomically
-from roughcontact._tools.ranks import Ranks
 from roughcontact._tools.text import csv_cell
 from roughcontact._version import __version__
 from roughcontact.errors import InputError
@@ -348,7 +347,6 @@ class Presentation:
     works: Callable[[Any], Iterable[Use]] = _none
     save: Callable[[Any, str | os.PathLike[str]], None] | None = None
     dataset: Callable[[Any], Dataset] | None = None  # Content of a NetCDF file
-    ranks: Callable[[Any], Ranks | None] = lambda _: None
 
     @property
     def has_answer(self) -> bool:

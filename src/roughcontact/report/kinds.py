@@ -127,29 +127,16 @@ def save(result: Any, path: str | os.PathLike[str]) -> None:
 def report(result: Any, path: str | os.PathLike[str], edition: Edition, **more: Any) -> None:
     """Write the report on a result to an HTML file."""
     page.check_path(path)
-    kind = presentation_of(result)
-    if not kind.question(result):
+    if not presentation_of(result).question(result):
         raise InputError(f"there is no report on a {type(result).__name__} alone")
-    # Every rank takes part in the reduction of a distributed map; only one writes.
-    scene, ranks = kind.scene(result), kind.ranks(result)
-    write = partial(_write, result, scene, path, edition, more)
-    if ranks is None:
-        write()
-    else:
-        ranks.run_on_all(lambda: write() if ranks.is_root else None)
-
-
-def _write(
-    result: Any, scene: Any, path: str | os.PathLike[str], edition: Edition, more: dict[str, Any]
-) -> None:
     more = {name: item for name, item in more.items() if item}
-    page.save(render(result, edition, scene=scene, **more), path)
+    page.save(render(result, edition, **more), path)
 
 
-def render(result: Any, edition: Edition = PLAIN, *, scene: Any = None, **more: Any) -> str:
+def render(result: Any, edition: Edition = PLAIN, **more: Any) -> str:
     """Return the report on any result as the text of an HTML file."""
     kind = presentation_of(result)
-    scene = kind.scene(result) if scene is None else scene
+    scene = kind.scene(result)
     pressed_by = kind.largest or kind.contact
     pressed = None if pressed_by is None else pressed_by(result)
     sections: dict[str, list[Block]] = {
@@ -244,7 +231,7 @@ def _results(
 
 def _assumptions(kind: Presentation, result: Any, pressed: ContactResult | None) -> list[Block]:
     case = None if kind.case is None else kind.case(result)
-    if case is None and pressed is not None and not pressed.pair.is_shared:
+    if case is None and pressed is not None:
         case = assumptions.contact_case(pressed)
     rows = [] if case is None else assumptions.assumption_rows(assumptions.ASSUMPTIONS, case)
     rows += assumptions.assumption_rows(kind.assumptions, result)
@@ -277,7 +264,7 @@ def _repetition(
     kind: Presentation, result: Any, pressed: ContactResult | None, edition: Edition
 ) -> list[Block]:
     script, what, version = kind.script(result), "the same problem", getattr(result, "version", "")
-    if pressed is not None and not script and not pressed.pair.is_shared:
+    if pressed is not None and not script:
         script, what = python_script.script_of_result(pressed), "the contact under the largest load"
     return chapters.script_blocks(version, edition.command, script, what)
 

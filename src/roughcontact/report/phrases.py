@@ -453,7 +453,7 @@ def _counter_body(contact: ContactResult) -> str:
 def bodies(contact: ContactResult, name: str = "") -> str:
     """Return both bodies and their materials; the first by its file or by ``name``."""
     against = "on" if contact.counter_surface is None else "against"
-    name = name or map_name(contact.share)
+    name = name or map_name(contact.surface)
     return f"{name} ({material_name(contact.material)}) {against} {_counter_body(contact)}"
 
 

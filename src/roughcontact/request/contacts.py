@@ -337,7 +337,7 @@ def _spill_maps(result: ContactResult, file: IO[bytes]) -> dict[str, Any]:
     np.save(file, result.pressure)
     np.save(file, result.gap)
     there = {item.name: getattr(result, item.name) for item in fields(result)}
-    return {name: there[name] for name in there.keys() - {"pressure", "gap", "_counted"}}
+    return {name: there[name] for name in there.keys() - {"pressure", "gap"}}
 
 
 def _load_maps(known: dict[str, Any], file: IO[bytes]) -> ContactResult:

@@ -67,7 +67,6 @@ INSTRUMENT: Option[Any] = Option(
     '"measured itf.csv", "tip 50 nm".',
     _instrument,
     None,
-    whole_map=False,
 )
 NOISE: Option[Any] = Option(
     "noise",
@@ -76,7 +75,6 @@ NOISE: Option[Any] = Option(
     'Noise of one point, "1.2 nm", or a second map of the same place.',
     _noise,
     None,
-    whole_map=False,
 )
 SHORTEST_WAVE = Option(
     "shortest-wave",
@@ -85,7 +83,6 @@ SHORTEST_WAVE = Option(
     'Shortest wave of the surface, from a finer map: "0.3 um".',
     LENGTH,
     None,
-    whole_map=False,
 )
 MATERIAL_UNCERTAINTY: Option[Any] = Option(
     "material-uncertainty",
@@ -94,7 +91,6 @@ MATERIAL_UNCERTAINTY: Option[Any] = Option(
     'Standard uncertainties; default: "E 3 %, yield 5 %".',
     _uncertainties,
     None,
-    whole_map=False,
 )
 ALSO: Option[Any] = Option(
     "also",
@@ -104,7 +100,6 @@ ALSO: Option[Any] = Option(
     _maps,
     (),
     many=True,
-    whole_map=False,
 )
 OPTIONS: tuple[Option[Any], ...] = (
     UNCERTAINTY,

@@ -53,7 +53,6 @@ class Option(Generic[T_co]):
     default: T_co  # Value if the option is not given
     label: str = ""  # Label on the page
     prepares: bool = False  # Whether the prepared maps depend on it
-    whole_map: bool = True
     many: bool = False  # Whether it may be given several times
     suffixes: tuple[str, ...] = ()  # Suffixes allowed for a file to write
     arguments: tuple[str, ...] = ()
@@ -215,7 +214,6 @@ CHANNEL = Option(
     parsing.as_text,
     None,
     prepares=True,
-    whole_map=False,
 )
 UNIT = Option(
     "unit",
@@ -226,7 +224,6 @@ UNIT = Option(
     None,
     "Unit of the heights",
     prepares=True,
-    whole_map=False,
 )
 SIZE = Option(
     "size",
@@ -237,7 +234,6 @@ SIZE = Option(
     None,
     "Side lengths (y × x)",
     prepares=True,
-    whole_map=False,
 )
 OVERRIDE_SIZE = flag_option(
     "override-size",
@@ -245,7 +241,6 @@ OVERRIDE_SIZE = flag_option(
     "Use --size instead of the size in the file.",
     label="Use these side lengths instead of the file's",
     prepares=True,
-    whole_map=False,
 )
 NO_DATA: Option[float | str | None] = Option(
     "no-data",
@@ -256,7 +251,6 @@ NO_DATA: Option[float | str | None] = Option(
     None,
     "Value of missing points",
     prepares=True,
-    whole_map=False,
 )
 READING = (FORMAT, CHANNEL, UNIT, SIZE, OVERRIDE_SIZE, NO_DATA)
 
@@ -308,7 +302,6 @@ LEVEL = Option(
     parsing.choice(*LEVELS),
     "plane",
     prepares=True,
-    whole_map=False,
 )
 FORM = Option(
     "form",
@@ -330,7 +323,6 @@ MISSING = Option(
     "error",
     "Missing points",
     prepares=True,
-    whole_map=False,
 )
 S_FILTER = Option(
     "s-filter",
@@ -385,7 +377,6 @@ MATERIAL = Option(
     "Catalog material, e.g. 42CrMo4; --young etc. override single values.",
     parsing.material,
     None,
-    whole_map=False,
 )
 YOUNG = Option(
     "young",
@@ -395,7 +386,6 @@ YOUNG = Option(
     PRESSURE,
     None,
     "Young's modulus",
-    whole_map=False,
 )
 POISSON = Option(
     "poisson",
@@ -405,16 +395,9 @@ POISSON = Option(
     parsing.number,
     None,
     "Poisson's ratio",
-    whole_map=False,
 )
 YIELD_STRENGTH = Option(
-    "yield-strength",
-    Panel.BODIES,
-    "PRESSURE",
-    'Yield strength: "1 GPa".',
-    PRESSURE,
-    None,
-    whole_map=False,
+    "yield-strength", Panel.BODIES, "PRESSURE", 'Yield strength: "1 GPa".', PRESSURE, None
 )
 COUNTER_MATERIAL = Option(
     "counter-material",
@@ -424,7 +407,6 @@ COUNTER_MATERIAL = Option(
     parsing.material,
     None,
     "Counter-body material",
-    whole_map=False,
 )
 COUNTER_YOUNG = Option(
     "counter-young",
@@ -434,7 +416,6 @@ COUNTER_YOUNG = Option(
     PRESSURE,
     None,
     "Counter-body Young's modulus",
-    whole_map=False,
 )
 COUNTER_POISSON = Option(
     "counter-poisson",
@@ -444,7 +425,6 @@ COUNTER_POISSON = Option(
     parsing.number,
     None,
     "Counter-body Poisson's ratio",
-    whole_map=False,
 )
 COUNTER_YIELD_STRENGTH = Option(
     "counter-yield-strength",
@@ -454,7 +434,6 @@ COUNTER_YIELD_STRENGTH = Option(
     PRESSURE,
     None,
     "Counter-body yield strength",
-    whole_map=False,
 )
 BODY_CONSTANTS = (MATERIAL, YOUNG, POISSON, YIELD_STRENGTH)
 COUNTER_CONSTANTS = (COUNTER_MATERIAL, COUNTER_YOUNG, COUNTER_POISSON, COUNTER_YIELD_STRENGTH)
@@ -467,7 +446,6 @@ COATING: Option[Any] = Option(
     parsing.coatings,
     (),
     many=True,
-    whole_map=False,
 )
 COUNTER_COATING: Option[Any] = Option(
     "counter-coating",
@@ -478,7 +456,6 @@ COUNTER_COATING: Option[Any] = Option(
     (),
     "Counter-body coating",
     many=True,
-    whole_map=False,
 )
 COATINGS = (COATING, COUNTER_COATING)
 HARDENING = Option(
@@ -588,7 +565,6 @@ CEILING: Option[str | float | None] = Option(
     parsing.ceiling,
     "auto",
     "Pressure ceiling",
-    whole_map=False,
 )
 BOUNDARY: Option[str] = Option(
     "boundary",
@@ -599,7 +575,6 @@ BOUNDARY: Option[str] = Option(
     parsing.choice(*Boundary),
     Boundary.FREE,
     "Boundary",
-    whole_map=False,
 )
 BODIES = (*MATERIALS, *SHAPES, CEILING, BOUNDARY)
 
@@ -612,7 +587,6 @@ LOAD = Option(
     'Load: "1 N", nominal pressure "20 MPa", or line load "600 N/mm".',
     parsing.load,
     None,
-    whole_map=False,
 )
 HERTZ = Option(
     "hertz",
@@ -630,7 +604,6 @@ APPROACH = Option(
     'Approach from first contact, instead of a load: "1 um".',
     LENGTH,
     None,
-    whole_map=False,
 )
 LOAD_POINT = Option(
     "load-point",
@@ -688,15 +661,11 @@ FIGURES = Option(
     None,
     suffixes=PICTURES,
 )
-REPORT = file_option(
-    "report", "FILE.html", "Report with figures as one HTML file.", (".html",), whole_map=False
-)
+REPORT = file_option("report", "FILE.html", "Report with figures as one HTML file.", (".html",))
 FOLDER = file_option("folder", "FOLDER", "Folder for finished steps; the same command resumes.")
-JSON = flag_option("json", Panel.OUTPUT, "Print JSON in SI units.", whole_map=False)
-QUIET = flag_option("quiet", Panel.OUTPUT, "Print errors only.", whole_map=False)
-VERBOSE = flag_option(
-    "verbose", Panel.OUTPUT, "Print all quantities, checks and notes.", whole_map=False
-)
+JSON = flag_option("json", Panel.OUTPUT, "Print JSON in SI units.")
+QUIET = flag_option("quiet", Panel.OUTPUT, "Print errors only.")
+VERBOSE = flag_option("verbose", Panel.OUTPUT, "Print all quantities, checks and notes.")
 SHOWN = (VERBOSE, JSON, QUIET)
 """Options of the console, which are not part of a run."""
 OUTPUT = (REPORT, *SHOWN)

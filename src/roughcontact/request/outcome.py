@@ -16,7 +16,6 @@ from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
 
 if TYPE_CHECKING:
-    from roughcontact._tools.ranks import Ranks
     from roughcontact.cautions import Caution
     from roughcontact.contact.result import ContactResult
     from roughcontact.surface.surface import Surface
@@ -55,7 +54,6 @@ class TaskContext:
     look: OnProgress  # Called with the `Progress` of the solver
     solve: Solve = solve_uncalibrated  # Solver of contacts, shared by several tasks
     known: Mapping[str, Any] = field(default_factory=dict)
-    ranks: Ranks | None = None  # Ranks that share a volume
     show: OnPreview = ignore  # Called with the contact before its calibrated ceiling
 
     @cached_property

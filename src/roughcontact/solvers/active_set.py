@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.solvers.operator import Operator, Sums, norm
+from roughcontact.solvers.operator import Operator, dot, norm
 from roughcontact.solvers.preconditioner import Patches
 from roughcontact.solvers.problem import (
     BoundedProblem,
@@ -60,8 +60,6 @@ class Evaluator:
     """
 
     def __init__(self, problem: BoundedProblem, operator: Operator, tolerance: float) -> None:
-        if problem.moments is not None:
-            problem = replace(problem, moments=problem.moments.select_rows(operator.rows))
         self.problem, self.operator = problem, operator
         # The only single-precision operator of this size: patches use it too.
         self.rough = operator.to_single_precision()
@@ -69,7 +67,7 @@ class Evaluator:
         # Certificate above which single precision suffices, and certificate of the last evaluation.
         self._far = max(_FAR, _TOLERANCES * tolerance)
         self._distance = math.inf if self.rough is not operator else 0.0
-        self.unit, self.sums = operator.self_displacement, operator.sums
+        self.unit = operator.self_displacement
         self.convolutions = 0
         # Last evaluation: displacement plus initial gap without the approach, and the active
         # pixels.
@@ -85,7 +83,7 @@ class Evaluator:
     def evaluate(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Iterate:
         """Return the iterate of a pressure, evaluated on the whole map."""
         self.seen = None
-        pressure = remove_rounding(pressure, self.limit(index), self.sums)
+        pressure = remove_rounding(pressure, self.limit(index))
         index, pressure = select_entries(pressure > 0, index, pressure)
         if self._distance > self._far:
             seen = self._evaluated(self.rough, index, pressure)
@@ -114,12 +112,12 @@ class Evaluator:
         if total is not None:
             # More pixels can only lower the approach that carries the load: this is a bound.
             approach = self._multiplier(index, pressure, total)
-        loaded_pixels = self.sums.size(index)
+        loaded_pixels = index.size
         index, pressure = self._add_penetrating(operator, index, pressure, starts, approach)
-        if total is not None and self.sums.size(index) > loaded_pixels:
+        if total is not None and index.size > loaded_pixels:
             approach = self._multiplier(index, pressure, total)
         gap, moved, floor = self._pixel_residual(operator, index, pressure, approach)
-        size = norm(pressure, self.sums)
+        size = norm(pressure)
         if operator.real is not np.float64:
             # Double precision would resolve this part.
             moved = math.hypot(moved, floor)
@@ -157,13 +155,13 @@ class Evaluator:
         which the pixels with the smallest gap receive the added load, and those deepest in contact
         stay at the ceiling.
         """
-        total, sums = self.problem.total, self.sums
-        carried = sums.total(pressure)
+        total = self.problem.total
+        carried = float(pressure.sum())
         if total is None or not carried > 0:
             return index, pressure
         limit = self.limit(index)
-        leaving = total < carried * (1 - _MIN_LOAD_SHARE) and self.sums.count(pressure >= limit)
-        if not leaving and sums.total(np.broadcast_to(limit, index.shape)) > total:
+        leaving = total < carried * (1 - _MIN_LOAD_SHARE) and (pressure >= limit).any()
+        if not leaving and np.broadcast_to(limit, index.shape).sum() > total:
             return index, pressure * (total / carried)
         starts = self._displaced(self.rough, index, pressure)
         approach = self._deep_enough(total)
@@ -172,7 +170,7 @@ class Evaluator:
         target -= approach
         target /= -self.unit
         target += pressure
-        carrying = self.problem.project(index, target, self.limit(index), sums)
+        carrying = self.problem.project(index, target, self.limit(index))
         return index, pressure if carrying is None else carrying
 
     def _deep_enough(self, total: float) -> float:
@@ -181,8 +179,8 @@ class Evaluator:
         touchable = np.isfinite(opened)
         opened = opened[touchable]
         maximum = limit.ravel()[touchable] if isinstance(limit, np.ndarray) else None
-        low, high = self.sums.smallest(opened), self.sums.largest(opened)
-        carried = self.sums.allreduce(np.histogram(opened, _BINS, (low, high), weights=maximum)[0])
+        low, high = float(opened.min()), float(opened.max())
+        carried = np.histogram(opened, _BINS, (low, high), weights=maximum)[0]
         if maximum is None:
             carried = carried * limit
         enough = int(np.searchsorted(np.cumsum(carried), total)) + 1
@@ -206,7 +204,7 @@ class Evaluator:
         np.subtract(pressure, reach, out=reach)
         step = np.clip(reach, 0, bound)
         np.subtract(pressure, step, out=step)
-        moved = norm(step, self.sums)
+        moved = norm(step)
         # In place: in full contact every array is as large as the map.
         np.abs(doubt, out=doubt)
         initial = self.problem.initial_gap.ravel()[index]
@@ -218,7 +216,7 @@ class Evaluator:
         reach -= doubt
         np.clip(reach, 0, bound, out=reach)
         step -= reach
-        return gap, moved, 0.5 * norm(step, self.sums)
+        return gap, moved, 0.5 * norm(step)
 
     def displacement_plus_gap(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return displacement plus initial gap of the last evaluation on some pixels."""
@@ -229,15 +227,15 @@ class Evaluator:
     ) -> float:
         values = self.displacement_plus_gap(index)
         # Subtract an offset first, so that the root finder works on values of the size of pressure.
-        offset = self.sums.total(values) / self.sums.size(values)
+        offset = float(values.sum()) / values.size
         values -= offset
         values /= self.unit
         np.subtract(pressure, values, out=values)
         limit, moments = self.limit(index), self.problem.moments
         if moments is None:
-            return offset + self.unit * shift_to_sum(values, limit, total, self.sums)
+            return offset + self.unit * shift_to_sum(values, limit, total)
         rest = np.array([total, 0.0, 0.0])
-        plane = self.unit * shift_to_balance(values, limit, moments.rows(index), rest, self.sums)[1]
+        plane = self.unit * shift_to_balance(values, limit, moments.rows(index), rest)[1]
         self._tilt -= plane[1:]
         self.open -= plane[1] * moments.arms[0][:, None] + plane[2] * moments.arms[1]
         tilted = plane[1] * moments.target[0] + plane[2] * moments.target[1]
@@ -272,7 +270,7 @@ class Evaluator:
         return np.insert(index, position, new), np.insert(pressure, position, 0.0)
 
 
-def project_admissible(problem: BoundedProblem, start: Loaded, sums: Sums) -> Loaded:
+def project_admissible(problem: BoundedProblem, start: Loaded) -> Loaded:
     """Return a pressure within bounds and load near the given one."""
     index, pressure = start
     touchable = np.isfinite(problem.initial_gap)
@@ -282,17 +280,17 @@ def project_admissible(problem: BoundedProblem, start: Loaded, sums: Sums) -> Lo
     bound = problem.limit.ravel()[index] if isinstance(problem.limit, np.ndarray) else problem.limit
     if problem.total is None:
         return index, np.clip(pressure, 0, bound)
-    if sums.size(index):
-        kept = problem.project(index, pressure, bound, sums, doubtful=True)
+    if index.size:
+        kept = problem.project(index, pressure, bound, doubtful=True)
         if kept is not None:
             return index, kept
     # The loaded pixels cannot carry the load: start from all pixels that can touch.
     index = np.flatnonzero(touchable)
     pressure = np.zeros(index.size)
-    pressure += problem.total / sums.size(index)
+    pressure += problem.total / index.size
     if isinstance(problem.limit, np.ndarray):
         bound = problem.limit.ravel()[index]
-    kept = problem.project(index, pressure, bound, sums)
+    kept = problem.project(index, pressure, bound)
     return index, pressure if kept is None else kept
 
 
@@ -313,8 +311,7 @@ def slopes(now: Iterate, moved: NDArray[np.float64], viewer: Evaluator) -> tuple
     direction = moved - now.pressure
     # A shift of the approach cancels under a given load, as the step sums to zero.
     gap = viewer.displacement_plus_gap(now.index) - now.approach
-    sums = viewer.sums
-    return sums.dot(direction, now.gap), sums.dot(direction, gap)
+    return dot(direction, now.gap), dot(direction, gap)
 
 
 def projected(now: Iterate, viewer: Evaluator, rate: float) -> NDArray[np.float64]:
@@ -323,7 +320,7 @@ def projected(now: Iterate, viewer: Evaluator, rate: float) -> NDArray[np.float6
     target = now.pressure - rate * now.gap
     if problem.total is None:
         return np.clip(target, 0, bound)
-    kept = problem.project(now.index, target, bound, viewer.sums)
+    kept = problem.project(now.index, target, bound)
     return now.pressure if kept is None else kept
 
 
@@ -338,7 +335,7 @@ def snap_to_bounds(now: Iterate, viewer: Evaluator, tolerance: float) -> Iterate
     target = projected(now, viewer, 1 / viewer.unit)
     falls = (target <= 0) & (now.pressure > 0)
     rises = (target >= bound) & (now.pressure < bound)
-    if not viewer.sums.count(falls | rises):
+    if not (falls | rises).any():
         return now
     settled = viewer.evaluate(now.index, target)
     return settled if settled.certificate <= tolerance else now
@@ -420,11 +417,11 @@ def _solve_free(
 
     If ``bounded``, the iteration ends when the violation of the bounds exceeds the residual.
     """
-    pressure, gap, unit, sums = now.pressure, now.gap, viewer.unit, viewer.sums
+    pressure, gap, unit = now.pressure, now.gap, viewer.unit
     bound = viewer.limit(now.index)
     # Pixels with pressure stay free even where the gap opens: the solve removes their pressure.
     free = np.where(pressure > 0, (pressure < bound) | (gap > 0), gap < 0)
-    if not sums.count(free):
+    if not free.any():
         return None
     # In place where possible: in full contact every array is as large as the map.
     limit = bound[free] if isinstance(bound, np.ndarray) else bound
@@ -432,9 +429,9 @@ def _solve_free(
     x = pressure[free]
     residual = gap[free]
     np.negative(residual, out=residual)
-    centred(residual, sums)
-    first = norm(residual, sums) / unit
-    size = norm(pressure, sums) or first
+    centred(residual)
+    first = norm(residual) / unit
+    size = norm(pressure) or first
     enough = max(0.9 * tolerance, 0.1 * now.floor) * size
     free_index = now.index[free]
     patch = patches.make_patch(free_index)
@@ -444,8 +441,8 @@ def _solve_free(
     direction: NDArray[np.float64] | None = None
     response, previous = residual, 1.0
     while viewer.convolutions < max_iterations:
-        z = centred(precondition(residual / unit), sums)
-        product = sums.dot(residual, z)
+        z = centred(precondition(residual / unit))
+        product = dot(residual, z)
         if not product > 0:
             break
         if direction is None:
@@ -453,24 +450,24 @@ def _solve_free(
         else:
             # Flexible conjugate gradients, because the inverse is not quite linear
             # (Golub and Ye 1999, doi:10.1137/S1064827597323415).
-            direction *= -sums.dot(response, z) / previous
+            direction *= -dot(response, z) / previous
             direction += z
         del z
         previous = product
         response = patch.operator.gather(support, direction)
         viewer.convolutions += 1
-        curvature = sums.dot(direction, response)
-        if curvature <= _FLAT * unit * sums.dot(direction, direction):
+        curvature = dot(direction, response)
+        if curvature <= _FLAT * unit * dot(direction, direction):
             # A wave without resistance: only the bounds end the step.
-            x += _feasible_length(x, direction, limit, sums) * direction
+            x += _feasible_length(x, direction, limit) * direction
             break
         length = product / curvature
         x += length * direction
-        response = centred(response, sums)
+        response = centred(response)
         response *= length
         residual -= response
-        error = norm(residual, sums) / unit
-        violation = _excess(x, limit, sums) if bounded else math.inf
+        error = norm(residual) / unit
+        violation = _excess(x, limit) if bounded else math.inf
         if error <= enough or (bounded and violation > error):
             break
         if error < _REDUCTION * first and violation > 0.1 * error:
@@ -479,28 +476,26 @@ def _solve_free(
     return _Free(free, x, limit, block)
 
 
-def _remove_mean(values: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
+def _remove_mean(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Subtract the mean in place, since the approach controls the load; return the values."""
-    values -= sums.total(values) / sums.size(values)
+    values -= float(values.sum()) / values.size
     return values
 
 
 def _centering(
     viewer: Evaluator, index: NDArray[np.int64]
-) -> Callable[[NDArray[np.float64], Sums], NDArray[np.float64]]:
+) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
     """Return a function that subtracts the parts of approach and tilt on some pixels."""
     if viewer.problem.total is None:
         return _identity
     if viewer.problem.moments is None:
         return _remove_mean
-    return partial(
-        _remove_projection, _orthonormal(viewer.problem.moments.rows(index), viewer.sums)
-    )
+    return partial(_remove_projection, _orthonormal(viewer.problem.moments.rows(index)))
 
 
-def _orthonormal(rows: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
+def _orthonormal(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return orthonormal rows with the same span."""
-    products = np.array([[sums.dot(one, two) for two in rows] for one in rows])
+    products = np.array([[dot(one, two) for two in rows] for one in rows])
     squares, axes = np.linalg.eigh(products)
     apart = squares > _COLLINEAR_TOLERANCE * squares[-1]
     return np.array(
@@ -512,41 +507,39 @@ def _orthonormal(rows: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
 
 
 def _remove_projection(
-    rows: NDArray[np.float64], values: NDArray[np.float64], sums: Sums
+    rows: NDArray[np.float64], values: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Subtract the parts of approach and tilt in place; return the values."""
     for row in rows:
-        values -= sums.dot(row, values) * row
+        values -= dot(row, values) * row
     return values
 
 
-def _identity(values: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
+def _identity(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return values
 
 
-def _excess(x: NDArray[np.float64], limit: Limit, sums: Sums) -> float:
+def _excess(x: NDArray[np.float64], limit: Limit) -> float:
     """Return the norm of the violation of the bounds."""
     outside = np.clip(x, 0, limit)
     np.subtract(x, outside, out=outside)
-    return norm(outside, sums)
+    return norm(outside)
 
 
-def _feasible_length(
-    x: NDArray[np.float64], direction: NDArray[np.float64], limit: Limit, sums: Sums
-) -> float:
+def _feasible_length(x: NDArray[np.float64], direction: NDArray[np.float64], limit: Limit) -> float:
     """Return the length of a step at which the first value reaches a bound."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ways = np.where(direction > 0, limit - x, -x) / direction
-    way = sums.smallest(ways[ways > 0])
+    way = float(ways[ways > 0].min(initial=math.inf))
     return way if math.isfinite(way) else 0.0
 
 
 def _restore_feasible(now: Iterate, result: _Free, viewer: Evaluator) -> NDArray[np.float64]:
     """Return the pressure with the solution projected onto the bounds and the load."""
-    total, sums = viewer.problem.total, viewer.sums
+    total = viewer.problem.total
     free, x, limit, block = result
     if block is not None:
-        x = _kept_by_block(x, limit, block, sums)
+        x = _kept_by_block(x, limit, block)
     moved = now.pressure.copy()
     if total is None:
         moved[free] = np.clip(x, 0, limit)
@@ -554,27 +547,27 @@ def _restore_feasible(now: Iterate, result: _Free, viewer: Evaluator) -> NDArray
     # Moving only the free pixels keeps the others exactly on their bounds.
     moved[free] = 0
     held = now.index, moved
-    kept = viewer.problem.project(now.index[free], x, limit, sums, held=held, doubtful=True)
+    kept = viewer.problem.project(now.index[free], x, limit, held=held, doubtful=True)
     if kept is not None:
         moved[free] = kept
         return moved
     moved[free] = x
-    kept = viewer.problem.project(now.index, moved, viewer.limit(now.index), sums)
+    kept = viewer.problem.project(now.index, moved, viewer.limit(now.index))
     return now.pressure if kept is None else kept
 
 
 def _kept_by_block(
-    x: NDArray[np.float64], limit: Limit, block: NDArray[np.int64], sums: Sums
+    x: NDArray[np.float64], limit: Limit, block: NDArray[np.int64]
 ) -> NDArray[np.float64]:
     """Return the nearest values within the bounds that keep the force of each block.
 
     Approximate: if a force displaces the surface much more when moved far away than when moved
     nearby, neighbors must balance the load that the bounds change, and not all pixels alike.
     """
-    number = int(sums.largest(block, floor=0)) + 1
+    number = int(block.max(initial=0)) + 1
 
-    def sum_blocks(values: NDArray[Any]) -> NDArray[np.float64]:
-        return sums.allreduce(np.bincount(block, values, minlength=number))
+    def sum_blocks(values: NDArray[Any]) -> NDArray[Any]:
+        return np.bincount(block, values, minlength=number)
 
     force = np.maximum(sum_blocks(x), 0)
     kept: NDArray[np.float64] = np.clip(x, 0, limit)

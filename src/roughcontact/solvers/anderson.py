@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -25,10 +24,6 @@ _PLAIN_STEPS = 8
 _DEPENDENT = 1e-7
 
 
-def _identity(rows: Array) -> Array:
-    return rows
-
-
 class Mixer:
     """Anderson acceleration of a fixed point y = x(y) with a growing number of unknowns.
 
@@ -44,17 +39,10 @@ class Mixer:
         Weight of a squared strain in each part of the vectors.
     workspace : Workspace
         Threads.
-    whole : callable, optional
-        Gathers rows of the local parts into rows of all parts, if other processes hold some.
     """
 
-    def __init__(
-        self,
-        weights: list[float],
-        workspace: Workspace,
-        whole: Callable[[Array], Array] = _identity,
-    ) -> None:
-        self._weights, self._workspace, self._whole = weights, workspace, whole
+    def __init__(self, weights: list[float], workspace: Workspace) -> None:
+        self._weights, self._workspace = weights, workspace
         self._last: tuple[Parts, Parts] | None = None
         self._steps: list[tuple[Parts, Parts]] = []
         self._gram = np.zeros((0, 0))
@@ -128,7 +116,8 @@ class Mixer:
                     sums[part, number] = self._weights[part] * (tensor @ each)
 
         self._workspace.each(add, range(len(self._weights)))
-        return self._whole(sums).sum(axis=0)
+        result: NDArray[np.float64] = sums.sum(axis=0)
+        return result
 
 
 def embedded(values: Array, place: Array, size: int) -> Array:

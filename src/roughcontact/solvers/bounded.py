@@ -243,7 +243,7 @@ def _solve_level(
     loaded = first()
     if warm:
         loaded = viewer.scaled_to_load(*loaded)
-    now = best = viewer.evaluate(*project_admissible(viewer.problem, loaded, operator.sums))
+    now = best = viewer.evaluate(*project_admissible(viewer.problem, loaded))
     del loaded
     iteration, fruitless, bursts = 0, 0, 0
     try:
@@ -348,7 +348,7 @@ def projected_gradient(now: Iterate, viewer: Evaluator, steps: int, max_iteratio
             rate *= 10
             energies.append(energies[-1] + 0.5 * (start + end))
         else:
-            rate = norm(target - now.pressure, viewer.sums) ** 2 / (end - start)
+            rate = norm(target - now.pressure) ** 2 / (end - start)
             cut = 1.0
             if 0.5 * (start + end) + energies[-1] > max(energies[-_NONMONOTONE:]):
                 cut = -start / (end - start)

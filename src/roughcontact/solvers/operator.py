@@ -1,10 +1,4 @@
-"""Protocols of the displacement operator, and of sums over all pixels.
-
-A map may be distributed over several processes, each with a slab of its rows: they then run the
-same solver in parallel, on arrays of their local pixels. All quantities that depend on all pixels
-pass through the `Sums` of the operator, so that all processes take the same decisions; nothing
-else in ``roughcontact.solvers`` sums over a map.
-"""
+"""Protocol of the displacement operator, and inner products of arrays of pixels."""
 
 from __future__ import annotations
 
@@ -21,60 +15,23 @@ _MIN_SAFE_SQUARE = 1e-280
 Visit = Callable[[int, slice, NDArray[Any]], None]
 
 
-class Sums(Protocol):
-    """Sums and extremes over all pixels, including those of other processes.
-
-    Arrays hold only the local entries, possibly none; all processes call the same methods in the
-    same order. `roughcontact.halfspace.convolution.LocalSums` is for a single process.
-    """
-
-    def size(self, values: NDArray[Any]) -> int:
-        """Return the number of values."""
-
-    def total(self, values: NDArray[Any]) -> float:
-        """Return the sum of the values."""
-
-    def dot(self, first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-        """Return the inner product of two vectors."""
-
-    def count(self, chosen: NDArray[np.bool_]) -> int:
-        """Return the number of true values."""
-
-    def largest(self, values: NDArray[Any], floor: float = ...) -> float:
-        """Return the largest value, or ``floor`` if none is larger."""
-
-    def smallest(self, values: NDArray[Any], limit: float = ...) -> float:
-        """Return the smallest value, or ``limit`` if none is smaller."""
-
-    def allreduce(self, parts: NDArray[Any]) -> NDArray[Any]:
-        """Return the entrywise sums over all processes."""
-
-
 class Support(Protocol):
     """Pixels prepared by an operator for its methods."""
 
     @property
     def starts(self) -> NDArray[np.int64]:
-        """First entry of each local row block, and the number of entries at the end."""
+        """First entry of each row block, and the number of entries at the end."""
 
 
 class Operator(Protocol):
     """Linear and symmetric operator from pressure to displacement on a map.
 
-    Flat indices number the local pixels from 0, row by row.
+    Flat indices number the pixels from 0, row by row.
     """
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Grid points ``(ny, nx)`` of the whole map."""
-
-    @property
-    def rows(self) -> slice:
-        """Local rows of the whole map."""
-
-    @property
-    def sums(self) -> Sums:
-        """Sums over all pixels of the map."""
+        """Grid points ``(ny, nx)`` of the map."""
 
     @property
     def real(self) -> type:
@@ -90,19 +47,13 @@ class Operator(Protocol):
 
     @property
     def periodic_axes(self) -> tuple[bool, bool]:
-        """Whether no shorter map can replace this map, along y and along x.
-
-        True along periodic axes; along both axes if several processes hold the map.
-        """
+        """Whether the map is periodic along y and along x."""
 
     def support(self, index: NDArray[np.int64]) -> Support:
         """Prepare the pixels with these ascending flat indices for `spread` and `gather`."""
 
     def each_block(self, task: Callable[[int, slice], None]) -> None:
-        """Call ``task(number, rows)`` for every local row block, on all threads.
-
-        Rows are numbered from the first local row.
-        """
+        """Call ``task(number, rows)`` for every row block, on all threads."""
 
     # Result of `support`; an operator may require a specific type.
     def spread(self, support: Any, pressure: NDArray[Any], visit: Visit) -> None:
@@ -116,7 +67,7 @@ class Operator(Protocol):
         """Return the displacement of the loaded pixels."""
 
     def __call__(self, pressure: NDArray[Any]) -> NDArray[Any]:
-        """Return the displacement of a small map that every process holds completely."""
+        """Return the displacement of a map under a pressure map, shape ``(ny, nx)``."""
 
     def to_single_precision(self) -> Operator:
         """Return the operator in single precision; the same object if it already is."""
@@ -130,15 +81,21 @@ Family = Callable[[tuple[int, int], tuple[int, int]], Operator]
 ``ky × kx`` pixels of the finest map."""
 
 
-def norm(values: NDArray[Any], sums: Sums) -> float:
+def dot(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    """Return the inner product of two vectors."""
+    # Not by BLAS: its threads spin for a while after each call, and the transforms need the cores.
+    return float(np.einsum("i,i->", first, second))
+
+
+def norm(values: NDArray[Any]) -> float:
     """Return the Euclidean norm, summed in double precision."""
     values = values.astype(np.float64, copy=False)
-    square = sums.dot(values, values)
+    square = dot(values, values)
     if _MIN_SAFE_SQUARE < square < 1 / _MIN_SAFE_SQUARE:
         return math.sqrt(square)
     # Squares that underflow or overflow, for example under a ceiling near zero.
-    largest = max(sums.largest(values, floor=0.0), -sums.smallest(values, limit=0.0))
+    largest = float(np.abs(values).max(initial=0.0))
     if not 0 < largest < math.inf:
         return largest
     scaled = values / largest
-    return largest * math.sqrt(sums.dot(scaled, scaled))
+    return largest * math.sqrt(dot(scaled, scaled))

@@ -29,7 +29,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.solvers.operator import Sums, norm
+from roughcontact.solvers.operator import dot, norm
 from roughcontact.solvers.preconditioner import block_edges, block_of, forces_on_blocks, own_part
 from roughcontact.solvers.progress import Status
 
@@ -63,10 +63,6 @@ class TangentialOperator(Protocol):
     @property
     def shape(self) -> tuple[int, int]:
         """Grid points ``(ny, nx)`` of the map."""
-
-    @property
-    def sums(self) -> Sums:
-        """Sums over all pixels of the map."""
 
     @property
     def self_displacement(self) -> float:
@@ -124,15 +120,15 @@ def project_to_discs(values: Array, bound: Array) -> Array:
     return values * factor
 
 
-def project_with_sum(values: Array, bound: Array, total: Array, sums: Sums) -> tuple[Array, Array]:
+def project_with_sum(values: Array, bound: Array, total: Array) -> tuple[Array, Array]:
     """Return the projection onto the discs with a given sum, and its shift.
 
     The shift c of Π(v + c) minimizes a smooth convex function, by damped Newton steps.
     """
     shift = np.zeros(2)
-    limit = sums.total(bound)
-    cap = 0.5 * (sums.largest(np.hypot(*values), floor=0.0) + sums.largest(bound, floor=0.0))
-    clipped, lack, dual, matrix = _dual(values, bound, total, shift, sums)
+    limit = float(bound.sum())
+    cap = 0.5 * (np.hypot(*values).max(initial=0.0) + bound.max(initial=0.0))
+    clipped, lack, dual, matrix = _dual(values, bound, total, shift)
     for _ in range(100):
         if math.hypot(*lack) <= 1e-14 * limit:
             break
@@ -140,7 +136,7 @@ def project_with_sum(values: Array, bound: Array, total: Array, sums: Sums) -> t
         step = np.linalg.solve(matrix, lack)
         step *= min(1.0, (cap + math.hypot(*shift)) / math.hypot(*step))
         for _ in range(30):
-            tried = _dual(values, bound, total, shift + step, sums)
+            tried = _dual(values, bound, total, shift + step)
             if tried[2] < dual or math.hypot(*tried[1]) < 0.5 * math.hypot(*lack):
                 break
             step *= 0.5
@@ -152,7 +148,7 @@ def project_with_sum(values: Array, bound: Array, total: Array, sums: Sums) -> t
 
 
 def _dual(
-    values: Array, bound: Array, total: Array, shift: Array, sums: Sums
+    values: Array, bound: Array, total: Array, shift: Array
 ) -> tuple[Array, Array, float, Array]:
     """Return Π(v + c), its missing sum, the dual function of c and its second derivative."""
     moved = values + shift[:, None]
@@ -163,19 +159,9 @@ def _dual(
     clipped = moved * ratio
     y, x = np.divide(moved, size, out=np.zeros_like(moved), where=outside)
     energy = np.where(outside, bound * (size - 0.5 * bound), 0.5 * size**2)
-    parts = sums.allreduce(
-        np.array(
-            [
-                *clipped.sum(axis=1),
-                energy.sum(),
-                (ratio * (1 - y * y)).sum(),
-                -(ratio * y * x).sum(),
-                (ratio * (1 - x * x)).sum(),
-            ]
-        )
-    )
-    matrix = np.array([[parts[3], parts[4]], [parts[4], parts[5]]])
-    return clipped, total - parts[:2], float(parts[2] - total @ shift), matrix
+    mixed = -(ratio * y * x).sum()
+    matrix = np.array([[(ratio * (1 - y * y)).sum(), mixed], [mixed, (ratio * (1 - x * x)).sum()]])
+    return clipped, total - clipped.sum(axis=1), float(energy.sum() - total @ shift), matrix
 
 
 def solve(
@@ -254,10 +240,10 @@ class _Blocks:
     def __init__(self, operator: TangentialOperator, index: NDArray[np.int64]) -> None:
         edges = block_edges(operator.shape)
         assert edges is not None
-        self.blocks, self.sums = operator.coarser(edges).to_single_precision(), operator.sums
+        self.blocks = operator.coarser(edges).to_single_precision()
         (by, bx), area = self.blocks.shape, edges[0] * edges[1]
         self.block = block_of(index, operator.shape[1], edges, bx)
-        touching = self.sums.allreduce(np.bincount(self.block, minlength=by * bx))
+        touching = np.bincount(self.block, minlength=by * bx)
         self.number, self.touching = by * bx, np.flatnonzero(touching)
         self.support = self.blocks.support(self.touching)
         self.own = own_part(touching[self.touching], edges)
@@ -285,8 +271,10 @@ class _Blocks:
 
     def added(self, values: Array) -> Array:
         """Return the sums of both components over the pixels of each block in contact."""
-        parts = [np.bincount(self.block, row, minlength=self.number) for row in values]
-        return self.sums.allreduce(np.stack(parts))[:, self.touching]
+        parts: Array = np.stack(
+            [np.bincount(self.block, row, minlength=self.number) for row in values]
+        )
+        return parts[:, self.touching]
 
     def displaced(self, force: Array) -> Array:
         """Return C times the forces on the blocks."""
@@ -328,8 +316,8 @@ class _Solver:
     """Solver in units of the largest bound, with K₀₀ = 1."""
 
     def __init__(self, operator: TangentialOperator, problem: PartialSlipProblem) -> None:
-        self.operator, self.problem, self.sums = operator, problem, operator.sums
-        self.pressure = self.sums.largest(problem.bound)
+        self.operator, self.problem = operator, problem
+        self.pressure = float(problem.bound.max())
         self.length = self.pressure * operator.self_displacement
         self.bound = problem.bound / self.pressure
         self.offset = problem.offset / self.length
@@ -342,7 +330,7 @@ class _Solver:
         small = block_edges(operator.shape) is None
         self.blocks = None if small else _Blocks(operator, problem.index)
         self.applications = 0
-        self.points = self.sums.size(self.bound)
+        self.points = self.bound.size
 
     def apply(self, traction: Array) -> Array:
         """Return K q."""
@@ -357,11 +345,7 @@ class _Solver:
 
     def dot(self, first: Array, second: Array) -> float:
         """Return the inner product of two fields."""
-        return self.sums.dot(first.ravel(), second.ravel())
-
-    def sum(self, values: Array) -> Array:
-        """Return the sums of both components."""
-        return self.sums.allreduce(values.sum(axis=1))
+        return dot(first.ravel(), second.ravel())
 
     def compute_slip(self, state: _State) -> Array:
         """Return s = t + f - K q."""
@@ -371,7 +355,7 @@ class _Solver:
         """Return the nearest admissible traction, and its shift."""
         if self.total is None:
             return project_to_discs(values, self.bound), np.zeros(2)
-        return project_with_sum(values, self.bound, self.total, self.sums)
+        return project_with_sum(values, self.bound, self.total)
 
     def merit(self, state: _State) -> float:
         """Return the residual of the friction conditions and of the force."""
@@ -380,7 +364,7 @@ class _Solver:
         )
         square = self.dot(change, change)
         if self.total is not None:
-            lack = self.total - self.sum(state.traction)
+            lack = self.total - state.traction.sum(axis=1)
             square += float(lack @ lack) / self.points
         return math.sqrt(square)
 
@@ -409,7 +393,7 @@ class _Solver:
 
     def norm(self, state: _State) -> float:
         """Return the reference norm of residuals."""
-        return max(norm(state.traction.ravel(), self.sums), self.problem.scale / self.pressure)
+        return max(norm(state.traction.ravel()), self.problem.scale / self.pressure)
 
     def start(self) -> _State:
         """Return the initial state."""
@@ -421,14 +405,14 @@ class _Solver:
         elif not rough:
             traction = self.from_coarser()
         else:
-            part = np.zeros(2) if self.total is None else self.total / self.sums.total(self.bound)
+            part = np.zeros(2) if self.total is None else self.total / float(self.bound.sum())
             traction = part[:, None] * self.bound
         state = _State(traction, self.apply_single(traction), shift)
         if rough:
             return self.descend(state)
         if self.total is not None:
             # Estimate the shift first: from far away the projection does not find it.
-            shift = -self.sum(self.bound * self.compute_slip(state)) / self.sums.total(self.bound)
+            shift = -(self.bound * self.compute_slip(state)).sum(axis=1) / float(self.bound.sum())
             state = replace(state, shift=shift)
         return replace(state, shift=shift + self.projected(traction + self.compute_slip(state))[1])
 
@@ -487,7 +471,7 @@ class _Solver:
         slip = self.compute_slip(state)
         space = _Space(state.traction + slip, self.bound)
         rim = np.where(space.slips, self.bound * space.normal - state.traction, 0.0)
-        lack = None if self.total is None else self.total - self.sum(state.traction + rim)
+        lack = None if self.total is None else self.total - (state.traction + rim).sum(axis=1)
         first = 0.0
         for iterate in self.iterates(space, slip, rim, lack):
             first = first or iterate.square
@@ -495,7 +479,7 @@ class _Solver:
             left = iterate.residual + space.along(
                 np.broadcast_to(iterate.shift[:, None], slip.shape)
             )
-            blurred = value > _SETS * norm(left.ravel(), self.sums)
+            blurred = value > _SETS * norm(left.ravel())
             forcing = _ROUGH if blurred else _FORCING
             if value <= enough or iterate.square <= forcing**2 * first:
                 break
@@ -528,7 +512,7 @@ class _Solver:
         invert = _Inverse(self.wrapped, self.blocks, space)
         step, inverse, shift = np.zeros_like(driving), np.zeros((2, 2)), np.zeros(2)
         if lack is not None:
-            sums = np.array([self.sum(field) for field in invert.uniform]).T
+            sums = np.array([field.sum(axis=1) for field in invert.uniform]).T
             inverse = np.linalg.pinv(sums, rcond=1e-9)
             step = _combine_fields(invert.uniform, inverse @ lack)
         moved = self.apply_single(rim + step)
@@ -538,7 +522,7 @@ class _Solver:
         for _ in range(_INNER):
             gradient = invert(residual)
             if lack is not None:
-                shift = -inverse @ self.sum(gradient)
+                shift = -inverse @ gradient.sum(axis=1)
                 gradient += _combine_fields(invert.uniform, shift)
             square = self.dot(residual, gradient)
             yield _Iterate(step, moved, shift, residual, square)
@@ -560,17 +544,17 @@ class _Solver:
         traction, _ = self.projected(state.traction)
         final = self.make_state(traction, state.shift)
         slip = self.compute_slip(final)
-        change = norm((traction - project_to_discs(traction + slip, self.bound)).ravel(), self.sums)
+        change = norm((traction - project_to_discs(traction + slip, self.bound)).ravel())
         force_error = 0.0
         if self.total is not None:
-            force_error = math.hypot(*(self.total - self.sum(traction)))
+            force_error = math.hypot(*(self.total - traction.sum(axis=1)))
         size = self.norm(final)
         return PartialSlipSolution(
             traction=traction * self.pressure,
             slip=slip * self.length,
             shift=state.shift * self.length,
             certificate=change / size if size else 0.0,
-            force_error=force_error / self.sums.total(self.bound),
+            force_error=force_error / float(self.bound.sum()),
             status=Status.STALLED,
             steps=steps,
             applications=self.applications,
@@ -612,5 +596,5 @@ def stiffness(
         energy = solver.dot(step, moved + space.stiffness * step)
         if square <= _RESPONSE * energy:
             break
-    force = float(direction @ solver.sum(step))
+    force = float(direction @ step.sum(axis=1))
     return force**2 / (energy * operator.self_displacement) if energy > 0 else 0.0

@@ -76,8 +76,7 @@ class FreePixelInverse:
         unit: float = 1.0,
     ) -> None:
         self._wrapped, self._blocks, self._edges = wrapped, blocks, edges
-        here = (wrapped.rows.stop - wrapped.rows.start) * wrapped.shape[1]
-        self._weights = np.full(here, np.nan, np.float16)
+        self._weights = np.full(wrapped.shape[0] * wrapped.shape[1], np.nan, np.float16)
         # Factor of C for forces in units of unit pressure on a pixel.
         self._softness = 1 / (unit * edges[0] * edges[1])
         # For each block: D⁻¹, 0 without contact, and (1 - θ)² D⁻¹.
@@ -95,14 +94,14 @@ class FreePixelInverse:
         index : ndarray of int, shape (n,)
             Flat indices of the pixels, ascending.
         """
-        support, sums = self._wrapped.support(index), self._wrapped.sums
+        support = self._wrapped.support(index)
         block = self.block_of(index)
-        if self._blocks is None or block is None or sums.size(index) < 2:
+        if self._blocks is None or block is None or index.size < 2:
             return lambda displacement: self._wrapped.gather(support, displacement)
         number = self._blocks.shape[0] * self._blocks.shape[1]
         weight = self._weights[index].astype(np.float64)
         unknown = np.isnan(weight)
-        size, new = sums.size(index), sums.count(unknown)
+        size, new = index.size, np.count_nonzero(unknown)
         stale = new + (self._size - (size - new)) > _STALE * size
         # If long waves are far more compliant, the remainder of M is smaller than the error of m.
         if stale or self._blocks.is_long_wave_soft:
@@ -113,8 +112,8 @@ class FreePixelInverse:
             # smaller weight keeps the inverse positive.
             self._weights[index] = np.minimum(weight, np.finfo(self._weights.dtype).max)
             self._size = size
-            stiffness = sums.allreduce(np.bincount(block, weight, minlength=number))
-            touching = sums.allreduce(np.bincount(block, minlength=number))
+            stiffness = np.bincount(block, weight, minlength=number)
+            touching = np.bincount(block, minlength=number)
             self._yielding = np.divide(1, stiffness, out=np.zeros(number), where=stiffness > 0)
             self._own = self._yielding * own_part(touching, self._edges)
         else:
@@ -124,7 +123,7 @@ class FreePixelInverse:
 
         def apply(displacement: Array) -> Array:
             pressure = self._wrapped.gather(support, displacement)
-            force = sums.allreduce(np.bincount(block, weight * displacement, minlength=number))
+            force = np.bincount(block, weight * displacement, minlength=number)
             # Mean displacement weighted by M; without contact when D was made, M is unchanged.
             common = yielding * force
             common -= yielding * forces_on_blocks(self._displaced, common, own, itself)
@@ -139,8 +138,7 @@ class FreePixelInverse:
         """Return the flat index of the block of each pixel; None without blocks."""
         if self._blocks is None:
             return None
-        shape, first = self._wrapped.shape, self._wrapped.rows.start
-        return block_of(index, shape[1], self._edges, self._blocks.shape[1], first)
+        return block_of(index, self._wrapped.shape[1], self._edges, self._blocks.shape[1])
 
     def _displaced(self, force: Array) -> Array:
         """Return C times the forces on the blocks."""
@@ -154,7 +152,7 @@ class FreePixelInverse:
 
 
 def block_of(
-    index: NDArray[np.int64], width: int, edges: tuple[int, int], across: int, first_row: int = 0
+    index: NDArray[np.int64], width: int, edges: tuple[int, int], across: int
 ) -> NDArray[np.int64]:
     """Return the flat index of the block of each pixel of a map.
 
@@ -168,12 +166,9 @@ def block_of(
         Pixels along the edges ``(y, x)`` of a block.
     across : int
         Number of blocks in a row.
-    first_row : int
-        Row of the whole map at which the indices start.
     """
     # In place: in full contact these are the largest arrays.
     row, block = np.divmod(index, width)
-    row += first_row
     row //= edges[0]
     row *= across
     block //= edges[1]
@@ -300,13 +295,12 @@ class Patches:
     def make_patch(self, index: NDArray[np.int64]) -> Patch:
         """Return a patch that contains these pixels."""
         whole = self._whole.operator
-        (ny, nx), sums = whole.shape, whole.sums
-        if all(whole.periodic_axes) or not sums.size(index):
+        ny, nx = whole.shape
+        if all(whole.periodic_axes) or not index.size:
             return self._whole
         # Indices ascend: the first pixel is in the lowest row, the last one in the highest.
         row, column = index[[0, -1]] // nx, index % nx
-        low = int(sums.smallest(row)), int(sums.smallest(column))
-        high = int(sums.largest(row)), int(sums.largest(column))
+        low, high = (int(row[0]), int(column.min())), (int(row[1]), int(column.max()))
         if self._last is not self._whole and self._last.holds(low, high):
             return self._last
         first, points = [], []

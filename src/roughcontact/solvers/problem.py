@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.solvers.operator import Sums
+from roughcontact.solvers.operator import dot
 
 Limit = float | NDArray[np.float64]
 Loaded = tuple[NDArray[np.int64], NDArray[np.float64]]
@@ -29,10 +29,6 @@ class Moments:
 
     arms: tuple[NDArray[np.float64], NDArray[np.float64]]
     target: tuple[float, float]
-
-    def select_rows(self, rows: slice) -> Moments:
-        """Return the moments for some rows."""
-        return replace(self, arms=(self.arms[0][rows], self.arms[1]))
 
     def rows(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return ones and both distances from the target of some pixels, shape (3, n)."""
@@ -57,9 +53,6 @@ class BoundedProblem:
         Required sum of the pressures [Pa]: load over pixel area.
     approach : float, optional
         ω [m]; exactly one of ``total`` and ``approach`` is given.
-    whole : (int, int), optional
-        Grid points of the whole map, if other processes hold a part of it; the maps above have
-        the local rows.
     moments : Moments, optional
         Point of action of ``total``; the bodies then tilt.
     """
@@ -68,7 +61,6 @@ class BoundedProblem:
     limit: Limit
     total: float | None = None
     approach: float | None = None
-    whole: tuple[int, int] | None = None
     moments: Moments | None = None
 
     def project(
@@ -76,7 +68,6 @@ class BoundedProblem:
         index: NDArray[np.int64],
         values: NDArray[np.float64],
         limit: Limit,
-        sums: Sums,
         held: Loaded | None = None,
         doubtful: bool = False,
     ) -> NDArray[np.float64] | None:
@@ -89,18 +80,16 @@ class BoundedProblem:
         if self.moments is not None:
             rest = np.array([self.total, 0.0, 0.0])
             if held is not None:
-                rest -= [sums.dot(row, held[1]) for row in self.moments.rows(held[0])]
-            return shift_to_balance(values, limit, self.moments.rows(index), rest, sums)[0]
-        remaining = self.total if held is None else self.total - sums.total(held[1])
-        if doubtful and not 0 <= remaining <= sums.total(np.broadcast_to(limit, values.shape)):
+                rest -= [dot(row, held[1]) for row in self.moments.rows(held[0])]
+            return shift_to_balance(values, limit, self.moments.rows(index), rest)[0]
+        remaining = self.total if held is None else self.total - float(held[1].sum())
+        if doubtful and not 0 <= remaining <= np.broadcast_to(limit, values.shape).sum():
             return None
-        return project(values, limit, remaining, sums)
+        return project(values, limit, remaining)
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Grid points of the whole map."""
-        if self.whole is not None:
-            return self.whole
+        """Grid points of the map."""
         ny, nx = self.initial_gap.shape
         return ny, nx
 
@@ -128,8 +117,7 @@ def coarsen_problem(problem: BoundedProblem) -> BoundedProblem:
         # A profile has a single row, on any grid.
         total=None if problem.total is None else problem.total / (4 if problem.shape[0] > 1 else 2),
         approach=problem.approach,
-        whole=problem.whole and _halve_map(problem.whole),
-        moments=problem.moments and _thin_pixels(problem.moments, _halve_map(problem.shape)),
+        moments=problem.moments and _thin_pixels(problem.moments, gap.shape),
     )
 
 
@@ -165,10 +153,6 @@ def _thin_pixels(moments: Moments, shape: tuple[int, ...]) -> Moments:
     return replace(moments, arms=(y, x))
 
 
-def _halve_map(shape: tuple[int, int]) -> tuple[int, int]:
-    return -(-shape[0] // 2), -(-shape[1] // 2)
-
-
 def _block_mean(values: NDArray[Any]) -> NDArray[np.float64]:
     ny, nx = values.shape
     if ny % 2 or nx % 2:
@@ -199,7 +183,7 @@ _ROUNDING_SHARE = 1e-12
 
 
 def shift_to_sum(
-    values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float, sums: Sums
+    values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float
 ) -> float:
     """Return λ such that the sum of ``clip(values + λ, 0, limit)`` is ``total``.
 
@@ -211,8 +195,6 @@ def shift_to_sum(
         Upper bounds, positive; ``inf`` without a bound.
     total : float
         Required sum, between 0 and the sum of the limits.
-    sums : Sums
-        Sums over all values, including those of other processes.
 
     Returns
     -------
@@ -225,7 +207,7 @@ def shift_to_sum(
     ``clip(values + λ, 0, limit)`` is the Euclidean projection of ``values`` on the set, and λ the
     multiplier of its sum (Pardalos and Kovoor 1990, doi:10.1007/BF01585748).
     """
-    low, high = _bracket(values, limit, total, sums)
+    low, high = _bracket(values, limit, total)
     if total <= 0:
         return low
     shift = min(max(0.0, low), high)
@@ -234,7 +216,7 @@ def shift_to_sum(
     while len(tried) < _MAX_STEPS and shift not in tried:
         tried.add(shift)
         moved = values + shift
-        excess = sums.total(np.clip(moved, 0, limit)) - total
+        excess = float(np.clip(moved, 0, limit).sum()) - total
         # Precision of a sum of this number of terms.
         if abs(excess) <= _ROUNDING * total:
             break
@@ -243,7 +225,7 @@ def shift_to_sum(
             high = shift
         else:
             low = shift
-        free = sums.count((moved > 0) & (moved < limit))
+        free = int(np.count_nonzero((moved > 0) & (moved < limit)))
         step = shift - excess / free if free and not halve else np.nan
         # Newton steps may creep along a staircase of values: then halve the bracket in between.
         halve = not halve and high - low > 0.5 * width
@@ -253,28 +235,28 @@ def shift_to_sum(
 
 
 def _bracket(
-    values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float, sums: Sums
+    values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float
 ) -> tuple[float, float]:
     """Return a bracket of the shift at which the sum is ``total``."""
     limits = np.broadcast_to(limit, values.shape)
     unlimited = np.isinf(limits)
-    if sums.count(unlimited):
+    if unlimited.any():
         # One value without limit can carry everything.
-        high = total - sums.largest(values[unlimited])
+        high = total - float(values[unlimited].max(initial=-math.inf))
     else:
-        high = sums.largest(limits - values)
-    low = -sums.largest(values)
+        high = float((limits - values).max(initial=-math.inf))
+    low = -float(values.max(initial=-math.inf))
     return min(low, high), max(low, high)
 
 
 def project(
-    values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float, sums: Sums
+    values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float
 ) -> NDArray[np.float64]:
     """Return the nearest point to ``values`` in ``[0, limit]`` with the sum ``total``.
 
     Parameters
     ----------
-    values, limit, total, sums
+    values, limit, total
         As for `shift_to_sum`.
 
     Returns
@@ -283,19 +265,19 @@ def project(
         The projection; entries at a bound are exactly the bound.
     """
     for _ in range(_MAX_PASSES):
-        shift = shift_to_sum(values, limit, total, sums)
+        shift = shift_to_sum(values, limit, total)
         projected = values + shift
         np.clip(projected, 0, limit, out=projected)
         # Resolution limit of the shift, if the values are much larger than the limit.
-        missing = total - sums.total(projected)
+        missing = total - float(projected.sum())
         free = (projected > 0) & (projected < limit)
-        count = sums.count(free)
+        count = int(np.count_nonzero(free))
         if missing and count:
             share = missing / count
             np.clip(projected + share, 0, limit, out=projected, where=free)
         off = (
             abs(missing) > _BALANCE_TOLERANCE * total
-            and abs(total - sums.total(projected)) > _BALANCE_TOLERANCE * total
+            and abs(total - float(projected.sum())) > _BALANCE_TOLERANCE * total
         )
         if not off:
             break
@@ -306,17 +288,13 @@ def project(
 
 
 def shift_to_balance(
-    values: NDArray[np.float64],
-    limit: Limit,
-    rows: NDArray[np.float64],
-    rest: NDArray[np.float64],
-    sums: Sums,
+    values: NDArray[np.float64], limit: Limit, rows: NDArray[np.float64], rest: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64] | None, NDArray[np.float64]]:
     """Return the nearest point in ``[0, limit]`` with given sums, and its multipliers.
 
     Parameters
     ----------
-    values, limit, sums
+    values, limit
         As for `shift_to_sum`.
     rows : ndarray, shape (3, n)
         Weights of the entries in the three sums; those of the first are one.
@@ -337,25 +315,25 @@ def shift_to_balance(
     between its bounds: then the values are scaled down first, and grow in steps.
     """
     kept, enough = np.zeros(3), _BALANCE_TOLERANCE * rest[0]
-    if not (sums.size(values) and rest[0] > 0):
+    if not (values.size and rest[0] > 0):
         return None, kept
-    shift, error = _balance_multipliers(values, limit, rows, rest, sums, kept)
+    shift, error = _balance_multipliers(values, limit, rows, rest, kept)
     if error > _ROUGH * rest[0]:
-        steep = sums.largest(values) - sums.smallest(values)
-        steep = max(steep * sums.size(values) / rest[0], 1.0)
-        shift, error = _balance_multipliers(values / steep, limit, rows, rest, sums, kept)
+        steep = float(values.max(initial=-math.inf)) - float(values.min(initial=math.inf))
+        steep = max(steep * values.size / rest[0], 1.0)
+        shift, error = _balance_multipliers(values / steep, limit, rows, rest, kept)
         if error > _ROUGH * rest[0]:
             return None, kept
         while steep > 1:
             flatter = max(steep / _STEEPER, 1.0)
             shift *= steep / flatter
             steep = flatter
-            shift = _balance_multipliers(values / steep, limit, rows, rest, sums, shift)[0]
+            shift = _balance_multipliers(values / steep, limit, rows, rest, shift)[0]
     for _ in range(_MAX_PASSES):
         kept += shift
         # If the values are much larger than the sums, a shift is resolved only after a first one.
         values = values + _combined(rows, shift)
-        shift, error = _balance_multipliers(values, limit, rows, rest, sums, np.zeros(3))
+        shift, error = _balance_multipliers(values, limit, rows, rest, np.zeros(3))
         if error <= enough:
             break
     kept += shift
@@ -368,7 +346,6 @@ def _balance_multipliers(
     limit: Limit,
     rows: NDArray[np.float64],
     rest: NDArray[np.float64],
-    sums: Sums,
     shift: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], float]:
     """Return the multipliers of `shift_to_balance` by Newton's method, and their error."""
@@ -376,7 +353,7 @@ def _balance_multipliers(
     while fruitless < _MOST_FRUITLESS:
         moved = values + _combined(rows, shift)
         clipped = np.clip(moved, 0, limit)
-        error = np.array([sums.dot(row, clipped) for row in rows]) - rest
+        error = np.array([dot(row, clipped) for row in rows]) - rest
         size = float(np.abs(error).max())
         fruitless += 1
         if size < least:
@@ -385,11 +362,11 @@ def _balance_multipliers(
         if size <= _ROUNDING * rest[0]:
             break
         free = rows[:, (clipped == moved) & (moved > 0)]
-        slope = np.array([[sums.dot(one, two) for two in free] for one in free])
+        slope = np.array([[dot(one, two) for two in free] for one in free])
         # A smaller slope is not resolved, and there may be no free entry.
         slope[np.diag_indices(3)] += _FLATTEST * max(float(np.trace(slope)), 1.0)
         step = -np.linalg.solve(slope, error)
-        length = _length(float(step @ error), moved, _combined(rows, step), limit, sums)
+        length = _length(float(step @ error), moved, _combined(rows, step), limit)
         if not length < math.inf:
             break
         shift = shift + length * step
@@ -404,17 +381,17 @@ def _combined(rows: NDArray[np.float64], factors: NDArray[np.float64]) -> NDArra
 
 
 def _length(
-    start: float, moved: NDArray[np.float64], along: NDArray[np.float64], limit: Limit, sums: Sums
+    start: float, moved: NDArray[np.float64], along: NDArray[np.float64], limit: Limit
 ) -> float:
     """Return the length of a step at which its slope is nearly zero.
 
     The slope is ``start`` at zero length and never decreases; infinite if it stays negative.
     """
-    beginning = sums.dot(along, np.clip(moved, 0, limit))
+    beginning = dot(along, np.clip(moved, 0, limit))
     low, high = 0.0, math.inf
     length = 1.0
     while high - low > _ROUNDING * length and length < _LONGEST:
-        slope = start + sums.dot(along, np.clip(moved + length * along, 0, limit)) - beginning
+        slope = start + dot(along, np.clip(moved + length * along, 0, limit)) - beginning
         if abs(slope) <= _NEARLY * abs(start):
             return length
         low, high = (low, length) if slope > 0 else (length, high)
@@ -426,7 +403,7 @@ def _length(
 
 
 def remove_rounding(
-    pressure: NDArray[np.float64], limit: float | NDArray[np.float64], sums: Sums
+    pressure: NDArray[np.float64], limit: float | NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the pressure with values within rounding of a bound set to the bound.
 
@@ -436,15 +413,13 @@ def remove_rounding(
         Values in ``[0, limit]``.
     limit : float or ndarray, shape (n,)
         Upper bounds.
-    sums : Sums
-        Sums over all pixels, including those of other processes.
 
     Returns
     -------
     ndarray, shape (n,)
         The values, in which rounding does not decide whether a pixel is in contact or saturated.
     """
-    dust = _ROUNDING_SHARE * np.minimum(limit, sums.largest(pressure, floor=0))
+    dust = _ROUNDING_SHARE * np.minimum(limit, float(pressure.max(initial=0)))
     cleaned = np.where(pressure > limit - dust, limit, pressure)
     cleaned[cleaned < dust] = 0
     return cleaned

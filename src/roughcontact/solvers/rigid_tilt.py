@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from roughcontact.solvers import bounded
 from roughcontact.solvers.bounded import BoundedSolution
-from roughcontact.solvers.operator import Family
+from roughcontact.solvers.operator import Family, dot
 from roughcontact.solvers.preconditioner import Patches
 from roughcontact.solvers.problem import BoundedProblem, Moments
 from roughcontact.solvers.progress import Status
@@ -77,25 +77,25 @@ def flat_punch(shape: tuple[int, int], index: NDArray[np.int64], family: Family)
     patch = Patches(operator, family, (1, 1)).make_patch(index)
     local = patch.index(index)
     support, precondition = patch.operator.support(local), patch.inverse.restrict_inverse(local)
-    sums, unit = operator.sums, operator.self_displacement
+    unit = operator.self_displacement
     pressure, residual = np.zeros(index.size), np.ones(index.size)
     direction, response = pressure, residual
     previous, carried, first = math.inf, 0.0, 0.0
     for _ in range(_MAX_STEPS):
         z = precondition(residual)
-        product = sums.dot(residual, z)
+        product = dot(residual, z)
         if not product > 0:
             # Only rounding is left, or the inverse is not positive: steepest descent.
-            z, product = residual.copy(), sums.dot(residual, residual)
+            z, product = residual.copy(), dot(residual, residual)
         first = first or product
         if product <= _GAIN**2 * first:
             break
         # The inverse is not quite linear: see `roughcontact.solvers.active_set`.
-        direction = z - sums.dot(response, z) / previous * direction
+        direction = z - dot(response, z) / previous * direction
         previous = product
         response = patch.operator.gather(support, direction) / unit
-        curvature = sums.dot(direction, response)
-        if curvature <= _FLAT * sums.dot(direction, direction):
+        curvature = dot(direction, response)
+        if curvature <= _FLAT * dot(direction, direction):
             return Punch(math.inf, direction, residual, unit)
         length = product / curvature
         pressure += length * direction
@@ -106,16 +106,15 @@ def flat_punch(shape: tuple[int, int], index: NDArray[np.int64], family: Family)
             break
     else:
         return None
-    rows = operator.rows.stop - operator.rows.start
-    displacement: NDArray[Any] = np.empty((rows, shape[1]), operator.real)
+    displacement: NDArray[Any] = np.empty(shape, operator.real)
 
     def store_rows(number: int, rows: slice, block: NDArray[Any]) -> None:
         displacement[rows] = block
 
     pressure /= unit
     operator.spread(operator.support(index), pressure, store_rows)
-    work = sums.dot(pressure, displacement.ravel()[index].astype(np.float64))
-    return Punch(sums.total(pressure) ** 2 / work, pressure, displacement, unit)
+    work = dot(pressure, displacement.ravel()[index].astype(np.float64))
+    return Punch(float(pressure.sum()) ** 2 / work, pressure, displacement, unit)
 
 
 # --- Tilt of two rigid bodies at rest on each other, with or without a pressure ceiling ---
@@ -155,7 +154,7 @@ def rigid_tilt(problem: BoundedProblem, levers: tuple[Array, Array], target: Arr
     from scipy.optimize import linprog
 
     touchable = np.isfinite(problem.initial_gap)
-    if problem.whole is not None or not 0 < np.count_nonzero(touchable) <= _MAX_POINTS:
+    if not 0 < np.count_nonzero(touchable) <= _MAX_POINTS:
         return None
     assert problem.total is not None
     gap = problem.initial_gap[touchable]

@@ -202,7 +202,6 @@ def _material(result: ContactResult, material: Mapping[str, float] | None) -> di
 def check(result: ContactResult) -> None:
     """Raise `InputError` for a contact without intervals."""
     pair = result.pair
-    pair.require_whole("intervals")
     pair.require_map("an interval")
     if not (result.converged and result.load and result.contact_area):
         raise InputError("intervals need a converged contact under a load")
@@ -300,7 +299,7 @@ def _solve_central_part(result: ContactResult, measured: Reconstruction) -> Cont
         ceiling=result.ceiling,
         tolerance=result.tolerance,
     )
-    return solve_pair(replace(result.pair, share=part), terms)
+    return solve_pair(replace(result.pair, surface=part), terms)
 
 
 def _rescale_intervals(
@@ -539,7 +538,7 @@ class _ContactDraws:
         """Return the contact of other heights on a map of the same size."""
         result = self.result
         edges = [side / n for side, n in zip(result.surface.size, heights.shape, strict=True)]
-        pair = replace(result.pair, share=Surface(heights, (edges[0], edges[1])))
+        pair = replace(result.pair, surface=Surface(heights, (edges[0], edges[1])))
         top = None if result.ceiling is None else float(result.ceiling) * ceiling
         terms = LoadCase(result.load * load, ceiling=top, tolerance=CERTIFICATE)
         return solve_pair(pair, terms, workers=1)

@@ -503,7 +503,7 @@ def _change_maps(pair: Pair, change: Callable[[Surface], Surface]) -> Pair:
     """Return a pair with both maps changed."""
     surface, counter = change(pair.surface), pair.counter_surface
     counter = None if counter is None else change(counter)
-    return replace(pair, share=surface, counter_surface=counter)
+    return replace(pair, surface=surface, counter_surface=counter)
 
 
 def _variant(value: float, result: ContactResult) -> Variant:

@@ -191,7 +191,7 @@ def test_small_deformations_are_checked(pressed) -> None:
     assert np.sqrt(2) * float(slope[1]) == pytest.approx(radius / 105e-6, rel=0.05)
     surface = pressed.contact.surface
     steep = dataclasses.replace(surface, heights=3 * surface.heights)
-    pair = dataclasses.replace(pressed.contact.pair, share=steep)
+    pair = dataclasses.replace(pressed.contact.pair, surface=steep)
     contact = dataclasses.replace(pressed.contact, pair=pair)
     steeper = cautions(dataclasses.replace(pressed, solution=contact))[CautionTag.PLASTIC_STRAIN]
     assert 0.1 < steeper.numbers["slope"] < 0.2

@@ -444,7 +444,7 @@ def estimate(
 def estimate_result(result: ContactResult) -> Estimate | None:
     """Return the estimate for a solved contact; None if the formulas do not apply."""
     pair = result.pair
-    flat = not (pair.is_profile or pair.is_shared) and len(result.boundary.periodic_axes) == 2
+    flat = not pair.is_profile and len(result.boundary.periodic_axes) == 2
     flat = flat and not pair.is_coated
     if not flat or result.hertz is not None or isinstance(result.ceiling, np.ndarray):
         return None

@@ -242,7 +242,7 @@ def _remarks(loads: search.LoadSearch) -> tuple[str, ...]:
 
 def question(loads: search.LoadSearch) -> str:
     """Return the question that a load search answers."""
-    name = phrases.source(loads.largest.share.provenance)
+    name = phrases.source(loads.largest.surface.provenance)
     return f"Which load gives {' and '.join(_targets(loads))} of {name}?"
 
 

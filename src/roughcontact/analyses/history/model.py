@@ -73,7 +73,7 @@ class SlidingPair:
         if not self.on_counter and indentation.any():
             surface = replace(surface, heights=surface.heights - indentation)
         if counter is None:
-            return replace(self.pair, share=surface)
+            return replace(self.pair, surface=surface)
         heights = counter.heights - indentation if self.on_counter else counter.heights
         moved = np.full(surface.shape, np.nan)
         here, there = self._overlap(shift)
@@ -84,7 +84,7 @@ class SlidingPair:
                 "point opposite one of the surface"
             )
         moved_counter = replace(counter, heights=moved, holes_masked=True)
-        return replace(self.pair, share=surface, counter_surface=moved_counter)
+        return replace(self.pair, surface=surface, counter_surface=moved_counter)
 
     def indent(self, indentation: Array, new: Array, shift: tuple[int, int]) -> None:
         """Add new indentation, on the grid of the surface, to that of the indented body."""

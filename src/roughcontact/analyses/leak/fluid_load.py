@@ -77,7 +77,7 @@ def nominal_contact(pair: Pair, load: float, ceiling: Any) -> Array | None:
     if curvature is None or hertz is None or np.min(limit or math.inf) < hertz.max_pressure:
         smooth = Surface(form + plane, pair.pixel, holes_masked=True)
         terms = LoadCase(load, ceiling=ceiling, tolerance=_SMOOTH_TOLERANCE)
-        bodies = replace(pair, share=smooth, counter_surface=None)
+        bodies = replace(pair, surface=smooth, counter_surface=None)
         return solve_pair(bodies, terms, on_failure="return").contact.astype(float)
     slope = [
         float(np.nanmean(np.diff(plane, axis=axis))) / edge for axis, edge in enumerate(pair.pixel)

@@ -560,7 +560,7 @@ _FIGURES: Illustrations = (
 
 
 def _question(result: Leakage) -> str:
-    source, loads = phrases.source(result.largest.share.provenance), phrases.load_range(result)
+    source, loads = phrases.source(result.largest.surface.provenance), phrases.load_range(result)
     if result.seal is None:
         return f"How permeable is the gap of {source} {loads}?"
     return f"How much leaks past {source} {loads}?"

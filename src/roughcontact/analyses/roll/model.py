@@ -85,8 +85,8 @@ def pass_result(
     shear: list[Array] = []
     along: list[Array] = []
     across: list[Array] = []
-    for number, body in enumerate(result.whole_bodies):
-        old = None if before is None else before.whole_bodies[number]
+    for number, body in enumerate(result.bodies):
+        old = None if before is None else before.bodies[number]
         flow = max(
             flow, float((body.accumulated - _resample_layers(old, body, "accumulated")).max())
         )
@@ -103,7 +103,7 @@ def pass_result(
         strain_net=gain,
         max_pressure=max(step.max_pressure for step in steps),
         max_plastic_strain=result.max_plastic_strain,
-        max_residual_stress=max(float(b.residual_von_mises.max()) for b in result.whole_bodies),
+        max_residual_stress=max(float(b.residual_von_mises.max()) for b in result.bodies),
         max_residual_displacement=float(result.residual_displacement.max()),
         steps=len(steps),
         contact_area=max(step.contact_area for step in steps),
@@ -133,7 +133,7 @@ class MovieFrame:
 
 def make_frame(result: ElastoplasticResult, number: int, step: int, along: str) -> MovieFrame:
     """Return the movie frame of a state, in single precision."""
-    body = result.whole_bodies[0]
+    body = result.bodies[0]
     strain = _crop_to_map(result, body, body.accumulated).max(axis=1 if along == "x" else 2)
     return MovieFrame(
         number, step, result.solution.pressure.astype(np.float32), strain.astype(np.float32)
@@ -279,7 +279,7 @@ class RollingResult(Result):
     @property
     def strain_threshold(self) -> float:
         """Plastic strain of a pass up to which it is treated as zero."""
-        return _NONE * min(map(_yield_strain, self.result.whole_bodies))
+        return _NONE * min(map(_yield_strain, self.result.bodies))
 
     @property
     def outcome_text(self) -> str:

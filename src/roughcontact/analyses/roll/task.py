@@ -115,7 +115,7 @@ OUTPUT = files_option(
 )
 FOLDER = file_option("folder", "FOLDER", "Folder for finished steps; the same command resumes.")
 MOVIE = file_option("movie", "FILE.gif", "Animated GIF of pressure and plastic strain.", (".gif",))
-YES = flag_option("yes", Panel.OUTPUT, "Run for more than a day.", whole_map=False)
+YES = flag_option("yes", Panel.OUTPUT, "Run for more than a day.")
 _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 
 # Run time [s] above which a run needs confirmation.

@@ -293,10 +293,10 @@ CONTACT: Table = (
     *formulas.BESIDE,
     Quantity("hertz", of=hertz_comparison.record),
     *CAUTIONS,
-    Quantity("shape", of=lambda r: list(r.share.shape)),
-    Quantity("pixel", unit="m", of=lambda r: list(r.share.pixel)),
-    Quantity("source", of=lambda r: r.share.provenance.source),
-    Quantity("preparation", of=lambda r: list(r.share.provenance.steps)),
+    Quantity("shape", of=lambda r: list(r.surface.shape)),
+    Quantity("pixel", unit="m", of=lambda r: list(r.surface.pixel)),
+    Quantity("source", of=lambda r: r.surface.provenance.source),
+    Quantity("preparation", of=lambda r: list(r.surface.provenance.steps)),
     Quantity("iterations", "iterations", part=TRUST, brief=False),
     Quantity("convolutions", "convolutions on the full grid", part=TRUST),
     Quantity("seconds", "time of the solve", unit="s", part=TRUST),
@@ -311,20 +311,6 @@ CONTACT: Table = (
     Quantity("version"),
 )
 """Quantities of a `ContactResult`."""
-
-SHARED: Table = (
-    *CONTACT,
-    Quantity("ranks", "ranks", of="share.ranks.count", part=TRUST),
-    Quantity(
-        "communication",
-        "communication",
-        unit="s",
-        part=TRUST,
-        text=lambda r: f"{format_percent(r.communication / r.seconds)} of the time",
-    ),
-    Quantity("sent"),
-)
-"""Quantities of a `ContactResult` with a map on several ranks."""
 
 HEADLINES = ("contact_fraction", "mean_pressure", "saturated_fraction", "mean_gap")
 """Headline quantities of the report of a contact."""

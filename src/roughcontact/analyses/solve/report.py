@@ -6,8 +6,8 @@ All blocks are from the result, except the elastic solution, which is computed f
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,13 +23,12 @@ from roughcontact.contact import archive, plausibility
 from roughcontact.contact.hertz_comparison import is_beyond_map, is_unresolved
 from roughcontact.contact.nominal_hertz import is_smooth
 from roughcontact.contact.result import ContactResult, Regime
-from roughcontact.contact.share import Slab
-from roughcontact.drawing import cells, maps, profiles as draw
+from roughcontact.drawing import maps, profiles as draw
 from roughcontact.drawing.sections import pressure_histogram, section
 from roughcontact.errors import ConvergenceError, InsufficientMemoryError, Sentence
 from roughcontact.formats import export
 from roughcontact.report import chapters, figures, phrases, python_script
-from roughcontact.report.figures import FRONT, RESULTS, Illustration
+from roughcontact.report.figures import FRONT
 from roughcontact.report.kind import (
     ABSENT,
     CellTable,
@@ -39,7 +38,7 @@ from roughcontact.report.kind import (
     quantity_of,
     rows_of,
 )
-from roughcontact.report.page import HALF, Block, Cells
+from roughcontact.report.page import Block, Cells
 from roughcontact.uncertainty.intervals import QUANTITIES, Cause, Interval
 from roughcontact.uncertainty.resolution import ResolutionStudy
 from roughcontact.units import count_noun, format_change, format_engineering
@@ -47,11 +46,10 @@ from roughcontact.units import count_noun, format_change, format_engineering
 
 def question(result: ContactResult) -> str:
     """Return the question that a contact answers."""
-    name, under = phrases.source(result.share.provenance), phrases.load_phrase(result)
-    smooth = result.hertz if not result.pair.is_shared else None
+    name, under = phrases.source(result.surface.provenance), phrases.load_phrase(result)
     if result.control == "approach":
         return f"Which load does {name} carry {under}?"
-    if smooth is not None:
+    if result.hertz is not None:
         return f"How large is the contact of {name} {under}?"
     return f"How much of {name} is in contact {under}?"
 
@@ -91,7 +89,7 @@ def uncertainty_of(result: ContactResult, study: ResolutionStudy | None) -> list
 def details(result: ContactResult, scene: Any, **more: Any) -> list[Block]:
     """Return the blocks with all results of a contact, with an elastic column if drawn."""
     kind, elastic = kind_of(result), None
-    if scene is not None and result.saturated_fraction > 0 and not result.pair.is_shared:
+    if scene is not None and result.saturated_fraction > 0:
         elastic = _elastic_or_best(result.elastic)
     answer = [*_columns(kind, result, elastic)]
     if elastic is not None and not elastic.converged:
@@ -104,7 +102,7 @@ def details(result: ContactResult, scene: Any, **more: Any) -> list[Block]:
         )
     answer += chapters.figure_blocks(kind.figures, scene, FRONT)[1:]
     answer += chapters.figure_blocks(kind.figures, scene)
-    return answer if result.pair.is_shared else [*answer, *hertz_blocks(result)]
+    return [*answer, *hertz_blocks(result)]
 
 
 def short_blocks(result: ContactResult) -> list[Block]:
@@ -137,7 +135,7 @@ def _columns(
         (row.title, *texts, *((others.get(row.key, ABSENT),) if others else ()), row.meaning)
         for row, texts in answer
     ]
-    if not result.pair.is_shared and result.load:
+    if result.load:
         empty = ("",) * (len(heads or ("value",)) - 1)
         rows += [(name, text, *empty, note) for name, text, note in spot_rows(result)]
     return chapters.table(rows, ("quantity", *(heads or ("value",)), "meaning"), "wide")
@@ -153,42 +151,6 @@ def headlines(result: ContactResult) -> tuple[str, ...]:
     """Return the keys of the main quantities."""
     other = "approach" if result.control == "load" else "load"
     return (*contact_fields.HEADLINES, other, "max_residual_indentation")
-
-
-@dataclass(frozen=True, eq=False)
-class SharedScene:
-    """Reduced maps of a contact with a map on several ranks."""
-
-    size: tuple[float, float]
-    blocks: Sequence[Any]  # Blocks on the root rank; None on other ranks
-
-    @classmethod
-    def from_result(cls, result: ContactResult) -> SharedScene:
-        """Reduce the maps of a contact; collective call of all ranks."""
-        share, gap, pressure = result.share, result.gap, result.pressure
-        assert isinstance(share, Slab)
-        return cls(
-            share.size,
-            [
-                share.reduce_blocks(values, largest=values is pressure)
-                for values in (share.heights, pressure, gap)
-            ],
-        )
-
-    def draw_map(self, index: int) -> Any:
-        """Return one of the maps as a figure."""
-        return list(cells.map_painters(self.size, *self.blocks).values())[index]()
-
-
-def _block_figure(index: int, caption: str, chapter: str) -> Illustration:
-    return Illustration("", lambda s: s.draw_map(index), caption, chapter, HALF)
-
-
-_SHARED = (
-    _block_figure(1, "Largest pressure in each block of points.", FRONT),
-    _block_figure(0, "Mean height of each block of points.", RESULTS),
-    _block_figure(2, "Mean gap of each block of points.", RESULTS),
-)
 
 
 def _elastic_or_best(solve: Callable[[], ContactResult]) -> ContactResult | None:
@@ -332,8 +294,7 @@ def numbers(result: ContactResult, study: ResolutionStudy | None = None) -> Cell
     unit, what = ("m", "length") if result.pair.is_profile else ("m²", "area")
     nominal = phrases.format_short(result.nominal_area, unit)
     area = f"{phrases.format_short(result.contact_area, unit)} of {nominal}"
-    if not result.pair.is_shared:
-        area += f", {count_noun(result.spots().count, 'spot')}"
+    area += f", {count_noun(result.spots().count, 'spot')}"
     rows = [
         (f"Real contact {what}", area),
         (
@@ -445,20 +406,7 @@ PROFILE_KIND = replace(
     plots=(draw.loaded_profile,),
 )
 
-SHARED_KIND = replace(
-    KIND,
-    table=contact_fields.SHARED,
-    when=lambda result: result.pair.is_shared,
-    figures=_SHARED,
-    scene=SharedScene.from_result,
-    plots=(),
-    script=lambda _: "",
-    ranks=lambda result: result.share.ranks,
-)
-
 
 def kind_of(result: ContactResult) -> Presentation:
-    """Return the presentation of a contact of a map, a distributed map or a profile."""
-    if result.pair.is_shared:
-        return SHARED_KIND
+    """Return the presentation of a contact of a map or a profile."""
     return PROFILE_KIND if result.pair.is_profile else KIND

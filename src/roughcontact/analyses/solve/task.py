@@ -43,7 +43,6 @@ MODEL = Option(
     "ceiling (fast) or elastoplastic (minutes); default: ceiling.",
     parsing.choice(SURFACE_MODEL, VOLUME_MODEL),
     SURFACE_MODEL,
-    whole_map=False,
 )
 INCREMENTS: Option[int | str] = Option(
     "increments",
@@ -61,7 +60,6 @@ TOLERANCE = Option(
     "Certificate limit; default: 1e-6 (single precision and elastoplastic: 1e-4).",
     parsing.number,
     None,
-    whole_map=False,
 )
 MAX_ITERATIONS = Option(
     "max-iterations",
@@ -71,7 +69,6 @@ MAX_ITERATIONS = Option(
     options.ITERATIONS,
     None,
     "Maximum convolutions",
-    whole_map=False,
 )
 PRECISION = Option(
     "precision",
@@ -80,13 +77,11 @@ PRECISION = Option(
     "double or single (two thirds of the memory); default: double (elastoplastic: single).",
     parsing.choice("double", "single"),
     None,
-    whole_map=False,
 )
 OUTPUT = files_option(
     "output",
     f"Result: {export.list_formats(export.VOLUME, export.CONTACT)}; repeatable.",
     export.VOLUME.suffixes,
-    whole_map=False,
 )
 FOLDER = file_option(
     "folder", "FOLDER", "Folder for finished elastoplastic steps; the same command resumes."
@@ -165,7 +160,6 @@ def _volume(request: Request, work: TaskContext) -> Outcome:
             on_failure="return",
             folder=request[FOLDER],
             progress=watch,
-            ranks=work.ranks,
         )
     solution = replace(
         result.solution, specified_load=specified, extra_cautions=work.extra_cautions
@@ -352,11 +346,7 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
             "analyses.solve.surface_report:PROFILE_KIND",
             "analyses.solve.surface_report:KIND",
         ),
-        "ContactResult": (
-            "analyses.solve.report:PROFILE_KIND",
-            "analyses.solve.report:SHARED_KIND",
-            "analyses.solve.report:KIND",
-        ),
+        "ContactResult": ("analyses.solve.report:PROFILE_KIND", "analyses.solve.report:KIND"),
         "ElastoplasticResult": ("analyses.solve.volume_report:KIND",),
         "ResolutionStudy": ("analyses.solve.uncertainty_report:KIND",),
         "Uncertainty": ("analyses.solve.uncertainty_report:MEASURED_KIND",),

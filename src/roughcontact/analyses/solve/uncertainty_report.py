@@ -149,7 +149,7 @@ INSTRUMENT_REF = ArgumentRef("result.uncertainty")
 def is_correctable(result: ContactResult) -> bool:
     """Return whether the result can be corrected for a measuring instrument."""
     pair = result.pair
-    is_measured = not str(result.share.provenance.source).startswith(("nominal ", "generated "))
+    is_measured = not str(result.surface.provenance.source).startswith(("nominal ", "generated "))
     alone = pair.counter_surface is None and not pair.is_profile
     return is_measured and alone and result.control == "load" and result.moments is None
 
@@ -230,7 +230,7 @@ def with_interval(interval: Interval, form: Callable[[float], str]) -> str:
 
 def intervals_by_key(result: ContactResult, study: ResolutionStudy | None = None) -> dict[str, str]:
     """Return the known intervals of the main quantities of a contact as text, by key."""
-    if result.pair.is_shared or not (result.converged and result.load):
+    if not (result.converged and result.load):
         return {}
     return {
         interval.name: text
@@ -241,7 +241,7 @@ def intervals_by_key(result: ContactResult, study: ResolutionStudy | None = None
 
 def brief_ends(result: ContactResult) -> dict[str, str]:
     """Return the finite intervals of the main quantities, by key, without remarks."""
-    if result.pair.is_shared or not (result.converged and result.load):
+    if not (result.converged and result.load):
         return {}
     return {
         interval.name: phrases.range_text(interval.low, interval.high, quantity.format_value)

@@ -11,9 +11,8 @@ from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.analyses.solve.blocks import hertz_blocks, spot_rows
 from roughcontact.drawing import elastoplastic as plots
 from roughcontact.elastoplastic import archive, plausibility, volume_result as depth
-from roughcontact.elastoplastic.plastic_body import LayerProfile, SharedBody
+from roughcontact.elastoplastic.plastic_body import LayerProfile
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult
-from roughcontact.errors import InputError
 from roughcontact.formats import export
 from roughcontact.report import (
     assumptions,
@@ -145,8 +144,6 @@ def _remarks(result: ElastoplasticResult) -> tuple[str, ...]:
 
 
 def _dataset(result: ElastoplasticResult) -> netcdf.Dataset:
-    if any(isinstance(body, SharedBody) for body in result.bodies):
-        raise InputError("several ranks hold the layers: save the result as .nc and read that")
     return archive.to_dataset(result)[0]
 
 

@@ -33,7 +33,7 @@ def first_yield(onset: StressResult, brief: bool = False) -> list[Row]:
 def question(stress: StressResult) -> str:
     """Return the question that a stress answers."""
     contact = stress.solution
-    name = phrases.source(contact.share.provenance)
+    name = phrases.source(contact.surface.provenance)
     return f"How large is the stress below {name} {phrases.load_phrase(contact)}?"
 
 

@@ -391,7 +391,6 @@ def tangential(
 
 def _check(result: ContactResult, friction: float, direction: float) -> None:
     """Raise an error for contacts that cannot be loaded tangentially."""
-    result.require_whole("tangential loading")
     result.pair.require_uncoated("tangential loading")
     require_friction(friction)
     if result.moments is not None:
@@ -671,7 +670,7 @@ def _unloaded(
     heaviest: ContactResult, load: float, start: Any = None, tolerance: float = 0.0
 ) -> ContactResult:
     """Return the contact under a smaller load, elastic on the indented surface."""
-    pair = replace(heaviest.pair, share=indented_surface(heaviest))
+    pair = replace(heaviest.pair, surface=indented_surface(heaviest))
     case = replace(
         _case(heaviest, load), ceiling=None, tolerance=max(heaviest.tolerance, tolerance)
     )

@@ -283,7 +283,7 @@ def _sentences(result: Tangential) -> tuple[str, ...]:
 
 def _question(result: Tangential) -> str:
     contact = result.solution
-    name = phrases.source(contact.share.provenance)
+    name = phrases.source(contact.surface.provenance)
     return f"How far does {name} shift and slip {phrases.load_phrase(contact)}?"
 
 
