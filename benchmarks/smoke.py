@@ -21,7 +21,6 @@ SCRIPTS = (
     ("latency.py", "--runs", "1", "--points", "48x64", "--only", "info"),
     ("peers.py", "--cases", "smoke"),
     ("memory.py", "--quick"),
-    ("mpi.py", "--quick"),
     ("record.py", "--quick"),
     ("partial_slip.py", "256"),
     ("leak.py", "--points", "128"),

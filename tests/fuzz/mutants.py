@@ -83,14 +83,7 @@ ELSEWHERE = (
     "analyses/solve/test_volume_report",
 )
 # Folders of tests that start processes.
-PROCESSES = ("batch", "desk", "mpi", "project", "fuzz")
-# What processes of its own run, which coverage does not see, and the tests that start them.
-APART = {
-    "src/roughcontact/halfspace/distributed.py": (
-        "tests/mpi/test_slabs.py::test_operator_inverse_and_level_match_one_process[3]",
-        "tests/mpi/test_slabs.py::test_result_is_independent_of_rank_count[3]",
-    )
-}
+PROCESSES = ("batch", "desk", "project", "fuzz")
 # What long tests and whole processes show is asked as well.
 ASKED = "not slow"
 # Tests that a mutant is given at first; seconds of all; processor time over that, and the least.
@@ -303,8 +296,6 @@ class Covered:
 
     def tests(self, mutant: Mutant) -> list[str]:
         """Return the tests that run a mutant's statement, the quickest first, to a limit."""
-        if mutant.module in APART:
-            return list(APART[mutant.module])
         name = self.files.get(mutant.module.removeprefix("src/roughcontact/"), "")
         by_line = self.data.contexts_by_lineno(name)
         lines = range(mutant.first, mutant.last + 1)

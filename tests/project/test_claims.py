@@ -87,7 +87,6 @@ def test_extras_install_stated_packages() -> None:
     assert any(entry.startswith("SurfaceTopography") for entry in extras["io"])
     assert any(entry.startswith("ducc0") for entry in extras["fast"])
     assert any(entry.startswith("panel") for entry in extras["desk"])
-    assert any(entry.startswith("mpi4py") for entry in extras["mpi"])
     assert any(entry.startswith("dask") for entry in extras["cluster"])
     assert set(extras["all"]) == {"roughcontact[desk,fast,io]"}
     # What is under the GPL is never needed.
