@@ -695,14 +695,14 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "demo": ("demo --points 64 --folder out",),
     "project": ("run project.toml", "run project.toml --json", "run bad.toml"),
     "tasks": ("run tasks.toml", "run tasks.toml --json"),
-    "leak": (f"{_LEAK} --report a.html", f"{_LEAK} --output l.csv --output l.json --json"),
+    "leak": (f"{_LEAK} --report a.html", f"{_LEAK} --output l.json --json"),
     "tangential": (
         f"tangential {_SLIP} --force '20 mN' --report a.html",
         f"tangential {_SLIP} --force '20 mN, 0 N' --json",
     ),
     "conductance": (
         f"{_CONDUCTANCE} --electrical-film '1e-12 ohm m^2' --report a.html",
-        f"{_CONDUCTANCE} --output c.csv --output c.json --json",
+        f"{_CONDUCTANCE} --output c.json --json",
     ),
     "law": (
         f"{_LAW} --report a.html "

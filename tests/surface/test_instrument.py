@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -47,6 +48,52 @@ def test_a_map_that_ends_is_mirrored() -> None:
     assert np.abs(image.heights - ramp.heights).max() < 0.05 * UM
 
 
+def test_transfer_of_a_pupil_is_the_autocorrelation_of_a_disc() -> None:
+    y, x = np.mgrid[-256:256, -256:256]
+    disc = (np.hypot(y, x) < 100).astype(float)
+    overlap = np.fft.irfft2(np.abs(np.fft.rfft2(disc)) ** 2, disc.shape)[0, :200] / disc.sum()
+    np.testing.assert_allclose(
+        instrument.round_pupil(np.arange(200) / 200), overlap, rtol=0, atol=2e-3
+    )
+    tool = Instrument("optical", numerical_aperture=0.4, wavelength="633 nm", shape=0.0)
+    assert tool.resolution == pytest.approx(1.2377 * 633e-9 / 0.4, rel=1e-4)
+    waves = np.array([0.25, 0.5, 1.0]) * 2 * 0.4 / 633e-9
+    np.testing.assert_allclose(tool.lateral_transfer(waves), [*overlap[[50, 100]], 0], atol=2e-3)
+
+
+def test_shapes_of_one_resolution_differ_for_longer_waves() -> None:
+    waves = np.array([0.25, 0.5, 1.0]) / UM
+    pupil, middle, gaussian = (
+        Instrument(resolution=UM, shape=shape).lateral_transfer(waves) for shape in (0, 0.5, 1)
+    )
+    np.testing.assert_allclose(pupil, [0.8716, 0.7446, 0.5], atol=1e-4)
+    np.testing.assert_allclose(gaussian, 2.0 ** -np.array([1 / 16, 1 / 4, 1]), rtol=1e-12)
+    np.testing.assert_allclose(middle, np.sqrt(pupil * gaussian), rtol=1e-12)
+    given = Instrument("gaussian", resolution=UM)
+    np.testing.assert_array_equal(given.lateral_transfer(waves), gaussian)
+    assert given.u_shape == 0 < Instrument(resolution=UM).u_shape
+    coherent = Instrument("coherent", numerical_aperture=0.55)
+    assert coherent.lateral_transfer(np.array([0.99, 1.01]) / UM).tolist() == [1, 0]
+
+
+def test_measured_transfer_is_read_from_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "itf.csv"
+    path.write_text("# 1/mm, transfer\n0, 1\n100, 0.9\n200, 0.6\n300, 0.2\n", "utf-8")
+    tool = Instrument.named(f"measured {path}")
+    assert tool.resolution == pytest.approx(1 / 225e3)
+    np.testing.assert_allclose(
+        tool.lateral_transfer(np.array([0, 50e3, 200e3, 300e3, 301e3])), [1, 0.95, 0.6, 0.2, 0]
+    )
+    assert Instrument(**vars(tool)) == tool
+    path.write_text("1 2 3\n4 5 6\n", "utf-8")
+    with pytest.raises(InputError, match="has 3 columns"):
+        Instrument.named(f"measured {path}")
+    with pytest.raises(InputError, match="increasing"):
+        Instrument.from_transfer([2, 1], [1, 0.5])
+    with pytest.raises(InputError, match="is not a transfer function"):
+        Instrument.named(f"measured {tmp_path / 'none.csv'}")
+
+
 def test_noise_and_missing_points() -> None:
     flat = rc.Surface(np.zeros((128, 128)), (UM, UM))
     missing = np.zeros((128, 128), bool)
@@ -79,11 +126,12 @@ def test_a_tip_draws_a_spike_as_itself() -> None:
 def test_noise_from_two_maps_and_from_a_plateau() -> None:
     surface = rc.generate(128, UM, Sq="0.3 um", Sal="10 um", rng=2)
     tool = Instrument(resolution=0.0, noise="5 nm")
-    maps = [tool.measure(surface, periodic=True, rng=np.random.default_rng(k)) for k in range(2)]
+    missing = np.eye(128) > 0
+    maps = [tool.measure(surface, missing=missing, periodic=True, rng=k) for k in range(2)]
     repeated = Instrument.from_repeats(*maps, resolution=2 * UM)
     assert repeated.noise == pytest.approx(5e-9, rel=0.03)
     assert repeated.resolution == 2 * UM
-    estimated = Instrument.from_map(maps[0])
+    estimated = Instrument.from_map(maps[0].filled())
     assert estimated.noise == pytest.approx(5e-9, rel=0.15)
     # The generated surface has no waves below eight pixels.
     assert Instrument.from_map(surface).noise == 0

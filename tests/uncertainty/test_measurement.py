@@ -130,8 +130,9 @@ def test_draws_of_worn_surfaces_are_as_smooth_on_summits_as_these() -> None:
     assert Cause.SUMMITS in intervals.of("contact_fraction").budget
     assert intervals.of("stiffness") is None
     assert "The summits are worn" in intervals.remarks[0]
-    with pytest.raises(InputError, match="a tip hides how smooth"):
-        solve_surface(image).uncertainty(Instrument("tip", tip_radius=1e-9), 4 * UM)
+    result = solve_surface(replace(image, heights=image.heights + noise))
+    with pytest.raises(InputError, match="noise hides how smooth"):
+        result.uncertainty(noisy, 4 * UM)
 
 
 def test_the_periodic_part_of_a_plane_is_flat_and_of_a_periodic_map_itself() -> None:
@@ -421,6 +422,8 @@ def test_a_sweep_has_the_intervals_of_each_load(
     image, _ = measure_surface(64, noise=1e-9)
     path, table, file = (tmp_path / name for name in ("map.x3p", "curve.json", "one.json"))
     image.save(path)
+    noise = math.sqrt(2) * 1e-9 * np.random.default_rng(5).standard_normal(image.shape)
+    replace(image, heights=image.heights + noise).save(tmp_path / "second.x3p")
     words = [
         str(path),
         "--boundary",
@@ -431,7 +434,7 @@ def test_a_sweep_has_the_intervals_of_each_load(
         "--instrument",
         "optical 6 um",
         "--noise",
-        "1 nm",
+        str(tmp_path / "second.x3p"),
         "--shortest-wave",
         "4 um",
     ]
@@ -440,7 +443,9 @@ def test_a_sweep_has_the_intervals_of_each_load(
     assert "95 of 100" in capsys.readouterr().out
     curve = json.loads(table.read_text("utf-8"))
     assert app.main(["solve", *words, "--load", "40 MPa", "--output", str(file)]) == app.SOLVED
-    one = json.loads(file.read_text("utf-8"))["uncertainty"]["intervals"]
+    known = json.loads(file.read_text("utf-8"))["uncertainty"]
+    assert known["instrument"]["noise"] == pytest.approx(1e-9, rel=0.06)
+    one = known["intervals"]
     for name in ("contact_fraction", "mean_gap", "stiffness"):
         for end in ("value", "low", "high"):
             assert curve[f"{name}_{end}"][1] == pytest.approx(one[name][end], rel=1e-3)
@@ -479,7 +484,7 @@ def test_the_crop_that_is_named_fits() -> None:
     image, tool = measure_surface(64, noise=1e-9)
     large = rc.Surface(np.tile(image.heights, (12, 16)), image.pixel).cropped((100, 700), (50, 900))
     result = rc.solve(
-        large, load="1 N", material=rc.Material(210e9, 0.3), boundary="periodic", tolerance=1e-2
+        large, load="1 N", material=rc.Material(210e9, 0.3), boundary="free", tolerance=1e-2
     )
     with pytest.raises(InputError, match="crop") as error:
         result.uncertainty(tool, draws=4)
@@ -493,6 +498,52 @@ def test_the_crop_that_is_named_fits() -> None:
         replace(result, pair=replace(result.pair, surface=part)), tool, None, ()
     ).shape
     assert 0.9 * measurement.MAX_POINTS < math.prod(drawn) <= measurement.MAX_POINTS
+
+
+@pytest.mark.long
+def test_large_periodic_map_has_the_relative_interval_of_its_central_part(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    image, tool = measure_surface(128, noise=1e-9)
+    result = solve_surface(image, load="0.1 N")
+    monkeypatch.setattr(measurement, "MAX_POINTS", 128**2)
+    known = result.uncertainty(tool, 4 * UM, draws=4)
+    assert "central 64 × 64 points" in known.remarks[-1]
+    part = solve_surface(result.surface.cropped((32, 96), (32, 96)), load="0.025 N")
+    expected = part.uncertainty(tool, 4 * UM, draws=4)
+    for item, other in zip(known.intervals, expected.intervals, strict=True):
+        number = measurement.NUMBERS[item.name].of
+        assert item.value / number(result) == pytest.approx(other.value / number(part), rel=1e-3)
+        assert item.high / item.low == pytest.approx(other.high / other.low, rel=1e-3)
+
+
+def test_lay_is_the_power_of_each_direction() -> None:
+    rng = np.random.default_rng(2)
+    qy, qx = np.fft.fftfreq(128)[:, None], np.fft.rfftfreq(128)
+    q = np.hypot(qy, qx) + 1e-9
+    # Fifty times the power within 22.5 degrees of the direction of x.
+    power = np.maximum(q, 0.03) ** -3.6 * np.where(np.abs(qy) < 0.4142 * qx, 1.0, 0.02)
+    waves = np.fft.rfft2(rng.standard_normal((128, 128))) * np.sqrt(power)
+    surface = rc.Surface(1e-9 * np.fft.irfft2(waves, (128, 128)), (UM, UM)).leveled()
+    ratio = reconstruction(surface, Instrument(resolution=4 * UM)).lay.ratio[-1]
+    # A quarter of the directions has the ratio 50 / (0.25 × 50 + 0.75), on both sides of zero.
+    assert ratio[[0, 1, -1, -2]] == pytest.approx(50 / 13.25, rel=0.25)
+    assert ratio[4:-4] == pytest.approx(1 / 13.25, abs=0.05)
+    # The spectrum of the surface has the mean power of the map in all directions.
+    known = reconstruction(surface, Instrument(resolution=4 * UM), shortest_wave=2 * UM)
+    drawn, twin, _ = known.draw({}, 1)
+    for part in (drawn, twin):
+        slopes = [np.diff(part, axis=axis).std() / known.fine[axis] for axis in (0, 1)]
+        wanted = [np.diff(surface.heights, axis=axis).std() / UM for axis in (0, 1)]
+        assert slopes[0] / slopes[1] == pytest.approx(wanted[0] / wanted[1], rel=0.15)
+
+
+def test_marks_of_turning_are_not_wear() -> None:
+    image, tool = measure_surface(64, noise=1e-9)
+    place = np.arange(64) % 8 / 8
+    marks = rc.Surface(image.heights + 4 * image.Sq * (2 * place - 1) ** 2, image.pixel).leveled()
+    known = measurement._measured(marks, tool, 4 * UM)
+    assert measurement._require_solvable(known, marks).scale is None
 
 
 @pytest.mark.long
