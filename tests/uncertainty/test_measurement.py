@@ -292,17 +292,19 @@ def test_a_number_of_the_surface_has_the_scatter_of_samples_of_it() -> None:
     here, everywhere = (
         result.uncertainty(tool, 4 * UM, draws=4, of=of) for of in ("map", "surface")
     )
-    names = {item.name for item in here.intervals} - {"approach", "max_pressure"}
-    assert {item.name for item in everywhere.intervals} == names
     for item in everywhere.intervals:
         one = here.of(item.name)
         assert one is not None
+        if item.name in ("approach", "max_pressure"):
+            assert item == one
+            continue
         assert Cause.SAMPLE in item.budget
         assert Cause.SAMPLE not in one.budget
         assert item.high / item.low > one.high / one.low
     part = rc.Surface(image.heights[:32, :32], image.pixel)
-    with pytest.raises(InputError, match="not a sample of the surface"):
-        solve_surface(part).uncertainty(Instrument(resolution=4 * UM), 4 * UM, of="surface")
+    known = solve_surface(part).uncertainty(Instrument(resolution=4 * UM), 4 * UM, of="surface")
+    assert any("not a sample of the surface" in remark for remark in known.remarks)
+    assert all(Cause.SAMPLE not in item.budget for item in known.intervals)
     with pytest.raises(InputError, match="instrument is needed with of"):
         result.uncertainty(of="surface")
 

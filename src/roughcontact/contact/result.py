@@ -456,7 +456,8 @@ class ContactResult(Result):
             map.
         of : {"map", "surface"}
             Whether the quantities are of the place of the map, or of a large surface under the same
-            nominal pressure, of which the map is a sample.
+            nominal pressure, of which the map is a sample; approach and largest pressure are of
+            the map. A map without a roll-off is not a sample: a remark says so.
         progress : callable, optional
             Called with a `Progress` after every solve.
 

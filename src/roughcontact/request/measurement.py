@@ -8,8 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import InputError
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import parsing
-from roughcontact.request.options import LENGTH, NEEDS, Option, Panel, Rule, flag_option
+from roughcontact.request.options import (
+    BODY,
+    BOUNDARY,
+    LENGTH,
+    NEEDS,
+    Option,
+    Panel,
+    Rule,
+    flag_option,
+)
 from roughcontact.request.outcome import OnProgress
 from roughcontact.request.request import Request
 
@@ -131,10 +141,13 @@ def how(request: Request) -> dict[str, Any]:
         instrument = type(instrument).from_repeats(first, second, **known)
     elif noise is not None:
         instrument = replace(instrument, noise=noise)
+    # A periodic map without a nominal body is a sample of its face.
+    is_face = request[BOUNDARY] == Boundary.PERIODIC and not request[BODY]
     also = [(read_surface(path).filled().leveled(), tool) for path, tool in request[ALSO]]
     return {
         "instrument": instrument,
         "shortest_wave": request[SHORTEST_WAVE],
         "material": request[MATERIAL_UNCERTAINTY],
         "also": [item if item[1] else item[0] for item in also],
+        "of": "surface" if is_face and instrument is not None else "map",
     }

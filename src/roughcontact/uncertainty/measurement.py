@@ -16,7 +16,7 @@ the transfer, tip radius, noise, exponent, level and shortest wave are drawn onc
 K quantiles.
 
 For a quantity of the surface rather than of the map, the scatter of the random surfaces, ``t s``,
-adds.
+adds; approach and largest pressure stay those of the map.
 
 Grid: with f = Q for twice the points per side over Q, a factor ``f^1.5`` and a half width of
 ``ln f / 2``; for the largest pressure a factor f; for the stiffness no factor and a half width of
@@ -158,17 +158,13 @@ def uncertainty(
         return _rescale_intervals(uncertainty(part, *arguments), part, result)
     if instrument is not None:
         measured = _require_solvable(measured, result.surface)
-    if of == "surface" and not measured.has_rolloff:
-        raise InputError(
-            "has waves that grow up to the length of its side: it is not a sample of the surface; "
-            "measure a larger map",
-            argument="surface",
-        )
-    study = _ContactDraws(result, measured, draws if instrument else 0, seed, of == "surface")
+    is_sample = of == "surface" and measured.has_rolloff
+    study = _ContactDraws(result, measured, draws if instrument else 0, seed, is_sample)
     numbers = study.solve_draws(progress)
     intervals, closing = _intervals(study, numbers, known)
     remarks = (
         *_remarks(measured, instrument, wave, intervals),
+        *((_NO_SAMPLE,) if of == "surface" and not is_sample else ()),
         *_seam_remark(result, measured),
         *_form_remark(study, numbers, intervals),
     )
@@ -578,15 +574,13 @@ def _intervals(
         for index, name in enumerate(NUMBERS)
         if not (name == "saturated_fraction" and not result.saturated_fraction)
         and not (name == "max_pressure" and at_edge)
-        # Extremes increase with the size of the surface.
-        and not (study.sampled and name in ("approach", "max_pressure"))
         # On an even scale these were 5 to 21 % too high on average.
         and not (study.measured.scale and name in _NOT_OF_WORN)
     }
     columns = {
         name: column for name, column in columns.items() if all(map(math.isfinite, column.values()))
     }
-    corrected = {name: _corrected(study, column) for name, column in columns.items()}
+    corrected = {name: _corrected(study, name, column) for name, column in columns.items()}
     # Without a correction, the method has no error.
     shifts = [abs(corrected[name][0] - column["map"]) for name, column in columns.items()]
     part = min(max(shifts, default=0.0) / _FULL_CORRECTION, 1.0)
@@ -698,7 +692,7 @@ _UNDER_A_TIP = {
 
 
 def _corrected(
-    study: _ContactDraws, values: Mapping[Any, float]
+    study: _ContactDraws, name: str, values: Mapping[Any, float]
 ) -> tuple[float, dict[Cause, float], float]:
     """Return the combined center, squared half widths by cause, and variance closure."""
     count = study.draws
@@ -711,12 +705,12 @@ def _corrected(
     first, second = float(drawn.mean()), values["map"] + float(bracket.mean())
     # Regression of the draws on their deviations; the rest is random.
     moves = {
-        name: (values[name, 1] - values[name, -1]) / 2
+        key: (values[key, 1] - values[key, -1]) / 2
         for source in study.sources
-        for name in SOURCES[source]
+        for key in SOURCES[source]
     }
-    shared = np.array([sum(moves[name] * row[name] for name in moves) for row in study.deviations])
-    parts = {source: sum(moves[name] ** 2 for name in SOURCES[source]) for source in study.sources}
+    shared = np.array([sum(moves[key] * row[key] for key in moves) for row in study.deviations])
+    parts = {source: sum(moves[key] ** 2 for key in SOURCES[source]) for source in study.sources}
     parts[Cause.CHANCE] = float(np.var(drawn - shared, ddof=1))
     spread = float(np.var(drawn, ddof=1))
     total = sum(parts.values())
@@ -729,13 +723,22 @@ def _corrected(
         # All draws have the same unreached volume of the tip: their spread is too low.
         weight = 0.5
     width = factor * (weight * spread + (1 - weight) * scatter)
-    squares = {name: width * part / total if total else 0.0 for name, part in parts.items()}
-    if study.sampled:
+    squares = {cause: width * part / total if total else 0.0 for cause, part in parts.items()}
+    if study.sampled and name not in _EXTREMES:
         sample = float(np.var(twin - shared, ddof=1))
         squares[Cause.SAMPLE] = _student(count - 1) ** 2 * sample
     squares[Cause.CORRECTIONS] = 2 * math.sqrt(weight * (1 - weight)) * (first - second) ** 2
     closing = total / spread if spread else 1.0
     return weight * first + (1 - weight) * second, squares, closing
+
+
+# Quantities without the scatter between samples: extremes increase with the size of the surface.
+_EXTREMES = ("approach", "max_pressure")
+
+_NO_SAMPLE = (
+    "The intervals are of this place: the waves of the map grow up to the length of its side, so "
+    "it is not a sample of the surface."
+)
 
 
 def _student(degrees: int) -> float:
