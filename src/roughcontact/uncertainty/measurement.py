@@ -23,10 +23,9 @@ Grid: with f = Q for twice the points per side over Q, a factor ``f^1.5`` and a 
 ``2 ln f``. Material: by dimensional analysis ``S_E = n - S_p - S_lim``, with S the logarithmic
 derivative with respect to load and ceiling and n the power of a pressure in Q.
 
-Coherence: short waves of draws have random phases. Edges and the marks of a tool have coherent
-ones, seen in the kurtosis of the shortest waves that the map shows: their correction is low by up
-to 30 %, which extends the interval to one side. The volume of the valleys that a tip does not reach
-may be twice that of random surfaces.
+Marks: waves of draws have random phases, and those of the marks of a tool have not: the correction
+of surfaces with marks (`Reconstruction.marks`) is low by 0 to 60 %. The volume of the valleys that
+a tip does not reach may be twice that of random surfaces.
 
 Model: the removed form and the ceiling are choices. Their errors, added in squares, are the change
 by the next form, and that by plasticity of the volume (`intervals.volume_plasticity`). The latter
@@ -39,7 +38,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from statistics import NormalDist
 from typing import Any, NamedTuple
 
@@ -256,10 +255,7 @@ def _require_solvable(measured: Reconstruction, surface: Surface) -> Reconstruct
     """Return a reconstruction, on an even height scale if worn; raise `InputError` if unknown."""
     _require_unsmoothed(surface, measured.instrument, measured.shortest_wave)
     if measured.is_worn:
-        even = _rescale_worn(measured)
-        # Summits that are smooth by form, such as marks of turning, skew the even scale.
-        if abs(even.structure[0]) < abs(measured.structure[0]) + _SKEWED_SCALE:
-            measured = even
+        measured = _rescale_worn(measured)
     _require_random(measured)
     return measured
 
@@ -399,9 +395,6 @@ def _require_random(measured: Reconstruction) -> None:
 # as well.
 _MIN_SKEWNESS, _MAX_SKEWNESS, _PEAKED = -2.0, 1.0, 10.0
 
-# Increase of the skewness on an even height scale, from which summits are not worn.
-_SKEWED_SCALE = 0.5
-
 # --- The draws and their solves ---
 
 
@@ -507,12 +500,10 @@ class _ContactDraws:
             jobs["form"] = leveled
         return jobs if result.ceiling is None else {**jobs, "ceiling": yielding}
 
-    def coherence(self, name: str) -> float:
-        """Return the share by which a correction is low for coherent waves, and for valleys."""
-        if self.measured.instrument.tip_radius and name == "mean_gap":
-            return 1.0
-        kurtosis = self.measured.structure[1]
-        return _MISSING_CORRECTION * min(abs(kurtosis - 3) / _COHERENT, 1.0)
+    @cached_property
+    def marks(self) -> float:
+        """Largest share of the correction that the marks of a tool make low."""
+        return _MISSING_CORRECTION * min(self.measured.marks / _FULL_MARKS, 1.0)
 
     @property
     def next_form(self) -> str:
@@ -615,6 +606,9 @@ def _corrected_interval(
 ) -> tuple[float, tuple[ErrorSource, ...]]:
     """Return a corrected quantity and its error sources."""
     center, squares = corrected[0], dict(corrected[1])
+    # Marks have a larger correction than random surfaces.
+    missing = study.marks * (center - values["map"]) / 2
+    center += missing
     number = NUMBERS[name]
     factor = values["finer"] - values["base"]
     center += number.grid * factor
@@ -626,6 +620,7 @@ def _corrected_interval(
     if study.measured.instrument.tip_radius:
         wider *= _UNDER_A_TIP.get(name, 1.0)
     squares = {key: wider**2 * square for key, square in squares.items()}
+    squares[Cause.MARKS] = missing**2
     if study.draws and not saturated:
         squares[Cause.METHOD] = (part * number.remainder) ** 2
     by_load, by_ceiling = (_derivative(values, key) for key in ("load", "ceiling"))
@@ -637,7 +632,7 @@ def _corrected_interval(
             ErrorSource(cause, math.expm1(-half), math.expm1(half))
             for cause, half in halves.items()
         ),
-        _one_sided(Cause.COHERENCE, study.coherence(name) * (corrected[0] - values["map"])),
+        *_unreached_volume(study, name, corrected[0] - values["map"]),
         *_model_sources(study, values, area_by_ceiling, by_ceiling),
     )
     return min(math.exp(center), 1.0 if name.endswith("fraction") else math.inf), doubts
@@ -661,6 +656,15 @@ def _model_sources(
         yield ErrorSource(Cause.YIELDING, math.expm1(min(ends)), math.expm1(max(ends)))
 
 
+def _unreached_volume(study: _ContactDraws, name: str, shift: float) -> Iterator[ErrorSource]:
+    """Yield the error of the mean gap due to valleys that a tip does not reach.
+
+    They may be as much deeper than those of random surfaces as these are than the image.
+    """
+    if study.measured.instrument.tip_radius and name == "mean_gap":
+        yield _one_sided(Cause.VALLEYS, shift)
+
+
 def _one_sided(cause: Cause, change: float) -> ErrorSource:
     """Return the error source of a change, given as a logarithm, that may be right or not."""
     return ErrorSource(cause, math.expm1(min(change, 0.0)), math.expm1(max(change, 0.0)))
@@ -668,9 +672,9 @@ def _one_sided(cause: Cause, change: float) -> ErrorSource:
 
 _NORMAL = NormalDist().inv_cdf(0.975)
 
-# Missing share of the correction of coherent waves, and deviation of the kurtosis from 3 at which
-# waves are coherent.
-_MISSING_CORRECTION, _COHERENT = 0.3, 0.5
+# Missing share of the correction of marks, and their share of the squared slope from which it is
+# missing in full.
+_MISSING_CORRECTION, _FULL_MARKS = 0.6, 0.2
 
 # Correction, as a logarithm, from which the remaining error of the method applies in full.
 _FULL_CORRECTION = 0.1

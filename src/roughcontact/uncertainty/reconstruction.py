@@ -71,6 +71,9 @@ UNKNOWN = 4.0
 """Maximum ratio of resolution and shortest wave of a surface, if no wave is given."""
 # Smallest transfer that is inverted.
 _MIN_TRANSFER = 0.1
+# Power of a single wave over the mean of its surroundings; share of marks and skewness above which
+# summits are not worn.
+_SINGLE, _MARKED, _WORN = 8.0, 0.1, -0.3
 # Number of directions of the lay.
 _DIRECTIONS = 24
 # Number of height classes; relative reduction of roughness from which the highest sixteenth is
@@ -188,11 +191,16 @@ class Reconstruction:
         return max([self.limit, *(other.limit for other in self.others)])
 
     @cached_property
+    def _clean_power(self) -> Array:
+        """Power of the waves of the surface, where the map resolves it [m²]."""
+        clean = np.maximum(self.power - self.noise, 0.0) / self._power_transfer(self.instrument)
+        return np.asarray(clean)
+
+    @cached_property
     def lay(self) -> Lay:
         """Lay of the surface up to the limit."""
         qy, qx = _waves(self.heights.shape, self.pixel)
-        q = self._wave_numbers
-        clean = np.maximum(self.power - self.noise, 0.0) / self._power_transfer(self.instrument)
+        q, clean = self._wave_numbers, self._clean_power
         place, power = _bin_power(q, clean, self.limit)
         index = np.searchsorted((place[1:] + place[:-1]) / 2, np.log(np.maximum(q, 1e-300)))
         column = np.floor(_directions(qy, qx)).astype(int) % _DIRECTIONS
@@ -214,6 +222,22 @@ class Reconstruction:
             for part in sums
         )
         return Lay(place, (total + 1) / (count + 1))
+
+    @cached_property
+    def marks(self) -> float:
+        """Share of the squared slope in single waves that stand out: marks of a tool, grooves.
+
+        The power of one wave of a random surface is distributed exponentially about the mean of
+        its surroundings: one in 3000 exceeds it eightfold.
+        """
+        qy, qx = _waves(self.heights.shape, self.pixel)
+        q, clean = self._wave_numbers, self._clean_power
+        place, power = _bin_power(q, clean, self.limit)
+        mean = np.exp(np.interp(np.log(np.maximum(q, 1e-300)), place, np.log(power)))
+        weight = np.where((q > 0) & (q <= self.limit), q**2 * clean, 0.0)
+        weight[:, 1:] *= 2
+        single = clean > _SINGLE * mean * self.lay.ratio_at(qy, qx)
+        return float(weight[single].sum() / weight.sum())
 
     @property
     def has_rolloff(self) -> bool:
@@ -331,7 +355,12 @@ class Reconstruction:
 
     @property
     def is_worn(self) -> bool:
-        """Whether short waves are weaker on summits than elsewhere, beyond random scatter."""
+        """Whether short waves are weaker on summits than elsewhere, beyond random scatter.
+
+        Summits between the marks of a tool are smooth by form; wear skews the heights as well.
+        """
+        if self.marks > _MARKED and self.structure[0] > _WORN:
+            return False
         rough, chance = np.array([maps._summits for maps in (self, *self.others)]).T
         weight = chance**-2
         least = 1 - max(_UNEVEN, 2 / math.sqrt(weight.sum()))
