@@ -105,7 +105,7 @@ def pupil_transfer(frequency: Array | float) -> Array:
     """Return the overlap of two discs of unit diameter at a distance, over their area.
 
     It is the incoherent transfer of a round pupil at q λ/(2 NA); Goodman, Introduction to Fourier
-    Optics (2005), eq. 6-32.
+    Optics (2005), section 6.3.
     """
     distance = np.minimum(frequency, 1.0)
     return 2 / np.pi * (np.arccos(distance) - distance * np.sqrt(1 - distance**2))

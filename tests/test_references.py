@@ -22,6 +22,7 @@ from roughcontact.material.hardening import Kinematic, Swift
 from roughcontact.references import NO_REFERENCES, Reference, References, all_references, make_use
 from roughcontact.report import citations, kinds
 from roughcontact.result import Displayable, Result
+from roughcontact.results import Uncertainty
 from roughcontact.surface.provenance import Operation, Provenance
 
 REFERENCES = all_references()
@@ -356,3 +357,15 @@ def test_a_comparison_cites_its_intervals(compared: rc.results.Comparison) -> No
     text = kinds.render(compared)
     assert "@article" not in text
     assert all(work.text in unescape(text) for work in found if work.authors)
+
+
+@pytest.mark.parametrize("kind", ["optical", "coherent", "gaussian", "measured", "tip"])
+def test_contact_with_intervals_cites_the_transfer_of_its_instrument(kind: str) -> None:
+    tool = rc.measure.Instrument.from_transfer([0, 1e6], [1, 0.1])
+    if kind != "measured":
+        tool = rc.measure.Instrument(kind, resolution=1e-6, tip_radius=1e-6)
+    known = Uncertainty((), {}, tool, None, 1e-6, 0, 0, ())
+    uses = citations.contact_references(replace(rough(), measurement=known))
+    cited = {work.key for _, works in uses for work in works}
+    assert ("Villarrubia1997" in cited) == (kind == "tip")
+    assert ("Goodman2005" in cited) == (kind != "tip")

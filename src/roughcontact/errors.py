@@ -195,7 +195,7 @@ class _ShortRepr(reprlib.Repr):
     def repr_instance(self, x: object, level: int) -> str:
         """Return the representation of any other object, or its class if that is too long."""
         text = super().repr_instance(x, level)
-        return text if len(text) < self.maxother else type(x).__name__
+        return type(x).__name__ if self.fillvalue in text else text
 
 
 _SHORT_REPR = _ShortRepr()

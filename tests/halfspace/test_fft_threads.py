@@ -65,7 +65,7 @@ FEW = {
         "excess": "two components",
     },
     "surface.alignment": {"grid_positions": "two axes"},
-    "uncertainty.reconstruction": {"tensor": "two by two", "_power_law": "bins of a spectrum"},
+    "uncertainty.reconstruction": {"_power_law": "bins of a spectrum"},
     "contact.nominal_hertz": {"_rotate_curvature": "two by two", "principal_radii": "two by two"},
     "surface.cleaning": {
         "_solve_iteratively": "a sparse matrix, no BLAS",

@@ -59,8 +59,13 @@ def contact_references(result: ContactResult) -> Uses:
         yield make_use("smooth bodies compared", "Johnson1985", *(["Carlson1995"] * ellipse))
     tool = result.measurement and result.measurement.instrument
     if tool is not None:
-        of_kind = {"optical": "DeGroot2024", "tip": "Villarrubia1997"}[tool.kind]
-        yield make_use("surface behind the map", "Wilson2021", "Jacobs2017", "Moisan2011", of_kind)
+        of_kind = (
+            ["Villarrubia1997"]
+            if tool.kind == "tip"
+            else ["Goodman2005", "DeGroot2021", "DeGroot2024"]
+        )
+        works = "Wilson2021", "Jacobs2017", "Moisan2011"
+        yield make_use("surface behind the map", *works, *of_kind)
     if result.estimate is not None:
         yield make_use("formulas of nominally flat contact", "Persson2001", "Yang2008")
 

@@ -17,7 +17,7 @@ illumination and detection have the same autocorrelation. In coherent light (las
 a laser) T is one up to the wave number NA/λ. Focus variation averages over a window:
 ``T(q) = 2^-(q λ50)²``. Each is multiplied by ``sinc`` of a pixel along each axis.
 
-Goodman 2005, Introduction to Fourier Optics, eqs. 6-20 and 6-31; de Groot 2021,
+Goodman 2005, Introduction to Fourier Optics, sections 6.2 and 6.3; de Groot 2021,
 doi:10.1088/2515-7647/abe3da; Wilson & Sheppard 1984, Theory and Practice of Scanning Optical
 Microscopy, ch. 3; ISO 25178-606:2015
 

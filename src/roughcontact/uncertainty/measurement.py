@@ -361,7 +361,7 @@ def _with_plateau(tool: Instrument, surface: Surface) -> Instrument:
 def _require_unsmoothed(surface: Surface, tool: Instrument, wave: float | None) -> None:
     """Raise `InputError` for a map that is smoother than its instrument."""
     cutoff = resolution.smoothing_cutoff(surface.heights, surface.pixel) or 0.0
-    if tool.kind == "optical" and cutoff > 2 * max(tool.resolution, wave or 0.0) > 0:
+    if tool.kind != "tip" and cutoff > 2 * max(tool.resolution, wave or 0.0) > 0:
         raise InputError(
             f"holds hardly any waves below {format_engineering(cutoff, 'm')}, though its "
             "instrument "

@@ -290,6 +290,14 @@ MEASURED_COLUMNS: Columns = (
 """Columns of the intervals of an `Uncertainty`."""
 
 
+_TRANSFERS = {
+    "optical": "transfer of a round pupil",
+    "coherent": "transfer in coherent light",
+    "gaussian": "Gaussian transfer",
+    "measured": "measured transfer",
+}
+
+
 def measurement_text(known: Uncertainty) -> str:
     """Return the instrument of a map and the method of the intervals as text."""
     tool = known.instrument
@@ -307,7 +315,10 @@ def measurement_text(known: Uncertainty) -> str:
         ("noise", tool.noise),
     )
     stated = ", ".join(
-        f"{name} {phrases.format_short(value, 'm')}" for name, value in lengths if value
+        (
+            *filter(None, (_TRANSFERS.get(tool.kind),)),
+            *(f"{name} {phrases.format_short(value, 'm')}" for name, value in lengths if value),
+        )
     )
     name = tool.name or f"{tool.kind} instrument"
     return f"{name} ({stated}): {resolved}{down}. {known.draws} draws, seed {known.seed}."
