@@ -546,6 +546,8 @@ def test_marks_of_turning_are_not_wear() -> None:
     marks = rc.Surface(image.heights + 4 * image.Sq * (2 * place - 1) ** 2, image.pixel).leveled()
     known = measurement._measured(marks, tool, 4 * UM)
     assert measurement._require_solvable(known, marks).scale is None
+    assert known.marks > 0.5
+    assert measurement._measured(image, tool, 4 * UM).marks < 0.05
 
 
 @pytest.mark.long

@@ -71,7 +71,7 @@ class Cause(StrEnum):
     SUMMITS = "roughness of summits"
     CHANCE = "waves not measured"
     SAMPLE = "finite sample"
-    MARKS = "marks of a tool"
+    MARKS = "marks and edges"
     VALLEYS = "valleys out of reach of the tip"
     CORRECTIONS = "difference of the two corrections"
     METHOD = "method"

@@ -23,8 +23,9 @@ Grid: with f = Q for twice the points per side over Q, a factor ``f^1.5`` and a 
 ``2 ln f``. Material: by dimensional analysis ``S_E = n - S_p - S_lim``, with S the logarithmic
 derivative with respect to load and ceiling and n the power of a pressure in Q.
 
-Marks: waves of draws have random phases, and those of the marks of a tool have not: the correction
-of surfaces with marks (`Reconstruction.marks`) is low by 0 to 60 %. The volume of the valleys that
+Marks and edges: waves of draws have random phases, and those of the marks of a tool and of the
+edges of craters have not. The correction is low by 0 to 60 % for surfaces with marks
+(`Reconstruction.marks`), and by 0 to 40 % for skewed heights. The volume of the valleys that
 a tip does not reach may be twice that of random surfaces.
 
 Model: the removed form and the ceiling are choices. Their errors, added in squares, are the change
@@ -501,9 +502,12 @@ class _ContactDraws:
         return jobs if result.ceiling is None else {**jobs, "ceiling": yielding}
 
     @cached_property
-    def marks(self) -> float:
-        """Largest share of the correction that the marks of a tool make low."""
-        return _MISSING_CORRECTION * min(self.measured.marks / _FULL_MARKS, 1.0)
+    def missing_correction(self) -> float:
+        """Largest share of the correction that random surfaces lack for marks and edges."""
+        marks = min(self.measured.marks / _FULL_MARKS, 1.0)
+        skewness = abs(self.measured.structure[0])
+        edges = min(max(skewness / _GAUSSIAN - 1, 0.0), 1.0)
+        return max(_MISSING_OF_MARKS * marks, _MISSING_OF_EDGES * edges)
 
     @property
     def next_form(self) -> str:
@@ -606,8 +610,8 @@ def _corrected_interval(
 ) -> tuple[float, tuple[ErrorSource, ...]]:
     """Return a corrected quantity and its error sources."""
     center, squares = corrected[0], dict(corrected[1])
-    # Marks have a larger correction than random surfaces.
-    missing = study.marks * (center - values["map"]) / 2
+    # Marks and edges have a larger correction than random surfaces.
+    missing = study.missing_correction * (center - values["map"]) / 2
     center += missing
     number = NUMBERS[name]
     factor = values["finer"] - values["base"]
@@ -672,9 +676,9 @@ def _one_sided(cause: Cause, change: float) -> ErrorSource:
 
 _NORMAL = NormalDist().inv_cdf(0.975)
 
-# Missing share of the correction of marks, and their share of the squared slope from which it is
-# missing in full.
-_MISSING_CORRECTION, _FULL_MARKS = 0.6, 0.2
+# Missing shares of the correction of marks and edges; share of marks in the squared slope from
+# which it is missing in full; skewness of Gaussian heights, half of that of edges.
+_MISSING_OF_MARKS, _MISSING_OF_EDGES, _FULL_MARKS, _GAUSSIAN = 0.6, 0.4, 0.2, 0.3
 
 # Correction, as a logarithm, from which the remaining error of the method applies in full.
 _FULL_CORRECTION = 0.1
