@@ -13,7 +13,6 @@ import matplotlib as mpl
 from SurfaceTopography.IO import lookup_reader_by_format as readers
 
 import roughcontact
-from roughcontact._tools import deprecated
 from roughcontact.formats import export, instruments, read
 
 if TYPE_CHECKING:
@@ -116,9 +115,6 @@ def _prepare(app: Sphinx) -> None:
         for known in read.FORMATS
     )
     _table(generated / "suffixes.md", ("maker or program", "suffixes", "`--format`"), rows)
-    for name, table in renamed().items():
-        rows = [(f"`{old}`", f"`{new}`") for old, new in sorted(table)]
-        _table(generated / f"renamed_{name}.md", ("0.2", "0.3"), rows)
     explanations = Path(roughcontact.__file__).with_name("explanations.toml")
     paragraphs = tomllib.loads(explanations.read_text(encoding="utf-8"))
     (generated / "messages.md").write_text(
@@ -134,25 +130,6 @@ def _prepare(app: Sphinx) -> None:
             for suffix in next(iter(tables.values())).suffixes
         ]
         _table(generated / f"{name}.md", ("suffix", *tables), rows)
-
-
-def renamed() -> dict[str, list[tuple[str, str]]]:
-    """Return the old and the new names of each kind."""
-    return {
-        "names": [(f"roughcontact.{o}", f"roughcontact.{n}") for o, n in deprecated.NAMES.items()],
-        "attributes": list(deprecated.ATTRIBUTES.items()),
-        "arguments": _flat(deprecated.ARGUMENTS, "{0}({1}=)"),
-        "options": _flat(deprecated.OPTIONS, "{0} --{1}") + _flat(deprecated.VALUES, "--{0} {1}"),
-    }
-
-
-def _flat(tables: dict[str, dict[str, str]], form: str) -> list[tuple[str, str]]:
-    """Return old and new names with what they belong to."""
-    return [
-        (form.format(owner, old).strip(), form.format(owner, new).strip())
-        for owner, table in tables.items()
-        for old, new in table.items()
-    ]
 
 
 def _words(table: export.FormatTable, suffix: str) -> str:

@@ -9,13 +9,7 @@ def __getattr__(name):
     # `lazy_loader` is imported late as well: little may load before the CLI handles Ctrl-C.
     import lazy_loader
 
-    from roughcontact._tools.deprecated import NAMES, resolve_renamed
-
-    offered, listed, names = lazy_loader.attach_stub(__name__, __file__)
-
-    def offer(name):
-        return resolve_renamed(name) if name in NAMES and name not in names else offered(name)
-
+    offer, listed, names = lazy_loader.attach_stub(__name__, __file__)
     globals().update(__getattr__=offer, __dir__=listed, __all__=["__version__", *names])
     return globals()[name] if name in globals() else offer(name)
 

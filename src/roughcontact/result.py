@@ -9,8 +9,6 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any
 
-from roughcontact._tools.deprecated import RenamedAttributes
-
 if TYPE_CHECKING:
     import pandas
     import xarray
@@ -33,7 +31,7 @@ def presentation() -> Any:
     return _connected[0]
 
 
-class Displayable(RenamedAttributes):
+class Displayable:
     """Object with a text display of its main quantities, and with figures."""
 
     def __repr__(self) -> str:

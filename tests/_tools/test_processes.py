@@ -13,6 +13,7 @@ import time
 import pytest
 
 from roughcontact._tools import processes
+from roughcontact.errors import InputError
 
 FAULTS = """
 import resource, sys
@@ -77,3 +78,12 @@ def test_interrupt_waits_for_process_start() -> None:
         other.join()
     assert begun
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_run_by_mpiexec_raises_input_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    for value in ("", "1"):
+        monkeypatch.setenv("PMI_SIZE", value)
+        processes.reject_mpi_run()
+    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "2")
+    with pytest.raises(InputError, match="start a single one"):
+        processes.reject_mpi_run()

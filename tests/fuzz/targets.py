@@ -465,7 +465,7 @@ def _read_project_file(folder: Path, file: str) -> Reading:
 
 def said(result: Any) -> str:
     """Return what a result says of the file that it is from, if that could not be proved."""
-    return "unsealed" if getattr(result, "unsealed", False) else ""
+    return "unsealed" if getattr(result, "without_checksums", False) else ""
 
 
 def facts(value: Any, name: str = "") -> dict[str, str]:

@@ -12,7 +12,6 @@ import pytest
 
 import roughcontact as rc
 from paths import ROOT
-from roughcontact._tools import deprecated
 
 README = ROOT / "README.md"
 SOURCE = Path(rc.__file__).parents[1]
@@ -86,15 +85,6 @@ def test_all_holds_every_public_object() -> None:
         if not name.startswith("_") and not isinstance(value, types.ModuleType)
     }
     assert public <= set(rc.__all__)
-
-
-@pytest.mark.parametrize("name", deprecated.NAMES)
-def test_old_name_works_and_warns_with_new_name(name: str) -> None:
-    new = deprecated.NAMES[name]
-    with pytest.warns(DeprecationWarning, match=re.escape(f"{name} is roughcontact.{new} now")):
-        value = getattr(rc, name)
-    assert callable(value) or isinstance(value, types.ModuleType)
-    assert name not in rc.__all__
 
 
 def test_no_name_is_listed_twice() -> None:

@@ -11,7 +11,6 @@ from itertools import chain, repeat
 from numbers import Integral, Real
 from typing import Any, NamedTuple, ParamSpec, TypeVar, get_args, get_origin
 
-from roughcontact._tools import deprecated
 from roughcontact.errors import InputError, input_error, short_repr
 
 P = ParamSpec("P")
@@ -44,13 +43,9 @@ def validate_arguments(function: Callable[P, R]) -> Callable[P, R]:
         specified: Any = [
             _converted_argument(known.get(name, []), name, value) for name, value in each
         ]
-        current = {
-            deprecated.current_argument(function.__name__, name): value
-            for name, value in named.items()
-        }
         others: Any = {
             name: _converted_argument(known.get(name, []), name, value)
-            for name, value in current.items()
+            for name, value in named.items()
         }
         return function(*specified, **others)
 
@@ -91,7 +86,6 @@ def _argument_types(function: Callable[..., Any]) -> dict[str, list[_ArgumentTyp
 
 def _converted_argument(kinds: list[_ArgumentType], name: str, value: Any) -> Any:
     """Return an argument in an accepted type, or raise `InputError`."""
-    value = deprecated.current_value(name, value)
     if not kinds:
         return value
     # An array without dimensions is a scalar.

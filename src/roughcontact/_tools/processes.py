@@ -17,6 +17,11 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
+from roughcontact.errors import InputError
+
+# Environment variables with the number of processes of an MPI run (MPICH, Open MPI, PMIx).
+_MPI_SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS")
+
 # Seconds after which a dropped interrupt is raised again.
 _RETRY_SECONDS = 0.01
 
@@ -210,3 +215,12 @@ def release_memory() -> None:
     if sys.platform == "linux":
         with suppress(OSError, AttributeError):
             ctypes.CDLL(None).malloc_trim(0)
+
+
+def reject_mpi_run() -> None:
+    """Raise `InputError` if ``mpiexec`` started this process together with others."""
+    if any(os.environ.get(name, "1") not in ("", "1") for name in _MPI_SIZES):
+        raise InputError(
+            "mpiexec started several processes, each of which would do all of the work: start a "
+            "single one, which uses all cores"
+        )

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from roughcontact._tools import deprecated, memory
+from roughcontact._tools import memory
 from roughcontact._tools.files import as_regular_file
 from roughcontact.analyses.solve import task as solve
 from roughcontact.analyses.tasks import PROJECT_TASKS, SHARED_TASKS
@@ -338,12 +338,6 @@ def _parse_contact(project: _Project, number: int, read: Any) -> _Contact:
     table = ("contact", str(number))
     if not isinstance(read, dict):
         raise project.source.make_error(table, "each contact must be a table, [[contact]]")
-    command = str(read.get("task", project.defaults.get("task", solve.TASK.name)))
-    own, shared = (
-        {deprecated.current_option(command, key): key for key in keys}
-        for keys in (read, project.defaults)
-    )
-    read = {key: deprecated.current_value(key, read[old]) for key, old in own.items()}
     # A material of the contact takes precedence over default constants.
     aside = {
         f"{prefix}{constant}"
@@ -351,13 +345,9 @@ def _parse_contact(project: _Project, number: int, read: Any) -> _Contact:
         for constant in _MATERIAL_KEYS
         if f"{prefix}material" in read
     }
-    defaults = {
-        key: deprecated.current_value(key, project.defaults[old])
-        for key, old in shared.items()
-        if key not in aside
-    }
-    where: dict[str, tuple[str, ...]] = {key: ("defaults", shared[key]) for key in defaults}
-    where |= {key: (*table, old) for key, old in own.items()}
+    defaults = {key: value for key, value in project.defaults.items() if key not in aside}
+    where: dict[str, tuple[str, ...]] = {key: ("defaults", key) for key in defaults}
+    where |= {key: (*table, key) for key in read}
     values = {**defaults, **read}
     name = values.get("task", solve.TASK.name)
     task = PROJECT_TASKS.get(str(name), solve.TASK)

@@ -13,7 +13,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-from roughcontact._tools import deprecated, files
+from roughcontact._tools import files
+from roughcontact._tools.processes import reject_mpi_run
 from roughcontact.analyses.tasks import DASK, LOCAL
 from roughcontact.batch import jobs, plan
 from roughcontact.batch.executors import AWAY, GONE, THERE, Engine, local_processes
@@ -48,7 +49,7 @@ def open_project(
             ArgumentRef("workers"),
             argument="scheduler",
         )
-    deprecated.reject_mpi_run()
+    reject_mpi_run()
     read = load()
     several = _process_count(count(read), workers)
     if kind == DASK:

@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from roughcontact import units
-from roughcontact._tools import deprecated
 from roughcontact._tools.files import to_json
-from roughcontact._tools.processes import redeliver_interrupts
+from roughcontact._tools.processes import redeliver_interrupts, reject_mpi_run
 from roughcontact._tools.text import join_words
 from roughcontact._version import __version__
 from roughcontact.analyses import tasks
@@ -77,9 +76,6 @@ def _exit_status(arguments: list[str], stopped: list[int]) -> int:
     """Execute a command, and return its exit status; ``stopped`` lists received signals."""
     unfinished = UnfinishedError(())
     try:
-        arguments = deprecated.current_command_line(
-            arguments, lambda text: terminal.print_error(f"note: {text}; until 0.4 both work")
-        )
         arguments = arguments or ["--help"]
         if (ambiguous := _expanded_option(arguments)) is not None:
             terminal.print_error(f"error: {ambiguous}")
@@ -390,7 +386,7 @@ def _run_task(task: Task, subject: Subject, specified: Given) -> None:
     from roughcontact.request.request import Request
     from roughcontact.request.run import run_request
 
-    deprecated.reject_mpi_run()
+    reject_mpi_run()
     display = _display(specified)
     several = isinstance(subject, (list, tuple))
     file = None if several or subject is None else Path(subject)

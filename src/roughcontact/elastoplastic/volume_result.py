@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools.arguments import validate_arguments
-from roughcontact._tools.deprecated import RenamedAttributes
 from roughcontact.cautions import Caution
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
@@ -34,7 +33,7 @@ from roughcontact.units import Quantities, Quantity, to_si
 
 
 @dataclass(frozen=True)
-class PathPoint(RenamedAttributes):
+class PathPoint:
     """Point of a load path.
 
     Parameters

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from numbers import Real
 
 from roughcontact._tools.arguments import validate_arguments
-from roughcontact._tools.deprecated import RenamedAttributes
 from roughcontact._tools.text import replace_unprintable
 from roughcontact.errors import (
     ArgumentRef,
@@ -110,7 +109,7 @@ class Layer:
 
 
 @dataclass(frozen=True)
-class Material(RenamedAttributes):
+class Material:
     """Isotropic, linearly elastic material with an optional yield strength or hardness.
 
     Parameters

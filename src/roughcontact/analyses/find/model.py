@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roughcontact._tools.arguments import validate_arguments
-from roughcontact._tools.deprecated import RenamedAttributes
 from roughcontact.cautions import Caution, sort_cautions
 from roughcontact.contact.ceiling import is_bracket, resolve_ceiling
 from roughcontact.contact.load_case import LoadCase
@@ -65,7 +64,7 @@ class Side:
 
 
 @dataclass(frozen=True, eq=False)
-class LoadAnswer(RenamedAttributes):
+class LoadAnswer:
     """Load at which one quantity has a requested value."""
 
     quantity: str

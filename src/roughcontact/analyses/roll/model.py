@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import memory, netcdf
 from roughcontact._tools.arguments import validate_arguments
-from roughcontact._tools.deprecated import RenamedAttributes
 from roughcontact.analyses.history.model import indented
 from roughcontact.cautions import Caution, sort_cautions
 from roughcontact.contact import archive as contact_archive
@@ -46,7 +45,7 @@ def _nothing() -> Array:
 
 
 @dataclass(frozen=True)
-class Pass(RenamedAttributes):
+class Pass:
     """Summary of one pass."""
 
     strain_added: (

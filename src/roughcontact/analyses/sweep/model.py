@@ -18,7 +18,6 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact._tools import checkpoints
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.checkpoints import RunFolder
-from roughcontact._tools.deprecated import RenamedAttributes
 from roughcontact.cautions import Caution, sort_cautions
 from roughcontact.contact.ceiling import is_bracket, resolve_ceiling
 from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, resolve_force
@@ -49,7 +48,7 @@ LOW_SATURATION = 0.1
 
 
 @dataclass(frozen=True)
-class LoadStep(RenamedAttributes):
+class LoadStep:
     """Scalars of one solved load."""
 
     load: float  # W [N]
