@@ -3,8 +3,6 @@ import dataclasses
 import json
 import math
 import re
-import sys
-import types
 from pathlib import Path
 
 import numpy as np
@@ -337,27 +335,6 @@ def test_electrical_conductance_is_that_of_the_conductance_task() -> None:
     alone = rc.conductance(CONTACTS[0], **steel)
     law = rc.interface_law(CONTACTS[0], **steel)
     assert law.electrical_conductance() == pytest.approx(alone.electrical_conductance)
-
-
-def test_the_macro_for_freecad_sets_a_contact_constraint(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    law = dataclasses.replace(LAW, friction=rc.interface_law(CONTACTS[0], friction=0.15).friction)
-    law.save(tmp_path / "law.fcmacro")
-    # A new contact of FreeCAD is hard, and ignores its slope.
-    contact = types.SimpleNamespace(SurfaceBehavior="Hard")
-    program = types.SimpleNamespace(Selection=types.SimpleNamespace(getSelection=lambda: [contact]))
-    monkeypatch.setitem(sys.modules, "FreeCADGui", program)
-    exec((tmp_path / "law.fcmacro").read_text("ascii"), {})
-    assert contact.SurfaceBehavior == "Linear"
-    last = law.of_branch(LOADING)[-1]
-    slope, unit = contact.StickSlope.split()
-    assert (unit, float(slope)) == ("MPa/mm", pytest.approx(last.tangential_stiffness * 1e-9))
-    # The tangent of the table, which is that of the branch within its rows.
-    assert float(contact.Slope.split()[0]) == pytest.approx(last.stiffness * 1e-9, rel=0.1)
-    rows = np.array([row.split(",") for row in contact.ThermalContactConductance], dtype=float)
-    assert rows[-1, 0] == pytest.approx(law.conductance[-1] * 1e-3)
-    assert contact.FrictionCoefficient == law.friction.sliding
 
 
 def test_tables_and_numbers_are_written(tmp_path: Path) -> None:

@@ -198,43 +198,6 @@ def moose(law: InterfaceLaw) -> str:
     return "\n".join([*lines, "[]"]) + "\n"
 
 
-def freecad(law: InterfaceLaw) -> str:
-    """Return a FreeCAD macro that sets the constants of the selected contact constraints."""
-    branch = law.branches[0]
-    table = _thin_table(law, branch)
-    slope = float(np.diff(table.pressure)[-1] / np.diff(_overclosure(table))[-1]) * _SLOPE
-    values: dict[str, Any] = {"Slope": f"{slope:.9e} MPa/mm"}
-    if law.friction is not None:
-        _, slopes = _stick_slopes(law, branch)
-        values |= {
-            "Friction": True,
-            "FrictionCoefficient": law.friction.sliding,
-            "StickSlope": f"{slopes[-1]:.9e} MPa/mm",
-        }
-    for pressure, conductance in _conductances(law, branch)[:1]:
-        values |= {
-            "EnableThermalContact": True,
-            "ThermalContactConductance": _rows(conductance, pressure),
-        }
-    lines = [
-        *_comment_head(law, "#"),
-        f"# {_UNITS}",
-        f"# {_words(table)}",
-        *_comments(
-            "Select contact constraints, then run this macro. Their law is linear: slope and stick "
-            "slope are those of the largest pressure. Conductance is over pressure.",
-            "#",
-        ),
-        "import FreeCADGui",
-        "for contact in FreeCADGui.Selection.getSelection():",
-        "    # Newer versions ignore the slope of hard contacts; older ones are always linear.",
-        "    if hasattr(contact, 'SurfaceBehavior'):",
-        "        contact.SurfaceBehavior = 'Linear'",
-        *(f"    contact.{name} = {value!r}" for name, value in values.items()),
-    ]
-    return "\n".join(lines) + "\n"
-
-
 def lubrication(law: InterfaceLaw) -> str:
     """Return asperity pressure over separation and Greenwood-Tripp parameters as text."""
     result, table = law.asperities, law.table()
@@ -283,7 +246,6 @@ _TEXTS: dict[str, Callable[[InterfaceLaw], str]] = {
     ".txt": lubrication,
     ".mac": ansys,
     ".i": moose,
-    ".fcmacro": freecad,
 }
 
 

@@ -18,7 +18,6 @@ LAW_FORMATS = FormatTable(
             ".ccx": "a deck for CalculiX",
             ".mac": "real constants for Ansys APDL",
             ".i": "functions for MOOSE",
-            ".fcmacro": "a macro for FreeCAD",
             ".txt": "a table for mixed lubrication",
         }.items()
     },
