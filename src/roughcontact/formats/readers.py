@@ -1,0 +1,224 @@
+"""Import of single readers of SurfaceTopography without its other dependencies.
+
+On import `SurfaceTopography` registers all its functions, and `SurfaceTopography.IO` loads all
+readers with their libraries: two seconds for one file. The package `_LIBRARY` contains the modules
+of the library without its ``__init__``, except those replaced by this module: maps and profiles,
+whose functions are not needed, and metadata, which need no pydantic. A reader that cannot be loaded
+this way is used from the whole library.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from datetime import datetime
+from importlib import import_module
+from importlib.machinery import ModuleSpec
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
+from types import NoneType
+from typing import Any
+
+import numpy as np
+
+_LIBRARY = f"{__name__}.library"
+_REPLACED = ("HeightContainer", "Metadata", "NonuniformLineScan", "UniformLineScanAndTopography")
+# Readers whose module has another name.
+_MODULES = {"metropro": "MetroPro", "mitutoyo": "Mitutoyo", "opdx": "OPDx", "poir": "OIR"}
+
+
+def reader(name: str) -> Any:
+    """Return the class of a reader."""
+    _make_packages()
+    module = import_module(f"{_LIBRARY}.IO.{_MODULES.get(name, name.upper())}")
+    for known in vars(module).values():
+        if getattr(known, "__module__", "") == module.__name__ and _reads(known, name):
+            return known
+    raise ImportError(f"{module.__name__} has no reader of {name!r}")
+
+
+def _reads(known: Any, name: str) -> bool:
+    return hasattr(known, "channels") and known.format() == name
+
+
+def _make_packages() -> None:
+    """Create the packages that find the modules of the library, unless they exist."""
+    if _LIBRARY in sys.modules:
+        return
+    folder = _library_folder()
+    for name, place in ((f"{_LIBRARY}.IO", f"{folder}/IO"), (_LIBRARY, folder)):
+        spec = ModuleSpec(name, None, is_package=True)
+        spec.submodule_search_locations = [place]
+        sys.modules[name] = module_from_spec(spec)
+    for name in _REPLACED:
+        sys.modules[f"{_LIBRARY}.{name}"] = sys.modules[__name__]
+
+
+def _library_folder() -> str:
+    """Return the folder of SurfaceTopography without importing it."""
+    known = find_spec("SurfaceTopography")
+    if known is None or not known.submodule_search_locations:
+        raise ModuleNotFoundError("No module named 'SurfaceTopography'")
+    return known.submodule_search_locations[0]
+
+
+# --- Maps and profiles that readers create, with the interface of SurfaceTopography ---
+
+
+class UniformTopographyInterface:
+    """Base class of maps and profiles."""
+
+    @classmethod
+    def register_function(cls, name: str, function: Callable[..., Any]) -> None:
+        """Ignore a function for export, which is not needed here."""
+
+
+class _Grid(UniformTopographyInterface):
+    """Heights and sides in the unit of the file, of a map ``[x, y]`` and ``(x, y)``."""
+
+    is_uniform = True
+    _dimensions: int
+
+    def __init__(
+        self,
+        heights: Any,
+        physical_sizes: float | Sequence[float],
+        periodic: bool | None = False,
+        unit: str | None = None,
+        info: Mapping[str, Any] | None = None,
+    ) -> None:
+        if np.ndim(heights) != self._dimensions:
+            raise ValueError(f"the heights have no {self._dimensions} dimensions")
+        if not np.ma.is_masked(heights) and not np.isfinite(heights).all():
+            heights = np.ma.masked_invalid(heights)
+        self._heights = np.asanyarray(heights, dtype=float)
+        self._sizes: Any = physical_sizes if np.iterable(physical_sizes) else (physical_sizes,)
+        self._factor: float | None = None
+
+    def scale(self, factor: float) -> Any:
+        """Return the map or profile with its heights multiplied."""
+        scaled = type(self)(self._heights, self._sizes)
+        scaled._factor = factor
+        return scaled
+
+    @property
+    def pixel_size(self) -> tuple[float, ...]:
+        """Edges of a pixel, ``(x, y)``, or the distance between the points."""
+        return tuple(size / n for size, n in zip(self._sizes, self._heights.shape, strict=False))
+
+    def heights(self) -> Any:
+        """Return the heights, masked where some are missing."""
+        return self._heights if self._factor is None else self._factor * self._heights
+
+
+class Topography(_Grid):
+    """Map of a reader."""
+
+    _dimensions = 2
+
+
+class UniformLineScan(_Grid):
+    """Profile of a reader."""
+
+    _dimensions = 1
+
+
+class NonuniformLineScan(UniformTopographyInterface):
+    """Positions and heights of a profile in the unit of the file."""
+
+    is_uniform = False
+
+    def __init__(
+        self, x: Any, y: Any, unit: str | None = None, info: Mapping[str, Any] | None = None
+    ) -> None:
+        self._x, self._y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+
+    def scale(self, factor: float) -> NonuniformLineScan:
+        """Return the profile with its heights multiplied."""
+        return NonuniformLineScan(self._x, factor * self._y)
+
+    def positions(self) -> Any:
+        """Return the positions."""
+        return self._x
+
+    def heights(self) -> Any:
+        """Return the heights."""
+        return self._y
+
+
+# --- Metadata of measurements, without the validation of pydantic ---
+
+
+# Metadata of an instrument. Serial numbers are not used: the library drops placeholders of them.
+_NAMES = ("name", "vendor", "serial", "scanner_serial", "software")
+
+
+class InfoModel:
+    """Metadata of a file in SurfaceTopography, as plain types."""
+
+    def __init__(self, **fields: Any) -> None:
+        self._fields = _check_fields(fields)
+
+    def model_dump(self, *, exclude_none: bool = True) -> dict[str, Any]:
+        """Return the metadata by name."""
+        return dict(self._fields)
+
+
+def _check_fields(fields: dict[str, Any]) -> dict[str, Any]:
+    try:
+        plain = fields | _typed(fields, acquisition_time=datetime, channel_name=str, datafile=dict)
+        plain["instrument"] = _instrument(fields.get("instrument"))
+        if not isinstance(fields.get("raw_metadata"), (dict, list, NoneType)):
+            raise TypeError
+    except TypeError:
+        return _library_metadata().InfoModel(**fields).model_dump(exclude_none=True)
+    return _known(plain)
+
+
+def _instrument(fields: Any) -> dict[str, Any] | None:
+    """Return the metadata of an instrument; raise `TypeError` unless they have plain types."""
+    if fields is None:
+        return None
+    found = _typed(fields, **dict.fromkeys(_NAMES, str), parameters=dict)
+    about = found["parameters"]
+    if about is not None:
+        found["parameters"] = _known(
+            {
+                **_typed(about, name=str),
+                "resolution": _amount(about.get("resolution")),
+                "tip_radius": _amount(about.get("tip_radius")),
+            }
+        )
+    return _known(found)
+
+
+def _amount(fields: Any) -> dict[str, Any] | None:
+    if fields is None:
+        return None
+    found = _typed(fields, value=float, unit=str)
+    if found["value"] is None:
+        raise TypeError
+    return _known(found)
+
+
+def _typed(fields: Any, **types: type) -> dict[str, Any]:
+    """Return the values of these names; raise `TypeError` for values of another type."""
+    if type(fields) is not dict:
+        raise TypeError
+    found = {name: fields.get(name) for name in types}
+    if any(value is not None and type(value) is not types[name] for name, value in found.items()):
+        raise TypeError
+    return found
+
+
+def _known(fields: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in fields.items() if value is not None}
+
+
+def _library_metadata() -> Any:
+    """Return the module ``Metadata`` of SurfaceTopography."""
+    spec = spec_from_file_location(f"{_LIBRARY}_metadata", f"{_library_folder()}/Metadata.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
