@@ -28,7 +28,6 @@ class CautionTag(StrEnum):
     CYLINDER_SLIDES = "cylinder-slides"
     SPIKES = "spikes"
     PIXEL = "pixel"
-    STUDY = "study"
     ROLLING_PIXEL = "rolling-pixel"
     STEP_LENGTH = "step-length"
     EDGE = "edge"
@@ -50,7 +49,6 @@ class CautionTag(StrEnum):
     HARDNESS = "hardness"
     INDENTATION = "indentation"
     SLOPES = "slopes"
-    PLASTIC_STRAIN = "plastic-strain"
     HARDENING_RANGE = "hardening-range"
     YIELDED = "yielded"
     STRESS_PIXEL = "stress-pixel"
@@ -63,7 +61,6 @@ class CautionTag(StrEnum):
     MISSING = "missing"
     RESOLUTION = "resolution"
     CEILING_EXTRAPOLATED = "ceiling-extrapolated"
-    FEW_PARTS = "few-parts"
     PARTS = "parts"
     PIXEL_SCATTER = "pixel-scatter"
     ONE_ROUGH_FACE = "one-rough-face"
@@ -85,7 +82,6 @@ _SMALLER_IS_WORSE = (
     CautionTag.PIXEL,
     CautionTag.ROLLING_PIXEL,
     CautionTag.FEW_MAPS,
-    CautionTag.FEW_PARTS,
     CautionTag.NARROW_SPECTRUM,
 )
 

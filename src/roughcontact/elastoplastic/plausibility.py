@@ -161,7 +161,7 @@ def _check_deformation(result: ElastoplasticResult) -> Caution | None:
     strain = largest_strain(result)
     if strain > LARGE_STRAIN:
         return as_caution(
-            CautionTag.PLASTIC_STRAIN,
+            CautionTag.STRAIN,
             f"Plastic strain {100 * strain:.3g} % exceeds the small-strain limit "
             f"({100 * LARGE_STRAIN:.0f} %): local values are estimates.",
             max_plastic_strain=strain,
@@ -169,7 +169,7 @@ def _check_deformation(result: ElastoplasticResult) -> Caution | None:
     slope = slope_under(result)
     if slope > LARGE_DEFORMATION:
         return as_caution(
-            CautionTag.PLASTIC_STRAIN,
+            CautionTag.SLOPES,
             f"Slope under the contact is {slope:.2g}, limit {LARGE_DEFORMATION:g}: areas and "
             "pressures are estimates.",
             slope=slope,

@@ -164,7 +164,7 @@ class ResolutionStudy(Result):
         name = max(changes, key=lambda name: abs(changes[name]))
         return (
             as_warning(
-                CautionTag.STUDY,
+                CautionTag.PIXEL,
                 f"Depends on the pixel: {QUANTITIES[name]} changes by "
                 f"{format_change(changes[name])} "
                 "when the pixel is halved.",

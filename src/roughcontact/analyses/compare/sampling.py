@@ -294,7 +294,7 @@ class SamplingStudy(Result):
         few = min(item.parts for item in errors) if errors else 0
         if few and few < statistics.MIN_COUNT**2:
             yield as_note(
-                CautionTag.FEW_PARTS,
+                CautionTag.SAMPLING,
                 f"Only {count_noun(few, 'part')}: stated errors are uncertain by a factor of "
                 f"{statistics.deviation_range(few)[1]:.1f}.",
                 parts=few,
