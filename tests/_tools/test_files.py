@@ -176,3 +176,15 @@ def test_temporary_file_removed_by_other_process_is_renamed(
     assert len(removed) == 1
     assert names(tmp_path) == ["out.txt"]
     assert (tmp_path / "out.txt").read_text() == "text"
+
+
+def test_signal_while_a_file_is_created_leaves_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(_: object) -> bool:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(files, "_try_lock", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        files.write_atomically(tmp_path / "a.json", "{}")
+    assert not list(tmp_path.iterdir())

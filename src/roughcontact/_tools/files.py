@@ -47,8 +47,9 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
     target = Path(path)
     try:
         remove_unfinished(target.parent, _MAX_LISTED)
-        stream, temporary = _create_locked(target.parent)
+        created: list[Path] = []
         try:
+            stream, temporary = _create_locked(target.parent, created)
             with stream:
                 yield stream
                 stream.flush()
@@ -60,7 +61,7 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
                 # Windows cannot rename an open file.
                 os.replace(temporary, target)
         finally:
-            temporary.unlink(missing_ok=True)
+            _remove_files(created)
     except OSError as error:
         # The error of a failed write has no name, and the hidden name means nothing to the user.
         hidden = error.filename is None or _UNFINISHED.fullmatch(Path(error.filename).name)
@@ -90,22 +91,36 @@ def remove_unfinished(folder: str | os.PathLike[str], maximum: int | None = None
 @contextmanager
 def hold_marker_file(folder: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield the path of a hidden file that exists during the block."""
-    stream, path = _create_locked(Path(folder))
+    created: list[Path] = []
     try:
+        stream, path = _create_locked(Path(folder), created)
         with stream:
             yield path
     finally:
+        _remove_files(created)
+
+
+def _remove_files(paths: list[Path]) -> None:
+    for path in paths:
         path.unlink(missing_ok=True)
 
 
-def _create_locked(folder: Path) -> tuple[IO[bytes], Path]:
-    """Return an empty, locked hidden file and its path."""
+def _create_locked(folder: Path, created: list[Path]) -> tuple[IO[bytes], Path]:
+    """Return an empty, locked hidden file and its path, which is in ``created`` before it exists.
+
+    A signal may end the process before this function returns.
+    """
     while True:
         # A separate name for every call: threads may write the same file, and the last one remains.
         path = folder / f".roughcontact-{os.urandom(8).hex()}.part"
+        created.append(path)
         stream = path.open("x+b")
-        if _try_lock(stream) and path.exists():
-            return stream, path
+        try:
+            if _try_lock(stream) and path.exists():
+                return stream, path
+        except BaseException:
+            stream.close()
+            raise
         # Before the lock another process took this file for an abandoned one, and removes it.
         stream.close()
 
