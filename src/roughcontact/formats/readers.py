@@ -1,10 +1,10 @@
 """Import of single readers of SurfaceTopography without its other dependencies.
 
-On import `SurfaceTopography` registers all its functions, and `SurfaceTopography.IO` loads all
-readers with their libraries: two seconds for one file. The package `_LIBRARY` contains the modules
-of the library without its ``__init__``, except those replaced by this module: maps and profiles,
-whose functions are not needed, and metadata, which need no pydantic. A reader that cannot be loaded
-this way is used from the whole library.
+On import SurfaceTopography registers all its functions, and ``SurfaceTopography.IO`` loads all
+readers with their libraries: two seconds for one file. The package ``_LIBRARY`` contains the
+modules of the library without its ``__init__``, except those replaced by this module: maps and
+profiles, whose functions are not needed, and metadata, which need no pydantic. A reader that cannot
+be loaded this way is used from the whole library.
 """
 
 from __future__ import annotations
