@@ -169,12 +169,7 @@ def overhead(folder: Path, contacts: int) -> dict[str, float]:
     """Return the seconds that a contact takes on engines beyond what it takes without one."""
     entries = project.read_project(written(folder / "alone", [32], contacts))
     entries[0].summary.parent.mkdir()
-    tasks = [
-        jobs.BatchTask(
-            (jobs.SubtaskRequest(k, one, "", tuple(str(p) for _, p in one.request.places)),), 1
-        )
-        for k, one in enumerate(entries)
-    ]
+    tasks = [jobs.BatchTask((jobs.SubtaskRequest(k, one, ""),), 1) for k, one in enumerate(entries)]
     jobs.run_task(tasks[0])
     begun = time.perf_counter()
     for task in tasks:

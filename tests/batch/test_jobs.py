@@ -1,8 +1,11 @@
-"""A contact on a worker that sees its files, or has them sent."""
+"""A contact on a worker, which sees the files of the run or not."""
 
 from __future__ import annotations
 
+import contextlib
+import threading
 from concurrent.futures import Executor, Future
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +14,7 @@ import pytest
 from fleets import items, write_project
 from roughcontact.batch import jobs, plan, project, runner
 from roughcontact.batch.executors import Engine
-from roughcontact.batch.plan import FAILED, KEPT, SOLVED
+from roughcontact.batch.plan import FAILED, SOLVED
 
 
 class Here(Executor):
@@ -24,22 +27,14 @@ class Here(Executor):
 
 
 class Elsewhere(Here):
-    """Calls at once, on a machine of another root: what lies in one folder is not there."""
+    """Calls at once, in another working folder."""
 
-    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        self._folder, self._patch = folder.resolve(), monkeypatch
-        self.tasks: list[jobs.BatchTask] = []
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
-        self.tasks.append(args[0])
-        hidden = self._folder.with_name("hidden")
-        self._folder.rename(hidden)
-        try:
+        with contextlib.chdir(self._folder):
             return super().submit(fn, *args, **kwargs)
-        finally:
-            # Whatever was written here is lost.
-            assert not self._folder.exists()
-            hidden.rename(self._folder)
 
 
 GROUPS = """
@@ -57,7 +52,7 @@ def states(reports: list[plan.ContactReport]) -> list[str]:
 
 @pytest.mark.slow
 @pytest.mark.process
-def test_files_that_are_sent_give_the_same_bits(
+def test_worker_in_another_folder_gives_the_same_bits(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     here, there = tmp_path / "here", tmp_path / "there"
@@ -69,96 +64,88 @@ def test_files_that_are_sent_give_the_same_bits(
             assert old in text
             text = text.replace(old, new)
         (folder / "drawn.toml").write_text(text, encoding="utf-8")
-    # Paths as they are given on a command line.
-    monkeypatch.chdir(here)
-    near = Here()
-    engine = Engine(near, lambda: 1, 1, near.shutdown)
-    for name, count in (("project.toml", 4), ("drawn.toml", 1)):
-        entries = project.read_project(name)
-        assert states(runner.run_project(entries, lambda report: None, engine)) == [SOLVED] * count
-    monkeypatch.chdir(there)
-    far = Elsewhere(there, monkeypatch)
-    engine = Engine(far, lambda: 1, 1, far.shutdown, is_remote=True)
-    (drawn,), entries = project.read_project("drawn.toml"), project.read_project("project.toml")
-    assert states(runner.run_project([drawn], lambda report: None, engine)) == [SOLVED]
-    far.tasks.clear()
-    assert states(runner.run_project(entries, lambda report: None, engine)) == [SOLVED] * 4
+    for folder, executor in ((here, Here()), (there, Elsewhere(tmp_path))):
+        # Paths as they are given on a command line.
+        monkeypatch.chdir(folder)
+        engine = Engine(executor, lambda: 1, 1, executor.shutdown, is_remote=folder is there)
+        for name, count in (("project.toml", 4), ("drawn.toml", 1)):
+            entries = project.read_project(name)
+            reports = runner.run_project(entries, lambda report: None, engine)
+            assert states(reports) == [SOLVED] * count
     told, same = items(here), items(there)
     assert told.keys() == same.keys()
     assert len([name for name in told if name.endswith(".svg")]) > 3
     assert len(told) > 15
     assert [name for name in told if told[name] != same[name]] == []
-    # What waits already is asked for its files; then they go along at once.
-    # The comparison needs no file where all of its maps are pressed.
-    ways = [task.transfer for task in far.tasks if not task.known_results]
-    sent = [bool(way.content) for way in ways if way is not None]
-    assert sent == sorted(sent)
-    assert sent.count(False) == 2
-    assert states(runner.run_project(entries, lambda report: None, engine)) == [KEPT] * 4
 
 
-def test_steps_of_sweep_are_sent_and_returned(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_worker_without_the_files_of_the_run_fails_with_advice(
+    task: jobs.BatchTask, tmp_path: Path
 ) -> None:
-    path = write_project(tmp_path / "there", 1)
-    far = Elsewhere(tmp_path / "there", monkeypatch)
-    engine = Engine(far, lambda: 1, 1, far.shutdown, is_remote=True)
-    entries = project.read_project(path)[1:]
-    runner.run_project(entries, lambda report: None, engine)
-    steps = tmp_path / "there" / "kept" / "curve"
-    first = steps / "step-0001.npz"
-    stamp, before = first.stat().st_mtime_ns, first.read_bytes()
-    (steps / "step-0002.npz").unlink()
-    (tmp_path / "there" / "results" / "curve.csv").unlink()
-    assert states(runner.run_project(entries, lambda report: None, engine)) == [SOLVED]
-    assert (first.stat().st_mtime_ns, first.read_bytes()) == (stamp, before)
-    assert (steps / "step-0002.npz").exists()
+    before = Path.cwd()
+    (tmp_path / "mark").touch()
+    for folder, mark in ((tmp_path, "absent"), (tmp_path / "absent", "mark")):
+        other = replace(task, folder=folder, mark=Path(mark))
+        (report,) = jobs.run_task(other).reports.values()
+        assert report.reason == (
+            f"its worker does not see the files in {folder}; put the project on a file system "
+            "that all workers see under the same path, and start the run there"
+        )
+        assert Path.cwd() == before
+    assert not task.parts[0].entry.summary.exists()
+    assert (
+        jobs.run_task(replace(task, folder=tmp_path, mark=Path("mark"))).reports[0].state == SOLVED
+    )
 
 
-def test_too_large_transfer_fails_with_advice(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = write_project(tmp_path / "there", 1)
-    far = Elsewhere(tmp_path / "there", monkeypatch)
-    engine = Engine(far, lambda: 1, 1, far.shutdown, is_remote=True)
-    monkeypatch.setattr(jobs, "MAX_TRANSFER_BYTES", 1000)
-    (report,) = runner.run_project(project.read_project(path)[:1], lambda report: None, engine)
-    assert report.state == FAILED
-    assert "put the project where all workers see it" in report.reason
-    monkeypatch.setattr(jobs, "MAX_TRANSFER_BYTES", 2**15)
-    (report,) = runner.run_project(project.read_project(path)[:1], lambda report: None, engine)
-    assert "the files that it leaves have" in report.reason
+def test_tasks_of_other_runs_wait_for_the_working_folder(tmp_path: Path) -> None:
+    before, order, entered = Path.cwd(), [], threading.Event()
+    folders = tmp_path.resolve() / "a", tmp_path.resolve() / "b"
+    for folder in folders:
+        folder.mkdir()
+
+    def work(folder: Path) -> None:
+        with jobs._working_folder(folder):
+            entered.set()
+            order.append(Path.cwd())
+
+    other = threading.Thread(target=work, args=folders[1:])
+    with jobs._working_folder(folders[0]):
+        # A task of the same run does not wait.
+        work(folders[0])
+        entered.clear()
+        other.start()
+        assert not entered.wait(0.05)
+        assert Path.cwd() == folders[0]
+    other.join()
+    assert order == [*folders]
+    assert Path.cwd() == before
 
 
 @pytest.fixture
 def task(tmp_path: Path) -> jobs.BatchTask:
-    """One contact, and what a worker of another machine has to know of it."""
+    """One contact with the checksums of its files."""
     entry = project.read_project(write_project(tmp_path, 1))[0]
     entry.summary.parent.mkdir()
-    (tmp_path / "mark").touch()
     sums = {path: str(plan.checksum_if_readable(path)) for path in entry.request.inputs}
-    places = tuple(str(path) for _, path in entry.request.places)
-    part = jobs.SubtaskRequest(0, entry, plan.request_digest(entry), places)
-    return jobs.BatchTask((part,), 1, jobs.FileTransfer(tmp_path / "mark", sums))
+    part = jobs.SubtaskRequest(0, entry, plan.request_digest(entry))
+    return jobs.BatchTask((part,), 1, sums)
 
 
 def test_a_file_of_other_content_is_another_file(task: jobs.BatchTask) -> None:
     (path,) = task.parts[0].entry.request.inputs
     content = path.read_bytes()
     path.write_bytes(content[:-1] + b"\0")
-    assert task.transfer is not None
-    assert jobs.run_task(task).lacking == (path,)
-    sent = jobs.FileTransfer(
-        task.transfer.mark, task.transfer.sums, (), {path: content[:-1] + b"\1"}
+    assert jobs.run_task(task).reports[0].reason == (
+        f"{path} changed while the project ran; run it again"
     )
-    answer = jobs.run_task(jobs.BatchTask(task.parts, 1, sent))
-    assert "changed while the project ran; run it again" in answer.reports[0].reason
+    assert not task.parts[0].entry.summary.exists()
     path.write_bytes(content)
     assert jobs.run_task(task).reports[0].state == SOLVED
 
 
 def test_a_worker_of_another_version_refuses(task: jobs.BatchTask) -> None:
-    other = jobs.BatchTask(task.parts, 1, None, "0.0.1")
+    other = replace(task, version="0.0.1")
     assert "not 0.0.1; install the same" in jobs.run_task(other).reports[0].reason
     assert not task.parts[0].entry.summary.exists()
 

@@ -365,12 +365,3 @@ def test_the_heading_of_a_law_names_the_maps_of_both_faces(
     app.main(["law", *first, *words])
     found = " ".join(capsys.readouterr().out.split("\n\n")[0].split())
     assert found == f"{heading} (rigid), 4 pairs, periodic"
-
-
-def test_relocated_requests_move_the_maps_of_the_counter_body() -> None:
-    specified = {"load": "1 N", "counter-maps": ["/far/two.nc"], "boundary": "periodic"}
-    specified |= {"material": "42CrMo4", "counter-material": "42CrMo4"}
-    moved = from_text("conductance", Path("/far/one.nc"), specified).with_relocated_files(
-        lambda path: Path("/near") / path.name, lambda path: path
-    )
-    assert moved.inputs == [Path("/near/one.nc"), Path("/near/two.nc")]

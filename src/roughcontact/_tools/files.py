@@ -88,18 +88,6 @@ def remove_unfinished(folder: str | os.PathLike[str], maximum: int | None = None
                     os.unlink(entry.path)
 
 
-@contextmanager
-def hold_marker_file(folder: str | os.PathLike[str]) -> Iterator[Path]:
-    """Yield the path of a hidden file that exists during the block."""
-    created: list[Path] = []
-    try:
-        stream, path = _create_locked(Path(folder), created)
-        with stream:
-            yield path
-    finally:
-        _remove_files(created)
-
-
 def _remove_files(paths: list[Path]) -> None:
     for path in paths:
         path.unlink(missing_ok=True)

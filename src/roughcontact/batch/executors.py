@@ -33,9 +33,6 @@ if TYPE_CHECKING:
     from distributed import Client, LocalCluster, Security
 
 
-THERE, AWAY, GONE = "there", "away", "gone"
-
-
 @dataclass(frozen=True)
 class Engine:
     """Executor with its capacity, its state and its error messages."""
@@ -44,8 +41,8 @@ class Engine:
     slots: Callable[[], int]  # Returns the current number of parallel tasks
     threads: int  # Cores per task
     shut_down: Callable[[], None]  # Cancels running tasks where the executor supports it
-    is_remote: bool = False  # Whether workers may have another working folder, or other files
-    state: Callable[[], str] = lambda: THERE
+    is_remote: bool = False  # Whether workers may have another working folder or file system
+    is_lost: Callable[[], bool] = lambda: False  # Whether no task can return any longer
     lost_task_text: Callable[[BaseException], str] = (
         str  # Returns the reason why a task has no result, from its exception
     )
@@ -85,7 +82,7 @@ def connect_cluster(scheduler: str | None, workers: int) -> Iterator[Engine]:
             argument="engine",
         ) from None
     with ExitStack() as stack:
-        # One sentence summarizes the log of Dask; warnings about file transfers are expected.
+        # One sentence summarizes the log of Dask; results of subtasks may be large.
         stack.enter_context(silence_logging_cmgr(logging.CRITICAL))
         stack.enter_context(dask.config.set({_LARGE_GRAPH_OPTION: "1GiB"}))
         own = None if scheduler else stack.enter_context(_start_local_cluster(workers, security))
@@ -112,7 +109,7 @@ def connect_cluster(scheduler: str | None, workers: int) -> Iterator[Engine]:
             1 if scheduler else max(1, default_workers() // workers),
             shut_down=partial(_shut_down, executor, own),
             is_remote=scheduler is not None,
-            state=partial(_worker_state, client),
+            is_lost=lambda: _is_lost(client),
             lost_task_text=partial(_lost_task_text, client, f"the scheduler at {address}"),
             shared=_shared_a_worker,
             dashboard=client.dashboard_link or "",
@@ -165,7 +162,7 @@ def _count_threads(client: Client) -> Callable[[], int]:
     known = [0, -_WORKER_INFO_AGE]
 
     def slots() -> int:
-        if time.monotonic() - known[1] > _WORKER_INFO_AGE and _worker_state(client) == THERE:
+        if time.monotonic() - known[1] > _WORKER_INFO_AGE and client.status == "running":
             # The loss of the scheduler is reported elsewhere.
             with suppress(OSError, AttributeError):
                 known[:] = sum(client.nthreads().values()), time.monotonic()
@@ -174,8 +171,9 @@ def _count_threads(client: Client) -> Callable[[], int]:
     return slots
 
 
-def _worker_state(client: Client) -> str:
-    return {"running": THERE, "connecting": AWAY}.get(client.status, GONE)
+def _is_lost(client: Client) -> bool:
+    # A client connects again by itself for a while.
+    return client.status not in ("running", "connecting")
 
 
 def _shared_a_worker(error: BaseException) -> bool:
@@ -195,7 +193,7 @@ def _lost_task_text(client: Client, scheduler: str, error: BaseException) -> str
             f"its worker ended {times}, the last one at {error.last_worker.address}; is there "
             "enough memory?"
         )
-    if _worker_state(client) == GONE:
+    if _is_lost(client):
         return f"{scheduler} does not answer any longer"
     if isinstance(error, CancelledError):
         return f"{scheduler} was lost during the run"

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-import os
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 from typing import Any, NamedTuple, TypeVar
 
 from roughcontact._tools import files
 from roughcontact._tools.processes import reject_mpi_run
 from roughcontact.analyses.tasks import DASK, LOCAL
 from roughcontact.batch import jobs, plan
-from roughcontact.batch.executors import AWAY, GONE, THERE, Engine, local_processes
+from roughcontact.batch.executors import Engine, local_processes
 from roughcontact.batch.plan import FAILED, KEPT, SOLVED, ContactReport, Entry
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.fft import default_workers
@@ -88,24 +88,26 @@ def run_project(
     with ExitStack() as stack:
         if engine is None:
             engine = stack.enter_context(local_processes(_process_count(task_limit(entries))))
-        folders = {entry.summary.parent for entry in entries}
+        results = entries[0].summary.parent
         for folder in {entry.request.get(FOLDER) for entry in entries}:
             if folder is not None:
                 stack.callback(_clear_checkpoints, folder)
-        marks = {}
-        for folder in folders:
-            folder.mkdir(parents=True, exist_ok=True)
-            # An interruption leaves no partial file.
-            stack.callback(files.remove_unfinished, folder)
-            if engine.is_remote:
-                marks[folder] = _resolve_path(stack.enter_context(files.hold_marker_file(folder)))
-        return _ProjectRun(entries, _Callbacks(text, say, warn), engine, marks).run_all()
+        results.mkdir(parents=True, exist_ok=True)
+        # An interruption leaves no partial file.
+        stack.callback(files.remove_unfinished, results)
+        mark = None
+        if engine.is_remote:
+            # No file that `remove_unfinished` removes: locks may not reach other machines.
+            mark = Path(
+                stack.enter_context(
+                    NamedTemporaryFile(prefix=".roughcontact-", suffix=".mark", dir=results)
+                ).name
+            )
+        return _ProjectRun(entries, _Callbacks(text, say, warn), engine, mark).run_all()
 
 
 # Interval between checks of the engine without a result [s].
 _POLL_SECONDS = 2.0
-# Interval between checks of an engine that reconnects [s].
-_IDLE_SECONDS = 0.1
 # Time without workers before a warning [s]: a worker that ended may be restarted.
 _WORKER_LOSS_SECONDS = 5.0
 
@@ -122,9 +124,11 @@ class _ProjectRun:
     """Run of a project: waiting and running contacts, and the reports of the others."""
 
     def __init__(
-        self, entries: list[Entry], tell: _Callbacks, engine: Engine, marks: Mapping[Path, Path]
+        self, entries: list[Entry], tell: _Callbacks, engine: Engine, mark: Path | None
     ) -> None:
-        self._entries, self._tell, self._engine, self._marks = entries, tell, engine, marks
+        self._entries, self._tell, self._engine = entries, tell, engine
+        # A file that remote workers must see, and their working folder.
+        self._where = {} if mark is None else {"mark": mark, "folder": Path.cwd()}
         self._reports: dict[int, ContactReport] = {}
         self._waiting = deque(_group_entries(entries))
         # Tasks to submit, with the number of the attempt.
@@ -132,8 +136,6 @@ class _ProjectRun:
         # Results and failure reasons of subtasks, by index of the entry and name.
         self._pieces: dict[int, dict[str, Any]] = {}
         self._failed: dict[int, dict[str, str]] = {}
-        # Checksums of the input files of each entry.
-        self._read: dict[int, dict[Path, str | None]] = {}
         # Digests of the subtasks of each entry, by name.
         self._digests: dict[int, dict[str, str]] = {}
         # Time since which no worker is connected, whether it was reported, and the reason.
@@ -141,23 +143,16 @@ class _ProjectRun:
         self._under_way: dict[Future[jobs.TaskResult], tuple[jobs.BatchTask, int]] = {}
         # Tasks lost with a shared worker: retried one by one at the end.
         self._suspects: deque[jobs.BatchTask] = deque()
-        # Files that some worker cannot read: sent to all workers.
-        self._sent: set[Path] = set()
         self._checksums: dict[object, str | None] = {}
 
     def run_all(self) -> list[ContactReport]:
         """Run all contacts, and return their reports in the order of the entries."""
         try:
             while self._waiting or self._ready or self._under_way or self._suspects:
-                state = self._engine.state()
-                self._look_for_workers(state)
-                if state != AWAY:
-                    self._submit_tasks()
-                if not self._under_way:
-                    time.sleep(_IDLE_SECONDS if state == AWAY else 0)
-                    continue
+                self._look_for_workers()
+                self._submit_tasks()
                 ended, _ = wait(self._under_way, _POLL_SECONDS, FIRST_COMPLETED)
-                if state == GONE or self._closed:
+                if self._closed or self._engine.is_lost():
                     ended = set(self._under_way)
                 for future in ended:
                     future.cancel()
@@ -167,9 +162,9 @@ class _ProjectRun:
             raise UnfinishedError(*self._completed_summaries()) from None
         return [self._reports[number] for number in range(len(self._entries))]
 
-    def _look_for_workers(self, state: str) -> None:
+    def _look_for_workers(self) -> None:
         """Warn if no worker is connected; close the run after a timeout."""
-        if state != THERE or self._engine.slots():
+        if self._engine.slots():
             self._lonely, self._warned = math.inf, False
             return
         now = time.monotonic()
@@ -201,19 +196,14 @@ class _ProjectRun:
             digest = plan.request_digest(entry, self._cached_checksum)
             before = plan.find_complete(entry, digest)
             if before is None:
-                places = tuple(str(path) for _, path in entry.request.places)
-                self._read[number] = {
-                    path: self._cached_checksum(path) for path in entry.request.inputs
-                }
-                parts.append(jobs.SubtaskRequest(number, entry, digest, places))
+                parts.append(jobs.SubtaskRequest(number, entry, digest))
             else:
                 self._record_report(number, ContactReport(entry.name, KEPT, before))
         if not parts:
             return []
-        whole = jobs.BatchTask(tuple(parts), self._engine.threads)
         words = _subtask_ids(contact)
         if not words:
-            return [self._with_transfer(whole)]
+            return [self._make_task(tuple(parts))]
         (part,) = parts
         digests = {
             word: plan.request_digest(part.entry, self._cached_checksum, word) for word in words
@@ -224,8 +214,15 @@ class _ProjectRun:
             self._tell.say(
                 f"{len(known)} of {len(words)} subtasks of {part.entry.name} from an earlier run"
             )
-        separately = [replace(whole, piece=word) for word in words if word not in known]
-        return [self._with_transfer(task) for task in separately] or [self._finish_pieces(part)]
+        separately = [self._make_task((part,), piece=word) for word in words if word not in known]
+        return separately or [self._finish_pieces(part)]
+
+    def _make_task(self, parts: tuple[jobs.SubtaskRequest, ...], **more: Any) -> jobs.BatchTask:
+        """Return a task with the checksums of its input files."""
+        task = jobs.BatchTask(parts, self._engine.threads, **self._where, **more)
+        found = {path: self._cached_checksum(path) for path in task.inputs}
+        known = {path: checksum for path, checksum in found.items() if checksum is not None}
+        return replace(task, checksums=known)
 
     def _cached_checksum(self, path: Path) -> str | None:
         """Return the checksum of a file, cached until the file changes."""
@@ -238,60 +235,14 @@ class _ProjectRun:
             self._checksums[key] = plan.checksum_if_readable(path)
         return self._checksums[key]
 
-    def _with_transfer(self, task: jobs.BatchTask) -> jobs.BatchTask:
-        """Return a task with the files that a remote worker needs."""
-        if not self._engine.is_remote:
-            return task
-        entries = [part.entry for part in task.parts]
-        read = {path: _resolve_path(path) for path in task.inputs}
-        sums = {lies: self._cached_checksum(path) for path, lies in read.items()}
-        folders = {folder for item in entries if (folder := item.request.get(FOLDER)) is not None}
-        outputs = (
-            path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file()
-        )
-        parts = tuple(
-            replace(
-                part,
-                entry=replace(
-                    part.entry,
-                    summary=_resolve_path(part.entry.summary),
-                    request=part.entry.request.with_relocated_files(_resolve_path, _resolve_path),
-                ),
-            )
-            for part in task.parts
-        )
-        known = {path: checksum for path, checksum in sums.items() if checksum is not None}
-        mark = self._marks[entries[0].summary.parent]
-        return replace(
-            task,
-            parts=parts,
-            transfer=jobs.FileTransfer(mark, known, tuple(map(_resolve_path, outputs))),
-        )
-
     def _submit(self, task: jobs.BatchTask, tries: int) -> None:
         if self._closed:
             return self._report_parts(task, jobs.failed_answer(task, self._closed))
         try:
-            task = self._with_file_content(task)
             self._under_way[self._engine.executor.submit(jobs.run_task, task)] = task, tries
-        except OSError as error:
-            self._report_parts(task, jobs.failed_answer(task, f"{type(error).__name__}: {error}"))
         except Exception as error:
             # An engine that accepts no more tasks may raise any error.
             self._report_parts(task, jobs.failed_answer(task, self._engine.lost_task_text(error)))
-
-    def _with_file_content(self, task: jobs.BatchTask) -> jobs.BatchTask:
-        """Return a task with the content of its files that some worker cannot read."""
-        if task.transfer is None:
-            return task
-        needed = [
-            path for path in (*task.transfer.sums, *task.transfer.checkpoints) if path in self._sent
-        ]
-        size = sum(path.stat().st_size for path in needed)
-        if size > jobs.MAX_TRANSFER_BYTES:
-            raise OSError(jobs.too_large("its files", size))
-        content = {path: path.read_bytes() for path in needed}
-        return replace(task, transfer=replace(task.transfer, content=content))
 
     def _handle_result(
         self, future: Future[jobs.TaskResult], task: jobs.BatchTask, tries: int
@@ -307,9 +258,6 @@ class _ProjectRun:
             if tries != _RETRY_ALONE and self._engine.shared(error):
                 return self._suspects.append(task)
             answer = jobs.failed_answer(task, self._engine.lost_task_text(error))
-        if answer.lacking:
-            self._sent.update(answer.lacking)
-            return self._ready.append((task, tries))
         return self._report_parts(task, answer)
 
     def _handle_piece(self, task: jobs.BatchTask, answer: jobs.TaskResult) -> None:
@@ -335,46 +283,19 @@ class _ProjectRun:
 
     def _finish_pieces(self, part: jobs.SubtaskRequest) -> jobs.BatchTask:
         """Return the final task of a contact, with the results of all its subtasks."""
-        own = replace(part, entry=self._entries[part.number])
-        known = self._pieces.pop(part.number)
-        return self._with_transfer(
-            jobs.BatchTask((own,), self._engine.threads, known_results=known)
-        )
+        return self._make_task((part,), known_results=self._pieces.pop(part.number))
 
     def _report_parts(self, task: jobs.BatchTask, answer: jobs.TaskResult) -> None:
         """Report the end of each part of a contact; complete output is treated as solved."""
-        changed = self._changed_file(task)
-        if changed is not None:
-            answer = jobs.failed_answer(
-                task, f"{changed} changed while the project ran; run it again"
-            )
         if task.piece:
             self._handle_piece(task, answer)
             return
-        try:
-            for part in task.parts if changed is not None else ():
-                self._entries[part.number].summary.unlink(missing_ok=True)
-            # Summaries last: a contact with a summary is complete.
-            summaries = {part.entry.summary for part in task.parts}
-            for path in sorted(answer.content, key=lambda path: path in summaries):
-                path.parent.mkdir(parents=True, exist_ok=True)
-                files.write_atomically(path, answer.content[path])
-        except OSError as error:
-            answer = jobs.failed_answer(task, f"{type(error).__name__}: {error}")
+        digests = {part.number: part.digest for part in task.parts}
         for number, report in answer.reports.items():
-            (part,) = (part for part in task.parts if part.number == number)
             if report.state == FAILED:
-                before = plan.find_complete(self._entries[number], part.digest)
+                before = plan.find_complete(self._entries[number], digests[number])
                 report = report if before is None else ContactReport(report.name, SOLVED, before)
             self._record_report(number, report)
-
-    def _changed_file(self, task: jobs.BatchTask) -> Path | None:
-        """Return an input file that changed since the task was planned, or None."""
-        for part in task.parts:
-            for path, checksum in self._read[part.number].items():
-                if checksum is not None and self._cached_checksum(path) != checksum:
-                    return path
-        return None
 
     def _record_report(self, number: int, report: ContactReport) -> None:
         self._reports[number] = report
@@ -435,9 +356,3 @@ def _clear_checkpoints(folder: Path) -> None:
     """Remove the unfinished files of killed processes from the folder of saved steps."""
     for place in (folder, *folder.glob("*/")):
         files.remove_unfinished(place)
-
-
-def _resolve_path(path: Path) -> Path:
-    """Return the absolute path of a file, with the links of its folder resolved."""
-    # A link to itself stays as it is; the reader reports the error.
-    return Path(os.path.realpath(path.parent)) / path.name

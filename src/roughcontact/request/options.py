@@ -72,11 +72,6 @@ class Option(Generic[T_co]):
         return self.parse in (parsing.path, parsing.paths, parsing.groups) or bool(self.suffixes)
 
     @property
-    def is_written(self) -> bool:
-        """Whether the value is an output file or folder."""
-        return self.is_place and self.panel == Panel.OUTPUT
-
-    @property
     def is_flag(self) -> bool:
         """Whether the option is given without a value."""
         return not self.metavar

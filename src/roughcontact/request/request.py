@@ -26,9 +26,6 @@ if TYPE_CHECKING:
     from roughcontact.material.material import Material
     from roughcontact.surface.surface import Surface
 
-Move = Callable[[Path], Path]
-"""Function that returns the location of a file for its given path."""
-
 
 @dataclass(frozen=True)
 class Request(OptionValues):
@@ -329,38 +326,6 @@ class Request(OptionValues):
         return rows, columns
 
     # --- Subtasks, which can be solved separately, in any order, on any machine ---
-
-    def with_relocated_files(self, read: Move, written: Move) -> Request:
-        """Return the same request for files at other locations."""
-        names: dict[str, str] = {}
-
-        def known(new: str, old: str) -> str:
-            names[new] = self.names.get(old, old)
-            return new
-
-        def word(text: str, name: str) -> str:
-            option = self.task.by_name[name]
-            if option is shared.GROUP:
-                group, words = parsing.group(text, name)
-                paths = (path for item in words for path in match_files(item))
-                lie = [known(str(read(path)), str(path)) for path in paths]
-                return known(parsing.group_text(group, lie), text)
-            move = written if option.is_written else read
-            return known(str(move(Path(text))), text)
-
-        specified: dict[str, str | bool | list[str]] = {}
-        for name, value in self.specified.items():
-            if isinstance(value, bool) or not self.task.by_name[name].is_place:
-                specified[name] = value
-            elif isinstance(value, str):
-                specified[name] = word(value, name)
-            else:
-                specified[name] = [word(text, name) for text in value]
-        paths = [path for path in (self.file, *self.files) if path is not None]
-        lie = {path: Path(known(str(read(path)), str(path))) for path in paths}
-        file = None if self.file is None else lie[self.file]
-        files = tuple(lie[path] for path in self.files)
-        return replace(Request.from_text(self.task, file, specified, files), names=names)
 
     def subtask_ids(self) -> tuple[str, ...]:
         """Return the identifiers of the subtasks; empty if there is only one."""
