@@ -21,13 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import roughcontact as rc
-from roughcontact.contact.load_case import LoadCase
-from roughcontact.contact.pair import Pair
-from roughcontact.halfspace.boundary import Boundary
-from roughcontact.material.material import RIGID
 from roughcontact.surface import filters
 from roughcontact.uncertainty import intervals as uncertainty
-from roughcontact.uncertainty.resolution import study_part
 
 PAGE = Path(__file__).parents[1] / "docs" / "howto" / "study.md"
 START, END = "<!-- intervals -->", "<!-- intervals end -->"
@@ -121,17 +116,15 @@ def truth(case: Case, points: int = POINTS, finer: int = FINER) -> dict[str, flo
 def told(case: Case, points: int = POINTS) -> dict[str, uncertainty.Interval]:
     """Return the intervals of the map alone, by name."""
     surface = case.surface(points)
-    terms = LoadCase(load=case.load, ceiling=case.ceiling, tolerance=TOLERANCE)
-    pair = Pair(surface, MATERIAL, None, RIGID, Boundary(case.boundary))
-    result = rc.solve(
-        surface,
-        material=MATERIAL,
-        load=case.load,
-        ceiling=case.ceiling,
-        boundary=case.boundary,
-        tolerance=TOLERANCE,
-    )
-    found = uncertainty.uncertainty_intervals(result, study_part("grids", pair, terms))
+    given = {
+        "material": MATERIAL,
+        "load": case.load,
+        "ceiling": case.ceiling,
+        "boundary": case.boundary,
+        "tolerance": TOLERANCE,
+    }
+    result, study = rc.solve(surface, **given), rc.resolution_study(surface, **given)
+    found = uncertainty.uncertainty_intervals(result, study)
     # At the ceiling it is known.
     at = result.max_pressure == case.ceiling
     return {one.name: one for one in found if not (at and one.name == "max_pressure")}

@@ -1,4 +1,4 @@
-"""Comparisons and studies in pieces: the bits of one process, and one failure for all of them."""
+"""Comparisons in pieces: the bits of one process, and one failure for all of them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,6 @@ PROBLEMS = {
         2,
     ),
     "a first loading": (COMPARED + 'files = ["r0.npy", "r1.npy"]\npreload = "2 GPa"\n', 2),
-    "a study": (HEAD + 'file = "r0.npy"\nload = "1 N"\nstudy = true\n', 3),
 }
 
 
@@ -216,11 +215,7 @@ def test_saved_subtasks_are_not_solved_again(
             lost != words
         )
         assert (items_of_file(summary), items_of_file(csv)) == before
-        # Those of a comparison stay.
-        if problem == "a study":
-            assert not place.exists()
-        else:
-            assert sorted(place.iterdir()) == sorted(files.values())
+        assert sorted(place.iterdir()) == sorted(files.values())
 
 
 def test_only_failed_map_is_solved_again(tmp_path: Path) -> None:
@@ -309,20 +304,6 @@ def test_interrupt_reports_saved_subtasks(tmp_path: Path, monkeypatch: pytest.Mo
     waiting.clear()
     _, tasks, _ = run(path)
     assert [task.piece for task in tasks] == ["2", "3", "4", ""]
-
-
-@pytest.mark.parametrize(
-    "keys",
-    [
-        'load = "1 N"',
-        'approach = "1 um"\nstudy = true',
-        'load = "1 N"\nceiling = "calibrated"\nstudy = true',
-    ],
-)
-def test_contact_with_dependent_outputs_has_no_subtasks(keys: str, tmp_path: Path) -> None:
-    path = write_subtask_project(tmp_path / "here", HEAD + f'file = "r0.npy"\n{keys}\n')
-    (entry,) = project.read_project(path)
-    assert entry.request.subtask_ids() == ()
 
 
 def test_subtasks_are_shared_between_processes(

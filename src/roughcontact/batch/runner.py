@@ -128,7 +128,7 @@ class _ProjectRun:
     ) -> None:
         self._entries, self._tell, self._engine = entries, tell, engine
         # A file that remote workers must see, and their working folder.
-        self._where = {} if mark is None else {"mark": mark, "folder": Path.cwd()}
+        self._where: dict[str, Any] = {} if mark is None else {"mark": mark, "folder": Path.cwd()}
         self._reports: dict[int, ContactReport] = {}
         self._waiting = deque(_group_entries(entries))
         # Tasks to submit, with the number of the attempt.
@@ -300,12 +300,9 @@ class _ProjectRun:
     def _record_report(self, number: int, report: ContactReport) -> None:
         self._reports[number] = report
         if report.state == SOLVED:
-            entry = self._entries[number]
-            # Keep subtasks of single maps: a later version of the project may compare more maps.
-            pieces = entry.request.task.pieces
-            of_maps = pieces is not None and pieces.file_of is not None
-            lasting = self._digests.get(number, {}) if of_maps else {}
-            plan.remove_pieces(entry, lasting.values())
+            # Keep subtasks: a later version of the project may compare more maps.
+            lasting = self._digests.get(number, {})
+            plan.remove_pieces(self._entries[number], lasting.values())
         self._tell.report(report)
 
     def _completed_summaries(self) -> tuple[list[Path], SavedSteps]:

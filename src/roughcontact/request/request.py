@@ -334,20 +334,14 @@ class Request(OptionValues):
 
     def subtask_inputs(self, word: str) -> tuple[Path, ...]:
         """Return the input files of a subtask; with an empty ``word``, of the final merge."""
-        file_of = self._pieces.file_of
-        if file_of is None:
-            return tuple(self.inputs)
-        file = file_of(self, word) if word else None
+        file = self._pieces.file_of(self, word) if word else None
         return () if file is None else (file,)
 
     def depends_on(self, word: str) -> tuple[str, frozenset[str]]:
         """Return a name of the input of a subtask, and the options it does not depend on."""
         written = {option.name for option in self.task.options if option.suffixes}
-        if self._pieces.file_of is None:
-            return word, frozenset(written)
-        file = self._pieces.file_of(self, word)
-        reference = {option.name for option in self._pieces.shared_options}
-        return "" if file is None else file.name, frozenset(written | reference)
+        others = written | {option.name for option in self._pieces.shared_options}
+        return "".join(path.name for path in self.subtask_inputs(word)), frozenset(others)
 
     def solve_subtask(self, word: str, say: Say, look: Callable[[Any], None]) -> Any:
         """Return the result of a subtask, an item of ``known`` in `request.run.run_request`."""

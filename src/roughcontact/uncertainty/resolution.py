@@ -340,28 +340,7 @@ contact area, perimeter-corrected area, maximum pressure, mean pressure.
     terms = LoadCase(
         load=resolve_force(load, pair)[0], ceiling=ceiling, tolerance=tolerance, precision=precision
     )
-    study = _checked_study(pair, terms, progress)
-    return merge_parts([study.part(name) for name in PARTS])
-
-
-PARTS = ("grids", "cutoffs", "ceilings")
-"""Fields of a study that are independent of each other."""
-
-
-def study_part(name: str, pair: Pair, terms: LoadCase, progress: Tell = None) -> ResolutionStudy:
-    """Return a study with only one of its `PARTS`; errors as for `resolution_study`."""
-    return _checked_study(pair, terms, progress).part(name)
-
-
-def merge_parts(parts: Sequence[ResolutionStudy]) -> ResolutionStudy:
-    """Return the complete study from its `PARTS`, in order."""
-    grids, cutoffs, ceilings = parts
-    return replace(
-        grids,
-        cutoffs=cutoffs.cutoffs,
-        ceilings=ceilings.ceilings,
-        notes=(*grids.notes, *cutoffs.notes, *ceilings.notes),
-    )
+    return _checked_study(pair, terms, progress).run()
 
 
 def _checked_study(pair: Pair, terms: LoadCase, progress: Tell) -> _Study:
@@ -399,29 +378,17 @@ class _Study:
     number: int = 0
     notes: list[str] = field(default_factory=list)
 
-    def part(self, name: str) -> ResolutionStudy:
-        """Return a study with only one of `PARTS`."""
-        self.number = sum(map(len, self._part_values[: PARTS.index(name)]))
-        self.notes = []
-        result = ResolutionStudy((), (), (), at_ceiling=False)
-        if name == "grids":
-            grids = self.grids()
-            result = replace(
-                result,
-                grids=tuple(grid for grid, _, _ in grids),
-                at_ceiling=all(saturated for _, saturated, _ in grids[-3:]),
-                at_edge=any(at_edge for _, _, at_edge in grids[-1:]),
-            )
-        elif name == "cutoffs":
-            result = replace(result, cutoffs=self.cutoffs())
-        else:
-            result = replace(result, ceilings=self.ceilings())
-        return replace(result, notes=tuple(self.notes))
-
-    @property
-    def _part_values(self) -> tuple[Sequence[float], ...]:
-        """Factors or lengths of the solves of each part."""
-        return self.factors, self.lengths, self.ceiling_factors
+    def run(self) -> ResolutionStudy:
+        """Return the study of grids, filters and ceilings."""
+        grids = self.grids()
+        return ResolutionStudy(
+            grids=tuple(grid for grid, _, _ in grids),
+            cutoffs=self.cutoffs(),
+            ceilings=self.ceilings(),
+            at_ceiling=all(saturated for _, saturated, _ in grids[-3:]),
+            at_edge=any(at_edge for _, _, at_edge in grids[-1:]),
+            notes=tuple(self.notes),
+        )
 
     @property
     def factors(self) -> list[float]:
@@ -441,7 +408,7 @@ class _Study:
 
     def solve_next(self, label: str, pair: Pair, terms: LoadCase) -> ContactResult:
         """Solve a contact with progress of the study, and return its result."""
-        count = sum(map(len, self._part_values))
+        count = len(self.factors) + len(self.lengths) + len(self.ceiling_factors)
         return solve_pair(
             pair, terms, progress=progress_callback(self.progress, self.number, count, label)
         )

@@ -19,10 +19,9 @@ from roughcontact.request.options import (
     files_option,
     flag_option,
 )
-from roughcontact.request.outcome import OnProgress, Outcome, TaskContext
-from roughcontact.request.outputs import Say
+from roughcontact.request.outcome import Outcome, TaskContext
 from roughcontact.request.request import Request
-from roughcontact.request.task import Analysis, Subtasks, Task
+from roughcontact.request.task import Analysis, Task
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
@@ -215,42 +214,15 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
 
 
 def resolution_study_of(request: Request, work: TaskContext, load: float) -> ResolutionStudy:
-    """Return the study of a contact under a load [N], merged from subtasks if known."""
-    from roughcontact.uncertainty import resolution as resolution_study
+    """Return the study of a contact under a load [N]."""
+    from roughcontact.uncertainty.resolution import resolution_study
 
-    if work.known:
-        return resolution_study.merge_parts([work.known[word] for word in part_names(request)])
-    return resolution_study.resolution_study(
+    return resolution_study(
         work.maps[0],
         **request.arguments(work.maps, *_STUDY_SOLVER),
         load=load,
         progress=lambda state: work.look(replace(state, label=f"study: {state.label}")),
     )
-
-
-def part_names(request: Request) -> tuple[str, ...]:
-    """Return the subtask names of the resolution study; none without one."""
-    from roughcontact.contact.result import CALIBRATED
-
-    later = request.load[0] is None or request[options.CEILING] == CALIBRATED
-    if later or not request[STUDY]:
-        return ()
-    from roughcontact.uncertainty.resolution import PARTS
-
-    return PARTS
-
-
-def solve_study_part(request: Request, word: str, say: Say, look: OnProgress) -> ResolutionStudy:
-    """Read the maps and solve one part of the study; see `resolution_study_of`."""
-    from roughcontact.contact.load_case import LoadCase
-    from roughcontact.request.preparation import surfaces
-    from roughcontact.uncertainty.resolution import study_part
-
-    maps = surfaces(request, say)
-    pair = request.pair(maps)
-    load, _ = request.force(pair, *request.load)
-    terms = LoadCase(load, ceiling=request[options.CEILING], **request.solver(*_STUDY_SOLVER))
-    return study_part(word, pair, terms, look)
 
 
 # --- The task ---
@@ -340,7 +312,6 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
             fixed=((MODEL, VOLUME_MODEL),),
         ),
     ),
-    pieces=Subtasks(part_names, solve_study_part),
     presentations={
         "Surface": (
             "analyses.solve.surface_report:PROFILE_KIND",
