@@ -72,7 +72,7 @@ class Result(Displayable):
 
     def summary(self) -> dict[str, Any]:
         """Return the quantities by name, in SI units, ready for JSON."""
-        return presentation().summary(self)
+        return presentation().presentation_of(self).summary(self)
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return the steps as a pandas table: one row per step, one column per quantity.
@@ -87,7 +87,7 @@ class Result(Displayable):
         InputError
             If the result has no steps.
         """
-        return presentation().to_pandas(self)
+        return presentation().presentation_of(self).to_pandas(self)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return maps and quantities as an xarray dataset.
@@ -102,7 +102,7 @@ class Result(Displayable):
         InputError
             If the result has no NetCDF form.
         """
-        return presentation().to_xarray(self)
+        return presentation().presentation_of(self).to_xarray(self)
 
     def references(self) -> References:
         """Return the references of the methods used, as text and as BibTeX."""

@@ -9,7 +9,7 @@ from decimal import Decimal
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Protocol
 
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, input_error
 
 if TYPE_CHECKING:
     import pint
@@ -169,10 +169,8 @@ def shares(text: str, argument: str) -> tuple[float, ...]:
     matches = [_SHARE.fullmatch(part) for part in text.split(",")]
     result = tuple(float(match[1]) / 100 for match in matches if match)
     if len(result) < len(matches) or not all(0 < share <= 1 for share in result):
-        raise InputError(
-            f"must be above 0 and up to 100 per cent, such as '5 %' or '1 %, 5 %', got {text!r}",
-            argument=argument,
-            value=text,
+        raise input_error(
+            argument, text, "must be above 0 and up to 100 per cent, such as '5 %' or '1 %, 5 %'"
         )
     return result
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.drawing import style
-from roughcontact.errors import InputError
+from roughcontact.errors import input_error
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -55,9 +55,7 @@ def pressure_limit(results: Sequence[ContactResult], limit: float | None = None)
     """Return the upper color limit of pressures [Pa]; see `maps.pressure`."""
     if limit is not None:
         if not 0 < limit < math.inf:
-            raise InputError(
-                f"must be positive and finite [Pa], got {limit!r}", argument="limit", value=limit
-            )
+            raise input_error("limit", limit, "must be positive and finite [Pa]")
         return float(limit)
     # If almost no point is saturated, one spike would leave a single color for all other points.
     reached = [

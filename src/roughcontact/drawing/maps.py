@@ -32,7 +32,7 @@ from roughcontact.drawing.cells import (
     pressure_limit,
 )
 from roughcontact.drawing.sections import draw_histogram, window
-from roughcontact.errors import InputError, require_positive
+from roughcontact.errors import input_error, require_positive
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_engineering, format_percent
 
@@ -277,11 +277,7 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     """
     require_positive(width=width)
     if not all(0 <= index < points for index, points in zip(point, result.gap.shape, strict=True)):
-        raise InputError(
-            f"must be inside the map of {result.gap.shape} points, got {point!r}",
-            argument="point",
-            value=point,
-        )
+        raise input_error("point", point, f"must be inside the map of {result.gap.shape} points")
     rows, columns = (
         slice(*window(point[axis], result.surface.pixel[axis], result.surface.shape[axis], width))
         for axis in (0, 1)

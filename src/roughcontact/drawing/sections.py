@@ -13,7 +13,7 @@ from roughcontact.contact import hertz_comparison
 from roughcontact.contact.nominal_hertz import LINE, SmoothContact
 from roughcontact.contact.result import ContactResult
 from roughcontact.drawing import style
-from roughcontact.errors import InputError, require_positive
+from roughcontact.errors import InputError, input_error, require_positive
 from roughcontact.solvers import rigid_tilt
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
@@ -58,7 +58,7 @@ def pressure_histogram(
         results = [results]
     names = style.result_names(results, labels)
     if scale not in ("linear", "log"):
-        raise InputError(f"must be 'linear' or 'log', got {scale!r}", argument="scale", value=scale)
+        raise input_error("scale", scale, "must be 'linear' or 'log'")
     figure, axes = style.panels(7.2, 5.2)
     draw_histogram(axes, results, names, scale)
     axes.set_title("Distribution of the contact pressure", fontsize=style.TITLE, pad=24)

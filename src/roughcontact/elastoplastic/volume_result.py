@@ -323,15 +323,15 @@ class ElastoplasticResult(Result):
 
     def profile(self, point: tuple[int, int] | None = None, body: int = 0) -> DepthProfile:
         """Return plastic strain and stress over the depth; see `volume_result.profile`."""
-        return presentation().profile(self, point, body)
+        return profile(self, point, body)
 
     def section(self, along: str = "x", index: int | None = None, body: int = 0) -> DepthSection:
         """Return plastic strain and stress on a vertical plane; see `volume_result.section_of`."""
-        return presentation().section(self, along, index, body)
+        return section_of(self, along, index, body)
 
     def layers(self, body: int = 0) -> LayerProfile:
         """Return the largest values of each layer; see `volume_result.layers`."""
-        return presentation().layers(self, body)
+        return layers(self, body)
 
 
 # --- Profiles and sections of plastic strain and stress ---
@@ -360,7 +360,7 @@ def profile(
 
 
 def section_of(
-    result: ElastoplasticResult, along: str = "x", index: int | None = None, body: int = 0
+    result: ElastoplasticResult, along: str, index: int | None, body: int
 ) -> DepthSection:
     """Return plastic strain and stress on a vertical plane along a row or a column."""
     held = _body(result, body)

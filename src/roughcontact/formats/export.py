@@ -13,7 +13,7 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, input_error
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
@@ -137,9 +137,8 @@ def save_volume(result: ElastoplasticResult, path: Target) -> None:
 def _require_kept(surface: Surface, path: str | os.PathLike[str]) -> None:
     """Raise `InputError` for a profile in a format of maps."""
     if surface.is_profile and Path(path).suffix.lower() in _OF_MAPS:
-        raise InputError(
-            "needs a name that ends in .nc, .npz (heights), .csv or .json (results) for a profile, "
-            f"got {str(path)!r}",
-            argument="path",
-            value=str(path),
+        raise input_error(
+            "path",
+            str(path),
+            "needs a name that ends in .nc, .npz (heights), .csv or .json (results) for a profile",
         )

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from roughcontact.errors import InputError
+from roughcontact.errors import input_error
 from roughcontact.material.catalog import Value
 
 STORED = Path(__file__).with_name("fluids.toml")
@@ -80,5 +80,5 @@ def gas(name: str, argument: str = "gas") -> Gas:
     result = entries().get(name)
     if not isinstance(result, Gas):
         known = ", ".join(item.name for item in entries().values() if isinstance(item, Gas))
-        raise InputError(f"must be one of {known}, got {name!r}", argument=argument, value=name)
+        raise input_error(argument, name, f"must be one of {known}")
     return result

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 def presentation_of(result: Any) -> Presentation:
     """Return the presentation of a result; raise `TypeError` for other objects."""
-    places = connected_module().presentations()
+    places = connected_module().presentations
     for name in (base.__name__ for base in type(result).__mro__):
         for kind in map(_loaded, places.get(name, ())):
             if isinstance(result, kind.result) and kind.when(result):
@@ -55,9 +55,8 @@ def presentation_of(result: Any) -> Presentation:
 
 def all_presentations() -> list[Presentation]:
     """Return all presentations."""
-    return [
-        _loaded(place) for places in connected_module().presentations().values() for place in places
-    ]
+    places = connected_module().presentations.values()
+    return [_loaded(place) for some in places for place in some]
 
 
 def _loaded(place: str) -> Presentation:
@@ -368,16 +367,15 @@ Draw = Callable[..., "Figure"]
 class Plots:
     """Figures of an object by their names in ``rc.plots``; the first is the default."""
 
-    def __init__(self, shown: object, figures: tuple[Draw, ...]) -> None:
-        if not figures:
-            raise AttributeError(f"{type(shown).__name__} has no figures")
+    def __init__(self, shown: object) -> None:
         self._shown = shown
-        self._figures = {figure.__name__: figure for figure in figures}
+        self._figures = {figure.__name__: figure for figure in presentation_of(shown).plots}
+        if not self._figures:
+            raise AttributeError(f"{type(shown).__name__} has no figures")
 
     def __call__(self, **options: Any) -> Figure:
         """Draw the default figure."""
-        usual = next(iter(self._figures.values()))
-        return usual(self._shown, **options)
+        return next(iter(self._figures.values()))(self._shown, **options)
 
     def __getattr__(self, name: str) -> Draw:
         """Return the function that draws a figure, with its documentation."""

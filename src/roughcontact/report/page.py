@@ -20,7 +20,14 @@ from roughcontact._version import __version__
 from roughcontact.cautions import Caution, CautionTag, Severity
 from roughcontact.drawing import export
 from roughcontact.drawing.style import DPI
-from roughcontact.errors import InputError, Sentence, Spell, message_parts, render_message
+from roughcontact.errors import (
+    InputError,
+    Sentence,
+    Spell,
+    input_error,
+    message_parts,
+    render_message,
+)
 
 if TYPE_CHECKING:
     import jinja2
@@ -143,11 +150,7 @@ def check_path(path: str | os.PathLike[str]) -> None:
     """Raise `InputError` unless a report can be written to this path."""
     target = Path(path)
     if target.suffix.lower() not in (".html", ".htm"):
-        raise InputError(
-            f"of a report must end in .html, got {str(target)!r}",
-            argument="path",
-            value=str(target),
-        )
+        raise input_error("path", str(target), "of a report must end in .html")
     if target.is_dir():
         raise InputError(f"{str(target)!r} is a folder; give the name of a file", argument="path")
     if not target.parent.is_dir():

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, input_error
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import parsing
 from roughcontact.request.options import (
@@ -57,9 +57,7 @@ def _uncertainties(text: str, argument: str) -> dict[str, float]:
     for part in text.split(","):
         match = re.fullmatch(r"\s*(E|yield)\s+([\d.]+)\s*%\s*", part)
         if match is None:
-            raise InputError(
-                f"must read like 'E 3 %, yield 5 %', got {text!r}", argument=argument, value=text
-            )
+            raise input_error(argument, text, "must read like 'E 3 %, yield 5 %'")
         found[match[1]] = parsing.number(match[2], argument) / 100
     return found
 

@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 
 from roughcontact import units
 from roughcontact._tools import memory
-from roughcontact.errors import ArgumentRef, InputError, require_count
+from roughcontact.errors import ArgumentRef, InputError, input_error, require_count
 
 if TYPE_CHECKING:
     from roughcontact.contact.load_case import Load
@@ -66,7 +66,7 @@ def paths(text: str, argument: str) -> tuple[Path, ...]:
 def flag(text: str, argument: str) -> bool:
     """Return the value of a flag, true or false."""
     if text.lower() not in ("true", "false"):
-        raise InputError(f"must be true or false, got {text!r}", argument=argument, value=text)
+        raise input_error(argument, text, "must be true or false")
     return text.lower() == "true"
 
 
@@ -75,9 +75,7 @@ def number(text: str, argument: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise InputError(
-            f"must be a number without a unit, got {text!r}", argument=argument, value=text
-        ) from None
+        raise input_error(argument, text, "must be a number without a unit") from None
 
 
 def no_data(text: str, argument: str) -> float | str | None:
@@ -92,9 +90,7 @@ def parse_int(text: str, argument: str) -> int:
     try:
         return int(text)
     except ValueError:
-        raise InputError(
-            f"must be a whole number, got {text!r}", argument=argument, value=text
-        ) from None
+        raise input_error(argument, text, "must be a whole number") from None
 
 
 def int_parser(minimum: int, maximum: int) -> Callable[[str, str], int]:
@@ -119,9 +115,7 @@ def counted_or_auto(minimum: int, maximum: int) -> Callable[[str, str], int | st
         except InputError:
             if text.strip("+-").isdecimal():
                 raise
-        raise InputError(
-            f"must be a whole number, or auto, got {text!r}", argument=argument, value=text
-        )
+        raise input_error(argument, text, "must be a whole number, or auto")
 
     return parsed
 
@@ -136,7 +130,7 @@ class Choice:
         """Return the text; raise `InputError` for an unknown text."""
         if text not in self.known:
             known = ", ".join(self.known)
-            raise InputError(f"must be one of {known}, got {text!r}", argument=argument, value=text)
+            raise input_error(argument, text, f"must be one of {known}")
         return text
 
 
@@ -232,11 +226,11 @@ def hardening(text: str, argument: str) -> Hardening:
         elif law == "kinematic" and len(rest) == 2 and result.kinematic is None:
             result = result._replace(kinematic=_modulus(rest, argument))
         else:
-            raise InputError(
+            raise input_error(
+                argument,
+                text,
                 "must read like 'linear 2 GPa', 'swift 945 MPa 20 0.121', 'kinematic 10 GPa' or "
-                f"two of them with a comma, got {text!r}",
-                argument=argument,
-                value=text,
+                "two of them with a comma",
             )
     return result
 
@@ -256,11 +250,7 @@ def points(text: str, argument: str) -> tuple[int, int]:
     """Return the number of points ``(ny, nx)`` of a grid."""
     match = re.fullmatch(r"\s*(\d{1,18})(?:\s*[x×]\s*(\d{1,18}))?\s*", text)
     if match is None or int(match[1]) < 2:
-        raise InputError(
-            f"must be a number of points such as 256 or 256x512, got {text!r}",
-            argument=argument,
-            value=text,
-        )
+        raise input_error(argument, text, "must be a number of points such as 256 or 256x512")
     grid = int(match[1]), int(match[2] or match[1])
     memory.require_grid(argument, grid)
     return grid
@@ -270,11 +260,7 @@ def offset(text: str, argument: str) -> tuple[float, float]:
     """Return two lengths (y, x)."""
     parts = text.split(",")
     if len(parts) != 2:
-        raise InputError(
-            f"needs two lengths (y, x) such as '0 um, 5 um', got {text!r}",
-            argument=argument,
-            value=text,
-        )
+        raise input_error(argument, text, "needs two lengths (y, x) such as '0 um, 5 um'")
     y, x = (units.parse(part, "length", argument, positive=False) for part in parts)
     return y, x
 
@@ -290,11 +276,11 @@ def window(text: str, argument: str) -> tuple[slice, slice]:
         r"\s*(\d{0,18})\s*:\s*(\d{0,18})\s*,\s*(\d{0,18})\s*:\s*(\d{0,18})\s*", text
     )
     if match is None:
-        raise InputError(
-            "needs the first row and the row after the last, and the same of the columns, "
-            f"such as 0:256,100:356, got {text!r}",
-            argument=argument,
-            value=text,
+        raise input_error(
+            argument,
+            text,
+            "needs the first row and the row after the last, and the same of the columns, such as "
+            "0:256,100:356",
         )
     ends = [int(digits) if digits else None for digits in match.groups()]
     return slice(ends[0], ends[1]), slice(ends[2], ends[3])
@@ -307,9 +293,7 @@ def form(text: str, argument: str) -> tuple[str, int | None]:
         return words[0], None
     if len(words) == 2 and words[0] == "polynomial" and re.fullmatch("[0-9]{1,18}", words[1]):
         return "polynomial", int(words[1])
-    raise InputError(
-        f"must be sphere, cylinder or 'polynomial N', got {text!r}", argument=argument, value=text
-    )
+    raise input_error(argument, text, "must be sphere, cylinder or 'polynomial N'")
 
 
 def load(text: str, argument: str) -> float | Load:
@@ -333,11 +317,7 @@ def parse_bytes(text: str, argument: str) -> int:
         base = 1024 if result[2].endswith("i") else 1000
         size = float(result[1]) * base ** " kMGT".index((result[2][:1] or " ").replace("K", "k"))
     if size < 1:
-        raise InputError(
-            f"must be a size such as '500 MB' or '2 GiB', got {text!r}",
-            argument=argument,
-            value=text,
-        )
+        raise input_error(argument, text, "must be a size such as '500 MB' or '2 GiB'")
     return int(size)
 
 
@@ -350,11 +330,7 @@ def origin(text: str, argument: str) -> str:
         parts, port = urlsplit(""), None
     rest = parts.path.strip("/") or parts.query or parts.fragment or parts.username
     if parts.scheme not in ("http", "https") or not parts.hostname or rest or "*" in parts.hostname:
-        raise InputError(
-            f"must be an address such as 'http://lab-pc:5106', got {text!r}",
-            argument=argument,
-            value=text,
-        )
+        raise input_error(argument, text, "must be an address such as 'http://lab-pc:5106'")
     name = f"[{parts.hostname}]" if ":" in parts.hostname else parts.hostname
     usual = {"http": 80, "https": 443}[parts.scheme]
     return f"{parts.scheme}://{name}" + (f":{port}" if port not in (None, usual) else "")
@@ -376,11 +352,7 @@ def group(text: str, argument: str) -> tuple[str, tuple[str, ...]]:
         words = []
     files = tuple(word.strip() for word in words)
     if not name.strip() or not files or not all(files):
-        raise InputError(
-            f"must be a name and files, such as 'ground=a.opd,b.opd', got {text!r}",
-            argument=argument,
-            value=text,
-        )
+        raise input_error(argument, text, "must be a name and files, such as 'ground=a.opd,b.opd'")
     return name.strip(), files
 
 
@@ -430,7 +402,5 @@ def parse_quarter_turns(text: str, argument: str) -> int:
     """Return a multiple of 90 degrees."""
     degrees = number(text, argument)
     if degrees % 90:
-        raise InputError(
-            f"must be a multiple of 90 degrees, got {text!r}", argument=argument, value=text
-        )
+        raise input_error(argument, text, "must be a multiple of 90 degrees")
     return int(degrees)

@@ -125,11 +125,10 @@ def _checked_shape(shape: tuple[int, int], line: bool) -> tuple[int, int]:
         isinstance(points, (int, np.integer)) and not isinstance(points, bool) for points in pair
     )
     if len(pair) != 2 or not whole or min(pair[line:]) < 2 or (line and pair[0] != 1):
-        raise InputError(
-            f"must be two integers (ny, nx) {'of a profile (1, nx)' if line else 'of at least 2'}, "
-            f"got {shape!r}",
-            argument="shape",
-            value=shape,
+        raise input_error(
+            "shape",
+            shape,
+            f"must be two integers (ny, nx) {'of a profile (1, nx)' if line else 'of at least 2'}",
         )
     memory.require_grid("shape", pair)
     return int(pair[0]), int(pair[1])

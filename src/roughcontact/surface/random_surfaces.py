@@ -202,11 +202,10 @@ def check_waves(
             f"must be at least two pixels = {2 * max(pixel):g} m",
         )
     if cutoff_wavelength > rolloff_wavelength * (1 + _SLACK):
-        raise InputError(
-            f"must not exceed rolloff_wavelength = {rolloff_wavelength!r} m, "
-            f"got {cutoff_wavelength!r}",
-            argument="cutoff_wavelength",
-            value=cutoff_wavelength,
+        raise input_error(
+            "cutoff_wavelength",
+            cutoff_wavelength,
+            f"must not exceed rolloff_wavelength = {rolloff_wavelength!r} m",
         )
 
 

@@ -203,11 +203,10 @@ def _pair(name: str, values: tuple[float, float]) -> tuple[float, float]:
 
 def _checked_edge(edge_radius: float, largest: float) -> float:
     if not isinstance(edge_radius, Real) or not 0 <= edge_radius <= largest:
-        raise InputError(
-            f"must be between 0 and {largest:g} m, which rounds the whole punch, got "
-            f"{edge_radius!r}",
-            argument="edge_radius",
-            value=edge_radius,
+        raise input_error(
+            "edge_radius",
+            edge_radius,
+            f"must be between 0 and {largest:g} m, which rounds the whole punch",
         )
     return float(edge_radius)
 

@@ -125,11 +125,10 @@ def require(skewness: float, kurtosis: float, families: int = 1) -> None:
         raise input_error("Ssk", skewness, "must be finite")
     minimum = least_kurtosis(skewness)
     if not minimum < kurtosis < math.inf:
-        raise InputError(
-            f"must exceed Ssk² + 1 = {minimum:.4g}, as that of any distribution does, got "
-            f"{kurtosis!r}",
-            argument="Sku",
-            value=kurtosis,
+        raise input_error(
+            "Sku",
+            kurtosis,
+            f"must exceed Ssk² + 1 = {minimum:.4g}, as that of any distribution does",
         )
     reached = kurtosis_of_mean(least_kurtosis(skewness * math.sqrt(families)) + STEP, families)
     if kurtosis < reached:

@@ -10,7 +10,7 @@ import numpy as np
 from roughcontact.analyses.stress.model import StressResult
 from roughcontact.drawing import style
 from roughcontact.drawing.sections import window
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, input_error
 from roughcontact.halfspace.coating_stress import interfaces
 from roughcontact.units import format_percent
 
@@ -213,7 +213,7 @@ def shown_columns(result: StressResult, values: Any, edge: float, width: float |
         wide = max(math.ceil(_AROUND * (last - first)), _MIN_PIXELS)
         width = wide * edge if wide < _MAX_MAP_SHARE * points else math.inf
     elif not width > 0:
-        raise InputError(f"must be positive [m], got {width!r}", argument="width", value=width)
+        raise input_error("width", width, "must be positive [m]")
     return slice(*window(middle, edge, points, width))
 
 
@@ -227,9 +227,7 @@ def shown_depth(result: StressResult, values: Any, depth: float | None, width: f
         weak = min(strong + 1, depths.size - 1)
         depth = max(float(depths[weak]), _MIN_DEPTH_RATIO * width)
     if not 0 < depth < math.inf:
-        raise InputError(
-            f"must be positive and finite [m], got {depth!r}", argument="depth", value=depth
-        )
+        raise input_error("depth", depth, "must be positive and finite [m]")
     return min(depth, float(depths[-1]))
 
 
