@@ -20,16 +20,7 @@ from roughcontact.cautions import Caution
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk.figures import Drawing, read_figure
 from roughcontact.errors import ConvergenceError
-from roughcontact.report import kinds
-from roughcontact.report.kind import (
-    ANSWER,
-    PROBLEM,
-    TRUST,
-    Quantity,
-    format_value,
-    quantity_of,
-    side_by_side,
-)
+from roughcontact.report import kind, kinds
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
 from roughcontact.request.run import run_request, shared_runner
@@ -95,7 +86,7 @@ def _analysis_outcome(tell: Tell, outcome: Outcome) -> AnalysisOutcome:
     if outcome.failure is not None:
         raise outcome.failure
     result = outcome.extras.get(STUDY.name, outcome.result)
-    rows = [*kinds.rows(result), *kinds.rows(result, TRUST)]
+    rows = [*kinds.rows(result), *kinds.rows(result, kind.TRUST)]
     heads, steps = kinds.listing(result)
     tell("drawing")
     return AnalysisOutcome(
@@ -142,19 +133,19 @@ def compare_contacts(
             row.title,
             *texts,
             *(
-                _quantity_change(quantity_of(contact_fields.CONTACT, row.key), item, other)
-                if part == ANSWER
+                _quantity_change(kind.quantity_of(contact_fields.CONTACT, row.key), item, other)
+                if part == kind.ANSWER
                 else ("", "")
             ),
         )
-        for part in (PROBLEM, ANSWER, TRUST)
-        for row, texts in side_by_side(contact_fields.CONTACT, result, part)
+        for part in (kind.PROBLEM, kind.ANSWER, kind.TRUST)
+        for row, texts in kind.side_by_side(contact_fields.CONTACT, result, part)
     ]
     return ContactComparison(tuple(text), (item.cautions, other.cautions), (item, other))
 
 
 def _quantity_change(
-    quantity: Quantity, first: ContactResult, second: ContactResult
+    quantity: kind.Quantity, first: ContactResult, second: ContactResult
 ) -> tuple[str, str]:
     """Return the first value minus the second, as text and in percent of the second."""
     if not (quantity.when(first) and quantity.when(second)):
@@ -171,7 +162,7 @@ def _quantity_change(
     text = (
         quantity.format_value(size)
         if quantity.unit == "1"
-        else format_value(size, quantity.unit, quantity.digits)
+        else kind.format_value(size, quantity.unit, quantity.digits)
     )
     return f"{sign}{text}", share
 

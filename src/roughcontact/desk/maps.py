@@ -19,14 +19,7 @@ from roughcontact.desk.rasters import Box, Window
 from roughcontact.desk.session import Line
 from roughcontact.desk.tokens import ACCENT, FONT, INK
 from roughcontact.desk.widgets import TabStrip
-from roughcontact.drawing.cells import (
-    Limits,
-    gap_limit,
-    height_limits,
-    open_gap,
-    pressure_colors,
-    pressure_limit,
-)
+from roughcontact.drawing import cells
 from roughcontact.drawing.style import (
     CELLS_ALONE,
     CLOSED,
@@ -312,7 +305,7 @@ _BESIDES = {TOUCH: ("touching", "saturated", "missing"), GAP: ("cover",)}
 class ColorLimits(NamedTuple):
     """Limits of the colors of a map [SI], and factor and unit of their labels."""
 
-    limits: Limits
+    limits: cells.Limits
     factor: float
     unit: str
 
@@ -321,21 +314,21 @@ def height_scale(surface: Surface) -> tuple[ColorLimits, float]:
     """Return the color limits of heights, as in figures, and the mean height [m]."""
     blocks = cell_size(surface.shape, surface.size, CELLS_ALONE)
     mean = float(np.nanmean(surface.heights)) if surface.missing < surface.heights.size else 0.0
-    limits = height_limits(cell_mean(surface.heights, blocks) - mean)
+    limits = cells.height_limits(cell_mean(surface.heights, blocks) - mean)
     return ColorLimits(limits, *prefixed(max(abs(limits.low), abs(limits.high)), "m")), mean
 
 
 def result_scales(result: ContactResult) -> dict[str, ColorLimits]:
     """Return the color limits of the maps of a result, as in figures."""
-    top = pressure_limit([result])
+    top = cells.pressure_limit([result])
     blocks = cell_size(result.gap.shape, result.surface.size, CELLS_ALONE)
-    gaps = open_gap(result.contact, result.gap, blocks)
-    widest = gap_limit(gaps)
+    gaps = cells.open_gap(result.contact, result.gap, blocks)
+    widest = cells.gap_limit(gaps)
     deepest = float(result.residual_indentation.max())
     answer = {
-        PRESSURE: (Limits(0.0, top, False, result.max_pressure > top), "Pa"),
-        GAP: (Limits(0.0, widest, False, bool((gaps > widest).any())), "m"),
-        RESIDUAL: (Limits(0.0, deepest or 1e-9, False, False), "m"),
+        PRESSURE: (cells.Limits(0.0, top, False, result.max_pressure > top), "Pa"),
+        GAP: (cells.Limits(0.0, widest, False, bool((gaps > widest).any())), "m"),
+        RESIDUAL: (cells.Limits(0.0, deepest or 1e-9, False, False), "m"),
     }
     return {
         key: ColorLimits(limits, *prefixed(limits.high, unit))
@@ -808,7 +801,7 @@ def color_mappers() -> dict[str, Any]:
             palette=style.color_palette(colormaps["viridis"](steps)), nan_color=MISSING
         ),
         PRESSURE: models.LinearColorMapper(
-            palette=style.color_palette(pressure_colors()), nan_color=OPEN, high_color=OVER
+            palette=style.color_palette(cells.pressure_colors()), nan_color=OPEN, high_color=OVER
         ),
         GAP: models.LinearColorMapper(
             palette=style.color_palette(colormaps["Blues"](steps)), nan_color=MISSING

@@ -31,14 +31,8 @@ from tornado.http1connection import HTTP1Connection
 from tornado.routing import Router
 
 from roughcontact._tools import memory, processes
+from roughcontact.desk import projects
 from roughcontact.desk.access import GuardedApplication, work_key
-from roughcontact.desk.projects import (
-    ProjectStore,
-    SavedProject,
-    Upload,
-    require_size,
-    safe_file_name,
-)
 from roughcontact.desk.tokens import FONT, INK, QUIET
 from roughcontact.desk.workers import WorkerPool
 from roughcontact.errors import ArgumentRef, InputError, RoughcontactError
@@ -115,12 +109,12 @@ class Settings:
 class PageVisit:
     """Open page in a browser, with its project and its resources."""
 
-    work: SavedProject  # Project of the page
+    work: projects.SavedProject  # Project of the page
     file: Path | None  # Map of the command line, if the project has no state yet
     workers: WorkerPool  # Pool that runs jobs in other processes
     upload_limit: int  # Maximum size of an uploaded file [bytes]
     forget: Callable[[], None]  # Removes the project with all its files
-    earlier: Callable[[], list[SavedProject]]  # Returns the other saved projects
+    earlier: Callable[[], list[projects.SavedProject]]  # Returns the other saved projects
     peers: Callable[[], list[PageVisit]] = list  # Returns the other pages of the project
     token: str = ""  # Access token, if the browser stores no cookie
     listeners: list[Callable[[Any], None]] = field(default_factory=list)
@@ -168,7 +162,7 @@ class Server:
     def __init__(self, load: Load, settings: Settings) -> None:
         self._load, self._settings = load, settings
         self._socket, self.port = _open_socket(settings)
-        self._works = ProjectStore(settings.folder)
+        self._works = projects.ProjectStore(settings.folder)
         self._works.expire()
         self._visits: dict[str, PageVisit] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -385,7 +379,7 @@ class Server:
             said = f"An internal error ended this page ({kind}). Report it."
             sheet.append(pn.pane.Str(said))
 
-    def _other_visits(self, work: SavedProject) -> list[SavedProject]:
+    def _other_visits(self, work: projects.SavedProject) -> list[projects.SavedProject]:
         if self._settings.is_open:
             return []
         return [other for other in self._works.saved_projects() if other.key != work.key]
@@ -493,7 +487,7 @@ _PIECE = 2**20
 class DownloadHandler(web.RequestHandler):
     """Handler of ``GET /made?work=KEY&page=FOLDER&file=NAME``: sends a file to be saved."""
 
-    def initialize(self, works: ProjectStore) -> None:
+    def initialize(self, works: projects.ProjectStore) -> None:
         """Store the projects."""
         self._works = works
 
@@ -526,11 +520,11 @@ class DownloadHandler(web.RequestHandler):
 class UploadHandler(web.RequestHandler):
     """Handler of ``POST /upload?work=KEY&name=NAME``, with the file as body."""
 
-    def initialize(self, works: ProjectStore, limit: int, together: int) -> None:
+    def initialize(self, works: projects.ProjectStore, limit: int, together: int) -> None:
         """Store the projects, and the limits of one file and of all files [bytes]."""
         self._works, self._limit, self._together = works, limit, together
         self._ends = ExitStack()
-        self._upload: Upload | None = None
+        self._upload: projects.Upload | None = None
 
     def prepare(self) -> None:
         """Check the request, and open the upload before its body is received."""
@@ -547,9 +541,9 @@ class UploadHandler(web.RequestHandler):
             return
         try:
             size = int(self.request.headers["Content-Length"])
-            require_size(safe_file_name(name), size, self._limit)
+            projects.require_size(projects.safe_file_name(name), size, self._limit)
             self._ends.enter_context(
-                self._works.reserve_upload(safe_file_name(name), size, self._together)
+                self._works.reserve_upload(projects.safe_file_name(name), size, self._together)
             )
         except InputError as error:
             # The limit is an option of the command that starts the server.

@@ -16,13 +16,6 @@ from roughcontact._tools import checkpoints, netcdf
 from roughcontact._tools.checkpoints import RunFolder
 from roughcontact.contact import archive as contact_archive
 from roughcontact.elastoplastic import archive
-from roughcontact.elastoplastic.archive import (
-    CARRIED,
-    add_arrays,
-    add_increments,
-    carried_arrays,
-    increments_of,
-)
 from roughcontact.elastoplastic.problem import ElastoplasticProblem, Extent
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult, Increment, PathPoint
 from roughcontact.errors import FormatError, InputError, OtherRunError
@@ -85,9 +78,9 @@ def write_checkpoint(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> No
         by_component = np.moveaxis(strain, 1, 0).reshape(5, -1)
         held = places, by_component[:, places], accumulated.ravel()[places]
         arrays |= {f"{name}_{number}": part for name, part in zip(_BODY, held, strict=True)}
-    add_arrays(dataset, arrays)
-    add_arrays(dataset, checkpoint.carried, CARRIED)
-    add_increments(dataset, checkpoint.increments)
+    archive.add_arrays(dataset, arrays)
+    archive.add_arrays(dataset, checkpoint.carried, archive.CARRIED)
+    archive.add_increments(dataset, checkpoint.increments)
     netcdf.write(dataset, path)
 
 
@@ -110,10 +103,10 @@ def read_checkpoint(path: Path) -> Checkpoint:
             Extent(thickness, int(dataset.attrs["margin"])),
             bodies,
             arrays["pressure"],
-            increments_of(dataset),
+            archive.increments_of(dataset),
             (float(dataset.attrs["largest_load"]), arrays.get("largest_pressure")),
             float(dataset.attrs["seconds"]),
-            carried_arrays(dataset),
+            archive.carried_arrays(dataset),
         )
 
 

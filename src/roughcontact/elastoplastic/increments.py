@@ -23,14 +23,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.elastoplastic import plastic_flow
 from roughcontact.elastoplastic.checkpoints import Checkpoint
 from roughcontact.elastoplastic.plastic_body import GUARD
-from roughcontact.elastoplastic.plastic_flow import (
-    StrainSnapshot,
-    Way,
-    YieldingBody,
-    equivalent_strain,
-)
 from roughcontact.elastoplastic.problem import (
     ContactSolver,
     ElastoplasticProblem,
@@ -74,7 +69,7 @@ class LoopState:
     """Snapshot of a loop: plastic strain, and the start values of the next increment."""
 
     extent: Extent
-    bodies: list[StrainSnapshot]
+    bodies: list[plastic_flow.StrainSnapshot]
     loaded: Loaded | None
     places: list[Parts]
     added: list[Parts]
@@ -100,7 +95,7 @@ class IncrementLoop:
         both = (pair.material, 1.0), (pair.counter_material, -1.0)
         yielding = [(body, sign) for body, sign in both if body.yield_strength is not None]
         self.bodies = [
-            YieldingBody(
+            plastic_flow.YieldingBody(
                 material, pair.pixel, pair.boundary, problem.precision, workspace, pulled=sign
             )
             for material, sign in yielding
@@ -236,7 +231,7 @@ class IncrementLoop:
             self.solver.set_gap(self.problem.gap_at(point.offset), way)
         self._point = point
 
-    def _slip_at(self, before: PathPoint, point: PathPoint) -> Way:
+    def _slip_at(self, before: PathPoint, point: PathPoint) -> plastic_flow.Way:
         """Return the sliding distance of the counter-body at a point [pixels]."""
         if not point.friction:
             return self._slid
@@ -244,7 +239,7 @@ class IncrementLoop:
         y, x = (slid + (end - start) / edge for slid, end, start, edge in ways)
         return y, x
 
-    def _slide(self, way: Way) -> None:
+    def _slide(self, way: plastic_flow.Way) -> None:
         for number in self._sliding:
             self.bodies[number].slid = way
 
@@ -449,8 +444,8 @@ class IncrementLoop:
 
         def measure(part: int) -> None:
             if x[part].size:
-                changes[part] = equivalent_strain(defect[part]).max()
-                sizes[part] = equivalent_strain(x[part]).max()
+                changes[part] = plastic_flow.equivalent_strain(defect[part]).max()
+                sizes[part] = plastic_flow.equivalent_strain(x[part]).max()
 
         self._workspace.each(measure, range(len(x)))
         minimum = max(body.law.initial / (2 * body.shear_modulus) for body in self.bodies)

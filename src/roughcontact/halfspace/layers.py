@@ -25,13 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import require_positive
-from roughcontact.halfspace.fft import (
-    Workspace,
-    frequencies,
-    from_half_spectrum,
-    half_frequencies,
-    half_spectrum,
-)
+from roughcontact.halfspace import fft
 
 Array = NDArray[Any]
 Pair = tuple[Array, Array]
@@ -464,7 +458,7 @@ class PeriodicHalfSpace:
         padded: tuple[int, int],
         *,
         isolated: bool,
-        workspace: Workspace,
+        workspace: fft.Workspace,
         precision: str = "double",
         smooth: bool = False,
     ) -> None:
@@ -478,8 +472,8 @@ class PeriodicHalfSpace:
         self._half, self._width = my // 2 + 1, mx // 2 + 1
         # Whether there are waves at Nyquist along x.
         self._has_shortest = mx % 2 == 0
-        qy = 2 * math.pi * frequencies(my, dy)[:, None]
-        qx = 2 * math.pi * half_frequencies(mx, dx)
+        qy = 2 * math.pi * fft.frequencies(my, dy)[:, None]
+        qx = 2 * math.pi * fft.half_frequencies(mx, dx)
         q = np.hypot(qy, qx)
         q[0, 0] = 1
         cosine, sine = qx / q, qy / q
@@ -503,7 +497,7 @@ class PeriodicHalfSpace:
         if smooth:
             from scipy.special import erfc
 
-            waves = frequencies(my), half_frequencies(mx)
+            waves = fft.frequencies(my), fft.half_frequencies(mx)
             fade = [erfc(_DECAY_LIMIT * (2 * np.abs(wave) - 0.5)) / 2 for wave in waves]
             self._fade = np.outer(*fade).astype(self.real)
         self._fill_tables(q)
@@ -585,7 +579,7 @@ class PeriodicHalfSpace:
         mean = self._mean_displacement()
         surface = self._sweep(self._trace if trace else None)
         surface[0, 0] = mean
-        return from_half_spectrum(surface, self.shape, self.padded).astype(np.float64)
+        return fft.from_half_spectrum(surface, self.shape, self.padded).astype(np.float64)
 
     def _transform(self, fill: Fill, see: Visit | None) -> bool:
         """Store the spectra of the strain of all layers; return whether any layer has strain."""
@@ -602,7 +596,7 @@ class PeriodicHalfSpace:
                 see(layer, strain)
             for component, plane in enumerate(self._spectra[layer]):
                 scratch = self._array("spectrum", (my, self._width), self._complex)
-                spectrum = half_spectrum(strain[component], rows, self.padded, scratch)
+                spectrum = fft.half_spectrum(strain[component], rows, self.padded, scratch)
                 if self._fade is not None:
                     spectrum *= self._fade
                 # Strains xz and yz are stored times i, so that every coefficient is real.
@@ -819,7 +813,7 @@ class PeriodicHalfSpace:
             return parts, False
         scratch: Array = np.empty((my, self._width), self._complex)
         values: Array = pressure.astype(self.real, copy=False)
-        spectrum = half_spectrum(values, slice(0, self.shape[0]), self.padded, scratch)
+        spectrum = fft.half_spectrum(values, slice(0, self.shape[0]), self.padded, scratch)
         if self._fade is not None:
             spectrum *= self._fade
         parts[0], parts[1] = spectrum.real, spectrum.imag
@@ -855,7 +849,7 @@ class PeriodicHalfSpace:
             np.negative(parts[0], out=spectrum.imag)
         else:
             spectrum.real, spectrum.imag = parts
-        return from_half_spectrum(spectrum, self.shape, self.padded)
+        return fft.from_half_spectrum(spectrum, self.shape, self.padded)
 
     def _array(self, name: str, shape: tuple[int, ...], dtype: type | None = None) -> Array:
         """Return memory of this thread."""

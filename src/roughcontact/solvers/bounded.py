@@ -29,17 +29,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.solvers.active_set import (
-    Evaluator,
-    Iterate,
-    active_set_step,
-    project_admissible,
-    projected,
-    select_entries,
-    slopes,
-    snap_to_bounds,
-    step_along_arc,
-)
+from roughcontact.solvers import active_set
 from roughcontact.solvers.operator import Family, Operator, norm
 from roughcontact.solvers.preconditioner import Patches
 from roughcontact.solvers.problem import BoundedProblem, Loaded, coarsen_problem, prolong_pressure
@@ -238,19 +228,19 @@ def _solve_level(
     warm: bool,
     interruptible: bool,
 ) -> BoundedSolution:
-    viewer = Evaluator(problem, operator, tolerance)
+    viewer = active_set.Evaluator(problem, operator, tolerance)
     patches = Patches(viewer.rough, family, pixel)
     loaded = first()
     if warm:
         loaded = viewer.scaled_to_load(*loaded)
-    now = best = viewer.evaluate(*project_admissible(viewer.problem, loaded))
+    now = best = viewer.evaluate(*active_set.project_admissible(viewer.problem, loaded))
     del loaded
     iteration, fruitless, bursts = 0, 0, 0
     try:
         while True:
             note(Step(problem.shape, iteration, viewer.convolutions, now.certificate, tolerance))
             if now.certificate <= tolerance:
-                now = snap_to_bounds(now, viewer, tolerance)
+                now = active_set.snap_to_bounds(now, viewer, tolerance)
                 status = Status.CONVERGED
                 break
             if viewer.convolutions >= max_iterations:
@@ -263,7 +253,7 @@ def _solve_level(
             if fruitless < _MAX_STALLS:
                 after = _next_iterate(now, viewer, patches, tolerance, max_iterations)
             elif bursts % 2:
-                after = step_along_arc(best, viewer, patches, tolerance, max_iterations)
+                after = active_set.step_along_arc(best, viewer, patches, tolerance, max_iterations)
                 bursts, fruitless = bursts + 1, -1
             else:
                 steps = _BURST << min(bursts // 2, 6)
@@ -280,7 +270,7 @@ def _solve_level(
     if now.certificate > best.certificate and status is not Status.CONVERGED:
         now = best
     now = viewer.confirm(now)
-    index, pressure = select_entries(now.pressure > 0, now.index, now.pressure)
+    index, pressure = active_set.select_entries(now.pressure > 0, now.index, now.pressure)
     viewer.open -= viewer.open.dtype.type(now.approach)
     return BoundedSolution(
         index=index,
@@ -297,13 +287,17 @@ def _solve_level(
 
 
 def _next_iterate(
-    now: Iterate, viewer: Evaluator, patches: Patches, tolerance: float, max_iterations: int
-) -> Iterate:
+    now: active_set.Iterate,
+    viewer: active_set.Evaluator,
+    patches: Patches,
+    tolerance: float,
+    max_iterations: int,
+) -> active_set.Iterate:
     """Return the iterate after an active-set step, or after its fallback if it overshoots."""
-    moved = active_set_step(now, viewer, patches, tolerance, max_iterations)
+    moved = active_set.active_set_step(now, viewer, patches, tolerance, max_iterations)
     after = viewer.evaluate(now.index, moved)
     if after.certificate > now.certificate and viewer.convolutions < max_iterations:
-        start, end = slopes(now, moved, viewer)
+        start, end = active_set.slopes(now, moved, viewer)
         # Where the set of free pixels is far off, the step overshoots: the energy rises.
         if start < 0 < start + end:
             # Release the iterate: each holds three arrays of the contact.
@@ -325,7 +319,9 @@ def _interpolate_iterates(
     return end
 
 
-def projected_gradient(now: Iterate, viewer: Evaluator, steps: int, max_iterations: int) -> Iterate:
+def projected_gradient(
+    now: active_set.Iterate, viewer: active_set.Evaluator, steps: int, max_iterations: int
+) -> active_set.Iterate:
     """Return the best iterate of projected gradient steps with Barzilai–Borwein lengths.
 
     A step may raise the energy, but not above the highest of the last few values; otherwise it is
@@ -338,9 +334,9 @@ def projected_gradient(now: Iterate, viewer: Evaluator, steps: int, max_iteratio
     for _ in range(steps):
         if viewer.convolutions + 2 > max_iterations:
             break
-        target = projected(now, viewer, rate)
+        target = active_set.projected(now, viewer, rate)
         after = viewer.evaluate(now.index, target)
-        start, end = slopes(now, target, viewer)
+        start, end = active_set.slopes(now, target, viewer)
         if not start < end:
             if not start < 0:
                 break

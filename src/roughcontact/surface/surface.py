@@ -28,14 +28,6 @@ from roughcontact.surface import (
 )
 from roughcontact.surface.form import level, remove_form
 from roughcontact.surface.provenance import Operation, Provenance
-from roughcontact.surface.roughness import (
-    core_parameters,
-    developed_area_ratio,
-    height_parameters,
-    material_ratio_curve,
-    rms_gradient,
-    volume_parameters,
-)
 from roughcontact.surface.spectrum import texture
 from roughcontact.units import Quantities, Quantity, WithUnit, format_lengths, to_si
 
@@ -46,16 +38,16 @@ def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:
     """Return the parameters of ISO 25178-2, by the symbols of the standard and in SI units."""
     require_pixel(pixel)
     sal, ratio, largest = texture(heights, pixel)
-    curve = material_ratio_curve(heights)
+    curve = profile.material_ratio_curve(heights)
     return {
-        **height_parameters(heights),
-        "Sdq": rms_gradient(heights, pixel),
-        "Sdr": developed_area_ratio(heights, pixel),
+        **profile.height_parameters(heights),
+        "Sdq": profile.rms_gradient(heights, pixel),
+        "Sdr": profile.developed_area_ratio(heights, pixel),
         "Sal": sal,
         "Str": ratio,
         "Str_max": largest,
-        **core_parameters(*curve),
-        **volume_parameters(*curve),
+        **profile.core_parameters(*curve),
+        **profile.volume_parameters(*curve),
     }
 
 

@@ -10,13 +10,7 @@ from typing import TYPE_CHECKING, Any
 from roughcontact._tools import statistics
 from roughcontact._tools.statistics import Difference, Mean
 from roughcontact._version import __version__
-from roughcontact.analyses.compare import fields as compare_fields
-from roughcontact.analyses.compare.figures import (
-    curves,
-    numbers as draw_numbers,
-    overview as draw_overview,
-    sampling as draw_sampling,
-)
+from roughcontact.analyses.compare import fields as compare_fields, figures
 from roughcontact.analyses.compare.model import Comparison, rows_by_ceiling
 from roughcontact.analyses.compare.sampling import (
     CONTACT,
@@ -636,12 +630,12 @@ def _sampling_method(study: SamplingStudy) -> list[Block]:
 
 def overview(result: Comparison) -> Figure:
     """Draw all compared quantities in one figure."""
-    return draw_overview(result, name_of, unit_of)
+    return figures.overview(result, name_of, unit_of)
 
 
 def sampling(study: SamplingStudy) -> Figure:
     """Draw the sampling error over the map size."""
-    return draw_sampling(study, name_of)
+    return figures.sampling(study, name_of)
 
 
 def _works(study: SamplingStudy) -> Iterator[Use]:
@@ -750,14 +744,14 @@ KIND = Presentation(
         Illustration("comparison", overview, "", FILES),
         Illustration(
             "",
-            lambda result: draw_numbers(result, name_of, unit_of),
+            lambda result: figures.numbers(result, name_of, unit_of),
             f"Dots are maps, thick lines means, bars their {LEVEL} intervals.",
             FRONT,
             WIDE,
         ),
         Illustration(
             "",
-            lambda result: curves(result, name_of, unit_of),
+            lambda result: figures.curves(result, name_of, unit_of),
             f"Thin: maps over the nominal pressure. Thick: group means with {LEVEL} bands.",
             RESULTS,
             WIDE,

@@ -10,17 +10,6 @@ from typing import TYPE_CHECKING, Any
 from roughcontact._tools import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.request import options, parsing
-from roughcontact.request.options import (
-    EXCLUDES,
-    NEEDED,
-    PICTURES,
-    TABLES,
-    Option,
-    Panel,
-    Rule,
-    file_option,
-    flag_option,
-)
 from roughcontact.request.outcome import OnProgress, Outcome, TaskContext, remarks_on
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
@@ -33,44 +22,46 @@ if TYPE_CHECKING:
     from roughcontact.cautions import Caution
     from roughcontact.surface.surface import Surface
 
-QUARTERS = flag_option(
-    "quarters", Panel.MAP, "Split each map into four quarters, one group per map."
+QUARTERS = options.flag_option(
+    "quarters", options.Panel.MAP, "Split each map into four quarters, one group per map."
 )
-SAMPLING = flag_option(
-    "sampling", Panel.MAP, "Estimate the sampling error and the area needed for 5 %."
+SAMPLING = options.flag_option(
+    "sampling", options.Panel.MAP, "Estimate the sampling error and the area needed for 5 %."
 )
-PAIRED = flag_option(
-    "paired", Panel.MAP, "Pair the maps of two groups (same places, before and after)."
+PAIRED = options.flag_option(
+    "paired", options.Panel.MAP, "Pair the maps of two groups (same places, before and after)."
 )
-LOAD = Option(
+LOAD = options.Option(
     "load",
-    Panel.BODIES,
+    options.Panel.BODIES,
     "PRESSURE",
     'Nominal pressure, the same for all maps: "20 MPa".',
     parsing.nominal,
     None,
     arguments=("pressure",),
 )
-PRELOAD = Option(
+PRELOAD = options.Option(
     "preload",
-    Panel.BODIES,
+    options.Panel.BODIES,
     "PRESSURE",
     'Preload; compare each map before and after: "200 MPa".',
     parsing.nominal,
     None,
     arguments=("preload_pressure",),
 )
-STEPS = Option(
+STEPS = options.Option(
     "steps",
-    Panel.BODIES,
+    options.Panel.BODIES,
     "NUMBER",
     "Points of the load curve; 1 for none; default: 7.",
     parsing.int_parser(1, limits.STEPS),
     7,
 )
-OUTPUT = file_option("output", "FILE.csv|json", "Table of means and differences.", TABLES)
-FIGURE = file_option(
-    "figure", "FILE", "Figure of load curves and numbers (PNG, SVG or PDF).", PICTURES
+OUTPUT = options.file_option(
+    "output", "FILE.csv|json", "Table of means and differences.", options.TABLES
+)
+FIGURE = options.file_option(
+    "figure", "FILE", "Figure of load curves and numbers (PNG, SVG or PDF).", options.PICTURES
 )
 _SOLVER = options.SOLVER_DOUBLE
 
@@ -303,10 +294,12 @@ roughcontact compare --group "ground=ground-?.x3p" \\
     ),
     run=_run,
     rules=(
-        Rule(
-            NEEDED, LOAD, text="a nominal pressure such as '20 MPa', the same for maps of all sizes"
+        options.Rule(
+            options.NEEDED,
+            LOAD,
+            text="a nominal pressure such as '20 MPa', the same for maps of all sizes",
         ),
-        Rule(EXCLUDES, QUARTERS, options.GROUP, PAIRED),
+        options.Rule(options.EXCLUDES, QUARTERS, options.GROUP, PAIRED),
     ),
     check=_check,
     last=lambda _: {},

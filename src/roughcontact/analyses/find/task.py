@@ -8,51 +8,47 @@ from typing import Any
 from roughcontact import units
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
-from roughcontact.request.options import (
-    ANY_OF,
-    TABLES,
-    Option,
-    Panel,
-    Rule,
-    file_option,
-    flag_option,
-)
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
 
-CONTACT = Option(
+CONTACT = options.Option(
     "contact-fraction",
-    Panel.BODIES,
+    options.Panel.BODIES,
     "SHARES",
     'Contact fraction(s) to reach: "1 %, 5 %".',
     units.shares,
     None,
 )
-SATURATED = Option(
+SATURATED = options.Option(
     "saturated-fraction",
-    Panel.BODIES,
+    options.Panel.BODIES,
     "SHARES",
     'Saturated part of the contact to reach: "1 %".',
     units.shares,
     None,
 )
-APPROACH = Option(
+APPROACH = options.Option(
     "approach",
-    Panel.BODIES,
+    options.Panel.BODIES,
     "LENGTHS",
     'Approach(es) from first contact to reach: "1 um".',
     parsing.lengths,
     None,
 )
-MEAN_GAP = Option(
-    "mean-gap", Panel.BODIES, "LENGTHS", 'Mean gap(s) to reach: "0.5 um".', parsing.lengths, None
+MEAN_GAP = options.Option(
+    "mean-gap",
+    options.Panel.BODIES,
+    "LENGTHS",
+    'Mean gap(s) to reach: "0.5 um".',
+    parsing.lengths,
+    None,
 )
-FIRST_YIELD = flag_option(
-    "first-yield", Panel.BODIES, "Load of first yield of either body (elastic contact)."
+FIRST_YIELD = options.flag_option(
+    "first-yield", options.Panel.BODIES, "Load of first yield of either body (elastic contact)."
 )
-OUTPUT = file_option("output", "FILE.csv|json", "Table of results.", TABLES)
-_WANTED: tuple[Option[Any], ...] = (CONTACT, SATURATED, APPROACH, MEAN_GAP, FIRST_YIELD)
+OUTPUT = options.file_option("output", "FILE.csv|json", "Table of results.", options.TABLES)
+_WANTED: tuple[options.Option[Any], ...] = (CONTACT, SATURATED, APPROACH, MEAN_GAP, FIRST_YIELD)
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
@@ -109,7 +105,7 @@ roughcontact find ground.x3p --contact-fraction "5 %" --mean-gap "0.3 um" \\
         options.REPORT,
     ),
     run=_run,
-    rules=(Rule(ANY_OF, *_WANTED),),
+    rules=(options.Rule(options.ANY_OF, *_WANTED),),
     last=last_contact,
     memory=_memory,
     questions=(

@@ -11,15 +11,6 @@ from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import export
 from roughcontact.request import contacts as joints, options
 from roughcontact.request.contacts import JointContacts
-from roughcontact.request.options import (
-    EXCLUDES,
-    PICTURES,
-    Panel,
-    Rule,
-    file_option,
-    files_option,
-    flag_option,
-)
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -28,11 +19,15 @@ if TYPE_CHECKING:
     from roughcontact.analyses.law.model import InterfaceLaw
     from roughcontact.contact.result import ContactResult
 
-QUARTERS = flag_option("quarters", Panel.MAP, "Repeat on map quarters to check the map size.")
-OUTPUT = files_option(
+QUARTERS = options.flag_option(
+    "quarters", options.Panel.MAP, "Repeat on map quarters to check the map size."
+)
+OUTPUT = options.files_option(
     "output", f"Law: {export.list_formats(LAW_FORMATS)}; repeatable.", LAW_FORMATS.suffixes
 )
-FIGURE = file_option("figure", "FILE", "Figure of the law (PNG, SVG or PDF).", PICTURES)
+FIGURE = options.file_option(
+    "figure", "FILE", "Figure of the law (PNG, SVG or PDF).", options.PICTURES
+)
 _CONDUCTORS = (joints.CONDUCTIVITY, joints.COUNTER_CONDUCTIVITY, joints.THERMAL_FILM)
 
 
@@ -149,7 +144,7 @@ roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
     rules=(
         *joints.PRESSURE_RULES,
         *joints.FACE_RULES,
-        Rule(EXCLUDES, QUARTERS, options.COUNTER_MAPS),
+        options.Rule(options.EXCLUDES, QUARTERS, options.COUNTER_MAPS),
     ),
     check=_check,
     last=last_contact,

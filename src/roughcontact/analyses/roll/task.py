@@ -12,17 +12,6 @@ from roughcontact.analyses.roll.formats import ROLLING_FORMATS
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import export
 from roughcontact.request import options, parsing
-from roughcontact.request.options import (
-    LENGTH,
-    ONE_OF,
-    TABLES,
-    Option,
-    Panel,
-    Rule,
-    file_option,
-    files_option,
-    flag_option,
-)
 from roughcontact.request.outcome import OnProgress, Outcome, TaskContext
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -32,90 +21,94 @@ from roughcontact.units import format_duration
 if TYPE_CHECKING:
     from roughcontact.analyses.roll.model import MovieFrame
 
-LOAD = Option(
+LOAD = options.Option(
     "load",
-    Panel.BODIES,
+    options.Panel.BODIES,
     "LOAD",
     'Load of every step: "1 N", "20 MPa" or "600 N/mm"; or --hertz.',
     parsing.load,
     None,
 )
-PASSES = Option(
+PASSES = options.Option(
     "passes",
-    Panel.BODIES,
+    options.Panel.BODIES,
     "NUMBER",
     "Maximum number of passes (forward and back are two); default: 5.",
     parsing.int_parser(1, limits.STEPS),
     5,
 )
-STEPS = Option(
+STEPS = options.Option(
     "steps",
-    Panel.BODIES,
+    options.Panel.BODIES,
     "NUMBER",
     "Positions per pass; default: 32.",
     parsing.int_parser(1, limits.STEPS),
     32,
 )
-TRAVEL = Option(
+TRAVEL = options.Option(
     "travel",
-    Panel.BODIES,
+    options.Panel.BODIES,
     "LENGTH",
     'Travel per pass, centered: "80 um"; default: one period of the map.',
-    LENGTH,
+    options.LENGTH,
     None,
 )
-DIRECTION = Option(
+DIRECTION = options.Option(
     "direction",
-    Panel.BODIES,
+    options.Panel.BODIES,
     "DEGREES",
     "Travel direction, degrees counterclockwise from x; default: 0.",
     parsing.number,
     0.0,
 )
-RECIPROCATING = flag_option(
-    "reciprocating", Panel.BODIES, "Reciprocate: alternate the travel direction."
+RECIPROCATING = options.flag_option(
+    "reciprocating", options.Panel.BODIES, "Reciprocate: alternate the travel direction."
 )
-FRICTION = Option(
+FRICTION = options.Option(
     "friction",
-    Panel.BODIES,
+    options.Panel.BODIES,
     "NUMBER",
     "Friction coefficient in full sliding, in travel direction; default: 0.",
     parsing.number,
     0.0,
 )
-TOLERANCE = Option(
+TOLERANCE = options.Option(
     "tolerance",
-    Panel.SOLVER,
+    options.Panel.SOLVER,
     "NUMBER",
     "Plastic strain residual limit; default: 1e-4.",
     parsing.number,
     None,
 )
-MAX_ITERATIONS = Option(
+MAX_ITERATIONS = options.Option(
     "max-iterations",
-    Panel.SOLVER,
+    options.Panel.SOLVER,
     "NUMBER",
     "Maximum iterations per step; default: 150.",
     options.ITERATIONS,
     None,
     "Maximum iterations",
 )
-PRECISION = Option(
+PRECISION = options.Option(
     "precision",
-    Panel.SOLVER,
+    options.Panel.SOLVER,
     "double|single",
     "Precision of the elastoplastic model, double or single; default: single.",
     parsing.choice("double", "single"),
     None,
 )
-OUTPUT = files_option(
+OUTPUT = options.files_option(
     "output",
     f"Passes: {export.list_formats(ROLLING_FORMATS)}, .csv table, .json numbers; repeatable.",
-    (*ROLLING_FORMATS.suffixes, *TABLES),
+    (*ROLLING_FORMATS.suffixes, *options.TABLES),
 )
-FOLDER = file_option("folder", "FOLDER", "Folder for finished steps; the same command resumes.")
-MOVIE = file_option("movie", "FILE.gif", "Animated GIF of pressure and plastic strain.", (".gif",))
-YES = flag_option("yes", Panel.OUTPUT, "Run for more than a day.")
+FOLDER = options.file_option(
+    "folder", "FOLDER", "Folder for finished steps; the same command resumes."
+)
+MOVIE = options.file_option(
+    "movie", "FILE.gif", "Animated GIF of pressure and plastic strain.", (".gif",)
+)
+YES = options.flag_option("yes", options.Panel.OUTPUT, "Run for more than a day.")
 _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 
 # Run time [s] above which a run needs confirmation.
@@ -266,7 +259,7 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
         options.REPORT,
     ),
     run=_run,
-    rules=(Rule(ONE_OF, LOAD, options.HERTZ, text="1 N"),),
+    rules=(options.Rule(options.ONE_OF, LOAD, options.HERTZ, text="1 N"),),
     check=_check,
     memory=Request.require_volume,
     writes=((MOVIE, _movie),),

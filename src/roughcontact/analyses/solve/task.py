@@ -9,16 +9,6 @@ from roughcontact._tools.memory import STEPS
 from roughcontact.errors import ArgumentRef
 from roughcontact.formats import export
 from roughcontact.request import measurement, options, outputs, parsing
-from roughcontact.request.options import (
-    EXCLUDES,
-    NEEDS,
-    Option,
-    Panel,
-    Rule,
-    file_option,
-    files_option,
-    flag_option,
-)
 from roughcontact.request.outcome import Outcome, TaskContext
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -32,60 +22,64 @@ SURFACE_MODEL, VOLUME_MODEL = "ceiling", "elastoplastic"
 RESULTS = {SURFACE_MODEL: export.CONTACT.suffixes, VOLUME_MODEL: export.VOLUME.suffixes}
 """File suffixes of results, by model."""
 
-UNCALIBRATED = flag_option(
-    "uncalibrated", Panel.BODIES, "Omit the second column (calibrated ceiling)."
+UNCALIBRATED = options.flag_option(
+    "uncalibrated", options.Panel.BODIES, "Omit the second column (calibrated ceiling)."
 )
-MODEL = Option(
+MODEL = options.Option(
     "model",
-    Panel.BODIES,
+    options.Panel.BODIES,
     f"{SURFACE_MODEL}|{VOLUME_MODEL}",
     "ceiling (fast) or elastoplastic (minutes); default: ceiling.",
     parsing.choice(SURFACE_MODEL, VOLUME_MODEL),
     SURFACE_MODEL,
 )
-INCREMENTS: Option[int | str] = Option(
+INCREMENTS: options.Option[int | str] = options.Option(
     "increments",
-    Panel.BODIES,
+    options.Panel.BODIES,
     "NUMBER|auto",
     "Load steps of the elastoplastic model, e.g. 8; default: auto (error below 1 %).",
     parsing.counted_or_auto(1, STEPS),
     "auto",
 )
-UNLOAD = flag_option("unload", Panel.BODIES, "Unload at the end; report residual shape and stress.")
-TOLERANCE = Option(
+UNLOAD = options.flag_option(
+    "unload", options.Panel.BODIES, "Unload at the end; report residual shape and stress."
+)
+TOLERANCE = options.Option(
     "tolerance",
-    Panel.SOLVER,
+    options.Panel.SOLVER,
     "NUMBER",
     "Certificate limit; default: 1e-6 (single precision and elastoplastic: 1e-4).",
     parsing.number,
     None,
 )
-MAX_ITERATIONS = Option(
+MAX_ITERATIONS = options.Option(
     "max-iterations",
-    Panel.SOLVER,
+    options.Panel.SOLVER,
     "NUMBER",
     "Maximum convolutions per grid; default: 2000 (elastoplastic: 150 iterations per load).",
     options.ITERATIONS,
     None,
     "Maximum convolutions",
 )
-PRECISION = Option(
+PRECISION = options.Option(
     "precision",
-    Panel.SOLVER,
+    options.Panel.SOLVER,
     "double|single",
     "double or single (two thirds of the memory); default: double (elastoplastic: single).",
     parsing.choice("double", "single"),
     None,
 )
-OUTPUT = files_option(
+OUTPUT = options.files_option(
     "output",
     f"Result: {export.list_formats(export.VOLUME, export.CONTACT)}; repeatable.",
     export.VOLUME.suffixes,
 )
-FOLDER = file_option(
+FOLDER = options.file_option(
     "folder", "FOLDER", "Folder for finished elastoplastic steps; the same command resumes."
 )
-STUDY = flag_option("study", Panel.SOLVER, "Check dependence on grid, filter and ceiling.")
+STUDY = options.flag_option(
+    "study", options.Panel.SOLVER, "Check dependence on grid, filter and ceiling."
+)
 _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 _STUDY_SOLVER = (options.TOLERANCE, options.PRECISION)
 
@@ -272,10 +266,10 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
     rules=(
         *options.LOAD_RULES,
         *measurement.RULES,
-        Rule(EXCLUDES, options.LOAD_POINT, measurement.UNCERTAINTY),
-        Rule(EXCLUDES, options.LOAD_POINT, STUDY),
+        options.Rule(options.EXCLUDES, options.LOAD_POINT, measurement.UNCERTAINTY),
+        options.Rule(options.EXCLUDES, options.LOAD_POINT, STUDY),
         *(
-            Rule(NEEDS, option, MODEL, value=SURFACE_MODEL)
+            options.Rule(options.NEEDS, option, MODEL, value=SURFACE_MODEL)
             for option in (
                 options.APPROACH,
                 options.LOAD_POINT,
@@ -286,7 +280,7 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
             )
         ),
         *(
-            Rule(NEEDS, option, MODEL, value=VOLUME_MODEL)
+            options.Rule(options.NEEDS, option, MODEL, value=VOLUME_MODEL)
             for option in (INCREMENTS, UNLOAD, FOLDER)
         ),
     ),

@@ -12,17 +12,6 @@ from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
 from roughcontact.request.contacts import FRICTION
-from roughcontact.request.options import (
-    LENGTH,
-    NEEDED,
-    ONE_OF,
-    PICTURES,
-    Option,
-    Panel,
-    Rule,
-    file_option,
-    flag_option,
-)
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -64,38 +53,40 @@ def _stages(text: str, argument: str) -> tuple[tuple[float | Load, str], ...]:
     return tuple(result)
 
 
-FORCE = Option(
+FORCE = options.Option(
     "force",
-    Panel.BODIES,
+    options.Panel.BODIES,
     "FORCES",
     'Tangential force, or several in turn: "0.05 N, -0.05 N".',
     _forces,
     None,
 )
-SHIFT = Option(
+SHIFT = options.Option(
     "shift",
-    Panel.BODIES,
+    options.Panel.BODIES,
     "LENGTH",
     'Rigid tangential shift, instead of a force: "20 nm".',
-    LENGTH,
+    options.LENGTH,
     None,
 )
-STAGES = Option(
+STAGES = options.Option(
     "stages",
-    Panel.BODIES,
+    options.Panel.BODIES,
     "STAGES",
     'Loads and forces together, from no contact on: "1 N: 0 N, 2 N: 0.1 N".',
     _stages,
     None,
 )
-OUTPUT = file_option(
+OUTPUT = options.file_option(
     "output", "FILE.nc|csv|json", "Maps (NetCDF) or table of the steps.", (".nc", ".csv", ".json")
 )
-FIGURE = file_option(
-    "figure", "FILE", "Figure of traction, slip and curve (PNG, SVG or PDF).", PICTURES
+FIGURE = options.file_option(
+    "figure", "FILE", "Figure of traction, slip and curve (PNG, SVG or PDF).", options.PICTURES
 )
-STRESS = flag_option("stress", Panel.BODIES, "Also compute subsurface stress and Ruiz parameters.")
-_ASKED: tuple[Option[Any], ...] = (FRICTION, FORCE, SHIFT, DIRECTION, STRESS)
+STRESS = options.flag_option(
+    "stress", options.Panel.BODIES, "Also compute subsurface stress and Ruiz parameters."
+)
+_ASKED: tuple[options.Option[Any], ...] = (FRICTION, FORCE, SHIFT, DIRECTION, STRESS)
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
@@ -160,10 +151,10 @@ roughcontact tangential ground.x3p --load "100 MPa" --boundary periodic \\
     ),
     run=_run,
     rules=(
-        Rule(ONE_OF, *options.LOADS[:-1], STAGES, text="1 N"),
+        options.Rule(options.ONE_OF, *options.LOADS[:-1], STAGES, text="1 N"),
         *options.LOAD_RULES[1:],
-        Rule(NEEDED, FRICTION, text="a coefficient such as 0.15"),
-        Rule(ONE_OF, FORCE, SHIFT, STAGES, text="0.05 N"),
+        options.Rule(options.NEEDED, FRICTION, text="a coefficient such as 0.15"),
+        options.Rule(options.ONE_OF, FORCE, SHIFT, STAGES, text="0.05 N"),
     ),
     last=last_contact,
     memory=_memory,
