@@ -34,16 +34,7 @@ from roughcontact.desk.maps import (
     map_titles,
     result_scales,
 )
-from roughcontact.drawing.style import (
-    CLOSED,
-    ELASTIC,
-    MISSING,
-    NEUTRAL,
-    OPEN,
-    OVER,
-    SATURATED,
-    prefixed_window,
-)
+from roughcontact.drawing import style as drawing_style
 from roughcontact.errors import InputError
 from roughcontact.report import kinds, python_script
 from roughcontact.report.kind import TRUST
@@ -135,7 +126,7 @@ def _maps(result: ContactResult) -> tuple[Any, str]:
         RESIDUAL: _layer(rasters.deepest_residual(part)),
     }
     box = rasters.window_extent(view, surface.pixel)
-    factor, unit = prefixed_window(0.0, max(surface.size))
+    factor, unit = drawing_style.prefixed_window(0.0, max(surface.size))
     tall, wide = (side * factor for side in surface.size)
     source = models.ColumnDataSource(
         {
@@ -153,7 +144,7 @@ def _maps(result: ContactResult) -> tuple[Any, str]:
         for name, start, end in (("x_range", 0, wide), ("y_range", tall, 0))
     }
     cross: list[Any] = [
-        models.Span(dimension=d, line_color=NEUTRAL, line_dash="dotted")
+        models.Span(dimension=d, line_color=drawing_style.NEUTRAL, line_dash="dotted")
         for d in ("width", "height")
     ]
     side = _FRAME / max(tall, wide)
@@ -251,12 +242,12 @@ def _legend(
     patches = "".join(
         f"<div>{style.color_patch(*entry)}</div>"
         for entry in (
-            (OPEN, "no contact"),
-            (ELASTIC, "elastic"),
-            (SATURATED, "saturated"),
-            (CLOSED, "closed, in the gap"),
-            (MISSING, "missing"),
-            (OVER, "pressure above the scale"),
+            (drawing_style.OPEN, "no contact"),
+            (drawing_style.ELASTIC, "elastic"),
+            (drawing_style.SATURATED, "saturated"),
+            (drawing_style.CLOSED, "closed, in the gap"),
+            (drawing_style.MISSING, "missing"),
+            (drawing_style.OVER, "pressure above the scale"),
         )
     )
     return f"{patches}<p>{escape_markup(cells)} Values are in steps of {escape_markup(steps)}.</p>"

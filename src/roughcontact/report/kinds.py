@@ -347,7 +347,7 @@ def _picture(shown: Any) -> str:
     from roughcontact.drawing.export import png
 
     try:
-        figures = Plots(shown, presentation_of(shown).plots)
+        figures = Plots(shown)
         # One panel only: the figure of four panels is too large for a notebook cell.
         figure = figures.pressure() if "pressure" in dir(figures) else figures()
     except (AttributeError, InputError):
