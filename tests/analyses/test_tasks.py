@@ -16,7 +16,7 @@ import roughcontact
 
 OPTION = """
 STRETCH = Option(
-    "stretch", Panel.MAP, "FACTOR", "Factor of the heights.", parsing.number, 1.0, "Stretched by",
+    "stretch", "FACTOR", "Factor of the heights.", parsing.number, 1.0, Panel.MAP, "Stretched by",
     prepares=True,
 )
 """
@@ -70,11 +70,11 @@ KIND = Presentation(
 """
 TASK = """
 from roughcontact.request import options, parsing
-from roughcontact.request.options import Option, Panel
+from roughcontact.request.options import Option
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.task import Analysis, Task
 
-FACTOR = Option("factor", Panel.BODIES, "NUMBER", "Of the height.", parsing.number, 2.0)
+FACTOR = Option("factor", "NUMBER", "Of the height.", parsing.number, 2.0)
 
 def _run(request, work):
     from roughcontact.analyses.height.model import Height

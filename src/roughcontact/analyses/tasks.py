@@ -26,57 +26,57 @@ from roughcontact.request.task import Command, Given, Task
 
 POINTS = Option(
     "points",
-    Panel.MAP,
     "NUMBER",
     "Points per side; default: 512.",
     parsing.int_parser(32, math.isqrt(memory.POINTS)),
     512,
+    Panel.MAP,
 )
 FOLDER = Option(
     "folder",
-    Panel.OUTPUT,
     "FOLDER",
     "Folder for the files; default: roughcontact-demo.",
     parsing.path,
     Path("roughcontact-demo"),
+    Panel.OUTPUT,
 )
 PROJECTS_FOLDER = file_option(
     "folder", "FOLDER", "Folder of projects (kept 30 days); default: user state folder."
 )
 UPLOAD_LIMIT = Option(
     "upload-limit",
-    Panel.SERVER,
     "SIZE",
     'Largest upload: "500 MB"; eight times that in total; default: 1 GiB.',
     parsing.parse_bytes,
     2**30,
+    Panel.SERVER,
 )
 PORT = Option(
     "port",
-    Panel.SERVER,
     "NUMBER",
     "Port; default: 5106, or a free one.",
     parsing.int_parser(1, 2**16 - 1),
     None,
+    Panel.SERVER,
 )
 ADDRESS = Option(
     "address",
-    Panel.SERVER,
     "ADDRESS",
     "Listen address; 0.0.0.0 admits other machines (needs --allow-origin); default: 127.0.0.1.",
     parsing.as_text,
     "127.0.0.1",
+    Panel.SERVER,
 )
 ALLOW_ORIGIN: Option[tuple[str, ...]] = Option(
     "allow-origin",
-    Panel.SERVER,
     "URL",
     "Address in the browsers of other machines: http://lab-pc:5106; repeatable.",
     parsing.origins,
     (),
+    Panel.SERVER,
     many=True,
 )
-NO_BROWSER = flag_option("no-browser", Panel.SERVER, "Print the address without opening a browser.")
+NO_BROWSER = flag_option("no-browser", "Print the address without opening a browser.", Panel.SERVER)
 
 DESK = Command(
     "desk",
@@ -93,27 +93,27 @@ LOCAL, DASK = "local", "dask"
 
 ENGINE = Option(
     "engine",
-    Panel.ENGINE,
     f"{LOCAL}|{DASK}",
     "Where to run: local or dask; default: local.",
     parsing.choice(LOCAL, DASK),
     LOCAL,
+    Panel.ENGINE,
 )
 SCHEDULER = Option(
     "scheduler",
-    Panel.ENGINE,
     "ADDRESS",
     "Dask scheduler: tls://head:8786 (tcp:// is unprotected); default: start one.",
     parsing.as_text,
     None,
+    Panel.ENGINE,
 )
 WORKERS = Option(
     "workers",
-    Panel.ENGINE,
     "NUMBER",
     "Local processes; default: one per core.",
     parsing.int_parser(1, 2**16),
     None,
+    Panel.ENGINE,
 )
 
 RUN = Command(

@@ -15,16 +15,7 @@ from roughcontact._tools import memory
 from roughcontact.errors import ArgumentRef, CapacityError, ConvergenceError, InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
-from roughcontact.request.options import (
-    EXCLUDES,
-    NEEDED,
-    NEEDS,
-    TABLES,
-    Option,
-    Panel,
-    Rule,
-    file_option,
-)
+from roughcontact.request.options import EXCLUDES, NEEDED, NEEDS, TABLES, Option, Rule, file_option
 from roughcontact.request.outcome import OnProgress, Outcome, Solve, TaskContext, solve_uncalibrated
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress, one_of_several
@@ -35,22 +26,12 @@ if TYPE_CHECKING:
     from roughcontact.surface.surface import Surface
 
 LOAD = Option(
-    "load",
-    Panel.BODIES,
-    "LOADS",
-    'Loads or nominal pressures: "1 N" or "20 MPa, 50 MPa".',
-    parsing.loads,
-    None,
+    "load", "LOADS", 'Loads or nominal pressures: "1 N" or "20 MPa, 50 MPa".', parsing.loads, None
 )
-FROM = Option(
-    "from", Panel.BODIES, "PRESSURE", 'Smallest nominal pressure: "1 MPa".', parsing.nominal, None
-)
-TO = Option(
-    "to", Panel.BODIES, "PRESSURE", 'Largest nominal pressure: "300 MPa".', parsing.nominal, None
-)
+FROM = Option("from", "PRESSURE", 'Smallest nominal pressure: "1 MPa".', parsing.nominal, None)
+TO = Option("to", "PRESSURE", 'Largest nominal pressure: "300 MPa".', parsing.nominal, None)
 STEPS = Option(
     "steps",
-    Panel.BODIES,
     "NUMBER",
     "Number of pressures (logarithmic); default: 13.",
     parsing.int_parser(2, memory.STEPS),
@@ -61,7 +42,6 @@ OUTPUT = file_option("output", "FILE.csv|json", "Table of loads.", TABLES)
 
 RESISTIVITY = Option(
     "resistivity",
-    Panel.BODIES,
     "RESISTIVITY",
     'Electrical resistivity: "17 nohm m"; default: from --material.',
     parsing.quantity("resistivity"),
@@ -69,7 +49,6 @@ RESISTIVITY = Option(
 )
 CONDUCTIVITY = Option(
     "conductivity",
-    Panel.BODIES,
     "CONDUCTIVITY",
     'Thermal conductivity: "46 W/m/K"; default: from --material.',
     parsing.quantity("conductivity"),
@@ -77,7 +56,6 @@ CONDUCTIVITY = Option(
 )
 COUNTER_RESISTIVITY = Option(
     "counter-resistivity",
-    Panel.BODIES,
     "RESISTIVITY",
     "Electrical resistivity of the counter-body.",
     parsing.quantity("resistivity"),
@@ -85,7 +63,6 @@ COUNTER_RESISTIVITY = Option(
 )
 COUNTER_CONDUCTIVITY = Option(
     "counter-conductivity",
-    Panel.BODIES,
     "CONDUCTIVITY",
     "Thermal conductivity of the counter-body.",
     parsing.quantity("conductivity"),
@@ -93,7 +70,6 @@ COUNTER_CONDUCTIVITY = Option(
 )
 THERMAL_FILM = Option(
     "thermal-film",
-    Panel.BODIES,
     "FILM",
     'Thermal film resistance × area: "1e-6 m^2 K/W"; default: none.',
     parsing.quantity("thermal film"),
@@ -102,16 +78,13 @@ THERMAL_FILM = Option(
 
 TEMPERATURE = Option(
     "temperature",
-    Panel.BODIES,
     "TEMPERATURE",
     'Temperature of the gas: "20 °C"; default: 25 °C.',
     parsing.quantity("temperature"),
     None,
 )
 
-FRICTION = Option(
-    "friction", Panel.BODIES, "NUMBER", "Friction coefficient: 0.15.", parsing.number, None
-)
+FRICTION = Option("friction", "NUMBER", "Friction coefficient: 0.15.", parsing.number, None)
 
 PRESSURE_RULES = tuple(
     Rule(NEEDED, end, text="a nominal pressure such as '20 MPa'") for end in (FROM, TO)

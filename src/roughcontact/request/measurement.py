@@ -64,49 +64,49 @@ def _uncertainties(text: str, argument: str) -> dict[str, float]:
 
 UNCERTAINTY = flag_option(
     "uncertainty",
-    Panel.SOLVER,
     "Correct for the instrument; give 95 % intervals and their sources.",
+    Panel.SOLVER,
 )
 INSTRUMENT: Option[Any] = Option(
     "instrument",
-    Panel.SOLVER,
     "NAME",
     'Instrument that measured the map: "CSI 50x", "optical NA 0.55", "optical 1.2 um", '
     '"measured itf.csv", "tip 50 nm".',
     _instrument,
     None,
+    Panel.SOLVER,
 )
 NOISE: Option[Any] = Option(
     "noise",
-    Panel.SOLVER,
     "LENGTH|FILE",
     'Noise of one point, "1.2 nm", or a second map of the same place.',
     _noise,
     None,
+    Panel.SOLVER,
 )
 SHORTEST_WAVE = Option(
     "shortest-wave",
-    Panel.SOLVER,
     "LENGTH",
     'Shortest wave of the surface, from a finer map: "0.3 um".',
     LENGTH,
     None,
+    Panel.SOLVER,
 )
 MATERIAL_UNCERTAINTY: Option[Any] = Option(
     "material-uncertainty",
-    Panel.SOLVER,
     "TEXT",
     'Standard uncertainties; default: "E 3 %, yield 5 %".',
     _uncertainties,
     None,
+    Panel.SOLVER,
 )
 ALSO: Option[Any] = Option(
     "also",
-    Panel.SOLVER,
     "FILE[=NAME]",
     'Finer map of the surface, and its instrument: "fine.x3p=CSI 100x"; repeatable.',
     _maps,
     (),
+    Panel.SOLVER,
     many=True,
 )
 OPTIONS: tuple[Option[Any], ...] = (

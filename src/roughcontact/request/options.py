@@ -13,6 +13,7 @@ from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import parsing
 
+T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 
 TABLES = (".csv", ".json")
@@ -46,11 +47,11 @@ class Option(Generic[T_co]):
     """Option of commands and of project files."""
 
     name: str  # Name without leading dashes
-    panel: str  # Heading under which the help lists it
     metavar: str  # Placeholder of the value
     help: str  # Effect
     parse: Callable[[str, str], T_co]  # `parse(text, argument)` returns the value
     default: T_co  # Value if the option is not given
+    panel: str = Panel.BODIES  # Heading under which the help lists it
     label: str = ""  # Label on the page
     prepares: bool = False  # Whether the prepared maps depend on it
     many: bool = False  # Whether it may be given several times
@@ -84,22 +85,29 @@ class Option(Generic[T_co]):
         return f"{value:g}" if unit is None else units.format_engineering(value, unit)
 
 
-def flag_option(name: str, panel: str, text: str, **more: Any) -> Option[bool]:
+def map_option(
+    name: str, metavar: str, text: str, parse: Callable[[str, str], T], default: T, **more: Any
+) -> Option[T]:
+    """Return an option of the preparation of maps."""
+    return Option(name, metavar, text, parse, default, Panel.MAP, prepares=True, **more)
+
+
+def flag_option(name: str, text: str, panel: str = Panel.BODIES, **more: Any) -> Option[bool]:
     """Return an option without a value."""
-    return Option(name, panel, "", text, parsing.flag, False, **more)
+    return Option(name, "", text, parsing.flag, False, panel, **more)
 
 
 def file_option(
     name: str, metavar: str, text: str, suffixes: tuple[str, ...] = (), **more: Any
 ) -> Option[Any]:
     """Return an option of one output file or folder."""
-    return Option(name, Panel.OUTPUT, metavar, text, parsing.path, None, suffixes=suffixes, **more)
+    return Option(name, metavar, text, parsing.path, None, Panel.OUTPUT, suffixes=suffixes, **more)
 
 
 def files_option(name: str, text: str, suffixes: tuple[str, ...], **more: Any) -> Option[Any]:
     """Return an option of output files."""
     return Option(
-        name, Panel.OUTPUT, "FILE", text, parsing.paths, (), many=True, suffixes=suffixes, **more
+        name, "FILE", text, parsing.paths, (), Panel.OUTPUT, many=True, suffixes=suffixes, **more
     )
 
 
@@ -181,71 +189,57 @@ ITERATIONS = parsing.int_parser(1, memory.ITERATIONS)
 
 GROUP: Option[tuple[tuple[str, tuple[str, ...]], ...]] = Option(
     "group",
-    Panel.MAP,
     "NAME=FILE[,FILE…]",
     'Group of maps: "ground=ground*.opd"; repeatable.',
     parsing.groups,
     (),
+    Panel.MAP,
     many=True,
     arguments=("maps",),
 )
 
 # Reading of a file
 
-FORMAT = Option(
-    "format",
-    Panel.MAP,
-    "NAME",
-    "File format; default: recognized from the file.",
-    parsing.as_text,
-    None,
-    prepares=True,
+FORMAT = map_option(
+    "format", "NAME", "File format; default: recognized from the file.", parsing.as_text, None
 )
-CHANNEL = Option(
+CHANNEL = map_option(
     "channel",
-    Panel.MAP,
     "NAME|INDEX",
     "Height channel, name or index; default: the proposed one.",
     parsing.as_text,
     None,
-    prepares=True,
 )
-UNIT = Option(
+UNIT = map_option(
     "unit",
-    Panel.MAP,
     "UNIT",
     'Unit of the heights, e.g. um; of a profile "mm, um" (positions first).',
     parsing.as_text,
     None,
-    "Unit of the heights",
-    prepares=True,
+    label="Unit of the heights",
 )
-SIZE = Option(
+SIZE = map_option(
     "size",
-    Panel.MAP,
     "LENGTHS",
     'Side lengths (y, x) if the file has none: "0.1 mm x 0.2 mm".',
     parsing.as_text,
     None,
-    "Side lengths (y × x)",
-    prepares=True,
+    label="Side lengths (y × x)",
 )
 OVERRIDE_SIZE = flag_option(
     "override-size",
-    Panel.MAP,
     "Use --size instead of the size in the file.",
+    Panel.MAP,
     label="Use these side lengths instead of the file's",
     prepares=True,
 )
-NO_DATA: Option[float | str | None] = Option(
+NO_DATA: Option[float | str | None] = map_option(
     "no-data",
-    Panel.MAP,
     "VALUE",
     "Value of missing points in the file: -9999; auto: all known codes; none: all are heights.",
     parsing.no_data,
     None,
-    "Value of missing points",
-    prepares=True,
+    label="Value of missing points",
 )
 READING = (FORMAT, CHANNEL, UNIT, SIZE, OVERRIDE_SIZE, NO_DATA)
 
@@ -253,112 +247,92 @@ READING = (FORMAT, CHANNEL, UNIT, SIZE, OVERRIDE_SIZE, NO_DATA)
 
 TIP_RADIUS = Option(
     "tip-radius",
-    Panel.MAP,
     "LENGTH",
     'Probe tip radius: "10 nm"; used to estimate resolution.',
     LENGTH,
     None,
-    "Probe tip radius",
-)
-POINTS = Option(
-    "points",
     Panel.MAP,
+    label="Probe tip radius",
+)
+POINTS = map_option(
+    "points",
     "NUMBER|NYxNX",
     "Grid of a nominal --body without FILE: 256 or 128x512.",
     parsing.points,
     None,
-    prepares=True,
 )
-CROP = Option(
+CROP = map_option(
     "crop",
-    Panel.MAP,
     "ROWS,COLUMNS",
     "Rows and columns to keep: 0:256,100:356.",
     parsing.window,
     None,
-    "Crop (rows, columns)",
-    prepares=True,
+    label="Crop (rows, columns)",
 )
-OUTLIERS = Option(
+OUTLIERS = map_option(
     "outliers",
-    Panel.MAP,
     "NUMBER",
     "Remove spikes beyond this many robust standard deviations: 6.",
     parsing.number,
     None,
-    "Remove spikes (standard deviations)",
-    prepares=True,
+    label="Remove spikes (standard deviations)",
 )
-LEVEL = Option(
+LEVEL = map_option(
     "level",
-    Panel.MAP,
     "|".join(LEVELS),
     "Subtract plane, quadric, mean, robust plane or none; default: plane.",
     parsing.choice(*LEVELS),
     "plane",
-    prepares=True,
 )
-FORM = Option(
+FORM = map_option(
     "form",
-    Panel.MAP,
     "FORM",
     'Form to remove (least squares): sphere, cylinder or "polynomial 4".',
     parsing.form,
     None,
-    "Form to remove",
-    prepares=True,
+    label="Form to remove",
 )
-MISSING = Option(
+MISSING = map_option(
     "missing",
-    Panel.MAP,
     "|".join(MISSING_KNOWN),
     "Missing points: error, fill (interpolate, up to 30 %), fill-all, mask (no contact) or crop; "
     "default: error.",
     parsing.choice(*MISSING_KNOWN),
     "error",
-    "Missing points",
-    prepares=True,
+    label="Missing points",
 )
-S_FILTER = Option(
+S_FILTER = map_option(
     "s-filter",
-    Panel.MAP,
     "LENGTH",
     'S-filter: remove wavelengths below "2.5 um" (ISO 16610-61).',
     LENGTH,
     None,
-    "S-filter (removes shorter waves)",
+    label="S-filter (removes shorter waves)",
     arguments=("s",),
-    prepares=True,
 )
-L_FILTER = Option(
+L_FILTER = map_option(
     "l-filter",
-    Panel.MAP,
     "LENGTH",
     'L-filter: remove wavelengths above "80 um".',
     LENGTH,
     None,
-    "L-filter (removes longer waves)",
+    label="L-filter (removes longer waves)",
     arguments=("l",),
-    prepares=True,
 )
-PIXEL = Option(
+PIXEL = map_option(
     "pixel",
-    Panel.MAP,
     "LENGTH",
     'Resample (cubic splines) to about this pixel: "0.5 um".',
     LENGTH,
     None,
-    "Resample to pixel",
-    prepares=True,
+    label="Resample to pixel",
 )
-ROTATE = Option(
+ROTATE = map_option(
     "rotate",
-    Panel.MAP,
     "DEGREES",
     "Rotation of the map, degrees counterclockwise, a multiple of 90.",
     parsing.parse_quarter_turns,
     0,
-    prepares=True,
 )
 PREPARATION = (CROP, OUTLIERS, LEVEL, FORM, MISSING, S_FILTER, L_FILTER, PIXEL, ROTATE)
 MAP = (*READING, TIP_RADIUS, POINTS, *PREPARATION)
@@ -367,75 +341,55 @@ MAP = (*READING, TIP_RADIUS, POINTS, *PREPARATION)
 
 MATERIAL = Option(
     "material",
-    Panel.BODIES,
     "NAME",
     "Catalog material, e.g. 42CrMo4; --young etc. override single values.",
     parsing.material,
     None,
 )
 YOUNG = Option(
-    "young",
-    Panel.BODIES,
-    "PRESSURE",
-    'Young\'s modulus: "210 GPa".',
-    PRESSURE,
-    None,
-    "Young's modulus",
+    "young", "PRESSURE", 'Young\'s modulus: "210 GPa".', PRESSURE, None, label="Young's modulus"
 )
 POISSON = Option(
-    "poisson",
-    Panel.BODIES,
-    "NUMBER",
-    "Poisson's ratio: 0.3.",
-    parsing.number,
-    None,
-    "Poisson's ratio",
+    "poisson", "NUMBER", "Poisson's ratio: 0.3.", parsing.number, None, label="Poisson's ratio"
 )
-YIELD_STRENGTH = Option(
-    "yield-strength", Panel.BODIES, "PRESSURE", 'Yield strength: "1 GPa".', PRESSURE, None
-)
+YIELD_STRENGTH = Option("yield-strength", "PRESSURE", 'Yield strength: "1 GPa".', PRESSURE, None)
 COUNTER_MATERIAL = Option(
     "counter-material",
-    Panel.BODIES,
     "NAME",
     "Counter-body material; default: rigid.",
     parsing.material,
     None,
-    "Counter-body material",
+    label="Counter-body material",
 )
 COUNTER_YOUNG = Option(
     "counter-young",
-    Panel.BODIES,
     "PRESSURE",
     "Young's modulus of the counter-body.",
     PRESSURE,
     None,
-    "Counter-body Young's modulus",
+    label="Counter-body Young's modulus",
 )
 COUNTER_POISSON = Option(
     "counter-poisson",
-    Panel.BODIES,
     "NUMBER",
     "Poisson's ratio of the counter-body.",
     parsing.number,
     None,
-    "Counter-body Poisson's ratio",
+    label="Counter-body Poisson's ratio",
 )
 COUNTER_YIELD_STRENGTH = Option(
     "counter-yield-strength",
-    Panel.BODIES,
     "PRESSURE",
     "Yield strength of the counter-body.",
     PRESSURE,
     None,
-    "Counter-body yield strength",
+    label="Counter-body yield strength",
 )
 BODY_CONSTANTS = (MATERIAL, YOUNG, POISSON, YIELD_STRENGTH)
 COUNTER_CONSTANTS = (COUNTER_MATERIAL, COUNTER_YOUNG, COUNTER_POISSON, COUNTER_YIELD_STRENGTH)
 MATERIALS = (*BODY_CONSTANTS, *COUNTER_CONSTANTS)
 COATING: Option[Any] = Option(
     "coating",
-    Panel.BODIES,
     "LAYER",
     'Layer on the body: "DLC 2 um", "E=200 GPa, nu=0.2, 2 um"; repeatable, outermost first.',
     parsing.coatings,
@@ -444,18 +398,16 @@ COATING: Option[Any] = Option(
 )
 COUNTER_COATING: Option[Any] = Option(
     "counter-coating",
-    Panel.BODIES,
     "LAYER",
     "Layer on the counter-body, as for --coating.",
     parsing.coatings,
     (),
-    "Counter-body coating",
+    label="Counter-body coating",
     many=True,
 )
 COATINGS = (COATING, COUNTER_COATING)
 HARDENING = Option(
     "hardening",
-    Panel.BODIES,
     "LAW",
     'Hardening: "linear 2 GPa", "swift 945 MPa 20 0.121", "kinematic 10 GPa"; combine with a '
     "comma.",
@@ -467,84 +419,71 @@ HARDENING = Option(
 
 BODY = Option(
     "body",
-    Panel.BODIES,
     "FORM",
     'Nominal form: "sphere 10 mm", "cylinder 5 mm 90 deg", "ellipsoid 10 mm 4 mm", "punch 20 '
     'um", "cone 0.01", "wedge 0.01".',
     parsing.body,
     None,
-    "Nominal form",
+    label="Nominal form",
     prepares=True,
 )
 COUNTER_BODY = Option(
     "counter-body",
-    Panel.BODIES,
     "FORM",
     "Nominal form of the counter-body, as for --body; default: flat.",
     parsing.body,
     None,
-    "Counter-body form",
+    label="Counter-body form",
     prepares=True,
 )
 COUNTER_SURFACE = Option(
     "counter-surface",
-    Panel.BODIES,
     "FILE",
     "Height map of the counter-body; another grid needs --align.",
     parsing.path,
     None,
-    "Counter-body map",
+    label="Counter-body map",
     prepares=True,
 )
 COUNTER_MAPS: Option[Any] = Option(
     "counter-maps",
-    Panel.BODIES,
     "FILE",
     "Map of the counter-body's face, met at random shifts and turns; repeatable.",
     parsing.paths,
     (),
-    "Maps of the counter-body's face",
+    label="Maps of the counter-body's face",
     many=True,
     prepares=True,
 )
 DRAWS = Option(
-    "draws",
-    Panel.BODIES,
-    "NUMBER",
-    "Number of pairs of faces drawn; default: 5.",
-    parsing.int_parser(2, 100),
-    5,
+    "draws", "NUMBER", "Number of pairs of faces drawn; default: 5.", parsing.int_parser(2, 100), 5
 )
 ALIGN = flag_option(
     "align",
-    Panel.BODIES,
     "Resample both maps to one grid, centered, and keep the overlap.",
     label="Resample both maps to one grid",
     prepares=True,
 )
 OFFSET = Option(
     "offset",
-    Panel.BODIES,
     "LENGTHS",
     'Shift (y, x) of the aligned counter-map: "0 um, 5 um".',
     parsing.offset,
     None,
-    "Counter-map shift (y, x)",
+    label="Counter-map shift (y, x)",
     prepares=True,
 )
 ANGLE = Option(
     "angle",
-    Panel.BODIES,
     "DEGREES",
     "Rotation of the aligned counter-map, degrees counterclockwise.",
     parsing.number,
     None,
-    "Rotation of counter-map",
+    label="Rotation of counter-map",
     prepares=True,
 )
 MIRROR = flag_option(
     "mirror",
-    Panel.BODIES,
     "Mirror the aligned counter-map (measured from its own front).",
     label="Mirror counter-map",
     prepares=True,
@@ -553,23 +492,21 @@ MOVES: tuple[Option[Any], ...] = (ALIGN, OFFSET, ANGLE, MIRROR)
 SHAPES = (BODY, COUNTER_BODY, COUNTER_SURFACE, *MOVES)
 CEILING: Option[str | float | None] = Option(
     "ceiling",
-    Panel.BODIES,
     "PRESSURE",
     'Pressure ceiling: "3 GPa", "62 HRC", calibrated, auto (3σ_Y) or none '
     "(elastic); default: auto.",
     parsing.ceiling,
     "auto",
-    "Pressure ceiling",
+    label="Pressure ceiling",
 )
 BOUNDARY: Option[str] = Option(
     "boundary",
-    Panel.BODIES,
     "KIND",
     "Beyond the map edge. "
     f"{'; '.join(f'{kind}: {kind.meaning}' for kind in Boundary)}; default: free.",
     parsing.choice(*Boundary),
     Boundary.FREE,
-    "Boundary",
+    label="Boundary",
 )
 BODIES = (*MATERIALS, *SHAPES, CEILING, BOUNDARY)
 
@@ -577,7 +514,6 @@ BODIES = (*MATERIALS, *SHAPES, CEILING, BOUNDARY)
 
 LOAD = Option(
     "load",
-    Panel.BODIES,
     "LOAD",
     'Load: "1 N", nominal pressure "20 MPa", or line load "600 N/mm".',
     parsing.load,
@@ -585,29 +521,22 @@ LOAD = Option(
 )
 HERTZ = Option(
     "hertz",
-    Panel.BODIES,
     "PRESSURE",
     'Load given as Hertz peak pressure of the smooth bodies: "1.5 GPa".',
     parsing.hertz_load,
     None,
-    "Hertz pressure",
+    label="Hertz pressure",
 )
 APPROACH = Option(
-    "approach",
-    Panel.BODIES,
-    "LENGTH",
-    'Approach from first contact, instead of a load: "1 um".',
-    LENGTH,
-    None,
+    "approach", "LENGTH", 'Approach from first contact, instead of a load: "1 um".', LENGTH, None
 )
 LOAD_POINT = Option(
     "load-point",
-    Panel.BODIES,
     "LENGTHS",
     "Load position (y, x) from the map center; allows tilt. Default: no tilt.",
     parsing.offset,
     None,
-    "Load position (y, x)",
+    label="Load position (y, x)",
 )
 LOADS = (LOAD, HERTZ, APPROACH, LOAD_POINT)
 LOAD_RULES = (Rule(ONE_OF, LOAD, HERTZ, APPROACH, text="1 N"), Rule(NEEDS, LOAD_POINT, LOAD, HERTZ))
@@ -616,31 +545,31 @@ LOAD_RULES = (Rule(ONE_OF, LOAD, HERTZ, APPROACH, text="1 N"), Rule(NEEDS, LOAD_
 
 TOLERANCE = Option(
     "tolerance",
-    Panel.SOLVER,
     "NUMBER",
     "Certificate limit; default: 1e-6 (single precision: 1e-4).",
     parsing.number,
     None,
+    Panel.SOLVER,
 )
 TOLERANCE_DOUBLE = Option(
-    "tolerance", Panel.SOLVER, "NUMBER", "Certificate limit; default: 1e-6.", parsing.number, None
+    "tolerance", "NUMBER", "Certificate limit; default: 1e-6.", parsing.number, None, Panel.SOLVER
 )
 MAX_ITERATIONS = Option(
     "max-iterations",
-    Panel.SOLVER,
     "NUMBER",
     "Maximum convolutions per grid; default: 2000.",
     ITERATIONS,
     None,
-    "Maximum convolutions",
+    Panel.SOLVER,
+    label="Maximum convolutions",
 )
 PRECISION: Option[str | None] = Option(
     "precision",
-    Panel.SOLVER,
     "double|single",
     "double or single (two thirds of the memory); default: double.",
     parsing.choice("double", "single"),
     None,
+    Panel.SOLVER,
 )
 SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 SOLVER_DOUBLE = (TOLERANCE_DOUBLE, MAX_ITERATIONS)
@@ -649,18 +578,18 @@ SOLVER_DOUBLE = (TOLERANCE_DOUBLE, MAX_ITERATIONS)
 
 FIGURES = Option(
     "figures",
-    Panel.OUTPUT,
     "FOLDER|PREFIX",
     "Figures: folder or file prefix; add .svg or .pdf for the format.",
     parsing.as_text,
     None,
+    Panel.OUTPUT,
     suffixes=PICTURES,
 )
 REPORT = file_option("report", "FILE.html", "Report with figures as one HTML file.", (".html",))
 FOLDER = file_option("folder", "FOLDER", "Folder for finished steps; the same command resumes.")
-JSON = flag_option("json", Panel.OUTPUT, "Print JSON in SI units.")
-QUIET = flag_option("quiet", Panel.OUTPUT, "Print errors only.")
-VERBOSE = flag_option("verbose", Panel.OUTPUT, "Print all quantities, checks and notes.")
+JSON = flag_option("json", "Print JSON in SI units.", Panel.OUTPUT)
+QUIET = flag_option("quiet", "Print errors only.", Panel.OUTPUT)
+VERBOSE = flag_option("verbose", "Print all quantities, checks and notes.", Panel.OUTPUT)
 SHOWN = (VERBOSE, JSON, QUIET)
 """Options of the console, which are not part of a run."""
 OUTPUT = (REPORT, *SHOWN)

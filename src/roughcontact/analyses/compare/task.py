@@ -23,17 +23,16 @@ if TYPE_CHECKING:
     from roughcontact.surface.surface import Surface
 
 QUARTERS = options.flag_option(
-    "quarters", options.Panel.MAP, "Split each map into four quarters, one group per map."
+    "quarters", "Split each map into four quarters, one group per map.", options.Panel.MAP
 )
 SAMPLING = options.flag_option(
-    "sampling", options.Panel.MAP, "Estimate the sampling error and the area needed for 5 %."
+    "sampling", "Estimate the sampling error and the area needed for 5 %.", options.Panel.MAP
 )
 PAIRED = options.flag_option(
-    "paired", options.Panel.MAP, "Pair the maps of two groups (same places, before and after)."
+    "paired", "Pair the maps of two groups (same places, before and after).", options.Panel.MAP
 )
 LOAD = options.Option(
     "load",
-    options.Panel.BODIES,
     "PRESSURE",
     'Nominal pressure, the same for all maps: "20 MPa".',
     parsing.nominal,
@@ -42,7 +41,6 @@ LOAD = options.Option(
 )
 PRELOAD = options.Option(
     "preload",
-    options.Panel.BODIES,
     "PRESSURE",
     'Preload; compare each map before and after: "200 MPa".',
     parsing.nominal,
@@ -51,7 +49,6 @@ PRELOAD = options.Option(
 )
 STEPS = options.Option(
     "steps",
-    options.Panel.BODIES,
     "NUMBER",
     "Points of the load curve; 1 for none; default: 7.",
     parsing.int_parser(1, limits.STEPS),

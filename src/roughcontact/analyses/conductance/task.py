@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import contacts as joints, options, parsing
-from roughcontact.request.options import PICTURES, PRESSURE, Option, Panel, file_option
+from roughcontact.request.options import PICTURES, PRESSURE, Option, file_option
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 ELECTRICAL_FILM = Option(
     "electrical-film",
-    Panel.BODIES,
     "FILM",
     'Electrical film resistance × area: "1e-12 ohm m^2"; default: none.',
     parsing.quantity("film"),
@@ -25,7 +24,6 @@ ELECTRICAL_FILM = Option(
 )
 GAP = Option(
     "gap",
-    Panel.BODIES,
     "FLUID",
     'Fluid in the gap: air, helium, vacuum, oil, grease or "0.2 W/m/K"; default: none.',
     parsing.as_text,
@@ -33,7 +31,6 @@ GAP = Option(
 )
 GAP_PRESSURE = Option(
     "gap-pressure",
-    Panel.BODIES,
     "PRESSURE",
     'Pressure of a gas in the gap: "1 mbar"; default: 1 bar.',
     PRESSURE,
@@ -41,7 +38,6 @@ GAP_PRESSURE = Option(
 )
 CURRENT = Option(
     "current",
-    Panel.BODIES,
     "CURRENT",
     'Current through the contact: "10 A"; default: none.',
     parsing.quantity("current"),

@@ -13,74 +13,68 @@ from roughcontact.request.task import Task
 
 SQ = Option(
     "sq",
-    Panel.MAP,
     "LENGTH",
     'Root-mean-square height Sq: "0.4 um". Given parameters replace those of FILE.',
     LENGTH,
     None,
+    Panel.MAP,
     arguments=("Sq",),
 )
 SDQ = Option(
     "sdq",
-    Panel.MAP,
     "NUMBER",
     "Root-mean-square slope Sdq.",
     parsing.number,
     None,
+    Panel.MAP,
     arguments=("Sdq",),
 )
 SAL = Option(
     "sal",
-    Panel.MAP,
     "LENGTH",
     'Autocorrelation length Sal: "12 um"; narrows the gap interval.',
     LENGTH,
     None,
+    Panel.MAP,
     arguments=("Sal",),
 )
 STR = Option(
     "str",
-    Panel.MAP,
     "NUMBER",
     "Texture aspect ratio Str; default: 1.",
     parsing.number,
     None,
+    Panel.MAP,
     arguments=("Str",),
 )
 SSK = Option(
     "ssk",
-    Panel.MAP,
     "NUMBER",
     "Skewness Ssk; default: 0.",
     parsing.number,
     None,
+    Panel.MAP,
     arguments=("Ssk",),
 )
 SKU = Option(
     "sku",
-    Panel.MAP,
     "NUMBER",
     "Kurtosis Sku; default: 3 + 1.5 Ssk² (Gaussian: 3).",
     parsing.number,
     None,
+    Panel.MAP,
     arguments=("Sku",),
 )
 NOMINAL_PRESSURE = Option(
-    "pressure",
-    Panel.BODIES,
-    "PRESSURE",
-    'Nominal pressure (load over nominal area): "20 MPa".',
-    PRESSURE,
-    None,
+    "pressure", "PRESSURE", 'Nominal pressure (load over nominal area): "20 MPa".', PRESSURE, None
 )
 CEILING: Option[str | float | None] = Option(
     "ceiling",
-    Panel.BODIES,
     "PRESSURE",
     'Pressure ceiling: "3 GPa", "62 HRC", auto (3σ_Y) or none (elastic); default: auto.',
     parsing.ceiling,
     "auto",
-    "Pressure ceiling",
+    label="Pressure ceiling",
 )
 OUTPUT = file_option("output", "FILE.json", "Estimate as JSON.", (".json",))
 _PARAMETERS: tuple[Option[Any], ...] = (SQ, SDQ, SAL, STR, SSK, SKU)

@@ -13,16 +13,10 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
 
 CONTACT = options.Option(
-    "contact-fraction",
-    options.Panel.BODIES,
-    "SHARES",
-    'Contact fraction(s) to reach: "1 %, 5 %".',
-    units.shares,
-    None,
+    "contact-fraction", "SHARES", 'Contact fraction(s) to reach: "1 %, 5 %".', units.shares, None
 )
 SATURATED = options.Option(
     "saturated-fraction",
-    options.Panel.BODIES,
     "SHARES",
     'Saturated part of the contact to reach: "1 %".',
     units.shares,
@@ -30,22 +24,16 @@ SATURATED = options.Option(
 )
 APPROACH = options.Option(
     "approach",
-    options.Panel.BODIES,
     "LENGTHS",
     'Approach(es) from first contact to reach: "1 um".',
     parsing.lengths,
     None,
 )
 MEAN_GAP = options.Option(
-    "mean-gap",
-    options.Panel.BODIES,
-    "LENGTHS",
-    'Mean gap(s) to reach: "0.5 um".',
-    parsing.lengths,
-    None,
+    "mean-gap", "LENGTHS", 'Mean gap(s) to reach: "0.5 um".', parsing.lengths, None
 )
 FIRST_YIELD = options.flag_option(
-    "first-yield", options.Panel.BODIES, "Load of first yield of either body (elastic contact)."
+    "first-yield", "Load of first yield of either body (elastic contact)."
 )
 OUTPUT = options.file_option("output", "FILE.csv|json", "Table of results.", options.TABLES)
 _WANTED: tuple[options.Option[Any], ...] = (CONTACT, SATURATED, APPROACH, MEAN_GAP, FIRST_YIELD)

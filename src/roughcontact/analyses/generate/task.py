@@ -20,133 +20,133 @@ _MAX_SEED = 2**63 - 1
 
 SIZE = Option(
     "size",
-    Panel.MAP,
     "LENGTHS",
     'Side lengths (y, x): "0.5 mm x 1 mm", or one of a square.',
     parsing.as_text,
     None,
-    "Side lengths (y × x)",
+    Panel.MAP,
+    label="Side lengths (y × x)",
 )
 POINTS = Option(
     "points",
-    Panel.MAP,
     "NUMBER|NYxNX",
     "Grid points, e.g. 512 or 256x1024; default: 1024.",
     parsing.points,
     (1024, 1024),
+    Panel.MAP,
 )
 SEED = Option(
     "seed",
-    Panel.MAP,
     "NUMBER",
     "Random seed; each seed gives another surface; default: 0.",
     parsing.int_parser(0, _MAX_SEED),
     0,
+    Panel.MAP,
     arguments=("rng",),
 )
 SQ = Option(
     "sq",
-    Panel.HEIGHTS,
     "LENGTH",
     'Root-mean-square height Sq: "0.4 um".',
     LENGTH,
     None,
+    Panel.HEIGHTS,
     arguments=("Sq",),
 )
 SSK = Option(
     "ssk",
-    Panel.HEIGHTS,
     "NUMBER",
     "Skewness Ssk: below 0 plateaus with valleys, above 0 peaks; default: 0.",
     parsing.number,
     0.0,
+    Panel.HEIGHTS,
     arguments=("Ssk",),
 )
 SKU = Option(
     "sku",
-    Panel.HEIGHTS,
     "NUMBER",
     "Kurtosis Sku; default: 3 + 1.5 Ssk² (Gaussian: 3).",
     parsing.number,
     None,
+    Panel.HEIGHTS,
     arguments=("Sku",),
 )
 SAL = Option(
     "sal",
-    Panel.TEXTURE,
     "LENGTH",
     'Autocorrelation length Sal: "12 um"; or --rolloff or --sdq.',
     LENGTH,
     None,
+    Panel.TEXTURE,
     arguments=("Sal",),
 )
 SDQ = Option(
     "sdq",
-    Panel.TEXTURE,
     "NUMBER",
     "Root-mean-square slope Sdq; with --sal or --rolloff it sets the cutoff.",
     parsing.number,
     None,
+    Panel.TEXTURE,
     arguments=("Sdq",),
 )
 ROLLOFF = Option(
     "rolloff",
-    Panel.TEXTURE,
     "LENGTH",
     'Roll-off wavelength; the spectrum is flat above: "50 um".',
     LENGTH,
     None,
+    Panel.TEXTURE,
     arguments=("rolloff_wavelength",),
 )
 CUTOFF = Option(
     "cutoff",
-    Panel.TEXTURE,
     "LENGTH",
     'Shortest wavelength: "4 um"; default: 8 pixels.',
     LENGTH,
     None,
+    Panel.TEXTURE,
     arguments=("cutoff_wavelength",),
 )
 HURST = Option(
     "hurst",
-    Panel.TEXTURE,
     "NUMBER",
     "Hurst exponent, 0 (rough to the finest scale) to 1; default: 0.8.",
     parsing.number,
     0.8,
+    Panel.TEXTURE,
 )
 STR = Option(
     "str",
-    Panel.TEXTURE,
     "NUMBER",
     "Texture aspect ratio Str, 0 (directional) to 1 (isotropic); default: 1.",
     parsing.number,
     None,
+    Panel.TEXTURE,
     arguments=("Str",),
 )
 LAY = Option(
     "lay",
-    Panel.TEXTURE,
     "DEGREES",
     "Lay direction, degrees counterclockwise from x; default: 0.",
     parsing.number,
     0.0,
+    Panel.TEXTURE,
 )
 HONING = Option(
     "honing",
-    Panel.TEXTURE,
     "DEGREES",
     "Honing angle between the two groove families, degrees: 45.",
     parsing.number,
     None,
+    Panel.TEXTURE,
 )
 TURNING = Option(
     "turning",
-    Panel.TEXTURE,
     "FEED,RADIUS",
     'Turning grooves along the lay, feed and nose radius: "0.1 mm, 0.8 mm".',
     parsing.lengths,
     None,
+    Panel.TEXTURE,
 )
 OUTPUT = files_option(
     "output", f"Map: {export.list_formats(export.SURFACE)}; repeatable.", export.SURFACE.suffixes

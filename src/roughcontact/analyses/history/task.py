@@ -10,7 +10,7 @@ from roughcontact._tools.memory import STEPS
 from roughcontact.errors import require_count
 from roughcontact.formats import export
 from roughcontact.request import options, parsing
-from roughcontact.request.options import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file_option
+from roughcontact.request.options import NEEDED, PICTURES, TABLES, Option, Rule, file_option
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -18,7 +18,6 @@ from roughcontact.request.task import Analysis, Task
 _SURFACES = export.SURFACE.suffixes
 PATH = Option(
     "path",
-    Panel.BODIES,
     "LOADS",
     'Loads or approaches in order: "1 N, 0 N, 1 N", "20 MPa, 0 N".',
     parsing.stages,
@@ -26,7 +25,6 @@ PATH = Option(
 )
 PASSES = Option(
     "passes",
-    Panel.BODIES,
     "NUMBER",
     "Maximum number of repetitions of the path; default: 1.",
     parsing.int_parser(1, STEPS),
@@ -34,7 +32,6 @@ PASSES = Option(
 )
 SHIFT = Option(
     "shift",
-    Panel.BODIES,
     "LENGTHS",
     'Counter-body shift (y, x) per pass: "0 um, 5 um"; default: none.',
     parsing.offset,

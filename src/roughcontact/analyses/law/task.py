@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
 
 QUARTERS = options.flag_option(
-    "quarters", options.Panel.MAP, "Repeat on map quarters to check the map size."
+    "quarters", "Repeat on map quarters to check the map size.", options.Panel.MAP
 )
 OUTPUT = options.files_option(
     "output", f"Law: {export.list_formats(LAW_FORMATS)}; repeatable.", LAW_FORMATS.suffixes

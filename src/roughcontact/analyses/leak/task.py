@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from roughcontact.request import contacts as joints, options, parsing
-from roughcontact.request.options import LENGTH, PICTURES, PRESSURE, Option, Panel, file_option
+from roughcontact.request.options import LENGTH, PICTURES, PRESSURE, Option, file_option
 from roughcontact.request.outcome import Outcome, TaskContext, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
@@ -18,76 +18,33 @@ if TYPE_CHECKING:
     from roughcontact.surface.surface import Surface
 
 FLOW_AXIS = Option(
-    "flow-axis",
-    Panel.BODIES,
-    "y|x",
-    "Flow axis, y or x; default: both.",
-    parsing.choice("y", "x"),
-    None,
+    "flow-axis", "y|x", "Flow axis, y or x; default: both.", parsing.choice("y", "x"), None
 )
 VISCOSITY = Option(
-    "viscosity",
-    Panel.BODIES,
-    "VISCOSITY",
-    'Dynamic viscosity: "1 mPa s".',
-    parsing.quantity("viscosity"),
-    None,
+    "viscosity", "VISCOSITY", 'Dynamic viscosity: "1 mPa s".', parsing.quantity("viscosity"), None
 )
 PRESSURE_DIFFERENCE = Option(
-    "pressure-difference",
-    Panel.BODIES,
-    "PRESSURE",
-    'Inlet minus outlet pressure: "1 bar".',
-    PRESSURE,
-    None,
+    "pressure-difference", "PRESSURE", 'Inlet minus outlet pressure: "1 bar".', PRESSURE, None
 )
 SEAL_WIDTH = Option(
-    "seal-width",
-    Panel.BODIES,
-    "LENGTH",
-    "Seal face width across the flow; default: map.",
-    LENGTH,
-    None,
+    "seal-width", "LENGTH", "Seal face width across the flow; default: map.", LENGTH, None
 )
 SEAL_LENGTH = Option(
-    "seal-length",
-    Panel.BODIES,
-    "LENGTH",
-    "Seal face length along the flow (land); default: map.",
-    LENGTH,
-    None,
+    "seal-length", "LENGTH", "Seal face length along the flow (land); default: map.", LENGTH, None
 )
-RING = Option(
-    "ring",
-    Panel.BODIES,
-    "LENGTH",
-    'Mean diameter of a ring-shaped seal face: "40 mm".',
-    LENGTH,
-    None,
-)
+RING = Option("ring", "LENGTH", 'Mean diameter of a ring-shaped seal face: "40 mm".', LENGTH, None)
 GAS = Option(
     "gas",
-    Panel.BODIES,
     "GAS",
     "Gas that leaks: air, nitrogen, helium or argon.",
     parsing.choice("air", "nitrogen", "helium", "argon"),
     None,
 )
 INLET = Option(
-    "inlet",
-    Panel.BODIES,
-    "PRESSURE",
-    'Absolute pressure of the gas at the inlet: "2 bar".',
-    PRESSURE,
-    None,
+    "inlet", "PRESSURE", 'Absolute pressure of the gas at the inlet: "2 bar".', PRESSURE, None
 )
 OUTLET = Option(
-    "outlet",
-    Panel.BODIES,
-    "PRESSURE",
-    'Absolute pressure of the gas at the outlet: "1 mbar".',
-    PRESSURE,
-    None,
+    "outlet", "PRESSURE", 'Absolute pressure of the gas at the outlet: "1 mbar".', PRESSURE, None
 )
 FIGURE = file_option("figure", "FILE", "Figure of gap and flow (PNG, SVG or PDF).", PICTURES)
 _SEAL: tuple[Option[Any], ...] = (

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 LOAD = options.Option(
     "load",
-    options.Panel.BODIES,
     "LOAD",
     'Load of every step: "1 N", "20 MPa" or "600 N/mm"; or --hertz.',
     parsing.load,
@@ -31,23 +30,16 @@ LOAD = options.Option(
 )
 PASSES = options.Option(
     "passes",
-    options.Panel.BODIES,
     "NUMBER",
     "Maximum number of passes (forward and back are two); default: 5.",
     parsing.int_parser(1, limits.STEPS),
     5,
 )
 STEPS = options.Option(
-    "steps",
-    options.Panel.BODIES,
-    "NUMBER",
-    "Positions per pass; default: 32.",
-    parsing.int_parser(1, limits.STEPS),
-    32,
+    "steps", "NUMBER", "Positions per pass; default: 32.", parsing.int_parser(1, limits.STEPS), 32
 )
 TRAVEL = options.Option(
     "travel",
-    options.Panel.BODIES,
     "LENGTH",
     'Travel per pass, centered: "80 um"; default: one period of the map.',
     options.LENGTH,
@@ -55,18 +47,14 @@ TRAVEL = options.Option(
 )
 DIRECTION = options.Option(
     "direction",
-    options.Panel.BODIES,
     "DEGREES",
     "Travel direction, degrees counterclockwise from x; default: 0.",
     parsing.number,
     0.0,
 )
-RECIPROCATING = options.flag_option(
-    "reciprocating", options.Panel.BODIES, "Reciprocate: alternate the travel direction."
-)
+RECIPROCATING = options.flag_option("reciprocating", "Reciprocate: alternate the travel direction.")
 FRICTION = options.Option(
     "friction",
-    options.Panel.BODIES,
     "NUMBER",
     "Friction coefficient in full sliding, in travel direction; default: 0.",
     parsing.number,
@@ -74,28 +62,28 @@ FRICTION = options.Option(
 )
 TOLERANCE = options.Option(
     "tolerance",
-    options.Panel.SOLVER,
     "NUMBER",
     "Plastic strain residual limit; default: 1e-4.",
     parsing.number,
     None,
+    options.Panel.SOLVER,
 )
 MAX_ITERATIONS = options.Option(
     "max-iterations",
-    options.Panel.SOLVER,
     "NUMBER",
     "Maximum iterations per step; default: 150.",
     options.ITERATIONS,
     None,
-    "Maximum iterations",
+    options.Panel.SOLVER,
+    label="Maximum iterations",
 )
 PRECISION = options.Option(
     "precision",
-    options.Panel.SOLVER,
     "double|single",
     "Precision of the elastoplastic model, double or single; default: single.",
     parsing.choice("double", "single"),
     None,
+    options.Panel.SOLVER,
 )
 OUTPUT = options.files_option(
     "output",
@@ -108,7 +96,7 @@ FOLDER = options.file_option(
 MOVIE = options.file_option(
     "movie", "FILE.gif", "Animated GIF of pressure and plastic strain.", (".gif",)
 )
-YES = options.flag_option("yes", options.Panel.OUTPUT, "Run for more than a day.")
+YES = options.flag_option("yes", "Run for more than a day.", options.Panel.OUTPUT)
 _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 
 # Run time [s] above which a run needs confirmation.

@@ -22,12 +22,9 @@ SURFACE_MODEL, VOLUME_MODEL = "ceiling", "elastoplastic"
 RESULTS = {SURFACE_MODEL: export.CONTACT.suffixes, VOLUME_MODEL: export.VOLUME.suffixes}
 """File suffixes of results, by model."""
 
-UNCALIBRATED = options.flag_option(
-    "uncalibrated", options.Panel.BODIES, "Omit the second column (calibrated ceiling)."
-)
+UNCALIBRATED = options.flag_option("uncalibrated", "Omit the second column (calibrated ceiling).")
 MODEL = options.Option(
     "model",
-    options.Panel.BODIES,
     f"{SURFACE_MODEL}|{VOLUME_MODEL}",
     "ceiling (fast) or elastoplastic (minutes); default: ceiling.",
     parsing.choice(SURFACE_MODEL, VOLUME_MODEL),
@@ -35,39 +32,36 @@ MODEL = options.Option(
 )
 INCREMENTS: options.Option[int | str] = options.Option(
     "increments",
-    options.Panel.BODIES,
     "NUMBER|auto",
     "Load steps of the elastoplastic model, e.g. 8; default: auto (error below 1 %).",
     parsing.counted_or_auto(1, STEPS),
     "auto",
 )
-UNLOAD = options.flag_option(
-    "unload", options.Panel.BODIES, "Unload at the end; report residual shape and stress."
-)
+UNLOAD = options.flag_option("unload", "Unload at the end; report residual shape and stress.")
 TOLERANCE = options.Option(
     "tolerance",
-    options.Panel.SOLVER,
     "NUMBER",
     "Certificate limit; default: 1e-6 (single precision and elastoplastic: 1e-4).",
     parsing.number,
     None,
+    options.Panel.SOLVER,
 )
 MAX_ITERATIONS = options.Option(
     "max-iterations",
-    options.Panel.SOLVER,
     "NUMBER",
     "Maximum convolutions per grid; default: 2000 (elastoplastic: 150 iterations per load).",
     options.ITERATIONS,
     None,
-    "Maximum convolutions",
+    options.Panel.SOLVER,
+    label="Maximum convolutions",
 )
 PRECISION = options.Option(
     "precision",
-    options.Panel.SOLVER,
     "double|single",
     "double or single (two thirds of the memory); default: double (elastoplastic: single).",
     parsing.choice("double", "single"),
     None,
+    options.Panel.SOLVER,
 )
 OUTPUT = options.files_option(
     "output",
@@ -78,7 +72,7 @@ FOLDER = options.file_option(
     "folder", "FOLDER", "Folder for finished elastoplastic steps; the same command resumes."
 )
 STUDY = options.flag_option(
-    "study", options.Panel.SOLVER, "Check dependence on grid, filter and ceiling."
+    "study", "Check dependence on grid, filter and ceiling.", options.Panel.SOLVER
 )
 _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 _STUDY_SOLVER = (options.TOLERANCE, options.PRECISION)

@@ -18,23 +18,16 @@ from roughcontact.request.task import Analysis, Task
 
 IN_BODY = Option(
     "in-body",
-    Panel.BODIES,
     "body|counter-body",
     "Body whose stress is computed; default: body.",
     parsing.choice("body", "counter-body"),
     "body",
 )
 FRICTION = Option(
-    "friction",
-    Panel.BODIES,
-    "NUMBER",
-    "Friction coefficient in full sliding; default: 0.",
-    parsing.number,
-    0.0,
+    "friction", "NUMBER", "Friction coefficient in full sliding; default: 0.", parsing.number, 0.0
 )
 DIRECTION = Option(
     "direction",
-    Panel.BODIES,
     "DEGREES",
     "Traction direction, degrees counterclockwise from x; default: 0.",
     parsing.number,
@@ -42,13 +35,13 @@ DIRECTION = Option(
 )
 DEPTHS = Option(
     "depths",
-    Panel.SOLVER,
     "LENGTHS",
     'Depths: "1 um, 2 um"; default: automatic.',
     parsing.lengths,
     None,
+    Panel.SOLVER,
 )
-FIRST_YIELD = flag_option("first-yield", Panel.SOLVER, "Also compute the load of first yield.")
+FIRST_YIELD = flag_option("first-yield", "Also compute the load of first yield.", Panel.SOLVER)
 OUTPUT = file_option("output", "FILE.nc", "Contact and stress as NetCDF.", (".nc",))
 
 

@@ -16,14 +16,13 @@ from typing import Any
 from roughcontact._tools import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.request import measurement, options, parsing
-from roughcontact.request.options import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file_option
+from roughcontact.request.options import NEEDED, PICTURES, TABLES, Option, Rule, file_option
 from roughcontact.request.outcome import Outcome, TaskContext
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
 
 FROM = Option(
     "from",
-    Panel.BODIES,
     "LOAD|APPROACH",
     'First load or approach: "10 mN", "1 MPa", "hertz 0.5 GPa" or "0.1 um".',
     parsing.load_or_approach,
@@ -31,23 +30,16 @@ FROM = Option(
 )
 TO = Option(
     "to",
-    Panel.BODIES,
     "LOAD|APPROACH",
     "Last load or approach, in the same form.",
     parsing.load_or_approach,
     None,
 )
 STEPS = Option(
-    "steps",
-    Panel.BODIES,
-    "NUMBER",
-    "Number of loads; default: 13.",
-    parsing.int_parser(2, limits.STEPS),
-    13,
+    "steps", "NUMBER", "Number of loads; default: 13.", parsing.int_parser(2, limits.STEPS), 13
 )
 SPACING = Option(
     "spacing",
-    Panel.BODIES,
     "log|linear",
     "log (equal ratios) or linear (equal differences); default: log.",
     parsing.choice("log", "linear"),

@@ -54,24 +54,13 @@ def _stages(text: str, argument: str) -> tuple[tuple[float | Load, str], ...]:
 
 
 FORCE = options.Option(
-    "force",
-    options.Panel.BODIES,
-    "FORCES",
-    'Tangential force, or several in turn: "0.05 N, -0.05 N".',
-    _forces,
-    None,
+    "force", "FORCES", 'Tangential force, or several in turn: "0.05 N, -0.05 N".', _forces, None
 )
 SHIFT = options.Option(
-    "shift",
-    options.Panel.BODIES,
-    "LENGTH",
-    'Rigid tangential shift, instead of a force: "20 nm".',
-    options.LENGTH,
-    None,
+    "shift", "LENGTH", 'Rigid tangential shift, instead of a force: "20 nm".', options.LENGTH, None
 )
 STAGES = options.Option(
     "stages",
-    options.Panel.BODIES,
     "STAGES",
     'Loads and forces together, from no contact on: "1 N: 0 N, 2 N: 0.1 N".',
     _stages,
@@ -83,9 +72,7 @@ OUTPUT = options.file_option(
 FIGURE = options.file_option(
     "figure", "FILE", "Figure of traction, slip and curve (PNG, SVG or PDF).", options.PICTURES
 )
-STRESS = options.flag_option(
-    "stress", options.Panel.BODIES, "Also compute subsurface stress and Ruiz parameters."
-)
+STRESS = options.flag_option("stress", "Also compute subsurface stress and Ruiz parameters.")
 _ASKED: tuple[options.Option[Any], ...] = (FRICTION, FORCE, SHIFT, DIRECTION, STRESS)
 
 
