@@ -140,13 +140,7 @@ BODY: Table = (
         symbol="ν",
         text=lambda b: ABSENT if phrases.is_rigid(b) else f"{b.poisson:g}",
     ),
-    Quantity(
-        "yield_strength",
-        "yield strength",
-        symbol="σ_Y",
-        unit="Pa",
-        text=_strength("yield_strength"),
-    ),
+    Quantity("yield_strength", "yield strength", "σ_Y", "Pa", text=_strength("yield_strength")),
     Quantity(
         "coating",
         "coating, outermost first",

@@ -297,11 +297,7 @@ COMPARISON: Table = (
         when=lambda c: c.base is not None,
     ),
     Quantity(
-        "worst_certificate",
-        "certificates",
-        symbol="ε",
-        part=TRUST,
-        form=lambda v: f"{v:.1e} at most",
+        "worst_certificate", "certificates", "ε", part=TRUST, form=lambda v: f"{v:.1e} at most"
     ),
     Quantity("sampling", of=lambda c: [stored_values(SAMPLING, study) for study in c.sampling]),
     *CAUTIONS,
@@ -449,11 +445,7 @@ SAMPLING_COLUMNS: Columns = (
     ),
     Column("half", f"± ({LEVEL})", of=_each(lambda item: item.half), shown=_each(_error)),
     Column(
-        "area",
-        f"side for {FIVE}",
-        unit="m²",
-        of=_each(lambda item: item.area),
-        shown=_each(_needed),
+        "area", f"side for {FIVE}", "m²", of=_each(lambda item: item.area), shown=_each(_needed)
     ),
     Column("area_low", unit="m²", of=_each(lambda item: item.area_low)),
     Column("area_high", unit="m²", of=_each(lambda item: item.area_high)),

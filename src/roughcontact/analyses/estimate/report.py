@@ -61,14 +61,7 @@ def _limited(result: Estimate) -> bool:
 
 
 ESTIMATE: Table = (
-    Quantity(
-        "pressure",
-        "nominal pressure",
-        symbol="p̄",
-        unit="Pa",
-        meaning="load over nominal area",
-        part=PROBLEM,
-    ),
+    Quantity("pressure", "nominal pressure", "p̄", "Pa", "load over nominal area", part=PROBLEM),
     Quantity(
         "contact_modulus",
         "contact modulus",

@@ -45,11 +45,7 @@ HISTORY_COLUMNS: Columns = (
         "contact_area", "contact", unit="m²", shown=share_of("contact_area"), form=format_percent
     ),
     Column(
-        "saturated_area",
-        "saturated",
-        unit="m²",
-        shown=share_of("saturated_area"),
-        form=format_percent,
+        "saturated_area", "saturated", "m²", shown=share_of("saturated_area"), form=format_percent
     ),
     Column("max_pressure", "largest pressure", unit="Pa"),
     Column(
@@ -59,10 +55,7 @@ HISTORY_COLUMNS: Columns = (
         shown=format_without_rounding("indentation_volume"),
     ),
     Column(
-        "dissipated_energy",
-        "dissipated",
-        unit="J",
-        shown=format_without_rounding("dissipated_energy"),
+        "dissipated_energy", "dissipated", "J", shown=format_without_rounding("dissipated_energy")
     ),
     Column("elastic_energy", unit="J"),
     Column("certificate"),

@@ -117,14 +117,7 @@ CONTACT: Table = (
     ),
     Quantity("load_error", "load error", part=TRUST, text=_load_error),
     Quantity("tolerance"),
-    Quantity(
-        "load",
-        "load",
-        symbol="W",
-        unit="N",
-        meaning="normal force that the pressure adds up to",
-        text=_load,
-    ),
+    Quantity("load", "load", "W", "N", "normal force that the pressure adds up to", text=_load),
     Quantity(
         "approach",
         "approach",
@@ -200,12 +193,7 @@ CONTACT: Table = (
         text=phrases.ceiling,
     ),
     Quantity(
-        "nominal_area",
-        "nominal area",
-        unit="m²",
-        meaning="of the whole map",
-        stored=False,
-        brief=False,
+        "nominal_area", "nominal area", "", "m²", "of the whole map", stored=False, brief=False
     ),
     Quantity(
         "nominal_pressure",
@@ -263,11 +251,7 @@ CONTACT: Table = (
         when=_touches,
     ),
     Quantity(
-        "max_pressure",
-        "largest pressure",
-        unit="Pa",
-        meaning="on any pixel",
-        text=phrases.largest_pressure,
+        "max_pressure", "largest pressure", "", "Pa", "on any pixel", text=phrases.largest_pressure
     ),
     Quantity("mean_gap", "mean gap", unit="m", meaning="of the open gap; closed points count 0"),
     Quantity(

@@ -174,11 +174,7 @@ CURVE_COLUMNS: Columns = (
     ),
     Column("perimeter_corrected_area", unit="m²"),
     Column(
-        "saturated_area",
-        "saturated",
-        unit="m²",
-        shown=share_of("saturated_area"),
-        form=format_percent,
+        "saturated_area", "saturated", "m²", shown=share_of("saturated_area"), form=format_percent
     ),
     Column("max_pressure", "largest pressure", unit="Pa", brief=False),
     Column("mean_gap", "mean gap", unit="m"),
