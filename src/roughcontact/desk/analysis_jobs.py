@@ -95,16 +95,12 @@ def _analysis_outcome(tell: Tell, outcome: Outcome) -> AnalysisOutcome:
         heads,
         tuple(steps),
         tuple(result.cautions),
-        _make_drawings(result)
+        tuple(read_figure(draw()) for draw in kinds.drawings(result).values())
         if outcome.converged and not isinstance(result, INTERACTIVE_RESULTS)
         else (),
         kinds.sentences(result),
         kinds.presentation_of(result).answer(result),
     )
-
-
-def _make_drawings(result: Any) -> tuple[Drawing, ...]:
-    return tuple(read_figure(draw()) for draw in kinds.drawings(result).values())
 
 
 @dataclass(frozen=True)

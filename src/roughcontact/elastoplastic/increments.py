@@ -318,7 +318,7 @@ class IncrementLoop:
         new = old.enlarged(
             surface.shape,
             surface.pixel,
-            deeper=self._deepen and self._has_reached_bottom(),
+            deeper=self._deepen and any(parts[-1].any() for parts in self._added),
             wider=self._widen and self._has_reached_edge(),
         )
         sizes = [(item.grid(surface.shape), item.thickness.size) for item in (old, new)]
@@ -327,9 +327,6 @@ class IncrementLoop:
             return False
         self._resize(new)
         return True
-
-    def _has_reached_bottom(self) -> bool:
-        return any(parts[-1].any() for parts in self._added)
 
     def _has_reached_edge(self) -> bool:
         ny, nx = self.bodies[0].shape

@@ -124,10 +124,6 @@ def _check_convergence(result: ElastoplasticResult) -> Caution | None:
     )
 
 
-def _check_edge(result: ElastoplasticResult) -> Caution | None:
-    return plausibility.edge_caution(result.solution)
-
-
 def _check_excess(result: ElastoplasticResult) -> Caution | None:
     if not result.yield_excess > _EXCESS:
         return None
@@ -214,7 +210,7 @@ def _residual(result: ElastoplasticResult) -> Caution | None:
 _CHECKS = (
     _check_convergence,
     _check_excess,
-    _check_edge,
+    lambda result: plausibility.edge_caution(result.solution),
     _ends,
     _check_deformation,
     _check_hardening,

@@ -802,16 +802,9 @@ def slices(
     waves has its exact stress (`stress_kernels.waves`). The mean pressure acts on a body that
     cannot expand sideways: σ_xx = σ_yy = -ν/(1-ν) p̄.
     """
+    workspace = Workspace(workers)
     field = field_of(
-        pressure,
-        pixel,
-        poisson,
-        boundary,
-        friction,
-        direction,
-        precision,
-        Workspace(workers),
-        traction,
+        pressure, pixel, poisson, boundary, friction, direction, precision, workspace, traction
     )
     return (_slice(field, depth) for depth in depth_list(depths).tolist())
 
@@ -862,16 +855,9 @@ def sections(
     InputError
         If an argument is outside its range.
     """
+    workspace = Workspace(workers)
     field = field_of(
-        pressure,
-        pixel,
-        poisson,
-        boundary,
-        friction,
-        direction,
-        precision,
-        Workspace(workers),
-        traction,
+        pressure, pixel, poisson, boundary, friction, direction, precision, workspace, traction
     )
     listed, (ny, nx) = depth_list(depths), field.shape
     if not (0 <= point[0] < ny and 0 <= point[1] < nx):

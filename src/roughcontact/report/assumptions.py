@@ -203,14 +203,6 @@ def _yields(case: Case) -> bool:
     return case.volume is not None
 
 
-def _limited(case: Case) -> bool:
-    return case.ceiling is not None and not _yields(case)
-
-
-def _elastic(case: Case) -> bool:
-    return case.ceiling is None and not _yields(case)
-
-
 def _path_travels(case: Case) -> bool:
     return case.volume is not None and case.volume.has_moved
 
@@ -336,13 +328,13 @@ ASSUMPTIONS = (
         "Ceiling for plastic flow",
         _ceiling,
         "residual stress, pile-up or many passes matter",
-        _limited,
+        lambda case: case.ceiling is not None and not _yields(case),
     ),
     Assumption(
         "No plastic flow",
         lambda c: f"elastic; peak pressure {format_engineering(c.max_pressure, 'Pa', 3)}",
         "a metal yields (peak pressure above 1.6 σ_Y)",
-        _elastic,
+        lambda case: case.ceiling is None and not _yields(case),
     ),
     Assumption("Hardening", _hardening, "load reverses, or creep, fracture or heat occur", _yields),
     Assumption("Layers", _layers, "peaks are narrower than a layer or pixel", _yields),

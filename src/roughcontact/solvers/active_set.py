@@ -487,7 +487,7 @@ def _centering(
 ) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
     """Return a function that subtracts the parts of approach and tilt on some pixels."""
     if viewer.problem.total is None:
-        return _identity
+        return lambda values: values
     if viewer.problem.moments is None:
         return _remove_mean
     return partial(_remove_projection, _orthonormal(viewer.problem.moments.rows(index)))
@@ -512,10 +512,6 @@ def _remove_projection(
     """Subtract the parts of approach and tilt in place; return the values."""
     for row in rows:
         values -= dot(row, values) * row
-    return values
-
-
-def _identity(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return values
 
 

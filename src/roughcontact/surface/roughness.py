@@ -103,13 +103,7 @@ def height_parameters(heights: Array) -> dict[str, float]:
 
 def rms_height(heights: NDArray[np.float64]) -> float:
     """Return the root-mean-square height about the mean, Sq."""
-    total, count = 0.0, 0
-    for rows in grid.row_blocks(heights.shape):
-        count += int(np.count_nonzero(~np.isnan(heights[rows])))
-        total += float(np.nansum(heights[rows]))
-    if count == 0:
-        raise InputError("has no finite value: every point is missing", argument="heights")
-    mean = total / count
+    mean, count = _rounded_mean(heights)
     squares, rest = 0.0, 0.0
     for rows in grid.row_blocks(heights.shape):
         deviation = heights[rows] - mean
@@ -175,15 +169,20 @@ def developed_area_ratio(heights: Array, pixel: tuple[float, float]) -> float:
     return total / count
 
 
-def mean_and_count(heights: Array) -> tuple[float, int]:
-    """Return the mean height and the number of valid points."""
+def _rounded_mean(heights: Array) -> tuple[float, int]:
+    """Return the mean height, with rounding errors, and the number of valid points."""
     total, count = 0.0, 0
     for rows in grid.row_blocks(heights.shape):
         count += int(np.count_nonzero(~np.isnan(heights[rows])))
         total += float(np.nansum(heights[rows]))
     if count == 0:
         raise InputError("has no finite value: every point is missing", argument="heights")
-    mean = total / count
+    return total / count, count
+
+
+def mean_and_count(heights: Array) -> tuple[float, int]:
+    """Return the mean height and the number of valid points."""
+    mean, count = _rounded_mean(heights)
     # A second pass, for the rounding of the mean of a map with a large offset.
     rest = sum(float(np.nansum(heights[rows] - mean)) for rows in grid.row_blocks(heights.shape))
     return mean + rest / count, count

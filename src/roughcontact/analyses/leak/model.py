@@ -587,17 +587,8 @@ def leakage(
     True
     """
     axes = flow_axes(flow_axis)
-    seal = seal_of(
-        viscosity,
-        pressure_difference,
-        seal_width,
-        seal_length,
-        ring,
-        gas,
-        inlet,
-        outlet,
-        temperature,
-    )
+    supply = gas, inlet, outlet, temperature
+    seal = seal_of(viscosity, pressure_difference, seal_width, seal_length, ring, *supply)
     answer: list[tuple[LeakageStep, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None
     flows: tuple[Flow, ...] = ()

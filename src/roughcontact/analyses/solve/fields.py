@@ -94,10 +94,6 @@ def up_to(value: float) -> str:
     return f"up to {format_engineering(value, 'm')}" if value else "none"
 
 
-def _saturated_share(result: ContactResult) -> float:
-    return result.saturated_fraction / result.contact_fraction
-
-
 def _load_error(result: ContactResult) -> str:
     free = result.control == "approach"
     aim = "the approach was given" if free else f"at most {LOAD_TOLERANCE:.0e}"
@@ -235,7 +231,7 @@ CONTACT: Table = (
         "saturated_share",
         "saturated share",
         meaning="of the contact area that is at the ceiling",
-        of=_saturated_share,
+        of=lambda result: result.saturated_fraction / result.contact_fraction,
         form=format_percent,
         stored=False,
         brief=False,
@@ -321,10 +317,6 @@ def _path_of_loads(result: ElastoplasticResult) -> str:
     )
 
 
-def _is_raised(result: ElastoplasticResult) -> float:
-    return max(-float(result.residual_displacement.min()), 0.0)
-
-
 def _contact_quantity(key: str, **changes: Any) -> Quantity:
     """Return a quantity of the contact as a quantity of the volume model."""
     return delegated("solution", quantity_of(CONTACT, key), **changes)
@@ -393,7 +385,7 @@ VOLUME: Table = (
         "raised surface",
         unit="m",
         meaning="decrease of the gap by plastic strain (pile-up)",
-        of=_is_raised,
+        of=lambda result: max(-float(result.residual_displacement.min()), 0.0),
         form=up_to,
         stored=False,
         brief=False,

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
-from roughcontact._tools import netcdf
 from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.analyses.solve.blocks import hertz_blocks, spot_rows
 from roughcontact.drawing import elastoplastic as plots
@@ -143,10 +142,6 @@ def _remarks(result: ElastoplasticResult) -> tuple[str, ...]:
     return f"Load steps: {phrases.step_error(result)}", status
 
 
-def _dataset(result: ElastoplasticResult) -> netcdf.Dataset:
-    return archive.to_dataset(result)[0]
-
-
 KIND = Presentation(
     ElastoplasticResult,
     contact_fields.VOLUME,
@@ -163,7 +158,7 @@ KIND = Presentation(
     ),
     works=citations.volume_references,
     save=export.save_volume,
-    dataset=_dataset,
+    dataset=lambda result: archive.to_dataset(result)[0],
     problem=lambda result: phrases.problem(result.solution),
     answer=_answer,
     numbers=_numbers,

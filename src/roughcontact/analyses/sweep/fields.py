@@ -38,17 +38,13 @@ def _nominal(result: Any) -> float:
     return result.last.nominal_area
 
 
-def _worst(result: Any) -> float:
-    return max(step.certificate for step in result.steps)
-
-
 def certificates_of() -> Quantity:
     """Return the quantity of the largest certificate."""
     return Quantity(
         "worst_certificate",
         "certificates",
         symbol="ε",
-        of=_worst,
+        of=lambda result: max(step.certificate for step in result.steps),
         form=lambda v: f"{v:.1e} at most",
         part=TRUST,
         stored=False,
