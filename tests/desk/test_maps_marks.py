@@ -24,7 +24,7 @@ def maps():
 
 def test_dragging_an_end_reports_section_line(maps):
     told = []
-    maps.set_section_listener(told.append)
+    maps.section.set_listener(told.append)
     maps.section.set_line((10e-6, 10e-6, 20e-6, 50e-6))
     assert told == []
     assert maps.section.source.data["x"] == pytest.approx([10, 50])
@@ -44,7 +44,7 @@ def test_ends_stay_on_the_map(maps):
 
 def test_zooming_keeps_the_line_and_the_size_of_its_handles(maps):
     told = []
-    maps.set_section_listener(told.append)
+    maps.section.set_listener(told.append)
     maps.section.set_line((10e-6, 10e-6, 20e-6, 50e-6))
     end = maps.section.ends[0]
     before = end.right - end.left
@@ -56,7 +56,7 @@ def test_zooming_keeps_the_line_and_the_size_of_its_handles(maps):
 
 def test_box_is_drawn_moved_and_removed(maps):
     told = []
-    maps.set_box_listener(told.append)
+    maps.crop.set_listener(told.append)
     plot = maps.plot
     geometry = {"type": "rect", "x0": 40.0, "x1": 10.0, "y0": -5.0, "y1": 20.2}
     plot._trigger_event(SelectionGeometry(plot, geometry=geometry, final=True))

@@ -207,6 +207,4 @@ def _first_yield(result: ContactResult, smooth: SmoothContact) -> float | None:
     """Return the peak pressure at first yield of the nominal bodies."""
     body = result.pair.first_to_yield
     assert body is not None
-    if smooth.shape.kind == LINE:
-        return body.line_yield_pressure
-    return body.first_yield_pressure
+    return body.line_yield_pressure if smooth.shape.kind == LINE else body.first_yield_pressure

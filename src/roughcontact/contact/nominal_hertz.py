@@ -199,9 +199,7 @@ def has_nominal_body(origins: Sequence[Provenance]) -> bool:
     The load over the area of the map is then no nominal pressure.
     """
     curvature = relative_curvature(origins)
-    if curvature is None:
-        return any(map(is_nominal_origin, origins))
-    return bool(curvature.any())
+    return any(map(is_nominal_origin, origins)) if curvature is None else bool(curvature.any())
 
 
 def shape_of(pair: Pair) -> ContactShape | None:

@@ -182,9 +182,7 @@ def solve(
         on_interrupt=on_interrupt,
         workers=workers,
     )
-    if not calibrated:
-        return result
-    return add_calibrated(result, ceiling, max_iterations, progress)
+    return result if not calibrated else add_calibrated(result, ceiling, max_iterations, progress)
 
 
 def solve_case(pair: Pair, terms: LoadCase, progress: Tell = None, **how: Any) -> ContactResult:

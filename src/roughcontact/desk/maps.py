@@ -116,7 +116,7 @@ class SectionLine:
         return self._line
 
     def set_listener(self, call: Callable[[Line], None]) -> None:
-        """Register ``call(line)`` for each drag of the line."""
+        """Register ``call(line)`` for the ends (y0, x0, y1, x1) [m] of a dragged line."""
         self._call = call
 
     def set_line(self, line: Line | None) -> None:
@@ -206,7 +206,7 @@ class CropBox:
         return self._box
 
     def set_listener(self, call: Callable[[Box | None], None]) -> None:
-        """Register ``call(box)`` for each drawn, moved or removed box."""
+        """Register ``call(box)`` for a drawn or moved box [m], ``None`` if removed."""
         self._call = call
 
     def set_box(self, box: Box | None) -> None:
@@ -422,14 +422,6 @@ class MapsView:
     def clear(self) -> None:
         """Clear all maps."""
         self.show_contact(None, None)
-
-    def set_section_listener(self, call: Callable[[Line], None]) -> None:
-        """Register ``call(line)`` for the ends (y0, x0, y1, x1) [m] of a dragged line."""
-        self.section.set_listener(call)
-
-    def set_box_listener(self, call: Callable[[Box | None], None]) -> None:
-        """Register ``call(box)`` for a drawn or moved box [m], ``None`` if removed."""
-        self.crop.set_listener(call)
 
     @property
     def large(self) -> str:

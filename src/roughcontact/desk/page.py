@@ -527,8 +527,8 @@ class ContactView:
     def maps(self) -> MapsView:
         """Linked maps."""
         created = MapsView()
-        created.set_section_listener(self._call_draw)
-        created.set_box_listener(self._boxed)
+        created.section.set_listener(self._call_draw)
+        created.crop.set_listener(self._boxed)
         return created
 
     @cached_property

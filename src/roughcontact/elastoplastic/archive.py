@@ -142,14 +142,9 @@ def add_increments(dataset: netcdf.Dataset, increments: Sequence[Increment]) -> 
     dataset["iteration_residual"] = ("iteration", np.array(residuals), about)
 
 
-def load_elastoplastic(
-    path: str | os.PathLike[str], *, verify: bool = False
-) -> ElastoplasticResult:
+def load_elastoplastic(path: str | os.PathLike[str]) -> ElastoplasticResult:
     """Read a result that ``ElastoplasticResult.save`` wrote."""
-    result = load_step(path)[0]
-    if verify:
-        verify_result(result).require(Path(path).name)
-    return result
+    return load_step(path)[0]
 
 
 def load_step(path: str | os.PathLike[str]) -> tuple[ElastoplasticResult, dict[str, NDArray[Any]]]:

@@ -17,7 +17,6 @@ from roughcontact.errors import InputError, input_error
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
-    from roughcontact.elastoplastic.volume_result import ElastoplasticResult
     from roughcontact.surface.surface import Surface
 
 Target = str | os.PathLike[str]
@@ -127,11 +126,6 @@ def save_contact(result: ContactResult, path: Target) -> None:
     if Path(path).suffix.lower() != ".nc":
         _require_kept(result.surface, path)
     CONTACT.write(result, path)
-
-
-def save_volume(result: ElastoplasticResult, path: Target) -> None:
-    """Write a contact with its volume in the format given by the suffix of the file."""
-    VOLUME.write(result, path)
 
 
 def _require_kept(surface: Surface, path: str | os.PathLike[str]) -> None:

@@ -157,9 +157,7 @@ def _decompressed_size(content: mmap.mmap, start: int, maximum: int) -> tuple[in
             rest = unpacking.unconsumed_tail
     except zlib.error:
         return size, start + 1
-    if unpacking.eof:
-        return size, place - len(unpacking.unused_data)
-    return size, start + 1
+    return (size, place - len(unpacking.unused_data)) if unpacking.eof else (size, start + 1)
 
 
 # --- Common parts of all readers: options, channels and error messages ---

@@ -572,9 +572,7 @@ def steps(shape: tuple[int, int], pixel: tuple[float, float], depth: float) -> t
         min(depth / (_SAMPLES * edge), _BLEND_SAMPLES * (_BLEND - 1) * n, _COARSEST)
         for n, edge in zip(shape, pixel, strict=True)
     )
-    if min(y, x) < 1:
-        return 1, 1
-    return 2 ** int(math.log2(y)), 2 ** int(math.log2(x))
+    return (1, 1) if min(y, x) < 1 else (2 ** int(math.log2(y)), 2 ** int(math.log2(x)))
 
 
 def _blending_period(shape: tuple[int, int]) -> tuple[int, int]:

@@ -85,9 +85,7 @@ class Quantity:
 
     def value(self, result: Any) -> Any:
         """Return the value [SI]."""
-        if callable(self.of):
-            return self.of(result)
-        return attrgetter(self.of or self.key)(result)
+        return self.of(result) if callable(self.of) else attrgetter(self.of or self.key)(result)
 
     def format_value(self, value: Any) -> str:
         """Return a value as text."""

@@ -46,9 +46,7 @@ def _maps(text: str, argument: str) -> tuple[tuple[Path, Instrument | None], ...
 
 def _noise(text: str, argument: str) -> float | Path:
     """Return a noise [m], or the file of a second map of the same place."""
-    if re.match(r"\s*[-+.\d]", text):
-        return LENGTH(text, argument)
-    return Path(text)
+    return LENGTH(text, argument) if re.match(r"\s*[-+.\d]", text) else Path(text)
 
 
 def _uncertainties(text: str, argument: str) -> dict[str, float]:

@@ -92,6 +92,18 @@ def map_option(
     return Option(name, metavar, text, parse, default, Panel.MAP, prepares=True, **more)
 
 
+def symbol_option(
+    symbol: str,
+    metavar: str,
+    text: str,
+    parse: Callable[[str, str], T],
+    default: T,
+    panel: str = Panel.MAP,
+) -> Option[T]:
+    """Return an option of a roughness parameter, by its symbol."""
+    return Option(symbol.lower(), metavar, text, parse, default, panel, arguments=(symbol,))
+
+
 def flag_option(name: str, text: str, panel: str = Panel.BODIES, **more: Any) -> Option[bool]:
     """Return an option without a value."""
     return Option(name, "", text, parsing.flag, False, panel, **more)

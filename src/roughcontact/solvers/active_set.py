@@ -298,9 +298,7 @@ def select_entries(
     wanted: NDArray[np.bool_], index: NDArray[np.int64], pressure: NDArray[np.float64]
 ) -> Loaded:
     """Return the selected entries, or the arrays themselves if all are selected."""
-    if wanted.all():
-        return index, pressure
-    return index[wanted], pressure[wanted]
+    return (index, pressure) if wanted.all() else (index[wanted], pressure[wanted])
 
 
 def slopes(now: Iterate, moved: NDArray[np.float64], viewer: Evaluator) -> tuple[float, float]:

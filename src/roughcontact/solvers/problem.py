@@ -139,9 +139,7 @@ def prolong_pressure(start: Loaded, width: int, shape: tuple[int, ...]) -> Loade
             index[position] = fine_row * shape[1] + fine_column
             pressure[position] = coarse_pressure
             inside[position] = (fine_row < shape[0]) & (fine_column < shape[1])
-    if inside.all():
-        return index, pressure
-    return index[inside], pressure[inside]
+    return (index, pressure) if inside.all() else (index[inside], pressure[inside])
 
 
 def _thin_pixels(moments: Moments, shape: tuple[int, ...]) -> Moments:

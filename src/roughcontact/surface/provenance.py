@@ -146,9 +146,7 @@ def _plain(value: Any) -> Any:
     """Return a value as Python's own numbers and tuples."""
     if isinstance(value, (np.ndarray, np.generic)):
         value = value.tolist()
-    if isinstance(value, (list, tuple)):
-        return tuple(map(_plain, value))
-    return value
+    return tuple(map(_plain, value)) if isinstance(value, (list, tuple)) else value
 
 
 # In the JSON text, a mapping is a provenance and a list is a tuple.

@@ -285,9 +285,7 @@ def _integral(x: Array, y: Array) -> float:
 def _ratio_at(ratio: Array, height: Array, c: float) -> float:
     if c >= height[0]:
         return 0.0
-    if c <= height[-1]:
-        return 1.0
-    return float(np.interp(-c, -height, ratio))
+    return 1.0 if c <= height[-1] else float(np.interp(-c, -height, ratio))
 
 
 # --- Parameters of a profile after ISO 21920-2, the successor of ISO 4287 ---

@@ -6,64 +6,26 @@ from typing import Any
 
 from roughcontact.errors import InputError
 from roughcontact.request import options, parsing
-from roughcontact.request.options import LENGTH, NEEDED, PRESSURE, Option, Panel, Rule, file_option
+from roughcontact.request.options import LENGTH, PRESSURE, Option, symbol_option
 from roughcontact.request.outcome import Outcome, TaskContext
 from roughcontact.request.request import Request
 from roughcontact.request.task import Task
 
-SQ = Option(
-    "sq",
+SQ = symbol_option(
+    "Sq",
     "LENGTH",
     'Root-mean-square height Sq: "0.4 um". Given parameters replace those of FILE.',
     LENGTH,
     None,
-    Panel.MAP,
-    arguments=("Sq",),
 )
-SDQ = Option(
-    "sdq",
-    "NUMBER",
-    "Root-mean-square slope Sdq.",
-    parsing.number,
-    None,
-    Panel.MAP,
-    arguments=("Sdq",),
+SDQ = symbol_option("Sdq", "NUMBER", "Root-mean-square slope Sdq.", parsing.number, None)
+SAL = symbol_option(
+    "Sal", "LENGTH", 'Autocorrelation length Sal: "12 um"; narrows the gap interval.', LENGTH, None
 )
-SAL = Option(
-    "sal",
-    "LENGTH",
-    'Autocorrelation length Sal: "12 um"; narrows the gap interval.',
-    LENGTH,
-    None,
-    Panel.MAP,
-    arguments=("Sal",),
-)
-STR = Option(
-    "str",
-    "NUMBER",
-    "Texture aspect ratio Str; default: 1.",
-    parsing.number,
-    None,
-    Panel.MAP,
-    arguments=("Str",),
-)
-SSK = Option(
-    "ssk",
-    "NUMBER",
-    "Skewness Ssk; default: 0.",
-    parsing.number,
-    None,
-    Panel.MAP,
-    arguments=("Ssk",),
-)
-SKU = Option(
-    "sku",
-    "NUMBER",
-    "Kurtosis Sku; default: 3 + 1.5 Ssk² (Gaussian: 3).",
-    parsing.number,
-    None,
-    Panel.MAP,
-    arguments=("Sku",),
+STR = symbol_option("Str", "NUMBER", "Texture aspect ratio Str; default: 1.", parsing.number, None)
+SSK = symbol_option("Ssk", "NUMBER", "Skewness Ssk; default: 0.", parsing.number, None)
+SKU = symbol_option(
+    "Sku", "NUMBER", "Kurtosis Sku; default: 3 + 1.5 Ssk² (Gaussian: 3).", parsing.number, None
 )
 NOMINAL_PRESSURE = Option(
     "pressure", "PRESSURE", 'Nominal pressure (load over nominal area): "20 MPa".', PRESSURE, None
@@ -76,7 +38,7 @@ CEILING: Option[str | float | None] = Option(
     "auto",
     label="Pressure ceiling",
 )
-OUTPUT = file_option("output", "FILE.json", "Estimate as JSON.", (".json",))
+OUTPUT = options.file_option("output", "FILE.json", "Estimate as JSON.", (".json",))
 _PARAMETERS: tuple[Option[Any], ...] = (SQ, SDQ, SAL, STR, SSK, SKU)
 
 
@@ -141,7 +103,11 @@ roughcontact estimate --sq "0.5 um" --sdq 0.1 --sal "12 um" \\
         options.JSON,
     ),
     run=_run,
-    rules=(Rule(NEEDED, NOMINAL_PRESSURE, text="load over nominal area, such as '20 MPa'"),),
+    rules=(
+        options.Rule(
+            options.NEEDED, NOMINAL_PRESSURE, text="load over nominal area, such as '20 MPa'"
+        ),
+    ),
     memory=_memory,
     needs_map=False,
     in_projects=False,

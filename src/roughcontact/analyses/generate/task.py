@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from roughcontact.errors import InputError
 from roughcontact.formats import export
 from roughcontact.request import options, outputs, parsing
-from roughcontact.request.options import LENGTH, PICTURES, Option, Panel, file_option, files_option
+from roughcontact.request.options import LENGTH, Option, Panel, symbol_option
 from roughcontact.request.outputs import Say, Writing
 from roughcontact.request.task import Command, Given, ParsedOptions
 
@@ -44,50 +44,40 @@ SEED = Option(
     Panel.MAP,
     arguments=("rng",),
 )
-SQ = Option(
-    "sq",
-    "LENGTH",
-    'Root-mean-square height Sq: "0.4 um".',
-    LENGTH,
-    None,
-    Panel.HEIGHTS,
-    arguments=("Sq",),
+SQ = symbol_option(
+    "Sq", "LENGTH", 'Root-mean-square height Sq: "0.4 um".', LENGTH, None, Panel.HEIGHTS
 )
-SSK = Option(
-    "ssk",
+SSK = symbol_option(
+    "Ssk",
     "NUMBER",
     "Skewness Ssk: below 0 plateaus with valleys, above 0 peaks; default: 0.",
     parsing.number,
     0.0,
     Panel.HEIGHTS,
-    arguments=("Ssk",),
 )
-SKU = Option(
-    "sku",
+SKU = symbol_option(
+    "Sku",
     "NUMBER",
     "Kurtosis Sku; default: 3 + 1.5 Ssk² (Gaussian: 3).",
     parsing.number,
     None,
     Panel.HEIGHTS,
-    arguments=("Sku",),
 )
-SAL = Option(
-    "sal",
+SAL = symbol_option(
+    "Sal",
     "LENGTH",
     'Autocorrelation length Sal: "12 um"; or --rolloff or --sdq.',
     LENGTH,
     None,
     Panel.TEXTURE,
-    arguments=("Sal",),
 )
-SDQ = Option(
-    "sdq",
+SDQ = symbol_option(
+    "Sdq",
     "NUMBER",
     "Root-mean-square slope Sdq; with --sal or --rolloff it sets the cutoff.",
     parsing.number,
     None,
     Panel.TEXTURE,
-    arguments=("Sdq",),
 )
 ROLLOFF = Option(
     "rolloff",
@@ -115,14 +105,13 @@ HURST = Option(
     0.8,
     Panel.TEXTURE,
 )
-STR = Option(
-    "str",
+STR = symbol_option(
+    "Str",
     "NUMBER",
     "Texture aspect ratio Str, 0 (directional) to 1 (isotropic); default: 1.",
     parsing.number,
     None,
     Panel.TEXTURE,
-    arguments=("Str",),
 )
 LAY = Option(
     "lay",
@@ -148,10 +137,12 @@ TURNING = Option(
     None,
     Panel.TEXTURE,
 )
-OUTPUT = files_option(
+OUTPUT = options.files_option(
     "output", f"Map: {export.list_formats(export.SURFACE)}; repeatable.", export.SURFACE.suffixes
 )
-FIGURE = file_option("figure", "FILE", "Figure of the map (PNG, SVG or PDF).", PICTURES)
+FIGURE = options.file_option(
+    "figure", "FILE", "Figure of the map (PNG, SVG or PDF).", options.PICTURES
+)
 _PARAMETERS: tuple[Option[Any], ...] = (
     SEED,
     SQ,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +44,7 @@ def csv(law: InterfaceLaw) -> str:
         head += ",thermal_conductance [W/(m² K)]"
         names.append("thermal_conductance")
     rows = []
-    for table in _tables(law):
+    for table in map(law.table, law.branches):
         columns = [getattr(table, name).tolist() for name in names]
         rows += [",".join([table.branch, *map(repr, row)]) for row in zip(*columns, strict=True)]
     return "\n".join([head, *rows]) + "\n"
@@ -257,11 +257,6 @@ def save(law: InterfaceLaw, path: str | os.PathLike[str]) -> None:
             np.savez(stream, **arrays(law))
         return
     write_atomically(path, _TEXTS[suffix](law))
-
-
-def _tables(law: InterfaceLaw) -> Iterator[LawTable]:
-    for branch in law.branches:
-        yield law.table(branch)
 
 
 def _comment_head(law: InterfaceLaw, mark: str) -> list[str]:

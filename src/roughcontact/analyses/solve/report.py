@@ -272,9 +272,7 @@ def _yields(result: ContactResult) -> str:
         saturated, area = (_known(result, f"{what}_fraction") for what in ("saturated", "contact"))
         share = phrases.format_share(min(saturated / area, 1.0))
         return f"; {share} of that is at the pressure ceiling."
-    if result.pair.is_coated:
-        return "."
-    return f"; {_YIELDING[result.regime]}."
+    return "." if result.pair.is_coated else f"; {_YIELDING[result.regime]}."
 
 
 def _known(result: ContactResult, name: str) -> float:

@@ -157,7 +157,7 @@ KIND = Presentation(
         plots.convergence,
     ),
     works=citations.volume_references,
-    save=export.save_volume,
+    save=export.VOLUME.write,
     dataset=lambda result: archive.to_dataset(result)[0],
     problem=lambda result: phrases.problem(result.solution),
     answer=_answer,

@@ -33,9 +33,7 @@ def share_of(key: str) -> Callable[[Any], list[float]]:
 
 
 def _nominal(result: Any) -> float:
-    if isinstance(result, LoadCurve):
-        return result.nominal_area
-    return result.last.nominal_area
+    return result.nominal_area if isinstance(result, LoadCurve) else result.last.nominal_area
 
 
 def certificates_of() -> Quantity:
