@@ -143,10 +143,7 @@ class Totals:
 
 
 def count_totals(
-    boundary: Boundary,
-    pressure: NDArray[np.float64],
-    gap: NDArray[np.float64],
-    ceiling: float | NDArray[np.float64] | None,
+    boundary: Boundary, pressure: Array, gap: Array, ceiling: float | Array | None
 ) -> Totals:
     """Return the totals of a map."""
     touching = pressure > 0
@@ -164,7 +161,7 @@ def count_totals(
     )
 
 
-def _open_volume(gap: NDArray[np.float64]) -> float:
+def _open_volume(gap: Array) -> float:
     """Return the sum of the open gaps, identical to the sum of a clipped copy of the map.
 
     NumPy adds by halves, split at multiples of eight. The parts do the same with less memory.
@@ -189,7 +186,7 @@ def _count_rim(boundary: Boundary, touching: NDArray[np.bool_], elastic: NDArray
     return result
 
 
-def _edge_load(boundary: Boundary, pressure: NDArray[np.float64]) -> float | None:
+def _edge_load(boundary: Boundary, pressure: Array) -> float | None:
     if not boundary.free_axes:
         return None
     inner = pressure[
@@ -218,9 +215,7 @@ def rim_edges(
     return int(np.count_nonzero(rim if wrapped else np.delete(rim, -1, axis)))
 
 
-def center_of_pressure(
-    pressure: NDArray[np.float64], pixel: tuple[float, float]
-) -> tuple[float, float]:
+def center_of_pressure(pressure: Array, pixel: tuple[float, float]) -> tuple[float, float]:
     """Return the point of action of a pressure."""
     total = float(pressure.sum())
     if total == 0:

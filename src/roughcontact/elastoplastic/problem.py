@@ -25,6 +25,8 @@ from roughcontact.solvers.operator import Family
 from roughcontact.solvers.problem import BoundedProblem as ContactProblem, Loaded
 from roughcontact.solvers.progress import Status
 
+Array = NDArray[np.float64]
+
 
 @dataclass(frozen=True, eq=False)
 class ElastoplasticProblem:
@@ -50,7 +52,7 @@ class ElastoplasticProblem:
         """Return the pair with the counter-surface moved along ``(y, x)`` [m]."""
         return move_counter_surface(self.pair, offset)
 
-    def gap_at(self, offset: tuple[float, float]) -> NDArray[np.float64]:
+    def gap_at(self, offset: tuple[float, float]) -> Array:
         """Return the gap at first touch [m] for an offset, infinite at missing points."""
         return touchable_gap(self.pair_at(offset))
 
@@ -82,9 +84,7 @@ _CONTACT_CONVOLUTIONS = 500
 class ContactSolver:
     """Contact solver that starts each time from the previous pressure."""
 
-    def __init__(
-        self, gap: NDArray[np.float64], make: Family, area: float, tolerance: float
-    ) -> None:
+    def __init__(self, gap: Array, make: Family, area: float, tolerance: float) -> None:
         self._map = gap
         self._make, self.area, self.tolerance = make, area, tolerance
         self.resize(0)
@@ -99,7 +99,7 @@ class ContactSolver:
         self.loaded: Loaded | None = None
         self.pressure = np.zeros(self.initial_gap.shape)
 
-    def set_gap(self, gap: NDArray[np.float64], moved: tuple[int, int]) -> None:
+    def set_gap(self, gap: Array, moved: tuple[int, int]) -> None:
         """Set the gap of a counter-surface that has moved by some pixels."""
         self._map = gap
         self.initial_gap = np.pad(gap, self.inside[0].start, constant_values=np.inf)
@@ -113,7 +113,7 @@ class ContactSolver:
         index = np.flatnonzero(pressure)
         self.loaded = (index, pressure.ravel()[index]) if index.size else None
 
-    def resume(self, pressure: NDArray[np.float64]) -> None:
+    def resume(self, pressure: Array) -> None:
         """Set the initial pressure on the map."""
         self.pressure[self.inside] = pressure
         index = np.flatnonzero(self.pressure)
@@ -137,7 +137,7 @@ class ContactSolver:
         """Whether the last contact is within its tolerance; True without a load."""
         return self.solution is None or self.solution.status is Status.CONVERGED
 
-    def solve(self, displacement: NDArray[np.float64], load: float) -> None:
+    def solve(self, displacement: Array, load: float) -> None:
         """Solve the contact under a load on the surface displaced by plastic strain."""
         gap = self.initial_gap + displacement
         self.pressure = np.zeros(gap.shape)
@@ -195,7 +195,7 @@ _MAX_SPAN = 0.8
 class Extent(NamedTuple):
     """Layers of the volume, and its margin beyond the map."""
 
-    thickness: NDArray[np.float64]  # (nz,) Thickness of each layer [m]
+    thickness: Array  # (nz,) Thickness of each layer [m]
     margin: int  # Rows and columns beyond each edge of the map
 
     @classmethod

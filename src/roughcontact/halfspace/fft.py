@@ -20,6 +20,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+Array = NDArray[np.float64]
+
 Norm = Literal["backward", "forward"]
 
 try:
@@ -260,9 +262,7 @@ class Workspace:
         return memory[:size].view(dtype).reshape(shape)
 
 
-def even_spectrum(
-    quadrant: NDArray[np.float64], workspace: Workspace, axes: tuple[int, ...] = (0, 1)
-) -> NDArray[np.float64]:
+def even_spectrum(quadrant: Array, workspace: Workspace, axes: tuple[int, ...] = (0, 1)) -> Array:
     """Return the transform of an array that is even along these axes, both as one quadrant.
 
     In place, on all threads of the workspace, in blocks that do not depend on the number of
@@ -283,7 +283,7 @@ def even_spectrum(
     return quadrant
 
 
-def _even_lines(part: NDArray[np.float64], axis: int) -> None:
+def _even_lines(part: Array, axis: int) -> None:
     if _ducc0 is not None:
         _ducc0.fft.dct(part, axes=(axis,), type=1, out=part, nthreads=1)
         return
@@ -296,7 +296,7 @@ def _even_lines(part: NDArray[np.float64], axis: int) -> None:
 
 
 def rfft(
-    values: NDArray[np.float64], points: int | None = None, axis: int = -1, norm: Norm = "backward"
+    values: Array, points: int | None = None, axis: int = -1, norm: Norm = "backward"
 ) -> NDArray[np.complex128]:
     """Return the transform of real values along an axis, padded with zeros to ``points``."""
     return np.fft.rfft(values, n=points, axis=axis, norm=norm)
@@ -304,7 +304,7 @@ def rfft(
 
 def irfft(
     spectrum: NDArray[np.complex128], points: int, axis: int = -1, norm: Norm = "backward"
-) -> NDArray[np.float64]:
+) -> Array:
     """Return the inverse of `rfft`, of ``points`` values."""
     return np.fft.irfft(spectrum, n=points, axis=axis, norm=norm)
 
@@ -316,14 +316,14 @@ def ifft(
     return np.fft.ifft(spectrum, axis=axis, norm=norm, out=spectrum)
 
 
-def rfft2(values: NDArray[np.float64]) -> NDArray[np.complex128]:
+def rfft2(values: Array) -> NDArray[np.complex128]:
     """Return the transform of a real map."""
     # Axis by axis, because `numpy.fft.rfft2` holds two spectra.
     spectrum = np.fft.rfft(values)
     return np.fft.fft(spectrum, axis=0, out=spectrum)
 
 
-def irfft2(spectrum: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.float64]:
+def irfft2(spectrum: NDArray[np.complex128], shape: tuple[int, int]) -> Array:
     """Return the inverse of `rfft2` with a given shape; the spectrum is overwritten."""
     np.fft.ifft(spectrum, axis=0, norm="forward", out=spectrum)
     values = np.fft.irfft(spectrum, n=shape[1], norm="forward")
@@ -332,11 +332,11 @@ def irfft2(spectrum: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[
     return values
 
 
-def frequencies(points: int, spacing: float = 1.0) -> NDArray[np.float64]:
+def frequencies(points: int, spacing: float = 1.0) -> Array:
     """Return the frequencies of a transform, in cycles per unit of ``spacing``."""
     return np.fft.fftfreq(points, spacing).astype(np.float64, copy=False)
 
 
-def half_frequencies(points: int, spacing: float = 1.0) -> NDArray[np.float64]:
+def half_frequencies(points: int, spacing: float = 1.0) -> Array:
     """Return the frequencies of the transform of real values, from 0."""
     return np.fft.rfftfreq(points, spacing).astype(np.float64, copy=False)

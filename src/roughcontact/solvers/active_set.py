@@ -22,6 +22,8 @@ from roughcontact.solvers.problem import (
     shift_to_sum,
 )
 
+Array = NDArray[np.float64]
+
 # Relative difference up to which loads are treated as equal.
 _MIN_LOAD_SHARE = 1e-12
 # Number of bins of the gaps of pixels that can carry the load.
@@ -40,8 +42,8 @@ class Iterate:
     """
 
     index: NDArray[np.int64]
-    pressure: NDArray[np.float64]
-    gap: NDArray[np.float64]
+    pressure: Array
+    gap: Array
     approach: float
     certificate: float
     # Part of the certificate that rounding alone may cause; included in single precision.
@@ -80,7 +82,7 @@ class Evaluator:
         limit = self.problem.limit
         return limit.ravel()[index] if isinstance(limit, np.ndarray) else limit
 
-    def evaluate(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Iterate:
+    def evaluate(self, index: NDArray[np.int64], pressure: Array) -> Iterate:
         """Return the iterate of a pressure, evaluated on the whole map."""
         self.seen = None
         pressure = remove_rounding(pressure, self.limit(index))
@@ -103,9 +105,7 @@ class Evaluator:
         self._distance = 0.0
         return self.evaluate(now.index, now.pressure)
 
-    def _evaluated(
-        self, operator: Operator, index: NDArray[np.int64], pressure: NDArray[np.float64]
-    ) -> Iterate:
+    def _evaluated(self, operator: Operator, index: NDArray[np.int64], pressure: Array) -> Iterate:
         total = self.problem.total
         starts = self._displaced(operator, index, pressure)
         approach = self.problem.approach or 0.0
@@ -133,7 +133,7 @@ class Evaluator:
         )
 
     def _displaced(
-        self, operator: Operator, index: NDArray[np.int64], pressure: NDArray[np.float64]
+        self, operator: Operator, index: NDArray[np.int64], pressure: Array
     ) -> NDArray[np.int64]:
         """Store displacement plus initial gap of the map; return the starts of the row blocks."""
         initial_gap = self.problem.initial_gap
@@ -147,7 +147,7 @@ class Evaluator:
         self._tilt = np.zeros(2)
         return support.starts
 
-    def scaled_to_load(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Loaded:
+    def scaled_to_load(self, index: NDArray[np.int64], pressure: Array) -> Loaded:
         """Return a pressure that can carry the load, near the pressure of another load.
 
         The pressure is scaled. If the ceiling of these pixels is too low, or if all saturated
@@ -187,12 +187,8 @@ class Evaluator:
         return low + (high - low) * min(enough, _BINS) / _BINS
 
     def _pixel_residual(
-        self,
-        operator: Operator,
-        index: NDArray[np.int64],
-        pressure: NDArray[np.float64],
-        approach: float,
-    ) -> tuple[NDArray[np.float64], float, float]:
+        self, operator: Operator, index: NDArray[np.int64], pressure: Array, approach: float
+    ) -> tuple[Array, float, float]:
         """Return the gap on some pixels, the norm of their step, and its rounding error.
 
         The step is ``p - clip(p - g/K₀₀, 0, limit)``. Its rounding error follows from the last
@@ -218,13 +214,11 @@ class Evaluator:
         step -= reach
         return gap, moved, 0.5 * norm(step)
 
-    def displacement_plus_gap(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
+    def displacement_plus_gap(self, index: NDArray[np.int64]) -> Array:
         """Return displacement plus initial gap of the last evaluation on some pixels."""
         return self.open.ravel()[index].astype(np.float64)
 
-    def _multiplier(
-        self, index: NDArray[np.int64], pressure: NDArray[np.float64], total: float
-    ) -> float:
+    def _multiplier(self, index: NDArray[np.int64], pressure: Array, total: float) -> float:
         values = self.displacement_plus_gap(index)
         # Subtract an offset first, so that the root finder works on values of the size of pressure.
         offset = float(values.sum()) / values.size
@@ -245,7 +239,7 @@ class Evaluator:
         self,
         operator: Operator,
         index: NDArray[np.int64],
-        pressure: NDArray[np.float64],
+        pressure: Array,
         starts: NDArray[np.int64],
         approach: float,
     ) -> Loaded:
@@ -294,14 +288,12 @@ def project_admissible(problem: BoundedProblem, start: Loaded) -> Loaded:
     return index, pressure if kept is None else kept
 
 
-def select_entries(
-    wanted: NDArray[np.bool_], index: NDArray[np.int64], pressure: NDArray[np.float64]
-) -> Loaded:
+def select_entries(wanted: NDArray[np.bool_], index: NDArray[np.int64], pressure: Array) -> Loaded:
     """Return the selected entries, or the arrays themselves if all are selected."""
     return (index, pressure) if wanted.all() else (index[wanted], pressure[wanted])
 
 
-def slopes(now: Iterate, moved: NDArray[np.float64], viewer: Evaluator) -> tuple[float, float]:
+def slopes(now: Iterate, moved: Array, viewer: Evaluator) -> tuple[float, float]:
     """Return the slopes of the energy at both ends of the last evaluated step.
 
     The energy is quadratic: its change is the mean of the slopes, its curvature their difference.
@@ -312,7 +304,7 @@ def slopes(now: Iterate, moved: NDArray[np.float64], viewer: Evaluator) -> tuple
     return dot(direction, now.gap), dot(direction, gap)
 
 
-def projected(now: Iterate, viewer: Evaluator, rate: float) -> NDArray[np.float64]:
+def projected(now: Iterate, viewer: Evaluator, rate: float) -> Array:
     """Return the projection of a gradient step onto the admissible pressures."""
     bound, problem = viewer.limit(now.index), viewer.problem
     target = now.pressure - rate * now.gap
@@ -358,7 +350,7 @@ class _Free(NamedTuple):
     """Solution on the free pixels, which may be outside their bounds."""
 
     free: NDArray[np.bool_]
-    x: NDArray[np.float64]
+    x: Array
     limit: Limit
     # Block of each pixel, if the force of each block is to be preserved.
     block: NDArray[np.int64] | None = None
@@ -366,7 +358,7 @@ class _Free(NamedTuple):
 
 def active_set_step(
     now: Iterate, viewer: Evaluator, patches: Patches, tolerance: float, max_iterations: int
-) -> NDArray[np.float64]:
+) -> Array:
     """Return the admissible pressure after a linear solve on the free pixels."""
     result = _solve_free(now, viewer, patches, tolerance, max_iterations)
     return now.pressure if result is None else _restore_feasible(now, result, viewer)
@@ -436,7 +428,7 @@ def _solve_free(
     free_index = patch.index(free_index)
     support = patch.operator.support(free_index)
     precondition = patch.inverse.restrict_inverse(free_index)
-    direction: NDArray[np.float64] | None = None
+    direction: Array | None = None
     response, previous = residual, 1.0
     while viewer.convolutions < max_iterations:
         z = centred(precondition(residual / unit))
@@ -474,15 +466,13 @@ def _solve_free(
     return _Free(free, x, limit, block)
 
 
-def _remove_mean(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _remove_mean(values: Array) -> Array:
     """Subtract the mean in place, since the approach controls the load; return the values."""
     values -= float(values.sum()) / values.size
     return values
 
 
-def _centering(
-    viewer: Evaluator, index: NDArray[np.int64]
-) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+def _centering(viewer: Evaluator, index: NDArray[np.int64]) -> Callable[[Array], Array]:
     """Return a function that subtracts the parts of approach and tilt on some pixels."""
     if viewer.problem.total is None:
         return lambda values: values
@@ -491,7 +481,7 @@ def _centering(
     return partial(_remove_projection, _orthonormal(viewer.problem.moments.rows(index)))
 
 
-def _orthonormal(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def _orthonormal(rows: Array) -> Array:
     """Return orthonormal rows with the same span."""
     products = np.array([[dot(one, two) for two in rows] for one in rows])
     squares, axes = np.linalg.eigh(products)
@@ -504,23 +494,21 @@ def _orthonormal(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     )
 
 
-def _remove_projection(
-    rows: NDArray[np.float64], values: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _remove_projection(rows: Array, values: Array) -> Array:
     """Subtract the parts of approach and tilt in place; return the values."""
     for row in rows:
         values -= dot(row, values) * row
     return values
 
 
-def _excess(x: NDArray[np.float64], limit: Limit) -> float:
+def _excess(x: Array, limit: Limit) -> float:
     """Return the norm of the violation of the bounds."""
     outside = np.clip(x, 0, limit)
     np.subtract(x, outside, out=outside)
     return norm(outside)
 
 
-def _feasible_length(x: NDArray[np.float64], direction: NDArray[np.float64], limit: Limit) -> float:
+def _feasible_length(x: Array, direction: Array, limit: Limit) -> float:
     """Return the length of a step at which the first value reaches a bound."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ways = np.where(direction > 0, limit - x, -x) / direction
@@ -528,7 +516,7 @@ def _feasible_length(x: NDArray[np.float64], direction: NDArray[np.float64], lim
     return way if math.isfinite(way) else 0.0
 
 
-def _restore_feasible(now: Iterate, result: _Free, viewer: Evaluator) -> NDArray[np.float64]:
+def _restore_feasible(now: Iterate, result: _Free, viewer: Evaluator) -> Array:
     """Return the pressure with the solution projected onto the bounds and the load."""
     total = viewer.problem.total
     free, x, limit, block = result
@@ -550,9 +538,7 @@ def _restore_feasible(now: Iterate, result: _Free, viewer: Evaluator) -> NDArray
     return now.pressure if kept is None else kept
 
 
-def _kept_by_block(
-    x: NDArray[np.float64], limit: Limit, block: NDArray[np.int64]
-) -> NDArray[np.float64]:
+def _kept_by_block(x: Array, limit: Limit, block: NDArray[np.int64]) -> Array:
     """Return the nearest values within the bounds that keep the force of each block.
 
     Approximate: if a force displaces the surface much more when moved far away than when moved
@@ -564,7 +550,7 @@ def _kept_by_block(
         return np.bincount(block, values, minlength=number)
 
     force = np.maximum(sum_blocks(x), 0)
-    kept: NDArray[np.float64] = np.clip(x, 0, limit)
+    kept: Array = np.clip(x, 0, limit)
     missing, shift = force - sum_blocks(kept), np.zeros(number)
     enough = _MISSING * np.abs(missing).sum()
     for _ in range(_SHIFTS):

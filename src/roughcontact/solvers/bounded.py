@@ -35,6 +35,8 @@ from roughcontact.solvers.preconditioner import Patches
 from roughcontact.solvers.problem import BoundedProblem, Loaded, coarsen_problem, prolong_pressure
 from roughcontact.solvers.progress import Status, Step
 
+Array = NDArray[np.float64]
+
 # Tolerance on coarse grids: below it the discretization error exceeds the solver error.
 _COARSE_TOLERANCE = 3e-3
 _COARSEST = 32
@@ -74,7 +76,7 @@ class BoundedSolution:
     """
 
     index: NDArray[np.int64]
-    pressure: NDArray[np.float64]
+    pressure: Array
     gap: NDArray[Any]
     approach: float
     certificate: float
@@ -309,9 +311,7 @@ def _next_iterate(
     return after
 
 
-def _interpolate_iterates(
-    start: NDArray[np.float64], end: NDArray[np.float64], cut: float
-) -> NDArray[np.float64]:
+def _interpolate_iterates(start: Array, end: Array, cut: float) -> Array:
     """Return the point at a fraction of a step, in the memory of its end."""
     end -= start
     end *= cut

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from roughcontact.solvers.operator import dot
 
-Limit = float | NDArray[np.float64]
-Loaded = tuple[NDArray[np.int64], NDArray[np.float64]]
+Array = NDArray[np.float64]
+
+Limit = float | Array
+Loaded = tuple[NDArray[np.int64], Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,10 +29,10 @@ class Moments:
         Required mean lever (y, x) of the pressure.
     """
 
-    arms: tuple[NDArray[np.float64], NDArray[np.float64]]
+    arms: tuple[Array, Array]
     target: tuple[float, float]
 
-    def rows(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
+    def rows(self, index: NDArray[np.int64]) -> Array:
         """Return ones and both distances from the target of some pixels, shape (3, n)."""
         row, column = np.divmod(index, self.arms[1].size)
         result = np.ones((3, index.size))
@@ -66,11 +68,11 @@ class BoundedProblem:
     def project(
         self,
         index: NDArray[np.int64],
-        values: NDArray[np.float64],
+        values: Array,
         limit: Limit,
         held: Loaded | None = None,
         doubtful: bool = False,
-    ) -> NDArray[np.float64] | None:
+    ) -> Array | None:
         """Return the nearest pressure on some pixels that keeps bounds, load and moments.
 
         The pressures ``held`` on other pixels contribute to load and moments. None if there is no
@@ -151,11 +153,11 @@ def _thin_pixels(moments: Moments, shape: tuple[int, ...]) -> Moments:
     return replace(moments, arms=(y, x))
 
 
-def _block_mean(values: NDArray[Any]) -> NDArray[np.float64]:
+def _block_mean(values: NDArray[Any]) -> Array:
     ny, nx = values.shape
     if ny % 2 or nx % 2:
         values = np.pad(values, ((0, ny % 2), (0, nx % 2)), mode="edge")
-    mean: NDArray[np.float64] = values[::2, ::2] + values[1::2, ::2]
+    mean: Array = values[::2, ::2] + values[1::2, ::2]
     mean += values[::2, 1::2]
     mean += values[1::2, 1::2]
     mean *= 0.25
@@ -180,9 +182,7 @@ _NEARLY, _LONGEST = 0.1, 1e60
 _ROUNDING_SHARE = 1e-12
 
 
-def shift_to_sum(
-    values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float
-) -> float:
+def shift_to_sum(values: Array, limit: float | Array, total: float) -> float:
     """Return λ such that the sum of ``clip(values + λ, 0, limit)`` is ``total``.
 
     Parameters
@@ -232,9 +232,7 @@ def shift_to_sum(
     return shift
 
 
-def _bracket(
-    values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float
-) -> tuple[float, float]:
+def _bracket(values: Array, limit: float | Array, total: float) -> tuple[float, float]:
     """Return a bracket of the shift at which the sum is ``total``."""
     limits = np.broadcast_to(limit, values.shape)
     unlimited = np.isinf(limits)
@@ -247,9 +245,7 @@ def _bracket(
     return min(low, high), max(low, high)
 
 
-def project(
-    values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float
-) -> NDArray[np.float64]:
+def project(values: Array, limit: float | Array, total: float) -> Array:
     """Return the nearest point to ``values`` in ``[0, limit]`` with the sum ``total``.
 
     Parameters
@@ -286,8 +282,8 @@ def project(
 
 
 def shift_to_balance(
-    values: NDArray[np.float64], limit: Limit, rows: NDArray[np.float64], rest: NDArray[np.float64]
-) -> tuple[NDArray[np.float64] | None, NDArray[np.float64]]:
+    values: Array, limit: Limit, rows: Array, rest: Array
+) -> tuple[Array | None, Array]:
     """Return the nearest point in ``[0, limit]`` with given sums, and its multipliers.
 
     Parameters
@@ -340,12 +336,8 @@ def shift_to_balance(
 
 
 def _balance_multipliers(
-    values: NDArray[np.float64],
-    limit: Limit,
-    rows: NDArray[np.float64],
-    rest: NDArray[np.float64],
-    shift: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], float]:
+    values: Array, limit: Limit, rows: Array, rest: Array, shift: Array
+) -> tuple[Array, float]:
     """Return the multipliers of `shift_to_balance` by Newton's method, and their error."""
     best, least, fruitless = shift, math.inf, 0
     while fruitless < _MOST_FRUITLESS:
@@ -371,16 +363,14 @@ def _balance_multipliers(
     return best, least
 
 
-def _combined(rows: NDArray[np.float64], factors: NDArray[np.float64]) -> NDArray[np.float64]:
-    result: NDArray[np.float64] = factors[0] * rows[0]
+def _combined(rows: Array, factors: Array) -> Array:
+    result: Array = factors[0] * rows[0]
     result += factors[1] * rows[1]
     result += factors[2] * rows[2]
     return result
 
 
-def _length(
-    start: float, moved: NDArray[np.float64], along: NDArray[np.float64], limit: Limit
-) -> float:
+def _length(start: float, moved: Array, along: Array, limit: Limit) -> float:
     """Return the length of a step at which its slope is nearly zero.
 
     The slope is ``start`` at zero length and never decreases; infinite if it stays negative.
@@ -400,9 +390,7 @@ def _length(
     return length if length < _LONGEST else math.inf
 
 
-def remove_rounding(
-    pressure: NDArray[np.float64], limit: float | NDArray[np.float64]
-) -> NDArray[np.float64]:
+def remove_rounding(pressure: Array, limit: float | Array) -> Array:
     """Return the pressure with values within rounding of a bound set to the bound.
 
     Parameters

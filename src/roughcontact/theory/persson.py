@@ -168,7 +168,7 @@ def persson_separation(
     wave_numbers: ArrayLike,
     variances: ArrayLike,
     gamma: float = GAMMA,
-) -> NDArray[np.float64]:
+) -> Array:
     """Return Persson's separation of the mean planes of an elastic rough contact.
 
     Parameters
@@ -217,7 +217,7 @@ def persson_separation(
     strengths, scales = _weights(wave_numbers, variances)
     argument = np.multiply.outer(p, scales / contact_modulus)
     with np.errstate(divide="ignore"):
-        result: NDArray[np.float64] = (_inner(argument, gamma) * strengths).sum(axis=-1)
+        result: Array = (_inner(argument, gamma) * strengths).sum(axis=-1)
     return result
 
 
@@ -238,9 +238,7 @@ def persson_decay(wave_numbers: ArrayLike, variances: ArrayLike, gamma: float = 
     return float(gamma * strengths.sum())
 
 
-def _weights(
-    wave_numbers: ArrayLike, variances: ArrayLike
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _weights(wave_numbers: ArrayLike, variances: ArrayLike) -> tuple[Array, Array]:
     """Return q dm w/(2 √π) and w of the quadrature points of all shells."""
     q, m = (np.asarray(x, dtype=np.float64) for x in (wave_numbers, variances))
     slopes = q**2 * m
@@ -255,7 +253,7 @@ def _weights(
     return strengths.ravel(), w.ravel()
 
 
-def _inner(argument: NDArray[np.float64], gamma: float) -> NDArray[np.float64]:
+def _inner(argument: Array, gamma: float) -> Array:
     """Return ∫_x^∞ [γ + 3 (1 - γ) erf²(t)] exp(-t²) dt/t, from a table over ln x."""
     from scipy.special import erf, exp1
 
