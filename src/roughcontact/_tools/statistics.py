@@ -30,7 +30,9 @@ from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from roughcontact._tools.arrays import Array
 
 LEVEL = 0.95
 """Confidence of every interval."""
@@ -40,8 +42,6 @@ MIN_COUNT = 4
 
 # Probability that chance alone leads from sixteen parts to four.
 _CHANCE_PROBABILITY = 0.1
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from roughcontact import cautions
 from roughcontact._tools import memory, netcdf
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.files import to_json
 from roughcontact.contact import load_case
 from roughcontact.contact.memory import MemoryNeed
@@ -33,8 +34,6 @@ from roughcontact.surface.surface import Surface
 if TYPE_CHECKING:
     import xarray
 
-
-Array = NDArray[np.float64]
 
 # Tolerances between stored and recomputed values. On the same machine both are identical; other
 # libraries and numbers of threads round differently.

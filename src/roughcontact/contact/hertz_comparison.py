@@ -10,8 +10,8 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.cautions import (
     Caution,
     CautionTag,
@@ -26,8 +26,6 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import MIN_SPOT_PIXELS
 from roughcontact.errors import ArgumentRef
 from roughcontact.units import format_engineering
-
-Array = NDArray[np.float64]
 
 SMALL_FRACTION = 0.1
 """Ratio of contact size to radius of curvature up to which a paraboloid represents a body."""

@@ -7,16 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.contact.pair import Pair
 from roughcontact.halfspace.boundary import Boundary, longer_side
 from roughcontact.surface.alignment import cosine_sine
 from roughcontact.surface.nominal_bodies import BODIES
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.theory import hertz
-
-Array = NDArray[np.float64]
 
 # Methods that do not change the nominal body.
 _CURVATURE_KEEPING_STEPS = frozenset(

@@ -15,10 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array, Pixel
 from roughcontact.errors import require_pixel
 from roughcontact.halfspace.boundary import Boundary
-
-Array = NDArray[np.float64]
 
 MIN_SPOT_PIXELS = 10
 """Number of pixels below which the size of a contact spot is a property of the grid."""
@@ -50,9 +49,7 @@ class Spots:
         return float(values[order[min(middle, self.count - 1)]])
 
 
-def find_spots(
-    pressure: Array, pixel: tuple[float, float], periodic_axes: tuple[int, ...] = ()
-) -> Spots:
+def find_spots(pressure: Array, pixel: Pixel, periodic_axes: tuple[int, ...] = ()) -> Spots:
     """Return the connected parts of the contact."""
     require_pixel(pixel)
     touching = pressure > 0
@@ -215,7 +212,7 @@ def rim_edges(
     return int(np.count_nonzero(rim if wrapped else np.delete(rim, -1, axis)))
 
 
-def center_of_pressure(pressure: Array, pixel: tuple[float, float]) -> tuple[float, float]:
+def center_of_pressure(pressure: Array, pixel: Pixel) -> tuple[float, float]:
     """Return the point of action of a pressure."""
     total = float(pressure.sum())
     if total == 0:

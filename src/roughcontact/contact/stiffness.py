@@ -23,14 +23,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.contact.memory import MemoryNeed
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ConvergenceError
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.solvers.problem import project
 from roughcontact.solvers.rigid_tilt import Punch, flat_punch
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

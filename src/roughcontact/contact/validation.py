@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from roughcontact._tools import memory as ground
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.memory import ITERATIONS
 from roughcontact.contact import load_case, memory
 from roughcontact.contact.ceiling import resolve_ceiling
@@ -31,8 +32,6 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.solvers import rigid_tilt
 from roughcontact.solvers.problem import BoundedProblem
 from roughcontact.units import format_engineering
-
-Array = NDArray[np.float64]
 
 # Smallest ceiling in units of the pressures, as a positive ceiling must not become zero.
 _MIN_VALUE = 1e-300

@@ -15,6 +15,7 @@ from bokeh import models
 from bokeh.plotting import figure
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, style
 from roughcontact.desk.controls import Run
@@ -243,8 +244,6 @@ class SpectrumPlot:
 
 # --- Section of a contact along a line: both bodies under load, gap and pressure ---
 
-
-Array = NDArray[np.float64]
 
 # Maximum number of points along a line: several per pixel of any screen.
 _SECTION_MOST = 4000

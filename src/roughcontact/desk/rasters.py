@@ -16,12 +16,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact.contact.result import ContactResult
 from roughcontact.drawing import cells
 from roughcontact.drawing.style import CLOSED, cell_max, cell_mean
 from roughcontact.surface.surface import Surface
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Values = NDArray[np.float32]
 Colours = NDArray[np.uint32]
@@ -64,11 +64,7 @@ def box_of(surface: Surface) -> Box:
 
 
 def window_of(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    seen: Box,
-    dots: tuple[float, float],
-    margin: float = 0.0,
+    shape: Shape, pixel: Pixel, seen: Box, dots: tuple[float, float], margin: float = 0.0
 ) -> Window:
     """Return the window of a visible box of a map, with a margin, for a number of dots."""
     sides = zip(shape, pixel, dots, (seen.top, seen.left), (seen.bottom, seen.right), strict=True)
@@ -85,13 +81,13 @@ def window_of(
     return Window(spans[0], spans[1], (blocks[0], blocks[1]))
 
 
-def whole_window(shape: tuple[int, int], dots: int) -> Window:
+def whole_window(shape: Shape, dots: int) -> Window:
     """Return the window of a whole map, with at most ``dots`` cells per side."""
     block = math.ceil(max(shape) / dots)
     return Window((0, shape[0]), (0, shape[1]), (block, block))
 
 
-def window_extent(view: Window, pixel: tuple[float, float]) -> Box:
+def window_extent(view: Window, pixel: Pixel) -> Box:
     """Return the extent of the cells of a window [m]; the last may exceed the map."""
     (top, bottom), (left, right) = (
         (first * edge, (first + cells * block) * edge)

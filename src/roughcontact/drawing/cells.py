@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.contact.result import ContactResult
 from roughcontact.drawing import style
 from roughcontact.errors import input_error
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 # Share of the contact area within the scale of a pressure map.

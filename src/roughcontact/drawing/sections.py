@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.contact import hertz_comparison
 from roughcontact.contact.nominal_hertz import LINE, SmoothContact
 from roughcontact.contact.result import ContactResult
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 

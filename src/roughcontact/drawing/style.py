@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.errors import InputError
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.transforms import Transform
 
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 DPI = 150

@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.files import require_suffix, to_json, write_atomically
 from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.pair import CounterSurface, Pair
@@ -32,8 +32,6 @@ from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
 from roughcontact.solvers.progress import Progress, Tell, shows_progress_bar
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, to_si
-
-Array = NDArray[np.float64]
 
 QUANTITIES = {
     "approach": "m",

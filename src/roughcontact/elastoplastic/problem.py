@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import memory
+from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.validation import touchable_gap
 from roughcontact.elastoplastic.plastic_body import GUARD
@@ -24,8 +25,6 @@ from roughcontact.solvers import bounded
 from roughcontact.solvers.operator import Family
 from roughcontact.solvers.problem import BoundedProblem as ContactProblem, Loaded
 from roughcontact.solvers.progress import Status
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,13 +203,11 @@ class Extent(NamedTuple):
         body = result.bodies[0]
         return cls(body.thickness, body.margin)
 
-    def grid(self, shape: tuple[int, int]) -> tuple[int, int]:
+    def grid(self, shape: Shape) -> tuple[int, int]:
         """Return the grid of a layer below a map of some shape."""
         return shape[0] + 2 * self.margin, shape[1] + 2 * self.margin
 
-    def enlarged(
-        self, shape: tuple[int, int], pixel: tuple[float, float], *, deeper: bool, wider: bool
-    ) -> Extent:
+    def enlarged(self, shape: Shape, pixel: Pixel, *, deeper: bool, wider: bool) -> Extent:
         """Return a deeper or wider extent, up to a maximum depth and margin."""
         thickness, margin = list(self.thickness), self.margin
         (ny, nx), (dy, dx) = self.grid(shape), pixel
@@ -251,7 +248,7 @@ def first_extent(
 
 
 def _spot_extent(
-    solver: ContactSolver, load: float, body: Material | None, pixel: tuple[float, float]
+    solver: ContactSolver, load: float, body: Material | None, pixel: Pixel
 ) -> tuple[float, int]:
     """Return the radius of the largest contact spot [m] and the margin of its volume."""
     from scipy import ndimage
@@ -273,12 +270,7 @@ def _spot_extent(
 
 
 def memory_estimate(
-    shape: tuple[int, int],
-    layers: int,
-    *,
-    bodies: int = 1,
-    boundary: str = "free",
-    precision: str = "single",
+    shape: Shape, layers: int, *, bodies: int = 1, boundary: str = "free", precision: str = "single"
 ) -> int:
     """Return an estimate of the memory that `solve_elastoplastic` needs [bytes]."""
     real = 8 if precision == "double" else 4
@@ -291,7 +283,7 @@ def memory_estimate(
     return int(real * volume) + 200 * points
 
 
-def require_memory(shape: tuple[int, int], layers: int, **terms: Any) -> None:
+def require_memory(shape: Shape, layers: int, **terms: Any) -> None:
     """Raise `InsufficientMemoryError` unless a volume fits into free memory."""
     needed = memory_estimate(shape, layers, **terms)
     points = memory.square_side(needed, shape)

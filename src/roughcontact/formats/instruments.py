@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughcontact._tools import memory, netcdf
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.text import replace_unprintable
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
 from roughcontact.formats import metrology, readers, source, text_files
@@ -35,8 +35,6 @@ from roughcontact.formats.source import (
 from roughcontact.surface.grid import PROFILE_WIDTH
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
-
-Array = NDArray[np.float64]
 
 # Name of SurfaceTopography's reader -> suffixes. The suffix decides, not the content:
 # SurfaceTopography confuses the files of some vendors, and accepts any file for `hgt`, which is

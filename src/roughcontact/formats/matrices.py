@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from roughcontact import units
 from roughcontact._tools import memory, netcdf
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
 from roughcontact.formats import source, text_files
 from roughcontact.formats.source import (
@@ -137,7 +138,6 @@ def _errors(path: Path) -> AbstractContextManager[None]:
 # --- Matrices of plain numbers: NumPy files, and text with one line per row ---
 
 
-Array = NDArray[np.float64]
 # Unit [m] and pixel [m].
 Scale = tuple[float, tuple[float, float]]
 

@@ -25,6 +25,7 @@ from pathlib import Path
 
 import numpy as np
 
+from roughcontact._tools.arrays import Pixel
 from roughcontact._tools.files import atomic_write, require_suffix
 from roughcontact._tools.text import replace_unprintable
 from roughcontact._version import __version__
@@ -212,9 +213,7 @@ def _acquired(surface: Surface) -> str:
     return "" if origin is None else str(origin.found.get("acquired", ""))
 
 
-def _sur_header(
-    surface: Surface, extremes: tuple[int, int], pixel: tuple[float, float], step: float
-) -> bytes:
+def _sur_header(surface: Surface, extremes: tuple[int, int], pixel: Pixel, step: float) -> bytes:
     """Return the 512 bytes before the heights; pixel and step in mm."""
     ny, nx = surface.shape
     source = replace_unprintable(surface.provenance.source).encode("latin-1", "replace")[:30]

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughcontact._tools import memory, netcdf
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import FormatError, RoughcontactError
 from roughcontact.formats.source import (
     Channel,
@@ -99,8 +99,6 @@ def _read_classic_arrays(path: Path, requested: ReadOptions) -> tuple[xarray.Dat
 
 # --- NetCDF of this package ---
 
-
-Array = NDArray[np.float64]
 
 # Memory for reading, in bytes per point.
 _NETCDF_EACH = 20

@@ -8,11 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.surface.cleaning import filling
 from roughcontact.units import count_noun
-
-Array = NDArray[np.float64]
 
 AUTO, NONE = "auto", "none"
 """Values of ``no_data``: mark all codes that are recognized, or none."""

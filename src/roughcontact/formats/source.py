@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from roughcontact import units
 from roughcontact._tools import files, memory, netcdf
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.text import join_words
 from roughcontact.errors import (
     ArgumentRef,
@@ -161,9 +162,6 @@ def _decompressed_size(content: mmap.mmap, start: int, maximum: int) -> tuple[in
 
 
 # --- Common parts of all readers: options, channels and error messages ---
-
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from roughcontact import units
 from roughcontact._tools import memory
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.formats import source
 from roughcontact.formats.no_data import mark_missing
@@ -270,8 +271,6 @@ def _float(text: str) -> float:
 
 # --- Lists of points x, y, z on a grid ---
 
-
-Array = NDArray[np.float64]
 
 # Maximum deviation of coordinates from the grid, in steps, due to their printed digits.
 _GRID_TOLERANCE = 0.05

@@ -22,10 +22,9 @@ from numpy.polynomial.chebyshev import chebfit, chebint, chebval
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array, Shape
 from roughcontact.halfspace import fft
 from roughcontact.material.material import Material
-
-Array = NDArray[np.float64]
 
 # Integrals over waves for D, on a ray at this angle to the real axis, where the integrand does not
 # oscillate: first and last end of the panels in H ρ, their growth, and the nodes of one panel. F
@@ -282,11 +281,7 @@ def _ray_quadrature() -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 def pixel_response(
-    material: Material,
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    first_row: int,
-    table: Table,
+    material: Material, shape: Shape, pixel: tuple[float, float], first_row: int, table: Table
 ) -> Array:
     """Return the contribution of the inner layers to the displacement of pixels.
 
@@ -379,11 +374,7 @@ class Coatings:
         ]
 
     def pixels(
-        self,
-        shape: tuple[int, int],
-        pixel: tuple[float, float],
-        first_row: int,
-        tables: list[Table],
+        self, shape: Shape, pixel: tuple[float, float], first_row: int, tables: list[Table]
     ) -> Array:
         """Return π E* times the contribution of the coatings to `kernels.love` of E* [m]."""
         added = np.zeros(shape)
@@ -407,9 +398,7 @@ class Coatings:
         wave = _LONGEST / sum(layer.thickness for body in self.bodies for layer in body.coating)
         return float(self.factor(np.array([wave]))[0]) / wave
 
-    def strip(
-        self, shape: tuple[int, int], pixel: tuple[float, float], datum: float, waves: slice
-    ) -> Array:
+    def strip(self, shape: Shape, pixel: tuple[float, float], datum: float, waves: slice) -> Array:
         """Return E* times the contribution of the coatings to `kernels.strip`; same arguments.
 
         Notes

@@ -13,6 +13,7 @@ from numpy.polynomial.chebyshev import chebvander
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array, Shape
 from roughcontact.halfspace import stress_kernels
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.coating import waves_below
@@ -29,8 +30,6 @@ from roughcontact.halfspace.stress import (
 )
 from roughcontact.halfspace.tensors import XX, XZ, YY, YZ, ZZ, principal
 from roughcontact.material.material import Material
-
-Array = NDArray[np.float64]
 
 FACE = 1e-9
 """Distance of a face of a layer from its interface over the depth of the interface."""
@@ -151,9 +150,7 @@ def field_of(
     return Field(unit, shape, responses.real, in_depth)
 
 
-def stress_period(
-    shape: tuple[int, int], pixel: tuple[float, float], boundary: Boundary
-) -> tuple[int, int]:
+def stress_period(shape: Shape, pixel: tuple[float, float], boundary: Boundary) -> tuple[int, int]:
     """Return the period of the waves of the stress, in pixels."""
     if not boundary.free_axes:
         return shape
@@ -291,7 +288,7 @@ class _LongWaves:
 
     @classmethod
     def from_map(
-        cls, shape: tuple[int, int], pixel: tuple[float, float], period: tuple[int, int]
+        cls, shape: Shape, pixel: tuple[float, float], period: tuple[int, int]
     ) -> _LongWaves:
         """Return the waves that reach the images of a map with a period in pixels."""
         apart = (edge * (m - n) for edge, m, n in zip(pixel, period, shape, strict=True))

@@ -19,12 +19,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import require_pixel, require_positive
 from roughcontact.halfspace import fft, kernels
 from roughcontact.halfspace.coating import Coatings
 from roughcontact.halfspace.fft import Workspace
-
-Array = NDArray[np.float64]
 
 MAX_CACHE_BYTES = 2**27
 """Maximum cache of a process in bytes; a map of 2900 × 2900 points needs half of it."""

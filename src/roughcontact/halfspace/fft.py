@@ -20,7 +20,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from roughcontact._tools.arrays import Array
 
 Norm = Literal["backward", "forward"]
 

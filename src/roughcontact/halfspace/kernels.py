@@ -8,11 +8,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import require_pixel, require_positive
-
-Array = NDArray[np.float64]
 
 _BLOCK_BYTES = 1 << 18
 # Distance in long pixel edges from which moments up to the fourth are exact to 1e-12.

@@ -22,6 +22,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact._tools.arrays import Array, Shape
 from roughcontact.errors import InputError, input_error, require_choice, require_pixel
 from roughcontact.halfspace import fft, stress_kernels
 from roughcontact.halfspace.boundary import Boundary
@@ -95,7 +96,7 @@ class Responses:
     ) -> None:
         self.real: type = np.float32 if precision == "single" else np.float64
         self._complex: type = np.complex64 if precision == "single" else np.complex128
-        self.shape: tuple[int, int] = source.shape[-2], source.shape[-1]
+        self.shape: Shape = source.shape[-2], source.shape[-1]
         sources = source.reshape(-1, *self.shape)
         self.padded, self.terms, self.workspace = padded, tuple(terms), workspace
         numbers = 1 + max(response for term in self.terms for response, _ in term.shares)
@@ -334,7 +335,6 @@ def _stride(length: int) -> int:
 # --- Stress field below one map of pressure: kernels and their sampling at each depth ---
 
 
-Array = NDArray[np.float64]
 Offsets = NDArray[np.int64]
 
 # Whether each component by a normal load is odd in y, and in x; a traction flips one of the two.
@@ -372,7 +372,7 @@ class Field:
     """
 
     unit: float
-    shape: tuple[int, int]
+    shape: Shape
     real: type
     in_depth: Callable[[float], tuple[Streams, Symbols]]
 
@@ -450,7 +450,7 @@ def _checked_source(pressure: ArrayLike) -> Array:
     return source
 
 
-def checked_traction(traction: ArrayLike, shape: tuple[int, int], friction: float) -> Array:
+def checked_traction(traction: ArrayLike, shape: Shape, friction: float) -> Array:
     """Return a valid traction map with components (y, x), or raise `InputError`."""
     try:
         values = np.asarray(traction, dtype=np.float64)
@@ -566,7 +566,7 @@ def _spread(symbols: Symbols, pixel: tuple[float, float], period: tuple[int, int
     return Symbols(symbols.highest, block)
 
 
-def steps(shape: tuple[int, int], pixel: tuple[float, float], depth: float) -> tuple[int, int]:
+def steps(shape: Shape, pixel: tuple[float, float], depth: float) -> tuple[int, int]:
     """Return the steps between samples of the kernels along y and x, in pixels."""
     y, x = (
         min(depth / (_SAMPLES * edge), _BLEND_SAMPLES * (_BLEND - 1) * n, _COARSEST)
@@ -575,7 +575,7 @@ def steps(shape: tuple[int, int], pixel: tuple[float, float], depth: float) -> t
     return (1, 1) if min(y, x) < 1 else (2 ** int(math.log2(y)), 2 ** int(math.log2(x)))
 
 
-def _blending_period(shape: tuple[int, int]) -> tuple[int, int]:
+def _blending_period(shape: Shape) -> tuple[int, int]:
     """Return a period long enough to blend kernels, and a multiple of all steps."""
     y, x = (math.ceil(_BLEND * n / _COARSEST) for n in shape)
     period = free_period((y, x))
@@ -613,7 +613,7 @@ def _images(offsets: Offsets, points: int, period: int) -> list[_Image]:
 def blended(
     kernels: Callable[[Offsets, Offsets], Iterator[Array]],
     terms: list[Term],
-    shape: tuple[int, int],
+    shape: Shape,
     period: tuple[int, int],
     rows: Offsets,
     columns: Offsets,
@@ -632,9 +632,7 @@ def blended(
     return result
 
 
-def _waves(
-    loads: UnitLoads, terms: list[Term], shape: tuple[int, int], z: float, damped: float
-) -> Symbols:
+def _waves(loads: UnitLoads, terms: list[Term], shape: Shape, z: float, damped: float) -> Symbols:
     """Return the stress of waves of pressure and traction, up to q z = ``damped``."""
     (ny, nx), (dy, dx) = shape, loads.pixel
     highest = ny // 2, nx // 2

@@ -11,20 +11,14 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array, Shape
 from roughcontact.errors import input_error, require_pixel
 from roughcontact.halfspace.tensors import XX, XY, XZ, YY, YZ, ZZ
 
-Array = NDArray[np.float64]
-
 
 def coefficients(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    depth: float,
-    poisson: float,
-    direction: str = "z",
+    shape: Shape, pixel: tuple[float, float], depth: float, poisson: float, direction: str = "z"
 ) -> Array:
     """Return the stress at one depth under a unit traction on the pixel ``[0, 0]``.
 

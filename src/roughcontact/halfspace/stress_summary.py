@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import require_positive
 from roughcontact.halfspace import fft, stress_kernels
 from roughcontact.halfspace.boundary import Boundary
@@ -37,7 +38,6 @@ from roughcontact.halfspace.tensors import (
     von_mises_squared,
 )
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 # Minimum cosine between the traction and the normal of a rim. Where the traction is nearly along a

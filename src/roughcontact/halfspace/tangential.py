@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.halfspace import fft, kernels
 from roughcontact.halfspace.boundary import Boundary, longer_side
 from roughcontact.halfspace.convolution import BAND, SPECTRA, Convolution, Support, join_blocks
 from roughcontact.halfspace.fft import Workspace
-
-Array = NDArray[np.float64]
 
 
 class TangentialConvolution(Convolution):

@@ -16,9 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import InputError
-
-Array = NDArray[np.float64]
 
 COMPONENTS = ("xx", "yy", "zz", "yz", "xz", "xy")
 """Order of the components of a tensor along its first axis."""

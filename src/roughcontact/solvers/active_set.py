@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.solvers.operator import Operator, dot, norm
 from roughcontact.solvers.preconditioner import Patches
 from roughcontact.solvers.problem import (
@@ -21,8 +22,6 @@ from roughcontact.solvers.problem import (
     shift_to_balance,
     shift_to_sum,
 )
-
-Array = NDArray[np.float64]
 
 # Relative difference up to which loads are treated as equal.
 _MIN_LOAD_SHARE = 1e-12

@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
+
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
     from scipy.sparse.linalg import SuperLU
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
 _COARSEST = 2000

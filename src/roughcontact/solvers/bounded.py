@@ -29,13 +29,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.solvers import active_set
 from roughcontact.solvers.operator import Family, Operator, norm
 from roughcontact.solvers.preconditioner import Patches
 from roughcontact.solvers.problem import BoundedProblem, Loaded, coarsen_problem, prolong_pressure
 from roughcontact.solvers.progress import Status, Step
-
-Array = NDArray[np.float64]
 
 # Tolerance on coarse grids: below it the discretization error exceeds the solver error.
 _COARSE_TOLERANCE = 3e-3

@@ -29,11 +29,10 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.solvers.operator import dot, norm
 from roughcontact.solvers.preconditioner import block_edges, block_of, forces_on_blocks, own_part
 from roughcontact.solvers.progress import Status
-
-Array = NDArray[np.float64]
 
 STICK = 1e-9
 """Relative distance of the traction from its bound below which a pixel slips."""

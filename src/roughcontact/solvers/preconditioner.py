@@ -16,9 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.solvers.operator import Family, Operator
-
-Array = NDArray[np.float64]
 
 # Share of new or removed pixels above which m is computed again.
 _STALE = 0.01

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.solvers.operator import dot
-
-Array = NDArray[np.float64]
 
 Limit = float | Array
 Loaded = tuple[NDArray[np.int64], Array]

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.solvers import bounded
 from roughcontact.solvers.bounded import BoundedSolution
 from roughcontact.solvers.operator import Family, dot
@@ -119,8 +120,6 @@ def flat_punch(shape: tuple[int, int], index: NDArray[np.int64], family: Family)
 
 # --- Tilt of two rigid bodies at rest on each other, with or without a pressure ceiling ---
 
-
-Array = NDArray[np.float64]
 
 # Maximum number of points: with more, the steps of the staircase are negligible.
 _MAX_POINTS = 1 << 20

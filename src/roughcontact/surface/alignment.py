@@ -37,10 +37,10 @@ from numbers import Real
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_pixel
 from roughcontact.surface import filters, form, grid
 
-Array = NDArray[np.float64]
 Placement = tuple[Array, Array]
 
 MAX_PIXEL_RATIO = math.sqrt(2)

@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
 from roughcontact.surface import grid
 from roughcontact.units import format_percent
@@ -33,8 +34,6 @@ from roughcontact.units import format_percent
 if TYPE_CHECKING:
     from scipy import sparse
     from scipy.sparse.linalg import SuperLU
-
-Array = NDArray[np.float64]
 
 
 MAX_FILLED_SHARE = 0.3

@@ -20,9 +20,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughcontact._tools import memory
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.roots import brentq
 from roughcontact.errors import (
     ArgumentRef,
@@ -34,8 +34,6 @@ from roughcontact.errors import (
 from roughcontact.halfspace import fft
 from roughcontact.surface import grid
 from roughcontact.units import format_engineering
-
-Array = NDArray[np.float64]
 
 # Width of the weighting function over the cut-off, for a transmission of 50 % at the cut-off.
 ALPHA = math.sqrt(math.log(2) / math.pi)

@@ -21,12 +21,10 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array, Pixel
 from roughcontact.errors import InputError, input_error, require_pixel
 from roughcontact.surface import grid
-
-Array = NDArray[np.float64]
 
 Terms = tuple[tuple[int, int], ...]
 
@@ -152,7 +150,7 @@ _MAX_DEGREE = 20
 
 
 def remove_form(
-    heights: Array, pixel: tuple[float, float], shape: str, degree: int | None = None
+    heights: Array, pixel: Pixel, shape: str, degree: int | None = None
 ) -> tuple[Array, dict[str, float]]:
     """Return the heights without a least-squares shape, and the parameters of the shape."""
     heights = np.asarray(heights, dtype=np.float64)
@@ -174,9 +172,7 @@ def remove_form(
     raise input_error("shape", shape, "must be one of cylinder, polynomial, sphere")
 
 
-def _remove_circle(
-    heights: Array, pixel: tuple[float, float], shape: str
-) -> tuple[Array, dict[str, float]]:
+def _remove_circle(heights: Array, pixel: Pixel, shape: str) -> tuple[Array, dict[str, float]]:
     """Remove the circle of a profile, fitted as a cylinder along y."""
     if shape != "cylinder":
         raise input_error("shape", shape, "must be cylinder or polynomial of a profile")
@@ -223,7 +219,7 @@ def _cylinder(values: Array, y: Array, x: Array) -> tuple[Array, list[Array]]:
 class _Fit:
     """Sums of squares of a model over the points of a map, in units of half its diagonal."""
 
-    def __init__(self, heights: Array, pixel: tuple[float, float], name: str) -> None:
+    def __init__(self, heights: Array, pixel: Pixel, name: str) -> None:
         there = np.isfinite(heights)
         self.count = int(np.count_nonzero(there))
         self.name = name
@@ -350,7 +346,7 @@ def _remove_polynomial(heights: Array, degree: int) -> tuple[Array, dict[str, fl
     return residual, {"degree": float(degree), "removed_rms": removed}
 
 
-def _remove_sphere(heights: Array, pixel: tuple[float, float]) -> tuple[Array, dict[str, float]]:
+def _remove_sphere(heights: Array, pixel: Pixel) -> tuple[Array, dict[str, float]]:
     fit = _Fit(heights, pixel, "sphere")
     (c, p, q, xx, _, yy), covariance = fit.quadric()
     variance = 0.25 * (covariance[3, 3] + covariance[5, 5] + 2 * covariance[3, 5])
@@ -369,7 +365,7 @@ def _remove_sphere(heights: Array, pixel: tuple[float, float]) -> tuple[Array, d
     return fit.residual(heights, _sphere, values), parameters
 
 
-def _remove_cylinder(heights: Array, pixel: tuple[float, float]) -> tuple[Array, dict[str, float]]:
+def _remove_cylinder(heights: Array, pixel: Pixel) -> tuple[Array, dict[str, float]]:
     fit = _Fit(heights, pixel, "cylinder")
     (c, p, q, xx, xy, yy), covariance = fit.quadric()
     # The axis is the direction of the smaller principal curvature.

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools.arguments import as_pair, validate_arguments
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
 from roughcontact.halfspace import fft
 from roughcontact.surface import grid, random_surfaces
@@ -26,8 +27,6 @@ from roughcontact.surface.spectrum import texture
 from roughcontact.surface.surface import Surface, summary
 from roughcontact.theory import height_distribution
 from roughcontact.units import Quantities, Quantity, to_si
-
-Array = NDArray[np.float64]
 
 
 def turned_heights(

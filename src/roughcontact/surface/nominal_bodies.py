@@ -10,16 +10,14 @@ from functools import partial
 from typing import Any, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughcontact import units
+from roughcontact._tools.arrays import Array, Shape
 from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.surface import shapes
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, to_si
-
-Array = NDArray[np.float64]
 
 
 class NominalBody(partial[Surface]):
@@ -38,9 +36,7 @@ class NominalBody(partial[Surface]):
         return self.func(shape=surface.shape, pixel=surface.pixel, **values)
 
 
-def flat(
-    *, shape: tuple[int, int], pixel: Quantities, center: tuple[float, float] | None = None
-) -> Surface:
+def flat(*, shape: Shape, pixel: Quantities, center: tuple[float, float] | None = None) -> Surface:
     """Return a flat body."""
     edges = to_si(pixel, "length", "pixel")
     origin = Operation("nominal.flat", {"shape": shape, "pixel": edges})
@@ -130,7 +126,7 @@ class NominalForm:
         size: Any = None,
         /,
         *,
-        shape: tuple[int, int],
+        shape: Shape,
         pixel: Quantities,
         center: tuple[float, float] | None = None,
         **sizes: Any,
@@ -146,7 +142,7 @@ class NominalForm:
         size: Any = None,
         /,
         *,
-        shape: tuple[int, int] | None = None,
+        shape: Shape | None = None,
         pixel: Quantities | None = None,
         center: tuple[float, float] | None = None,
         **sizes: Any,

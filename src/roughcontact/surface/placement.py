@@ -13,9 +13,9 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import InputError
 from roughcontact.surface import alignment, nominal_bodies
 from roughcontact.surface.nominal_bodies import flat
@@ -165,8 +165,6 @@ def drawn_pairs(
 
 # --- Shifted surfaces ---
 
-
-Array = NDArray[np.float64]
 
 # Fraction of a pixel within which a shift is treated as a whole number of pixels.
 _WHOLE = 1e-6

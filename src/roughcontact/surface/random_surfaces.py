@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools.arguments import as_pair, validate_arguments
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.roots import brentq
 from roughcontact.errors import InputError, input_error, require_count, require_positive
 from roughcontact.halfspace import fft
@@ -26,8 +27,6 @@ from roughcontact.surface import grid
 from roughcontact.surface.alignment import cosine_sine
 from roughcontact.surface.shapes import require_grid
 from roughcontact.units import Quantities, Quantity, to_si
-
-Array = NDArray[np.float64]
 
 # Tolerance for rounding of the ratio of a side to a wavelength.
 _SLACK = 1e-9

@@ -37,9 +37,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughcontact import units
+from roughcontact._tools.arrays import Array
 from roughcontact.cautions import Caution, CautionTag, as_caution, as_note
 from roughcontact.errors import (
     ArgumentRef,
@@ -54,8 +54,6 @@ from roughcontact.surface import grid
 from roughcontact.surface.cleaning import largest_rectangle
 from roughcontact.surface.form import level
 from roughcontact.surface.spectrum import radial_spectrum
-
-Array = NDArray[np.float64]
 
 
 class LimitCause(StrEnum):

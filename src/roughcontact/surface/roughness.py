@@ -69,10 +69,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, InputError, require_positive
 from roughcontact.surface import grid
-
-Array = NDArray[np.float64]
 
 
 def height_parameters(heights: Array) -> dict[str, float]:

@@ -19,27 +19,22 @@ import math
 from numbers import Real
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughcontact._tools import memory
+from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact.errors import InputError, input_error, require_pixel, require_positive
 from roughcontact.surface import grid
 from roughcontact.surface.alignment import cosine_sine
 
-Array = NDArray[np.float64]
 
-
-def flat(shape: tuple[int, int], pixel: tuple[float, float]) -> Array:
+def flat(shape: Shape, pixel: Pixel) -> Array:
     """Return the heights of a flat."""
     require_grid(shape, pixel)
     return np.zeros(shape)
 
 
 def paraboloid(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    radius: float,
-    center: tuple[float, float] | None = None,
+    shape: Shape, pixel: Pixel, radius: float, center: tuple[float, float] | None = None
 ) -> Array:
     """Return the heights ``-r²/(2R)`` of a paraboloid, a sphere near its summit."""
     y, x = _from_center(shape, pixel, center)
@@ -48,10 +43,7 @@ def paraboloid(
 
 
 def sphere(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    radius: float,
-    center: tuple[float, float] | None = None,
+    shape: Shape, pixel: Pixel, radius: float, center: tuple[float, float] | None = None
 ) -> Array:
     """Return the heights ``(R² - r²)^(1/2) - R`` of a sphere."""
     y, x = _from_center(shape, pixel, center)
@@ -60,8 +52,8 @@ def sphere(
 
 
 def ellipsoid(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
+    shape: Shape,
+    pixel: Pixel,
     radii: tuple[float, float],
     angle: float = 0.0,
     center: tuple[float, float] | None = None,
@@ -74,8 +66,8 @@ def ellipsoid(
 
 
 def cylinder(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
+    shape: Shape,
+    pixel: Pixel,
     radius: float,
     angle: float = 0.0,
     center: tuple[float, float] | None = None,
@@ -87,8 +79,8 @@ def cylinder(
 
 
 def punch(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
+    shape: Shape,
+    pixel: Pixel,
     radius: float,
     edge_radius: float = 0.0,
     center: tuple[float, float] | None = None,
@@ -101,8 +93,8 @@ def punch(
 
 
 def rectangular_punch(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
+    shape: Shape,
+    pixel: Pixel,
     sides: tuple[float, float],
     edge_radius: float = 0.0,
     center: tuple[float, float] | None = None,
@@ -117,10 +109,7 @@ def rectangular_punch(
 
 
 def cone(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    slope: float,
-    center: tuple[float, float] | None = None,
+    shape: Shape, pixel: Pixel, slope: float, center: tuple[float, float] | None = None
 ) -> Array:
     """Return the heights ``-m r`` of a cone."""
     y, x = _from_center(shape, pixel, center)
@@ -129,8 +118,8 @@ def cone(
 
 
 def wedge(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
+    shape: Shape,
+    pixel: Pixel,
     slope: float,
     angle: float = 0.0,
     center: tuple[float, float] | None = None,
@@ -141,18 +130,14 @@ def wedge(
     return -slope * np.abs(_turned(y, x, angle)[1])
 
 
-def wavy(
-    shape: tuple[int, int], pixel: tuple[float, float], amplitude: float, wavelength: float
-) -> Array:
+def wavy(shape: Shape, pixel: Pixel, amplitude: float, wavelength: float) -> Array:
     """Return waves along x, ``Δ cos(2πx/λ)``, with a crest at the first column."""
     require_grid(shape, pixel)
     require_positive(amplitude=amplitude, wavelength=wavelength)
     return np.tile(amplitude * _wave(shape[1], pixel[1], wavelength), (shape[0], 1))
 
 
-def crossed_waves(
-    shape: tuple[int, int], pixel: tuple[float, float], amplitude: float, wavelength: float
-) -> Array:
+def crossed_waves(shape: Shape, pixel: Pixel, amplitude: float, wavelength: float) -> Array:
     """Return waves along both axes, ``Δ cos(2πx/λ) cos(2πy/λ)``, crest at the first pixel."""
     require_grid(shape, pixel)
     require_positive(amplitude=amplitude, wavelength=wavelength)
@@ -168,7 +153,7 @@ def _wave(points: int, pixel: float, wavelength: float) -> Array:
 
 
 def _from_center(
-    shape: tuple[int, int], pixel: tuple[float, float], center: tuple[float, float] | None
+    shape: Shape, pixel: Pixel, center: tuple[float, float] | None
 ) -> tuple[Array, Array]:
     # Positions [m] of rows, as a column, and of columns.
     require_grid(shape, pixel)
@@ -235,9 +220,7 @@ def _require_points(heights: Array, name: str) -> Array:
     return heights
 
 
-def require_grid(
-    shape: tuple[int, int], pixel: tuple[float, float], maps: int = grid.BYTES_PER_GENERATED_POINT
-) -> None:
+def require_grid(shape: Shape, pixel: Pixel, maps: int = grid.BYTES_PER_GENERATED_POINT) -> None:
     """Raise an error unless grid and pixel edges are positive and the maps fit in memory."""
     if len(shape) != 2 or min(shape) < 1:
         raise input_error("shape", shape, "must be (ny, nx), both at least 1")

@@ -38,12 +38,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array, Pixel
 from roughcontact.errors import InputError, input_error, require_pixel
 from roughcontact.halfspace import fft
 from roughcontact.surface import grid
 from roughcontact.surface.roughness import mean_and_count, rms_height
-
-Array = NDArray[np.float64]
 
 # Minimum share of points that have a partner at a lag; a smaller share is not significant.
 _MIN_OVERLAP = 0.05
@@ -78,16 +77,14 @@ def autocorrelation(heights: Array) -> Array:
 
 
 def autocorrelation_lengths(
-    heights: Array, pixel: tuple[float, float], threshold: float = 0.2
+    heights: Array, pixel: Pixel, threshold: float = 0.2
 ) -> tuple[float, float]:
     """Return the distances of fastest and slowest decay of the autocorrelation function."""
     lengths, _ = _decay(heights, pixel, threshold)
     return float(lengths.min()), float(lengths.max())
 
 
-def texture(
-    heights: Array, pixel: tuple[float, float], threshold: float = 0.2
-) -> tuple[float, float, float]:
+def texture(heights: Array, pixel: Pixel, threshold: float = 0.2) -> tuple[float, float, float]:
     """Return autocorrelation length, texture aspect ratio and its upper bound."""
     lengths, reached = _decay(heights, pixel, threshold)
     fastest, slowest = float(lengths.min()), float(lengths.max())
@@ -98,7 +95,7 @@ def texture(
     return fastest, fastest / slowest if determined else math.nan, largest
 
 
-def _decay(heights: Array, pixel: tuple[float, float], threshold: float) -> tuple[Array, Array]:
+def _decay(heights: Array, pixel: Pixel, threshold: float) -> tuple[Array, Array]:
     """Return first threshold crossing and length above it, for each ray from zero lag."""
     require_pixel(pixel)
     if not 0 < threshold < 1:
@@ -109,7 +106,7 @@ def _decay(heights: Array, pixel: tuple[float, float], threshold: float) -> tupl
     return _crossings(function, pixel, threshold)
 
 
-def radial_spectrum(heights: Array, pixel: tuple[float, float]) -> tuple[Array, Array, Array]:
+def radial_spectrum(heights: Array, pixel: Pixel) -> tuple[Array, Array, Array]:
     """Return the radially averaged power spectral density of a map."""
     require_pixel(pixel)
     missing = int(np.count_nonzero(np.isnan(heights)))
@@ -172,9 +169,7 @@ def _sums_over_pairs(padded: Array, half_y: int, half_x: int) -> Array:
     )
 
 
-def _crossings(
-    function: Array, pixel: tuple[float, float], threshold: float
-) -> tuple[Array, Array]:
+def _crossings(function: Array, pixel: Pixel, threshold: float) -> tuple[Array, Array]:
     """Return the distances [m] of the crossing of each ray from zero lag."""
     half_y, half_x = function.shape[0] // 2, function.shape[1] - 1
     # Rays advance by one pixel along the axis to which they are closer.

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import memory
 from roughcontact._tools.arguments import validate_public_methods
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, InputError, require_pixel
 from roughcontact.result import Displayable
 from roughcontact.surface import (
@@ -30,8 +31,6 @@ from roughcontact.surface.form import level, remove_form
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.spectrum import texture
 from roughcontact.units import Quantities, Quantity, WithUnit, format_lengths, to_si
-
-Array = NDArray[np.float64]
 
 
 def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:

@@ -6,11 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import InputError, require_positive
-
-Array = NDArray[np.float64]
 
 # The variance of the summits of a Gaussian surface is 1 - 0.8968/α of the variance of its heights.
 _SUMMITS = 0.8968

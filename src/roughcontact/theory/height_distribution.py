@@ -12,12 +12,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.roots import brentq
 from roughcontact.errors import InputError, input_error
-
-Array = NDArray[np.float64]
 
 STEP = 0.3
 """Minimum excess of the kurtosis over its lower bound Ssk² + 1.

@@ -21,8 +21,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.roots import brentq
 from roughcontact.errors import input_error, require_positive
 
@@ -175,9 +176,6 @@ def _elliptic(
 
 
 # --- Hertz contact in closed form: circular, elliptic and line contacts ---
-
-
-Array = NDArray[np.float64]
 
 
 def contact_radius(load: float, radius: float, contact_modulus: float) -> float:

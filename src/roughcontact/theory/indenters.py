@@ -9,12 +9,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.roots import brentq
 from roughcontact.errors import require_positive
-
-Array = NDArray[np.float64]
 
 
 def punch_load(approach: float, contact_radius: float, contact_modulus: float) -> float:

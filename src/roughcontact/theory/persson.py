@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import InputError, require_positive
-
-Array = NDArray[np.float64]
 
 
 def persson_fractions(

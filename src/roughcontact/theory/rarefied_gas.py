@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from roughcontact._tools.arrays import Array
 from roughcontact.errors import require_positive
 from roughcontact.material.fluids import GAS_CONSTANT
-
-Array = NDArray[np.float64]
 
 ROOM = 293.15
 """Room temperature [K]."""

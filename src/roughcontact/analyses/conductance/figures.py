@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.analyses.conductance.model import CASES, CORRELATION_RANGE
 from roughcontact.drawing import style
 
@@ -15,9 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from roughcontact.analyses.conductance.model import Conductance
-
-
-Array = NDArray[np.float64]
 
 
 _RESISTANCES = (

@@ -40,6 +40,7 @@ from numpy.typing import NDArray
 
 from roughcontact._tools import statistics
 from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.statistics import Mean
 from roughcontact.cautions import (
     Caution,
@@ -73,8 +74,6 @@ from roughcontact.theory import constriction
 from roughcontact.theory.constriction import hottest_spot
 from roughcontact.theory.rarefied_gas import jump_distance, mean_free_path
 from roughcontact.units import Quantity, format_engineering, format_percent, to_si
-
-Array = NDArray[np.float64]
 
 ATMOSPHERE = 101325.0
 """Standard atmospheric pressure [Pa]."""

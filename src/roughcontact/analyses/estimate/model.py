@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.arrays import Array
 from roughcontact.cautions import Caution, CautionTag, as_note, sort_cautions
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
@@ -24,8 +24,6 @@ from roughcontact.theory import height_distribution
 from roughcontact.theory.height_distribution import gap_below_plane
 from roughcontact.theory.persson import diffused, persson_fractions
 from roughcontact.units import Quantity, format_percent, to_si
-
-Array = NDArray[np.float64]
 
 STORED = Path(__file__).with_name("atlas.json")
 

@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from roughcontact._tools import checkpoints, memory
 from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.checkpoints import RunFolder
 from roughcontact.cautions import Caution, sort_cautions
 from roughcontact.contact import load_case, plausibility
@@ -47,8 +48,6 @@ from roughcontact.solvers.progress import (
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, format_lengths, to_si
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.cautions import (
     MIN_MAPS,
     Caution,
@@ -26,8 +27,6 @@ from roughcontact.cautions import (
     few_maps,
 )
 from roughcontact.units import format_engineering, format_percent
-
-Array = NDArray[np.float64]
 
 ERROR = 0.01
 """Relative pressure error of straight lines between the rows of a table."""

@@ -10,16 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.files import atomic_write, to_json, write_atomically
 from roughcontact._tools.text import replace_unprintable
 from roughcontact._version import __version__
 from roughcontact.analyses.law.curve import ERROR, refine_geometrically, thin_points
 from roughcontact.analyses.law.model import UNLOADING, InterfaceLaw, LawTable
 from roughcontact.units import format_engineering
-
-Array = NDArray[np.float64]
 
 MAX_ROWS = 200
 """Maximum number of table rows in CalculiX; versions before about 2.16 had 20."""

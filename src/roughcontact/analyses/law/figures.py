@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.analyses.law.curve import refine_geometrically
 from roughcontact.analyses.law.model import LOADING, UNLOADING, InterfaceLaw
 from roughcontact.drawing import style
@@ -15,9 +15,6 @@ from roughcontact.drawing import style
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-
-Array = NDArray[np.float64]
 
 
 _COLOURS = {LOADING: style.SERIES[0], UNLOADING: style.ELASTIC}

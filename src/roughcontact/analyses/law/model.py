@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from roughcontact._tools import statistics
 from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.statistics import Mean
 from roughcontact.analyses.conductance.model import conductor_of
 from roughcontact.analyses.law import curve as law_curve
@@ -41,8 +42,6 @@ from roughcontact.result import Result
 from roughcontact.surface import roughness, spectrum
 from roughcontact.theory import persson
 from roughcontact.units import Quantity, to_si
-
-Array = NDArray[np.float64]
 
 LOADING, UNLOADING = "loading", "unloading"
 """Branches of a law: first loading, and unloading (or reloading to the largest load)."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.drawing import maps, style
 
 if TYPE_CHECKING:
@@ -15,9 +15,6 @@ if TYPE_CHECKING:
 
     from roughcontact.analyses.leak.flow import Flow
     from roughcontact.analyses.leak.model import Leakage
-
-
-Array = NDArray[np.float64]
 
 
 _DECADES = 4

@@ -33,11 +33,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ConvergenceError, InputError
 from roughcontact.solvers.aggregation import Indices, Multigrid, Network, conjugate_gradients
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 

@@ -22,8 +22,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.analyses.leak.flow import Flow, components, flow, flow_gap
 from roughcontact.contact.ceiling import resolve_ceiling
 from roughcontact.contact.load_case import LoadCase
@@ -43,7 +43,6 @@ from roughcontact.surface.form import level
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_engineering
 
-Array = NDArray[np.float64]
 Excess = Callable[[Array], Array]
 """Excess over the outlet pressure [Pa], of the potential of the flow: 1 at the inlet, 0 outside."""
 

@@ -18,13 +18,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.analyses.leak.flow import Flow, flow
 from roughcontact.material.fluids import GAS_CONSTANT
 from roughcontact.theory.rarefied_gas import channel_flow, mean_free_path
-
-Array = NDArray[np.float64]
 
 STANDARD_TEMPERATURE, STANDARD_PRESSURE = 273.15, 101325.0
 """Standard state [K], [Pa] of a cubic centimeter: 0 °C and one atmosphere (SEMI E12)."""

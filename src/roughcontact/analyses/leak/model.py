@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from roughcontact._tools import statistics
 from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.statistics import Mean
 from roughcontact.analyses.conductance.model import ATMOSPHERE, slip_factor, temperature_or_room
 from roughcontact.analyses.leak.flow import Constriction, Flow, constriction, flow, flow_gap
@@ -166,8 +167,6 @@ def grid_caution(changes: tuple[float, float]) -> Iterator[Caution]:
 
 # --- Leakage through the gap of a contact, and flow factors of the roughness ---
 
-
-Array = NDArray[np.float64]
 
 LEAKAGE_NAME = "the leakage of a contact"
 """Name of the analysis in messages on missing maps."""

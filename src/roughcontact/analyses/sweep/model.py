@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import checkpoints
 from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.checkpoints import RunFolder
 from roughcontact.cautions import Caution, sort_cautions
 from roughcontact.contact.ceiling import is_bracket, resolve_ceiling
@@ -37,8 +38,6 @@ from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.theory import persson
 from roughcontact.units import Quantities, Quantity, to_si
-
-Array = NDArray[np.float64]
 
 LOW_LOAD = 0.05
 """Contact fraction up to which the area is treated as proportional to the load."""

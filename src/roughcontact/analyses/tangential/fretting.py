@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.analyses.stress.model import StressResult, subsurface_stress, surface_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.halfspace.stress import slices
 from roughcontact.halfspace.stress_summary import larger_principal
 from roughcontact.halfspace.tensors import XX, XY, YY
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from roughcontact._tools import netcdf
 from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.arrays import Array
 from roughcontact._tools.roots import brentq
 from roughcontact.analyses.history.model import indented_surface
 from roughcontact.analyses.stress import model as subsurface_stress
@@ -32,8 +33,6 @@ from roughcontact.solvers import partial_slip
 from roughcontact.solvers.partial_slip import STICK, TangentialOperator
 from roughcontact.solvers.progress import Status
 from roughcontact.units import Quantities, Quantity, format_engineering, format_percent, to_si
-
-Array = NDArray[np.float64]
 
 MAX_DUNDURS = 0.05
 """Dundurs' β above which neglected coupling of pressure and traction has a caution."""
