@@ -287,9 +287,7 @@ class _LongWaves:
     x: _Axis
 
     @classmethod
-    def from_map(
-        cls, shape: Shape, pixel: tuple[float, float], period: tuple[int, int]
-    ) -> _LongWaves:
+    def from_map(cls, shape: Shape, pixel: tuple[float, float], period: Shape) -> _LongWaves:
         """Return the waves that reach the images of a map with a period in pixels."""
         apart = (edge * (m - n) for edge, m, n in zip(pixel, period, shape, strict=True))
         cutoff = 2 * _STEEPNESS**2 / min(apart)

@@ -20,7 +20,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arrays import Array
+from roughcontact._tools.arrays import Array, Shape
 
 Norm = Literal["backward", "forward"]
 
@@ -144,7 +144,7 @@ def free_period(shape: tuple[int, ...]) -> tuple[int, int]:
 
 
 def half_spectrum(
-    values: NDArray[Any], rows: slice, padded: tuple[int, int], out: NDArray[Any]
+    values: NDArray[Any], rows: slice, padded: Shape, out: NDArray[Any]
 ) -> NDArray[Any]:
     """Return the half spectrum of a real map padded with zeros.
 
@@ -173,9 +173,7 @@ def half_spectrum(
     return fft_columns(out, forward=True)
 
 
-def from_half_spectrum(
-    spectrum: NDArray[Any], shape: tuple[int, int], padded: tuple[int, int]
-) -> NDArray[Any]:
+def from_half_spectrum(spectrum: NDArray[Any], shape: Shape, padded: Shape) -> NDArray[Any]:
     """Return the first points of the unnormalized inverse transform of a half spectrum.
 
     Parameters
@@ -246,13 +244,13 @@ class Workspace:
         if self._memory.size < size:
             self._memory = np.empty(size, np.uint8)
 
-    def shared(self, shape: tuple[int, int], dtype: type) -> NDArray[Any]:
+    def shared(self, shape: Shape, dtype: type) -> NDArray[Any]:
         """Return the array that all operators share; its content is undefined."""
         size = shape[0] * shape[1] * np.dtype(dtype).itemsize
         self.reserve(size)
         return self._memory[:size].view(dtype).reshape(shape)
 
-    def scratch(self, name: str, shape: tuple[int, int], dtype: type) -> NDArray[Any]:
+    def scratch(self, name: str, shape: Shape, dtype: type) -> NDArray[Any]:
         """Return a reused array of this thread: new memory costs a page fault per 4 KiB."""
         size = shape[0] * shape[1] * np.dtype(dtype).itemsize
         memory = getattr(self._local, name, None)
@@ -323,7 +321,7 @@ def rfft2(values: Array) -> NDArray[np.complex128]:
     return np.fft.fft(spectrum, axis=0, out=spectrum)
 
 
-def irfft2(spectrum: NDArray[np.complex128], shape: tuple[int, int]) -> Array:
+def irfft2(spectrum: NDArray[np.complex128], shape: Shape) -> Array:
     """Return the inverse of `rfft2` with a given shape; the spectrum is overwritten."""
     np.fft.ifft(spectrum, axis=0, norm="forward", out=spectrum)
     values = np.fft.irfft(spectrum, n=shape[1], norm="forward")
