@@ -260,7 +260,7 @@ def visitor(served: Served, path: Path) -> Visitor:
     for name, value in (("material", "100Cr6"), ("boundary", "free"), ("load", "20 MPa")):
         state = state.with_option(name, value)
     work = ProjectStore(served.folder).create()
-    work.project.write_text(state.script, encoding="utf-8")
+    work.project.write_text(state.script(work.folder), encoding="utf-8")
     return Visitor(f"{served.home}&work={work.key}")
 
 

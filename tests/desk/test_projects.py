@@ -43,6 +43,14 @@ def test_project_is_found_by_its_key_only(tmp_path: Path) -> None:
     assert not work.folder.exists()
 
 
+def test_relative_folder_of_projects_is_resolved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    work = ProjectStore(Path("works")).create()
+    assert work.project == tmp_path / "works" / work.key / projects.PROJECT
+
+
 def test_new_project_has_no_folder_before_its_first_file(tmp_path: Path) -> None:
     desk = ProjectStore(tmp_path)
     works = [desk.reserve() for _ in range(3)]

@@ -19,7 +19,7 @@ from roughcontact.batch import project
 from roughcontact.cli import app
 from roughcontact.desk.live_solver import FailedRequest, LiveSolver, PreparedMaps, Preview
 from roughcontact.desk.rasters import is_drawn_alike
-from roughcontact.desk.session import CONTACT, PINNED, Session, SessionState, from_script
+from roughcontact.desk.session import CONTACT, HISTORY, PINNED, Session, SessionState, from_script
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.request.options import LEVEL
 from roughcontact.request.outcome import Outcome
@@ -249,6 +249,45 @@ def test_undo_reverts_one_step_at_a_time(session: Session, tmp_path: Path) -> No
         session.redo()
         assert session.state == state
     assert not session.can_redo
+
+
+def test_undo_history_survives_reload(session: Session, tmp_path: Path) -> None:
+    session.open_map(save_map(tmp_path, "a.npz"))
+    session.give_all(dict(GIVEN))
+    before = session.state
+    session.set_option("load", "20 mN")
+    session.set_option("load", "30 mN")
+    session.undo()
+    again = Session(session.project, lambda _: None)
+    again.undo()
+    assert again.state == before
+    again.redo()
+    again.redo()
+    assert again.state.specified["load"] == "30 mN"
+    assert not again.can_redo
+    again.close()
+    # A damaged history is dropped, and the project opens.
+    (tmp_path / HISTORY).write_text('["x"')
+    last = Session(session.project, lambda _: None)
+    assert last.state == again.state
+    assert not last.can_undo
+    last.close()
+
+
+def test_states_of_a_comparison_keep_their_names(session: Session, tmp_path: Path) -> None:
+    session.open_map(save_map(tmp_path, "a.npz"))
+    session.give_all(dict(GIVEN))
+    session.pin()
+    session.set_option("load", "20 mN")
+    assert not session.state.is_first
+    session.swap_pinned()
+    assert session.state.is_first
+    assert session.state.specified["load"] == "10 mN"
+    again = Session(session.project, lambda _: None)
+    assert again.state == session.state
+    again.swap_pinned()
+    assert not again.state.is_first
+    again.close()
 
 
 class Desk(RuleBasedStateMachine):

@@ -98,7 +98,7 @@ def test_remove_step_of_leveling_sets_level_none(complete: SessionState) -> None
 
 def test_the_project_file_gives_the_same_numbers(complete: SessionState, tmp_path: Path) -> None:
     path = tmp_path / "work.toml"
-    path.write_text(complete.script, encoding="utf-8")
+    path.write_text(complete.script(tmp_path), encoding="utf-8")
     (entry,) = project.read_project(path)
     quiet = lambda *_: None  # noqa: E731
     first, again = (
@@ -122,7 +122,7 @@ def replace_outputs(entry: project.Entry) -> object:
 def test_pinned_state_is_separate_contact(complete: SessionState, tmp_path: Path) -> None:
     state = replace(complete, pinned=complete.with_option("load", "20 mN").specified)
     path = tmp_path / "work.toml"
-    path.write_text(state.script, encoding="utf-8")
+    path.write_text(state.script(tmp_path), encoding="utf-8")
     assert [entry.request.specified["load"] for entry in project.read_project(path)] == [
         "10 mN",
         "20 mN",
@@ -140,8 +140,9 @@ def test_the_project_file_holds_everything(name: str, line: tuple[float, ...] | 
     state = (
         SessionState().with_map(path, name).with_option("mirror", True).with_option("load", "1 N")
     )
-    state = replace(state, pinned=state.specified, line=line)
-    assert from_script(state.script, Path("/some/where")) == state
+    state = replace(state, pinned=state.specified, line=line, is_first=line is None)
+    assert from_script(state.script(path.parent), path.parent) == state
+    assert from_script(state.script(Path("/else")), Path("/else")) == state
 
 
 @pytest.mark.parametrize(
@@ -154,7 +155,30 @@ def test_damaged_project_file_raises_format_error(text: str, tmp_path: Path) -> 
 
 def test_names_are_quoted_values_of_project_file(complete: SessionState) -> None:
     state = complete.with_map(Path("/a/x.opd"), 'evil"]\nload = "9 N')
-    assert tomllib.loads(state.script)["desk"]["names"]["x.opd"] == 'evil"]\nload = "9 N'
+    assert (
+        tomllib.loads(state.script(Path("/a")))["desk"]["names"]["x.opd"] == 'evil"]\nload = "9 N'
+    )
+
+
+def test_files_of_a_project_are_found_after_it_moves(tmp_path: Path) -> None:
+    old, new = tmp_path / "old", tmp_path / "new"
+    old.mkdir()
+    for name in ("map.npz", "counter.npz"):
+        rc.Surface(1e-7 * np.eye(8), (1e-6, 1e-6)).save(old / name)
+    state = SessionState().with_map(old / "map.npz").with_counter_surface(old / "counter.npz")
+    state = replace(state, pinned=state.specified)
+    text = state.script(old)
+    assert str(tmp_path) not in text
+    assert from_script(text, old) == state
+    # Earlier versions wrote absolute paths, or paths relative to the working directory.
+    texts = [text, state.script(tmp_path / "elsewhere"), text.replace('"map', '"works/key/map')]
+    old.rename(new)
+    for text in texts:
+        moved = from_script(text, new)
+        assert moved.file == new / "map.npz"
+        for options in (moved.specified, moved.pinned):
+            assert options is not None
+            assert options["counter-surface"] == str(new / "counter.npz")
 
 
 def test_other_tasks_use_applicable_options(complete: SessionState) -> None:

@@ -69,7 +69,7 @@ def explore(shown: Surface | ContactResult) -> DeskServer:
         state = state.with_counter_surface(path, counter.provenance.source)
     for name, value in specified.items():
         state = state.with_option(name, value)
-    work.project.write_text(state.script, encoding="utf-8")
+    work.project.write_text(state.script(work.folder), encoding="utf-8")
     return DeskServer(server, folder)
 
 

@@ -92,7 +92,8 @@ class ProjectStore:
     """Folder of all projects of a user."""
 
     def __init__(self, folder: Path | None = None) -> None:
-        self.folder = state_folder() if folder is None else folder
+        # A relative folder would be read relative to the project files in it.
+        self.folder = (state_folder() if folder is None else folder).absolute()
         self._coming = 0
         self._reserved: dict[str, None] = {}
         try:

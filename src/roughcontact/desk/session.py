@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import tomllib
 from collections.abc import Callable, Mapping
@@ -22,7 +23,7 @@ from roughcontact.desk.live_solver import (
     PreparedMaps,
 )
 from roughcontact.errors import ArgumentRef, FormatError, InputError
-from roughcontact.request.options import COATINGS, READING, Panel
+from roughcontact.request.options import COATINGS, COUNTER_SURFACE, READING, Panel
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.parsing import window
 from roughcontact.request.request import Request
@@ -39,6 +40,9 @@ LOADS = ("load", "hertz", "approach")
 
 CONTACT, PINNED = "contact", "pinned"
 """Names of the two contacts in the project file."""
+
+HISTORY = "history.json"
+"""File next to the project file: project files of earlier and of undone states."""
 
 OPTIONS_OF_STEP = {
     "cropped": ("crop",),
@@ -71,6 +75,7 @@ class SessionState:
     file: Path | None = None  # Measured map
     names: Mapping[str, str] = field(default_factory=lambda: _NO_NAMES)
     pinned: Given | None = None  # Options of another state, for comparison
+    is_first: bool = False  # Whether the current state is A of the comparison, the pinned one B
     line: Line | None = None  # Ends (y, x, y, x) of the shown section [m]
 
     @property
@@ -106,7 +111,14 @@ class SessionState:
         """Return the state with another map; file properties of the old one are dropped."""
         of_file = {*(option.name for option in READING), "points", "crop"}
         others = {key: value for key, value in self.specified.items() if key not in of_file}
-        state = replace(self, file=path, specified=MappingProxyType(others), line=None, pinned=None)
+        state = replace(
+            self,
+            file=path,
+            specified=MappingProxyType(others),
+            line=None,
+            pinned=None,
+            is_first=False,
+        )
         return state if path is None else state._with_name(path, name)
 
     def with_counter_surface(self, path: Path | None, name: str = "") -> SessionState:
@@ -173,10 +185,13 @@ class SessionState:
         }
         return replace(request, names=places)
 
-    @property
-    def script(self) -> str:
-        """Text of the project file, with the paths of the stored files."""
-        return self._script(lambda path: path)
+    def script(self, folder: Path) -> str:
+        """Return the text of the project file in a folder; files in it have relative paths."""
+
+        def place(path: str) -> str:
+            return str(Path(path).relative_to(folder)) if folder in Path(path).parents else path
+
+        return self._script(place)
 
     @property
     def portable_script(self) -> str:
@@ -196,18 +211,22 @@ class SessionState:
             if self.file is not None:
                 lines.append(f"file = {_toml(place(str(self.file)))}")
             paths = {
-                key: place(str(specified[key])) for key in ("counter-surface",) if key in specified
+                key: place(str(specified[key]))
+                for key in (COUNTER_SURFACE.name,)
+                if key in specified
             }
             lines += [f"{key} = {_toml(value)}" for key, value in {**specified, **paths}.items()]
         lines += ["", f"[{DESK_TABLE}]"]
         if self.line is not None:
             lines.append(f"line = [{', '.join(map(repr, self.line))}]")
+        if self.is_first:
+            lines.append("is-first = true")
         lines += [f"names.{_toml(key)} = {_toml(name)}" for key, name in self.names.items()]
         return "\n".join(lines) + "\n"
 
 
 def from_script(text: str, folder: Path) -> SessionState:
-    """Return the state in the text of a project file."""
+    """Return the state in the text of a project file in a folder."""
     try:
         read = tomllib.loads(text)
         contacts = {contact.pop("name"): contact for contact in read["contact"]}
@@ -216,24 +235,34 @@ def from_script(text: str, folder: Path) -> SessionState:
         state = SessionState(
             names=MappingProxyType({str(k): str(v) for k, v in own.get("names", {}).items()}),
             line=None if line is None else _line(line),
+            is_first=own.get("is-first", False) is True,
         )
         files = [contact.pop("file", None) for contact in contacts.values()]
         specified = contacts[CONTACT]
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise FormatError(f"the project file of this page cannot be read ({error})") from None
     if files[0] is not None:
-        state = replace(state, file=folder / str(files[0]))
+        state = replace(state, file=_stored_file(files[0], folder))
     for key, value in specified.items():
-        state = state.with_option(key, _word(value))
+        state = state.with_option(key, _word(key, value, folder))
     if PINNED in contacts:
         other = SessionState()
         for key, value in contacts[PINNED].items():
-            other = other.with_option(key, _word(value))
+            other = other.with_option(key, _word(key, value, folder))
         state = replace(state, pinned=other.specified)
     return state
 
 
-def _word(value: Any) -> Value:
+def _stored_file(path: object, folder: Path) -> Path:
+    """Return the path of a file of a project; files of a moved project are in its folder."""
+    result = folder / str(path)
+    moved = folder / result.name
+    return moved if moved.exists() and not result.exists() else result
+
+
+def _word(key: str, value: Any, folder: Path) -> Value:
+    if key == COUNTER_SURFACE.name:
+        return str(_stored_file(value, folder))
     return value if isinstance(value, bool) else str(value)
 
 
@@ -278,11 +307,15 @@ class Session:
         self.failure: FailedRequest | None = None
         self._on_event = on_event
         self._wanted: Request | None = None
-        self._past: list[SessionState] = []
-        self._future: list[SessionState] = []
+        self._past: list[str] = []
+        self._future: list[str] = []
         self._state = SessionState()
         if project.exists():
             self._state = from_script(project.read_text(encoding="utf-8"), project.parent)
+            # The history is a convenience: without it, or damaged, the project opens.
+            with contextlib.suppress(OSError, ValueError, TypeError):
+                read = json.loads((project.parent / HISTORY).read_text(encoding="utf-8"))
+                self._past, self._future = (list(map(str, states)) for states in read)
         self._live = follow(self._handle_event)
 
     @property
@@ -354,19 +387,23 @@ class Session:
         self.set_option("crop", ",".join(f"{first}:{last}" for first, last in bounds))
 
     def pin(self) -> None:
-        """Pin the options of the state for comparison."""
-        self._change_state(replace(self._state, pinned=self._state.specified))
+        """Pin the options of the state for comparison, as A; the current state is B from now on."""
+        self._change_state(replace(self._state, pinned=self._state.specified, is_first=False))
 
     def unpin(self) -> None:
         """Remove the pinned options."""
-        self._change_state(replace(self._state, pinned=None))
+        self._change_state(replace(self._state, pinned=None, is_first=False))
 
     def swap_pinned(self) -> None:
-        """Exchange the current and the pinned options."""
-        if self._state.pinned is None:
+        """Exchange the current and the pinned options; A and B of the comparison stay."""
+        state = self._state
+        if state.pinned is None:
             raise InputError("nothing is pinned: pin a state first")
-        specified = self._state.specified
-        self._change_state(replace(self._state, specified=self._state.pinned, pinned=specified))
+        self._change_state(
+            replace(
+                state, specified=state.pinned, pinned=state.specified, is_first=not state.is_first
+            )
+        )
 
     def draw_line(self, line: Line | None) -> None:
         """Set the line of the displayed section."""
@@ -374,15 +411,18 @@ class Session:
 
     def undo(self) -> None:
         """Undo the last change."""
-        if self._past:
-            self._future.append(self._state)
-            self._set_state(self._past.pop())
+        self._step(self._past, self._future)
 
     def redo(self) -> None:
         """Repeat the last undone change."""
-        if self._future:
-            self._past.append(self._state)
-            self._set_state(self._future.pop())
+        self._step(self._future, self._past)
+
+    def _step(self, states: list[str], others: list[str]) -> None:
+        if states:
+            folder = self.project.parent
+            state = from_script(states.pop(), folder)
+            others.append(self._state.script(folder))
+            self._set_state(state)
 
     def adopt_state(self, state: SessionState) -> None:
         """Adopt the state of another page on the same project."""
@@ -446,12 +486,15 @@ class Session:
         self._set_state(state, solve)
 
     def _push_undo(self) -> None:
-        self._past = [*self._past[-_MAX_UNDO + 1 :], self._state]
+        script = self._state.script(self.project.parent)
+        self._past = [*self._past[-_MAX_UNDO + 1 :], script]
         self._future.clear()
 
     def _set_state(self, state: SessionState, solve: bool = True) -> None:
-        self.project.parent.mkdir(mode=0o700, exist_ok=True)
-        files.write_atomically(self.project, state.script)
+        folder = self.project.parent
+        folder.mkdir(mode=0o700, exist_ok=True)
+        files.write_atomically(self.project, state.script(folder))
+        files.write_atomically(folder / HISTORY, json.dumps([self._past, self._future]))
         self._state = state
         if solve:
             self.solve()
