@@ -156,10 +156,9 @@ def parse(
     if not math.isfinite(value):
         raise refused(f"{shown} which is not a finite number")
     if positive and not value > 0:
+        remedy = repr(_plain(text).lstrip("-−").strip()) if value < 0 else _EXAMPLES[dimension]
         raise InputError(
-            f"must be positive, got {shown}; write {_EXAMPLES[dimension]}",
-            argument=name,
-            value=text,
+            f"must be positive, got {shown}; write {remedy}", argument=name, value=text
         )
     return value
 

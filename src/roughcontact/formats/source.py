@@ -347,6 +347,9 @@ _PLAIN = ("netcdf", "npy", "npz", "text", "hdf5")
 # Binary formats of instruments whose suffix other programs use for texts.
 _SHARED = ("metropro",)
 
+# Beginnings of texts that are no tables of numbers: PDF, PostScript, RTF, HTML and XML.
+_DOCUMENTS = (b"%PDF", b"%!PS", b"{\\rtf", b"<")
+
 
 def format_of(path: Path, hinted: str | None) -> str | None:
     """Return the name of the format of a file, as far as its content determines it."""
@@ -357,6 +360,8 @@ def format_of(path: Path, hinted: str | None) -> str | None:
             return name
     if start.startswith(_HDF5) and (hinted is None or hinted in _PLAIN):
         return hinted if hinted == "netcdf" else _in_hdf5(path, hinted)
+    if hinted is None and start.lstrip().startswith(_DOCUMENTS):
+        return None
     if (hinted is None or hinted in _SHARED) and encoding_of(path):
         return TEXT
     return hinted

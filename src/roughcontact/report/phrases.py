@@ -108,7 +108,7 @@ def ceiling_text(
 def largest_pressure(result: ContactResult) -> str:
     """Return the largest pressure as text, with a remark if it is the ceiling."""
     value = format_engineering(result.max_pressure, "Pa")
-    return f"{value}, ceiling (given)" if result.saturated_fraction else value
+    return f"{value}, the ceiling" if result.saturated_fraction else value
 
 
 def source(provenance: Provenance) -> str:
