@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import panel as pn
 
@@ -14,6 +15,7 @@ from roughcontact.analyses.find.model import LoadSearch
 from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.analyses.stress.model import StressResult
 from roughcontact.analyses.sweep.model import LoadCurve
+from roughcontact.contact.result import ContactResult
 from roughcontact.desk import analysis_jobs, controls, style, workers
 from roughcontact.desk.controls import (
     Control,
@@ -26,8 +28,9 @@ from roughcontact.desk.controls import (
 )
 from roughcontact.desk.download_panel import Offer
 from roughcontact.desk.figures import Drawing, show_drawing
+from roughcontact.desk.load_panel import FORCE, NOMINAL, LoadForm, form_of, load_text
 from roughcontact.desk.result_plots import ComparisonView, LoadCurveView, ResolutionView, StressView
-from roughcontact.desk.session import Session, Value
+from roughcontact.desk.session import Session, SessionState, Value
 from roughcontact.desk.widgets import Check, TabPanel
 from roughcontact.errors import RoughcontactError
 from roughcontact.report.kind import rows_of
@@ -35,10 +38,34 @@ from roughcontact.request.contacts import RANGE
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
 from roughcontact.uncertainty.resolution import ResolutionStudy
-from roughcontact.units import format_engineering
 
 # Significant digits of a found load.
 _DIGITS = 7
+
+
+class Answer:
+    """Views of a result, gray as soon as other requests are made."""
+
+    def __init__(self) -> None:
+        self.root = pn.Column(**style.HIGH)
+        self._key: object = None
+
+    def show_parts(self, parts: Sequence[Any], key: object = None) -> None:
+        """Show views of the result of the requests with a key, or nothing."""
+        self._key = key
+        self.root.param.update(objects=list(parts), styles=style.NEW)
+
+    def compare_key(self, key: object) -> None:
+        """Gray the views if the key of the present requests is another one."""
+        self.root.styles = style.NEW if key == self._key else style.OLD
+
+
+def request_key(requests: Iterable[Request]) -> object:
+    """Return what determines the results of requests; None if they are invalid."""
+    try:
+        return [(item.task.name, item.file, dict(item.specified)) for item in requests]
+    except RoughcontactError:
+        return None
 
 
 class AnalysisPanel(TabPanel):
@@ -46,12 +73,16 @@ class AnalysisPanel(TabPanel):
 
     def __init__(self, session: Session, bench: workers.WorkerPool, run: Run, give: Give) -> None:
         self._session, self._give = session, give
-        names = [question.name for _, question in analysis_jobs.ANALYSES]
-        self._forms: dict[str, OptionsForm] = {}
+        self._forms = {
+            question.name: OptionsForm(task, question, self.refresh)
+            for task, question in analysis_jobs.ANALYSES
+        }
+        self._answers = {name: Answer() for name in self._forms}
+        names = list(self._forms)
         self._choice = pn.widgets.RadioBoxGroup(
             label="Question", options=names, value=names[0], **style.CONTROL
         )
-        self._form = pn.Column(self._form_of(names[0]).root, **style.BLOCK)
+        self._form = pn.Column(**style.BLOCK)
         self._working = JobButton(bench, run, "Start", self._started, session)
         self._answer = pn.Column(**style.HIGH)
         self._curve: LoadCurveView | None = None
@@ -63,82 +94,116 @@ class AnalysisPanel(TabPanel):
             self._answer,
             **style.HIGH,
         )
+        self._handle_selection()
 
-    def _handle_selection(self, event: Any) -> None:
-        self._form[:] = [self._form_of(event.new).root]
+    def _handle_selection(self, _: Any = None) -> None:
+        name = self._choice.value
+        self._form[:] = [self._forms[name].root]
+        self._answer[:] = [self._answers[name].root]
+        self._working.root.visible = not self._forms[name].is_command
+        self._working.show_refusal("")
+        self.refresh()
 
-    def _form_of(self, name: str) -> OptionsForm:
-        if name not in self._forms:
-            result = next(item for item in analysis_jobs.ANALYSES if item[1].name == name)
-            self._forms[name] = OptionsForm(*result)
-        return self._forms[name]
+    def _request(self, name: str) -> Request:
+        form = self._forms[name]
+        return self._session.state.request(form.task, **form.words)
 
     def _started(self) -> None:
-        form = self._form_of(self._choice.value)
-        task = form.task
+        name = self._choice.value
         try:
-            request = self._session.state.request(task, **form.words)
+            request = self._request(name)
         except RoughcontactError as error:
-            self._working.refuse_error(error, task)
+            self._working.refuse_error(error, self._forms[name].task)
             return
-        self._answer[:] = []
-        self._working.start_job(analysis_jobs.run_analysis, self._show_outcome, request)
+        self._answers[name].show_parts([])
+        key = request_key([request])
+        self._working.start_job(
+            analysis_jobs.run_analysis,
+            lambda result: self._show_outcome(result, name, key),
+            request,
+        )
 
-    def _show_outcome(self, result: analysis_jobs.AnalysisOutcome) -> None:
-        if not result.outcome.converged:
-            self._working.show_refusal(spell_sentence(result.outcome.shortfall))
-        self._curve = None
-        self._answer[:] = self._make_views(result)
+    def _show_outcome(self, result: analysis_jobs.AnalysisOutcome, name: str, key: object) -> None:
+        self._answers[name].show_parts(self._make_views(result), key)
+        self.refresh()
 
     def refresh(self) -> None:
-        """Mark the current load in the load curve, if one is shown."""
-        outcome = self._session.outcome
+        """Gray an outdated result, and mark the current load in the load curve."""
+        name, outcome = self._choice.value, self._session.outcome
+        if self._forms[name].is_command:
+            self._answers[name].show_parts([self._show_command(name)])
+            return
+        self._answers[name].compare_key(request_key(map(self._request, [name])))
         if self._curve is not None and outcome is not None and outcome.contact is not None:
             self._curve.mark(outcome.contact.load)
+
+    def _show_command(self, name: str) -> Any:
+        try:
+            text = controls.copy_markup("Command", self._request(name).command)
+        except RoughcontactError as error:
+            text = controls.error_markup(controls.error_text(error, self._forms[name].task))
+        return pn.pane.HTML(self._session.state.with_user_names(text), **style.WIDE)
 
     def _make_views(self, result: analysis_jobs.AnalysisOutcome) -> list[Any]:
         """Return the views of a result."""
         lead = pn.pane.HTML(f"<h2>{escape_markup(result.lead)}</h2>", **style.WIDE)
         cautions = pn.pane.HTML(controls.caution_list(result.cautions), **style.WIDE)
         facts = pn.pane.HTML(controls.markup_table(result.facts), **style.WIDE)
-        view = _result_view(result.result)
+        seen: list[Any] = [lead, cautions]
+        if not result.outcome.converged:
+            words = controls.error_markup(spell_sentence(result.outcome.shortfall))
+            seen.insert(0, pn.pane.HTML(words, **style.WIDE))
+        form = form_of(self._session.state.specified)
+        view = _result_view(result.result, form)
         if view is not None:
+            seen.append(pn.pane.Bokeh(view.root, **style.BLOCK))
+            # The other views show these quantities themselves.
             if isinstance(view, LoadCurveView):
                 self._curve = view
-                self.refresh()
-            seen = [lead, cautions, pn.pane.Bokeh(view.root, **style.BLOCK)]
-            # The other views show these quantities themselves.
-            return [*seen, facts] if isinstance(view, LoadCurveView) else seen
-        loads = result.result.answers if isinstance(result.result, LoadSearch) else ()
-        uses = [self._use(item.load) for item in loads]
-        parts: list[Any] = [lead, *uses, cautions, *map(figure_view, result.drawings), facts]
+                seen.append(facts)
+            return seen
+        found = result.result.answers if isinstance(result.result, LoadSearch) else ()
+        seen[1:1] = [self._use(item.result, form) for item in found]
+        seen += [*map(figure_view, result.drawings), facts]
         if result.steps:
-            parts.append(
-                pn.pane.HTML(controls.markup_table(result.steps, result.heads), **style.WIDE)
-            )
-        return parts
+            table = controls.markup_table(result.steps, result.heads)
+            seen.append(pn.pane.HTML(table, **style.WIDE))
+        return seen
 
-    def _use(self, load: float) -> Any:
-        """Return a button that sets the load of the contact to a found load."""
-        text = format_engineering(load, "N", _DIGITS)
-        return make_button(f"Use {text} as the load", lambda: self._give("load", text))
+    def _use(self, found: ContactResult, form: LoadForm) -> Any:
+        """Return a button that sets the load to a found load, in the form of the current load."""
+        text = load_text(found, form, _DIGITS)
+        if text is None:
+            form = FORCE
+            text = str(load_text(found, form, _DIGITS))
+        return make_button(f"Use {text} as the load", lambda: self._give(form.option, text))
 
 
 class OptionsForm:
-    """Form with the options of an analysis."""
+    """Form with the options of an analysis; ``changed`` is called after each change."""
 
-    def __init__(self, task: Task, question: Analysis) -> None:
-        self.task, self._question = task, question
+    def __init__(
+        self, task: Task, question: Analysis, changed: Callable[[], None] = lambda: None
+    ) -> None:
+        self.task, self._question, self._changed = task, question, changed
+        self.is_command = question.is_command
         self._values: dict[str, Value] = {
             option.name: value for option, value in question.short_help
         }
+
+    @cached_property
+    def root(self) -> Any:
+        """Controls of the options, created on first use."""
         controls = [
-            Control(option.name, self._set_option, task=task) for option in question.options
+            Control(option.name, self._set_option, task=self.task)
+            for option in self._question.options
         ]
         for control in controls:
             control.show_options(self._values)
-        about = pn.pane.HTML(f'<p class="quiet">{escape_markup(question.about)}</p>', **style.SHEET)
-        self.root = pn.Column(about, *(control.root for control in controls), **style.BLOCK)
+        about = pn.pane.HTML(
+            f'<p class="quiet">{escape_markup(self._question.about)}</p>', **style.SHEET
+        )
+        return pn.Column(about, *(control.root for control in controls), **style.BLOCK)
 
     @property
     def words(self) -> dict[str, Value]:
@@ -152,23 +217,27 @@ class OptionsForm:
             value = value.strip()
         if value in ("", False):
             self._values.pop(name, None)
-            return
-        self.task.parse_options({name: value})
-        self._values[name] = value
+        else:
+            self.task.parse_options({name: value})
+            self._values[name] = value
+        self._changed()
 
 
-def _result_view(result: Any) -> LoadCurveView | ResolutionView | StressView | None:
+def _result_view(result: Any, form: LoadForm) -> LoadCurveView | ResolutionView | StressView | None:
     """Return the interactive view of a result; None if its class has none."""
-    views: dict[type, Callable[[], Any]] = {
-        LoadCurve: LoadCurveView,
-        ResolutionStudy: ResolutionView,
-        StressResult: StressView,
-    }
-    for kind, view in views.items():
-        if isinstance(result, kind):
-            created = view()
-            created.show_result(result)
-            return cast("LoadCurveView | ResolutionView | StressView", created)
+    match result:
+        case LoadCurve():
+            curve = LoadCurveView(form is NOMINAL)
+            curve.show_result(result)
+            return curve
+        case ResolutionStudy():
+            study = ResolutionView()
+            study.show_result(result)
+            return study
+        case StressResult():
+            stress = StressView()
+            stress.show_result(result)
+            return stress
     return None
 
 
@@ -204,11 +273,12 @@ class JointPanel(TabPanel):
             for _, question in analysis_jobs.JOINTS
         }
         self._forms = {
-            question.name: OptionsForm(task, question) for task, question in analysis_jobs.JOINTS
+            question.name: OptionsForm(task, question, self.refresh)
+            for task, question in analysis_jobs.JOINTS
         }
         self._working = JobButton(bench, run, "Start", self._started, session)
         self._formulas = pn.pane.HTML("", **style.WIDE)
-        self._answers = pn.Column(**style.HIGH)
+        self._answers = Answer()
         about = pn.pane.HTML(
             '<p class="quiet">Range of nominal pressures, each solved once for all selected '
             "analyses.</p>",
@@ -226,7 +296,7 @@ class JointPanel(TabPanel):
                 width=250,
                 margin=(8, 16, 0, 0),
             ),
-            pn.Column(self._formulas, self._answers, **style.HIGH),
+            pn.Column(self._formulas, self._answers.root, **style.HIGH),
             **style.HIGH,
         )
 
@@ -237,31 +307,41 @@ class JointPanel(TabPanel):
         text = [] if result is None else rows_of(formulas.BESIDE, result)
         rows = [(row.title, row.text) for row in text]
         self._formulas.object = controls.markup_table(rows) if rows else _NO_ESTIMATE_HTML
+        self._answers.compare_key(request_key(map(self._request, self._wanted)))
 
     def _set_range_option(self, name: str, value: Value) -> None:
         text = value.strip() if isinstance(value, str) else value
         if text:
             _TASK.parse_options({name: text})
         self._range[name] = text
+        self.refresh()
+
+    @property
+    def _wanted(self) -> list[OptionsForm]:
+        return [self._forms[name] for name, box in self._boxes.items() if box.value]
+
+    def _request(self, form: OptionsForm) -> Request:
+        text = {f"{name}_": value for name, value in self._range.items()} | form.words
+        return self._session.state.request(form.task, **text)
 
     def _started(self) -> None:
-        wanted = [item for item in analysis_jobs.JOINTS if self._boxes[item[1].name].value]
-        if not wanted:
+        if not self._wanted:
             self._working.show_refusal("Select at least one analysis.")
             return
         self._run_count += 1
-        requests = []
-        for task, question in wanted:
+        requests, written = [], []
+        for form in self._wanted:
             try:
-                text = {f"{name}_": value for name, value in self._range.items()}
-                text |= self._forms[question.name].words
-                request = self._session.state.request(task, **text)
-                requests.append(self._with_files(request))
+                requests.append(self._request(form))
+                written.append(self._with_files(requests[-1]))
             except RoughcontactError as error:
-                self._working.refuse_error(error, task)
+                self._working.refuse_error(error, form.task)
                 return
-        self._answers[:] = []
-        self._working.start_job(analysis_jobs.run_analyses, self._show_outcomes, *requests)
+        self._answers.show_parts([])
+        key = request_key(requests)
+        self._working.start_job(
+            analysis_jobs.run_analyses, lambda result: self._show_outcomes(result, key), *written
+        )
 
     def _with_files(self, request: Request) -> Request:
         """Return a request that also writes the downloadable files."""
@@ -275,8 +355,12 @@ class JointPanel(TabPanel):
             Request.from_text(request.task, request.file, specified), names=request.names
         )
 
-    def _show_outcomes(self, result: tuple[analysis_jobs.AnalysisOutcome, ...]) -> None:
-        self._answers[:] = [part for item in result for part in self._make_views(item)]
+    def _show_outcomes(
+        self, result: tuple[analysis_jobs.AnalysisOutcome, ...], key: object
+    ) -> None:
+        parts = [part for item in result for part in self._make_views(item)]
+        self._answers.show_parts(parts, key)
+        self.refresh()
 
     def _make_views(self, result: analysis_jobs.AnalysisOutcome) -> list[Any]:
         """Return the views of a result: title, cautions, figures, quantities, files, command."""
@@ -312,11 +396,11 @@ class JointPanel(TabPanel):
 # --- Comparison of two states: one is pinned, the other is current ---
 
 
-_NAMES = ("this state", "pinned state")
+_NAMES = ("A", "B")
 
 
 class ComparePanel(TabPanel):
-    """Pinned state, its differences from the current state, and both contacts compared."""
+    """States A and B, their differences, and both contacts compared; one of them is current."""
 
     def __init__(
         self,
@@ -326,75 +410,84 @@ class ComparePanel(TabPanel):
         do: Callable[[Callable[[], None]], None],
     ) -> None:
         self._session = session
-        self._pin = make_button("Pin this state", lambda: do(session.pin))
-        self._swap = make_button("Go to the pinned state", lambda: do(session.swap_pinned))
-        self._unpin = make_button("Unpin", lambda: do(session.unpin))
+        self._pin = make_button("Keep this state as A", lambda: do(session.pin))
+        self._swap = make_button("Go to A", lambda: do(session.swap_pinned))
+        self._unpin = make_button("Forget A", lambda: do(session.unpin))
         self._differences = pn.pane.HTML("", **style.WIDE)
         self._working = JobButton(bench, run, "Compare", self._started, session)
-        self._answer = pn.Column(**style.HIGH)
+        self._answer = Answer()
         self.root = pn.Column(
             pn.Row(self._pin, self._swap, self._unpin, self._working.root, **style.BLOCK),
             self._differences,
-            self._answer,
+            self._answer.root,
             **style.HIGH,
         )
 
     def refresh(self) -> None:
-        """Show the options in which the current and the pinned state differ."""
-        state = self._session.state
-        pinned = state.pinned
-        self._swap.disabled = self._unpin.disabled = pinned is None
-        if pinned is None:
-            text = "<p>Pin a state, then change the load, a body or the map: both are compared.</p>"
-        else:
-            names = sorted(
-                name
-                for name in {*state.specified, *pinned}
-                if state.specified.get(name) != pinned.get(name)
+        """Show the options in which A and B differ, and which of them is current."""
+        states, is_first = self._states(), self._session.state.is_first
+        self._answer.compare_key(request_key(state.request() for state in states))
+        self._swap.disabled = self._unpin.disabled = not states
+        if not states:
+            self._differences.object = (
+                "<p>Keep this state as A, then change the load, a body or the map: that is B.</p>"
             )
-            rows = [
-                (
-                    SOLVE.by_name[name].label,
-                    _cell_text(state.specified.get(name)),
-                    _cell_text(pinned.get(name)),
-                )
-                for name in names
-            ]
-            same = "<p>Both are the same so far.</p>"
-            text = controls.markup_table(rows, ("what differs", "this", "pinned")) if rows else same
-        self._differences.object = text
+            return
+        current, other = _NAMES if is_first else _NAMES[::-1]
+        self._swap.label, self._unpin.label = f"Go to {other}", f"Forget {other}"
+        first, second = (state.specified for state in states)
+        rows = [
+            (SOLVE.by_name[name].label, _cell_text(first.get(name)), _cell_text(second.get(name)))
+            for name in sorted({*first, *second})
+            if first.get(name) != second.get(name)
+        ]
+        heads = ("what differs", *(f"{n}, shown" if n == current else n for n in _NAMES))
+        same = "<p>A and B are the same so far.</p>"
+        self._differences.object = controls.markup_table(rows, heads) if rows else same
 
-    def _started(self) -> None:
+    def _states(self) -> tuple[SessionState, ...]:
+        """Return A and B; nothing if no state is kept."""
         state = self._session.state
         if state.pinned is None:
-            self._working.show_refusal("Pin a state first.")
+            return ()
+        states = replace(state, specified=state.pinned), state
+        return states[::-1] if state.is_first else states
+
+    def _started(self) -> None:
+        states = self._states()
+        if not states:
+            self._working.show_refusal("Keep a state as A first.")
             return
         try:
-            requests = state.request(), replace(state, specified=state.pinned).request()
+            requests = [state.request() for state in states]
         except RoughcontactError as error:
             self._working.refuse_error(error)
             return
-        self._answer[:] = []
+        self._answer.show_parts([])
+        key = request_key(requests)
         self._working.start_job(
-            analysis_jobs.compare_contacts, self._show_comparison, *requests, _NAMES
+            analysis_jobs.compare_contacts,
+            lambda result: self._show_comparison(result, key),
+            *requests,
+            _NAMES,
         )
 
-    def _show_comparison(self, result: analysis_jobs.ContactComparison) -> None:
+    def _show_comparison(self, result: analysis_jobs.ContactComparison, key: object) -> None:
         cautions = "".join(
-            f"<h2>{name}</h2>{controls.caution_list(text)}"
+            f"<h2>Cautions of {name}</h2>{controls.caution_list(text)}"
             for name, text in zip(_NAMES, result.cautions, strict=True)
         )
         maps = ComparisonView(_NAMES)
         maps.show_contacts(result.contacts)
         parts: list[Any] = [
-            pn.pane.Bokeh(maps.root, **style.BLOCK),
             pn.pane.HTML(
-                controls.markup_table(result.rows, ("", *_NAMES, "difference", "in percent")),
+                controls.markup_table(result.rows, ("", *_NAMES, "A − B", "in percent of B")),
                 **style.WIDE,
             ),
+            pn.pane.Bokeh(maps.root, **style.BLOCK),
             pn.pane.HTML(cautions, **style.WIDE),
         ]
-        self._answer[:] = parts
+        self._answer.show_parts(parts, key)
 
 
 def _cell_text(value: str | bool | None) -> str:

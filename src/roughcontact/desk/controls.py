@@ -12,26 +12,52 @@ import panel as pn
 from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.cautions import Caution, CautionTag, Severity
 from roughcontact.desk import style, workers
-from roughcontact.desk.session import Session, Value
+from roughcontact.desk.session import LOADS, Session, Value
 from roughcontact.desk.widgets import Check, Field, PictureChoice
 from roughcontact.errors import ArgumentRef, RoughcontactError, message_parts, render_message
 from roughcontact.report import phrases
-from roughcontact.request import parsing
+from roughcontact.request import options, parsing
 from roughcontact.request.options import Option
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command, Task
 
+MAP_OPTIONS = ("channel", "unit", "size", "override-size", "no-data", "format")
+PREPARATION_OPTIONS = tuple(option.name for option in (*options.PREPARATION, options.TIP_RADIUS))
+VALUE_OPTIONS = (
+    "young",
+    "poisson",
+    "yield-strength",
+    "counter-young",
+    "counter-poisson",
+    "counter-yield-strength",
+    "coating",
+    "counter-coating",
+)
+FORM_OPTIONS = ("body", "counter-body", "align", "offset", "angle", "mirror")
+SOLVER_OPTIONS = ("load-point", "tolerance", "max-iterations", "precision")
+SHOWN_OPTIONS = {
+    *("points", "material", "counter-material", "boundary", "ceiling", *LOADS),
+    *(*MAP_OPTIONS, *PREPARATION_OPTIONS, *VALUE_OPTIONS, *FORM_OPTIONS, *SOLVER_OPTIONS),
+}
+"""Options of the contact that have a control on the page."""
+
 
 def spell_for_page(mention: ArgumentRef, task: Command = SOLVE) -> str:
-    """Return an argument in the terms of the page: label and text to enter."""
+    """Return an argument in the terms of the page, or of the command if the page has it not."""
     if mention.name == "file":
         return "the map"
+    questions = (*getattr(task, "questions", ()), *SOLVE.questions)
+    shown = {option for question in questions for option in question.options}
     option = task.option_of_argument(mention.name)
-    if option is None:
-        return str(mention)
-    if mention.value is None or mention.value is True:
-        return f"“{option.label}”"
-    return f"“{option.label}” {option.text(mention.value)}"
+    if option is not None and (option.name in SHOWN_OPTIONS or option in shown):
+        if mention.value is None or mention.value is True:
+            return f"“{option.label}”"
+        return f"“{option.label}” {option.text(mention.value)}"
+    text = task.spell_argument(mention)
+    for question in questions:
+        if any(text == f"--{option.name}" for option, _ in question.fixed):
+            return f"“{question.name}”"
+    return text
 
 
 def error_text(error: RoughcontactError, task: Command = SOLVE) -> str:
@@ -62,6 +88,15 @@ def note_markup(text: str, role: str = ' role="status"') -> str:
 def show_alert(pane: Any, text: str) -> None:
     """Show an error in a pane, or hide the pane if the text is empty."""
     pane.object, pane.visible = error_markup(text), bool(text)
+
+
+def copy_markup(title: str, text: str) -> str:
+    """Return text to copy, with its title, as markup."""
+    copy = "navigator.clipboard?.writeText(this.closest('section').lastChild.textContent)"
+    return (
+        f'<section><h2>{escape_markup(title)} <button onclick="{copy}">Copy</button></h2>'
+        f"<pre>{escape_markup(text)}</pre></section>"
+    )
 
 
 # --- Controls of options ---
@@ -119,14 +154,14 @@ class Control:
     def offer(self, choices: Mapping[str, str]) -> None:
         """Set the choices, values by label; the selected value is kept."""
         specified = self.widget.value
-        options = {
+        kept = {
             shown_text: text
             for shown_text, text in self.widget.options.items()
             if text == specified
         }
         self._silent = True
         try:
-            self.widget.options = {**options, **choices}
+            self.widget.options = {**kept, **choices}
             self.widget.value = specified
         finally:
             self._silent = False
@@ -213,6 +248,12 @@ def markup_table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> st
 # --- Running job: start in another process, progress, cancellation, end ---
 
 
+def _progress_markup(text: str, share: float | None) -> str:
+    """Return a progress bar, of unknown extent without a share, above a text."""
+    value = "" if share is None else f' value="{share:.3f}"'
+    return f'<progress aria-label="progress"{value}></progress><p>{note_markup(text)}</p>'
+
+
 Run = Callable[[Callable[[], None]], None]
 """``run(done)`` calls ``done`` in the thread that may change the page."""
 
@@ -234,13 +275,8 @@ class JobButton:
         self._take: Callable[[Any], None] = lambda _: None
         self._start = make_button(name, begin, primary=True)
         self._cancel = make_button("Cancel", self.cancel, disabled=True)
-        self._bar = pn.indicators.Progress(
-            active=True, value=-1, visible=False, **{**style.CONTROL, "height": 8}
-        )
         self._status = pn.pane.HTML("", **style.WIDE)
-        self.root = pn.Column(
-            pn.Row(self._start, self._cancel), self._bar, self._status, **style.BLOCK
-        )
+        self.root = pn.Column(pn.Row(self._start, self._cancel), self._status, **style.BLOCK)
 
     def start_job(
         self, work: Callable[..., Any], take: Callable[[Any], None], request: Request, *more: Any
@@ -248,8 +284,7 @@ class JobButton:
         """Start a job with a request and more arguments; ``take`` receives its result."""
         self._task, self._take = request.task, take
         self._start.disabled, self._cancel.disabled = True, False
-        self._bar.visible, self._bar.value = True, -1
-        self._status.object = note_markup("starting …")
+        self._status.object = _progress_markup("starting …", None)
         self._job = self._bench.submit(
             work,
             request,
@@ -265,8 +300,8 @@ class JobButton:
             self._job.cancel()
 
     def show_refusal(self, text: str) -> None:
-        """Show the reason why there is no result."""
-        self._status.object = error_markup(text)
+        """Show the reason why there is no result, nothing if it is empty."""
+        self._status.object = error_markup(text) if text else ""
 
     def refuse_error(self, error: RoughcontactError, task: Task = SOLVE) -> None:
         """Show the error of a job in the terms of the page."""
@@ -289,13 +324,12 @@ class JobButton:
             else phrases.progress_text(stage.progress)
         )
         remaining = "" if stage.remaining is None else f"; about {stage.remaining:.0f} s left"
-        self._status.object = note_markup(f"{text}; {stage.seconds:.0f} s so far{remaining}")
-        self._bar.value = -1 if stage.share is None else round(100 * stage.share)
+        text = f"{text}; {stage.seconds:.0f} s so far{remaining}"
+        self._status.object = _progress_markup(text, stage.share)
 
     def _close(self, end: workers.JobResult) -> None:
         self._job = None
         self._start.disabled, self._cancel.disabled = False, True
-        self._bar.visible = False
         if end.canceled:
             self._status.object = note_markup("Canceled; nothing is saved.")
         elif end.error is not None:

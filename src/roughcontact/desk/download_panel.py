@@ -56,17 +56,23 @@ class DownloadPanel(TabPanel):
     def refresh(self) -> None:
         """Show the command, the script and the project file that reproduce the contact."""
         session = self._session
-        parts = [_block("Project file, for roughcontact run", session.state.portable_script)]
+        parts = [
+            controls.copy_markup(
+                "Project file, for roughcontact run", session.state.portable_script
+            )
+        ]
         if not session.state.missing:
             try:
                 command = session.request.command
             except RoughcontactError:
                 command = ""
             if command:
-                parts.insert(0, _block("Command", command))
+                parts.insert(0, controls.copy_markup("Command", command))
         outcome = session.outcome
         if outcome is not None and outcome.contact is not None:
-            parts.insert(1, _block("Python", python_script.script_of_result(outcome.contact)))
+            parts.insert(
+                1, controls.copy_markup("Python", python_script.script_of_result(outcome.contact))
+            )
         self._words.object = "".join(parts)
 
     def _started(self) -> None:
@@ -124,11 +130,3 @@ class DownloadPanel(TabPanel):
             for name, address in self._downloads.items()
         )
         self._links.object = f"<h2>Ready</h2>{items}" if items else ""
-
-
-def _block(title: str, text: str) -> str:
-    copy = "navigator.clipboard?.writeText(this.closest('section').lastChild.textContent)"
-    return (
-        f'<section><h2>{controls.escape_markup(title)} <button onclick="{copy}">Copy</button></h2>'
-        f"<pre>{controls.escape_markup(text)}</pre></section>"
-    )

@@ -21,6 +21,7 @@ from roughcontact.desk.controls import (
     make_button,
     spell_sentence,
 )
+from roughcontact.desk.load_panel import FORCE, NOMINAL, LoadForm, load_text
 from roughcontact.errors import ArgumentRef
 from roughcontact.report import kinds
 from roughcontact.report.kind import TRUST, quantity_of
@@ -48,8 +49,11 @@ _SHORTCUTS = (
 )
 
 
-def key_numbers(result: ContactResult) -> str:
-    """Return the key quantities with intervals, or values under the calibrated ceiling."""
+def key_numbers(result: ContactResult, form: LoadForm = FORCE) -> str:
+    """Return the key quantities with intervals, or values under the calibrated ceiling.
+
+    A load that is given as nominal pressure is shown as such, with its force below.
+    """
     ends, calibrated = uncertainty.brief_ends(result), contact.calibrated_numbers(result)
     table = PROFILE_CONTACT if result.pair.is_profile else CONTACT
     cells = []
@@ -59,9 +63,11 @@ def key_numbers(result: ContactResult) -> str:
         quantity = quantity_of(table, key)
         row = quantity.row(result)
         other = ends.get(key) or (f"calibrated {calibrated[key]}" if key in calibrated else "")
-        name = row.name[:1].upper() + row.name[1:]
+        name, value = row.name[:1].upper() + row.name[1:], quantity.format_value(row.value)
+        if key == "load" and form is NOMINAL:
+            value, other = str(load_text(result, form, 4)), value
         cells.append(
-            f"<div><dt>{escape_markup(name)}</dt><dd>{escape_markup(quantity.format_value(row.value))}</dd>"
+            f"<div><dt>{escape_markup(name)}</dt><dd>{escape_markup(value)}</dd>"
             f"<small>{escape_markup(other)}</small></div>"
         )
     return f'<dl class="numbers">{"".join(cells)}</dl>'

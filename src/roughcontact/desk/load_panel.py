@@ -120,15 +120,14 @@ def position_of_value(value: float, ends: tuple[float, float]) -> int:
     return round(STEPS * min(1.0, max(0.0, share)))
 
 
-def load_text(result: ContactResult, form: LoadForm) -> str | None:
+def load_text(result: ContactResult, form: LoadForm, digits: int = _DIGITS) -> str | None:
     """Return the load of a result in a form, as text with unit; None if unknown."""
-    if form is FORCE:
-        return units.format_engineering(result.load, "N", _DIGITS)
+    if form in (FORCE, LINE):
+        return units.format_engineering(result.load, result.pair.load_unit, digits)
     if form is NOMINAL:
-        area = result.pressure.size * result.pixel_area
-        return units.format_engineering(result.load / area, "Pa", _DIGITS)
+        return units.format_engineering(result.load / result.nominal_area, "Pa", digits)
     if form is APPROACH_AXIS and result.approach > 0:
-        return units.format_engineering(result.approach, "m", _DIGITS)
+        return units.format_engineering(result.approach, "m", digits)
     return None
 
 
@@ -166,7 +165,7 @@ class LoadPanel:
         self.slider = Slider(
             words="Drag the load (logarithmic), or press arrow keys",
             end=STEPS,
-            value=STEPS // 2,
+            value=-1,
             sizing_mode="stretch_width",
             margin=(0, 12),
             min_width=150,
@@ -201,7 +200,9 @@ class LoadPanel:
             self.slider.text = text
             self._rule()
             ends, value = self._ends(), self._value()
-            if ends is not None and value is not None:
+            if value is None:
+                self.slider.value = -1
+            elif ends is not None:
                 texts = self.slider.texts
                 position = position_of_value(value, ends)
                 self.slider.value = texts.index(text) if text in texts else position

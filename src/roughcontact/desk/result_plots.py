@@ -41,9 +41,13 @@ from roughcontact.units import format_engineering
 
 
 class LoadCurveView:
-    """Load curve: areas, gap and stiffness over the load, with the current load marked."""
+    """Load curve: areas, gap and stiffness over the load, with the current load marked.
 
-    def __init__(self) -> None:
+    Loads are forces, or nominal pressures of a map if ``over_pressure``.
+    """
+
+    def __init__(self, over_pressure: bool = False) -> None:
+        self._over_pressure = over_pressure
         names = ("load", "contact", "saturated", "gap", "approach", "stiffness")
         self.source: Any = style.empty_source(*names)
         self.now: Any = models.Span(
@@ -86,7 +90,10 @@ class LoadCurveView:
         """Show a load curve."""
         load = curve.column("load")
         unit = "N/m" if curve.is_profile else "N"
-        self._factor, shown = prefixed(float(load.max()), unit)
+        over_pressure = self._over_pressure and not curve.is_profile
+        size = curve.nominal_area if over_pressure else 1.0
+        self._factor, shown = prefixed(float(load.max()) / size, "Pa" if over_pressure else unit)
+        self._factor /= size
         lengths = np.concatenate([curve.column("approach"), curve.column("mean_gap")])
         scale, length_unit = prefixed(float(lengths.max()), "m")
         stiffness = curve.column("stiffness")
@@ -108,7 +115,8 @@ class LoadCurveView:
                 "stiffness": stiffness * stiff,
             }
             for plot in self.plots:
-                plot.xaxis.axis_label = f"load [{shown}]"
+                name = "nominal pressure" if over_pressure else "load"
+                plot.xaxis.axis_label = f"{name} [{shown}]"
             self.lengths.yaxis.axis_label = f"length [{length_unit}]"
             self.stiffness.yaxis.axis_label = f"stiffness dW/dω [{stiffness_unit}]"
             heads, rows = listing_of(CURVE_COLUMNS, curve, brief=True)

@@ -62,7 +62,8 @@ h1 {{ font-size: 15px; margin: 0; font-weight: 650; white-space: nowrap; }}
 h2 {{ font-size: 13px; margin: 0 0 4px; font-weight: 600; }}
 p {{ margin: 0 0 6px; }}
 .quiet {{ color: var(--muted); }}
-progress {{ height: 6px; }}
+progress {{ display: block; width: 100%; height: 6px; margin: 0 0 4px;
+  accent-color: var(--accent); }}
 .fold {{ font-size: 12px; color: var(--accent); }}
 table {{ border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 12px; }}
 td, th {{ padding: 3px 12px 3px 0; text-align: left; vertical-align: top; font-weight: 400; }}

@@ -257,8 +257,8 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
             "Repeated passes",
             "A counter-body passes over the map: plastic strain, shakedown, roughness. Seconds a "
             "step.",
-            (PASSES, STEPS, TRAVEL, RECIPROCATING, FRICTION),
-            short_help=((PASSES, "2"), (STEPS, "8")),
+            fixed=((PASSES, "2"), (STEPS, "8")),
+            is_command=True,
         ),
     ),
     presentations={"RollingResult": ("analyses.roll.report:KIND",)},

@@ -289,15 +289,10 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
             fixed=((STUDY, True),),
         ),
         Analysis(
-            "Calibrated ceiling",
-            "Ceiling that reproduces the contact area of the elastoplastic model.",
-            fixed=((options.CEILING, "calibrated"),),
-        ),
-        Analysis(
             "Elastoplastic model",
             "Plastic strain below the surface instead of a ceiling; takes seconds to minutes.",
-            (INCREMENTS, UNLOAD, options.HARDENING),
             fixed=((MODEL, VOLUME_MODEL),),
+            is_command=True,
         ),
     ),
     presentations={
