@@ -70,7 +70,7 @@ class Seat:
 
     @property
     def shown(self) -> str:
-        return "".join(str(part.object) for part in self.joint._answers)
+        return "".join(str(part.object) for part in self.joint._answers.root)
 
 
 @pytest.fixture
@@ -90,7 +90,7 @@ def test_joint_analyses_show_results_and_commands(tmp_path: Path, bench: WorkerP
     for task, question in JOINTS:
         assert question.name in seat.shown
         assert f"roughcontact {task.name} " in seat.shown
-    figures = [part for part in seat.joint._answers if isinstance(part, pn.pane.Bokeh)]
+    figures = [part for part in seat.joint._answers.root if isinstance(part, pn.pane.Bokeh)]
     assert len(figures) >= len(JOINTS)
     assert "W/(m² K)" in seat.shown
     for name in ("law-1.inp", "law-1.ccx", "conductance-1.csv"):

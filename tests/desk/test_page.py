@@ -17,10 +17,11 @@ import panel as pn
 
 from roughcontact.analyses.find.task import TASK as FIND
 from roughcontact.analyses.solve import uncertainty_report as uncertainty
-from roughcontact.desk import analysis_jobs, style
+from roughcontact.desk import analysis_jobs, analysis_panel, style
 from roughcontact.desk.maps import HEIGHTS, NAMES, PRESSURE
 from roughcontact.desk.page import ContactView, Page
 from roughcontact.desk.projects import ProjectStore, SavedProject
+from roughcontact.desk.result_plots import LoadCurveView
 from roughcontact.desk.server import PageVisit
 from roughcontact.desk.workers import WorkerPool
 from visits import GIVEN, PATIENCE, Loop, Pressed, solve_and_show
@@ -332,8 +333,9 @@ def test_a_load_that_is_found_becomes_that_of_the_contact(page: Page, tmp_path: 
     page._views.strip.active = 1
     ask = page._views._created[1]
     request = page.session.state.request(FIND, contact_fraction="5 %")
-    ask._show_outcome(analysis_jobs.run_analysis(lambda _: None, request))
-    lead, use = ask._answer[0], ask._answer[1]
+    found = analysis_jobs.run_analysis(lambda _: None, request)
+    ask._show_outcome(found, "Load search", None)
+    lead, use = ask._answers["Load search"].root[:2]
     assert "5 % in contact needs" in text_of(lead)
     use.clicks += 1
     solve_and_show(page)
@@ -363,6 +365,115 @@ def test_a_caution_is_remedied_by_its_button(page: Page, tmp_path: Path) -> None
     assert not page._header.drawer.visible
     page._handle_shortcut(Pressed({"name": "undo"}))
     assert page.session.state.specified["boundary"] == "free"
+
+
+def drop(page: Page, path: Path, name: str) -> None:
+    """Drop a file that the server has stored for the project, and wait until it is read."""
+    ended = threading.Event()
+    check = page._reader.check
+    page._reader.check = lambda path, end: check(path, lambda e: (end(e), ended.set()))
+    page._window.arrived = {"file": path.name, "name": name, "number": path.name}
+    assert ended.wait(PATIENCE)
+    page._reader.check = check
+    solve_and_show(page)
+
+
+@pytest.mark.long
+def test_refused_file_leaves_map_and_result(page: Page, work: SavedProject, tmp_path: Path) -> None:
+    (work.folder / "map-1.npz").write_bytes(map_file(tmp_path).read_bytes())
+    drop(page, work.folder / "map-1.npz", "mine.npz")
+    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
+    solve_and_show(page)
+    state, numbers = page.session.state, numbers_of(page)
+    assert state.name_of(state.file) == "mine.npz"
+    for number, content in enumerate((b"", b"no map", b"%PDF-1.4"), 2):
+        path = work.folder / f"map-{number}.pdf"
+        path.write_bytes(content)
+        drop(page, path, "<b>bad</b>.pdf")
+        assert page.session.state == state
+        assert numbers_of(page) == numbers
+        assert not is_old(page)
+        wrong = page._map_panel._wrong
+        assert wrong.visible
+        assert "&lt;b&gt;bad" in text_of(wrong)
+        assert path.stem not in text_of(wrong)
+        assert not page._map_panel.step.root.collapsed
+        assert not path.exists()
+    # A file that only lacks its unit is taken, and the unit requested.
+    np.save(work.folder / "map-9.npy", np.eye(8))
+    drop(page, work.folder / "map-9.npy", "bare.npy")
+    assert page.session.state.name_of(page.session.state.file) == "bare.npy"
+    assert not page._map_panel._wrong.visible
+    assert len(page._map_panel._group.controls["unit"].root) == 2
+
+
+@pytest.mark.long
+def test_load_is_shown_in_the_unit_of_the_user(page: Page, tmp_path: Path) -> None:
+    page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
+    solve_and_show(page)
+    # No load is given: the slider shows none.
+    assert page._load.slider.value == -1
+    assert page._load.slider.texts
+    page._run_action(lambda: page.session.give_all({**GIVEN, "load": "10 MPa"}))
+    solve_and_show(page)
+    assert page._load.slider.value > 0
+    assert "<dt>Load</dt><dd>10 MPa</dd><small>7.68 mN</small>" in numbers_of(page)
+    page._views.strip.active = 1
+    analyze = page._views._created[1]
+    request = page.session.state.request(FIND, contact_fraction="5 %")
+    found = analysis_jobs.run_analysis(lambda _: None, request)
+    use = analyze._make_views(found)[1]
+    assert use.label.endswith("MPa as the load")
+    curve = LoadCurveView(over_pressure=True)
+    surface = rc.read_surface(map_file(tmp_path)).leveled()
+    options = {"material": "100Cr6", "boundary": "periodic"}
+    curve.show_result(rc.sweep(surface, loads=[7.68e-3, 15.36e-3], **options))
+    assert curve.area.xaxis.axis_label == "nominal pressure [MPa]"
+    assert curve.source.data["load"] == pytest.approx([10, 20])
+
+
+@pytest.mark.long
+def test_result_of_an_analysis_stays_with_its_form(page: Page, tmp_path: Path) -> None:
+    page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
+    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
+    solve_and_show(page)
+    page._views.strip.active = 1
+    analyze = page._views._created[1]
+    name = "Load search"
+    analyze._choice.value = name
+    analyze._forms[name]._set_option("contact-fraction", "5 %")
+    request = analyze._request(name)
+    found = analysis_jobs.run_analysis(lambda _: None, request)
+    analyze._choice.value = "Load curve"
+    # The result arrives while another form is shown.
+    analyze._show_outcome(found, name, analysis_panel.request_key([request]))
+    assert len(analyze._answer[0]) == 0
+    analyze._working.show_refusal("no")
+    analyze._choice.value = name
+    assert text_of(analyze._working._status) == ""
+    assert "5 % in contact" in text_of(analyze._answer[0][0])
+    assert analyze._answer[0].styles == style.NEW
+    analyze._forms[name]._set_option("contact-fraction", "6 %")
+    assert analyze._answer[0].styles == style.OLD
+    analyze._forms[name]._set_option("contact-fraction", "5 %")
+    assert analyze._answer[0].styles == style.NEW
+    # The search does not depend on the load, but on the bodies.
+    page._set_option("load", "1 N")
+    assert analyze._answer[0].styles == style.NEW
+    page._give_option("material", "42CrMo4")
+    assert analyze._answer[0].styles == style.OLD
+
+
+def test_analyses_of_minutes_are_prepared_commands(page: Page, tmp_path: Path) -> None:
+    page._run_action(lambda: page.session.open_map(map_file(tmp_path), "mine.npz"))
+    page._run_action(lambda: page.session.give_all(dict(GIVEN)))
+    page._views.strip.active = 1
+    analyze = page._views._created[1]
+    for name, task in (("Elastoplastic model", "solve"), ("Repeated passes", "roll")):
+        analyze._choice.value = name
+        assert not analyze._working.root.visible
+        assert f"roughcontact {task} mine.npz --" in text_of(analyze._answer[0][0])
+    assert page.session.wait(PATIENCE)
 
 
 def test_removed_project_is_reported(work: SavedProject, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -23,13 +24,14 @@ import roughcontact as rc
 pytest.importorskip("panel", reason="needs roughcontact[desk]")
 
 from roughcontact.desk import header, style
+from roughcontact.desk.load_panel import form_of
 from roughcontact.desk.maps import NAMES
 from roughcontact.desk.page import Page
 from roughcontact.desk.projects import ProjectStore
 from roughcontact.desk.server import PageVisit
 from roughcontact.desk.session import from_script
 from roughcontact.desk.workers import WorkerPool
-from visits import GIVEN, Loop, Pressed, solve_and_show
+from visits import GIVEN, PATIENCE, Loop, Pressed, solve_and_show
 
 _POOL: list[WorkerPool] = []
 
@@ -67,7 +69,7 @@ class Actions(RuleBasedStateMachine):
 
     @rule(number=st.integers(0, 2), complete=st.booleans())
     def bring(self, number: int, complete: bool) -> None:
-        self.page._run_action(lambda: self.page.session.bring(self.maps[number]))
+        self.page._run_action(lambda: self.page.session.open_map(self.maps[number]))
         if complete:
             load = "1 N/m" if number == 2 else GIVEN["load"]
             self.page._run_action(lambda: self.page.session.give_all({**GIVEN, "load": load}))
@@ -93,6 +95,7 @@ class Actions(RuleBasedStateMachine):
                 ("_preparation", "missing", "fill"),
                 ("_preparation", "missing", "error"),
                 ("_preparation", "outliers", "6"),
+                ("_preparation", "outliers", "-6"),
             ]
         )
     )
@@ -126,7 +129,26 @@ class Actions(RuleBasedStateMachine):
     def limit_the_colors(self, end: int, text: str) -> None:
         self.page.view.maps.range.ends[end].value = text
 
-    @rule(do=st.sampled_from(["pin", "unpin"]))
+    @rule(number=st.integers(0, 3))
+    def drop(self, number: int) -> None:
+        """Drop an uploaded file: one that cannot be read changes nothing."""
+        folder = self.work.make_folder()
+        path = folder / f"map-{number}.npz"
+        if number < 3:
+            path.write_bytes(self.maps[number].read_bytes())
+        else:
+            path.write_text("no map")
+        before, ended = self.page.session.state, threading.Event()
+        check = self.page._reader.check
+        self.page._reader.check = lambda path, end: check(path, lambda e: (end(e), ended.set()))
+        self.page._window.arrived = {"file": path.name, "name": "mine.npz", "number": number}
+        assert ended.wait(PATIENCE)
+        self.page._reader.check = check
+        while self.page._document.waiting:
+            self.page._document.waiting.pop(0)()
+        assert (self.page.session.state == before) == (number == 3 or before.file == path)
+
+    @rule(do=st.sampled_from(["pin", "unpin", "swap_pinned"]))
     def pin(self, do: str) -> None:
         self.page._run_action(getattr(self.page.session, do))
 
@@ -149,10 +171,11 @@ class Actions(RuleBasedStateMachine):
             assert bool(state.missing) or session.failure is not None
             return
         contact = outcome.contact
-        assert page._header.numbers.object == header.key_numbers(contact)
+        form = form_of(state.specified)
+        assert page._header.numbers.object == header.key_numbers(contact, form)
         assert page._header.numbers.styles == style.NEW
         assert page.view.maps._result is contact
-        assert page.view.maps.large == list(NAMES)[page.sight.maps.strip.active]
+        assert page.view.maps.large == list(NAMES)[page.view.maps.strip.active]
         if not contact.surface.is_profile:
             assert len(page.view.maps.strip.pictures) == len(NAMES)
 

@@ -214,7 +214,7 @@ def test_map_is_read_in_worker(bench: WorkerPool, tmp_path: Path) -> None:
     heights = np.random.default_rng(1).normal(0, 1e-6, (8, 9))
     np.save(tmp_path / "map.npy", heights)
     shapes: list[tuple[int, int]] = []
-    read = workers.make_reader(bench)
+    read = workers.MapReader(bench)
     surface = read(tmp_path / "map.npy", shapes.append, None, None, "m", "8 um x 9 um", False)
     here = rc.read_surface(tmp_path / "map.npy", unit="m", size="8 um x 9 um")
     np.testing.assert_array_equal(surface.heights, here.heights)
@@ -227,11 +227,34 @@ def test_map_is_read_in_worker(bench: WorkerPool, tmp_path: Path) -> None:
         bench.submit(workers.read_map, tmp_path / "map.npy", {"unit": "m", "size": "8 um x 9 um"})
     ).value
     assert found.shape == channels[0].shape == (8, 9)
-    assert ended(bench.submit(workers.read_channels, tmp_path / "map.npy")).value == channels
+    assert read.channels == {tmp_path / "map.npy": [item.name for item in channels if item.name]}
+
+
+def test_checked_map_is_not_read_again(bench: WorkerPool, tmp_path: Path) -> None:
+    path = tmp_path / "map.npz"
+    rc.Surface(1e-7 * np.eye(8), (1e-6, 1e-6)).save(path)
+    read = workers.MapReader(bench)
+    ends: list[workers.JobResult] = []
+    arrived = threading.Event()
+
+    def end(result: workers.JobResult) -> None:
+        ends.append(result)
+        arrived.set()
+
+    read.check(path, end)
+    assert arrived.wait(60)
+    assert ends[0].error is None
+    here = rc.read_surface(path)
+    path.unlink()
+    surface = read(path, lambda shape: None, None, None, None, None, False, None)
+    np.testing.assert_array_equal(surface.heights, here.heights)
+    assert surface.provenance == here.provenance
+    with pytest.raises(RoughcontactError):
+        read(path, lambda shape: None)
 
 
 def test_slow_file_raises_error(bench: WorkerPool, tmp_path: Path) -> None:
     np.save(tmp_path / "map.npy", np.ones((4, 4)))
-    read = workers.make_reader(bench, Limits(seconds=0.0))
+    read = workers.MapReader(bench, Limits(seconds=0.0))
     with pytest.raises(RoughcontactError, match="took longer"):
         read(tmp_path / "map.npy", lambda shape: None)

@@ -17,8 +17,9 @@ from roughcontact.desk.controls import Control, Give, make_button
 from roughcontact.desk.live_solver import PreparedMaps
 from roughcontact.desk.projects import KEPT, SavedProject
 from roughcontact.desk.server import PageVisit
-from roughcontact.desk.session import OPTIONS_OF_STEP, Session, Value, from_script
+from roughcontact.desk.session import OPTIONS_OF_STEP, Session, SessionState, Value, from_script
 from roughcontact.desk.widgets import FileDrop
+from roughcontact.desk.workers import JobResult, OnEnd
 from roughcontact.errors import ArgumentRef, InputError, RoughcontactError
 from roughcontact.material import catalog
 from roughcontact.material.material import Material
@@ -55,17 +56,6 @@ _FIRST = tuple(
     option.name for option in (options.LEVEL, options.FORM, options.MISSING, options.OUTLIERS)
 )
 """Preparation options that are always shown; all others are folded away."""
-_VALUES = (
-    "young",
-    "poisson",
-    "yield-strength",
-    "counter-young",
-    "counter-poisson",
-    "counter-yield-strength",
-    "coating",
-    "counter-coating",
-)
-_FORMS = ("body", "counter-body", "align", "offset", "angle", "mirror")
 _EMPTY_LABELS = {"material": "–", "counter-material": "rigid, or the values below"}
 
 
@@ -230,11 +220,7 @@ class PreparationPanel:
         self._steps = pn.Column(**style.BLOCK)
         self._shown: tuple[tuple[Provenance, ...], bool, dict[str, str]] | None = None
         first = self._group.roots(*_FIRST)
-        rest = [
-            option.name
-            for option in (*options.PREPARATION, options.TIP_RADIUS)
-            if option.name not in _FIRST
-        ]
+        rest = [name for name in controls.PREPARATION_OPTIONS if name not in _FIRST]
         folded = make_fold("Filters, part, grid", partial(self._group.roots, *rest))
         self._last = ""
         self.step = StepCard(
@@ -317,8 +303,8 @@ class BodiesPanel:
             *roots("material"),
             self._sources,
             *roots("counter-material"),
-            make_fold("Own values, coatings", partial(roots, *_VALUES)),
-            make_fold("Nominal forms, two maps", partial(roots, *_FORMS)),
+            make_fold("Own values, coatings", partial(roots, *controls.VALUE_OPTIONS)),
+            make_fold("Nominal forms, two maps", partial(roots, *controls.FORM_OPTIONS)),
         )
 
     def _searched(self, event: Any) -> None:
@@ -351,7 +337,7 @@ class ModelPanel:
         )
         self._factor.param.watch(self._multiplied, "value")
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
-        rest = partial(roots, "load-point", "tolerance", "max-iterations", "precision")
+        rest = partial(roots, *controls.SOLVER_OPTIONS)
         extent = pn.pane.HTML('<p class="quiet">Boundary: extent of the body</p>', **style.SHEET)
         self.step = StepCard(
             "Model",
@@ -458,11 +444,7 @@ DEMONSTRATIONS: dict[str, dict[str, Value]] = {
 }
 """Demonstration maps: arguments of ``roughcontact generate`` by name."""
 
-UPLOADS = "upload"
-"""Address for uploads, relative to the page."""
-
 _LISTED = 12
-_FILE = ("channel", "unit", "size", "override-size", "no-data", "format")
 _GENERATED = ("size", "points", "sq", "sal", "sdq", "hurst", "str", "lay", "ssk", "sku", "seed")
 _FIRST_MAP_OPTIONS: dict[str, Value] = {
     "size": "0.2 mm",
@@ -481,15 +463,17 @@ class MapPanel:
         visit: PageVisit,
         give: Give,
         generate: Callable[[dict[str, Value], Callable[[Path], None]], None],
+        check: Callable[[Path, str, OnEnd], None],
         changed: Callable[[], None],
         removed: Callable[[], None],
     ) -> None:
         self._session, self._visit, self._changed = session, visit, changed
-        self._removed = removed
+        self._check, self._removed = check, removed
+        self._coming: Path | None = None
         self._folder = visit.work.folder
         self._generate = generate
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
-        self._drop = _make_file_drop("Drop a height map here, or choose a file", self._dropped)
+        self._drop = _make_file_drop("Drop a height map, or choose a file", self.take_map)
         self._nominal = ControlGroup(session, give)
         self._demonstration = pn.widgets.Select(
             label="Or a demonstration map", options=["", *DEMONSTRATIONS], **style.CONTROL
@@ -521,7 +505,7 @@ class MapPanel:
         )
         return pn.Column(
             pn.pane.HTML(about, **style.SHEET),
-            _make_file_drop("Drop the file, or choose it", self._dropped, margin=(8, 0, 16, 0)),
+            _make_file_drop("Drop the file, or choose it", self.take_map, margin=(8, 0, 16, 0)),
             pn.pane.HTML("<h2>Examples</h2>", **style.SHEET),
             pn.Row(*examples),
             max_width=620,
@@ -530,8 +514,8 @@ class MapPanel:
         )
 
     def _about_file(self) -> list[Any]:
-        created = self._group.roots(*_FILE)
-        self.tell_channels(self._channels)
+        created = self._group.roots(*controls.MAP_OPTIONS)
+        self.offer_channels(self._channels)
         return created
 
     def _about_works(self) -> list[Any]:
@@ -553,7 +537,10 @@ class MapPanel:
             self._removed()
 
     def _about_other(self) -> list[Any]:
-        drop = _make_file_drop("Drop the map of the counter-body", self._faced)
+        drop = _make_file_drop(
+            "Drop the map of the counter-body",
+            lambda text: self._take(text, self._session.open_counter_map),
+        )
         return [drop, make_button("Remove counter-map", self._unfaced)]
 
     def _about_generated(self) -> list[Any]:
@@ -581,7 +568,7 @@ class MapPanel:
             done = "file" not in state.missing
             self.step.summarize(done, f"nominal body, {size}" if done else "no map so far")
 
-    def tell_channels(self, names: Sequence[str]) -> None:
+    def offer_channels(self, names: Sequence[str]) -> None:
         """Suggest the channels of the file."""
         self._channels = names
         if "channel" in self._group.controls:
@@ -589,8 +576,7 @@ class MapPanel:
 
     def tell_lacking(self, error: RoughcontactError) -> bool:
         """Show an error at the file property that it names; return whether it names one."""
-        about = {part.name for part in error.sentence if isinstance(part, ArgumentRef)}
-        lacking = [name for name in _FILE if name in about]
+        lacking = _lacking_properties(error)
         if lacking:
             self.step.root.collapsed = self._of_file.collapsed = False
             text = self._session.state.with_user_names(controls.error_text(error))
@@ -604,11 +590,31 @@ class MapPanel:
         GENERATE.parse_options({name: value})
         self._wanted[name] = value
 
-    def _dropped(self, text: dict[str, Any]) -> None:
-        self._run_action(lambda: self._session.open_map(*self._arrived(text)))
+    def take_map(self, text: dict[str, Any]) -> None:
+        """Take an uploaded map after it is read; the answer of the server is not trusted."""
+        self._take(text, self._session.open_map)
 
-    def _faced(self, text: dict[str, Any]) -> None:
-        self._run_action(lambda: self._session.open_counter_map(*self._arrived(text)))
+    def _take(self, text: dict[str, Any], open_map: Callable[[Path, str], None]) -> None:
+        try:
+            path, name = self._arrived(text)
+        except InputError as error:
+            self.refuse(error)
+            return
+        self._coming = path
+
+        def ended(end: JobResult) -> None:
+            if end.canceled or path != self._coming:
+                return
+            # A file that lacks its unit is taken: the unit is requested next.
+            lacking = [] if end.error is None else _lacking_properties(end.error)
+            if end.error is None or (lacking and options.FORMAT.name not in lacking):
+                self._run_action(lambda: open_map(path, name))
+                return
+            path.unlink(missing_ok=True)
+            self.refuse(end.error, SessionState().with_map(path, name))
+            self._changed()
+
+        self._check(path, name, ended)
 
     def _arrived(self, text: dict[str, Any]) -> tuple[Path, str]:
         """Return the path of an uploaded file, and its name on the user's side."""
@@ -650,14 +656,22 @@ class MapPanel:
             self._wrong.visible = False
         self._changed()
 
-    def refuse(self, error: RoughcontactError) -> None:
-        """Show the reason why no map was opened."""
-        controls.show_alert(self._wrong, controls.error_text(error))
+    def refuse(self, error: RoughcontactError, state: SessionState | None = None) -> None:
+        """Show the reason why no map was opened, with the names of a state."""
+        self.step.root.collapsed = False
+        text = (state or self._session.state).with_user_names(controls.error_text(error))
+        controls.show_alert(self._wrong, text)
+
+
+def _lacking_properties(error: RoughcontactError) -> list[str]:
+    """Return the properties of a file that an error requests."""
+    about = {part.name for part in error.sentence if isinstance(part, ArgumentRef)}
+    return [name for name in controls.MAP_OPTIONS if SOLVE.by_name[name].argument in about]
 
 
 def _make_file_drop(text: str, arrived: Callable[[dict[str, Any]], None], **more: Any) -> Any:
     """Return a widget for dropping or choosing a file."""
-    created = FileDrop(words=text, address=UPLOADS, **{**style.BLOCK, **more})
+    created = FileDrop(words=text, **{**style.BLOCK, **more})
     created.param.watch(lambda event: arrived(event.new), "arrived")
     return created
 

@@ -65,10 +65,10 @@ class Page:
         work, bench = visit.work, visit.workers
         self._document = pn.state.curdoc
         self._visit, self._work, self._bench = visit, work, bench
-        self._looked_up: Path | None = None
         self._lock = threading.Lock()
         self._news: list[Event | ShownResult | ShownPreview] = []
-        follow = partial(LiveSolver, reader=workers.make_reader(bench), turns=bench.turns)
+        self._reader = workers.MapReader(bench)
+        follow = partial(LiveSolver, reader=self._reader, turns=bench.turns)
         self.session = session = Session(work.project, self._receive_event, follow, visit.share)
         visit.listeners.append(self._adopt)
         self._window = Frame(**style.BLOCK)
@@ -76,8 +76,15 @@ class Page:
         self._window.param.watch(self._handle_shortcut, "key")
         self._window.param.watch(lambda event: self._color(event.new), "dark")
         self._map_panel = inputs_panel.MapPanel(
-            session, visit, self._give_option, self._generate, self._show_state, self._remove
+            session,
+            visit,
+            self._give_option,
+            self._generate,
+            self._check_map,
+            self._show_state,
+            self._remove,
         )
+        self._window.param.watch(lambda event: self._map_panel.take_map(event.new), "arrived")
         self.view = ContactView(self._handle_line, self._crop, self._run, self._map_panel.start)
         self._preparation = inputs_panel.PreparationPanel(
             session, self._give_option, self._show_state
@@ -216,22 +223,15 @@ class Page:
     def _crop(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
         self._run_action(lambda: self.session.crop_map(rows, columns))
 
-    def _look_up_channels(self) -> None:
-        """Offer the channels of the file for selection, once for each file."""
-        path = self.session.state.file
-        if path is None or path == self._looked_up:
-            return
-        self._looked_up = path
-
-        def ended(end: workers.JobResult) -> None:
-            names = [channel.name for channel in end.value or () if channel.name]
-            self._run(lambda: self._map_panel.tell_channels(names))
-
-        self._bench.submit(workers.read_channels, path, ended=ended, limits=workers.READING)
+    def _check_map(self, path: Path, name: str, ended: workers.OnEnd) -> None:
+        """Read a map in another process before it is taken."""
+        self._header.show_state(f"Reading {name} …", "caution")
+        self._reader.check(path, lambda end: self._run(lambda: ended(end)))
 
     def _generate(self, specified: dict[str, Value], done: Callable[[Path], None]) -> None:
         """Generate a map in another thread, so that the server stays responsive."""
         path = self._work.make_folder() / f"generated-{secrets.token_hex(4)}.npz"
+        self._header.show_state("Generating a map …", "caution")
 
         def work() -> None:
             try:
@@ -252,7 +252,8 @@ class Page:
             # Formatting takes time: in the server thread it would delay other pages.
             what = _shown_result(what.request, what.contact)
         elif isinstance(what, Preview):
-            what = ShownPreview(what.request, what.contact, header.key_numbers(what.contact))
+            form = load_panel.form_of(what.request.specified)
+            what = ShownPreview(what.request, what.contact, header.key_numbers(what.contact, form))
         with self._lock:
             first = not self._news
             # Only the last event of a type is handled: an outdated map is not drawn.
@@ -327,7 +328,7 @@ class Page:
     def _show_prepared(self, what: PreparedMaps) -> None:
         session = self.session
         self._map_panel.refresh(what)
-        self._look_up_channels()
+        self._map_panel.offer_channels(self._reader.channels.get(session.state.file, ()))
         self._preparation.refresh(what)
         self._views.refresh()
         self._load.refresh(what)
@@ -358,6 +359,8 @@ class Page:
             self._header.show_state("No result", "warning")
         elif session.outcome is not None:
             self._header.show_state("Up to date", "good")
+        elif session.state.file is not None and session.prepared is None:
+            self._header.show_state("Reading the map …", "caution")
         else:
             self._header.show_state("No contact so far")
 
@@ -490,7 +493,7 @@ def _shown_result(request: Request, result: ContactResult) -> ShownResult:
     return ShownResult(
         request,
         result,
-        header.key_numbers(result),
+        header.key_numbers(result, load_panel.form_of(request.specified)),
         f"<p>{header.trust_line(result)}</p>",
         controls.markup_table(rows, ("", *heads) if heads else ()),
         tuple(result.cautions),

@@ -13,8 +13,30 @@ from panel.custom import JSComponent
 
 from roughcontact.desk import style, tokens
 
-_SCRIPT = """
-export function render({ model, el }) {
+# Sends a file to the server; ``arrived`` of the model is the response.
+_SEND = """
+function send(model, file, show) {
+  const query = new URLSearchParams({ name: file.name });
+  const asked = new URLSearchParams(window.location.search);
+  for (const name of ["work", "token"]) if (asked.has(name)) query.set(name, asked.get(name));
+  const request = new XMLHttpRequest();
+  const base = window.location.pathname.replace(/[/]?$/, "/");
+  request.open("POST", base + "upload?" + query);
+  request.upload.onprogress = (at) => show(at.loaded / at.total);
+  request.onloadend = () => {
+    show(null);
+    let told = { error: "the file did not reach the program; is it still running?" };
+    try { told = JSON.parse(request.responseText); } catch (error) { }
+    model.arrived = { ...told, number: model.count = model.count + 1 };
+  };
+  request.send(file);
+}
+"""
+
+_SCRIPT = (
+    _SEND
+    + """
+export function render({ model }) {
   const area = document.createElement("label");
   const words = document.createElement("span");
   const input = document.createElement("input");
@@ -23,40 +45,29 @@ export function render({ model, el }) {
   words.textContent = model.words;
   input.type = "file";
   input.setAttribute("aria-label", model.words);
-  bar.max = 1;
   bar.hidden = true;
   bar.setAttribute("aria-label", "sent so far");
   area.append(words, input, bar);
-
-  function send(file) {
-    const query = new URLSearchParams({ name: file.name });
-    const asked = new URLSearchParams(window.location.search);
-    for (const name of ["work", "token"]) if (asked.has(name)) query.set(name, asked.get(name));
-    const request = new XMLHttpRequest();
-    const base = window.location.pathname.replace(/[/]?$/, "/");
-    request.open("POST", base + model.address + "?" + query);
-    request.upload.onprogress = (at) => { bar.hidden = false; bar.value = at.loaded / at.total; };
-    request.onloadend = () => {
-      bar.hidden = true;
-      input.value = "";
-      let told = { error: "the file did not reach the program; is it still running?" };
-      try { told = JSON.parse(request.responseText); } catch (error) { }
-      model.arrived = { ...told, number: model.count = model.count + 1 };
-    };
-    request.send(file);
-  }
-  input.addEventListener("change", () => { if (input.files.length) send(input.files[0]); });
+  const show = (share) => {
+    bar.hidden = share == null;
+    if (share == null) input.value = "";
+    else bar.value = share;
+  };
+  input.addEventListener("change", () => {
+    if (input.files.length) send(model, input.files[0], show);
+  });
   for (const name of ["dragenter", "dragover"])
     area.addEventListener(name, (event) => { event.preventDefault(); area.classList.add("over"); });
   for (const name of ["dragleave", "drop"])
     area.addEventListener(name, () => area.classList.remove("over"));
   area.addEventListener("drop", (event) => {
     event.preventDefault();
-    if (event.dataTransfer.files.length) send(event.dataTransfer.files[0]);
+    if (event.dataTransfer.files.length) send(model, event.dataTransfer.files[0], show);
   });
   return area;
 }
 """
+)
 
 _SHEET = f"""
 :host {{ border: 0; }}
@@ -73,7 +84,6 @@ class FileDrop(JSComponent):  # type: ignore[misc]
     """Upload area for one file; ``arrived`` is the response of the server."""
 
     words = param.String("")
-    address = param.String("")
     arrived = param.Dict({})
     count = param.Integer(0)
 
@@ -166,9 +176,10 @@ export function render({ model }) {
   let drags = false, count = 0;
   const place = (part) => `calc(8px + ${part} * (100% - 16px))`;
   const show = () => {
-    const at = input.valueAsNumber;
+    const at = input.valueAsNumber, none = model.value < 0 && !drags;
     const given = at == model.value && model.text;
-    const text = given || (model.texts[at] ?? "");
+    const text = none ? "no load so far" : given || (model.texts[at] ?? "");
+    input.className = none ? "none" : "";
     input.setAttribute("aria-valuetext", text);
     shown.textContent = text;
     shown.style.left = place(at / (input.max || 1));
@@ -176,7 +187,7 @@ export function render({ model }) {
   const put = () => {
     input.max = model.end;
     input.disabled = shown.hidden = model.texts.length == 0;
-    if (!drags) input.value = model.value;
+    if (!drags) input.value = model.value < 0 ? model.end / 2 : model.value;
     show();
   };
   const rule = () => marks.replaceChildren(...model.ticks.map(([part, text]) => {
@@ -189,7 +200,11 @@ export function render({ model }) {
     model.moved = { value: input.valueAsNumber, done, count: count = count + 1 };
   };
   input.addEventListener("pointerdown", () => { drags = true; });
-  input.addEventListener("input", () => { show(); if (drags) tell(false); });
+  input.addEventListener("input", () => {
+    show();
+    input.className = "";
+    if (drags) tell(false);
+  });
   input.addEventListener("change", () => { drags = false; tell(true); });
   input.addEventListener("pointerup", () => { drags = false; });
   model.on(["value", "text", "texts"], put);
@@ -205,6 +220,9 @@ _SLIDER_SHEET = f"""
 :host > div {{ position: relative; height: 54px; width: 100%; font: 11px/14px {tokens.FONT}; }}
 input {{ position: absolute; top: 18px; left: 0; width: 100%; margin: 0; height: 16px;
   accent-color: var(--accent); cursor: pointer; }}
+input.none::-webkit-slider-thumb {{ visibility: hidden; }}
+input.none::-moz-range-thumb {{ visibility: hidden; }}
+input.none + output {{ background: none; color: var(--muted); font-weight: 400; }}
 output {{ position: absolute; top: -1px; transform: translateX(-50%); padding: 1px 6px;
   border-radius: 3px; font-weight: 600; white-space: nowrap; background: var(--text);
   color: var(--surface); }}
@@ -312,12 +330,13 @@ class Tabs:
 class Slider(JSComponent):  # type: ignore[misc]
     """Slider with a scale and a text for each position; reports each move in ``moved``.
 
-    ``text`` is the text of the current value, which may be between two positions.
+    ``text`` is the text of the current value, which may be between two positions. Before a value
+    is given, ``value`` is -1: the slider has no thumb.
     """
 
     words = param.String("")
     end = param.Integer(1)
-    value = param.Integer(0)
+    value = param.Integer(-1)
     text = param.String("")
     texts = param.List([])
     ticks = param.List([])
@@ -398,7 +417,9 @@ class PictureChoice(JSComponent):  # type: ignore[misc]
     _stylesheets: ClassVar = [_CHOICE_SHEET]
 
 
-_FRAME = """
+_FRAME = (
+    _SEND
+    + """
 export function render({ model }) {
   const tell = () => { model.size = [window.innerWidth, window.innerHeight]; };
   const scheme = window.matchMedia("(prefers-color-scheme: dark)");
@@ -437,20 +458,57 @@ export function render({ model }) {
     place.scrollIntoView({ block: "nearest" });
     find(place.shadowRoot, "input, select")?.focus();
   }, 100));
-  return document.createElement("div");
+  // Text that was typed, but not entered, is sent before the page is left.
+  window.addEventListener("beforeunload", () => {
+    let at = document.activeElement;
+    while (at?.shadowRoot?.activeElement) at = at.shadowRoot.activeElement;
+    at?.blur();
+  });
+  // A file is dropped anywhere on the page; areas with another purpose take it first.
+  const over = document.createElement("div");
+  over.textContent = "Drop the height map";
+  over.hidden = true;
+  const carries = (event) => event.dataTransfer?.types.includes("Files");
+  document.addEventListener("dragover", (event) => {
+    if (!carries(event)) return;
+    over.hidden = event.defaultPrevented;
+    event.preventDefault();
+  });
+  document.addEventListener("dragleave", (event) => {
+    if (event.relatedTarget == null) over.hidden = true;
+  });
+  document.addEventListener("drop", (event) => {
+    over.hidden = true;
+    if (!carries(event) || event.defaultPrevented) return;
+    event.preventDefault();
+    send(model, event.dataTransfer.files[0], () => {});
+  });
+  return over;
 }
+"""
+)
+
+_FRAME_SHEET = f"""
+div {{ position: fixed; inset: 0; z-index: 30; pointer-events: none; display: grid;
+  place-items: center; font: 600 18px {tokens.FONT}; color: var(--accent);
+  background: color-mix(in srgb, var(--accent-weak) 80%, transparent);
+  outline: 3px dashed var(--accent); outline-offset: -12px; }}
+[hidden] {{ display: none; }}
 """
 
 
 class Frame(JSComponent):  # type: ignore[misc]
-    """Browser window: size, color scheme, pressed key; ``sought`` is a control to focus."""
+    """Browser window: size, color scheme, pressed key, dropped file; ``sought`` gets the focus."""
 
     size = param.List([1280, 800])
     dark = param.Boolean(False)
     key = param.Dict({})
     sought = param.Dict({})
+    arrived = param.Dict({})
+    count = param.Integer(0)
 
     _esm = _FRAME
+    _stylesheets: ClassVar = [_FRAME_SHEET]
 
 
 class Check(JSComponent):  # type: ignore[misc]

@@ -24,6 +24,7 @@ from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
 
 if TYPE_CHECKING:
+    from roughcontact.formats.source import Channel
     from roughcontact.surface.surface import Surface
 
 READING_MEMORY = 4 * memory.GIB
@@ -332,35 +333,50 @@ def read_map(
     return formats.read_with_channels(path, **reading)
 
 
-def read_channels(
-    tell: Callable[[Progress | str], None],
-    path: Path,
-    format: str | None = None,  # noqa: A002
-) -> Any:
-    """Return the channels of a file, as `formats.read.channels`; a job."""
-    from roughcontact.formats import read as formats
-
-    return formats.channels(path, format)
-
-
 READING = Limits(READING_MEMORY, READING_SECONDS)
 
 
-def make_reader(bench: WorkerPool, limits: Limits = READING) -> Callable[..., Surface]:
-    """Return a reader in another process, called like `formats.read.read_announced`."""
+class MapReader:
+    """Reader in another process, called like `formats.read.read_announced`."""
 
-    def read_in_worker(path: Path, announced: Callable[..., None], *reading: Any) -> Surface:
-        names = ("format", "channel", "unit", "size", "override_size", "no_data")
-        requested = dict(zip(names, reading, strict=False))
-        end = bench.submit(partial(read_map, path=path, reading=requested), limits=limits).wait()
-        assert end is not None
-        if end.canceled:
-            raise RoughcontactError(f"the reading of {path.name} was ended")
-        if end.error is not None:
-            raise end.error
-        surface: Surface = end.value[0]
+    def __init__(self, bench: WorkerPool, limits: Limits = READING) -> None:
+        self._bench, self._limits = bench, limits
+        self._checked: tuple[Path, Surface] | None = None
+        self.channels: dict[Path, list[str]] = {}
+
+    def check(self, path: Path, ended: OnEnd) -> None:
+        """Read a file without options, and keep its map for the next call."""
+
+        def keep(end: JobResult) -> None:
+            if end.value is not None:
+                self._checked = path, self._list_channels(path, *end.value)
+            ended(end)
+
+        work = partial(read_map, path=path, reading={})
+        self._bench.submit(work, ended=keep, limits=self._limits)
+
+    def __call__(self, path: Path, announced: Callable[..., None], *reading: Any) -> Surface:
+        """Read a map; a checked file is not read again."""
+        checked, self._checked = self._checked, None
+        if checked is not None and checked[0] == path and not any(reading):
+            surface = checked[1]
+        else:
+            names = ("format", "channel", "unit", "size", "override_size", "no_data")
+            requested = dict(zip(names, reading, strict=False))
+            work = partial(read_map, path=path, reading=requested)
+            end = self._bench.submit(work, limits=self._limits).wait()
+            assert end is not None
+            if end.canceled:
+                raise RoughcontactError(f"the reading of {path.name} was ended")
+            if end.error is not None:
+                raise end.error
+            surface = self._list_channels(path, *end.value)
         announced(surface.shape)
         # Arrays lose their read-only flag in transit.
         return replace(surface)
 
-    return read_in_worker
+    def _list_channels(
+        self, path: Path, surface: Surface, channels: tuple[Channel, ...]
+    ) -> Surface:
+        self.channels = {path: [channel.name for channel in channels if channel.name]}
+        return surface
