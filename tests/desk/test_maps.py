@@ -166,30 +166,3 @@ def test_one_map_is_large_and_all_are_small(surface, results):
     )
     open_color = [int(OPEN[place : place + 2], 16) for place in (1, 3, 5)]
     np.testing.assert_array_equal((pressure == open_color).all(axis=2), ~results[0].contact)
-
-
-def test_the_colors_of_a_map_have_the_ends_that_one_gives(surface, results):
-    shown = MapsView()
-    shown.show_contact(surface, results[0])
-    top = shown.limits(PRESSURE)[1]
-    low, high = shown.range.ends
-    high.value = "1.5 GPa"
-    assert shown.limits(PRESSURE) == (0.0, 1.5e9)
-    assert shown.mappers[PRESSURE].high == pytest.approx(1.5)
-    # Another load keeps what is given, another map has ends of its own.
-    shown.show_contact(surface, results[1])
-    assert shown.limits(PRESSURE) == (0.0, 1.5e9)
-    shown.enlarge(GAP)
-    assert (low.value, high.value) == ("", "")
-    shown.enlarge(PRESSURE)
-    assert high.value == "1.5 GPa"
-    low.value = "2 GPa"
-    assert shown.range._wrong.visible
-    low.value = "bananas"
-    assert "pressure with its unit" in shown.range._wrong.object
-    assert shown.limits(PRESSURE) == (0.0, 1.5e9)
-    low.value = high.value = ""
-    assert shown.limits(PRESSURE)[1] != 1.5e9
-    assert not shown.range._wrong.visible
-    shown.show_contact(surface, results[0])
-    assert shown.limits(PRESSURE) == (0.0, top)

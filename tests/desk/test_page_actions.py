@@ -125,10 +125,6 @@ class Actions(RuleBasedStateMachine):
     def look_beside_the_map(self, place: int) -> None:
         self.page.view.detail._tabs.strip.active = place
 
-    @rule(end=st.integers(0, 1), text=st.sampled_from(["", "1 GPa", "10 nm", "-3 um", "x"]))
-    def limit_the_colors(self, end: int, text: str) -> None:
-        self.page.view.maps.range.ends[end].value = text
-
     @rule(number=st.integers(0, 3))
     def drop(self, number: int) -> None:
         """Drop an uploaded file: one that cannot be read changes nothing."""

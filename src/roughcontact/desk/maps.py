@@ -14,7 +14,7 @@ from bokeh.plotting import figure
 
 from roughcontact.analyses.solve.fields import CONTACT
 from roughcontact.contact.result import ContactResult
-from roughcontact.desk import controls, rasters, style
+from roughcontact.desk import rasters, style
 from roughcontact.desk.rasters import Box, Window
 from roughcontact.desk.session import Line
 from roughcontact.desk.tokens import ACCENT, FONT, INK
@@ -35,10 +35,9 @@ from roughcontact.drawing.style import (
     prefixed,
     prefixed_window,
 )
-from roughcontact.errors import InputError
 from roughcontact.report.kind import quantity_of
 from roughcontact.surface.surface import Surface
-from roughcontact.units import format_engineering, format_percent, parse
+from roughcontact.units import format_engineering, format_percent
 
 # Side of the handle at each end [dots].
 _HANDLE = 16
@@ -367,7 +366,6 @@ class MapsView:
         self._mean, self._factor, self._unit = 0.0, 1.0, "m"
         self._titles: dict[str, str] = {}
         self._scales: dict[str, ColorLimits] = {}
-        self.own_limits: dict[str, tuple[float | None, float | None]] = {}
         self._home = self._wanted = Box(0.0, 0.0, 1.0, 1.0)
         self._fitted: tuple[float, ...] = ()
         self.sources: dict[str, Any] = {
@@ -388,9 +386,7 @@ class MapsView:
         names = [f"{number} {_SHORT.get(key, NAMES[key])}" for number, key in enumerate(NAMES, 1)]
         self.strip = TabStrip(names=names, active=1, pictured=True, margin=0)
         self.strip.param.watch(lambda event: self.enlarge(list(NAMES)[event.new]), "active")
-        self.range = ColorRange(self)
-        beside = pn.Column(self.strip, self.range.root, margin=0)
-        self.root = pn.Row(pn.pane.Bokeh(self.plot, margin=0), beside, margin=0)
+        self.root = pn.Row(pn.pane.Bokeh(self.plot, margin=0), self.strip, margin=0)
         self._later = style.Debounced(self.plot, self._moved)
         self._others = style.Debounced(self.plot, self._draw_others, _OTHERS)
         for model in (self.x_range, self.y_range):
@@ -482,7 +478,6 @@ class MapsView:
             self._home = rasters.box_of(surface)
             self._factor, self._unit = prefixed_window(0.0, max(surface.size))
             self.plot.xaxis.axis_label = f"x, y [{self._unit}]"
-            self.own_limits.clear()
             self._arrange()
             self._fit(self._home)
         self._draw_map(HEIGHTS)
@@ -506,33 +501,10 @@ class MapsView:
             name = f"{name} of the body" if two else name
             text = f"Sq {format_engineering(self._surface.Sq, 'm')}"
         self.plot.title.text = f"{name}, {text}" if text else name
-        self.range.refresh()
 
     def _set_scale(self, key: str) -> None:
-        scale = self._scales[key]
-        low, high = self.limits(key)
-        style.set_bar(self.bars[key], low * scale.factor, high * scale.factor, scale.unit)
-
-    def limits(self, key: str) -> tuple[float, float]:
-        """Return the color limits of a map [SI]."""
-        own = self._scales[key].limits
-        low, high = self.own_limits.get(key, (None, None))
-        ends = own.low if low is None else low, own.high if high is None else high
-        # Limits set for another load may be outside the values under this load.
-        return ends if ends[0] < ends[1] else (own.low, own.high)
-
-    def limit(self, low: float | None, high: float | None) -> None:
-        """Set the color limits of the large map [SI]; None for the limits of figures."""
-        key = self.large
-        if key not in self._scales:
-            return
-        own = self._scales[key].limits
-        if not (own.low if low is None else low) < (own.high if high is None else high):
-            raise InputError("the highest value must be above the lowest")
-        self.own_limits[key] = low, high
-        with style.batch_changes(self.plot.document):
-            self._draw_map(key)
-            self._others()
+        (low, high, _, _), factor, unit = self._scales[key]
+        style.set_bar(self.bars[key], low * factor, high * factor, unit)
 
     def _window(self, surface: Surface) -> Window:
         return rasters.window_of(surface.shape, surface.pixel, self.seen, self._frame, _MARGIN)
@@ -696,55 +668,6 @@ class MapsView:
         self.plot.js_on_event("mousemove", read)
         self.plot.js_on_event("tap", read)
         self.plot.js_on_event("mouseleave", leave)
-
-
-class ColorRange:
-    """Text fields for the color limits of the large map."""
-
-    def __init__(self, maps: MapsView) -> None:
-        self._maps, self._silent = maps, False
-        about = {**style.CONTROL, "sizing_mode": None, "width": 128}
-        self.ends = [
-            pn.widgets.TextInput(label=label, **about)
-            for label in ("Lowest color at", "Highest color at")
-        ]
-        self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
-        for end in self.ends:
-            end.param.watch(self._typed, "value")
-        self.root = pn.Column(*reversed(self.ends), self._wrong, margin=(8, 0))
-
-    def refresh(self) -> None:
-        """Show the color limits of the large map that the user has set."""
-        maps, key = self._maps, self._maps.large
-        self.root.visible = key in maps.mappers
-        unit = _unit(key)
-        given = maps.own_limits.get(key, (None, None))
-        self._silent = True
-        try:
-            for end, number in zip(self.ends, given, strict=True):
-                end.value = "" if number is None else format_engineering(number, unit)
-                end.placeholder = "auto"
-        finally:
-            self._silent = False
-
-    def _typed(self, _: Any) -> None:
-        if self._silent:
-            return
-        kind = "pressure" if _unit(self._maps.large) == "Pa" else "length"
-        try:
-            low, high = (
-                parse(end.value, kind, "", positive=False) if end.value.strip() else None
-                for end in self.ends
-            )
-            self._maps.limit(low, high)
-        except InputError as error:
-            controls.show_alert(self._wrong, controls.error_text(error))
-        else:
-            self._wrong.visible = False
-
-
-def _unit(key: str) -> str:
-    return "Pa" if key == PRESSURE else "m"
 
 
 def _columns(key: str, part: rasters.ResultWindow) -> dict[str, Any]:
