@@ -182,7 +182,7 @@ def test_section_without_map_is_saved_and_not_drawn(page: Page, work: SavedProje
     path.touch()
     page._run_action(lambda: page.session.open_map(path))
     solve_and_show(page)
-    page.view.detail._ends.value = "1 um, 0 um, 1 um, 9 um"
+    page._handle_line((1e-6, 0.0, 1e-6, 9e-6))
     assert page.session.state.line == pytest.approx((1e-6, 0.0, 1e-6, 9e-6))
     assert page.view.maps.section.line is None
 

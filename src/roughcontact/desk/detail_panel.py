@@ -39,7 +39,7 @@ from roughcontact.report import inputs
 from roughcontact.report.kind import rows_of
 from roughcontact.surface.spectrum import radial_spectrum
 from roughcontact.surface.surface import Surface
-from roughcontact.units import count_noun, format_engineering, format_lengths, parse
+from roughcontact.units import count_noun, format_engineering, format_lengths
 
 # Maximum number of points of a curve, and number of bins of heights.
 _MOST, _BINS = 1500, 60
@@ -634,31 +634,19 @@ def _units(result: ContactResult, answer: SpotRows) -> dict[str, tuple[float, st
 
 
 _RESULTS, _SPOTS, _PRESSURES, _SURFACE = range(4)
-_ENDS = 4
 
 
 class DetailPanel:
     """Section below the maps, and tabs of tables and charts to the right of the maps."""
 
-    def __init__(self, zoom: Callable[[Box], None], draw: Callable[[Line], None], run: Run) -> None:
+    def __init__(self, zoom: Callable[[Box], None], run: Run) -> None:
         self.section = SectionPlot()
-        self._zoom = zoom
-        self._call, self._run = draw, run
-        self._ends = pn.widgets.TextInput(
-            label="Section from y, x to y, x (or drag its ends on a map)",
-            placeholder="50 um, 0 um, 50 um, 100 um",
-            **{**style.CONTROL, "sizing_mode": None},
-            width=320,
-        )
-        self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
-        self._ends.param.watch(self._typed, "value")
+        self._zoom, self._run = zoom, run
         self._surface: Surface | None = None
         self._result: ContactResult | None = None
         self._line: Line | None = None
         self._proposed: Line | None = None
-        self.below = pn.Column(
-            pn.pane.Bokeh(self.section.root, **style.BLOCK), self._ends, self._wrong, **style.BLOCK
-        )
+        self.below = pn.pane.Bokeh(self.section.root, **style.BLOCK)
         self._numbers = pn.pane.HTML("", **style.WIDE)
         parts = {
             "Results": self._numbers,
@@ -723,20 +711,6 @@ class DetailPanel:
         if numbers is not None:
             self._numbers.object = numbers
             self._draw_tab()
-
-    def _typed(self, event: Any) -> None:
-        words = event.new.split(",")
-        self._wrong.visible = False
-        if not event.new.strip():
-            return
-        try:
-            if len(words) != _ENDS:
-                raise InputError("needs four lengths: y, x of one end and y, x of the other")
-            y0, x0, y1, x1 = (parse(word, "length", "section", positive=False) for word in words)
-        except InputError as error:
-            controls.show_alert(self._wrong, error.message_for())
-        else:
-            self._call((y0, x0, y1, x1))
 
     def _draw_section(self) -> None:
         surface, line, result = self._surface, self.line, self._result
