@@ -17,11 +17,9 @@ import roughcontact as rc
 pytest.importorskip("panel", reason="needs roughcontact[desk]")
 
 from browsing import Seat, Served, browser, lacking
-from roughcontact.analyses.tasks import from_text
 from roughcontact.desk import relief
 from roughcontact.desk.maps import HEIGHTS, PRESSURE, MapsView, result_scales
 from roughcontact.desk.session import Session
-from roughcontact.desk.workers import WorkerPool
 
 PIXEL = (2e-6, 1e-6)
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
@@ -38,12 +36,9 @@ def path(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def view(tmp_path: Path) -> Iterator[relief.ReliefView]:
-    bench = WorkerPool(spare=False)
     session = Session(tmp_path / "project.toml", lambda _: None)
-    made = relief.ReliefView(session, bench, lambda done: done(), tmp_path, str, MapsView().bars)
-    yield made
+    yield relief.ReliefView(session, MapsView().bars)
     session.close()
-    bench.close()
 
 
 def show_view(view: relief.ReliefView, **given: str) -> Any:
@@ -104,8 +99,7 @@ def test_another_load_sends_no_heights_again(view: relief.ReliefView, path: Path
     show_view(view, **GIVEN, load="50 mN")
     sent: list[str] = []
     view._canvas.param.watch(
-        lambda *events: sent.extend(e.name for e in events),
-        ["heights", "colors", "palette", "film"],
+        lambda *events: sent.extend(e.name for e in events), ["heights", "colors", "palette"]
     )
     show_view(view, load="100 mN")
     assert "heights" not in sent
@@ -154,56 +148,13 @@ def test_the_exaggeration_is_a_round_factor_that_fills_a_part_of_the_box() -> No
 
 
 @pytest.mark.long
-def test_the_film_is_the_contact_under_each_load(view: relief.ReliefView, path: Path) -> None:
-    requests = [
-        from_text("solve", path, {**GIVEN, "load": load}) for load in ("10 mN", "20 mN", "40 mN")
-    ]
-    pictures = relief.solve_frames(lambda _: None, requests[-1], requests)
-    assert [picture.load for picture in pictures] == pytest.approx([0.01, 0.02, 0.04])
-    view._session.open_map(path)
-    result = show_view(view, **GIVEN, load="40 mN")
-    there = np.where(result.pressure > 0, result.pressure, np.nan).astype(np.float32)
-    np.testing.assert_array_equal(pictures[-1].pressure, there)
-    view._filmed = relief._frames_key(view._session.state)
-    view._play(pictures)
-    heads, data = view._canvas.film
-    levels = np.frombuffer(data, np.uint8).reshape(3, 20, 30)
-    np.testing.assert_array_equal(levels[-1], levels_of(view._canvas))
-    assert [head["words"].partition(",")[0] for head in json.loads(heads)] == [
-        "10 mN",
-        "20 mN",
-        "40 mN",
-    ]
-    show_view(view, load="30 mN")
-    assert view._canvas.film, "another load is another picture of the same film"
-    show_view(view, ceiling="none")
-    assert view._canvas.film == []
-    view._play(pictures)
-    assert view._canvas.film == [], "pictures of another contact come late"
-
-
-@pytest.mark.long
 def test_profile_is_rejected_in_one_sentence(view: relief.ReliefView, tmp_path: Path) -> None:
     heights = 1e-7 * np.random.default_rng(3).standard_normal(64)
     rc.Surface(heights[None], (1.0, 1e-6)).save(tmp_path / "profile.npz")
     view._session.open_map(tmp_path / "profile.npz")
     show_view(view)
     assert view._canvas.heights == []
-    assert "no third dimension" in view._working._status.object
-
-
-def png(shade: int) -> bytes:
-    stream = io.BytesIO()
-    Image.new("RGB", (8, 6), (shade, 0, 255 - shade)).save(stream, "png")
-    return stream.getvalue()
-
-
-def test_pictures_become_one_file_that_repeats() -> None:
-    with Image.open(io.BytesIO(relief.make_gif([png(shade) for shade in (0, 100, 200)]))) as film:
-        assert (film.format, film.size, film.n_frames) == ("GIF", (8, 6), 3)
-        assert film.info["loop"] == 0
-        film.seek(1)
-        assert film.convert("RGB").getpixel((2, 2)) == pytest.approx((100, 0, 155), abs=3)
+    assert "no third dimension" in view._note.object
 
 
 # In a browser
@@ -251,7 +202,7 @@ def are_equal_images(first: Image.Image, second: Image.Image) -> bool:
 
 @pytest.mark.process
 @pytest.mark.skipif(bool(_LACKING), reason=f"there is no {', no '.join(_LACKING)}")
-def test_view_rotates_zooms_plays_and_records_movie(seat: Seat, path: Path, tmp_path: Path) -> None:
+def test_view_rotates_zooms_and_follows_load(seat: Seat, path: Path) -> None:
     page = seat.page
     seat.bring(path, path.name)
     seat.choose("Material", "100Cr6")
@@ -288,21 +239,9 @@ def test_view_rotates_zooms_plays_and_records_movie(seat: Seat, path: Path, tmp_
     scene.press("0")
     # Another load colors the same surface.
     seat.type("Value with unit", "40 MPa")
-    page.wait_for_function("() => window.scene().querySelector('.scene').ariaLabel.includes('24')")
-    # The film.
-    page.get_by_role("button", name="Solve loads to play").click()
-    play = page.get_by_role("button", name="Play", exact=True)
-    play.wait_for()
-    play.click()
-    page.get_by_role("button", name="Pause").click()
-    page.get_by_role("button", name="Export GIF").click()
-    link = page.locator("a[download]")
-    link.wait_for()
-    with page.expect_download() as coming:
-        link.click()
-    coming.value.save_as(tmp_path / "loads.gif")
-    with Image.open(tmp_path / "loads.gif") as film:
-        assert film.n_frames == 16
+    page.wait_for_function(
+        "() => window.scene().querySelector('.scene').ariaLabel.includes('40 MPa')"
+    )
 
 
 @pytest.mark.process

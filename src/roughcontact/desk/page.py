@@ -406,10 +406,7 @@ class Page:
     def _relief(self) -> Any:
         from roughcontact.desk.relief import ReliefView
 
-        visit = self._visit
-        return ReliefView(
-            self.session, self._bench, self._run, visit.folder, visit.offer, self.view.maps.bars
-        )
+        return ReliefView(self.session, self.view.maps.bars)
 
     def _make_analysis_panel(self) -> Any:
         from roughcontact.desk.analysis_panel import AnalysisPanel

@@ -41,7 +41,6 @@ void main() {
 
 const START = { yaw: -1.05, pitch: 0.6, distance: 3.8 };
 const HALF_ANGLE = 0.35; // Of what the camera sees, up and down.
-const PICTURE_WIDTH = 720;
 
 function program(gl) {
   const made = gl.createProgram();
@@ -176,22 +175,11 @@ export function render({ model, el }) {
     Object.assign(input, { type: "range", min, max, value: 0 });
     label.append(name, input, text);
     below.append(label);
-    return [label, input, text];
-  };
-  const button = (name, done) => {
-    const made = document.createElement("button");
-    made.type = "button";
-    made.textContent = name;
-    made.addEventListener("click", done);
-    below.append(made);
-    return made;
+    return [input, text];
   };
 
-  let map = null, shown = null, film = null, look = { ...START }, waits = 0, timer = 0;
-  const [, height, factorText] = control("Height scale", -5, 5);
-  const [frameLabel, frame, frameText] = control("Load", 0, 1);
-  const play = button("Play", () => (timer ? stop() : start()));
-  const save = button("Export GIF", () => record());
+  let map = null, shown = null, look = { ...START }, waits = 0;
+  const [height, factorText] = control("Height scale", -5, 5);
   const note = document.createElement("p");
   below.append(note);
 
@@ -325,7 +313,7 @@ export function render({ model, el }) {
   const ask = () => { waits = waits || requestAnimationFrame(draw); };
 
   function takeHeights() {
-    map = shown = film = null;
+    map = shown = null;
     for (const part of [scene, below]) part.hidden = model.heights.length == 0;
     if (model.heights.length == 0) return;
     map = JSON.parse(model.heights[0]);
@@ -343,53 +331,6 @@ export function render({ model, el }) {
     });
     drawn.palette(rgba);
   }
-  function takeFilm() {
-    film = model.film.length == 0 ? null : JSON.parse(model.film[0]);
-    stop();
-    for (const part of [frameLabel, play, save]) part.hidden = film == null;
-    if (film == null) return;
-    frame.max = film.length - 1;
-    frame.value = film.length - 1;
-    frameText.textContent = film[film.length - 1].words;
-  }
-  function step(n) {
-    const { nx, ny } = film[n], levels = new Uint8Array(model.film[1], n * nx * ny, nx * ny);
-    frame.value = n;
-    frameText.textContent = film[n].words;
-    shown = film[n];
-    drawn.colors(levels, nx, ny);
-  }
-  function start() {
-    play.textContent = "Pause";
-    timer = setInterval(() => {
-      step((frame.valueAsNumber + 1) % film.length);
-      ask();
-    }, 250);
-  }
-  function stop() {
-    clearInterval(timer);
-    timer = 0;
-    play.textContent = "Play";
-  }
-
-  function record() {
-    stop();
-    const part = Math.min(1, PICTURE_WIDTH / scene.clientWidth);
-    const picture = document.createElement("canvas");
-    picture.width = Math.round(scene.clientWidth * part);
-    picture.height = Math.round(scene.clientHeight * part);
-    const pen = picture.getContext("2d");
-    film.forEach((_, n) => {
-      step(n);
-      draw();
-      pen.fillStyle = getComputedStyle(scene).backgroundColor;
-      pen.fillRect(0, 0, picture.width, picture.height);
-      for (const canvas of [under, over])
-        pen.drawImage(canvas, 0, 0, picture.width, picture.height);
-      model.send_msg({ number: n, count: film.length, picture: picture.toDataURL("image/png") });
-    });
-  }
-
   const limit = (value, low, high) => Math.min(high, Math.max(low, value));
   const turn = (right, up) => {
     look.yaw -= right;
@@ -419,19 +360,16 @@ export function render({ model, el }) {
     keys[event.key]();
   });
   height.addEventListener("input", ask);
-  frame.addEventListener("input", () => { stop(); step(frame.valueAsNumber); ask(); });
 
   // A change of several of them comes as one message: the last of them draws.
   model.on("heights", () => { takeHeights(); takeColors(); ask(); });
   model.on("colors", () => { takeColors(); ask(); });
   model.on("palette", () => { takeColors(); ask(); });
-  model.on("film", () => { takeFilm(); ask(); });
   const watch = new ResizeObserver(ask);
   watch.observe(scene);
-  model.on("remove", () => { stop(); watch.disconnect(); drawn.end(); });
+  model.on("remove", () => { watch.disconnect(); drawn.end(); });
   takeHeights();
   takeColors();
-  takeFilm();
   ask();
   return area;
 }
