@@ -208,7 +208,7 @@ class Seat:
         self.turn("Export")
         self.choose("File", kind)
         before = self.page.locator("a[download]").count()
-        self.page.get_by_role("button", name="Make the file").click()
+        self.page.get_by_role("button", name=f"Save {kind.partition(' ')[0]}").click()
         link = self.page.locator("a[download]").nth(before)
         link.wait_for()
         with self.page.expect_download() as coming:

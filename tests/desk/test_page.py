@@ -497,14 +497,6 @@ def test_demonstration_map_is_created_and_removed(page: Page) -> None:
     page._views.strip.active = 5
     take = page._views._created[5]
     assert "Polished, isotropic.npz" in text_of(take._words)
-    assert "the map itself" in take._kind.options
-    take._kind.value = "the map itself"
-    take._started()
-    assert "Polished, isotropic.npz" in text_of(take._links)
-    offered = next(page._visit.folder.glob("map-*.npz"))
-    kept = page.session.state.file
-    assert kept is not None
-    assert offered.read_bytes() == kept.read_bytes()
 
 
 def test_controls_show_defaults_as_one_types_them() -> None:

@@ -432,7 +432,7 @@ def test_main_tasks_work_with_keyboard_only(seat: Seat, tmp_path: Path) -> None:
     page.get_by_role("tab", name="Export", selected=True).wait_for()
     reach(page.get_by_label("File", exact=True))
     page.keyboard.type("result (.nc")
-    reach(page.get_by_role("button", name="Make the file"))
+    reach(page.get_by_role("button", name="Save result"))
     page.keyboard.press("Enter")
     link = page.locator("a[download]")
     reach(link)

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import math
-import tempfile
-import zipfile
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
-from roughcontact._tools import files
 from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.analyses.solve.task import STUDY, TASK as SOLVE
 from roughcontact.analyses.stress.model import StressResult
@@ -161,16 +157,3 @@ def _quantity_change(
         else kind.format_value(size, quantity.unit, quantity.digits)
     )
     return f"{sign}{text}", share
-
-
-def draw_figures(tell: Tell, request: Request, folder: Path, packed: Path) -> Outcome:
-    """Run a request and zip its figures; a job for `workers.WorkerPool.submit`."""
-    with tempfile.TemporaryDirectory(dir=folder) as place:
-        specified = {**request.specified, "figures": place}
-        outcome = run_request(Request.from_text(request.task, request.file, specified), tell, tell)
-        if not outcome.written:
-            return outcome
-        with files.atomic_write(packed) as stream, zipfile.ZipFile(stream, "w") as archive:
-            for path in outcome.written:
-                archive.write(path, path.name)
-    return replace(outcome, written=(packed,))

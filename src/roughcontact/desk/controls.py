@@ -294,6 +294,10 @@ class JobButton:
             folders=workers.output_folders(request),
         )
 
+    def name(self, text: str) -> None:
+        """Set the text of the button."""
+        self._start.label = text
+
     def cancel(self) -> None:
         """Cancel the running job."""
         if self._job is not None:

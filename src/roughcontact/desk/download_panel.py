@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import panel as pn
 
 from roughcontact.desk import controls, style, workers
-from roughcontact.desk.analysis_jobs import draw_figures
 from roughcontact.desk.controls import JobButton, Run
-from roughcontact.desk.projects import format_suffix
 from roughcontact.desk.saved_page import save_page
 from roughcontact.desk.session import Session
 from roughcontact.desk.widgets import TabPanel
 from roughcontact.errors import RoughcontactError
-from roughcontact.formats import export
 from roughcontact.report import python_script
 from roughcontact.request.outcome import Outcome
 
-_REPORT, _FIGURES, _MAP = "report (.html)", "figures (.zip)", "the map itself"
-_PAGE = "page with maps (.html)"
+_PAGE, _REPORT = "page with maps (.html)", "report (.html)"
+_FILES = (_PAGE, _REPORT, "result (.nc)", "result (.csv)")
 _STEM = "contact"
 
 Offer = Callable[[Path], str]
@@ -36,15 +33,9 @@ class DownloadPanel(TabPanel):
     ) -> None:
         self._session, self._folder, self._offer = session, folder, offer
         self._downloads: dict[str, str] = {}
-        names = [
-            _REPORT,
-            _PAGE,
-            _FIGURES,
-            _MAP,
-            *(f"result ({suffix})" for suffix in export.CONTACT.suffixes),
-        ]
-        self._kind = pn.widgets.Select(label="File", options=names, **style.CONTROL)
-        self._working = JobButton(bench, run, "Make the file", self._started, session)
+        self._kind = pn.widgets.Select(label="File", options=list(_FILES), **style.CONTROL)
+        self._kind.param.watch(self._handle_selection, "value")
+        self._working = JobButton(bench, run, "Save page", self._started, session)
         self._links = pn.pane.HTML("", **style.WIDE)
         self._words = pn.pane.HTML("", **style.WIDE)
         self.root = pn.Row(
@@ -75,24 +66,22 @@ class DownloadPanel(TabPanel):
             )
         self._words.object = "".join(parts)
 
+    def _handle_selection(self, event: Any) -> None:
+        self._working.name(f"Save {event.new.partition(' ')[0]}")
+
     def _started(self) -> None:
         kind = self._kind.value
-        if kind == _MAP:
-            self._give_map()
-            return
         suffix = kind[kind.index("(") + 1 : -1]
         # A number in the name: later downloads do not change an offered file.
         path = self._folder / f"{_STEM}-{len(self._downloads) + 1}{suffix}"
         name = "report" if kind == _REPORT else "output"
-        wanted = {} if kind in (_FIGURES, _PAGE) else {name: str(path)}
+        wanted = {} if kind == _PAGE else {name: str(path)}
         try:
             request = self._session.state.request(**wanted)
         except RoughcontactError as error:
             self._working.refuse_error(error)
             return
-        if kind == _FIGURES:
-            self._working.start_job(draw_figures, self._show_outcome, request, self._folder, path)
-        elif kind == _PAGE:
+        if kind == _PAGE:
             self._working.start_job(save_page, self._show_outcome, request, path)
         else:
             self._working.start_job(workers.run_request, self._show_outcome, request)
@@ -104,20 +93,6 @@ class DownloadPanel(TabPanel):
             self._working.show_refusal(controls.spell_sentence(outcome.shortfall))
         for path in outcome.written:
             self._add(path, path.name)
-        self._list()
-
-    def _give_map(self) -> None:
-        """Offer the map file as it was uploaded or generated."""
-        state = self._session.state
-        if state.file is None:
-            self._working.show_refusal("There is no map, but a smooth body.")
-            return
-        path = (
-            self._folder
-            / f"map-{len(self._downloads) + 1}{format_suffix(state.file.name) or '.map'}"
-        )
-        shutil.copyfile(state.file, path)
-        self._add(path, state.name_of(state.file))
         self._list()
 
     def _add(self, path: Path, name: str) -> None:
