@@ -164,11 +164,12 @@ class Seat:
             head.click()
 
     def choose(self, label: str, option: str) -> None:
-        """Choose an option by how its words begin, in a list or among pictures."""
+        """Choose an option by how its words begin, among buttons or in a list."""
+        buttons = self.page.get_by_role("radio", name=re.compile(f"^{re.escape(option)}"))
         box = self.page.get_by_label(label, exact=True)
-        box.wait_for()
-        if box.get_attribute("role") == "radiogroup":
-            box.get_by_role("radio", name=re.compile(f"^{re.escape(option)}")).check()
+        buttons.or_(box).first.wait_for()
+        if buttons.count():
+            buttons.check()
             return
         words = box.locator("option").all_text_contents()
         box.select_option(label=next(text for text in words if text.startswith(option)))

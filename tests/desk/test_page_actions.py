@@ -101,7 +101,10 @@ class Actions(RuleBasedStateMachine):
     )
     def choose(self, given: tuple[str, str, str]) -> None:
         part, name, value = given
-        getattr(self.page, part)._group.controls[name].widget.value = value
+        if name == "boundary":
+            self.page._model._extent.value = value
+        else:
+            getattr(self.page, part)._group.controls[name].widget.value = value
 
     @rule(kind=st.sampled_from(["", "sphere", "polynomial"]), order=st.integers(1, 4))
     def take_out_a_form(self, kind: str, order: int) -> None:

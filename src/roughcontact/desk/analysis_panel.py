@@ -31,7 +31,7 @@ from roughcontact.desk.figures import Drawing, show_drawing
 from roughcontact.desk.load_panel import FORCE, NOMINAL, LoadForm, form_of, load_text
 from roughcontact.desk.result_plots import ComparisonView, LoadCurveView, ResolutionView, StressView
 from roughcontact.desk.session import Session, SessionState, Value
-from roughcontact.desk.widgets import Check, TabPanel
+from roughcontact.desk.widgets import TabPanel
 from roughcontact.errors import RoughcontactError
 from roughcontact.report.kind import rows_of
 from roughcontact.request.contacts import RANGE
@@ -269,7 +269,7 @@ class JointPanel(TabPanel):
         for control in pressures:
             control.show_options(self._range)
         self._boxes = {
-            question.name: Check(words=question.name, value=True, **style.BLOCK)
+            question.name: pn.widgets.Checkbox(label=question.name, value=True, **style.CONTROL)
             for _, question in analysis_jobs.JOINTS
         }
         self._forms = {

@@ -13,7 +13,6 @@ from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.cautions import Caution, CautionTag, Severity
 from roughcontact.desk import style, workers
 from roughcontact.desk.session import LOADS, Session, Value
-from roughcontact.desk.widgets import Check, Field, PictureChoice
 from roughcontact.errors import ArgumentRef, RoughcontactError, message_parts, render_message
 from roughcontact.report import phrases
 from roughcontact.request import options, parsing
@@ -109,9 +108,6 @@ Give = Callable[[str, Value], None]
 _SUGGESTED: dict[str, tuple[str, ...]] = {"ceiling": ("auto", "calibrated", "none"), "channel": ()}
 """Suggested texts of options that accept any text."""
 
-_PICTURED = {"boundary": {"free": "ends", "periodic": "continues"}}
-"""Names of the pictures of choices."""
-
 
 class Control:
     """Labelled control of an option, with the error of its value below."""
@@ -126,15 +122,13 @@ class Control:
         plain = isinstance(option.default, (str, int, float))
         self._default = option.text(option.default) if plain and not requested else ""
         self.widget = _widget(option, choices)
-        if isinstance(self.widget, PictureChoice):
-            self._default = ""
         self._silent = False
         self.widget.param.watch(self._changed, "value")
         self.root = pn.Column(self.widget, **style.BLOCK)
 
     def show_options(self, specified: Mapping[str, Value]) -> None:
         """Show the value of the option, or its default."""
-        if isinstance(self.widget, Check):
+        if self._task.by_name[self.name].is_flag:
             value: Value = bool(specified.get(self.name, False))
         else:
             value = str(specified.get(self.name, self._default))
@@ -188,11 +182,7 @@ class Control:
 def _widget(option: Option[Any], choices: Mapping[str, str] | None) -> Any:
     about: dict[str, Any] = {"label": option.label, "description": option.help, **style.CONTROL}
     if option.is_flag:
-        return Check(words=option.label, **style.BLOCK)
-    if option.name in _PICTURED and choices is not None:
-        pictures = _PICTURED[option.name]
-        rows = [(text, name, pictures.get(text, "")) for name, text in choices.items()]
-        return PictureChoice(words=option.label, options=rows, **style.BLOCK)
+        return pn.widgets.Checkbox(label=option.label, **style.CONTROL)
     if choices is not None:
         return pn.widgets.Select(options=dict(choices), **about)
     if isinstance(option.parse, parsing.Choice):
@@ -200,12 +190,12 @@ def _widget(option: Option[Any], choices: Mapping[str, str] | None) -> Any:
         default = [] if option.default is not None else [""]
         return pn.widgets.Select(options=[*default, *map(str, known)], **about)
     if option.name in _SUGGESTED:
-        return Field(
-            words=option.label,
-            help=option.help,
+        return pn.widgets.AutocompleteInput(
             placeholder=option.metavar.lower(),
             options=list(_SUGGESTED[option.name]),
-            **style.BLOCK,
+            restrict=False,
+            min_characters=0,
+            **about,
         )
     return pn.widgets.TextInput(placeholder=option.metavar.lower(), **about)
 

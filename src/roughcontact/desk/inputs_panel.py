@@ -33,6 +33,7 @@ _QUESTION = {
     "periodic-x": "a sample along x, the whole contact along y",
     "periodic-y": "a sample along y, the whole contact along x",
 }
+_COMMON = ("free", "periodic")
 _MISSING = {
     "error": "–",
     "fill": "fill them smoothly",
@@ -329,7 +330,12 @@ class ModelPanel:
 
     def __init__(self, session: Session, give: Give) -> None:
         self._session, self._give = session, give
-        self._group = ControlGroup(session, give, {"boundary": _QUESTION})
+        self._group = ControlGroup(session, give, {"boundary": {"": "–", **_QUESTION}})
+        labels = {text: name for name, text in _QUESTION.items() if name in _COMMON}
+        self._extent = pn.widgets.RadioBoxGroup(
+            label="Boundary", options=labels, value=None, **style.CONTROL
+        )
+        self._extent.param.watch(self._choose_extent, "value")
         roots = self._group.roots
         self._ceiling = ""
         self._factor = pn.widgets.TextInput(
@@ -337,12 +343,13 @@ class ModelPanel:
         )
         self._factor.param.watch(self._multiplied, "value")
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
-        rest = partial(roots, *controls.SOLVER_OPTIONS)
+        rest = partial(roots, "boundary", *controls.SOLVER_OPTIONS)
         extent = pn.pane.HTML('<p class="quiet">Boundary: extent of the body</p>', **style.SHEET)
         self.step = StepCard(
             "Model",
             extent,
-            *roots("boundary", "ceiling"),
+            self._extent,
+            *roots("ceiling"),
             self._factor,
             self._wrong,
             make_fold("Tilt, solver", rest),
@@ -352,11 +359,17 @@ class ModelPanel:
         """Show the model options of the state."""
         self._group.refresh()
         state = self._session.state
+        specified = state.specified.get("boundary")
+        self._extent.value = specified if specified in _COMMON else None
         if state.specified.get("ceiling") != self._ceiling:
             self._ceiling = self._factor.value = ""
         done = "boundary" not in state.missing
         boundary = state.specified.get("boundary", "no extent so far")
         self.step.summarize(done, f"{boundary}, ceiling {state.specified.get('ceiling', 'auto')}")
+
+    def _choose_extent(self, event: Any) -> None:
+        if event.new is not None:
+            self._give("boundary", event.new)
 
     def _multiplied(self, event: Any) -> None:
         """Set the ceiling to a multiple of the yield strength, as a pressure."""

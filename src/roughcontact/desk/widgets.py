@@ -234,57 +234,6 @@ b::before {{ content: ""; display: block; width: 1px; height: 5px; margin: 0 aut
 """
 
 
-_CHECK = """
-export function render({ model }) {
-  const area = document.createElement("label");
-  const input = document.createElement("input");
-  input.type = "checkbox";
-  const show = () => { input.checked = model.value; };
-  input.addEventListener("change", () => { model.value = input.checked; });
-  model.on("value", show);
-  show();
-  area.append(input, model.words);
-  return area;
-}
-"""
-
-_CHECK_SHEET = f"""
-label {{ display: flex; gap: 6px; align-items: center; font-family: {tokens.FONT}; font-size: 13px;
-  color: var(--text); cursor: pointer; }}
-input {{ accent-color: var(--accent); margin: 0; }}
-"""
-
-
-_FIELD = """
-export function render({ model }) {
-  const area = document.createElement("label");
-  const input = document.createElement("input");
-  const list = document.createElement("datalist");
-  list.id = "proposed";
-  input.setAttribute("list", list.id);
-  input.placeholder = model.placeholder;
-  input.setAttribute("aria-label", model.words);
-  area.title = model.help;
-  const show = () => {
-    input.value = model.value;
-    list.replaceChildren(...model.options.map((text) => new Option(text, text)));
-  };
-  input.addEventListener("change", () => { model.value = input.value; });
-  model.on(["value", "options"], show);
-  show();
-  area.append(model.words, input, list);
-  return area;
-}
-"""
-
-_FIELD_SHEET = f"""
-label {{ display: block; font-family: {tokens.FONT}; font-size: 13px; color: var(--text); }}
-input {{ display: block; box-sizing: border-box; width: 100%; height: 32px; padding: 0 12px;
-  font: inherit; border: 1px solid var(--line); border-radius: 5px; }}
-input:focus {{ border-color: var(--accent); outline: 2px solid var(--accent); }}
-"""
-
-
 class TabStrip(JSComponent):  # type: ignore[misc]
     """Strip of tabs; ``active`` is the index of the active tab.
 
@@ -346,75 +295,6 @@ class Slider(JSComponent):  # type: ignore[misc]
     _debounce: ClassVar[int] = 5
     _esm = _SLIDER
     _stylesheets: ClassVar = [_SLIDER_SHEET]
-
-
-_CHOICE = """
-export function render({ model }) {
-  const area = document.createElement("div");
-  area.setAttribute("role", "radiogroup");
-  area.className = "choice";
-  area.setAttribute("aria-label", model.words);
-  const face = "M4 17l5-3 6 4 5-6 6 3 6-5 6 6 6-3 6 5 6-4 5 3";
-  const pictures = {
-    ends: `<rect x="2" y="4" width="60" height="4" class="upper"/>
-      <path d="${face}V34H4Z" transform="translate(13 0) scale(.6 1)" class="body"/>`,
-    continues: `<rect x="0" y="4" width="64" height="4" class="upper"/>
-      <path d="M0 16${face.slice(5)}L64 15V34H0Z" class="body"/>
-      <path d="M16 10V34M48 10V34" class="cut"/>`,
-  };
-  const inputs = model.options.map(([value, text, picture]) => {
-    const label = document.createElement("label");
-    const input = document.createElement("input");
-    const words = document.createElement("span");
-    input.type = "radio";
-    input.name = "choice";
-    input.value = value;
-    input.setAttribute("aria-label", text);
-    words.textContent = text;
-    if (picture in pictures) {
-      label.className = "pictured";
-      label.innerHTML = `<svg viewBox="0 0 64 36" aria-hidden="true">${pictures[picture]}</svg>`;
-    }
-    input.addEventListener("change", () => { model.value = value; });
-    label.prepend(input);
-    label.append(words);
-    area.append(label);
-    return input;
-  });
-  const show = () => inputs.forEach((input) => { input.checked = input.value == model.value; });
-  model.on("value", show);
-  show();
-  return area;
-}
-"""
-
-_CHOICE_SHEET = f"""
-.choice {{ display: grid; grid-template-columns: 1fr 1fr; gap: 8px; width: 100%;
-  font: 12px/15px {tokens.FONT}; color: var(--text); }}
-label {{ grid-column: 1 / 3; cursor: pointer; display: flex; gap: 6px; align-items: center; }}
-input {{ accent-color: var(--accent); margin: 0; }}
-.pictured {{ grid-column: auto; display: grid; align-content: start; gap: 4px; padding: 6px;
-  border: 1px solid var(--control); border-radius: 4px; position: relative; }}
-.pictured input {{ position: absolute; opacity: 0; }}
-.pictured:has(:checked) {{ border-color: var(--accent); background: var(--accent-weak);
-  box-shadow: 0 0 0 1px var(--accent); }}
-label:has(:focus-visible) {{ outline: 2px solid var(--accent); outline-offset: 2px; }}
-svg {{ width: 100%; height: 44px; }}
-.upper {{ fill: var(--control); }}
-.body {{ fill: var(--body); stroke: var(--body-edge); }}
-.cut {{ fill: none; stroke: var(--text); stroke-dasharray: 3 2; }}
-"""
-
-
-class PictureChoice(JSComponent):  # type: ignore[misc]
-    """Radio buttons, some with an image; ``options`` are value, text and image."""
-
-    words = param.String("")
-    options = param.List([])
-    value = param.String("")
-
-    _esm = _CHOICE
-    _stylesheets: ClassVar = [_CHOICE_SHEET]
 
 
 _FRAME = (
@@ -509,29 +389,6 @@ class Frame(JSComponent):  # type: ignore[misc]
 
     _esm = _FRAME
     _stylesheets: ClassVar = [_FRAME_SHEET]
-
-
-class Check(JSComponent):  # type: ignore[misc]
-    """Checkbox with a label."""
-
-    words = param.String("")
-    value = param.Boolean(False)
-
-    _esm = _CHECK
-    _stylesheets: ClassVar = [_CHECK_SHEET]
-
-
-class Field(JSComponent):  # type: ignore[misc]
-    """Text field with a label and proposed texts."""
-
-    words = param.String("")
-    help = param.String("")
-    placeholder = param.String("")
-    options = param.List([])
-    value = param.String("")
-
-    _esm = _FIELD
-    _stylesheets: ClassVar = [_FIELD_SHEET]
 
 
 def send_all_after_pull(document: Any) -> None:
