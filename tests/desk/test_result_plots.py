@@ -20,7 +20,7 @@ from roughcontact.desk.detail_panel import (
     box_around,
     list_spots,
 )
-from roughcontact.desk.result_plots import ComparisonView, LoadCurveView, ResolutionView, StressView
+from roughcontact.desk.result_plots import ComparisonView, LoadCurveView
 from roughcontact.report.kind import quantity_of
 from roughcontact.surface.spectrum import radial_spectrum
 
@@ -125,29 +125,6 @@ def test_a_load_curve_and_the_load_now(surface):
     assert shown.now.visible
     shown.mark(0.0)
     assert not shown.now.visible
-
-
-def test_a_study_of_the_resolution(surface):
-    fine = rc.Surface(np.kron(surface.heights, np.ones((2, 2))), (1e-6, 0.5e-6))
-    study = rc.resolution_study(fine, material=STEEL, load=1.0)
-    shown = ResolutionView()
-    shown.show_result(study)
-    fractions = [100 * case.contact_fraction for _, case in study.named()]
-    assert shown.source.data["contact"] == fractions
-    assert shown.plot.x_range.factors == shown.source.data["case"]
-
-
-def test_stress_and_the_depth_one_chooses(surface):
-    free = rc.solve(surface, load=1.0, material=STEEL)
-    stress = rc.subsurface_stress(free)
-    shown = StressView()
-    shown.show_result(stress)
-    np.testing.assert_allclose(
-        shown.source.data["mises"] / shown.source.data["mises"].max(),
-        stress.profile.von_mises / stress.max_von_mises,
-    )
-    shown.slider.value = 2
-    assert shown.depth.location == pytest.approx(stress.profile.depths[2] * 1e6)
 
 
 def test_file_name_is_escaped():

@@ -9,7 +9,6 @@ from typing import Any
 
 from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.analyses.solve.task import STUDY, TASK as SOLVE
-from roughcontact.analyses.stress.model import StressResult
 from roughcontact.analyses.sweep.model import LoadCurve
 from roughcontact.analyses.tasks import SHARED_TASKS, TASKS
 from roughcontact.cautions import Caution
@@ -22,7 +21,6 @@ from roughcontact.request.request import Request
 from roughcontact.request.run import run_request, shared_runner
 from roughcontact.request.task import Analysis, Task
 from roughcontact.solvers.progress import Progress
-from roughcontact.uncertainty.resolution import ResolutionStudy
 from roughcontact.units import format_percent
 
 Cells = tuple[str, ...]
@@ -41,9 +39,6 @@ ANALYSES = (
     *_list_analyses([SOLVE]),
 )
 """Analyses of a contact, and the task of each."""
-
-INTERACTIVE_RESULTS = (LoadCurve, ResolutionStudy, StressResult)
-"""Results with a separate view on the page."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +87,7 @@ def _analysis_outcome(tell: Tell, outcome: Outcome) -> AnalysisOutcome:
         tuple(steps),
         tuple(result.cautions),
         tuple(read_figure(draw()) for draw in kinds.drawings(result).values())
-        if outcome.converged and not isinstance(result, INTERACTIVE_RESULTS)
+        if outcome.converged and not isinstance(result, LoadCurve)
         else (),
         kinds.sentences(result),
         kinds.presentation_of(result).answer(result),

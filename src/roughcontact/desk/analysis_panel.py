@@ -13,7 +13,6 @@ import panel as pn
 from roughcontact.analyses.estimate import fields as formulas
 from roughcontact.analyses.find.model import LoadSearch
 from roughcontact.analyses.solve.task import TASK as SOLVE
-from roughcontact.analyses.stress.model import StressResult
 from roughcontact.analyses.sweep.model import LoadCurve
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import analysis_jobs, controls, style, workers
@@ -29,7 +28,7 @@ from roughcontact.desk.controls import (
 from roughcontact.desk.download_panel import Offer
 from roughcontact.desk.figures import Drawing, show_drawing
 from roughcontact.desk.load_panel import FORCE, NOMINAL, LoadForm, form_of, load_text
-from roughcontact.desk.result_plots import ComparisonView, LoadCurveView, ResolutionView, StressView
+from roughcontact.desk.result_plots import ComparisonView, LoadCurveView
 from roughcontact.desk.session import Session, SessionState, Value
 from roughcontact.desk.widgets import TabPanel
 from roughcontact.errors import RoughcontactError
@@ -37,7 +36,6 @@ from roughcontact.report.kind import rows_of
 from roughcontact.request.contacts import RANGE
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
-from roughcontact.uncertainty.resolution import ResolutionStudy
 
 # Significant digits of a found load.
 _DIGITS = 7
@@ -154,14 +152,10 @@ class AnalysisPanel(TabPanel):
             words = controls.error_markup(spell_sentence(result.outcome.shortfall))
             seen.insert(0, pn.pane.HTML(words, **style.WIDE))
         form = form_of(self._session.state.specified)
-        view = _result_view(result.result, form)
-        if view is not None:
-            seen.append(pn.pane.Bokeh(view.root, **style.BLOCK))
-            # The other views show these quantities themselves.
-            if isinstance(view, LoadCurveView):
-                self._curve = view
-                seen.append(facts)
-            return seen
+        if isinstance(result.result, LoadCurve):
+            self._curve = curve = LoadCurveView(form is NOMINAL)
+            curve.show_result(result.result)
+            return [*seen, pn.pane.Bokeh(curve.root, **style.BLOCK), facts]
         found = result.result.answers if isinstance(result.result, LoadSearch) else ()
         seen[1:1] = [self._use(item.result, form) for item in found]
         seen += [*map(figure_view, result.drawings), facts]
@@ -221,24 +215,6 @@ class OptionsForm:
             self.task.parse_options({name: value})
             self._values[name] = value
         self._changed()
-
-
-def _result_view(result: Any, form: LoadForm) -> LoadCurveView | ResolutionView | StressView | None:
-    """Return the interactive view of a result; None if its class has none."""
-    match result:
-        case LoadCurve():
-            curve = LoadCurveView(form is NOMINAL)
-            curve.show_result(result)
-            return curve
-        case ResolutionStudy():
-            study = ResolutionView()
-            study.show_result(result)
-            return study
-        case StressResult():
-            stress = StressView()
-            stress.show_result(result)
-            return stress
-    return None
 
 
 def figure_view(drawing: Drawing) -> Any:

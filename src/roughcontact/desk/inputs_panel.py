@@ -368,7 +368,7 @@ class ModelPanel:
         self.step.summarize(done, f"{boundary}, ceiling {state.specified.get('ceiling', 'auto')}")
 
     def _choose_extent(self, event: Any) -> None:
-        if event.new is not None:
+        if event.new not in (None, self._session.state.specified.get("boundary")):
             self._give("boundary", event.new)
 
     def _multiplied(self, event: Any) -> None:

@@ -1,4 +1,4 @@
-"""Interactive views of results: load curve, resolution study, comparison, stress."""
+"""Interactive views of results: load curve and comparison of two contacts."""
 
 from __future__ import annotations
 
@@ -9,35 +9,25 @@ from typing import Any
 import numpy as np
 from bokeh import models
 from bokeh.plotting import figure
-from bokeh.transform import dodge
 from numpy.typing import NDArray
 
-from roughcontact.analyses.solve.uncertainty_report import STUDY_COLUMNS
-from roughcontact.analyses.stress import figures as stress_plots
-from roughcontact.analyses.stress.fields import STRESS
-from roughcontact.analyses.stress.model import StressResult
 from roughcontact.analyses.sweep.fields import CURVE_COLUMNS
 from roughcontact.analyses.sweep.model import LoadCurve
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import rasters, style
-from roughcontact.desk.controls import escape_markup, markup_table
+from roughcontact.desk.controls import markup_table
 from roughcontact.desk.rasters import Box
 from roughcontact.drawing.cells import pressure_colors, pressure_limit
 from roughcontact.drawing.style import (
-    ELASTIC,
     NEUTRAL,
     OPEN,
     OVER,
     SATURATED,
     SERIES,
-    cell_max,
-    field_colours,
     prefixed,
     prefixed_window,
 )
-from roughcontact.report.kind import listing_of, rows_of
-from roughcontact.uncertainty.resolution import ResolutionStudy
-from roughcontact.units import format_engineering
+from roughcontact.report.kind import listing_of
 
 
 class LoadCurveView:
@@ -131,45 +121,8 @@ class LoadCurveView:
             self.now.location = load * self._factor
 
 
-class ResolutionView:
-    """Resolution study: contact on each grid, with conclusions."""
-
-    def __init__(self) -> None:
-        self.source: Any = style.empty_source("case", "contact", "saturated")
-        self.plot = style.make_chart(
-            "Contact on other grids", x_range=models.FactorRange(), height=240
-        )
-        for name, colour, place in (("contact", ELASTIC, -0.18), ("saturated", SATURATED, 0.18)):
-            self.plot.vbar(
-                dodge("case", place, range=self.plot.x_range),
-                top=name,
-                width=0.32,
-                source=self.source,
-                color=colour,
-                line_color=None,
-                legend_label=name,
-            )
-        style.quiet_legend(self.plot)
-        self.plot.yaxis.axis_label = "share of the map [%]"
-        self.plot.y_range.start = 0
-        self.plot.xaxis.major_label_orientation = 0.6
-        self.table: Any = style.facts_below()
-        self.root = models.Column(self.plot, self.table, sizing_mode="stretch_width")
-
-    def show_result(self, study: ResolutionStudy) -> None:
-        """Show a resolution study."""
-        cases = study.named()
-        names = [name for name, _ in cases]
-        with style.batch_changes(self.plot.document):
-            self.plot.x_range.factors = names
-            self.source.data = {
-                "case": names,
-                "contact": [100 * case.contact_fraction for _, case in cases],
-                "saturated": [100 * case.saturated_fraction for _, case in cases],
-            }
-            heads, rows = listing_of(STUDY_COLUMNS, study)
-            said = "".join(f"<p>{escape_markup(text)}</p>" for text in study.sentences)
-            style.set_markup(self.table, said + markup_table(rows, heads))
+# Maximum number of cells along each side of a compared map.
+_DOTS = 400
 
 
 class ComparisonView:
@@ -294,163 +247,3 @@ def _put_map(source: Any, name: str, values: NDArray[Any], place: Box) -> None:
         "dh": [place.bottom - place.top],
         name: [values.astype(np.float32)],
     }
-
-
-# Stress below a contact: over the depth, in a section, and as a map
-
-
-_DOTS = 400
-# Depth range shown at first, over the depth of the largest stress.
-_PROFILE_DEPTH_FACTOR = 12
-
-
-class StressView:
-    """Stress below a contact: profile over the depth, section, map of the largest stress."""
-
-    def __init__(self) -> None:
-        self._result: StressResult | None = None
-        self._length = 1.0
-        self.slider: Any = models.Slider(
-            start=0,
-            end=1,
-            step=1,
-            value=0,
-            title="Depth",
-            show_value=False,
-            tooltips=False,
-            sizing_mode="stretch_width",
-            margin=(4, 12),
-            stylesheets=[style.TEXT],
-        )
-        self.slider.on_change("value", self._slid)
-        names = ("depth", "mises", "tresca", "shear")
-        self.source: Any = style.empty_source(*names)
-        self.mapper: Any = models.LinearColorMapper(
-            palette=style.color_palette(field_colours()(np.linspace(0, 1, 256))), high_color=OVER
-        )
-        self.depth: Any = models.Span(dimension="height", line_color=NEUTRAL, line_dash="dashed")
-        self.level: Any = models.Span(dimension="width", line_color=NEUTRAL, line_dash="dashed")
-        self.strength: Any = models.Span(
-            dimension="width", line_color=SERIES[1], line_dash="dotted", visible=False
-        )
-        self.profile = style.make_chart(
-            "Largest stress at each depth", height=280, x_range=models.Range1d(0, 1)
-        )
-        for name, colour, dash, label in (
-            ("mises", SERIES[0], "solid", "von Mises"),
-            ("tresca", SERIES[1], "dashed", "Tresca"),
-            ("shear", SERIES[2], "dotted", "orthogonal shear"),
-        ):
-            self.profile.line(
-                "depth",
-                name,
-                source=self.source,
-                line_color=colour,
-                line_dash=dash,
-                line_width=1.8,
-                legend_label=label,
-            )
-        self.profile.add_layout(self.depth)
-        self.profile.add_layout(self.strength)
-        self.profile.y_range.start = 0
-        style.quiet_legend(self.profile)
-        self.cut, self.cut_source = self._picture("Section along x, at the largest stress")
-        self.cut.add_layout(self.level)
-        self.map, self.map_source = self._picture("Largest over all depths")
-        self.map.add_layout(style.color_bar(self.mapper), "right")
-        self.table: Any = style.facts_below()
-        self.root = models.Column(
-            self.slider,
-            style.figure_grid([[self.profile, self.cut], [self.map, None]]),
-            self.table,
-            sizing_mode="stretch_width",
-        )
-
-    def show_result(self, result: StressResult) -> None:
-        """Show the stress below a contact."""
-        self._result = result
-        profile = result.profile
-        top, (factor, unit) = stress_plots.stress_scale(result)
-        length, length_unit = prefixed(float(profile.depths[-1]), "m")
-        with style.batch_changes(self.profile.document):
-            self.source.data = {
-                "depth": profile.depths * length,
-                "mises": profile.von_mises * factor,
-                "tresca": profile.tresca * factor,
-                "shear": profile.orthogonal_shear.max(axis=1) * factor,
-            }
-            # The stress is negligible at most depths; zooming out shows all of them.
-            near = (
-                min(_PROFILE_DEPTH_FACTOR * profile.depth_of_max or 1.0, float(profile.depths[-1]))
-                * length
-            )
-            self.profile.x_range.update(start=0, end=near, reset_start=0, reset_end=near)
-            self.profile.xaxis.axis_label = f"depth [{length_unit}]"
-            self.profile.yaxis.axis_label = f"stress [{unit}]"
-            self.strength.visible = profile.yield_strength is not None
-            if profile.yield_strength is not None:
-                self.strength.location = profile.yield_strength * factor
-            style.set_bar(self.map.right[0], 0.0, top * factor, unit)
-            self._show_cut(result, factor)
-            self._put_map(profile.peak, factor)
-            self.map.title.text = "Largest over all depths"
-            index = int(profile.von_mises.argmax())
-            self.slider.update(end=max(profile.depths.size - 1, 1), value=index)
-            self._mark(index)
-            rows = [(row.title, row.text, row.meaning) for row in rows_of(STRESS, result)]
-            style.set_markup(self.table, markup_table(rows))
-
-    def _picture(self, title: str) -> tuple[Any, Any]:
-        source = style.empty_source("x", "y", "dw", "dh", "stress")
-        plot = map_picture(
-            title,
-            "stress",
-            source,
-            self.mapper,
-            x_range=models.DataRange1d(range_padding=0),
-            y_range=models.DataRange1d(range_padding=0, flipped=True),
-        )
-        return plot, source
-
-    def _show_cut(self, result: StressResult, factor: float) -> None:
-        values = result.von_mises_section("x")
-        edge = result.solution.surface.pixel[1]
-        columns = stress_plots.shown_columns(result, values, edge, None)
-        first, last = columns.start * edge, columns.stop * edge
-        depth = stress_plots.shown_depth(result, values, None, last - first)
-        rows = stress_plots.section_rows(values[:, columns], result.profile.depths, depth)
-        length, unit = prefixed_window(first, last)
-        left, right, down = first * length, last * length, depth * length
-        _put_map(self.cut_source, "stress", rows * factor, Box(0.0, left, down, right))
-        self.cut.xaxis.axis_label, self.cut.yaxis.axis_label = f"x [{unit}]", f"depth [{unit}]"
-        self._length = length
-        assert rows.shape[0] == stress_plots.SECTION_ROWS
-
-    def _put_map(self, values: NDArray[Any], factor: float) -> None:
-        assert self._result is not None
-        surface = self._result.solution.surface
-        view = rasters.window_of(
-            surface.shape, surface.pixel, rasters.box_of(surface), (_DOTS / 2, _DOTS / 2)
-        )
-        length, unit = prefixed_window(0.0, max(surface.size))
-        place = Box(*(edge * length for edge in rasters.window_extent(view, surface.pixel)))
-        cells = cell_max(np.asarray(values, dtype=np.float64), view.blocks)
-        _put_map(self.map_source, "stress", cells * factor, place)
-        self.map.xaxis.axis_label = f"x, y [{unit}], the largest stress in each cell"
-
-    def _mark(self, index: int) -> None:
-        assert self._result is not None
-        profile = self._result.profile
-        depth = float(profile.depths[index])
-        self.depth.location = depth * prefixed(float(profile.depths[-1]), "m")[0]
-        self.level.location = depth * self._length
-        self.slider.title = (
-            f"Depth {format_engineering(depth, 'm')}: largest von Mises stress "
-            f"{format_engineering(float(profile.von_mises[index]), 'Pa')}"
-        )
-
-    def _slid(self, attr: str, old: Any, new: Any) -> None:
-        if self._result is None or not 0 <= int(new) < self._result.profile.depths.size:
-            return
-        with style.batch_changes(self.profile.document):
-            self._mark(int(new))
