@@ -9,17 +9,9 @@ import roughcontact as rc
 
 pytest.importorskip("panel")
 
-from roughcontact import plots
 from roughcontact.analyses.solve.fields import CONTACT
 from roughcontact.desk import analysis_jobs
-from roughcontact.desk.detail_panel import (
-    MaterialRatioPlot,
-    PressureHistogram,
-    SpectrumPlot,
-    SpotTable,
-    box_around,
-    list_spots,
-)
+from roughcontact.desk.detail_panel import SpectrumPlot, SpotTable, box_around, list_spots
 from roughcontact.desk.result_plots import ComparisonView, LoadCurveView
 from roughcontact.report.kind import quantity_of
 from roughcontact.surface.spectrum import radial_spectrum
@@ -35,28 +27,6 @@ def surface():
 @pytest.fixture(scope="module")
 def result(surface):
     return rc.solve(surface, load=1.0, material=STEEL, boundary="periodic")
-
-
-def test_the_histogram_has_the_bins_of_the_report(result):
-    shown = PressureHistogram()
-    shown.show_result(result)
-    data = shown.source.data
-    inside = result.pressure[result.contact & ~result.saturated]
-    share = (data["density"] * (data["right"] - data["left"])).sum() / 100
-    assert share == pytest.approx(inside.size / result.contact.sum())
-    drawn = plots.pressure_histogram(result).axes[0].patches[0]
-    np.testing.assert_allclose(drawn.get_data().values, data["density"])
-    shown.clear()
-    assert len(shown.source.data["density"]) == 0
-
-
-def test_the_bearing_curve_is_that_of_the_surface(surface):
-    shown = MaterialRatioPlot()
-    shown.show_surface(surface)
-    sk = surface.roughness()["Sk"]
-    ends = shown.core.data["height"]
-    assert ends[0] - ends[1] == pytest.approx(sk * 1e9)
-    assert len(shown.source.data["ratio"]) <= 1600
 
 
 def test_spectrum_matches_surface_or_states_requirement(surface):

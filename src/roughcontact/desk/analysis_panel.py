@@ -26,7 +26,7 @@ from roughcontact.desk.controls import (
     spell_sentence,
 )
 from roughcontact.desk.download_panel import Offer
-from roughcontact.desk.figures import Drawing, show_drawing
+from roughcontact.desk.figures import figure_view
 from roughcontact.desk.load_panel import FORCE, NOMINAL, LoadForm, form_of, load_text
 from roughcontact.desk.result_plots import ComparisonView, LoadCurveView
 from roughcontact.desk.session import Session, SessionState, Value
@@ -215,11 +215,6 @@ class OptionsForm:
             self.task.parse_options({name: value})
             self._values[name] = value
         self._changed()
-
-
-def figure_view(drawing: Drawing) -> Any:
-    """Return the view of a figure."""
-    return pn.pane.Bokeh(show_drawing(drawing), **style.BLOCK)
 
 
 # --- Joint analyses of one contact: solved once, several results ---

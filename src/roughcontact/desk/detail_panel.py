@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 import threading
 from collections.abc import Callable
@@ -19,17 +18,17 @@ from roughcontact._tools.arrays import Array
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, style
 from roughcontact.desk.controls import Run
+from roughcontact.desk.figures import Drawing, figure_view, read_figure
 from roughcontact.desk.rasters import Box, is_drawn_alike
 from roughcontact.desk.session import Line
 from roughcontact.desk.widgets import Tabs
-from roughcontact.drawing.sections import bearing_parts, histogram_label, linear_bins
+from roughcontact.drawing.sections import bearing_curve, pressure_histogram
 from roughcontact.drawing.style import (
     ELASTIC,
     NEUTRAL,
     SATURATED,
     SERIES,
     doubt_suffix,
-    in_unit,
     prefixed,
     prefixed_area,
     prefixed_window,
@@ -41,74 +40,8 @@ from roughcontact.surface.spectrum import radial_spectrum
 from roughcontact.surface.surface import Surface
 from roughcontact.units import count_noun, format_engineering, format_lengths
 
-# Maximum number of points of a curve, and number of bins of heights.
-_MOST, _BINS = 1500, 60
-
-
-class PressureHistogram:
-    """Histogram of the contact pressure, with the bins of the report."""
-
-    def __init__(self) -> None:
-        self.source: Any = style.empty_source("left", "right", "density")
-        self.plot: Any = style.make_chart(
-            "Distribution of the contact pressure", x_range=models.Range1d(0, 1)
-        )
-        self.plot.y_range.start = 0
-        drawn = self.plot.quad(
-            left="left",
-            right="right",
-            top="density",
-            bottom=0,
-            source=self.source,
-            fill_color=SERIES[0],
-            line_color="white",
-            line_width=0.5,
-        )
-        self._ceiling: Any = models.Span(
-            dimension="height",
-            line_color=NEUTRAL,
-            line_dash="dashed",
-            line_width=1.5,
-            visible=False,
-        )
-        self.plot.add_layout(self._ceiling)
-        self.root, self.note = style.with_note(self.plot)
-        self._hover = style.add_hover(
-            self.plot, drawn, [("from", "left"), ("to", "right"), ("density", "density")]
-        )
-
-    def clear(self) -> None:
-        """Clear the plot."""
-        style.clear_source(self.source)
-        style.set_markup(self.note, "")
-        self._ceiling.visible = False
-
-    def show_result(self, result: ContactResult) -> None:
-        """Show the pressure distribution of a result."""
-        below = result.pressure[result.contact & ~result.saturated]
-        bins = linear_bins([result], [below])
-        factor, unit = prefixed(bins.limits[1], "Pa")
-        counts, _ = np.histogram(np.clip(below, bins.edges[0], bins.edges[-1]), bins.edges)
-        points = max(int(np.count_nonzero(result.contact)), 1)
-        widths = np.diff(bins.edges) * factor
-        with style.batch_changes(self.plot.document):
-            self.source.data = {
-                "left": bins.edges[:-1] * factor,
-                "right": bins.edges[1:] * factor,
-                "density": 100 * counts / points / widths,
-            }
-            first, last = (limit * factor for limit in bins.limits)
-            last += 0.03 * (last - first)
-            self.plot.x_range.update(start=first, end=last, reset_start=first, reset_end=last)
-            self.plot.xaxis.axis_label = f"pressure [{unit}]"
-            self.plot.yaxis.axis_label = f"density of contact area [% per {unit}]"
-            label = histogram_label(result, "", below, bins.limits, (factor, unit))
-            style.set_markup(self.note, html.escape(label))
-            self._ceiling.visible = bool(bins.ceilings)
-            if bins.ceilings:
-                self._ceiling.location = bins.ceilings[0] * factor
-            style.hover_units(self._hover, [unit, unit, f"% per {unit}"])
-            self.plot.title.text = f"Distribution of the contact pressure{doubt_suffix(result)}"
+# Number of bins of heights.
+_BINS = 60
 
 
 class HeightHistogram:
@@ -151,53 +84,6 @@ class HeightHistogram:
     def clear(self) -> None:
         """Clear the plot."""
         style.clear_source(self.source)
-
-
-class MaterialRatioPlot:
-    """Material ratio curve of a surface, with the line of its core."""
-
-    def __init__(self) -> None:
-        self.source: Any = style.empty_source("ratio", "height")
-        self.core: Any = style.empty_source("ratio", "height")
-        self.plot: Any = style.make_chart("Material ratio curve", x_range=models.Range1d(0, 100))
-        self.plot.xaxis.axis_label = "material ratio [%]"
-        drawn = self.plot.line(
-            "ratio", "height", source=self.source, line_color=SERIES[0], line_width=2
-        )
-        self.plot.line(
-            "ratio",
-            "height",
-            source=self.core,
-            line_color=NEUTRAL,
-            line_dash="dashed",
-            line_width=1.4,
-        )
-        self.root, self.note = style.with_note(self.plot)
-        self._hover = style.add_hover(
-            self.plot, drawn, [("material ratio", "ratio"), ("height", "height")]
-        )
-
-    def clear(self) -> None:
-        """Clear the plot."""
-        style.clear_source(self.source, self.core)
-        style.set_markup(self.note, "")
-
-    def show_surface(self, surface: Surface) -> None:
-        """Show the material ratio curve of a surface, without missing points."""
-        ratio, height, core, upper = bearing_parts(surface)
-        scale = factor, unit = prefixed(float(np.abs(height).max()), "m")
-        if ratio.size > _MOST:
-            grid = np.linspace(0, 1, _MOST)
-            ratio, height = grid, np.interp(grid, ratio, height)
-        with style.batch_changes(self.plot.document):
-            self.source.data = {"ratio": 100 * ratio, "height": height * factor}
-            ends = np.array([upper, upper - core["Sk"]]) * factor
-            self.core.data = {"ratio": np.array([0.0, 100.0]), "height": ends}
-            self.plot.yaxis.axis_label = f"height above mean [{unit}]"
-            heights = ", ".join(f"{n} {in_unit(core[n], scale, 'm')}" for n in ("Spk", "Sk", "Svk"))
-            ratios = ", ".join(f"{name} {100 * core[name]:.1f} %" for name in ("Smr1", "Smr2"))
-            style.set_markup(self.note, f"{heights}, {ratios}")
-            style.hover_units(self._hover, ["%", unit])
 
 
 class SpectrumPlot:
@@ -648,10 +534,11 @@ class DetailPanel:
         self._proposed: Line | None = None
         self.below = pn.pane.Bokeh(self.section.root, **style.BLOCK)
         self._numbers = pn.pane.HTML("", **style.WIDE)
+        self._pressures = pn.Column(**style.BLOCK)
         parts = {
             "Results": self._numbers,
             "Contact spots": pn.Column(**style.BLOCK),
-            "Pressures": pn.Column(**style.BLOCK),
+            "Pressures": self._pressures,
             "Surface": pn.Column(**style.BLOCK),
         }
         self._parts = list(parts.values())
@@ -665,13 +552,6 @@ class DetailPanel:
         created = SpotTable()
         created.set_spot_listener(self._zoom)
         self._parts[_SPOTS].append(pn.pane.Bokeh(created.root, **style.BLOCK))
-        return created
-
-    @cached_property
-    def pressures(self) -> PressureHistogram:
-        """Distribution of the pressure, created when it is first shown."""
-        created = PressureHistogram()
-        self._parts[_PRESSURES].append(pn.pane.Bokeh(created.root, **style.BLOCK))
         return created
 
     @cached_property
@@ -725,12 +605,12 @@ class DetailPanel:
         active, result = self._tabs.active, self._result
         if active == _SURFACE:
             self.texture.show_surface(self._surface)
-        elif active != _RESULTS:
-            seen = self.spots if active == _SPOTS else self.pressures
-            if result is None:
-                seen.clear()
-            else:
-                seen.show_result(result)
+        elif active == _PRESSURES and result is not None:
+            self._pressures[:] = [figure_view(read_figure(pressure_histogram(result)))]
+        elif active == _SPOTS and result is not None:
+            self.spots.show_result(result)
+        elif active == _SPOTS:
+            self.spots.clear()
 
 
 class TexturePanel:
@@ -738,11 +618,12 @@ class TexturePanel:
 
     def __init__(self, run: Run) -> None:
         self._run = run
-        self._charts = HeightHistogram(), MaterialRatioPlot(), SpectrumPlot()
+        self._charts = HeightHistogram(), SpectrumPlot()
         self._numbers = pn.pane.HTML("", **style.WIDE)
         self._shown: Surface | None = None
-        first, *others = (pn.pane.Bokeh(chart.root, **style.BLOCK) for chart in self._charts)
-        self.root = pn.Column(first, self._numbers, *others, **style.BLOCK)
+        self._curve = pn.Column(**style.BLOCK)
+        heights, spectrum = (pn.pane.Bokeh(chart.root, **style.BLOCK) for chart in self._charts)
+        self.root = pn.Column(heights, self._numbers, self._curve, spectrum, **style.BLOCK)
 
     def show_surface(self, surface: Surface | None) -> None:
         """Show a surface as soon as its parameters are computed, in a separate thread."""
@@ -750,6 +631,7 @@ class TexturePanel:
             return
         self._shown = surface
         self._numbers.object = ""
+        self._curve.clear()
         for chart in self._charts:
             chart.clear()
         if surface is not None and not surface.is_profile:
@@ -772,10 +654,12 @@ class TexturePanel:
             "prepared</h2>"
             f"{controls.markup_table(rows)}"
         )
-        self._run(lambda: self._show_spectrum(surface, text))
+        curve = read_figure(bearing_curve(surface))
+        self._run(lambda: self._show_curves(surface, text, curve))
 
-    def _show_spectrum(self, surface: Surface, text: str) -> None:
+    def _show_curves(self, surface: Surface, text: str, curve: Drawing) -> None:
         if surface is self._shown:
             self._numbers.object = text
+            self._curve[:] = [figure_view(curve)]
             for chart in self._charts:
                 chart.show_surface(surface)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import panel as pn
 from bokeh import models
 
 from roughcontact.desk import rasters, style
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _DASHES = {"-": "solid", "--": "dashed", ":": "dotted", "-.": "dashdot"}
+_MAX_POINTS = 2000
 _MARKERS = {"s": "square", "^": "triangle", "x": "x", "+": "cross"}
 
 
@@ -146,6 +148,9 @@ def _span_side(item: Any, axes: Axes) -> str:
 
 def _line(item: Any, axes: Axes) -> Iterator[Mark]:
     x, y = (np.asarray(values, float) for values in item.get_data())
+    # A curve over all points of a map is sent with as many points as a screen shows.
+    step = max(x.size // _MAX_POINTS, 1)
+    x, y = x[::step], y[::step]
     color, alpha = _hex(item.get_color(), item.get_alpha())
     columns, name = {"x": x, "y": y}, _name(item)
     dash = _DASHES.get(item.get_linestyle())
@@ -298,6 +303,11 @@ def show_drawing(drawing: Drawing) -> Any:
     patches = " &emsp; ".join(style.color_patch(*entry) for entry in named)
     style.set_markup(foot, f"<p>{patches}</p>{html.escape(drawing.note)}")
     return models.Column(head, style.figure_grid(rows), foot, sizing_mode="stretch_width")
+
+
+def figure_view(drawing: Drawing) -> Any:
+    """Return the view of a figure for a page."""
+    return pn.pane.Bokeh(show_drawing(drawing), **style.BLOCK)
 
 
 def _plot(frame: Frame) -> Any:
