@@ -17,7 +17,7 @@ import panel as pn
 
 from roughcontact.analyses.find.task import TASK as FIND
 from roughcontact.analyses.solve import uncertainty_report as uncertainty
-from roughcontact.desk import analysis_jobs, analysis_panel, style
+from roughcontact.desk import analysis_jobs, style
 from roughcontact.desk.maps import HEIGHTS, NAMES, PRESSURE
 from roughcontact.desk.page import ContactView, Page
 from roughcontact.desk.projects import ProjectStore, SavedProject
@@ -334,7 +334,7 @@ def test_a_load_that_is_found_becomes_that_of_the_contact(page: Page, tmp_path: 
     ask = page._views._created[1]
     request = page.session.state.request(FIND, contact_fraction="5 %")
     found = analysis_jobs.run_analysis(lambda _: None, request)
-    ask._show_outcome(found, "Load search", None)
+    ask._show_outcome(found, "Load search", request)
     lead, use = ask._answers["Load search"].root[:2]
     assert "5 % in contact needs" in text_of(lead)
     use.clicks += 1
@@ -422,7 +422,7 @@ def test_load_is_shown_in_the_unit_of_the_user(page: Page, tmp_path: Path) -> No
     analyze = page._views._created[1]
     request = page.session.state.request(FIND, contact_fraction="5 %")
     found = analysis_jobs.run_analysis(lambda _: None, request)
-    use = analyze._make_views(found)[1]
+    use = analyze._make_views(found, request)[1]
     assert use.label.endswith("MPa as the load")
     curve = LoadCurveView(over_pressure=True)
     surface = rc.read_surface(map_file(tmp_path)).leveled()
@@ -446,7 +446,7 @@ def test_result_of_an_analysis_stays_with_its_form(page: Page, tmp_path: Path) -
     found = analysis_jobs.run_analysis(lambda _: None, request)
     analyze._choice.value = "Load curve"
     # The result arrives while another form is shown.
-    analyze._show_outcome(found, name, analysis_panel.request_key([request]))
+    analyze._show_outcome(found, name, request)
     assert len(analyze._answer[0]) == 0
     analyze._working.show_refusal("no")
     analyze._choice.value = name

@@ -18,7 +18,7 @@ from roughcontact.errors import ConvergenceError
 from roughcontact.report import kind, kinds
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
-from roughcontact.request.run import run_request, shared_runner
+from roughcontact.request.run import run_request
 from roughcontact.request.task import Analysis, Task
 from roughcontact.solvers.progress import Progress
 from roughcontact.units import format_percent
@@ -32,7 +32,7 @@ def _list_analyses(tasks: Iterable[Task]) -> tuple[tuple[Task, Analysis], ...]:
 
 
 JOINTS = _list_analyses(SHARED_TASKS.values())
-"""Analyses of a joint; analyses requested together share their contacts."""
+"""Analyses of a joint, over a range of nominal pressures."""
 # The analyses of the solve command come last.
 ANALYSES = (
     *(item for item in _list_analyses(TASKS) if item not in JOINTS and item[0] is not SOLVE),
@@ -63,14 +63,6 @@ class AnalysisOutcome:
 def run_analysis(tell: Tell, request: Request) -> AnalysisOutcome:
     """Run a request and draw its figures; a job for `workers.WorkerPool.submit`."""
     return _analysis_outcome(tell, run_request(request, tell, tell))
-
-
-def run_analyses(tell: Tell, *requests: Request) -> tuple[AnalysisOutcome, ...]:
-    """Run requests that share their contacts; a job for `workers.WorkerPool.submit`."""
-    with shared_runner() as carry_out:
-        return tuple(
-            _analysis_outcome(tell, carry_out(request, tell, tell)) for request in requests
-        )
 
 
 def _analysis_outcome(tell: Tell, outcome: Outcome) -> AnalysisOutcome:

@@ -1,10 +1,10 @@
-"""Panels of analyses: single, joint on one contact, and comparison of two states."""
+"""Panels of analyses, and of the comparison of two states."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -33,12 +33,15 @@ from roughcontact.desk.session import Session, SessionState, Value
 from roughcontact.desk.widgets import TabPanel
 from roughcontact.errors import RoughcontactError
 from roughcontact.report.kind import rows_of
-from roughcontact.request.contacts import RANGE
+from roughcontact.request.options import Option
 from roughcontact.request.request import Request
 from roughcontact.request.task import Analysis, Task
 
 # Significant digits of a found load.
 _DIGITS = 7
+
+
+_NO_ESTIMATE_HTML = '<p class="quiet">No estimate: the formulas apply to flat contact only.</p>'
 
 
 class Answer:
@@ -67,13 +70,27 @@ def request_key(requests: Iterable[Request]) -> object:
 
 
 class AnalysisPanel(TabPanel):
-    """Selector of analyses, options of the selected one, and its result."""
+    """Selector of analyses, options of the selected one, and its result.
 
-    def __init__(self, session: Session, bench: workers.WorkerPool, run: Run, give: Give) -> None:
+    ``offer(path)`` returns the address of a file of the result in ``folder``. With ``formulas``,
+    estimates of the current contact by formula are shown, too.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        bench: workers.WorkerPool,
+        run: Run,
+        give: Give,
+        folder: Path,
+        offer: Offer,
+        questions: Iterable[tuple[Task, Analysis]],
+        formulas: bool = False,
+    ) -> None:
         self._session, self._give = session, give
+        self._folder, self._offer, self._run_count = folder, offer, 0
         self._forms = {
-            question.name: OptionsForm(task, question, self.refresh)
-            for task, question in analysis_jobs.ANALYSES
+            question.name: OptionsForm(task, question, self.refresh) for task, question in questions
         }
         self._answers = {name: Answer() for name in self._forms}
         names = list(self._forms)
@@ -82,6 +99,7 @@ class AnalysisPanel(TabPanel):
         )
         self._form = pn.Column(**style.BLOCK)
         self._working = JobButton(bench, run, "Start", self._started, session)
+        self._formulas = pn.pane.HTML("", visible=formulas, **style.WIDE)
         self._answer = pn.Column(**style.HIGH)
         self._curve: LoadCurveView | None = None
         self._choice.param.watch(self._handle_selection, "value")
@@ -89,7 +107,7 @@ class AnalysisPanel(TabPanel):
             pn.Column(
                 self._choice, self._form, self._working.root, width=250, margin=(8, 16, 0, 0)
             ),
-            self._answer,
+            pn.Column(self._formulas, self._answer, **style.HIGH),
             **style.HIGH,
         )
         self._handle_selection()
@@ -110,30 +128,52 @@ class AnalysisPanel(TabPanel):
         name = self._choice.value
         try:
             request = self._request(name)
+            written = self._with_files(request)
         except RoughcontactError as error:
             self._working.refuse_error(error, self._forms[name].task)
             return
         self._answers[name].show_parts([])
-        key = request_key([request])
         self._working.start_job(
             analysis_jobs.run_analysis,
-            lambda result: self._show_outcome(result, name, key),
-            request,
+            lambda result: self._show_outcome(result, name, request),
+            written,
         )
 
-    def _show_outcome(self, result: analysis_jobs.AnalysisOutcome, name: str, key: object) -> None:
-        self._answers[name].show_parts(self._make_views(result), key)
+    def _with_files(self, request: Request) -> Request:
+        """Return a request that also writes the files of a joint, to be downloaded."""
+        if not request.task.shares_contacts:
+            return request
+        self._run_count += 1
+        output = next(item for item in request.task.options if item.suffixes)
+        paths = [
+            str(self._folder / f"{request.task.name}-{self._run_count}{suffix}")
+            for suffix in (output.suffixes if output.many else output.suffixes[:1])
+        ]
+        specified = {**request.specified, output.name: paths if output.many else paths[0]}
+        return replace(
+            Request.from_text(request.task, request.file, specified), names=request.names
+        )
+
+    def _show_outcome(
+        self, result: analysis_jobs.AnalysisOutcome, name: str, request: Request
+    ) -> None:
+        self._answers[name].show_parts(self._make_views(result, request), request_key([request]))
         self.refresh()
 
     def refresh(self) -> None:
         """Gray an outdated result, and mark the current load in the load curve."""
         name, outcome = self._choice.value, self._session.outcome
+        contact = None if outcome is None else outcome.contact
+        if self._formulas.visible:
+            rows = [] if contact is None else rows_of(formulas.BESIDE, contact)
+            text = controls.markup_table((row.title, row.text) for row in rows)
+            self._formulas.object = text if rows else _NO_ESTIMATE_HTML
         if self._forms[name].is_command:
             self._answers[name].show_parts([self._show_command(name)])
             return
         self._answers[name].compare_key(request_key(map(self._request, [name])))
-        if self._curve is not None and outcome is not None and outcome.contact is not None:
-            self._curve.mark(outcome.contact.load)
+        if self._curve is not None and contact is not None:
+            self._curve.mark(contact.load)
 
     def _show_command(self, name: str) -> Any:
         try:
@@ -142,27 +182,33 @@ class AnalysisPanel(TabPanel):
             text = controls.error_markup(controls.error_text(error, self._forms[name].task))
         return pn.pane.HTML(self._session.state.with_user_names(text), **style.WIDE)
 
-    def _make_views(self, result: analysis_jobs.AnalysisOutcome) -> list[Any]:
+    def _make_views(self, result: analysis_jobs.AnalysisOutcome, request: Request) -> list[Any]:
         """Return the views of a result."""
-        lead = pn.pane.HTML(f"<h2>{escape_markup(result.lead)}</h2>", **style.WIDE)
-        cautions = pn.pane.HTML(controls.caution_list(result.cautions), **style.WIDE)
-        facts = pn.pane.HTML(controls.markup_table(result.facts), **style.WIDE)
-        seen: list[Any] = [lead, cautions]
+        texts = [f"<h2>{escape_markup(result.lead)}</h2>", controls.caution_list(result.cautions)]
         if not result.outcome.converged:
-            words = controls.error_markup(spell_sentence(result.outcome.shortfall))
-            seen.insert(0, pn.pane.HTML(words, **style.WIDE))
+            texts.insert(0, controls.error_markup(spell_sentence(result.outcome.shortfall)))
         form = form_of(self._session.state.specified)
+        found = result.result.answers if isinstance(result.result, LoadSearch) else ()
+        uses = [self._use(item.result, form) for item in found]
+        views = list(map(figure_view, result.drawings))
         if isinstance(result.result, LoadCurve):
             self._curve = curve = LoadCurveView(form is NOMINAL)
             curve.show_result(result.result)
-            return [*seen, pn.pane.Bokeh(curve.root, **style.BLOCK), facts]
-        found = result.result.answers if isinstance(result.result, LoadSearch) else ()
-        seen[1:1] = [self._use(item.result, form) for item in found]
-        seen += [*map(figure_view, result.drawings), facts]
-        if result.steps:
-            table = controls.markup_table(result.steps, result.heads)
-            seen.append(pn.pane.HTML(table, **style.WIDE))
-        return seen
+            views = [pn.pane.Bokeh(curve.root, **style.BLOCK)]
+        below = [controls.markup_table(result.facts)]
+        if result.steps and not isinstance(result.result, LoadCurve):
+            below.insert(0, controls.markup_table(result.steps, result.heads))
+        if result.outcome.written:
+            links = ", ".join(
+                f'<a href="{escape_markup(self._offer(path))}" download>'
+                f"{escape_markup(path.name)}</a>"
+                for path in result.outcome.written
+            )
+            below += [f"<p>{escape_markup(sentence)}</p>" for sentence in result.sentences]
+            below.append(f"<p>Files: {links}</p>")
+        below.append(controls.copy_markup("Command", request.command))
+        above, last = (pn.pane.HTML("".join(text), **style.WIDE) for text in (texts, below))
+        return [above, *uses, *views, last]
 
     def _use(self, found: ContactResult, form: LoadForm) -> Any:
         """Return a button that sets the load to a found load, in the form of the current load."""
@@ -188,16 +234,19 @@ class OptionsForm:
     @cached_property
     def root(self) -> Any:
         """Controls of the options, created on first use."""
-        controls = [
-            Control(option.name, self._set_option, task=self.task)
-            for option in self._question.options
-        ]
-        for control in controls:
+        question = self._question
+        about = f'<p class="quiet">{escape_markup(question.about)}</p>'
+        parts = [pn.pane.HTML(about, **style.SHEET), *self._make_controls(question.options)]
+        if question.folded:
+            more = partial(self._make_controls, question.folded)
+            parts.append(controls.make_fold("More", more))
+        return pn.Column(*parts, **style.BLOCK)
+
+    def _make_controls(self, options: Iterable[Option[Any]]) -> list[Any]:
+        created = [Control(option.name, self._set_option, task=self.task) for option in options]
+        for control in created:
             control.show_options(self._values)
-        about = pn.pane.HTML(
-            f'<p class="quiet">{escape_markup(self._question.about)}</p>', **style.SHEET
-        )
-        return pn.Column(about, *(control.root for control in controls), **style.BLOCK)
+        return [control.root for control in created]
 
     @property
     def words(self) -> dict[str, Value]:
@@ -215,153 +264,6 @@ class OptionsForm:
             self.task.parse_options({name: value})
             self._values[name] = value
         self._changed()
-
-
-# --- Joint analyses of one contact: solved once, several results ---
-
-
-_NO_ESTIMATE_HTML = '<p class="quiet">No estimate: the formulas apply to flat contact only.</p>'
-
-_TASK, _ = analysis_jobs.JOINTS[0]
-_RANGE = dict(zip((option.name for option in RANGE), ("1 MPa", "100 MPa", "5"), strict=True))
-"""Default nominal pressures, common to all joint analyses."""
-
-
-class JointPanel(TabPanel):
-    """Checkboxes of the joint analyses, their common pressures, and their results."""
-
-    def __init__(
-        self, session: Session, bench: workers.WorkerPool, run: Run, folder: Path, offer: Offer
-    ) -> None:
-        self._session, self._folder, self._offer = session, folder, offer
-        self._run_count = 0
-        self._range: dict[str, Value] = dict(_RANGE)
-        pressures = [Control(name, self._set_range_option, task=_TASK) for name in _RANGE]
-        for control in pressures:
-            control.show_options(self._range)
-        self._boxes = {
-            question.name: pn.widgets.Checkbox(label=question.name, value=True, **style.CONTROL)
-            for _, question in analysis_jobs.JOINTS
-        }
-        self._forms = {
-            question.name: OptionsForm(task, question, self.refresh)
-            for task, question in analysis_jobs.JOINTS
-        }
-        self._working = JobButton(bench, run, "Start", self._started, session)
-        self._formulas = pn.pane.HTML("", **style.WIDE)
-        self._answers = Answer()
-        about = pn.pane.HTML(
-            '<p class="quiet">Range of nominal pressures, each solved once for all selected '
-            "analyses.</p>",
-            **style.SHEET,
-        )
-        parts = [
-            part for name in self._boxes for part in (self._boxes[name], self._forms[name].root)
-        ]
-        self.root = pn.Row(
-            pn.Column(
-                about,
-                *(control.root for control in pressures),
-                self._working.root,
-                *parts,
-                width=250,
-                margin=(8, 16, 0, 0),
-            ),
-            pn.Column(self._formulas, self._answers.root, **style.HIGH),
-            **style.HIGH,
-        )
-
-    def refresh(self) -> None:
-        """Show the estimate of the current contact; the requested analyses stay unchanged."""
-        outcome = self._session.outcome
-        result = None if outcome is None else outcome.contact
-        text = [] if result is None else rows_of(formulas.BESIDE, result)
-        rows = [(row.title, row.text) for row in text]
-        self._formulas.object = controls.markup_table(rows) if rows else _NO_ESTIMATE_HTML
-        self._answers.compare_key(request_key(map(self._request, self._wanted)))
-
-    def _set_range_option(self, name: str, value: Value) -> None:
-        text = value.strip() if isinstance(value, str) else value
-        if text:
-            _TASK.parse_options({name: text})
-        self._range[name] = text
-        self.refresh()
-
-    @property
-    def _wanted(self) -> list[OptionsForm]:
-        return [self._forms[name] for name, box in self._boxes.items() if box.value]
-
-    def _request(self, form: OptionsForm) -> Request:
-        text = {f"{name}_": value for name, value in self._range.items()} | form.words
-        return self._session.state.request(form.task, **text)
-
-    def _started(self) -> None:
-        if not self._wanted:
-            self._working.show_refusal("Select at least one analysis.")
-            return
-        self._run_count += 1
-        requests, written = [], []
-        for form in self._wanted:
-            try:
-                requests.append(self._request(form))
-                written.append(self._with_files(requests[-1]))
-            except RoughcontactError as error:
-                self._working.refuse_error(error, form.task)
-                return
-        self._answers.show_parts([])
-        key = request_key(requests)
-        self._working.start_job(
-            analysis_jobs.run_analyses, lambda result: self._show_outcomes(result, key), *written
-        )
-
-    def _with_files(self, request: Request) -> Request:
-        """Return a request that also writes the downloadable files."""
-        output = next(item for item in request.task.options if item.suffixes)
-        paths = [
-            str(self._folder / f"{request.task.name}-{self._run_count}{suffix}")
-            for suffix in (output.suffixes if output.many else output.suffixes[:1])
-        ]
-        specified = {**request.specified, output.name: paths if output.many else paths[0]}
-        return replace(
-            Request.from_text(request.task, request.file, specified), names=request.names
-        )
-
-    def _show_outcomes(
-        self, result: tuple[analysis_jobs.AnalysisOutcome, ...], key: object
-    ) -> None:
-        parts = [part for item in result for part in self._make_views(item)]
-        self._answers.show_parts(parts, key)
-        self.refresh()
-
-    def _make_views(self, result: analysis_jobs.AnalysisOutcome) -> list[Any]:
-        """Return the views of a result: title, cautions, figures, quantities, files, command."""
-        request = result.outcome.request
-        name = next(
-            question.name for task, question in analysis_jobs.JOINTS if task is request.task
-        )
-        text = "".join(
-            f"<p>{controls.escape_markup(sentence)}</p>" for sentence in result.sentences
-        )
-        links = ", ".join(
-            f'<a href="{controls.escape_markup(self._offer(path))}" download>'
-            f"{controls.escape_markup(path.name)}</a>"
-            for path in result.outcome.written
-        )
-        own = {
-            key: value
-            for key, value in request.specified.items()
-            if not request.task.by_name[key].suffixes
-        }
-        command = replace(request, specified=own).command
-        return [
-            pn.pane.HTML(f"<h2>{controls.escape_markup(name)}</h2>", **style.WIDE),
-            pn.pane.HTML(controls.caution_list(result.cautions), **style.WIDE),
-            *map(figure_view, result.drawings),
-            pn.pane.HTML(controls.markup_table(result.steps, result.heads), **style.WIDE),
-            pn.pane.HTML(controls.markup_table(result.facts) + text, **style.WIDE),
-            pn.pane.HTML(f"<p>Files: {links}</p>", **style.WIDE),
-            pn.pane.HTML(f"<pre>{controls.escape_markup(command)}</pre>", **style.WIDE),
-        ]
 
 
 # --- Comparison of two states: one is pinned, the other is current ---

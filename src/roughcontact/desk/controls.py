@@ -209,6 +209,29 @@ def make_button(text: str, done: Callable[[], None], primary: bool = False, **mo
     return created
 
 
+def make_fold(title: str, make: Callable[[], list[Any]]) -> Any:
+    """Return a collapsed card of rarely used controls, created when it is first opened."""
+    heading = pn.pane.HTML(
+        f'<span class="fold">{escape_markup(title)}</span>', margin=0, **style.SHEETS
+    )
+    folded = pn.Card(
+        header=heading,
+        collapsed=True,
+        sizing_mode="stretch_width",
+        margin=(0, 0, 2, 0),
+        stylesheets=[style.TEXT, style.FOLD],
+        header_background="transparent",
+        active_header_background="transparent",
+    )
+
+    def fill_fold(event: Any) -> None:
+        if not event.new and not folded.objects:
+            folded.objects = make()
+
+    folded.param.watch(fill_fold, "collapsed")
+    return folded
+
+
 def caution_list(text: Iterable[Caution]) -> str:
     """Return cautions as the markup of a list, the most severe first."""
     items = "".join(

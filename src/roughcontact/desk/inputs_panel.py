@@ -112,29 +112,6 @@ class StepCard:
         )
 
 
-def make_fold(title: str, make: Callable[[], list[Any]]) -> Any:
-    """Return a collapsed card of rarely used controls, created when it is first opened."""
-    heading = pn.pane.HTML(
-        f'<span class="fold">{controls.escape_markup(title)}</span>', margin=0, **style.SHEETS
-    )
-    folded = pn.Card(
-        header=heading,
-        collapsed=True,
-        sizing_mode="stretch_width",
-        margin=(0, 0, 2, 0),
-        stylesheets=[style.TEXT, style.FOLD],
-        header_background="transparent",
-        active_header_background="transparent",
-    )
-
-    def fill_fold(event: Any) -> None:
-        if not event.new and not folded.objects:
-            folded.objects = make()
-
-    folded.param.watch(fill_fold, "collapsed")
-    return folded
-
-
 class FormControl:
     """Selector of the form to remove, with the order of a polynomial."""
 
@@ -222,7 +199,7 @@ class PreparationPanel:
         self._shown: tuple[tuple[Provenance, ...], bool, dict[str, str]] | None = None
         first = self._group.roots(*_FIRST)
         rest = [name for name in controls.PREPARATION_OPTIONS if name not in _FIRST]
-        folded = make_fold("Filters, part, grid", partial(self._group.roots, *rest))
+        folded = controls.make_fold("Filters, part, grid", partial(self._group.roots, *rest))
         self._last = ""
         self.step = StepCard(
             "Prepare", self._steps, *first, folded, collapsed=True, undo=self._undo_last
@@ -304,8 +281,8 @@ class BodiesPanel:
             *roots("material"),
             self._sources,
             *roots("counter-material"),
-            make_fold("Own values, coatings", partial(roots, *controls.VALUE_OPTIONS)),
-            make_fold("Nominal forms, two maps", partial(roots, *controls.FORM_OPTIONS)),
+            controls.make_fold("Own values, coatings", partial(roots, *controls.VALUE_OPTIONS)),
+            controls.make_fold("Nominal forms, two maps", partial(roots, *controls.FORM_OPTIONS)),
         )
 
     def _searched(self, event: Any) -> None:
@@ -352,7 +329,7 @@ class ModelPanel:
             *roots("ceiling"),
             self._factor,
             self._wrong,
-            make_fold("Tilt, solver", rest),
+            controls.make_fold("Tilt, solver", rest),
         )
 
     def refresh(self) -> None:
@@ -495,7 +472,7 @@ class MapPanel:
         self._group = ControlGroup(session, give)
         self._channels: Sequence[str] = ()
         self._wanted: dict[str, Value] = dict(_FIRST_MAP_OPTIONS)
-        self._of_file = make_fold("Channel, unit, sides", self._about_file)
+        self._of_file = controls.make_fold("Channel, unit, sides", self._about_file)
         self.start = self._started()
         self.step = StepCard(
             "Map",
@@ -503,10 +480,10 @@ class MapPanel:
             self._wrong,
             self._demonstration,
             self._of_file,
-            make_fold("Earlier projects, or remove this one", self._about_works),
-            make_fold("Counter-body with its own map", self._about_other),
-            make_fold("Generate a surface", self._about_generated),
-            make_fold("A smooth body without a map", self._about_smooth),
+            controls.make_fold("Earlier projects, or remove this one", self._about_works),
+            controls.make_fold("Counter-body with its own map", self._about_other),
+            controls.make_fold("Generate a surface", self._about_generated),
+            controls.make_fold("A smooth body without a map", self._about_smooth),
         )
 
     def _started(self) -> Any:

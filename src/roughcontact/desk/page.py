@@ -105,7 +105,7 @@ class Page:
             self.view.root,
             {
                 "Analyze": self._make_analysis_panel,
-                "Joint": self._joint,
+                "Joint": partial(self._make_analysis_panel, True),
                 "Compare": self._compare,
                 "3-D": self._relief,
                 "Export": self._export,
@@ -408,16 +408,15 @@ class Page:
 
         return ReliefView(self.session, self.view.maps.bars)
 
-    def _make_analysis_panel(self) -> Any:
+    def _make_analysis_panel(self, is_joint: bool = False) -> Any:
+        from roughcontact.desk import analysis_jobs
         from roughcontact.desk.analysis_panel import AnalysisPanel
 
-        return AnalysisPanel(self.session, self._bench, self._run, self._remedy)
-
-    def _joint(self) -> Any:
-        from roughcontact.desk.analysis_panel import JointPanel
-
-        visit = self._visit
-        return JointPanel(self.session, self._bench, self._run, visit.folder, visit.offer)
+        visit, jobs = self._visit, (self._bench, self._run, self._remedy)
+        questions = analysis_jobs.JOINTS if is_joint else analysis_jobs.ANALYSES
+        return AnalysisPanel(
+            self.session, *jobs, visit.folder, visit.offer, questions, formulas=is_joint
+        )
 
     def _compare(self) -> Any:
         from roughcontact.desk.analysis_panel import ComparePanel

@@ -38,6 +38,8 @@ STEPS = Option(
     13,
 )
 RANGE = (FROM, TO, STEPS)
+SHORT_RANGE = tuple(zip(RANGE, ("1 MPa", "100 MPa", "5"), strict=True))
+"""Initial range of nominal pressures in the app."""
 OUTPUT = file_option("output", "FILE.csv|json", "Table of loads.", TABLES)
 
 RESISTIVITY = Option(

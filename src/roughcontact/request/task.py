@@ -128,6 +128,7 @@ class Analysis:
     options: tuple[Option[Any], ...] = ()  # Arguments in addition to the contact
     short_help: tuple[tuple[Option[Any], str | bool], ...] = ()  # Initial values
     fixed: tuple[tuple[Option[Any], str | bool], ...] = ()
+    folded: tuple[Option[Any], ...] = ()  # Rarely used arguments
     is_command: bool = False  # Whether the app shows its command, as it takes minutes
 
 

@@ -175,7 +175,13 @@ roughcontact conductance ground.x3p --load "20 MPa, 50 MPa" \\
     held=2,
     questions=(
         Analysis(
-            "Conductance", "Electrical and thermal resistance of the whole contact.", _CONDUCTORS
+            "Conductance",
+            "Electrical and thermal resistance of the whole contact.",
+            (*joints.RANGE, CURRENT, GAP, joints.TEMPERATURE),
+            short_help=joints.SHORT_RANGE,
+            folded=tuple(
+                option for option in _CONDUCTORS if option not in (CURRENT, GAP, joints.TEMPERATURE)
+            ),
         ),
     ),
     shares_contacts=True,

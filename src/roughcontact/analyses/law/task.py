@@ -152,7 +152,8 @@ roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
         Analysis(
             "Interface law",
             "Separation, contact and stiffness over pressure, with tables for other programs.",
-            (QUARTERS,),
+            (*joints.RANGE, QUARTERS),
+            short_help=joints.SHORT_RANGE,
         ),
     ),
     maps=("file", "files"),

@@ -192,10 +192,22 @@ roughcontact leak ground.x3p --load "30 MPa, 100 MPa" --boundary periodic \\
     memory=_memory,
     questions=(
         Analysis(
-            "Leakage",
+            "Leak of a liquid",
             "Open paths through the gap, permeability, flow factors and leak rate.",
-            _FLUID,
-            short_help=((VISCOSITY, "1 mPa s"), (PRESSURE_DIFFERENCE, "1 bar")),
+            (*joints.RANGE, VISCOSITY, PRESSURE_DIFFERENCE, RING),
+            short_help=(
+                *joints.SHORT_RANGE,
+                (VISCOSITY, "1 mPa s"),
+                (PRESSURE_DIFFERENCE, "1 bar"),
+            ),
+            folded=(SEAL_WIDTH, SEAL_LENGTH, FLOW_AXIS),
+        ),
+        Analysis(
+            "Leak of a gas",
+            "Leak rate of a gas, which slips along walls that are closer than its free path.",
+            (*joints.RANGE, GAS, INLET, OUTLET),
+            short_help=(*joints.SHORT_RANGE, (GAS, "helium"), (INLET, "2 bar"), (OUTLET, "1 bar")),
+            folded=(joints.TEMPERATURE, RING, SEAL_WIDTH, SEAL_LENGTH, FLOW_AXIS),
         ),
     ),
     shares_contacts=True,
