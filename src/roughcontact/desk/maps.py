@@ -292,7 +292,7 @@ _MIN_MAP_PIXELS = 60
 # Margins of the large map [dots]: title and tools, x-axis, y-axis, color bar.
 _ABOVE, _BELOW, _BEFORE, _BEHIND = 32, 46, 48, 104
 # Thumbnails [dots]: spacing, height of the name, smallest and largest side.
-_APART, _NAME, _NARROWEST, _WIDEST = 8, 26, 60, 150
+_APART, _NAME, _NARROWEST, _WIDEST = 8, 32, 60, 92
 # Delay of the thumbnails after the large map [ms].
 _OTHERS = 80
 
@@ -378,7 +378,7 @@ class MapsView:
         self._layers = {key: self._draw_layers(key) for key in NAMES}
         self.section, self.crop = SectionLine(self.plot), CropBox(self.plot)
         self.legend, self.readout = (
-            style.make_markup(sizing_mode="stretch_width", margin=(4, 8)) for _ in range(2)
+            style.make_markup(sizing_mode="stretch_width", margin=(4, 0)) for _ in range(2)
         )
         self.readout.syncable = False
         self._show_cursor_values()
@@ -386,7 +386,17 @@ class MapsView:
         names = [f"{number} {_SHORT.get(key, NAMES[key])}" for number, key in enumerate(NAMES, 1)]
         self.strip = TabStrip(names=names, active=1, pictured=True, margin=0)
         self.strip.param.watch(lambda event: self.enlarge(list(NAMES)[event.new]), "active")
-        self.root = pn.Row(pn.pane.Bokeh(self.plot, margin=0), self.strip, margin=0)
+        beside = pn.Column(
+            self.readout, self.legend, margin=0, styles={"flex": "1 1 124px", "min-width": "0"}
+        )
+        self.root = pn.Row(
+            pn.pane.Bokeh(self.plot, margin=0),
+            self.strip,
+            beside,
+            sizing_mode="stretch_width",
+            margin=0,
+            stylesheets=[style.MAPS],
+        )
         self._later = style.Debounced(self.plot, self._moved)
         self._others = style.Debounced(self.plot, self._draw_others, _OTHERS)
         for model in (self.x_range, self.y_range):
@@ -448,10 +458,9 @@ class MapsView:
         down = max(height - _ABOVE - _BELOW, _MIN_MAP_PIXELS)
         side, beside = 0.0, 0.0
         if self._result is not None:
-            # Thumbnails in two columns and three rows.
-            left = width - _BEFORE - _BEHIND - down * wide / tall - 3 * _APART
-            side = min(max(left / 2, _NARROWEST), _WIDEST, height / 3 - _NAME)
-            beside = 2 * side + 3 * _APART
+            # Thumbnails in one column.
+            side = min(max(height / len(NAMES) - _NAME, _NARROWEST), _WIDEST)
+            beside = side + 2 * _APART
         large = min((width - beside - _BEFORE - _BEHIND) / wide, down / tall)
         large = max(large, _MIN_MAP_PIXELS / min(tall, wide) / 2)
         self._frame = round(tall * large), round(wide * large)

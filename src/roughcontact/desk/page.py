@@ -113,6 +113,7 @@ class Page:
         )
         self._answer = 0
         self._has_contact = False
+        self._views.strip.param.update(margin=0, height=48)
         self.root = self._laid_out()
         if self._document is not None:
             self._color(False)
@@ -504,6 +505,10 @@ def make_page(visit: PageVisit) -> Any:
 # --- View of a contact: maps and detail panels ---
 
 
+# Height of the section and width of the readout [dots], share of the large map of the window.
+_SECTION, _READOUT, _SHARE = 290, 132, 0.56
+
+
 class ContactView:
     """View of the contact tab: start panel, heights alone, or maps of a contact."""
 
@@ -543,12 +548,7 @@ class ContactView:
     def _sheet(self) -> Any:
         """Layout of the maps, their legend and the detail panels."""
         rail = pn.Column(
-            self.maps.readout,
-            self.maps.legend,
-            self.detail.tabs,
-            sizing_mode="stretch_width",
-            margin=0,
-            stylesheets=[style.RAIL],
+            self.detail.tabs, sizing_mode="stretch_width", margin=0, stylesheets=[style.RAIL]
         )
         return pn.Row(
             self._figures, rail, sizing_mode="stretch_width", margin=0, stylesheets=[style.CONTACT]
@@ -581,10 +581,13 @@ class ContactView:
         self._size = width, height
         if self._surface is not None:
             wide = width >= style.NARROW
-            rail = min(max(0.27 * width, 320), 460) if wide else 0
+            rail = min(0.27 * width, 460) if wide else 0
             main = self._figures.width = int(width - style.LEFT - rail - 64)
-            header = 136 if wide else 200
-            self.maps.fit(main, int(min(max(height - header - 300, 380), 860)))
+            # The section is in view unless the map would be less than a half of the window.
+            available = height - (152 if width >= style.WRAPPED else 216)
+            wanted = min(max(available - _SECTION, _SHARE * width - 70), available)
+            beside = _READOUT if width >= style.WRAPPED else 0
+            self.maps.fit(main - beside, int(max(wanted, 380)))
 
     def enlarge(self, place: int) -> None:
         """Show a map as the large map, by its index."""

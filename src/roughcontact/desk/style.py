@@ -109,8 +109,8 @@ BAR = """
 @media (max-width: 1239px) { :host { flex-wrap: wrap; } }
 """
 
-LEFT, NARROW = 272, 1200
-"""Width of the left column, and of a window whose tables are below its maps [dots]."""
+LEFT, WRAPPED, NARROW = 272, 1240, 1560
+"""Width of the left column; of a window with a header of one line; with tables beside its maps."""
 
 TOP = """
 :host { align-items: center; padding: 0 16px; background: var(--surface);
@@ -128,6 +128,8 @@ RAIL = f"""
   min-width: 0; }}
 @media (max-width: {NARROW - 1}px) {{ :host {{ border: 0; padding: 0; }} }}
 """
+
+MAPS = ":host { flex-wrap: wrap; gap: 8px; align-items: flex-start; }"
 
 VIEW = ":host { padding: 12px 16px; box-sizing: border-box; }"
 

@@ -154,7 +154,7 @@ button {{ font-family: {tokens.FONT}; font-size: 13px; color: var(--text); backg
 button:hover {{ background: var(--sunken); }}
 button[aria-selected=true] {{ border-color: var(--accent); font-weight: 600; }}
 button:focus-visible {{ outline: 2px solid var(--accent); outline-offset: -2px; }}
-.pictured {{ display: grid; grid-template-columns: repeat(2, var(--side)); gap: 8px; width: auto;
+.pictured {{ display: grid; grid-template-columns: var(--side); gap: 8px; width: auto;
   align-content: start; }}
 .pictured button {{ padding: 0 0 4px; text-align: left; font-size: 11px; white-space: nowrap; }}
 img {{ display: block; width: var(--side); max-height: var(--side); object-fit: contain;
