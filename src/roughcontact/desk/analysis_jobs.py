@@ -13,7 +13,7 @@ from roughcontact.analyses.sweep.model import LoadCurve
 from roughcontact.analyses.tasks import SHARED_TASKS, TASKS
 from roughcontact.cautions import Caution
 from roughcontact.contact.result import ContactResult
-from roughcontact.desk.figures import Drawing, read_figure
+from roughcontact.drawing.export import png
 from roughcontact.errors import ConvergenceError
 from roughcontact.report import kind, kinds
 from roughcontact.request.outcome import Outcome
@@ -50,7 +50,7 @@ class AnalysisOutcome:
     heads: Cells  # Column heads of the step table, if there is one
     steps: tuple[Cells, ...]  # Rows of the step table, if there is one
     cautions: tuple[Caution, ...]  # Cautions
-    drawings: tuple[Drawing, ...]  # Figures
+    figures: tuple[bytes, ...]  # Figures of the report (PNG)
     sentences: tuple[str, ...] = ()  # Meaning of the quantities
     lead: str = ""  # Main result in a sentence
 
@@ -78,7 +78,7 @@ def _analysis_outcome(tell: Tell, outcome: Outcome) -> AnalysisOutcome:
         heads,
         tuple(steps),
         tuple(result.cautions),
-        tuple(read_figure(draw()) for draw in kinds.drawings(result).values())
+        tuple(png(draw()) for draw in kinds.drawings(result).values())
         if outcome.converged and not isinstance(result, LoadCurve)
         else (),
         kinds.sentences(result),

@@ -26,7 +26,6 @@ from roughcontact.desk.controls import (
     spell_sentence,
 )
 from roughcontact.desk.download_panel import Offer
-from roughcontact.desk.figures import figure_view
 from roughcontact.desk.load_panel import FORCE, NOMINAL, LoadForm, form_of, load_text
 from roughcontact.desk.result_plots import ComparisonView, LoadCurveView
 from roughcontact.desk.session import Session, SessionState, Value
@@ -190,7 +189,8 @@ class AnalysisPanel(TabPanel):
         form = form_of(self._session.state.specified)
         found = result.result.answers if isinstance(result.result, LoadSearch) else ()
         uses = [self._use(item.result, form) for item in found]
-        views = list(map(figure_view, result.drawings))
+        figures = "".join(map(controls.picture_markup, result.figures))
+        views: list[Any] = [pn.pane.HTML(figures, **style.WIDE)]
         if isinstance(result.result, LoadCurve):
             self._curve = curve = LoadCurveView(form is NOMINAL)
             curve.show_result(result.result)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import html
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
@@ -96,6 +97,12 @@ def copy_markup(title: str, text: str) -> str:
         f'<section><h2>{escape_markup(title)} <button onclick="{copy}">Copy</button></h2>'
         f"<pre>{escape_markup(text)}</pre></section>"
     )
+
+
+def picture_markup(png: bytes) -> str:
+    """Return a figure (PNG) as markup; its numbers are in the tables next to it."""
+    data = base64.b64encode(png).decode("ascii")
+    return f'<img class="figure" alt="figure of the report" src="data:image/png;base64,{data}">'
 
 
 # --- Controls of options ---

@@ -18,10 +18,10 @@ from roughcontact._tools.arrays import Array
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, style
 from roughcontact.desk.controls import Run
-from roughcontact.desk.figures import Drawing, figure_view, read_figure
 from roughcontact.desk.rasters import Box, is_drawn_alike
 from roughcontact.desk.session import Line
 from roughcontact.desk.widgets import Tabs
+from roughcontact.drawing.export import png
 from roughcontact.drawing.sections import bearing_curve, pressure_histogram
 from roughcontact.drawing.style import (
     ELASTIC,
@@ -534,7 +534,7 @@ class DetailPanel:
         self._proposed: Line | None = None
         self.below = pn.pane.Bokeh(self.section.root, **style.BLOCK)
         self._numbers = pn.pane.HTML("", **style.WIDE)
-        self._pressures = pn.Column(**style.BLOCK)
+        self._pressures = pn.pane.HTML("", **style.WIDE)
         parts = {
             "Results": self._numbers,
             "Contact spots": pn.Column(**style.BLOCK),
@@ -606,11 +606,30 @@ class DetailPanel:
         if active == _SURFACE:
             self.texture.show_surface(self._surface)
         elif active == _PRESSURES and result is not None:
-            self._pressures[:] = [figure_view(read_figure(pressure_histogram(result)))]
+            threading.Thread(target=self._draw_pressures, args=(result,), daemon=True).start()
         elif active == _SPOTS and result is not None:
             self.spots.show_result(result)
         elif active == _SPOTS:
             self.spots.clear()
+
+    def _draw_pressures(self, result: ContactResult) -> None:
+        """Draw the distribution of the pressure, in a separate thread."""
+        picture = _draw_picture(lambda: pressure_histogram(result))
+
+        def show() -> None:
+            if result is self._result:
+                self._pressures.object = picture
+
+        self._run(show)
+
+
+# Matplotlib shares fonts and layouts between figures.
+_DRAWING = threading.Lock()
+
+
+def _draw_picture(draw: Callable[[], Any]) -> str:
+    with _DRAWING:
+        return controls.picture_markup(png(draw()))
 
 
 class TexturePanel:
@@ -621,7 +640,7 @@ class TexturePanel:
         self._charts = HeightHistogram(), SpectrumPlot()
         self._numbers = pn.pane.HTML("", **style.WIDE)
         self._shown: Surface | None = None
-        self._curve = pn.Column(**style.BLOCK)
+        self._curve = pn.pane.HTML("", **style.WIDE)
         heights, spectrum = (pn.pane.Bokeh(chart.root, **style.BLOCK) for chart in self._charts)
         self.root = pn.Column(heights, self._numbers, self._curve, spectrum, **style.BLOCK)
 
@@ -631,7 +650,7 @@ class TexturePanel:
             return
         self._shown = surface
         self._numbers.object = ""
-        self._curve.clear()
+        self._curve.object = ""
         for chart in self._charts:
             chart.clear()
         if surface is not None and not surface.is_profile:
@@ -654,12 +673,12 @@ class TexturePanel:
             "prepared</h2>"
             f"{controls.markup_table(rows)}"
         )
-        curve = read_figure(bearing_curve(surface))
+        curve = _draw_picture(lambda: bearing_curve(surface))
         self._run(lambda: self._show_curves(surface, text, curve))
 
-    def _show_curves(self, surface: Surface, text: str, curve: Drawing) -> None:
+    def _show_curves(self, surface: Surface, text: str, curve: str) -> None:
         if surface is self._shown:
             self._numbers.object = text
-            self._curve[:] = [figure_view(curve)]
+            self._curve.object = curve
             for chart in self._charts:
                 chart.show_surface(surface)

@@ -81,6 +81,7 @@ ul.cautions b {{ font-weight: 600; }}
 h2 > button {{ font: inherit; font-size: 12px; font-weight: 400; margin-left: 8px;
   color: var(--text); background: var(--surface); border: 1px solid var(--control);
   border-radius: 4px; cursor: pointer; }}
+.figure {{ display: block; max-width: min(100%, 900px); margin: 0 0 8px; border-radius: 4px; }}
 pre {{ background: var(--surface); border: 1px solid var(--line); border-radius: 4px;
   padding: 8px; overflow-x: auto; font-size: 12px; white-space: pre-wrap; }}
 """
