@@ -524,11 +524,7 @@ def test_a_form_has_an_order_and_the_last_step_is_undone_on_the_folded_line(
     page._run_action(lambda: page.session.open_map(map_file(tmp_path)))
     solve_and_show(page)
     form, step = page._preparation._group.controls["form"], page._preparation.step
-    assert not form._order.visible
-    form._kind.value = "polynomial"
-    assert page.session.state.specified["form"] == "polynomial 2"
-    assert form._order.visible
-    form._order.value = 3
+    form.widget.value = "polynomial 3"
     assert page.session.state.specified["form"] == "polynomial 3"
     solve_and_show(page)
     assert step._back.visible
@@ -538,7 +534,7 @@ def test_a_form_has_an_order_and_the_last_step_is_undone_on_the_folded_line(
     step.root.collapsed = True
     step._back.clicks += 1
     assert "form" not in page.session.state.specified
-    assert form._kind.value == ""
+    assert form.widget.value == ""
     solve_and_show(page)
     assert "level" in step._back.description
     step._back.clicks += 1

@@ -212,11 +212,7 @@ def test_a_form_is_chosen_with_its_order_and_undone_on_its_line(seat: Seat, serv
     demonstrate(seat)
     project = served.folder / seat.key / "project.toml"
     seat.unfold("Prepare")
-    seat.choose("Form to remove", "polynomial")
-    order = seat.page.get_by_label("Order", exact=True)
-    order.wait_for()
-    order.fill("3")
-    order.press("Enter")
+    seat.choose("Form to remove", "polynomial of order 3")
     wait_for_file(seat, project, lambda text: 'form = "polynomial 3"' in text)
     seat.page.locator("button.card-header").filter(has_text="Prepare").first.click()
     seat.page.get_by_text("Up to date").wait_for()

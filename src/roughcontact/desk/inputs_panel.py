@@ -50,7 +50,9 @@ _LEVELS = {
 }
 # Significant digits of a computed ceiling.
 _DIGITS = 6
-_POLYNOMIAL = "polynomial"
+_REMOVED = {"": "–", "sphere": "sphere", "cylinder": "cylinder"} | {
+    f"polynomial {order}": f"polynomial of order {order}" for order in range(1, 9)
+}
 _TURNS = {"0": "not at all", "90": "90°", "180": "180°", "270": "270°"}
 
 _FIRST = tuple(
@@ -112,48 +114,6 @@ class StepCard:
         )
 
 
-class FormControl:
-    """Selector of the form to remove, with the order of a polynomial."""
-
-    def __init__(self, give: Give) -> None:
-        self._give, self._silent = give, False
-        self._kind = pn.widgets.Select(
-            label=options.FORM.label,
-            options={"–": "", "sphere": "sphere", "cylinder": "cylinder", _POLYNOMIAL: _POLYNOMIAL},
-            **style.CONTROL,
-        )
-        self._order = pn.widgets.IntInput(
-            label="Order",
-            value=2,
-            start=1,
-            visible=False,
-            width=70,
-            margin=(0, 0, 4, 0),
-            stylesheets=[style.TEXT],
-        )
-        for widget in (self._kind, self._order):
-            widget.param.watch(self._changed, "value")
-        self.root = pn.Row(self._kind, self._order, **style.BLOCK)
-
-    def show_options(self, specified: Mapping[str, Value]) -> None:
-        """Show the form of the given options."""
-        kind, _, order = str(specified.get(options.FORM.name, "")).partition(" ")
-        self._silent = True
-        try:
-            self._kind.value = kind
-            if order:
-                self._order.value = int(order)
-            self._order.visible = kind == _POLYNOMIAL
-        finally:
-            self._silent = False
-
-    def _changed(self, _: Any) -> None:
-        if not self._silent:
-            kind = self._kind.value
-            text = f"{kind} {self._order.value}" if kind == _POLYNOMIAL else kind
-            self._give(options.FORM.name, text)
-
-
 class ControlGroup:
     """Group of option controls that show the values of the session state."""
 
@@ -173,12 +133,7 @@ class ControlGroup:
         for name in names:
             if name not in self.controls:
                 choices = _by_label(self._choices.get(name))
-                created = (
-                    FormControl(self._give)
-                    if name == options.FORM.name
-                    else Control(name, self._give, choices)
-                )
-                self.controls[name] = created
+                self.controls[name] = created = Control(name, self._give, choices)
                 created.show_options(self._session.state.specified)
         return [self.controls[name].root for name in names]
 
@@ -193,7 +148,7 @@ class PreparationPanel:
 
     def __init__(self, session: Session, give: Give, changed: Callable[[], None]) -> None:
         self._session, self._changed = session, changed
-        choices = {"level": _LEVELS, "missing": _MISSING, "rotate": _TURNS}
+        choices = {"level": _LEVELS, "missing": _MISSING, "rotate": _TURNS, "form": _REMOVED}
         self._group = ControlGroup(session, give, choices)
         self._steps = pn.Column(**style.BLOCK)
         self._shown: tuple[tuple[Provenance, ...], bool, dict[str, str]] | None = None
