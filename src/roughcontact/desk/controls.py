@@ -141,6 +141,9 @@ class Control:
             value = str(specified.get(self.name, self._default))
         self._silent = True
         try:
+            choices = getattr(self.widget, "options", None)
+            if isinstance(choices, dict) and value not in choices.values():
+                self.widget.options = {**choices, str(value): value}
             if self.widget.value != value:
                 self.widget.value = value
         finally:

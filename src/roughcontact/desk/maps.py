@@ -17,7 +17,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.desk import rasters, style
 from roughcontact.desk.rasters import Box, Window
 from roughcontact.desk.session import Line
-from roughcontact.desk.tokens import ACCENT, FONT, INK
+from roughcontact.desk.tokens import ACCENT, FONT, INK, read_script
 from roughcontact.desk.widgets import TabStrip
 from roughcontact.drawing import cells
 from roughcontact.drawing.style import (
@@ -102,7 +102,9 @@ class SectionLine:
         )
         for end in self.ends:
             plot.add_layout(end)
-        follow = models.CustomJS(args={"ends": self.ends, "source": self.source}, code=_FOLLOW)
+        follow = models.CustomJS(
+            args={"ends": self.ends, "source": self.source}, code=read_script("follow")
+        )
         later = style.Debounced(plot, self._dragged)
         for end in self.ends:
             for edge in ("left", "right", "top", "bottom"):
@@ -260,17 +262,6 @@ def _clip_box(line: Line, home: Box) -> Line:
 def _cut(box: Box, home: Box) -> Box | None:
     y0, x0, y1, x1 = _clip_box((box.top, box.left, box.bottom, box.right), home)
     return Box(y0, x0, y1, x1) if y0 < y1 and x0 < x1 else None
-
-
-# The line follows the handles in the browser; the server receives the change later.
-_FOLLOW = """
-const data = source.data
-const x = ends.map((end) => (end.left + end.right) / 2)
-const y = ends.map((end) => (end.top + end.bottom) / 2)
-const moved = x.some((value, i) => Math.abs(value - data.x[i]) > 1e-9)
-  || y.some((value, i) => Math.abs(value - data.y[i]) > 1e-9)
-if (data.x.length == 2 && moved) source.data = {...data, x, y}
-"""
 
 
 # --- Linked maps: heights, pressure, contact, gap, residual indentation ---
@@ -672,7 +663,7 @@ class MapsView:
         """Show the values at the cursor."""
         style.set_markup(self.readout, _READOUT_HINT)
         args = {**self.sources, "div": self.readout}
-        read = models.CustomJS(args=args, code=_READ)
+        read = models.CustomJS(args=args, code=read_script("readout"))
         leave = models.CustomJS(args={"div": self.readout, "text": self.readout.text}, code=_LEAVE)
         self.plot.js_on_event("mousemove", read)
         self.plot.js_on_event("tap", read)
@@ -739,48 +730,3 @@ def color_mappers() -> dict[str, Any]:
 
 _READOUT_HINT = '<span class="quiet">Point at a map to read its values.</span>'
 _LEAVE = "div.text = text"
-
-# Only numbers and fixed texts: no content of a file enters the markup.
-_READ = """
-const {x, y} = cb_obj
-const at = (source, name) => {
-  const data = source.data
-  if (data[name] == null || data[name].length == 0) return null
-  const image = data[name][0], [ny, nx] = image.shape
-  const j = Math.floor((x - data.x[0]) / data.dw[0] * nx)
-  const i = Math.floor((y - data.y[0]) / data.dh[0] * ny)
-  return i < 0 || j < 0 || i >= ny || j >= nx ? null : image[i * nx + j]
-}
-const show = (value, unit) =>
-  value == null || Number.isNaN(value) ? "\u2013" : `${Number(value.toPrecision(4))} ${unit}`
-const share = (value) => `${Number((100 * value).toPrecision(3))} %`
-if (heights.data.told.length == 0) return
-const told = heights.data.told[0], [by, bx] = told.cell, exact = by == 1 && bx == 1
-const value = (source, name) => show(at(source, name), source.data.told[0]?.unit)
-const rows = [
-  ["x, y", `${Number(x.toPrecision(5))}, ${Number(y.toPrecision(5))} ${told.length}`],
-  [exact ? "height" : "mean height", value(heights, "heights")],
-]
-if (contact.data.told.length) {
-  const touching = at(contact, "touching"), saturated = at(contact, "saturated")
-  const missing = at(contact, "missing")
-  rows.push([exact ? "pressure" : "largest pressure", value(pressure, "pressure")],
-            [exact ? "gap" : "mean open gap", value(gap, "gap")],
-            [exact ? "indentation" : "deepest indentation", value(residual, "residual")])
-  let state = "\u2013"
-  if (touching != null) {
-    if (exact) {
-      state = saturated ? "saturated" : touching ? "elastic" : missing ? "missing" : "open"
-    } else {
-      state = `${share(touching)} touching`
-      if (saturated) state += `, ${share(saturated)} saturated`
-    }
-  }
-  rows.push(["contact", state])
-}
-const lines = rows.map(([name, text]) =>
-  `<tr><td class="quiet">${name}</td><td>${text}</td></tr>`).join("")
-const note = exact ? "one cell is one point" : `one cell is ${by} \u00d7 ${bx} points (y \u00d7 x)`
-const text = `<table>${lines}</table><div class="quiet">${note}</div>`
-div.text = text.replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;")
-"""

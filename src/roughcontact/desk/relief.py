@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -45,7 +44,7 @@ class Canvas(JSComponent):  # type: ignore[misc]
     colors = param.List([])
     palette = param.List([])
 
-    _esm = (Path(__file__).parent / "relief.js").read_text(encoding="utf-8")
+    _esm = tokens.read_script("relief")
     _stylesheets: ClassVar = [
         f"""
 :host {{ color: var(--text, {tokens.INK}); font-family: {tokens.FONT}; font-size: 13px; }}

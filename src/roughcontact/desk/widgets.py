@@ -13,62 +13,6 @@ from panel.custom import JSComponent
 
 from roughcontact.desk import style, tokens
 
-# Sends a file to the server; ``arrived`` of the model is the response.
-_SEND = """
-function send(model, file, show) {
-  const query = new URLSearchParams({ name: file.name });
-  const asked = new URLSearchParams(window.location.search);
-  for (const name of ["work", "token"]) if (asked.has(name)) query.set(name, asked.get(name));
-  const request = new XMLHttpRequest();
-  const base = window.location.pathname.replace(/[/]?$/, "/");
-  request.open("POST", base + "upload?" + query);
-  request.upload.onprogress = (at) => show(at.loaded / at.total);
-  request.onloadend = () => {
-    show(null);
-    let told = { error: "the file did not reach the program; is it still running?" };
-    try { told = JSON.parse(request.responseText); } catch (error) { }
-    model.arrived = { ...told, number: model.count = model.count + 1 };
-  };
-  request.send(file);
-}
-"""
-
-_SCRIPT = (
-    _SEND
-    + """
-export function render({ model }) {
-  const area = document.createElement("label");
-  const words = document.createElement("span");
-  const input = document.createElement("input");
-  const bar = document.createElement("progress");
-  area.className = "brought";
-  words.textContent = model.words;
-  input.type = "file";
-  input.setAttribute("aria-label", model.words);
-  bar.hidden = true;
-  bar.setAttribute("aria-label", "sent so far");
-  area.append(words, input, bar);
-  const show = (share) => {
-    bar.hidden = share == null;
-    if (share == null) input.value = "";
-    else bar.value = share;
-  };
-  input.addEventListener("change", () => {
-    if (input.files.length) send(model, input.files[0], show);
-  });
-  for (const name of ["dragenter", "dragover"])
-    area.addEventListener(name, (event) => { event.preventDefault(); area.classList.add("over"); });
-  for (const name of ["dragleave", "drop"])
-    area.addEventListener(name, () => area.classList.remove("over"));
-  area.addEventListener("drop", (event) => {
-    event.preventDefault();
-    if (event.dataTransfer.files.length) send(model, event.dataTransfer.files[0], show);
-  });
-  return area;
-}
-"""
-)
-
 _SHEET = f"""
 :host {{ border: 0; }}
 .brought {{ display: block; border: 1px dashed var(--muted); border-radius: 6px; padding: 10px;
@@ -87,7 +31,7 @@ class FileDrop(JSComponent):  # type: ignore[misc]
     arrived = param.Dict({})
     count = param.Integer(0)
 
-    _esm = _SCRIPT
+    _esm = tokens.read_script("send", "file_drop")
     _stylesheets: ClassVar = [_SHEET]
 
 
@@ -100,52 +44,6 @@ LOST = (
 )
 
 BROKEN = "This page shows an old state. Reload it."
-
-_STRIP = """
-export function render({ model }) {
-  const list = document.createElement("div");
-  list.setAttribute("role", "tablist");
-  list.className = model.pictured ? "pictured" : "";
-  const images = [];
-  const tabs = model.names.map((name, place) => {
-    const tab = document.createElement("button");
-    tab.type = "button";
-    tab.setAttribute("role", "tab");
-    if (model.pictured) {
-      images.push(document.createElement("img"));
-      images[place].alt = "";
-      tab.append(images[place]);
-    }
-    tab.append(name);
-    tab.addEventListener("click", () => { model.active = place; });
-    list.append(tab);
-    return tab;
-  });
-  const steps = { ArrowLeft: -1, ArrowUp: -1, ArrowRight: 1, ArrowDown: 1 };
-  list.addEventListener("keydown", (event) => {
-    if (!(event.key in steps)) return;
-    event.preventDefault();
-    model.active = (model.active + steps[event.key] + tabs.length) % tabs.length;
-    tabs[model.active].focus();
-  });
-  const show = () => tabs.forEach((tab, place) => {
-    tab.setAttribute("aria-selected", place == model.active);
-    tab.tabIndex = place == model.active ? 0 : -1;
-  });
-  const draw = () => images.forEach((image, place) => {
-    image.hidden = !model.pictures[place];
-    if (!image.hidden) image.src = model.pictures[place];
-  });
-  const fit = () => list.style.setProperty("--side", `${model.side}px`);
-  model.on("active", show);
-  model.on("pictures", draw);
-  model.on("side", fit);
-  show();
-  draw();
-  fit();
-  return list;
-}
-"""
 
 _STRIP_SHEET = f"""
 div {{ display: flex; gap: 2px; width: 100%; height: 100%; }}
@@ -160,60 +58,6 @@ button:focus-visible {{ outline: 2px solid var(--accent); outline-offset: -2px; 
 img {{ display: block; width: var(--side); max-height: var(--side); object-fit: contain;
   object-position: top left; }}
 [hidden] {{ display: none; }}
-"""
-
-_SLIDER = """
-export function render({ model }) {
-  const area = document.createElement("div");
-  const input = document.createElement("input");
-  const shown = document.createElement("output");
-  const marks = document.createElement("div");
-  input.type = "range";
-  input.min = 0;
-  input.setAttribute("aria-label", model.words);
-  input.title = model.words;
-  shown.setAttribute("aria-hidden", true);
-  let drags = false, count = 0;
-  const place = (part) => `calc(8px + ${part} * (100% - 16px))`;
-  const show = () => {
-    const at = input.valueAsNumber, none = model.value < 0 && !drags;
-    const given = at == model.value && model.text;
-    const text = none ? "no load so far" : given || (model.texts[at] ?? "");
-    input.className = none ? "none" : "";
-    input.setAttribute("aria-valuetext", text);
-    shown.textContent = text;
-    shown.style.left = place(at / (input.max || 1));
-  };
-  const put = () => {
-    input.max = model.end;
-    input.disabled = shown.hidden = model.texts.length == 0;
-    if (!drags) input.value = model.value < 0 ? model.end / 2 : model.value;
-    show();
-  };
-  const rule = () => marks.replaceChildren(...model.ticks.map(([part, text]) => {
-    const mark = document.createElement(text ? "b" : "i");
-    mark.textContent = text;
-    mark.style.left = place(part);
-    return mark;
-  }));
-  const tell = (done) => {
-    model.moved = { value: input.valueAsNumber, done, count: count = count + 1 };
-  };
-  input.addEventListener("pointerdown", () => { drags = true; });
-  input.addEventListener("input", () => {
-    show();
-    input.className = "";
-    if (drags) tell(false);
-  });
-  input.addEventListener("change", () => { drags = false; tell(true); });
-  input.addEventListener("pointerup", () => { drags = false; });
-  model.on(["value", "text", "texts"], put);
-  model.on("ticks", rule);
-  put();
-  rule();
-  area.append(input, shown, marks);
-  return area;
-}
 """
 
 _SLIDER_SHEET = f"""
@@ -246,7 +90,7 @@ class TabStrip(JSComponent):  # type: ignore[misc]
     pictures = param.List([])
     side = param.Integer(0)
 
-    _esm = _STRIP
+    _esm = tokens.read_script("tab_strip")
     _stylesheets: ClassVar = [_STRIP_SHEET]
 
 
@@ -293,80 +137,9 @@ class Slider(JSComponent):  # type: ignore[misc]
 
     # Delay of a value for a later one [ms]: the default of 50 is half the time of a step.
     _debounce: ClassVar[int] = 5
-    _esm = _SLIDER
+    _esm = tokens.read_script("slider")
     _stylesheets: ClassVar = [_SLIDER_SHEET]
 
-
-_FRAME = (
-    _SEND
-    + """
-export function render({ model }) {
-  const tell = () => { model.size = [window.innerWidth, window.innerHeight]; };
-  const scheme = window.matchMedia("(prefers-color-scheme: dark)");
-  const color = () => { model.dark = scheme.matches; };
-  scheme.addEventListener("change", color);
-  color();
-  let waits = 0, count = 0;
-  window.addEventListener("resize", () => {
-    clearTimeout(waits);
-    waits = setTimeout(tell, 150);
-  });
-  tell();
-  document.addEventListener("keydown", (event) => {
-    const at = event.composedPath()[0];
-    const kinds = ["range", "checkbox", "radio", "file"];
-    const typing = at.matches?.("input, select, textarea") && !kinds.includes(at.type);
-    const held = event.ctrlKey || event.metaKey;
-    let name = event.key;
-    if (held && name.toLowerCase() == "z") name = event.shiftKey ? "redo" : "undo";
-    else if (held || event.altKey || !/^([1-5?]|Escape)$/.test(name)) return;
-    if (typing && name != "Escape") return;
-    event.preventDefault();
-    model.key = { name, count: count = count + 1 };
-  });
-  const find = (root, match) => {
-    for (const one of root.querySelectorAll("*")) {
-      if (one.matches(match)) return one;
-      const inner = one.shadowRoot && find(one.shadowRoot, match);
-      if (inner) return inner;
-    }
-    return null;
-  };
-  model.on("sought", () => setTimeout(() => {
-    const place = find(document, "." + model.sought.place);
-    if (place == null) return;
-    place.scrollIntoView({ block: "nearest" });
-    find(place.shadowRoot, "input, select")?.focus();
-  }, 100));
-  // Text that was typed, but not entered, is sent before the page is left.
-  window.addEventListener("beforeunload", () => {
-    let at = document.activeElement;
-    while (at?.shadowRoot?.activeElement) at = at.shadowRoot.activeElement;
-    at?.blur();
-  });
-  // A file is dropped anywhere on the page; areas with another purpose take it first.
-  const over = document.createElement("div");
-  over.textContent = "Drop the height map";
-  over.hidden = true;
-  const carries = (event) => event.dataTransfer?.types.includes("Files");
-  document.addEventListener("dragover", (event) => {
-    if (!carries(event)) return;
-    over.hidden = event.defaultPrevented;
-    event.preventDefault();
-  });
-  document.addEventListener("dragleave", (event) => {
-    if (event.relatedTarget == null) over.hidden = true;
-  });
-  document.addEventListener("drop", (event) => {
-    over.hidden = true;
-    if (!carries(event) || event.defaultPrevented) return;
-    event.preventDefault();
-    send(model, event.dataTransfer.files[0], () => {});
-  });
-  return over;
-}
-"""
-)
 
 _FRAME_SHEET = f"""
 div {{ position: fixed; inset: 0; z-index: 30; pointer-events: none; display: grid;
@@ -387,7 +160,7 @@ class Frame(JSComponent):  # type: ignore[misc]
     arrived = param.Dict({})
     count = param.Integer(0)
 
-    _esm = _FRAME
+    _esm = tokens.read_script("send", "frame")
     _stylesheets: ClassVar = [_FRAME_SHEET]
 
 

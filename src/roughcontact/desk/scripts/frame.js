@@ -1,0 +1,65 @@
+export function render({ model }) {
+  const tell = () => { model.size = [window.innerWidth, window.innerHeight]; };
+  const scheme = window.matchMedia("(prefers-color-scheme: dark)");
+  const color = () => { model.dark = scheme.matches; };
+  scheme.addEventListener("change", color);
+  color();
+  let waits = 0, count = 0;
+  window.addEventListener("resize", () => {
+    clearTimeout(waits);
+    waits = setTimeout(tell, 150);
+  });
+  tell();
+  document.addEventListener("keydown", (event) => {
+    const at = event.composedPath()[0];
+    const kinds = ["range", "checkbox", "radio", "file"];
+    const typing = at.matches?.("input, select, textarea") && !kinds.includes(at.type);
+    const held = event.ctrlKey || event.metaKey;
+    let name = event.key;
+    if (held && name.toLowerCase() == "z") name = event.shiftKey ? "redo" : "undo";
+    else if (held || event.altKey || !/^([1-5?]|Escape)$/.test(name)) return;
+    if (typing && name != "Escape") return;
+    event.preventDefault();
+    model.key = { name, count: count = count + 1 };
+  });
+  const find = (root, match) => {
+    for (const one of root.querySelectorAll("*")) {
+      if (one.matches(match)) return one;
+      const inner = one.shadowRoot && find(one.shadowRoot, match);
+      if (inner) return inner;
+    }
+    return null;
+  };
+  model.on("sought", () => setTimeout(() => {
+    const place = find(document, "." + model.sought.place);
+    if (place == null) return;
+    place.scrollIntoView({ block: "nearest" });
+    find(place.shadowRoot, "input, select")?.focus();
+  }, 100));
+  // Text that was typed, but not entered, is sent before the page is left.
+  window.addEventListener("beforeunload", () => {
+    let at = document.activeElement;
+    while (at?.shadowRoot?.activeElement) at = at.shadowRoot.activeElement;
+    at?.blur();
+  });
+  // A file is dropped anywhere on the page; areas with another purpose take it first.
+  const over = document.createElement("div");
+  over.textContent = "Drop the height map";
+  over.hidden = true;
+  const carries = (event) => event.dataTransfer?.types.includes("Files");
+  document.addEventListener("dragover", (event) => {
+    if (!carries(event)) return;
+    over.hidden = event.defaultPrevented;
+    event.preventDefault();
+  });
+  document.addEventListener("dragleave", (event) => {
+    if (event.relatedTarget == null) over.hidden = true;
+  });
+  document.addEventListener("drop", (event) => {
+    over.hidden = true;
+    if (!carries(event) || event.defaultPrevented) return;
+    event.preventDefault();
+    send(model, event.dataTransfer.files[0], () => {});
+  });
+  return over;
+}
