@@ -20,6 +20,7 @@ from browsing import Seat, Served, browser, lacking
 from roughcontact.desk import relief
 from roughcontact.desk.maps import HEIGHTS, PRESSURE, MapsView, result_scales
 from roughcontact.desk.session import Session
+from roughcontact.drawing.style import OPEN
 
 PIXEL = (2e-6, 1e-6)
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
@@ -89,7 +90,7 @@ def test_the_browser_gets_the_heights_and_the_colors_of_the_pressure(
     canvas = view._canvas
     assert len(canvas.palette) == 256
     mapper = view._bars[PRESSURE].color_mapper
-    assert (canvas.palette[0], canvas.palette[1]) == (mapper.nan_color, mapper.palette[0])
+    assert (canvas.palette[0], canvas.palette[1]) == (OPEN, mapper.palette[0])
     assert canvas.palette[254:] == [mapper.palette[-1], mapper.high_color]
 
 

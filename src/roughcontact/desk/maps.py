@@ -26,7 +26,6 @@ from roughcontact.drawing.style import (
     ELASTIC,
     MISSING,
     NEUTRAL,
-    OPEN,
     OVER,
     SATURATED,
     cell_mean,
@@ -644,7 +643,7 @@ class MapsView:
             lost = float(np.count_nonzero(np.isnan(result.gap))) / result.gap.size
             touching, saturated = result.contact_fraction, result.saturated_fraction
             entries = [
-                (OPEN, f"no contact {format_percent(1 - touching - lost)}"),
+                ("var(--ground)", f"no contact {format_percent(1 - touching - lost)}"),
                 (ELASTIC, f"elastic {format_percent(touching - saturated)}"),
                 (SATURATED, f"saturated {format_percent(saturated)}"),
                 (CLOSED, f"closed, in the gap {format_percent(touching)}"),
@@ -701,8 +700,7 @@ def map_figure(title: str, x_range: Any, y_range: Any, cross: list[Any], **look:
         toolbar_location="right",
         **look,
     )
-    style.apply_style(plot)
-    plot.grid.visible = False
+    style.apply_style(plot, is_map=True)
     return plot
 
 
@@ -716,14 +714,16 @@ def color_mappers() -> dict[str, Any]:
             palette=style.color_palette(colormaps["viridis"](steps)), nan_color=MISSING
         ),
         PRESSURE: models.LinearColorMapper(
-            palette=style.color_palette(cells.pressure_colors()), nan_color=OPEN, high_color=OVER
+            palette=style.color_palette(cells.pressure_colors()),
+            nan_color=rasters.CLEAR,
+            high_color=OVER,
         ),
         GAP: models.LinearColorMapper(
             palette=style.color_palette(colormaps["Blues"](steps)), nan_color=MISSING
         ),
         RESIDUAL: models.LinearColorMapper(
             palette=style.color_palette(colormaps["Reds"](np.linspace(0.25, 1, 256))),
-            nan_color=OPEN,
+            nan_color=rasters.CLEAR,
         ),
     }
 

@@ -19,8 +19,11 @@ from numpy.typing import NDArray
 from roughcontact._tools.arrays import Array, Pixel, Shape
 from roughcontact.contact.result import ContactResult
 from roughcontact.drawing import cells
-from roughcontact.drawing.style import CLOSED, cell_max, cell_mean
+from roughcontact.drawing.style import CLOSED, OPEN, cell_max, cell_mean
 from roughcontact.surface.surface import Surface
+
+CLEAR = "#00000000"
+"""Color of values that no point has: the ground of the page."""
 
 Mask = NDArray[np.bool_]
 Values = NDArray[np.float32]
@@ -145,8 +148,16 @@ def largest_pressure(part: ResultWindow) -> Values:
 
 
 def contact_colors(part: ResultWindow) -> Colours:
-    """Return the colors of open, elastic, saturated and missing points, mixed by share."""
-    return pack_colors(cells.class_colors(part.shares))
+    """Return the colors of elastic, saturated and missing points; open points are clear.
+
+    Over the ground of figures, `OPEN`, they are the colors of figures.
+    """
+    from matplotlib.colors import to_rgb
+
+    covered = np.minimum(part.shares.touching + part.shares.missing, 1.0)[..., None]
+    ground = np.array(to_rgb(OPEN))
+    over = (cells.class_colors(part.shares) - ground) / np.where(covered > 0, covered, 1.0)
+    return pack_colors(np.clip(np.dstack([ground + over, covered]), 0.0, 1.0))
 
 
 def contact_shares(part: ResultWindow) -> tuple[Values, Values, Values]:
@@ -192,8 +203,8 @@ _SIDE = 160
 def map_colors(values: Values, mapper: Any) -> Colours:
     """Return the colors of values under a color mapper of Bokeh."""
     colors = [*mapper.palette, mapper.high_color or mapper.palette[-1], mapper.nan_color]
-    bytes_of = np.array([int(color[1:], 16) for color in colors], ">u4")[None, :, None]
-    table = pack_colors(bytes_of.view(np.uint8)[..., 1:] / 255)[0]
+    bytes_of = np.array([int(f"{color[1:]:f<8}", 16) for color in colors], ">u4")[None, :, None]
+    table = pack_colors(bytes_of.view(np.uint8) / 255)[0]
     levels = len(mapper.palette)
     with np.errstate(invalid="ignore"):
         steps = (values - np.float32(mapper.low)) * np.float32(levels / (mapper.high - mapper.low))
@@ -213,7 +224,7 @@ def thumbnail(colours: Colours, cover: Colours | None = None) -> str:
     )
     for layer in more:
         ground = Image.alpha_composite(ground, layer)
-    small = ground.convert("RGB").reduce(math.ceil(max(ground.size) / _SIDE))
+    small = ground.reduce(math.ceil(max(ground.size) / _SIDE))
     stream = io.BytesIO()
     small.save(stream, "png", compress_level=1)
     return f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode('ascii')}"

@@ -20,7 +20,7 @@ from roughcontact.desk.load_panel import FORCE, form_of, load_text
 from roughcontact.desk.maps import HEIGHTS, NAMES, PRESSURE, height_scale, result_scales
 from roughcontact.desk.session import Session
 from roughcontact.desk.widgets import TabPanel
-from roughcontact.drawing.style import prefixed, prefixed_window
+from roughcontact.drawing.style import OPEN, prefixed, prefixed_window
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_percent
 
@@ -180,7 +180,8 @@ def _palette(mapper: Any) -> list[str]:
     """Return the colors of the levels: no value first, above the scale last."""
     colors = list(mapper.palette)
     steps = np.linspace(0, len(colors) - 1, _LEVELS).round().astype(int)
-    return [mapper.nan_color, *(colors[step] for step in steps), mapper.high_color or colors[-1]]
+    nothing = OPEN if mapper.nan_color == rasters.CLEAR else mapper.nan_color
+    return [nothing, *(colors[step] for step in steps), mapper.high_color or colors[-1]]
 
 
 def _levels(values: NDArray[np.float32], mapper: Any) -> NDArray[np.uint8]:

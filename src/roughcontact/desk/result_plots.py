@@ -18,15 +18,7 @@ from roughcontact.desk import rasters, style
 from roughcontact.desk.controls import markup_table
 from roughcontact.desk.rasters import Box
 from roughcontact.drawing.cells import pressure_colors, pressure_limit
-from roughcontact.drawing.style import (
-    NEUTRAL,
-    OPEN,
-    OVER,
-    SATURATED,
-    SERIES,
-    prefixed,
-    prefixed_window,
-)
+from roughcontact.drawing.style import NEUTRAL, OVER, SATURATED, SERIES, prefixed, prefixed_window
 from roughcontact.report.kind import listing_of
 
 
@@ -133,10 +125,10 @@ class ComparisonView:
 
         steps = np.linspace(0, 1, 256)
         self.mapper: Any = models.LinearColorMapper(
-            palette=style.color_palette(pressure_colors()), nan_color=OPEN, high_color=OVER
+            palette=style.color_palette(pressure_colors()), nan_color=rasters.CLEAR, high_color=OVER
         )
         self.change: Any = models.LinearColorMapper(
-            palette=style.color_palette(colormaps["RdBu_r"](steps)), nan_color=OPEN
+            palette=style.color_palette(colormaps["RdBu_r"](steps)), nan_color=rasters.CLEAR
         )
         titles = (*(f"Pressure, {name}" for name in names), " − ".join(names), " | ".join(names))
         mappers = (self.mapper, self.mapper, self.change, self.mapper)
@@ -233,8 +225,7 @@ def map_picture(title: str, name: str, source: Any, mapper: Any, **ranges: Any) 
         min_border_right=64,
         **ranges,
     )
-    style.apply_style(plot)
-    plot.grid.visible = False
+    style.apply_style(plot, is_map=True)
     plot.image(name, "x", "y", "dw", "dh", source=source, color_mapper=mapper)
     return plot
 

@@ -172,6 +172,7 @@ def _maps(result: ContactResult) -> tuple[Any, str]:
             styles={"flex": "none"},
         )
         plot.xaxis.axis_label = f"x, y [{unit}]"
+        plot.background_fill_color = drawing_style.OPEN
         _draw(plot, key, source, layers.get(key), scales.get(key), mappers.get(key))
         plot.js_on_event("mousemove", read)
         plot.js_on_event("doubletap", reset)

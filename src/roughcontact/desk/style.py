@@ -18,19 +18,20 @@ from panel.io.state import state
 from panel.models import HTML
 
 from roughcontact.desk.tokens import ACCENT, FONT, INK, LINE, QUIET, WARNING
+from roughcontact.drawing.style import OPEN
 
 _LIGHT = f"""
   --bg: #f5f6f7; --surface: #ffffff; --sunken: #eef0f2; --line: {LINE}; --control: #858e99;
   --text: {INK}; --muted: {QUIET}; --accent: {ACCENT}; --accent-weak: #e6f0fa;
   --on-accent: #ffffff; --ok: #14733f; --caution: #7d5400; --severe: {WARNING};
-  --body: #c9d3de; --body-edge: #3f5f85;
+  --ground: {OPEN};
   --shadow: 0 8px 28px rgba(15, 20, 30, .18);
 """
 _DARK = """
   --bg: #101317; --surface: #171b21; --sunken: #1f242b; --line: #2b313a; --control: #6d7885;
   --text: #e8ebef; --muted: #a4adb9; --accent: #74b6ff; --accent-weak: #172a3f;
   --on-accent: #0b1420; --ok: #5fcd92; --caution: #efc163; --severe: #ff9d7a;
-  --body: #39434f; --body-edge: #9cc3f0;
+  --ground: #262c34;
   --shadow: 0 8px 28px rgba(0, 0, 0, .55);
 """
 
@@ -206,6 +207,7 @@ BUTTON: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 6, 4, 0)}
 
 TEXT_SIZE, SMALL = "12px", "11px"
 
+_GROUND = {False: OPEN, True: "#262c34"}
 _COLORS = {False: (INK, "#e4e4e4", "#b8b8b8"), True: ("#e8ebef", "#2b313a", "#6d7885")}
 
 
@@ -216,7 +218,7 @@ def theme(dark: bool) -> Theme:
     return Theme(
         json={
             "attrs": {
-                "Plot": {"outline_line_color": frame},
+                "Plot": {"outline_line_color": frame, "background_fill_color": _GROUND[dark]},
                 "Axis": {**axis, "major_tick_line_color": frame},
                 "Grid": {"grid_line_color": grid},
                 "Title": {"text_color": text},
@@ -227,13 +229,15 @@ def theme(dark: bool) -> Theme:
     )
 
 
-def apply_style(plot: Any) -> None:
-    """Apply the fonts and colors of the page to a figure."""
+def apply_style(plot: Any, is_map: bool = False) -> None:
+    """Apply the fonts and colors of the page to a figure; a map has the ground of the theme."""
     plot.title.text_font = FONT
     plot.title.text_font_size = TEXT_SIZE
     plot.title.text_font_style = "bold"
     plot.title.offset = 0
-    plot.background_fill_color = None
+    plot.grid.visible = not is_map
+    if not is_map:
+        plot.background_fill_color = None
     plot.border_fill_color = None
     for axis in plot.select(Axis):
         axis.axis_label_text_font = axis.major_label_text_font = FONT

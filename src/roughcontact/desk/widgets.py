@@ -56,7 +56,7 @@ button:focus-visible {{ outline: 2px solid var(--accent); outline-offset: -2px; 
   align-content: start; }}
 .pictured button {{ padding: 0 0 4px; text-align: left; font-size: 11px; white-space: nowrap; }}
 img {{ display: block; width: var(--side); max-height: var(--side); object-fit: contain;
-  object-position: top left; }}
+  object-position: top left; background: var(--ground); }}
 [hidden] {{ display: none; }}
 """
 
