@@ -41,13 +41,15 @@ SHOWN_OPTIONS = {
 }
 """Options of the contact that have a control on the page."""
 
+_MAPS = {"file": "the map", "counter_surface": "the map of the counter-body"}
+
 
 def spell_for_page(mention: ArgumentRef, task: Command = SOLVE) -> str:
     """Return an argument in the terms of the page, or of the command if the page has it not."""
-    if mention.name == "file":
-        return "the map"
+    if mention.name in _MAPS:
+        return _MAPS[mention.name]
     questions = (*getattr(task, "questions", ()), *SOLVE.questions)
-    shown = {option for question in questions for option in question.options}
+    shown = {option for item in questions for option in (*item.options, *item.folded)}
     option = task.option_of_argument(mention.name)
     if option is not None and (option.name in SHOWN_OPTIONS or option in shown):
         if mention.value is None or mention.value is True:
@@ -55,8 +57,9 @@ def spell_for_page(mention: ArgumentRef, task: Command = SOLVE) -> str:
         return f"“{option.label}” {option.text(mention.value)}"
     text = task.spell_argument(mention)
     for question in questions:
-        if any(text == f"--{option.name}" for option, _ in question.fixed):
-            return f"“{question.name}”"
+        for option, value in question.fixed:
+            if text.endswith(f"--{option.name}" + ("" if option.is_flag else f" {value}")):
+                return f"“{question.name}”"
     return text
 
 

@@ -354,14 +354,14 @@ class Page:
             self._answer = session.number
         is_old = self._answer != session.number
         self._header.numbers.styles = style.OLD if is_old else style.NEW
-        if is_old:
+        if is_old and (session.prepared is None or session.state.missing):
+            self._header.show_state("Reading the map …", "caution")
+        elif is_old:
             self._header.show_state("Out of date, solving …", "caution")
         elif session.failure is not None:
             self._header.show_state("No result", "warning")
         elif session.outcome is not None:
             self._header.show_state("Up to date", "good")
-        elif session.state.file is not None and session.prepared is None:
-            self._header.show_state("Reading the map …", "caution")
         else:
             self._header.show_state("No contact so far")
 
