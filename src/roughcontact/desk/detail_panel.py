@@ -40,51 +40,6 @@ from roughcontact.surface.spectrum import radial_spectrum
 from roughcontact.surface.surface import Surface
 from roughcontact.units import count_noun, format_engineering, format_lengths
 
-# Number of bins of heights.
-_BINS = 60
-
-
-class HeightHistogram:
-    """Histogram of the heights of a surface."""
-
-    def __init__(self) -> None:
-        self.source: Any = style.empty_source("left", "right", "share")
-        self.plot: Any = style.make_chart("Height distribution", 170)
-        self.plot.y_range.start = 0
-        drawn = self.plot.quad(
-            left="left",
-            right="right",
-            top="share",
-            bottom=0,
-            source=self.source,
-            fill_color=SERIES[0],
-            line_color=None,
-        )
-        self.root, self.note = style.with_note(self.plot)
-        self._hover = style.add_hover(
-            self.plot, drawn, [("from", "left"), ("to", "right"), ("share", "share")]
-        )
-
-    def show_surface(self, surface: Surface) -> None:
-        """Show the height distribution of a surface, relative to the mean height."""
-        heights = surface.heights[np.isfinite(surface.heights)]
-        heights = heights - heights.mean()
-        factor, unit = prefixed(float(np.abs(heights).max()), "m")
-        counts, edges = np.histogram(heights * factor, _BINS)
-        with style.batch_changes(self.plot.document):
-            self.source.data = {
-                "left": edges[:-1],
-                "right": edges[1:],
-                "share": 100 * counts / heights.size,
-            }
-            self.plot.xaxis.axis_label = f"height above mean [{unit}]"
-            self.plot.yaxis.axis_label = "share [%]"
-            style.hover_units(self._hover, [unit, unit, "%"])
-
-    def clear(self) -> None:
-        """Clear the plot."""
-        style.clear_source(self.source)
-
 
 class SpectrumPlot:
     """Radially averaged power spectral density of a surface."""
@@ -633,16 +588,16 @@ def _draw_picture(draw: Callable[[], Any]) -> str:
 
 
 class TexturePanel:
-    """File, roughness, height distribution, material ratio curve and spectrum of a surface."""
+    """Material ratio curve, file, roughness and spectrum of a surface."""
 
     def __init__(self, run: Run) -> None:
         self._run = run
-        self._charts = HeightHistogram(), SpectrumPlot()
+        self._spectrum = SpectrumPlot()
         self._numbers = pn.pane.HTML("", **style.WIDE)
         self._shown: Surface | None = None
         self._curve = pn.pane.HTML("", **style.WIDE)
-        heights, spectrum = (pn.pane.Bokeh(chart.root, **style.BLOCK) for chart in self._charts)
-        self.root = pn.Column(heights, self._numbers, self._curve, spectrum, **style.BLOCK)
+        spectrum = pn.pane.Bokeh(self._spectrum.root, **style.BLOCK)
+        self.root = pn.Column(self._curve, self._numbers, spectrum, **style.BLOCK)
 
     def show_surface(self, surface: Surface | None) -> None:
         """Show a surface as soon as its parameters are computed, in a separate thread."""
@@ -651,8 +606,7 @@ class TexturePanel:
         self._shown = surface
         self._numbers.object = ""
         self._curve.object = ""
-        for chart in self._charts:
-            chart.clear()
+        self._spectrum.clear()
         if surface is not None and not surface.is_profile:
             # A large map takes seconds, which would block other pages.
             threading.Thread(target=self._work_out, args=(surface,), daemon=True).start()
@@ -680,5 +634,4 @@ class TexturePanel:
         if surface is self._shown:
             self._numbers.object = text
             self._curve.object = curve
-            for chart in self._charts:
-                chart.show_surface(surface)
+            self._spectrum.show_surface(surface)
