@@ -558,6 +558,6 @@ def test_no_token_of_the_page_has_a_name_of_bokeh() -> None:
     import bokeh
 
     script = Path(bokeh.__file__).parent / "server" / "static" / "js" / "bokeh.min.js"
-    names = set(re.findall(r"(--[a-z-]+):", style.PAGE))
+    names = set(re.findall(r"(--[a-z-]+):", style.CSS["PAGE"]))
     assert len(names) > 15
     assert not [name for name in names if f"{name}:" in script.read_text("utf-8")]

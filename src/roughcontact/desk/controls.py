@@ -232,7 +232,7 @@ def make_fold(title: str, make: Callable[[], list[Any]]) -> Any:
         collapsed=True,
         sizing_mode="stretch_width",
         margin=(0, 0, 2, 0),
-        stylesheets=[style.TEXT, style.FOLD],
+        stylesheets=[style.TEXT, style.CSS["FOLD"]],
         header_background="transparent",
         active_header_background="transparent",
     )

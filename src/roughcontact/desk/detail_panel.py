@@ -398,7 +398,7 @@ class SpotTable:
             height=300,
             sizing_mode="stretch_width",
             autosize_mode="force_fit",
-            stylesheets=[style.GRID],
+            stylesheets=[style.CSS["GRID"]],
         )
         self.note: Any = style.make_markup(sizing_mode="stretch_width")
         self.root = models.Column(self.note, self.table, sizing_mode="stretch_width")

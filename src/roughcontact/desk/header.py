@@ -102,16 +102,18 @@ class Header:
 
     def __init__(self, load: Any, give: Give, seek: Callable[[str], None]) -> None:
         self._give = give
-        self.numbers = pn.pane.HTML("", margin=0, stylesheets=[style.TEXT, style.NUMBERS])
+        self.numbers = pn.pane.HTML("", margin=0, stylesheets=[style.TEXT, style.CSS["NUMBERS"]])
         self._checks = {
             name: make_button("", partial(seek, place)) for name, (_, place) in _CHECKS.items()
         }
         self.checklist = pn.Row(*self._checks.values(), margin=0, visible=False)
-        self.state = pn.pane.HTML("", margin=(2, 0), stylesheets=[style.TEXT, style.CHIP])
+        self.state = pn.pane.HTML("", margin=(2, 0), stylesheets=[style.TEXT, style.CSS["CHIP"]])
         self.count = make_button("", partial(self._open, "Cautions"), margin=0, visible=False)
         self._cautions: Sequence[Caution] = ()
         self._topic = ""
-        self.drawer = pn.Column(visible=False, stylesheets=[style.TEXT, style.DRAWER], margin=0)
+        self.drawer = pn.Column(
+            visible=False, stylesheets=[style.TEXT, style.CSS["DRAWER"]], margin=0
+        )
         status = pn.Column(self.state, self.count, width=180, margin=0, styles={"flex": "none"})
         self.root = pn.Row(
             load,
@@ -121,7 +123,7 @@ class Header:
             sizing_mode="stretch_width",
             min_height=76,
             margin=0,
-            stylesheets=[style.BAR],
+            stylesheets=[style.CSS["BAR"]],
         )
 
     def show_state(self, text: str, kind: str = "quiet") -> None:

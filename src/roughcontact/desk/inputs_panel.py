@@ -89,7 +89,7 @@ class StepCard:
         self.whole = self.root
         if undo is not None:
             self._back = make_button(
-                "Undo", undo, visible=False, margin=0, stylesheets=[style.TEXT, style.BACK]
+                "Undo", undo, visible=False, margin=0, stylesheets=[style.TEXT, style.CSS["BACK"]]
             )
             self.whole = pn.Column(self.root, self._back, sizing_mode="stretch_width", margin=0)
             self.root.param.watch(lambda _: self._offer(), "collapsed")

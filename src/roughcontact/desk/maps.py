@@ -385,7 +385,7 @@ class MapsView:
             beside,
             sizing_mode="stretch_width",
             margin=0,
-            stylesheets=[style.MAPS],
+            stylesheets=[style.CSS["MAPS"]],
         )
         self._later = style.Debounced(self.plot, self._moved)
         self._others = style.Debounced(self.plot, self._draw_others, _OTHERS)

@@ -452,16 +452,19 @@ class Page:
             sizing_mode="stretch_width",
             min_height=48,
             margin=0,
-            stylesheets=[style.TOP],
+            stylesheets=[style.CSS["TOP"]],
         )
         left = pn.Column(
             *(step.whole for step in self._steps),
             width=style.LEFT,
             margin=0,
-            stylesheets=[style.COLUMN, style.LEFT_SIDE],
+            stylesheets=[style.CSS["COLUMN"], style.CSS["LEFT_SIDE"]],
         )
         sheet = pn.Column(
-            self._views.body, sizing_mode="stretch_both", margin=0, stylesheets=[style.COLUMN]
+            self._views.body,
+            sizing_mode="stretch_both",
+            margin=0,
+            stylesheets=[style.CSS["COLUMN"]],
         )
         return pn.Column(
             first,
@@ -478,7 +481,7 @@ class Page:
             self._window,
             sizing_mode="stretch_both",
             margin=0,
-            stylesheets=[style.PAGE],
+            stylesheets=[style.CSS["PAGE"]],
         )
 
 
@@ -548,10 +551,14 @@ class ContactView:
     def _sheet(self) -> Any:
         """Layout of the maps, their legend and the detail panels."""
         rail = pn.Column(
-            self.detail.tabs, sizing_mode="stretch_width", margin=0, stylesheets=[style.RAIL]
+            self.detail.tabs, sizing_mode="stretch_width", margin=0, stylesheets=[style.CSS["RAIL"]]
         )
         return pn.Row(
-            self._figures, rail, sizing_mode="stretch_width", margin=0, stylesheets=[style.CONTACT]
+            self._figures,
+            rail,
+            sizing_mode="stretch_width",
+            margin=0,
+            stylesheets=[style.CSS["CONTACT"]],
         )
 
     def create(self) -> bool:

@@ -45,25 +45,7 @@ class Canvas(JSComponent):  # type: ignore[misc]
     palette = param.List([])
 
     _esm = tokens.read_script("relief")
-    _stylesheets: ClassVar = [
-        f"""
-:host {{ color: var(--text, {tokens.INK}); font-family: {tokens.FONT}; font-size: 13px; }}
-.relief {{ display: flex; flex-direction: column; gap: 8px; height: 100%; min-height: 360px; }}
-.scene {{ position: relative; flex: 1; min-height: 0; cursor: grab; touch-action: none;
-  background: var(--surface, white); border: 1px solid var(--line, {tokens.LINE});
-  border-radius: 6px; overflow: hidden; }}
-.scene:focus-visible {{ outline: 2px solid var(--accent, {tokens.ACCENT}); }}
-canvas {{ position: absolute; inset: 0; width: 100%; height: 100%; }}
-.below {{ display: flex; flex-wrap: wrap; gap: 6px 20px; align-items: center; }}
-[hidden] {{ display: none !important; }}
-label {{ display: flex; gap: 8px; align-items: center; }}
-input {{ accent-color: var(--accent, {tokens.ACCENT}); margin: 0; }}
-output {{ min-width: 50px; font-variant-numeric: tabular-nums; }}
-button {{ font: inherit; color: inherit; background: var(--surface, white); padding: 4px 10px;
-  border: 1px solid var(--control, {tokens.LINE}); border-radius: 4px; cursor: pointer; }}
-p {{ margin: 0; width: 100%; color: var(--muted, {tokens.QUIET}); }}
-"""
-    ]
+    _stylesheets: ClassVar = [style.CSS["RELIEF"]]
 
 
 class ReliefView(TabPanel):

@@ -17,166 +17,18 @@ from panel.io.document import hold
 from panel.io.state import state
 from panel.models import HTML
 
-from roughcontact.desk.tokens import ACCENT, FONT, INK, LINE, QUIET, WARNING
+from roughcontact.desk.tokens import FONT, INK, read_sheets
 from roughcontact.drawing.style import OPEN
 
-_LIGHT = f"""
-  --bg: #f5f6f7; --surface: #ffffff; --sunken: #eef0f2; --line: {LINE}; --control: #858e99;
-  --text: {INK}; --muted: {QUIET}; --accent: {ACCENT}; --accent-weak: #e6f0fa;
-  --on-accent: #ffffff; --ok: #14733f; --caution: #7d5400; --severe: {WARNING};
-  --ground: {OPEN};
-  --shadow: 0 8px 28px rgba(15, 20, 30, .18);
-"""
-_DARK = """
-  --bg: #101317; --surface: #171b21; --sunken: #1f242b; --line: #2b313a; --control: #6d7885;
-  --text: #e8ebef; --muted: #a4adb9; --accent: #74b6ff; --accent-weak: #172a3f;
-  --on-accent: #0b1420; --ok: #5fcd92; --caution: #efc163; --severe: #ff9d7a;
-  --ground: #262c34;
-  --shadow: 0 8px 28px rgba(0, 0, 0, .55);
-"""
+CSS = read_sheets(OPEN=OPEN)
+"""Style sheets of the page by name; the color scheme of the system selects light or dark."""
 
-PAGE = f"""
-:host {{ color-scheme: light dark; background: var(--bg); height: 100vh; overflow: hidden;
-  {_LIGHT} }}
-@media (prefers-color-scheme: dark) {{ :host {{ {_DARK} }} }}
-"""
-"""Style tokens of the page; the color scheme of the system selects light or dark."""
+TEXT = CSS["TEXT"]
+STEP = CSS["FOLD"] + CSS["STEP"]
 
-TEXT = f"""
-:host {{ font-family: {FONT}; font-size: 13px; line-height: 1.4; color: var(--text);
-  font-variant-numeric: tabular-nums; }}
-.bk-input, .bk-btn, label, .bk-input-group {{ font-family: {FONT}; font-size: 13px;
-  color: var(--text); }}
-.bk-input {{ border-radius: 4px; border-color: var(--control); background-color: var(--surface); }}
-label, .bk-input-group > label {{ font-size: 12px; color: var(--muted); }}
-.bk-input:focus {{ border-color: var(--accent); outline: 2px solid var(--accent); }}
-.bk-btn {{ padding: 4px 10px !important; border-radius: 4px !important; white-space: nowrap; }}
-.bk-btn-default {{ background: var(--surface) !important; color: var(--text) !important;
-  border: 1px solid var(--control) !important; }}
-.bk-btn-default:hover {{ background: var(--sunken) !important; }}
-.bk-btn-primary {{ background: var(--accent) !important; border: 1px solid transparent !important;
-  color: var(--on-accent) !important; }}
-.bk-btn:focus-visible {{ outline: 2px solid var(--accent); outline-offset: 2px; }}
-a {{ color: var(--accent); }}
-.wrong, :host(.wrong) {{ color: var(--severe); font-size: 12px; }}
-h1 {{ font-size: 15px; margin: 0; font-weight: 650; white-space: nowrap; }}
-h2 {{ font-size: 13px; margin: 0 0 4px; font-weight: 600; }}
-p {{ margin: 0 0 6px; }}
-.quiet {{ color: var(--muted); }}
-progress {{ display: block; width: 100%; height: 6px; margin: 0 0 4px;
-  accent-color: var(--accent); }}
-.fold {{ font-size: 12px; color: var(--accent); }}
-table {{ border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 12px; }}
-td, th {{ padding: 3px 12px 3px 0; text-align: left; vertical-align: top; font-weight: 400; }}
-th {{ color: var(--muted); }}
-tr + tr td {{ border-top: 1px solid var(--line); }}
-.warning {{ color: var(--severe); }} .caution {{ color: var(--caution); }}
-.step {{ display: grid; grid-template-columns: 14px minmax(0, 1fr); gap: 8px; text-align: left; }}
-.step h2 {{ margin: 0; }}
-.step p {{ margin: 0; font-size: 12px; overflow-wrap: anywhere; }}
-.step b {{ font-weight: 500; color: var(--text); }}
-.good {{ color: var(--ok); }} .bad {{ color: var(--severe); }}
-ul.cautions {{ margin: 0; padding: 0; list-style: none; }}
-ul.cautions li {{ margin: 0 0 4px; color: var(--text); }}
-ul.cautions b {{ font-weight: 600; }}
-h2 > button {{ font: inherit; font-size: 12px; font-weight: 400; margin-left: 8px;
-  color: var(--text); background: var(--surface); border: 1px solid var(--control);
-  border-radius: 4px; cursor: pointer; }}
-.figure {{ display: block; max-width: min(100%, 900px); margin: 0 0 8px; border-radius: 4px; }}
-pre {{ background: var(--surface); border: 1px solid var(--line); border-radius: 4px;
-  padding: 8px; overflow-x: auto; font-size: 12px; white-space: pre-wrap; }}
-"""
-
-NUMBERS = """
-dl { display: flex; margin: 0; }
-dl div { padding: 0 14px; border-left: 1px solid var(--line); }
-dl div:first-child { border-left: 0; padding-left: 0; }
-dt { font-size: 12px; line-height: 16px; color: var(--muted); white-space: nowrap; }
-dd { margin: 0; font-size: 18px; line-height: 24px; font-weight: 600; white-space: nowrap; }
-small { display: block; font-size: 11px; line-height: 15px; color: var(--muted);
-  white-space: nowrap; min-height: 15px; }
-@media (max-width: 1420px) { dl div { padding: 0 9px; } dd { font-size: 16px; } }
-"""
-
-CHIP = """
-.chip { display: inline-flex; gap: 7px; align-items: center; font-size: 12px; font-weight: 500;
-  line-height: 15px; }
-.chip::before { content: ""; width: 8px; height: 8px; border-radius: 50%; flex: none;
-  background: currentColor; }
-"""
-
-BAR = """
-:host { align-items: center; gap: 6px 20px; padding: 6px 16px; background: var(--surface);
-  border-bottom: 1px solid var(--line); flex: none; box-sizing: border-box; }
-@media (max-width: 1239px) { :host { flex-wrap: wrap; } }
-"""
-
+# Also in the style sheets.
 LEFT, WRAPPED, NARROW = 272, 1240, 1560
 """Width of the left column; of a window with a header of one line; with tables beside its maps."""
-
-TOP = """
-:host { align-items: center; padding: 0 16px; background: var(--surface);
-  border-bottom: 1px solid var(--line); flex: none; box-sizing: border-box; }
-"""
-LEFT_SIDE = """
-:host { background: var(--surface); border-right: 1px solid var(--line); flex: none; }
-"""
-CONTACT = f"""
-:host {{ gap: 16px; padding: 12px 16px; box-sizing: border-box; align-items: flex-start; }}
-@media (max-width: {NARROW - 1}px) {{ :host {{ flex-direction: column !important; }} }}
-"""
-RAIL = f"""
-:host {{ border-left: 1px solid var(--line); padding-left: 16px; box-sizing: border-box;
-  min-width: 0; }}
-@media (max-width: {NARROW - 1}px) {{ :host {{ border: 0; padding: 0; }} }}
-"""
-
-MAPS = ":host { flex-wrap: wrap; gap: 8px; align-items: flex-start; }"
-
-VIEW = ":host { padding: 12px 16px; box-sizing: border-box; }"
-
-COLUMN = """
-:host { overflow-y: auto; scrollbar-width: thin; height: 100%; box-sizing: border-box; }
-"""
-
-DRAWER = """
-:host { position: fixed !important; z-index: 20; top: 125px; right: 0; bottom: 0;
-  width: min(440px, 100vw) !important; height: auto !important; box-sizing: border-box;
-  padding: 16px 24px;
-  overflow-y: auto; background: var(--surface); border-left: 1px solid var(--line);
-  box-shadow: var(--shadow); }
-@media (max-width: 1239px) { :host { top: 186px; } }
-"""
-
-GRID = """
-.slick-header-column { height: 34px !important; padding: 0 3px !important; }
-.slick-header-column, .slick-column-name { white-space: normal !important; line-height: 16px;
-  color: var(--muted); }
-.slick-row, .slick-row .slick-cell { background: var(--surface) !important;
-  color: var(--text) !important; }
-.slick-row .slick-cell.selected { background: var(--accent-weak) !important; }
-"""
-
-FOLD = """
-:host(.card) { border: 0 !important; border-radius: 0 !important; box-shadow: none !important;
-  outline: none; background: transparent; flex: none !important; max-height: none !important; }
-.card-header { flex: none; position: static !important; padding: 2px 0 !important;
-  border: 0 !important; min-height: 0 !important;
-  background: transparent !important; cursor: pointer; color: var(--text) !important; }
-.card-button { color: var(--muted) !important; }
-.card-header:focus-visible { outline: 2px solid var(--accent); }
-"""
-STEP = f"""{FOLD}
-:host(.card) {{ border-bottom: 1px solid var(--line) !important; }}
-.card-header {{ padding: 9px 12px !important; align-items: flex-start !important; }}
-.card-header:hover {{ background: var(--sunken) !important; }}
-"""
-
-BACK = """
-:host { position: absolute !important; top: 6px; right: 8px; width: auto !important; }
-.bk-btn { border: 0 !important; padding: 2px 6px !important; color: var(--accent) !important;
-  background: transparent !important; font-size: 12px; }
-"""
 
 NEW, OLD = {"opacity": "1"}, {"opacity": "0.45", "transition": "opacity .2s .4s"}
 """Styles of current and outdated results; the delay hides a quick update."""

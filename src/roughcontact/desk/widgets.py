@@ -13,16 +13,6 @@ from panel.custom import JSComponent
 
 from roughcontact.desk import style, tokens
 
-_SHEET = f"""
-:host {{ border: 0; }}
-.brought {{ display: block; border: 1px dashed var(--muted); border-radius: 6px; padding: 10px;
-  cursor: pointer; font-family: {tokens.FONT}; font-size: 13px; color: var(--text); }}
-.brought:hover, .brought.over, .brought:focus-within {{ border-color: var(--accent);
-  background: var(--accent-weak); }}
-.brought input {{ display: block; margin-top: 6px; font: inherit; max-width: 100%; }}
-.brought progress {{ width: 100%; }}
-"""
-
 
 class FileDrop(JSComponent):  # type: ignore[misc]
     """Upload area for one file; ``arrived`` is the response of the server."""
@@ -32,7 +22,7 @@ class FileDrop(JSComponent):  # type: ignore[misc]
     count = param.Integer(0)
 
     _esm = tokens.read_script("send", "file_drop")
-    _stylesheets: ClassVar = [_SHEET]
+    _stylesheets: ClassVar = [style.CSS["FILE_DROP"]]
 
 
 # Widgets for keyboards and screen readers, where those of Bokeh need a pointer
@@ -44,38 +34,6 @@ LOST = (
 )
 
 BROKEN = "This page shows an old state. Reload it."
-
-_STRIP_SHEET = f"""
-div {{ display: flex; gap: 2px; width: 100%; height: 100%; }}
-button {{ font-family: {tokens.FONT}; font-size: 13px; color: var(--text); background: none;
-  border: 0; border-bottom: 2px solid transparent; padding: 7px 10px; cursor: pointer; }}
-button:hover {{ background: var(--sunken); }}
-button[aria-selected=true] {{ border-color: var(--accent); font-weight: 600; }}
-button:focus-visible {{ outline: 2px solid var(--accent); outline-offset: -2px; }}
-.pictured {{ display: grid; grid-template-columns: var(--side); gap: 8px; width: auto;
-  align-content: start; }}
-.pictured button {{ padding: 0 0 4px; text-align: left; font-size: 11px; white-space: nowrap; }}
-img {{ display: block; width: var(--side); max-height: var(--side); object-fit: contain;
-  object-position: top left; background: var(--ground); }}
-[hidden] {{ display: none; }}
-"""
-
-_SLIDER_SHEET = f"""
-:host > div {{ position: relative; height: 54px; width: 100%; font: 11px/14px {tokens.FONT}; }}
-input {{ position: absolute; top: 18px; left: 0; width: 100%; margin: 0; height: 16px;
-  accent-color: var(--accent); cursor: pointer; }}
-input.none::-webkit-slider-thumb {{ visibility: hidden; }}
-input.none::-moz-range-thumb {{ visibility: hidden; }}
-input.none + output {{ background: none; color: var(--muted); font-weight: 400; }}
-output {{ position: absolute; top: -1px; transform: translateX(-50%); padding: 1px 6px;
-  border-radius: 3px; font-weight: 600; white-space: nowrap; background: var(--text);
-  color: var(--surface); }}
-i, b {{ position: absolute; top: 36px; font-weight: 400; white-space: nowrap; color: var(--muted);
-  transform: translateX(-50%); }}
-i {{ width: 1px; height: 4px; background: var(--control); }}
-b::before {{ content: ""; display: block; width: 1px; height: 5px; margin: 0 auto;
-  background: var(--control); }}
-"""
 
 
 class TabStrip(JSComponent):  # type: ignore[misc]
@@ -91,7 +49,7 @@ class TabStrip(JSComponent):  # type: ignore[misc]
     side = param.Integer(0)
 
     _esm = tokens.read_script("tab_strip")
-    _stylesheets: ClassVar = [_STRIP_SHEET]
+    _stylesheets: ClassVar = [style.CSS["TAB_STRIP"]]
 
 
 class Tabs:
@@ -138,16 +96,7 @@ class Slider(JSComponent):  # type: ignore[misc]
     # Delay of a value for a later one [ms]: the default of 50 is half the time of a step.
     _debounce: ClassVar[int] = 5
     _esm = tokens.read_script("slider")
-    _stylesheets: ClassVar = [_SLIDER_SHEET]
-
-
-_FRAME_SHEET = f"""
-div {{ position: fixed; inset: 0; z-index: 30; pointer-events: none; display: grid;
-  place-items: center; font: 600 18px {tokens.FONT}; color: var(--accent);
-  background: color-mix(in srgb, var(--accent-weak) 80%, transparent);
-  outline: 3px dashed var(--accent); outline-offset: -12px; }}
-[hidden] {{ display: none; }}
-"""
+    _stylesheets: ClassVar = [style.CSS["SLIDER"]]
 
 
 class Frame(JSComponent):  # type: ignore[misc]
@@ -161,7 +110,7 @@ class Frame(JSComponent):  # type: ignore[misc]
     count = param.Integer(0)
 
     _esm = tokens.read_script("send", "frame")
-    _stylesheets: ClassVar = [_FRAME_SHEET]
+    _stylesheets: ClassVar = [style.CSS["FRAME"]]
 
 
 def send_all_after_pull(document: Any) -> None:
@@ -248,7 +197,7 @@ class TabPanels:
         self._makers = list(others.values())
         self._created: dict[int, TabPanel] = {}
         self._places = [
-            pn.Column(sizing_mode="stretch_both", margin=0, stylesheets=[style.VIEW])
+            pn.Column(sizing_mode="stretch_both", margin=0, stylesheets=[style.CSS["VIEW"]])
             for _ in others
         ]
         parts = {"Contact": first, **dict(zip(others, self._places, strict=True))}
