@@ -178,8 +178,9 @@ class AnalysisPanel(TabPanel):
         try:
             text = controls.copy_markup("Command", self._request(name).command)
         except RoughcontactError as error:
-            text = controls.error_markup(controls.error_text(error, self._forms[name].task))
-        return pn.pane.HTML(self._session.state.with_user_names(text), **style.WIDE)
+            words = controls.error_text(error, self._forms[name].task)
+            text = controls.error_markup(self._session.state.with_user_names(words))
+        return pn.pane.HTML(text, **style.WIDE)
 
     def _make_views(self, result: analysis_jobs.AnalysisOutcome, request: Request) -> list[Any]:
         """Return the views of a result."""
