@@ -52,6 +52,8 @@ def spell_for_page(mention: ArgumentRef, task: Command = SOLVE) -> str:
     shown = {option for item in questions for option in (*item.options, *item.folded)}
     option = task.option_of_argument(mention.name)
     if option is not None and (option.name in SHOWN_OPTIONS or option in shown):
+        # Tasks may label an option of the contact otherwise.
+        option = SOLVE.by_name[option.name] if option.name in SHOWN_OPTIONS else option
         if mention.value is None or mention.value is True:
             return f"“{option.label}”"
         return f"“{option.label}” {option.text(mention.value)}"
