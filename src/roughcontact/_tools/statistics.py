@@ -106,7 +106,7 @@ def mean_with_interval(values: ArrayLike) -> Mean:
     if x.size < 2:
         return Mean(x.size, average, math.nan, math.nan, math.nan)
     spread = _deviation(x)
-    half = _student(x.size - 1) * spread / math.sqrt(x.size)
+    half = student(x.size - 1) * spread / math.sqrt(x.size)
     return Mean(x.size, average, spread, average - half, average + half)
 
 
@@ -146,7 +146,7 @@ def _difference(first: Array, second: Array, groups: int) -> Difference:
     if groups == 2:
         from scipy.special import stdtr
 
-        width, p = _student(freedom), 2 * float(stdtr(freedom, -abs(value) / error))
+        width, p = student(freedom), 2 * float(stdtr(freedom, -abs(value) / error))
     else:
         width, p = _studentized_range(groups, freedom, abs(value) / error)
     return Difference(value, value - width * error, value + width * error, p)
@@ -197,7 +197,7 @@ def components(groups: Sequence[ArrayLike]) -> Components:
 def prediction_half_width(values: ArrayLike) -> float:
     """Return the half-width of the interval about the true mean for one measurement."""
     x = np.asarray(values, dtype=np.float64)
-    return _student(x.size - 1) * _deviation(x)
+    return student(x.size - 1) * _deviation(x)
 
 
 def parts_interval(levels: Mapping[int, ArrayLike]) -> WholeError:
@@ -205,15 +205,15 @@ def parts_interval(levels: Mapping[int, ArrayLike]) -> WholeError:
     many, few = (np.asarray(levels[n], dtype=np.float64) for n in (MIN_COUNT, MIN_COUNT // 2))
     variance = _deviation(many) ** 2 / many.size
     if 2 * MIN_COUNT not in levels:
-        half = _student(many.size - 1) * math.sqrt(variance)
+        half = student(many.size - 1) * math.sqrt(variance)
         return WholeError(half, MIN_COUNT, many.size, math.nan, falls=False)
     small = np.asarray(levels[2 * MIN_COUNT], dtype=np.float64)
     variance += max(variance - _deviation(small) ** 2 / small.size, 0.0)
-    half = _student(many.size - 1) * math.sqrt(variance)
+    half = student(many.size - 1) * math.sqrt(variance)
     ratio, minimum, maximum = variance_scaling(many, small)
     falls = minimum <= ratio <= maximum
     if ratio > variance_scaling(many, small, 1 - 2 * _CHANCE_PROBABILITY)[2]:
-        coarse = _student(few.size - 1) * _deviation(few) / math.sqrt(few.size)
+        coarse = student(few.size - 1) * _deviation(few) / math.sqrt(few.size)
         if coarse > half:
             return WholeError(coarse, MIN_COUNT // 2, few.size, ratio, falls)
     return WholeError(half, MIN_COUNT, many.size, ratio, falls)
@@ -258,7 +258,8 @@ def _ratio(value: float, error: float) -> float:
     return math.inf if value else 0.0
 
 
-def _student(freedom: float) -> float:
+def student(freedom: float) -> float:
+    """Return the half-width of the interval of confidence `LEVEL`, in standard deviations."""
     from scipy.special import stdtrit
 
     return float(stdtrit(freedom, (1 + LEVEL) / 2))

@@ -275,16 +275,13 @@ class LoadCase:
         precision: str = "double",
         specified: GivenLoad | None = None,
     ) -> None:
-        object.__setattr__(self, "load", to_si(load, "force", "load"))
-        object.__setattr__(self, "approach", to_si(approach, "length", "approach"))
-        object.__setattr__(self, "moments", to_si(moments, "moment", "moments"))
         if not (isinstance(ceiling, str) and ceiling.isalpha()):
             ceiling = stress(ceiling, "ceiling")
-        object.__setattr__(self, "ceiling", ceiling)
-        object.__setattr__(self, "tolerance", tolerance)
-        object.__setattr__(self, "max_iterations", max_iterations)
-        object.__setattr__(self, "precision", precision)
-        object.__setattr__(self, "specified", specified)
+        force, moved = to_si(load, "force", "load"), to_si(approach, "length", "approach")
+        turned = to_si(moments, "moment", "moments")
+        vars(self).update(load=force, approach=moved, moments=turned, ceiling=ceiling)
+        vars(self).update(tolerance=tolerance, max_iterations=max_iterations)
+        vars(self).update(precision=precision, specified=specified)
 
     @property
     def control(self) -> str:

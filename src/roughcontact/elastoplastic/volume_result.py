@@ -66,10 +66,8 @@ class PathPoint:
         friction: float = 0.0,
         direction: float = 0.0,
     ) -> None:
-        object.__setattr__(self, "load", to_si(load, "force", "load"))
-        object.__setattr__(self, "offset", _as_direction(to_si(offset, "length", "offset")))
-        object.__setattr__(self, "friction", friction)
-        object.__setattr__(self, "direction", direction)
+        force, way = to_si(load, "force", "load"), _as_direction(to_si(offset, "length", "offset"))
+        vars(self).update(load=force, offset=way, friction=friction, direction=direction)
         for name, minimum in (("load", 0.0), ("friction", 0.0), ("direction", -math.inf)):
             value = getattr(self, name)
             if not (isinstance(value, Real) and minimum <= float(value) < math.inf):

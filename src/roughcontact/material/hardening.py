@@ -140,9 +140,8 @@ class Swift:
 
     @validate_arguments
     def __init__(self, coefficient: Quantity, offset: float, exponent: float) -> None:
-        object.__setattr__(self, "coefficient", to_si(coefficient, "pressure", "coefficient"))
-        object.__setattr__(self, "offset", offset)
-        object.__setattr__(self, "exponent", exponent)
+        stress = to_si(coefficient, "pressure", "coefficient")
+        vars(self).update(coefficient=stress, offset=offset, exponent=exponent)
         require_positive(coefficient=self.coefficient, offset=self.offset)
         if not isinstance(self.exponent, Real) or not 0 <= self.exponent <= 1:
             raise input_error("exponent", self.exponent, "must be in [0, 1]")
@@ -190,8 +189,7 @@ class Tabulated:
 
     @validate_arguments
     def __init__(self, strain: Sequence[float], stress: Quantities) -> None:
-        object.__setattr__(self, "strain", strain)
-        object.__setattr__(self, "stress", to_si(stress, "pressure", "stress"))
+        vars(self).update(strain=strain, stress=to_si(stress, "pressure", "stress"))
         self._check()
 
     def _check(self) -> None:
@@ -219,8 +217,7 @@ class Tabulated:
                 argument="stress",
                 value=self.stress,
             )
-        object.__setattr__(self, "strain", tuple(strain.tolist()))
-        object.__setattr__(self, "stress", tuple(stress.tolist()))
+        vars(self).update(strain=tuple(strain.tolist()), stress=tuple(stress.tolist()))
 
     @property
     def initial(self) -> float:
@@ -279,8 +276,7 @@ class Kinematic:
 
     @validate_arguments
     def __init__(self, isotropic: Isotropic, modulus: Quantity) -> None:
-        object.__setattr__(self, "isotropic", isotropic)
-        object.__setattr__(self, "modulus", to_si(modulus, "pressure", "modulus"))
+        vars(self).update(isotropic=isotropic, modulus=to_si(modulus, "pressure", "modulus"))
         _require_modulus(self.modulus)
 
     @property

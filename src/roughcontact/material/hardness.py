@@ -41,6 +41,9 @@ from __future__ import annotations
 
 import math
 import re
+import tomllib
+from functools import cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -55,187 +58,7 @@ STANDARD_GRAVITY = 9.80665
 _HALF_ANGLE = math.radians(68)
 _MAX_DIAMETER_RATIO = 0.6
 
-# ISO 18265:2013, table A.1: unalloyed and low-alloy steel and cast steel. HBW is measured with a
-# hard-metal ball and 0.102 F/D² = 30. Values in brackets in the table are omitted for HRB, as the
-# Rockwell scale is not defined there; for HRB, only rows that are in two prints of the table.
-_VICKERS_OF_HBW = (*range(80, 300, 5), *range(300, 651, 10))
-_HBW = (
-    76.0,
-    80.7,
-    85.5,
-    90.2,
-    95.0,
-    99.8,
-    105,
-    109,
-    114,
-    119,
-    124,
-    128,
-    133,
-    138,
-    143,
-    147,
-    152,
-    156,
-    162,
-    166,
-    171,
-    176,
-    181,
-    185,
-    190,
-    195,
-    199,
-    204,
-    209,
-    214,
-    219,
-    223,
-    228,
-    233,
-    238,
-    242,
-    247,
-    252,
-    257,
-    261,
-    266,
-    271,
-    276,
-    280,
-    285,
-    295,
-    304,
-    314,
-    323,
-    333,
-    342,
-    352,
-    361,
-    371,
-    380,
-    390,
-    399,
-    409,
-    418,
-    428,
-    437,
-    447,
-    456,
-    466,
-    475,
-    485,
-    494,
-    504,
-    513,
-    523,
-    532,
-    542,
-    551,
-    561,
-    570,
-    580,
-    589,
-    599,
-    608,
-    618,
-)
-_VICKERS_OF_HRB = (*range(100, 200, 10), *range(200, 231, 5), 240, 250)
-_HRB = (
-    56.2,
-    62.3,
-    66.7,
-    71.2,
-    75.0,
-    78.7,
-    81.7,
-    85.0,
-    87.1,
-    89.5,
-    91.5,
-    92.5,
-    93.5,
-    94.0,
-    95.0,
-    96.0,
-    96.7,
-    98.1,
-    99.5,
-)
-_VICKERS_OF_HRC = (*range(240, 300, 5), *range(300, 700, 10), *range(700, 941, 20))
-_HRC = (
-    20.3,
-    21.3,
-    22.2,
-    23.1,
-    24.0,
-    24.8,
-    25.6,
-    26.4,
-    27.1,
-    27.8,
-    28.5,
-    29.2,
-    29.8,
-    31.0,
-    32.2,
-    33.3,
-    34.4,
-    35.5,
-    36.6,
-    37.7,
-    38.8,
-    39.8,
-    40.8,
-    41.8,
-    42.7,
-    43.6,
-    44.5,
-    45.3,
-    46.1,
-    46.9,
-    47.7,
-    48.4,
-    49.1,
-    49.8,
-    50.5,
-    51.1,
-    51.7,
-    52.3,
-    53.0,
-    53.6,
-    54.1,
-    54.7,
-    55.2,
-    55.7,
-    56.3,
-    56.8,
-    57.3,
-    57.8,
-    58.3,
-    58.8,
-    59.2,
-    59.7,
-    60.1,
-    61.0,
-    61.8,
-    62.5,
-    63.3,
-    64.0,
-    64.7,
-    65.3,
-    65.9,
-    66.4,
-    67.0,
-    67.5,
-    68.0,
-)
-_STEEL = {
-    "HBW": (_HBW, _VICKERS_OF_HBW),
-    "HRB": (_HRB, _VICKERS_OF_HRB),
-    "HRC": (_HRC, _VICKERS_OF_HRC),
-}
+STORED = Path(__file__).with_name("hardness.toml")
 
 _SPELLINGS = {"HV": "HV", "HBW": "HBW", "HB": "HBW", "HRB": "HRB", "HRBW": "HRB", "HRC": "HRC"}
 _NUMBER = r"\d+(?:\.\d+)?"
@@ -283,15 +106,22 @@ def parse(text: str) -> Reading:
     return Reading(value, scale, conditions[1] / conditions[0] ** 2)
 
 
+@cache
+def _steel_tables() -> dict[str, dict[str, list[float]]]:
+    """Return the numbers of each scale, and the Vickers numbers of the same steel."""
+    return tomllib.loads(STORED.read_text(encoding="utf-8"))
+
+
 @validate_arguments
 def vickers(value: float, scale: str) -> float:
     """Return the Vickers number of a steel from another scale."""
     require_positive(value=value)
     if scale == "HV":
         return float(value)
-    if scale not in _STEEL:
-        raise input_error("scale", scale, f"must be one of HV, {', '.join(_STEEL)}")
-    numbers, equivalents = _STEEL[scale]
+    steel = _steel_tables()
+    if scale not in steel:
+        raise input_error("scale", scale, f"must be one of HV, {', '.join(steel)}")
+    numbers, equivalents = steel[scale]["number"], steel[scale]["vickers"]
     if not numbers[0] <= value <= numbers[-1]:
         raise InputError(
             f"{value:g} {scale} is outside the table for steel "

@@ -94,13 +94,12 @@ class Layer:
             raise input_error("young", young, "must be finite: a layer is elastic")
         deep = to_si(thickness, "length", "thickness")
         require_positive(thickness=deep)
-        for key in ("young", "poisson", "yield_strength", "hardness", "name"):
-            object.__setattr__(self, key, getattr(bulk, key))
         residual = to_si(residual_stress, "pressure", "residual_stress")
         if not math.isfinite(residual):
             raise input_error("residual_stress", residual_stress, "must be finite")
-        object.__setattr__(self, "thickness", deep)
-        object.__setattr__(self, "residual_stress", residual)
+        shared = ("young", "poisson", "yield_strength", "hardness", "name")
+        vars(self).update({key: getattr(bulk, key) for key in shared})
+        vars(self).update(thickness=deep, residual_stress=residual)
 
     @property
     def bulk(self) -> Material:
@@ -168,15 +167,10 @@ class Material:
         base: str = "bonded",
     ) -> None:
         strength = to_si(yield_strength, "pressure", "yield_strength")
-        object.__setattr__(self, "young", to_si(young, "pressure", "young"))
-        object.__setattr__(self, "poisson", poisson)
-        object.__setattr__(self, "yield_strength", strength)
-        object.__setattr__(self, "name", replace_unprintable(name))
-        object.__setattr__(self, "hardness", stress(hardness, "hardness"))
-        object.__setattr__(self, "hardening", hardening)
-        object.__setattr__(self, "caveat", replace_unprintable(caveat))
-        object.__setattr__(self, "coating", tuple(coating))
-        object.__setattr__(self, "base", base)
+        modulus, hard = to_si(young, "pressure", "young"), stress(hardness, "hardness")
+        vars(self).update(young=modulus, poisson=poisson, yield_strength=strength, hardness=hard)
+        vars(self).update(name=replace_unprintable(name), caveat=replace_unprintable(caveat))
+        vars(self).update(hardening=hardening, coating=tuple(coating), base=base)
         self._check()
 
     @classmethod

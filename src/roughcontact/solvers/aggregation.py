@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._tools.arrays import Array
+from roughcontact.solvers.operator import dot
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -207,23 +208,23 @@ class Multigrid:
         level = self.levels[depth]
         first = self._cycle(depth, residual.copy())
         through = level.apply(first)
-        energy = _dot(first, through)
+        energy = dot(first, through)
         if not energy > 0:
             return first
         balance = residual * level.diagonal
-        step = _dot(first, balance) / energy
+        step = dot(first, balance) / energy
         remaining = balance - step * through
-        if _dot(remaining, remaining) <= _ENOUGH**2 * _dot(balance, balance):
+        if dot(remaining, remaining) <= _ENOUGH**2 * dot(balance, balance):
             first *= step
             return first
         second = self._cycle(depth, remaining / level.diagonal)
         # Make the second direction conjugate to the first.
-        common = _dot(second, through) / energy
+        common = dot(second, through) / energy
         second -= common * first
-        rest = _dot(second, level.apply(second))
+        rest = dot(second, level.apply(second))
         first *= step
         if rest > 0:
-            first += _dot(second, remaining) / rest * second
+            first += dot(second, remaining) / rest * second
         return first
 
 
@@ -263,13 +264,13 @@ def conjugate_gradients(
         if energy > 0:
             # Orthogonalize against the last direction itself: the recurrence of the residuals
             # requires a linear inverse.
-            better -= _dot(better, through) / energy * direction
+            better -= dot(better, through) / energy * direction
         direction = better
         through = level.apply(direction)
-        energy = _dot(direction, through)
+        energy = dot(direction, through)
         if not energy > 0:
             return result, step
-        length = _dot(direction, remaining) / energy
+        length = dot(direction, remaining) / energy
         result += length * direction
         remaining -= length * through
     return result, max_steps
@@ -338,8 +339,3 @@ def _merge_network(network: Network, group: Indices, count: int) -> Network:
 
 def _sum_by_group(group: Indices, values: Array, count: int) -> Array:
     return np.bincount(group, values, count).astype(np.float64, copy=False)
-
-
-def _dot(first: Array, second: Array) -> float:
-    # Not by BLAS, whose threads would change the last digits.
-    return float(np.einsum("i,i->", first, second))

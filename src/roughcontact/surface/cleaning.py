@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
+from roughcontact.solvers.operator import dot
 from roughcontact.surface import grid
 from roughcontact.units import format_percent
 
@@ -239,25 +240,21 @@ def _solve_iteratively(matrix: sparse.csr_array, right: Array, missing: NDArray[
     precondition = _multigrid(matrix, *np.nonzero(missing))
     solution, residual = np.zeros(right.size), right.copy()
     direction, previous = np.zeros(right.size), 1.0
-    enough = _TOLERANCE**2 * _dot(right, right)
+    enough = _TOLERANCE**2 * dot(right, right)
     for _ in range(_MAX_STEPS):
-        if _dot(residual, residual) <= enough:
+        if dot(residual, residual) <= enough:
             return solution
         preconditioned = precondition(residual)
-        product = _dot(residual, preconditioned)
+        product = dot(residual, preconditioned)
         direction = preconditioned + (product / previous) * direction
         previous = product
         image = matrix @ direction
-        length = product / _dot(direction, image)
+        length = product / dot(direction, image)
         solution += length * direction
         residual -= length * image
     raise InputError(
         f"the {right.size} missing points could not be filled; crop the map or mask them"
     )
-
-
-def _dot(first: Array, second: Array) -> float:
-    return float(np.einsum("i,i->", first, second))
 
 
 def _multigrid(

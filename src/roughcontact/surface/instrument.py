@@ -167,11 +167,10 @@ class Instrument:
         for key, value in numbers.items():
             if not 0 <= value < math.inf:
                 raise input_error(key, value, "must not be negative")
-            object.__setattr__(self, key, float(value))
-        object.__setattr__(self, "shape", min(known[0] if shape is None else float(shape), 1.0))
-        object.__setattr__(self, "kind", kind)
-        object.__setattr__(self, "curve", tuple((float(x), float(t)) for x, t in curve))
-        object.__setattr__(self, "name", replace_unprintable(name))
+            vars(self)[key] = float(value)
+        pairs = tuple((float(x), float(t)) for x, t in curve)
+        form = min(known[0] if shape is None else float(shape), 1.0)
+        vars(self).update(kind=kind, shape=form, curve=pairs, name=replace_unprintable(name))
 
     @classmethod
     def named(cls, name: str, noise: Quantity = 0.0) -> Instrument:

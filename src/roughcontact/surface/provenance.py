@@ -81,11 +81,9 @@ class Provenance:
         operations: Iterable[Operation] = (),
     ) -> None:
         # Names reach every written text: a line separator would end a comment of a script.
-        object.__setattr__(self, "source", replace_unprintable(source))
-        object.__setattr__(self, "instrument", replace_unprintable(instrument))
-        object.__setattr__(self, "channel", replace_unprintable(channel))
-        object.__setattr__(self, "origin", origin)
-        object.__setattr__(self, "operations", (*map(Operation.note, steps), *operations))
+        names = {"source": source, "instrument": instrument, "channel": channel}
+        vars(self).update({name: replace_unprintable(text) for name, text in names.items()})
+        vars(self).update(origin=origin, operations=(*map(Operation.note, steps), *operations))
 
     @property
     def steps(self) -> tuple[str, ...]:

@@ -97,11 +97,9 @@ class Surface(Displayable):
         provenance: Provenance | None = None,
         holes_masked: bool = False,
     ) -> None:
-        taken = grids.check_grid(to_si(heights, "length", "heights"), pixel)
-        object.__setattr__(self, "heights", taken[0])
-        object.__setattr__(self, "pixel", taken[1])
-        object.__setattr__(self, "provenance", provenance or Provenance())
-        object.__setattr__(self, "holes_masked", bool(holes_masked))
+        array, edges = grids.check_grid(to_si(heights, "length", "heights"), pixel)
+        vars(self).update(heights=array, pixel=edges, provenance=provenance or Provenance())
+        vars(self).update(holes_masked=bool(holes_masked))
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -46,6 +46,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.statistics import student
 from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.contact.result import ContactResult
@@ -724,7 +725,7 @@ def _corrected(
     total = sum(parts.values())
     # Quantiles of drawn variables are exact; the random part is known from few draws only.
     chance = parts[Cause.CHANCE] / total if total else 0.0
-    factor = (1 - chance) * _NORMAL**2 + chance * _student(count - 1) ** 2 * (1 + 1 / count)
+    factor = (1 - chance) * _NORMAL**2 + chance * student(count - 1) ** 2 * (1 + 1 / count)
     scatter = float(np.var(bracket, ddof=1))
     weight = scatter / (spread + scatter) if scatter else 1.0
     if study.measured.instrument.tip_radius:
@@ -734,7 +735,7 @@ def _corrected(
     squares = {cause: width * part / total if total else 0.0 for cause, part in parts.items()}
     if study.sampled and name not in _EXTREMES:
         sample = float(np.var(twin - shared, ddof=1))
-        squares[Cause.SAMPLE] = _student(count - 1) ** 2 * sample
+        squares[Cause.SAMPLE] = student(count - 1) ** 2 * sample
     squares[Cause.CORRECTIONS] = 2 * math.sqrt(weight * (1 - weight)) * (first - second) ** 2
     closing = total / spread if spread else 1.0
     return weight * first + (1 - weight) * second, squares, closing
@@ -747,13 +748,6 @@ _NO_SAMPLE = (
     "The intervals are of this place: the waves of the map grow up to the length of its side, so "
     "it is not a sample of the surface."
 )
-
-
-def _student(degrees: int) -> float:
-    """Return the 97.5 % quantile of Student's distribution."""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(degrees, 0.975))
 
 
 # Share of the difference of the corrections if it equals two half widths of either.

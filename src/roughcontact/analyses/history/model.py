@@ -223,9 +223,8 @@ class Stage:
         approach: Quantity | None = None,
         shift: Quantities = (0.0, 0.0),
     ) -> None:
-        object.__setattr__(self, "load", load_case.parse_load(load))
-        object.__setattr__(self, "approach", to_si(approach, "length", "approach"))
-        object.__setattr__(self, "shift", to_si(shift, "length", "shift"))
+        way, moved = to_si(approach, "length", "approach"), to_si(shift, "length", "shift")
+        vars(self).update(load=load_case.parse_load(load), approach=way, shift=moved)
         self._check()
 
     def _check(self) -> None:
