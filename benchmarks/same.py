@@ -293,7 +293,7 @@ CASES |= {f"py-solve-{name}": functools.partial(solved, *SOLVED[name]) for name 
 
 @case
 def followed(folder: Path) -> dict[str, Any]:
-    steps: list[rc.Step] = []
+    steps: list[Any] = []
     found = rc.solve(
         rough(), material=STEEL, load=0.2, progress=lambda at: steps.append(getattr(at, "step", at))
     )

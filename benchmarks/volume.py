@@ -130,7 +130,7 @@ def run_roughcontact(case: Case, folder: Path, *, quick: bool) -> dict[str, Any]
     options = arguments(case, quick=quick)
     told: list[int] = []
 
-    def progress(at: rc.Progress) -> None:
+    def progress(at: rc.results.Progress) -> None:
         told.append(at.step.iteration)
 
     cpu, began = time.process_time(), time.perf_counter()

@@ -51,7 +51,6 @@ from .material.material import (
     Material as Material,
     contact_modulus as contact_modulus,
 )
-from .solvers.progress import Progress as Progress, Step as Step
 from .surface.generation import generate as generate
 from .surface.nominal_bodies import cylinder as cylinder, sphere as sphere
 from .surface.placement import partition as partition

@@ -1,4 +1,4 @@
-"""Classes of results, for type hints and ``isinstance``."""
+"""Classes of results and of their progress, for type hints and ``isinstance``."""
 
 from roughcontact.analyses.compare.model import Comparison as Comparison
 from roughcontact.analyses.compare.sampling import SamplingStudy as SamplingStudy
@@ -13,5 +13,6 @@ from roughcontact.analyses.stress.model import StressResult as StressResult
 from roughcontact.analyses.sweep.model import LoadCurve as LoadCurve
 from roughcontact.analyses.tangential.model import Tangential as Tangential
 from roughcontact.elastoplastic.ceiling_comparison import ModelComparison as ModelComparison
+from roughcontact.solvers.progress import Progress as Progress, Step as Step
 from roughcontact.uncertainty.intervals import Uncertainty as Uncertainty
 from roughcontact.uncertainty.resolution import ResolutionStudy as ResolutionStudy

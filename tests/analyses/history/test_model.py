@@ -435,7 +435,7 @@ def test_interrupted_history_resumes_with_same_numbers(
     whole = history(rough(), [0.5, 1.0], **options)
     assert whole.indented_body == "counter_surface"
 
-    def stop(at: rc.Progress) -> None:
+    def stop(at: rc.results.Progress) -> None:
         if at.number == 4:
             raise KeyboardInterrupt
 
