@@ -15,6 +15,7 @@ from contextlib import contextmanager, suppress
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
+from multiprocessing.process import BaseProcess
 from typing import Any
 
 from roughcontact.errors import InputError
@@ -120,7 +121,7 @@ def died_message(process: SpawnProcess) -> str:
     return f"its process ended with status {process.exitcode}; is there enough memory?"
 
 
-def end_processes(begun: Iterable[SpawnProcess]) -> None:
+def end_processes(begun: Iterable[BaseProcess]) -> None:
     """Terminate processes, and kill those that still run after half a second."""
     begun = [process for process in begun if process.pid is not None]
     for process in begun:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
+import multiprocessing
 import os
-import pickle
-import signal
 import sys
-import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,10 +15,13 @@ import numpy as np
 
 from roughcontact._tools import memory
 from roughcontact._tools.files import atomic_write
+from roughcontact._tools.processes import end_processes, exit_with_parent, sigint_blocked
 from roughcontact.drawing.style import DPI
 from roughcontact.errors import InputError, RoughcontactError
 
 if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
     from matplotlib.figure import Figure
 
 
@@ -164,74 +164,40 @@ def _draw_in_processes(
     # Imported before the fork, so that it is loaded only once.
     import matplotlib.backends.backend_agg  # noqa: F401 - for what it loads
 
-    queue, numbers = os.pipe()
-    # Closed when this process ends in any way: the forks then exit.
-    here, alive = os.pipe()
     # The last figures are the largest and start first; small figures balance the end.
+    queue, numbers = os.pipe()
     os.write(numbers, bytes(reversed(range(len(drawings)))))
     os.close(numbers)
-    helpers: dict[int, int] = {}
+    context = multiprocessing.get_context("fork")
+    helpers, answers = [], []
     try:
-        for _ in range(processes - 1):
-            _fork(helpers, queue, (here, alive), drawings)
+        # A fork may wait for a lock that a thread holds: the threads of the solver are idle, and
+        # drawing does not use them.
+        with sigint_blocked():
+            for _ in range(processes - 1):
+                answer, writer = context.Pipe(duplex=False)
+                helper = context.Process(
+                    target=_draw_in_child, args=(queue, writer, drawings), daemon=True
+                )
+                answers.append(answer)
+                helpers.append(helper)
+                helper.start()
+                writer.close()
         result = _draw_remaining(queue, drawings, tell)
-        for helper, answer in list(helpers.items()):
-            with os.fdopen(answer, "rb", closefd=False) as stream:
-                text = stream.read()
-            del helpers[helper]
-            os.close(answer)
-            if os.waitpid(helper, 0)[1] == 0:
-                result |= pickle.loads(text)
+        for answer in answers:
+            # A process that failed sends nothing.
+            with suppress(EOFError, OSError):
+                result |= answer.recv()
         return result
     finally:
-        for end in (queue, here, alive):
-            os.close(end)
-        _end(helpers)
+        os.close(queue)
+        end_processes(helpers)
 
 
-def _fork(
-    helpers: dict[int, int], queue: int, life: tuple[int, int], drawings: Sequence[Drawing]
-) -> None:
-    """Start a process that draws, and register its answer pipe under its process id."""
-    answer, writer = os.pipe()
-    # Python warns about forks in a process with threads: a fork may wait for a lock that a thread
-    # holds. The solver threads are idle, and drawing does not use them.
-    with _block_stop_signals() as before:
-        helper = os.fork()
-        if helper == 0:
-            _draw_in_child(queue, writer, life, drawings, before)
-        helpers[helper] = answer
-    os.close(writer)
-
-
-def _draw_in_child(
-    queue: int,
-    text: int,
-    life: tuple[int, int],
-    drawings: Sequence[Drawing],
-    before: set[signal.Signals],
-) -> None:
-    """Draw in a child process, report each figure, and exit silently."""
-    status = 1
-    try:
-        os.close(life[1])
-        threading.Thread(target=_exit_with_parent, args=(life[0],), daemon=True).start()
-        # The parent process handles Ctrl-C.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        for asking in (signal.SIGTERM, signal.SIGHUP):
-            signal.signal(asking, signal.SIG_DFL)
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        with os.fdopen(text, "wb") as stream:
-            stream.write(pickle.dumps(_draw_remaining(queue, drawings)))
-        status = 0
-    finally:
-        os._exit(status)
-
-
-def _exit_with_parent(here: int) -> None:
-    """Exit as soon as the parent process has ended, even while drawing."""
-    os.read(here, 1)
-    os._exit(1)
+def _draw_in_child(queue: int, answer: Connection, drawings: Sequence[Drawing]) -> None:
+    """Draw figures in a fork, and send them; the parent draws those that fail again."""
+    with suppress(Exception, KeyboardInterrupt), exit_with_parent():
+        answer.send(_draw_remaining(queue, drawings))
 
 
 def _draw_remaining(
@@ -244,24 +210,3 @@ def _draw_remaining(
             tell(len(drawings) - number[0], len(drawings))
         result[number[0]] = png(drawings[number[0]]())
     return result
-
-
-@contextmanager
-def _block_stop_signals() -> Iterator[set[signal.Signals]]:
-    """Block the signals that end the program, and yield those blocked before."""
-    asking = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, asking)
-    try:
-        yield {signal.Signals(number) for number in before}
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _end(helpers: Mapping[int, int]) -> None:
-    """End processes whose figures are no longer needed; they write no files."""
-    for helper, answer in helpers.items():
-        os.close(answer)
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(helper, signal.SIGKILL)
-        with contextlib.suppress(ChildProcessError):
-            os.waitpid(helper, 0)
