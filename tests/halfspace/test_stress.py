@@ -242,27 +242,18 @@ def test_superposition_and_scale(ny, nx, seed, depth, boundary, friction):
 
 
 @pytest.mark.parametrize("boundary", ["free", "periodic"])
-def test_sections_cut_the_slices(boundary):
-    pressure = np.random.default_rng(3).random((21, 34))
-    depths = [0.0, 2.0, 31.0]
-    for options in ({}, {"friction": 0.3, "direction": 1.0}):
-        options = {"boundary": boundary, **options}
-        along_x, along_y = stress.sections(pressure, PIXEL, depths, 0.3, (4, 30), **options)
-        for number, piece in enumerate(stress.slices(pressure, PIXEL, depths, 0.3, **options)):
-            assert piece.depth == depths[number]
-            np.testing.assert_array_equal(along_x[:, number], piece.stress[:, 4])
-            np.testing.assert_array_equal(along_y[:, number], piece.stress[:, :, 30])
-
-
-@pytest.mark.parametrize("boundary", ["free", "periodic"])
 def test_sections_of_a_summary_pass_through_its_largest_stress(boundary):
     # The largest stress moves to other pixels as the depths pass.
     pressure = np.random.default_rng(5).random((40, 30))
     options = {"boundary": boundary, "friction": 0.2}
     found, *planes = stress_summary.summarize_with_sections(pressure, PIXEL, 0.3, **options)
     assert len({tuple(pixel) for pixel in found.pixels}) > 2
-    expected = stress.sections(pressure, PIXEL, found.depths, 0.3, found.pixel_of_max, **options)
-    for plane, section in zip(planes, expected, strict=True):
+    pieces = [
+        piece.stress for piece in stress.slices(pressure, PIXEL, found.depths, 0.3, **options)
+    ]
+    row, column = found.pixel_of_max
+    expected = [piece[:, row] for piece in pieces], [piece[:, :, column] for piece in pieces]
+    for plane, section in zip(planes, (np.stack(part, axis=1) for part in expected), strict=True):
         np.testing.assert_array_equal(plane, section)
 
 
@@ -406,13 +397,9 @@ def test_bad_arguments(change, message):
         with pytest.raises(InputError, match=message):
             # At the call, not when the first slice is asked for.
             call(**(good | change))
-    with pytest.raises(InputError, match=message):
-        stress.sections(point=(0, 0), **(good | change))
 
 
-def test_bad_point_and_strength():
-    with pytest.raises(InputError, match=r"point.*\(2, 0\)"):
-        stress.sections(np.ones((2, 2)), PIXEL, [1.0], 0.3, (2, 0))
+def test_bad_strength():
     with pytest.raises(InputError, match=r"yield_strength.*-1"):
         stress_summary.summarize(np.ones((2, 2)), PIXEL, 0.3, yield_strength=-1.0)
 

@@ -29,18 +29,10 @@ def test_below_a_line_contact_the_stress_is_mcewens(precision):
     x = (np.arange(points) - (points - 1) / 2) * spacing
     pressure = P0 * np.sqrt(np.maximum(1 - (x / A) ** 2, 0))
     depths = np.array([0.3, 0.78, 1.5, 3.0]) * A
-    section, _ = stress.sections(
-        pressure[None],
-        (1.0, spacing),
-        depths,
-        RATIO,
-        (0, points // 2),
-        boundary="periodic-y",
-        precision=precision,
-    )
-    for number, z in enumerate(depths):
-        along, down, shear = mcewen(x, z)
-        xx, yy, zz, yz, xz, xy = section[:, number]
+    options = {"boundary": "periodic-y", "precision": precision}
+    for piece in stress.slices(pressure[None], (1.0, spacing), depths, RATIO, **options):
+        along, down, shear = mcewen(x, piece.depth)
+        xx, yy, zz, yz, xz, xy = piece.stress[:, 0]
         # The pressure is constant on each point, which is felt to (spacing/a)^(3/2) of it.
         for found, expected in ((xx, along), (zz, down), (yy, RATIO * (along + down))):
             np.testing.assert_allclose(found, expected, atol=5e-5 * P0)

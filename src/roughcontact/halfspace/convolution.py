@@ -412,7 +412,7 @@ def free(
                 rows += coatings.pixels(rows.shape, pixel, top, tables) / (math.pi * pixel[0])
 
         work.each(fill, range(0, quadrant.shape[0], BAND))
-        return fft.even_spectrum(quadrant, work)
+        return fft.quadrant_spectrum(quadrant, work)
 
     return Convolution(
         SPECTRA.get(("free", half, edges if coatings is None else pixel, coatings), make),
@@ -518,7 +518,7 @@ def strip(
         # Equal work for each octave: from one to the next, waves decay over half the distance.
         ends = [0, *(1 << n for n in range((period // 2).bit_length() + 1))]
         work.each(fill, [slice(*pair) for pair in pairwise(ends)])
-        fft.even_spectrum(table, work, axes=(0,))
+        fft.quadrant_spectrum(table, work, axes=(0,))
         return table if axis == 1 else np.ascontiguousarray(table.T)
 
     return Convolution(

@@ -260,34 +260,24 @@ class Workspace:
         return memory[:size].view(dtype).reshape(shape)
 
 
-def even_spectrum(quadrant: Array, workspace: Workspace, axes: tuple[int, ...] = (0, 1)) -> Array:
-    """Return the transform of an array that is even along these axes, both as one quadrant.
+def quadrant_spectrum(
+    quadrant: Array, workspace: Workspace, axes: tuple[int, ...] = (0, 1), odd: bool = False
+) -> Array:
+    """Return the transform of an array that is even or odd along axes, both as one quadrant.
 
     In place, on all threads of the workspace, in blocks that do not depend on the number of
     threads: a library that distributes the lines itself transforms several lines together, and the
     remaining lines of each share get other last digits.
     """
     for axis in axes:
-        lines, bytes_of_line = quadrant.shape[1 - axis], 8 * quadrant.shape[axis]
-        step = max(_LINES, COLUMN_BYTES // bytes_of_line // _LINES * _LINES)
+        lines = quadrant if axis == 0 else quadrant.T
+        step = max(_LINES, COLUMN_BYTES // (8 * len(lines)) // _LINES * _LINES)
 
-        def transform(start: int, axis: int = axis, step: int = step) -> None:
-            part = (
-                quadrant[:, start : start + step] if axis == 0 else quadrant[start : start + step]
-            )
-            _even_lines(part, axis)
+        def transform(start: int, lines: Array = lines, step: int = step) -> None:
+            half_line_transform(lines[:, start : start + step], odd)
 
-        workspace.each(transform, range(0, lines, step))
+        workspace.each(transform, range(0, lines.shape[1], step))
     return quadrant
-
-
-def _even_lines(part: Array, axis: int) -> None:
-    if _ducc0 is not None:
-        _ducc0.fft.dct(part, axes=(axis,), type=1, out=part, nthreads=1)
-        return
-    import scipy.fft
-
-    part[...] = scipy.fft.dct(part, type=1, axis=axis, workers=1)
 
 
 # NumPy's transforms, independent of the installed libraries; see the docstring of this module.

@@ -816,51 +816,6 @@ def _slice(field: Field, depth: float) -> Slice:
     return Slice(depth, stress)
 
 
-def sections(
-    pressure: ArrayLike,
-    pixel: tuple[float, float],
-    depths: ArrayLike,
-    poisson: float,
-    point: tuple[int, int],
-    *,
-    boundary: str = "free",
-    friction: float = 0.0,
-    direction: float = 0.0,
-    traction: ArrayLike | None = None,
-    precision: str = "single",
-    workers: int | None = None,
-) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return the stress on the two vertical planes through a pixel.
-
-    Parameters
-    ----------
-    pressure, pixel, depths, poisson, boundary, friction, direction, traction, precision, workers
-        As for `slices`.
-    point : (int, int)
-        Row and column of the pixel.
-
-    Returns
-    -------
-    along_x : ndarray, shape (6, nz, nx)
-        Tensors on the plane of the row [Pa].
-    along_y : ndarray, shape (6, nz, ny)
-        Tensors on the plane of the column [Pa].
-
-    Raises
-    ------
-    InputError
-        If an argument is outside its range.
-    """
-    workspace = Workspace(workers)
-    field = field_of(
-        pressure, pixel, poisson, boundary, friction, direction, precision, workspace, traction
-    )
-    listed, (ny, nx) = depth_list(depths), field.shape
-    if not (0 <= point[0] < ny and 0 <= point[1] < nx):
-        raise input_error("point", point, f"must be inside the map of {ny} × {nx} pixels")
-    return planes(field, [cross_section(field, depth, point) for depth in listed.tolist()])
-
-
 class CrossSection:
     """Stress at one depth along the row and the column through a pixel.
 

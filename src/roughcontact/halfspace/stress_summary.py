@@ -496,30 +496,18 @@ class Summary:
 
 
 def summarize(
-    pressure: ArrayLike,
-    pixel: tuple[float, float],
-    poisson: float,
-    *,
-    depths: ArrayLike | None = None,
-    yield_strength: float | None = None,
-    boundary: str = "free",
-    friction: float = 0.0,
-    direction: float = 0.0,
-    traction: ArrayLike | None = None,
-    precision: str = "single",
-    workers: int | None = None,
+    pressure: ArrayLike, pixel: tuple[float, float], poisson: float, **options: Any
 ) -> Summary:
     """Return the largest stresses of a volume without storing the volume.
 
     Parameters
     ----------
-    pressure, pixel, poisson, boundary, friction, direction, traction, precision, workers
+    pressure, pixel, poisson
         As for `slices`.
-    depths : array_like, optional
-        Depths z ≥ 0 [m]; by default those of `graded_depths`, and up to four more near the largest
-        von Mises stress.
-    yield_strength : float, optional
-        σ_Y [Pa].
+    **options
+        ``boundary``, ``friction``, ``direction``, ``traction``, ``precision`` and ``workers`` as
+        for `slices`; ``depths`` z ≥ 0 [m], by default those of `graded_depths` and up to four more
+        near the largest von Mises stress; ``yield_strength`` σ_Y [Pa].
 
     Returns
     -------
@@ -541,19 +529,7 @@ def summarize(
     >>> round(found.max_von_mises, 2), round(found.depth_of_max / 20, 2)
     (0.62, 0.48)
     """
-    passage = _stream_depths(
-        pressure,
-        pixel,
-        poisson,
-        depths=depths,
-        yield_strength=yield_strength,
-        boundary=boundary,
-        friction=friction,
-        direction=direction,
-        traction=traction,
-        precision=precision,
-        workers=workers,
-    )
+    passage = _stream_depths(pressure, pixel, poisson, **options)
     return passage.summary(pixel[0] * pixel[1])
 
 
@@ -572,9 +548,9 @@ def summarize_with_sections(
     summary : Summary
         The result of `summarize`.
     along_x : ndarray, shape (6, nz, nx)
-        The results of `stress.sections`, for the depths of the summary [Pa].
+        Stress on the plane along x, for the depths of the summary [Pa].
     along_y : ndarray, shape (6, nz, ny)
-        See ``along_x``.
+        Stress on the plane along y [Pa].
     """
     passage = _stream_depths(pressure, pixel, poisson, **options)
     summary = passage.summary(pixel[0] * pixel[1])
@@ -738,15 +714,11 @@ def _rim(
     """Return the largest stress at the rims of spots, in units of the largest pressure."""
     source = np.asarray(pressure, dtype=np.float64) / field.unit
     pulled = None if traction is None else np.asarray(traction, dtype=np.float64) / field.unit
+    operator = boundary.operator(source.shape, pixel, 1.0, workspace=workspace)
     return largest(
         Sliding(
             pressure=source,
-            displacement=np.stack(
-                [
-                    _displacement(load, pixel, boundary, workspace)
-                    for load in ([source] if pulled is None else pulled)
-                ]
-            ),
+            displacement=np.stack(list(map(operator, [source] if pulled is None else pulled))),
             stress=_along_surface(field),
             pixel=pixel,
             poisson=poisson,
@@ -755,23 +727,6 @@ def _rim(
             traction=pulled,
         )
     )
-
-
-def _displacement(
-    pressure: Array, pixel: tuple[float, float], boundary: Boundary, workspace: Workspace
-) -> Array:
-    """Return the normal displacement times E* [m] under a pressure without unit."""
-    operator = boundary.operator(
-        (pressure.shape[0], pressure.shape[1]), pixel, 1.0, workspace=workspace
-    )
-    loaded = np.flatnonzero(pressure)
-    result: Array = np.empty(pressure.shape)
-
-    def store_displacement(_: int, rows: slice, displacement: NDArray[Any]) -> None:
-        result[rows] = displacement
-
-    operator.spread(operator.support(loaded), pressure.flat[loaded], store_displacement)
-    return result
 
 
 def _along_surface(field: Field) -> NDArray[Any]:

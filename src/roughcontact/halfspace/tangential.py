@@ -200,9 +200,10 @@ def operator(
             rows[...] = kernels.cerruti(rows.shape[1:], edges, 1.0, poisson, first_row=top)
 
         work.each(fill, range(0, table.shape[1], BAND))
-        for part in table[:2]:
-            fft.even_spectrum(part, work)
-        _odd_spectrum(table[2], work)
+        for part, odd in zip(table, (False, False, True), strict=True):
+            fft.quadrant_spectrum(part, work, odd=odd)
+        # Each of the two odd transforms has a factor i.
+        table[2] *= -1
         return table
 
     return TangentialConvolution(
@@ -213,15 +214,3 @@ def operator(
         workspace=work,
         softness=pixel[0] / contact_modulus,
     )
-
-
-def _odd_spectrum(quadrant: Array, workspace: Workspace) -> None:
-    """Transform an array that is odd along both axes, in place."""
-    for lines in (quadrant, quadrant.T):
-
-        def transform(start: int, lines: Array = lines) -> None:
-            fft.half_line_transform(lines[:, start : start + BAND], odd=True)
-
-        workspace.each(transform, range(0, lines.shape[1], BAND))
-    # Each of the two transforms has a factor i.
-    quadrant *= -1
