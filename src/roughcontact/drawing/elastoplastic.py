@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.drawing import style
-from roughcontact.elastoplastic import volume_result as depth
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.errors import require_positive
 from roughcontact.units import count_noun, format_engineering, format_percent
@@ -132,7 +131,7 @@ def section(
 
     if width is not None:
         require_positive(width=width)
-    cut = _window(depth.section_of(result, along, index, body), width)
+    cut = _window(result.section(along, index, body), width)
     plane, columns = cut.plane, cut.columns
     length = float(plane.edges[columns.stop] - plane.edges[columns.start])
     height = _PANEL * cut.depth / length
@@ -239,7 +238,7 @@ def profile(
     """
     from matplotlib.ticker import MaxNLocator
 
-    answer = depth.profile(result, point, body)
+    answer = result.profile(point, body)
     figure, grid = style.panels(10.8, 5.6, 1, 3, sharey=True)
     length, length_unit = style.prefixed(float(answer.faces[-1]), "m")
     depths = answer.faces * length
@@ -318,7 +317,7 @@ def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
     """
     from matplotlib.ticker import MaxNLocator
 
-    answer = depth.layers(result, body)
+    answer = result.layers(body)
     figure, grid = style.panels(10.8, 5.6, 1, 3, sharey=True)
     length, length_unit = style.prefixed(float(answer.faces[-1]), "m")
     depths = answer.faces * length

@@ -80,10 +80,8 @@ def slope_under(result: ElastoplasticResult) -> float:
     gap = result.solution.initial_gap
     under = result.solution.contact
     if not under.any():
-        ny, nx = gap.shape
         for body in result.bodies:
-            inside = np.s_[body.margin : body.margin + ny, body.margin : body.margin + nx]
-            under = under | body.flowed_under[inside]
+            under = under | body.flowed_under[result.map_window]
     square = np.zeros(gap.shape)
     for slope in np.gradient(gap, *result.solution.surface.pixel):
         square += slope * slope

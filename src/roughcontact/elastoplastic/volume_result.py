@@ -284,10 +284,13 @@ class ElastoplasticResult(Result):
     @property
     def yielded(self) -> NDArray[np.bool_]:
         """Pixels with plastic strain in the uppermost layer of any body, shape (ny, nx)."""
-        first = self.bodies[0].margin
-        ny, nx = self.solution.pressure.shape
-        inside = slice(first, first + ny), slice(first, first + nx)
-        return np.any([body.flowed_at_top[inside] for body in self.bodies], axis=0)
+        return np.any([body.flowed_at_top[self.map_window] for body in self.bodies], axis=0)
+
+    @property
+    def map_window(self) -> Window:
+        """Rows and columns of the volume below the map."""
+        (ny, nx), first = self.solution.pressure.shape, self.bodies[0].margin
+        return slice(first, first + ny), slice(first, first + nx)
 
     @property
     def perimeter_corrected_area(self) -> float:
@@ -320,87 +323,58 @@ class ElastoplasticResult(Result):
         return presentation().volume_cautions(self)
 
     def profile(self, point: tuple[int, int] | None = None, body: int = 0) -> DepthProfile:
-        """Return plastic strain and stress over the depth; see `volume_result.profile`."""
-        return profile(self, point, body)
+        """Return plastic strain and stress over the depth below a point."""
+        held = _body(self, body)
+        row, column = most_strained(self, body)[1:] if point is None else point
+        shape = self.solution.pressure.shape
+        if not (0 <= row < shape[0] and 0 <= column < shape[1]):
+            raise input_error("point", point, f"must be inside the map of {shape} points")
+        dy, dx = self.solution.surface.pixel
+        where = row + held.margin, column + held.margin
+        return DepthProfile(
+            (int(row), int(column)),
+            ((row + 0.5) * dy, (column + 0.5) * dx),
+            *held.depth_values(where),
+        )
 
     def section(self, along: str = "x", index: int | None = None, body: int = 0) -> DepthSection:
-        """Return plastic strain and stress on a vertical plane; see `volume_result.section_of`."""
-        return section_of(self, along, index, body)
+        """Return plastic strain and stress on a vertical plane along a row or a column."""
+        held = _body(self, body)
+        if along not in ("x", "y"):
+            raise input_error("along", along, "must be 'x' or 'y'")
+        axis = 1 if along == "x" else 0
+        pressure, pixel = self.solution.pressure, self.solution.surface.pixel
+        shape = pressure.shape
+        chosen = most_strained(self, body)[2 - axis] if index is None else index
+        if not 0 <= chosen < shape[1 - axis]:
+            line = "row" if along == "x" else "column"
+            raise input_error("index", index, f"must be a {line} of {shape[1 - axis]}")
+        ends = slice(held.margin, held.margin + shape[axis])
+        position = chosen + held.margin
+        on_map = np.s_[chosen, :] if along == "x" else np.s_[:, chosen]
+        faces, *fields = held.depth_values((position, ends) if along == "x" else (ends, position))
+        return DepthSection(
+            along,
+            int(chosen),
+            (chosen + 0.5) * pixel[1 - axis],
+            np.arange(shape[axis] + 1) * pixel[axis],
+            faces,
+            pressure[on_map],
+            self.residual_displacement[on_map],
+            *fields,
+        )
 
     def layers(self, body: int = 0) -> LayerProfile:
-        """Return the largest values of each layer; see `volume_result.layers`."""
-        return layers(self, body)
-
-
-# --- Profiles and sections of plastic strain and stress ---
+        """Return the largest plastic strain and stresses of each layer below the map."""
+        return _body(self, body).layer_profile(self.map_window)
 
 
 def most_strained(result: ElastoplasticResult, body: int = 0) -> tuple[int, int, int]:
     """Return layer, row and column of the largest plastic strain below the map."""
-    held = _body(result, body)
-    return held.largest_strain_index(_map_window(result, held))
-
-
-def profile(
-    result: ElastoplasticResult, point: tuple[int, int] | None = None, body: int = 0
-) -> DepthProfile:
-    """Return plastic strain and stress over the depth below a point."""
-    held = _body(result, body)
-    row, column = most_strained(result, body)[1:] if point is None else point
-    shape = result.solution.pressure.shape
-    if not (0 <= row < shape[0] and 0 <= column < shape[1]):
-        raise input_error("point", point, f"must be inside the map of {shape} points")
-    dy, dx = result.solution.surface.pixel
-    where = row + held.margin, column + held.margin
-    return DepthProfile(
-        (int(row), int(column)), ((row + 0.5) * dy, (column + 0.5) * dx), *held.depth_values(where)
-    )
-
-
-def section_of(
-    result: ElastoplasticResult, along: str, index: int | None, body: int
-) -> DepthSection:
-    """Return plastic strain and stress on a vertical plane along a row or a column."""
-    held = _body(result, body)
-    if along not in ("x", "y"):
-        raise input_error("along", along, "must be 'x' or 'y'")
-    axis = 1 if along == "x" else 0
-    pressure, pixel = result.solution.pressure, result.solution.surface.pixel
-    shape = pressure.shape
-    chosen = most_strained(result, body)[2 - axis] if index is None else index
-    if not 0 <= chosen < shape[1 - axis]:
-        line = "row" if along == "x" else "column"
-        raise input_error("index", index, f"must be a {line} of {shape[1 - axis]}")
-    ends = slice(held.margin, held.margin + shape[axis])
-    position = chosen + held.margin
-    on_map = np.s_[chosen, :] if along == "x" else np.s_[:, chosen]
-    faces, *fields = held.depth_values((position, ends) if along == "x" else (ends, position))
-    return DepthSection(
-        along,
-        int(chosen),
-        (chosen + 0.5) * pixel[1 - axis],
-        np.arange(shape[axis] + 1) * pixel[axis],
-        faces,
-        pressure[on_map],
-        result.residual_displacement[on_map],
-        *fields,
-    )
-
-
-def layers(result: ElastoplasticResult, body: int = 0) -> LayerProfile:
-    """Return the largest plastic strain and stresses of each layer below the map."""
-    held = _body(result, body)
-    return held.layer_profile(_map_window(result, held))
+    return _body(result, body).largest_strain_index(result.map_window)
 
 
 def _body(result: ElastoplasticResult, body: int) -> PlasticBody:
     if not 0 <= body < len(result.bodies):
         raise input_error("body", body, f"must be one of {len(result.bodies)} that yield")
     return result.bodies[body]
-
-
-def _map_window(result: ElastoplasticResult, body: PlasticBody) -> Window:
-    """Return the rows and columns of the volume below the map."""
-    ny, nx = result.solution.pressure.shape
-    first = body.margin
-    return slice(first, first + ny), slice(first, first + nx)

@@ -20,7 +20,7 @@ from roughcontact.contact.plausibility import load_bearing_spot_pixels
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
 from roughcontact.drawing import elastoplastic, maps, profiles, sections
-from roughcontact.elastoplastic.volume_result import ElastoplasticResult, profile
+from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.report.page import HALF, MIDDLE, WIDE
 from roughcontact.surface.surface import Surface
 from roughcontact.units import count_noun, format_engineering, format_percent
@@ -214,7 +214,7 @@ class VolumeScene:
 
     def close(self) -> VolumeScene:
         """Return the scene of a close-up of the plastic zone, if it is a small part of the map."""
-        zone = profile(self.result, body=self.body)
+        zone = self.result.profile(body=self.body)
         plastic = np.flatnonzero(zone.accumulated)
         if not plastic.size:
             return self

@@ -92,9 +92,9 @@ def pass_result(
         strain = body.plastic_strain - _resample_layers(old, body, "plastic_strain")
         gain = max(gain, 2 / 3 * float(tensors.equivalent(strain.swapaxes(0, 1)).max()))
         # The sign makes shear positive if the layers above move in the direction.
-        shear.append(_over_depth(result, body, -_shear(strain, direction)))
+        shear.append(_over_depth(result, -_shear(strain, direction)))
         for answer, angle in ((along, direction), (across, direction + 90)):
-            answer.append(_over_depth(result, body, _normal(body, angle)))
+            answer.append(_over_depth(result, _normal(body, angle)))
     steps = result.increments[0 if before is None else len(before.increments) :]
     heights = rolled_surface(result).heights
     return Pass(
@@ -132,8 +132,7 @@ class MovieFrame:
 
 def make_frame(result: ElastoplasticResult, number: int, step: int, along: str) -> MovieFrame:
     """Return the movie frame of a state, in single precision."""
-    body = result.bodies[0]
-    strain = _crop_to_map(result, body, body.accumulated).max(axis=1 if along == "x" else 2)
+    strain = result.bodies[0].accumulated[:, *result.map_window].max(axis=1 if along == "x" else 2)
     return MovieFrame(
         number, step, result.solution.pressure.astype(np.float32), strain.astype(np.float32)
     )
@@ -163,16 +162,10 @@ def _normal(body: PlasticBody, direction: float) -> Array:
     return mean + stress[:, 1] * math.cos(angle) + stress[:, 2] * math.sin(angle)
 
 
-def _crop_to_map(result: ElastoplasticResult, body: PlasticBody, values: Array) -> Array:
-    ny, nx = result.solution.pressure.shape
-    first = body.margin
-    return values[..., first : first + ny, first : first + nx]
-
-
-def _over_depth(result: ElastoplasticResult, body: PlasticBody, values: Array) -> Array:
+def _over_depth(result: ElastoplasticResult, values: Array) -> Array:
     """Return one value per layer: the mean along periodic, the largest along free axes."""
     axes = tuple(1 + axis for axis in result.solution.boundary.periodic_axes)
-    mean = _crop_to_map(result, body, values).mean(axis=axes, keepdims=True, dtype=float)
+    mean = values[:, *result.map_window].mean(axis=axes, keepdims=True, dtype=float)
     lines = mean.reshape(len(values), -1)
     return lines[np.arange(len(lines)), np.abs(lines).argmax(axis=1)]
 

@@ -185,7 +185,7 @@ class Yielding:
     @cached_property
     def layers(self) -> LayerProfile:
         """Largest values of each layer."""
-        return depth.layers(self.result, self.number)
+        return self.result.layers(self.number)
 
     @property
     def loaded(self) -> bool:
