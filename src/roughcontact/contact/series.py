@@ -9,11 +9,13 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from roughcontact.cautions import CautionTag, as_note
+from roughcontact._tools.arrays import Array
+from roughcontact.cautions import Caution, CautionTag, as_note, sort_cautions
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ArgumentRef, InputError, Part, input_error
 from roughcontact.material.material import Material
+from roughcontact.result import Result
 from roughcontact.surface import spectrum
 from roughcontact.units import Quantity, format_engineering, format_lengths, to_si
 
@@ -21,6 +23,26 @@ Step = TypeVar("Step")
 
 # Relative difference up to which pixels are equal.
 _PIXEL_TOLERANCE = 1e-6
+
+
+class StepResult(Result):
+    """Result of several loads or stages, one step each."""
+
+    steps: tuple[Any, ...]
+    messages: tuple[Caution, ...] = ()
+    extra_cautions: tuple[Caution, ...] = ()
+
+    def column(self, name: str) -> Array:
+        """Return one field of all steps, shape (n,); see the class of the steps."""
+        names = [item.name for item in fields(self.steps[0])]
+        if name not in names:
+            raise input_error("name", name, f"must be one of {', '.join(names)}")
+        return np.array([getattr(step, name) for step in self.steps], dtype=float)
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """Cautions on the result, the most severe first."""
+        return sort_cautions([*self.messages, *self.extra_cautions])
 
 
 @dataclass(frozen=True)

@@ -42,20 +42,14 @@ from roughcontact._tools import statistics
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.arrays import Array
 from roughcontact._tools.statistics import Mean
-from roughcontact.cautions import (
-    Caution,
-    CautionTag,
-    as_caution,
-    as_note,
-    as_warning,
-    sort_cautions,
-)
+from roughcontact.cautions import Caution, CautionTag, as_caution, as_note, as_warning
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.series import (
     ONE_ROUGH_FACE,
     CalibratedChange,
+    StepResult,
     check_same_pair,
     mean_step,
     parse_positive,
@@ -67,7 +61,6 @@ from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material import catalog, fluids
 from roughcontact.material.material import Conductor
-from roughcontact.result import Result
 from roughcontact.surface import roughness
 from roughcontact.surface.form import level
 from roughcontact.theory import constriction
@@ -324,7 +317,7 @@ class Change:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Conductance(Result):
+class Conductance(StepResult):
     """Electrical and thermal resistance of a contact under one load or several.
 
     Parameters
@@ -413,11 +406,6 @@ class Conductance(Result):
         return replace(self, coarser=Change(max(coarser.pair.pixel), length, area))
 
     @property
-    def cautions(self) -> tuple[Caution, ...]:
-        """Cautions on the result, the most severe first."""
-        return sort_cautions([*self.messages, *self.extra_cautions])
-
-    @property
     def nominal_area(self) -> float:
         """Area of the whole map [m²]."""
         size = self.largest.pair.size
@@ -433,10 +421,6 @@ class Conductance(Result):
     def thermal_resistivity(self) -> float:
         """Sum of 1/k of the two bodies [m K/W]; NaN if one is not known."""
         return _thermal_resistivity(self.bodies)
-
-    def column(self, name: str) -> Array:
-        """Return one field of all steps, shape (n,); see `ConductanceStep`."""
-        return np.array([getattr(step, name) for step in self.steps], dtype=float)
 
     @property
     def electrical_resistance(self) -> Array:

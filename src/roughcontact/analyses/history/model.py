@@ -25,6 +25,7 @@ from roughcontact.contact.ceiling import resolve_ceiling
 from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, parse_load as given_load
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import CALIBRATED, CalibrationRecord, ContactResult
+from roughcontact.contact.series import StepResult
 from roughcontact.contact.solve import solve_pair
 from roughcontact.contact.validation import check_problem
 from roughcontact.errors import (
@@ -37,7 +38,6 @@ from roughcontact.errors import (
     require_count,
 )
 from roughcontact.material.material import RIGID, Material
-from roughcontact.result import Result
 from roughcontact.solvers.progress import (
     Progress,
     Step,
@@ -278,11 +278,8 @@ class HistoryStep:
     seconds: float  # Wall time of the solve
 
 
-_FIELDS = tuple(field.name for field in fields(HistoryStep))
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class LoadHistory(Result):
+class LoadHistory(StepResult):
     """Path of loads and positions, and its permanent indentation.
 
     Parameters
@@ -357,12 +354,6 @@ class LoadHistory(Result):
             return largest.cautions
         caution = plausibility.indentation_caution(advice, ceiling)
         return largest.cautions if caution is None else sort_cautions([*largest.cautions, caution])
-
-    def column(self, name: str) -> Array:
-        """Return one field of all steps, shape (n,); see `HistoryStep` for names and units."""
-        if name not in _FIELDS:
-            raise input_error("name", name, f"must be one of {', '.join(_FIELDS)}")
-        return np.array([getattr(step, name) for step in self.steps], dtype=float)
 
     @property
     def hysteresis(self) -> tuple[Array, Array]:

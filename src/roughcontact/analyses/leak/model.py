@@ -23,14 +23,7 @@ from roughcontact.analyses.leak.fluid_load import (
     nominal_contact,
 )
 from roughcontact.analyses.leak.gas_flow import GasState, gas_factor
-from roughcontact.cautions import (
-    Caution,
-    CautionTag,
-    as_caution,
-    as_note,
-    as_warning,
-    sort_cautions,
-)
+from roughcontact.cautions import Caution, CautionTag, as_caution, as_note, as_warning
 from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.plausibility import over_loads
@@ -38,6 +31,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.series import (
     ONE_ROUGH_FACE,
     CalibratedChange,
+    StepResult,
     check_same_pair,
     mean_step,
     parse_positive,
@@ -46,7 +40,6 @@ from roughcontact.contact.series import (
 from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material import fluids
-from roughcontact.result import Result
 from roughcontact.theory.rarefied_gas import mean_free_path
 from roughcontact.units import Quantity, format_change, format_percent
 
@@ -245,7 +238,7 @@ class Change:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Leakage(Result):
+class Leakage(StepResult):
     """Permeability, flow factors and leak rate of a contact under one load or several.
 
     Parameters
@@ -300,11 +293,6 @@ class Leakage(Result):
         flows = np.array([flow_of(item.steps[-1]) for item in every])
         draws = tuple(statistics.mean_with_interval(flows[:, axis]) for axis in (0, 1))
         return replace(self, steps=steps, draws=draws)
-
-    @property
-    def cautions(self) -> tuple[Caution, ...]:
-        """Cautions on the result, the most severe first."""
-        return sort_cautions([*self.messages, *self.extra_cautions])
 
     @property
     def nominal_area(self) -> float:
@@ -396,10 +384,6 @@ class Leakage(Result):
     def fluid_load(self) -> Array:
         """Part of the load that was subtracted for the fluid [N], shape (n,)."""
         return self.column("load") - self.column("solid_load")
-
-    def column(self, name: str) -> Array:
-        """Return one field of all steps, shape (n,); see `LeakageStep`."""
-        return np.array([getattr(step, name) for step in self.steps], dtype=float)
 
     def permeability(self, axis: int, along: int | None = None) -> Array:
         """Return the permeability k of all steps [m³], shape (n,).

@@ -19,19 +19,19 @@ from roughcontact._tools import checkpoints
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.arrays import Array
 from roughcontact._tools.checkpoints import RunFolder
-from roughcontact.cautions import Caution, sort_cautions
+from roughcontact.cautions import Caution
 from roughcontact.contact.ceiling import is_bracket, resolve_ceiling
 from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import BASE, CALIBRATED, COATING, CalibrationRecord, ContactResult
+from roughcontact.contact.series import StepResult
 from roughcontact.contact.solve import solve_pair
 from roughcontact.contact.stiffness import contact_growth, predict_pressure, unloading_stiffness
 from roughcontact.contact.validation import check_problem, check_profile
-from roughcontact.errors import ArgumentRef, ConvergenceError, InputError, Sentence, input_error
+from roughcontact.errors import ArgumentRef, ConvergenceError, InputError, Sentence
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material, softer_material
-from roughcontact.result import Result
 from roughcontact.solvers.progress import Progress, Tell, progress_callback, shows_progress_bar
 from roughcontact.surface import roughness
 from roughcontact.surface.provenance import Provenance
@@ -69,11 +69,8 @@ class LoadStep:
     ceiling: float = math.nan  # Largest pressure allowed [Pa]
 
 
-_FIELDS = tuple(item.name for item in fields(LoadStep))
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class LoadCurve(Result):
+class LoadCurve(StepResult):
     """Contact over load, with simple laws.
 
     Parameters
@@ -145,17 +142,6 @@ class LoadCurve(Result):
     def preparation(self) -> tuple[str, ...]:
         """Preparation of the map, one sentence per step."""
         return self.origins[0].steps
-
-    @property
-    def cautions(self) -> tuple[Caution, ...]:
-        """Cautions on the curve, the most severe first."""
-        return sort_cautions([*self.messages, *self.extra_cautions])
-
-    def column(self, name: str) -> Array:
-        """Return one field of all steps, shape (n,); see `LoadStep` for names and units."""
-        if name not in _FIELDS:
-            raise input_error("name", name, f"must be one of {', '.join(_FIELDS)}")
-        return np.array([getattr(step, name) for step in self.steps], dtype=float)
 
     @property
     def constriction_length(self) -> Array:

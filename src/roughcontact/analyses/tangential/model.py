@@ -23,12 +23,12 @@ from roughcontact.contact import archive
 from roughcontact.contact.load_case import Load, LoadCase, resolve_force
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.series import StepResult
 from roughcontact.contact.solve import solve_pair
 from roughcontact.contact.stiffness import unloading_stiffness
 from roughcontact.errors import CapacityError, ConvergenceError, InputError, Sentence, message_parts
 from roughcontact.halfspace import stress_summary, tangential as halfspace
 from roughcontact.material.material import CEILING_FACTOR
-from roughcontact.result import Result
 from roughcontact.solvers import partial_slip
 from roughcontact.solvers.partial_slip import STICK, TangentialOperator
 from roughcontact.solvers.progress import Status
@@ -76,7 +76,7 @@ class Superposition:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tangential(Result):
+class Tangential(StepResult):
     """Result of tangential loading: traction, slip and stiffness.
 
     Vector maps have the components (y, x), and are those of the last step.
@@ -182,10 +182,6 @@ class Tangential(Result):
     def applications(self) -> int:
         """Applications of the displacement operator in all steps."""
         return sum(step.applications for step in self.steps)
-
-    def column(self, name: str) -> Array:
-        """Return one field of all steps, shape (n,); see `TangentialStep`."""
-        return np.array([getattr(step, name) for step in self.steps], dtype=float)
 
 
 def to_dataset(result: Tangential) -> netcdf.Dataset:
