@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 from scipy.signal import convolve
 
 from roughcontact.errors import InputError
-from roughcontact.halfspace import fft, stress, stress_kernels, stress_summary, tensors
+from roughcontact.halfspace import fft, kernels, stress, stress_summary, tensors
 from roughcontact.halfspace.stress import Term
 
 PIXEL = (0.8, 1.3)
@@ -28,17 +28,17 @@ def direct(pressure, pixel, depth, poisson, friction=0.0, direction=0.0):
     """Sum over all pairs of pixels; no transform."""
     ny, nx = pressure.shape
     pulls = {"x": friction * math.cos(direction), "y": friction * math.sin(direction)}
-    normal = stress_kernels.coefficients(pressure.shape, pixel, depth, poisson)
-    kernels = [all_offsets(normal[n], odd) for n, odd in enumerate(ODD)]
+    normal = kernels.stress_coefficients(pressure.shape, pixel, depth, poisson)
+    tables = [all_offsets(normal[n], odd) for n, odd in enumerate(ODD)]
     for axis, share in pulls.items():
-        pulled = stress_kernels.coefficients(pressure.shape, pixel, depth, poisson, axis)
+        pulled = kernels.stress_coefficients(pressure.shape, pixel, depth, poisson, axis)
         for n, (y, x) in enumerate(ODD):
             odd = (y ^ (axis == "y"), x ^ (axis == "x"))
             kernels[n] = kernels[n] + share * all_offsets(pulled[n], odd)
     return np.array(
         [
             convolve(pressure, k, method="direct")[ny - 1 : 2 * ny - 1, nx - 1 : 2 * nx - 1]
-            for k in kernels
+            for k in tables
         ]
     )
 
@@ -48,7 +48,7 @@ def waves(pressure, pixel, depth, poisson, friction=0.0, direction=0.0):
     (ny, nx), (dy, dx) = pressure.shape, pixel
     ky, kx = np.fft.fftfreq(ny, dy) * 2 * np.pi, np.fft.fftfreq(nx, dx) * 2 * np.pi
     pulls = [("x", friction * math.cos(direction)), ("y", friction * math.sin(direction))]
-    parts = np.array(stress_kernels.waves(ky[:, None], kx, depth, poisson, pulls))
+    parts = np.array(kernels.waves(ky[:, None], kx, depth, poisson, pulls))
     found = np.zeros((6, ny, nx))
     for load, flip in enumerate([(0, 0), (0, 1), (1, 0)]):
         for n, (y, x) in enumerate(ODD):

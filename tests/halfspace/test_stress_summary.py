@@ -8,7 +8,7 @@ import pytest
 import roughcontact as rc
 from hamilton import rim_stress, sliding_sphere
 from roughcontact.cautions import CautionTag
-from roughcontact.halfspace import stress_kernels, stress_summary
+from roughcontact.halfspace import kernels, stress_summary
 from roughcontact.halfspace.tensors import tresca, von_mises
 from roughcontact.theory import hertz
 
@@ -33,8 +33,8 @@ def test_the_closed_form_is_the_sum_of_forces(point):
     total = np.zeros(6)
     for start in range(0, x.size, 160):
         part = slice(start, start + 160)
-        parts = stress_kernels.force_parts(x[part], y[part], point[2], NU)
-        forces = stress_kernels.sum_parts(parts, NU, 1.0, [("x", 0.4)])
+        parts = kernels.force_parts(x[part], y[part], point[2], NU)
+        forces = kernels.sum_parts(parts, NU, 1.0, [("x", 0.4)])
         total += [(load[part] * np.diagonal(force)).sum() for force in forces]
     np.testing.assert_allclose(sliding_sphere(*point, NU, 0.4), total, atol=1e-12)
 

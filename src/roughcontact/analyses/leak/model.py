@@ -16,13 +16,20 @@ from roughcontact._tools.arguments import validate_arguments
 from roughcontact._tools.arrays import Array
 from roughcontact._tools.statistics import Mean
 from roughcontact.analyses.conductance.model import ATMOSPHERE, slip_factor, temperature_or_room
-from roughcontact.analyses.leak.flow import Constriction, Flow, constriction, flow, flow_gap
+from roughcontact.analyses.leak.flow import (
+    Constriction,
+    Flow,
+    GasState,
+    constriction,
+    flow,
+    flow_gap,
+    gas_factor,
+)
 from roughcontact.analyses.leak.fluid_load import (
     fluid_pressure,
     integrate_pressure,
     nominal_contact,
 )
-from roughcontact.analyses.leak.gas_flow import GasState, gas_factor
 from roughcontact.cautions import Caution, CautionTag, as_caution, as_note, as_warning
 from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.contact.pair import Pair
@@ -546,7 +553,7 @@ def leakage(
     path, the gas slips and the rate is higher: a caution gives the factor, see
     `roughcontact.analyses.conductance.model.slip_factor`. The flow of a named ``gas`` is computed
     from viscous to free molecular, by the local Knudsen number: see
-    `roughcontact.analyses.leak.gas_flow`.
+    `roughcontact.analyses.leak.flow`.
 
     The fluid carries a share of the load where the smooth forms of the bodies touch, and on the
     whole map without a nominal body; a caution shows this share from 5 % on.

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from roughcontact.errors import InputError
-from roughcontact.halfspace import stress_kernels
+from roughcontact.halfspace import kernels
 from roughcontact.halfspace.tensors import XX, XY, XZ, YY, YZ, ZZ
 
 PIXEL = (0.8, 1.3)
@@ -65,7 +65,7 @@ POINT = {"z": boussinesq, "x": cerruti, "y": cerruti_y}
 @pytest.mark.parametrize("depth", [0.4, 1.0, 7.0])
 def test_rectangle_is_the_integral_of_points(direction, poisson, depth):
     (dy, dx), shape = PIXEL, (4, 5)
-    found = stress_kernels.coefficients(shape, PIXEL, depth, poisson, direction)
+    found = kernels.stress_coefficients(shape, PIXEL, depth, poisson, direction)
     for row, column in np.ndindex(shape):
         y = (row * dy + dy / 2 * NODES)[:, None]
         x = column * dx + dx / 2 * NODES
@@ -82,15 +82,15 @@ def test_points_are_those_of_the_textbook(poisson):
     for depth in (0.2, 1.0, 30.0):
         for direction, point in POINT.items():
             if direction == "z":
-                parts = stress_kernels.normal_force(x, y, depth, poisson)
+                parts = kernels.normal_force(x, y, depth, poisson)
             else:
-                parts = stress_kernels.force_parts(x, y, depth, poisson)
-                parts = stress_kernels.sum_parts(parts, poisson, 0.0, [(direction, 1.0)])
+                parts = kernels.force_parts(x, y, depth, poisson)
+                parts = kernels.sum_parts(parts, poisson, 0.0, [(direction, 1.0)])
             expected = point(x[:, None], y, depth, poisson)
             # (1 - z/ρ)/r² of the textbook cancels by (z/r)² far below.
             atol = 1e-15 * (1 + depth**2) * np.abs(expected).max()
             np.testing.assert_allclose(np.array(list(parts)), expected, rtol=1e-13, atol=atol)
-    on_axis = np.array(list(stress_kernels.normal_force(np.zeros(1), np.zeros(1), 2.0, poisson)))
+    on_axis = np.array(list(kernels.normal_force(np.zeros(1), np.zeros(1), 2.0, poisson)))
     # -3/(2π z²) below the force, (1-2ν)/(4π z²) across.
     assert on_axis[ZZ, 0, 0] == pytest.approx(-3 / (8 * math.pi))
     assert on_axis[XX, 0, 0] == pytest.approx((1 - 2 * poisson) / (16 * math.pi))
@@ -99,10 +99,10 @@ def test_points_are_those_of_the_textbook(poisson):
 @pytest.mark.parametrize("direction", "zxy")
 def test_surface_is_the_limit(direction):
     shape = (5, 6)
-    surface = stress_kernels.coefficients(shape, PIXEL, 0.0, 0.3, direction)
+    surface = kernels.stress_coefficients(shape, PIXEL, 0.0, 0.3, direction)
     assert np.isfinite(surface).all()
     for depth in (1e-6, 1e-9, 1e-12, 1e-200):
-        near = stress_kernels.coefficients(shape, PIXEL, depth, 0.3, direction)
+        near = kernels.stress_coefficients(shape, PIXEL, depth, 0.3, direction)
         # The stress grows linearly with depth, by a few per pixel.
         np.testing.assert_allclose(near, surface, rtol=0, atol=10 * depth + 1e-14)
     # Only the loaded pixel carries the traction.
@@ -118,7 +118,7 @@ def test_surface_stress_inside_and_outside_a_rectangle():
     # Johnson (1985), eqs. (3.22) ff.: below a uniform pressure σ_xx + σ_yy = -(1 + 2ν) p, outside
     # the sum vanishes; on the axis σ_xx alone is -2ν p - (1-2ν) (2/π) arctan(b/a) p.
     nu, (dy, dx) = 0.3, PIXEL
-    found = stress_kernels.coefficients((3, 3), PIXEL, 0.0, nu)
+    found = kernels.stress_coefficients((3, 3), PIXEL, 0.0, nu)
     total = found[XX] + found[YY]
     assert total[0, 0] == pytest.approx(-(1 + 2 * nu))
     np.testing.assert_allclose(total.ravel()[1:], 0, atol=1e-15)
@@ -134,14 +134,12 @@ def test_surface_stress_inside_and_outside_a_rectangle():
     direction=st.sampled_from("zxy"),
 )
 def test_swapped_axes_and_units(depth, poisson, ratio, direction):
-    there = stress_kernels.coefficients((3, 4), (1.0, ratio), depth, poisson, direction)
+    there = kernels.stress_coefficients((3, 4), (1.0, ratio), depth, poisson, direction)
     other = {"z": "z", "x": "y", "y": "x"}[direction]
-    back = stress_kernels.coefficients((4, 3), (ratio, 1.0), depth, poisson, other)
+    back = kernels.stress_coefficients((4, 3), (ratio, 1.0), depth, poisson, other)
     swapped = back[[YY, XX, ZZ, XZ, YZ, XY]].transpose(0, 2, 1)
     np.testing.assert_allclose(there, swapped, rtol=0, atol=1e-14)
-    small = stress_kernels.coefficients(
-        (3, 4), (1e-6, 1e-6 * ratio), 1e-6 * depth, poisson, direction
-    )
+    small = kernels.stress_coefficients((3, 4), (1e-6, 1e-6 * ratio), 1e-6 * depth, poisson, direction)
     np.testing.assert_allclose(there, small, rtol=0, atol=1e-14)
 
 
@@ -154,7 +152,7 @@ def test_waves_are_in_equilibrium(axis):
     flip = {None: (0, 0), "x": (0, 1), "y": (1, 0)}[axis]
 
     def stress(z):
-        parts = stress_kernels.waves(np.array([[qy]]), np.array([qx]), z, nu, pulls)[-6:]
+        parts = kernels.waves(np.array([[qy]]), np.array([qx]), z, nu, pulls)[-6:]
         turns = [(-1j) ** ((a ^ flip[0]) + (b ^ flip[1])) for a, b in odd]
         return np.array([turn * part[0, 0] for turn, part in zip(turns, parts, strict=True)])
 
@@ -180,7 +178,7 @@ def test_waves_are_in_equilibrium(axis):
 def test_waves_of_a_plane_strain_load():
     # Johnson (1985), sec. 13.2: p cos(qx) with σ_yy = ν (σ_xx + σ_zz).
     q, z, nu = 2.0, 0.6, 0.3
-    found = stress_kernels.waves(np.zeros((1, 1)), np.array([q]), z, nu, [])
+    found = kernels.waves(np.zeros((1, 1)), np.array([q]), z, nu, [])
     damping = math.exp(-q * z)
     xx, zz = -(1 - q * z) * damping, -(1 + q * z) * damping
     expected = [xx, nu * (xx + zz), zz, 0, -q * z * damping, 0]
@@ -189,7 +187,7 @@ def test_waves_of_a_plane_strain_load():
 
 def test_waves_of_a_uniform_load():
     origin = np.zeros((1, 1)), np.zeros(1)
-    found = stress_kernels.waves(*origin, 3.0, 0.25, [("x", 0.5), ("y", 0.2)])
+    found = kernels.waves(*origin, 3.0, 0.25, [("x", 0.5), ("y", 0.2)])
     np.testing.assert_allclose(np.ravel(found[:6]), [-1 / 3, -1 / 3, -1, 0, 0, 0])
     np.testing.assert_allclose(np.ravel(found[6:12]), [0, 0, 0, 0, -0.5, 0], atol=0)
     np.testing.assert_allclose(np.ravel(found[12:]), [0, 0, 0, -0.2, 0, 0], atol=0)
@@ -208,4 +206,4 @@ def test_waves_of_a_uniform_load():
 def test_bad_arguments(change, message):
     good = {"shape": (2, 2), "pixel": (1.0, 1.0), "depth": 1.0, "poisson": 0.3, "direction": "z"}
     with pytest.raises(InputError, match=message):
-        stress_kernels.coefficients(**(good | change))
+        kernels.stress_coefficients(**(good | change))

@@ -13,8 +13,7 @@ from scipy.optimize import brentq, fsolve
 
 import roughcontact as rc
 from roughcontact.analyses.conductance.model import filling_of, gap_conductance
-from roughcontact.analyses.leak.flow import constriction, flow
-from roughcontact.analyses.leak.gas_flow import GasState, gas_factor
+from roughcontact.analyses.leak.flow import GasState, constriction, flow, gas_factor
 from roughcontact.analyses.leak.model import Seal
 from roughcontact.material import fluids
 from roughcontact.theory.rarefied_gas import channel_flow
