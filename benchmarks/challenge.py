@@ -29,7 +29,7 @@ import scipy.fft
 from numpy.typing import NDArray
 
 import roughcontact as rc
-from roughcontact.surface.spectrum import radial_spectrum
+from roughcontact.surface.roughness import radial_spectrum
 from roughcontact.uncertainty.resolution import limits
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ from roughcontact.desk import analysis_jobs
 from roughcontact.desk.detail_panel import SpectrumPlot, SpotTable, box_around, list_spots
 from roughcontact.desk.result_plots import ComparisonView, LoadCurveView
 from roughcontact.report.kind import quantity_of
-from roughcontact.surface.spectrum import radial_spectrum
+from roughcontact.surface.roughness import radial_spectrum
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
 

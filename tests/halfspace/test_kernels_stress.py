@@ -139,7 +139,9 @@ def test_swapped_axes_and_units(depth, poisson, ratio, direction):
     back = kernels.stress_coefficients((4, 3), (ratio, 1.0), depth, poisson, other)
     swapped = back[[YY, XX, ZZ, XZ, YZ, XY]].transpose(0, 2, 1)
     np.testing.assert_allclose(there, swapped, rtol=0, atol=1e-14)
-    small = kernels.stress_coefficients((3, 4), (1e-6, 1e-6 * ratio), 1e-6 * depth, poisson, direction)
+    small = kernels.stress_coefficients(
+        (3, 4), (1e-6, 1e-6 * ratio), 1e-6 * depth, poisson, direction
+    )
     np.testing.assert_allclose(there, small, rtol=0, atol=1e-14)
 
 

@@ -34,7 +34,7 @@ def direct(pressure, pixel, depth, poisson, friction=0.0, direction=0.0):
         pulled = kernels.stress_coefficients(pressure.shape, pixel, depth, poisson, axis)
         for n, (y, x) in enumerate(ODD):
             odd = (y ^ (axis == "y"), x ^ (axis == "x"))
-            kernels[n] = kernels[n] + share * all_offsets(pulled[n], odd)
+            tables[n] = tables[n] + share * all_offsets(pulled[n], odd)
     return np.array(
         [
             convolve(pressure, k, method="direct")[ny - 1 : 2 * ny - 1, nx - 1 : 2 * nx - 1]

@@ -21,7 +21,7 @@ from roughcontact.surface import (
     generation as marks,
     provenance,
     random_surfaces,
-    spectrum,
+    roughness,
 )
 from roughcontact.surface.random_surfaces import Spectrum
 from roughcontact.theory import height_distribution
@@ -88,7 +88,7 @@ def test_all_at_once_on_a_large_map() -> None:
 def test_map_with_requested_parameters_is_not_corrected() -> None:
     spectrum_asked = Spectrum(SMALL, PIXEL, 12e-6, 3e-6, 0.8, 0.5)
     heights = make_map(Str=0.5).heights
-    Sal, Str, _ = spectrum.texture(heights, PIXEL)
+    Sal, Str, _ = roughness.texture(heights, PIXEL)
     asked = generation._RequestedParameters(
         0.5e-6, Sal, None, 0.8, None, 3e-6, Str, 0.0, (0.0, 3.0), None
     )
@@ -126,7 +126,7 @@ def test_a_seed_is_one_body_on_every_grid() -> None:
 @pytest.mark.long
 def test_the_spectrum_is_flat_then_falls_then_ends() -> None:
     surface = make_map((256, 256), Sal=None, rolloff_wavelength=32e-6, hurst=0.6, Ssk=-1.0)
-    q, power, _ = spectrum.radial_spectrum(surface.heights, PIXEL)
+    q, power, _ = roughness.radial_spectrum(surface.heights, PIXEL)
     waves_per_metre = q / (2 * np.pi)
     flat = waves_per_metre < 0.9 / 32e-6
     sloped = (waves_per_metre > 1.2 / 32e-6) & (waves_per_metre < 0.9 / 8e-6)

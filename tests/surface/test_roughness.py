@@ -6,7 +6,7 @@ from hypothesis import given, strategies as st
 from scipy import integrate, stats
 
 from roughcontact.errors import InputError
-from roughcontact.surface import grid, roughness, spectrum
+from roughcontact.surface import grid, roughness
 
 
 def test_rms_height_of_a_sine() -> None:
@@ -137,7 +137,7 @@ def test_developed_area_leaves_out_cells_with_a_hole() -> None:
 
 @pytest.mark.parametrize(
     "function",
-    [roughness.height_parameters, spectrum.autocorrelation, roughness.material_ratio_curve],
+    [roughness.height_parameters, roughness.autocorrelation, roughness.material_ratio_curve],
 )
 def test_map_without_points_raises_input_error(function) -> None:
     with pytest.raises(InputError, match="every point is missing"):

@@ -18,35 +18,26 @@ from roughcontact._tools.arguments import validate_public_methods
 from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, InputError, require_pixel
 from roughcontact.result import Displayable
-from roughcontact.surface import (
-    alignment,
-    cleaning,
-    filters,
-    grid as grids,
-    resolution,
-    roughness,
-    roughness as profile,
-)
+from roughcontact.surface import alignment, cleaning, filters, grid as grids, resolution, roughness
 from roughcontact.surface.form import level, remove_form
 from roughcontact.surface.provenance import Operation, Provenance
-from roughcontact.surface.spectrum import texture
 from roughcontact.units import Quantities, Quantity, WithUnit, format_lengths, to_si
 
 
 def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:
     """Return the parameters of ISO 25178-2, by the symbols of the standard and in SI units."""
     require_pixel(pixel)
-    sal, ratio, largest = texture(heights, pixel)
-    curve = profile.material_ratio_curve(heights)
+    sal, ratio, largest = roughness.texture(heights, pixel)
+    curve = roughness.material_ratio_curve(heights)
     return {
-        **profile.height_parameters(heights),
-        "Sdq": profile.rms_gradient(heights, pixel),
-        "Sdr": profile.developed_area_ratio(heights, pixel),
+        **roughness.height_parameters(heights),
+        "Sdq": roughness.rms_gradient(heights, pixel),
+        "Sdr": roughness.developed_area_ratio(heights, pixel),
         "Sal": sal,
         "Str": ratio,
         "Str_max": largest,
-        **profile.core_parameters(*curve),
-        **profile.volume_parameters(*curve),
+        **roughness.core_parameters(*curve),
+        **roughness.volume_parameters(*curve),
     }
 
 
@@ -155,7 +146,7 @@ class Surface(Displayable):
             parameters of ISO 21920-2: see `roughcontact.surface.roughness.summary`.
         """
         if self.is_profile:
-            return profile.summary(self.heights[0], self.pixel[1])
+            return roughness.summary(self.heights[0], self.pixel[1])
         return summary(self.heights, self.pixel)
 
     def resolution_notes(self, tip_radius: Quantity | None = None) -> tuple[str, ...]:
