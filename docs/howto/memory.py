@@ -1,6 +1,6 @@
 """Print the memory that a solve needs, over the grid and the part of it that touches."""
 
-from roughcontact.contact import memory
+from roughcontact.contact.memory import MemoryNeed
 
 PARTS = (0.01, 0.1, 1.0)
 
@@ -8,10 +8,8 @@ print(
     "points           ", *(f"{100 * part:5.0f} %" for part in PARTS), "   1 % in single precision"
 )
 for points in (1024, 2048, 4096, 8192, 16384):
-    double = [
-        memory.memory_estimate((points, points), contact_fraction=part) / 2**30 for part in PARTS
-    ]
-    single = memory.memory_estimate((points, points), precision="single", contact_fraction=0.01)
+    double = [MemoryNeed((points, points)).estimate(part) / 2**30 for part in PARTS]
+    single = MemoryNeed((points, points), precision="single").estimate(0.01)
     print(
         f"{points:6d} × {points:<6d}  ",
         *(f"{size:7.2f}" for size in double),

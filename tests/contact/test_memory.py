@@ -12,7 +12,7 @@ import roughcontact as rc
 from roughcontact._tools import memory
 from roughcontact.cli import app
 from roughcontact.contact import memory as contact_memory, solve
-from roughcontact.contact.memory import MemoryNeed, fixed_bytes, memory_estimate
+from roughcontact.contact.memory import MemoryNeed, fixed_bytes
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.stiffness import stiffness
 from roughcontact.halfspace import convolution, fft
@@ -30,10 +30,18 @@ def leave(monkeypatch: pytest.MonkeyPatch, size: float) -> None:
     monkeypatch.setattr(memory, "free_bytes", lambda: int(size))
 
 
-def require(shape: tuple[int, int], contact_fraction: float = 0.0, **options: str) -> None:
-    MemoryNeed(shape, Boundary(options.pop("boundary", "free")), **options).require(
-        contact_fraction
-    )
+def need(shape: tuple[int, int], boundary: str = "free", **options: object) -> MemoryNeed:
+    return MemoryNeed(shape, Boundary(boundary), **options)
+
+
+def memory_estimate(
+    shape: tuple[int, int], contact_fraction: float = 1.0, **options: object
+) -> int:
+    return need(shape, **options).estimate(contact_fraction)
+
+
+def require(shape: tuple[int, int], contact_fraction: float = 0.0, **options: object) -> None:
+    need(shape, **options).require(contact_fraction)
 
 
 # What is free ----------------------------------------------------------------------------------
@@ -207,22 +215,22 @@ def test_estimate_exceeds_returned_arrays() -> None:
 
 def test_message_states_need_free_memory_and_fitting_grid(monkeypatch: pytest.MonkeyPatch) -> None:
     shape = (20000, 10000)
-    need, full = memory_estimate(shape, contact_fraction=0.0), memory_estimate(shape)
-    leave(monkeypatch, need / 10)
+    light, full = memory_estimate(shape, contact_fraction=0.0), memory_estimate(shape)
+    leave(monkeypatch, light / 10)
     with pytest.raises(rc.InsufficientMemoryError) as caught:
         require(shape)
     assert isinstance(caught.value, MemoryError)
     message = str(caught.value)
     assert "20000 × 10000 points" in message
-    assert f"about {need / GIB:.1f} GiB ({full / GIB:.1f} GiB in full contact)" in message
-    assert f"{need / 10 / GIB:.1f} GiB are free" in message
+    assert f"about {light / GIB:.1f} GiB ({full / GIB:.1f} GiB in full contact)" in message
+    assert f"{light / 10 / GIB:.1f} GiB are free" in message
     # A tenth does not hold single precision either.
     assert "single" not in message
     high, wide = map(int, re.findall(r"up to about (\d+) × (\d+)", message)[0])
     larger = memory_estimate((high + 1, wide + 1), contact_fraction=0.0)
-    assert memory_estimate((high, wide), contact_fraction=0.0) <= need / 10 < larger
+    assert memory_estimate((high, wide), contact_fraction=0.0) <= light / 10 < larger
     high, wide = map(int, re.findall(r"in full contact one of (\d+) × (\d+)", message)[0])
-    assert memory_estimate((high, wide)) <= need / 10 < memory_estimate((high + 1, wide + 1))
+    assert memory_estimate((high, wide)) <= light / 10 < memory_estimate((high + 1, wide + 1))
 
 
 @pytest.mark.parametrize(("boundary", "precision"), KINDS)

@@ -84,6 +84,7 @@ def test_different_pairs_have_different_records() -> None:
         Pair(surface(), SOFT),
         Pair(surface(), STEEL, surface()),
         Pair(surface(), STEEL, counter_material=SOFT),
+        Pair(surface(), STEEL, boundary=Boundary.PERIODIC),
     ):
         assert other.record() != record
 

@@ -12,7 +12,7 @@ import roughcontact as rc
 from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.contact import spots
-from roughcontact.contact.memory import memory_estimate
+from roughcontact.contact.memory import MemoryNeed
 from roughcontact.errors import InputError
 from roughcontact.halfspace import boundary as boundary_module, plastic_halfspace, stress
 from roughcontact.halfspace.boundary import Boundary
@@ -131,8 +131,8 @@ def test_new_boundary_supports_all_operations(soft_bed, tmp_path):
     assert again.boundary is soft_bed
     np.testing.assert_array_equal(again.pressure, result.pressure)
     # The memory of its own kernel.
-    assert memory_estimate((32, 32), boundary="soft-bed") > 10**9
-    assert memory_estimate((32, 32)) < 10**9
+    assert MemoryNeed((32, 32), soft_bed).estimate() > 10**9
+    assert MemoryNeed((32, 32)).estimate() < 10**9
     for refused in (
         lambda: rc.subsurface_stress(result),
         lambda: rc.solve(rc.Surface(heights[0], pixel[1]), boundary="soft-bed", **asked),

@@ -13,6 +13,7 @@ import layers
 from paths import ROOT
 from roughcontact.halfspace import convolution
 from roughcontact.halfspace.convolution import ArrayCache
+from roughcontact.halfspace.fft import Workspace
 
 # What sums by BLAS or LAPACK, whose last digits depend on their threads where there is much of it.
 BLAS = {
@@ -151,7 +152,8 @@ def test_operators_do_not_depend_on_threads(shape, backend, monkeypatch):
     ]
     for make in makers:
         one, *others = (
-            make(shape, (1e-6, 1e-6), 1e11, workers=workers).spectrum for workers in (1, 2, 3, 4)
+            make(shape, (1e-6, 1e-6), 1e11, workspace=Workspace(workers)).spectrum
+            for workers in (1, 2, 3, 4)
         )
         for other in others:
             np.testing.assert_array_equal(other, one)

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact import units
 from roughcontact._tools import memory
 from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.checkpoints import digest_arrays
 from roughcontact.contact import nominal_hertz
 from roughcontact.contact.pair import Pair
 from roughcontact.errors import InputError, input_error, require_count
@@ -301,6 +302,16 @@ class LoadCase:
         if self.tolerance is not None:
             return self.tolerance
         return 1e-6 if self.precision == "double" else 1e-4
+
+    def record(self) -> dict[str, Any]:
+        """Return the record of ceiling and accuracy for `checkpoints.lock_folder`."""
+        ceiling = self.ceiling
+        is_plain = ceiling is None or isinstance(ceiling, str)
+        return {
+            "ceiling": ceiling if is_plain else digest_arrays(ceiling),
+            "tolerance": self.tolerance,
+            "max_iterations": self.max_iterations,
+        }
 
 
 # --- Units of a solve: powers of two, which change no digit ---

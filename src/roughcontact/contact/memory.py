@@ -46,40 +46,14 @@ def fixed_bytes() -> int:
     return _FIXED_BYTES + _BYTES_PER_THREAD * default_workers()
 
 
-def memory_estimate(
-    shape: tuple[int, int],
-    *,
-    boundary: str = "free",
-    precision: str = "double",
-    contact_fraction: float = 1.0,
-    maps: int = 0,
-) -> int:
-    """Return the memory that `solve` needs beyond the surface itself."""
-    real = 8 if precision == "double" else 4
-    pixels = shape[0] * shape[1]
-    touching = math.ceil(8 * contact_fraction * pixels)
-    # Initial gap and open gap.
-    arrays = (2 * real + _PRECONDITIONER + 8 * maps) * pixels
-    gaps = min(8 * pixels, _ALLOCATOR_BYTES) + 3 * min(touching, _ALLOCATOR_BYTES)
-    boundary = Boundary(boundary)
-    kernel = boundary.kernel_memory(shape)
-    # The solver also checks in single precision; the kernels of coarser grids, each a quarter of
-    # the next, are kept for the next solve.
-    kernels = kernel // 2 if precision == "double" else 0
-    if boundary.free_axes:
-        kernels += min(kernel // 3, MAX_CACHE_BYTES)
-    operator = boundary.operator_memory(shape, precision) + kernels
-    return operator + arrays + _BYTES_PER_CONTACT_PIXEL * touching + gaps + fixed_bytes()
-
-
 @dataclass(frozen=True)
 class MemoryNeed:
-    """Memory need of a solve."""
+    """Memory need of a solve, beyond the surface itself."""
 
-    shape: tuple[int, int]  # As in `memory_estimate`
-    boundary: Boundary  # As in `memory_estimate`
-    precision: str = "double"  # As in `memory_estimate`
-    maps: int = 0  # As in `memory_estimate`
+    shape: tuple[int, int]
+    boundary: Boundary = Boundary.FREE
+    precision: str = "double"
+    maps: int = 0  # Further maps of 8 bytes per pixel that are kept meanwhile
 
     @classmethod
     def from_pair(cls, pair: Pair, terms: LoadCase, held: int = 0) -> MemoryNeed:
@@ -89,15 +63,22 @@ class MemoryNeed:
             maps += _CEILINGS
         return cls(pair.shape, pair.boundary, terms.precision, maps)
 
-    def estimate(self, contact_fraction: float) -> int:
+    def estimate(self, contact_fraction: float = 1.0) -> int:
         """Return the bytes for a given fraction of the map in contact."""
-        return memory_estimate(
-            self.shape,
-            boundary=self.boundary,
-            precision=self.precision,
-            contact_fraction=contact_fraction,
-            maps=self.maps,
-        )
+        real = 8 if self.precision == "double" else 4
+        pixels = self.shape[0] * self.shape[1]
+        touching = math.ceil(8 * contact_fraction * pixels)
+        # Initial gap and open gap.
+        arrays = (2 * real + _PRECONDITIONER + 8 * self.maps) * pixels
+        gaps = min(8 * pixels, _ALLOCATOR_BYTES) + 3 * min(touching, _ALLOCATOR_BYTES)
+        kernel = self.boundary.kernel_memory(self.shape)
+        # The solver also checks in single precision; the kernels of coarser grids, each a quarter
+        # of the next, are kept for the next solve.
+        kernels = kernel // 2 if self.precision == "double" else 0
+        if self.boundary.free_axes:
+            kernels += min(kernel // 3, MAX_CACHE_BYTES)
+        operator = self.boundary.operator_memory(self.shape, self.precision) + kernels
+        return operator + arrays + _BYTES_PER_CONTACT_PIXEL * touching + gaps + fixed_bytes()
 
     def require(self, contact_fraction: float = 0.0, there: int | None = None) -> None:
         """Raise an error with a suggestion if the solve does not fit."""

@@ -236,6 +236,7 @@ class Pair:
             "source": surface.provenance.source,
             "material": _words(self.material),
             "counter_material": _words(self.counter_material),
+            "boundary": str(self.boundary),
         }
 
 

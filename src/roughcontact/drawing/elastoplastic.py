@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.drawing import style
+from roughcontact.drawing.sections import window
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.errors import require_positive
 from roughcontact.units import count_noun, format_engineering, format_percent
@@ -236,21 +237,14 @@ def profile(
     InputError
         If there is no such body, or the point is outside the map.
     """
-    from matplotlib.ticker import MaxNLocator
-
     answer = result.profile(point, body)
     figure, grid = style.panels(10.8, 5.6, 1, 3, sharey=True)
-    length, length_unit = style.prefixed(float(answer.faces[-1]), "m")
-    depths = answer.faces * length
+    depths = _label_depths(grid, answer.faces, answer.accumulated)
     _steps(grid[0], 100 * answer.accumulated, depths, style.SERIES[0], "-", "")
     grid[0].set_xlim(left=0)
-    style.name_axes(grid[0], "accumulated plastic strain [%]", f"depth [{length_unit}]")
+    style.name_axes(grid[0], "accumulated plastic strain [%]")
     _draw_strength(grid[1], answer, depths, loaded=bool(result.solution.load))
     _draw_residual(grid[2], answer, depths)
-    for axes in grid:
-        style.plain_axes(axes)
-        axes.xaxis.set_major_locator(MaxNLocator(4))
-    grid[0].set_ylim(_shown_depth(answer.faces, answer.accumulated) * length, 0)
     for axes in grid[1:]:
         axes.legend(
             loc="lower center",
@@ -315,12 +309,9 @@ def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
     InputError
         If there is no such body.
     """
-    from matplotlib.ticker import MaxNLocator
-
     answer = result.layers(body)
     figure, grid = style.panels(10.8, 5.6, 1, 3, sharey=True)
-    length, length_unit = style.prefixed(float(answer.faces[-1]), "m")
-    depths = answer.faces * length
+    depths = _label_depths(grid, answer.faces, answer.max_accumulated)
     for axes, values, name in (
         (grid[0], answer.plastic_fraction, "plastic share of the layer [%]"),
         (grid[1], answer.max_accumulated, "largest plastic strain [%]"),
@@ -336,10 +327,6 @@ def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
     style.name_axes(grid[2], f"largest von Mises stress [{unit}]")
     for axes in grid:
         axes.set_xlim(left=0)
-        style.plain_axes(axes)
-        axes.xaxis.set_major_locator(MaxNLocator(4))
-    style.name_axes(grid[0], y=f"depth [{length_unit}]")
-    grid[0].set_ylim(_shown_depth(answer.faces, answer.max_accumulated) * length, 0)
     grid[2].legend(
         loc="lower center", bbox_to_anchor=(0.5, 1), ncols=2, fontsize=style.TICK, frameon=False
     )
@@ -474,14 +461,13 @@ class _Cut(NamedTuple):
 def _window(plane: DepthSection, width: float | None) -> _Cut:
     values = plane.accumulated if plane.accumulated.any() else plane.von_mises
     layer, column = (int(i) for i in np.unravel_index(values.argmax(), values.shape))
-    edge, points = float(plane.edges[1]), plane.place.size
-    shown = points if width is None else min(max(math.ceil(width / edge - 1e-9), 2), points)
-    first = min(max(column - shown // 2, 0), points - shown)
-    length = shown * edge
+    edge = float(plane.edges[1])
+    first, end = window(column, edge, plane.place.size, width or math.inf)
+    length = (end - first) * edge
     depth = _shown_depth(plane.faces, plane.accumulated)
     depth = min(max(depth, _FLATTEST * length), _STEEPEST * length, float(plane.faces[-1]))
     last = int(np.searchsorted(plane.faces, depth * (1 - 1e-9)))
-    return _Cut(plane, slice(0, last), slice(first, first + shown), depth, (layer, column))
+    return _Cut(plane, slice(0, last), slice(first, end), depth, (layer, column))
 
 
 def _shown_depth(faces: Array, accumulated: Array) -> float:
@@ -544,6 +530,19 @@ def _fields(result: ElastoplasticResult, cut: _Cut) -> list[_FieldOf]:
         top = top * factor or 1.0
         fields.append((normal * factor, name, colormaps["RdBu_r"], -top, top))
     return fields
+
+
+def _label_depths(grid: NDArray[Any], faces: Array, accumulated: Array) -> Array:
+    """Label panels with the depth of layers as common axis; return the faces in its unit."""
+    from matplotlib.ticker import MaxNLocator
+
+    length, unit = style.prefixed(float(faces[-1]), "m")
+    for axes in grid:
+        style.plain_axes(axes)
+        axes.xaxis.set_major_locator(MaxNLocator(4))
+    style.name_axes(grid[0], y=f"depth [{unit}]")
+    grid[0].set_ylim(_shown_depth(faces, accumulated) * length, 0)
+    return faces * length
 
 
 def _steps(axes: Axes, values: Array, depths: Array, colour: str, line: Any, name: str) -> None:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.arrays import Array
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import MIN_SPOT_PIXELS
 from roughcontact.drawing import style
@@ -92,7 +93,7 @@ def pressure(result: ContactResult, limit: float | None = None) -> Figure:
     """
     top = pressure_limit([result], limit)
     figure, axes = style.single_axes(result.surface.size, legend=False)
-    drawn = _draw_pressure(axes, result, top, style.CELLS_ALONE)
+    drawn = _draw_pressure(axes, result.pressure, result.surface.size, top, style.CELLS_ALONE)
     _pressure_bar(axes, drawn.image, top, over=result.max_pressure > top)
     style.name_axes(
         axes,
@@ -193,7 +194,8 @@ def comparison(
     cells = []
     for column, (result, name) in enumerate(zip(results, names, strict=True)):
         upper, lower = grid[:, column]
-        drawn = _draw_pressure(upper, result, top, style.CELLS_IN_PANEL)
+        size = result.surface.size
+        drawn = _draw_pressure(upper, result.pressure, size, top, style.CELLS_IN_PANEL)
         largest = style.in_unit(result.max_pressure, drawn.scale, "Pa")
         load = style.load_text(result)
         title = f"{name}{style.doubt_suffix(result)}\n{load}, largest pressure {largest}"
@@ -225,7 +227,8 @@ def overview(result: ContactResult) -> Figure:
     name = "Surface" if result.counter_surface is None else "Surface of the body"
     rms = style.in_unit(result.surface.Sq, drawn.scale, "m")
     style.name_axes(grid[0, 0], title=f"{name}, Sq {rms}")
-    pressures = _draw_pressure(grid[0, 1], result, top, style.CELLS_IN_PANEL)
+    size = result.surface.size
+    pressures = _draw_pressure(grid[0, 1], result.pressure, size, top, style.CELLS_IN_PANEL)
     _pressure_bar(grid[0, 1], pressures.image, top, over=result.max_pressure > top)
     style.name_axes(grid[0, 1], title="Contact pressure")
     _draw_contact(grid[1, 0], result, style.CELLS_IN_PANEL)
@@ -285,14 +288,9 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     part = result.pressure[rows, columns]
     corner = rows.start * pixel[0], columns.start * pixel[1]
     size = part.shape[0] * pixel[0], part.shape[1] * pixel[1]
-    blocks = style.cell_size(part.shape, size, style.CELLS_IN_PANEL)
     figure, (left, right) = style.panels(10.8, 4.0 * style.shown_aspect(size) + 2.2, 1, 2)
     top = pressure_limit([result])
-    values = style.cell_max(part, blocks)
-    factor, _ = style.prefixed(top, "Pa")
-    values = np.where(values > 0, values * factor, np.nan)
-    image = style.draw_map(left, values, size, blocks, part.shape, corner)
-    _colour_pressure(image, top * factor)
+    image, blocks, _ = _draw_pressure(left, part, size, top, style.CELLS_IN_PANEL, corner)
     _pressure_bar(left, image, top, over=bool(part.max() > top))
     style.name_axes(left, title="Contact pressure")
     gap = result.gap[rows, columns]
@@ -409,21 +407,24 @@ def _draw_surface(axes: Axes, surface: Surface, cells: int) -> _Drawn:
     return _Drawn(image, blocks, (factor, unit))
 
 
-def _draw_pressure(axes: Axes, result: ContactResult, top: float, cells: int) -> _Drawn:
-    size, shape = result.surface.size, result.pressure.shape
-    blocks = style.cell_size(shape, size, cells)
-    values = style.cell_max(result.pressure, blocks)
+def _draw_pressure(
+    axes: Axes,
+    pressure: Array,
+    size: tuple[float, float],
+    top: float,
+    cells: int,
+    corner: tuple[float, float] = (0.0, 0.0),
+) -> _Drawn:
+    blocks = style.cell_size(pressure.shape, size, cells)
+    values = style.cell_max(pressure, blocks)
     factor, unit = style.prefixed(top, "Pa")
-    image = style.draw_map(axes, np.where(values > 0, values * factor, np.nan), size, blocks, shape)
-    _colour_pressure(image, top * factor)
-    return _Drawn(image, blocks, (factor, unit))
-
-
-def _colour_pressure(image: AxesImage, top: float) -> None:
+    values = np.where(values > 0, values * factor, np.nan)
+    image = style.draw_map(axes, values, size, blocks, pressure.shape, corner)
     image.set_cmap(
         style.listed_colormap(pressure_colors()).with_extremes(bad=style.OPEN, over=style.OVER)
     )
-    image.set_clim(0, top)
+    image.set_clim(0, top * factor)
+    return _Drawn(image, blocks, (factor, unit))
 
 
 def _pressure_bar(axes: Axes, image: AxesImage, top: float, over: bool) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.drawing import style
-from roughcontact.drawing.sections import draw_line_pressure, draw_profile, line_of
+from roughcontact.drawing.sections import draw_lines, line_of
 from roughcontact.errors import require_positive
 from roughcontact.surface.surface import Surface
 
@@ -65,31 +65,16 @@ def loaded_profile(
     InputError
         If the width is not positive and finite.
     """
-    from matplotlib.ticker import MaxNLocator
-
     if width is not None:
         require_positive(width=width)
     place = 0, int(np.argmax(result.pressure)) if middle is None else middle
     line = line_of(result, result.initial_gap, place, 1, width or math.inf)
-    first, last = line.limits
-    factor, unit = style.prefixed_window(first, last)
-    tall = float(np.nanmax(np.abs([line.before, line.under])))
-    up, unit_up = style.prefixed(tall, "m")
-    top = float(line.pressure.max())
-    if line.ceiling is not None:
-        top = max([top, *line.ceiling[line.ceiling <= 2 * top]])
-    press, unit_press = style.prefixed(top, "Pa")
-    figure, grid = style.panels(10.6, 6.8, 2, 1, sharex=True, height_ratios=(1.25, 1))
-    draw_profile(grid[0], line, factor, up)
-    draw_line_pressure(grid[1], line, top, factor, press)
-    for axes in grid:
-        axes.xaxis.set_major_locator(MaxNLocator(8))
-        style.plain_axes(axes)
-    what = "height" if result.counter_surface is None else "sum of heights"
-    style.name_axes(grid[0], y=f"{what} [{unit_up}]")
-    grid[1].set_ylim(0, 1.08 * (top or 1.0) * press)
-    style.name_axes(grid[1], f"x [{unit}]", f"pressure [{unit_press}]")
-    grid[1].set_xlim(first * factor, last * factor)
+    factor, unit = style.prefixed_window(*line.limits)
+    figure, grid = style.panels(
+        10.6, 6.8, 2, 1, sharex=True, height_ratios=(1.25, 1), squeeze=False
+    )
+    draw_lines(result, [line], grid, factor, ticks=8)
+    style.name_axes(grid[1, 0], f"x [{unit}]")
     style.shared_legend(
         figure, grid, f"Profile under {style.load_text(result)}{style.doubt_suffix(result)}"
     )

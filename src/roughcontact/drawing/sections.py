@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,8 +88,6 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
     InputError
         If the width is not positive and finite.
     """
-    from matplotlib.ticker import MaxNLocator
-
     if width is not None:
         require_positive(width=width)
     before = result.initial_gap
@@ -101,29 +99,13 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
     figure, grid = style.panels(
         10.6, 7.2, 2, 2, sharex="col", sharey="row", height_ratios=(1.25, 1)
     )
-    tall = max(_largest(line.before, line.under) for line in lines)
-    height_factor, height_unit = style.prefixed(tall, "m")
-    top = max(_largest(line.pressure) for line in lines)
-    # Ceilings far above all pressures do not extend the axis.
-    ceilings = [line.ceiling for line in lines if line.ceiling is not None]
-    top = max([top, *(_largest(values[values <= 2 * top]) for values in ceilings)])
-    pressure_factor, pressure_unit = style.prefixed(top, "Pa")
-    for column, (line, name, other) in enumerate(zip(lines, "xy", "yx", strict=True)):
-        upper, lower = grid[:, column]
-        draw_profile(upper, line, factor, height_factor)
-        draw_line_pressure(lower, line, top, factor, pressure_factor)
+    draw_lines(result, lines, grid, factor, ticks=6)
+    for (upper, lower), line, name, other in zip(grid.T, lines, "xy", "yx", strict=True):
         where = style.in_unit(line.across, (factor, unit), "m")
         style.name_axes(upper, title=f"along {name}, at {other} = {where}")
         style.name_axes(lower, f"{name} [{unit}]")
-        lower.set_xlim(line.limits[0] * factor, line.limits[1] * factor)
         for axes in (upper, lower):
             axes.axvline(line.peak * factor, color=style.NEUTRAL, linewidth=0.9, linestyle=":")
-            axes.xaxis.set_major_locator(MaxNLocator(6))
-            style.plain_axes(axes)
-    what = "height" if result.counter_surface is None else "sum of heights"
-    style.name_axes(grid[0, 0], y=f"{what} [{height_unit}]")
-    style.name_axes(grid[1, 0], y=f"pressure [{pressure_unit}]")
-    grid[1, 0].set_ylim(0, 1.08 * (top or 1.0) * pressure_factor)
     style.shared_legend(
         figure,
         grid,
@@ -264,7 +246,34 @@ def _largest(*values: Array) -> float:
     return max(float(np.nanmax(np.abs(v), initial=0.0)) for v in values)
 
 
-def draw_profile(axes: Axes, line: Line, factor: float, height_factor: float) -> None:
+def draw_lines(
+    result: ContactResult, lines: Sequence[Line], grid: NDArray[Any], factor: float, ticks: int
+) -> None:
+    """Draw profiles above their pressures; the grid has two rows, and a column for each line."""
+    from matplotlib.ticker import MaxNLocator
+
+    height_factor, height_unit = style.prefixed(
+        max(_largest(line.before, line.under) for line in lines), "m"
+    )
+    top = max(_largest(line.pressure) for line in lines)
+    # Ceilings far above all pressures do not extend the axis.
+    ceilings = [line.ceiling for line in lines if line.ceiling is not None]
+    top = max([top, *(_largest(values[values <= 2 * top]) for values in ceilings)])
+    pressure_factor, pressure_unit = style.prefixed(top, "Pa")
+    for (upper, lower), line in zip(grid.T, lines, strict=True):
+        _draw_profile(upper, line, factor, height_factor)
+        _draw_pressure(lower, line, top, factor, pressure_factor)
+        lower.set_xlim(line.limits[0] * factor, line.limits[1] * factor)
+        for axes in (upper, lower):
+            axes.xaxis.set_major_locator(MaxNLocator(ticks))
+            style.plain_axes(axes)
+    what = "height" if result.counter_surface is None else "sum of heights"
+    style.name_axes(grid[0, 0], y=f"{what} [{height_unit}]")
+    style.name_axes(grid[1, 0], y=f"pressure [{pressure_unit}]")
+    grid[1, 0].set_ylim(0, 1.08 * (top or 1.0) * pressure_factor)
+
+
+def _draw_profile(axes: Axes, line: Line, factor: float, height_factor: float) -> None:
     """Draw a section before and under load into axes."""
     place = line.place * factor
     before, under = line.before * height_factor, line.under * height_factor
@@ -286,7 +295,7 @@ def draw_profile(axes: Axes, line: Line, factor: float, height_factor: float) ->
         )
 
 
-def draw_line_pressure(
+def _draw_pressure(
     axes: Axes, line: Line, top: float, factor: float, pressure_factor: float
 ) -> None:
     """Draw the pressure on a section into axes; the caller sets the limits."""

@@ -351,22 +351,12 @@ def patch_legend(axes: Axes, entries: Sequence[tuple[str, str]]) -> None:
     """Add a legend of colors below a map."""
     from matplotlib.patches import Patch
 
-    axes.legend(
-        handles=[
-            Patch(facecolor=colour, edgecolor="#777777", linewidth=0.8, label=text)
-            for colour, text in entries
-        ],
-        loc="upper center",
-        bbox_to_anchor=(0.5, 0),
-        bbox_transform=below_label(axes),
-        borderaxespad=0,
-        ncols=len(entries),
-        fontsize=TICK,
-        frameon=False,
-        handlelength=1.2,
-        handleheight=1.2,
-        columnspacing=1.4,
-    )
+    handles = [
+        Patch(facecolor=colour, edgecolor="#777777", linewidth=0.8, label=text)
+        for colour, text in entries
+    ]
+    sizes = {"handlelength": 1.2, "handleheight": 1.2, "columnspacing": 1.4}
+    legend_below(axes, len(entries), handles=handles, **sizes)
 
 
 def plain_legend(axes: Axes) -> None:
@@ -401,8 +391,8 @@ def below_label(axes: Axes) -> Transform:
     return axes.transAxes + ScaledTranslation(0, -0.52, figure.dpi_scale_trans)
 
 
-def legend_below(axes: Axes, columns: int = 1) -> None:
-    """Add a legend below the axis label."""
+def legend_below(axes: Axes, columns: int = 1, **more: Any) -> None:
+    """Add a legend below the axis label; with further arguments of Matplotlib."""
     axes.legend(
         loc="upper center",
         bbox_to_anchor=(0.5, 0),
@@ -411,6 +401,7 @@ def legend_below(axes: Axes, columns: int = 1) -> None:
         ncols=columns,
         fontsize=TICK,
         frameon=False,
+        **more,
     )
 
 

@@ -267,7 +267,6 @@ def _run_record(
     """Return the record of a run: all inputs on which its states depend."""
     described = problem.pair.record()
     described |= {
-        "boundary": str(problem.pair.boundary),
         "layers": checkpoints.digest_arrays(volume),
         "tolerance": float(problem.tolerance),
         "max_iterations": int(problem.max_iterations),

@@ -279,7 +279,8 @@ class IncrementLoop:
                 continue
             todo.pop()
             cuts = max(0, cuts - 1)
-            self._accept()
+            for body, places, added in zip(self.bodies, self._places, self._added, strict=True):
+                body.accept(places, added)
             self._stride = IncrementInfo(point.load - before.load, *self._pixel_path(before, point))
             before, self._slid = point, slid
             done.append(self._make_increment(*result))
@@ -293,10 +294,6 @@ class IncrementLoop:
             f"times; increase {ArgumentRef('max_iterations')}, or set a larger "
             f"{ArgumentRef('tolerance')}"
         )
-
-    def _accept(self) -> None:
-        for body, places, added in zip(self.bodies, self._places, self._added, strict=True):
-            body.accept(places, added)
 
     def _make_increment(self, residuals: tuple[float, ...], convolutions: int) -> Increment:
         """Return the increment of the current point, whose strain is accepted."""

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact._tools import memory
 from roughcontact._tools.arguments import validate_arguments
 from roughcontact._version import __version__
-from roughcontact.contact.load_case import GivenLoad, Load, resolve_force
+from roughcontact.contact.load_case import Load, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE
@@ -371,15 +371,9 @@ def solve_elastoplastic(
     loop_in = partial(IncrementLoop, problem, solver, workspace, deepen=layers is None)
     with open_step_folder(folder, problem, points, start, layered, automatic=automatic) as steps:
         run = _PathRun(problem, points, automatic, steps, progress, began, on_step)
-        result = _with_load_form(run.final_state(start, extent, loop_in), specified)
+        result = run.final_state(start, extent, loop_in)
+    result = replace(result, solution=replace(result.solution, specified_load=specified))
     return _require_complete(result, on_failure, folder)
-
-
-def _with_load_form(
-    result: ElastoplasticResult, specified: GivenLoad | None
-) -> ElastoplasticResult:
-    """Return a result that records the form of its load."""
-    return replace(result, solution=replace(result.solution, specified_load=specified))
 
 
 def _prepare_solver(

@@ -365,7 +365,6 @@ def free(
     contact_modulus: float,
     *,
     coatings: Coatings | None = None,
-    workers: int | None = None,
     precision: str = "double",
     workspace: Workspace | None = None,
 ) -> Convolution:
@@ -381,8 +380,6 @@ def free(
         E* [Pa]; for coated bodies, of their outermost layers.
     coatings : Coatings, optional
         Coatings of the bodies.
-    workers : int, optional
-        Threads; by default one for each core that the process may use.
     precision : {"double", "single"}
         Arithmetic of the transforms.
     workspace : Workspace, optional
@@ -395,7 +392,7 @@ def free(
     """
     require_pixel(pixel)
     require_positive(contact_modulus=contact_modulus)
-    work = workspace or Workspace(workers)
+    work = workspace or Workspace()
     half = (fft.fast_length(shape[0]), fft.fast_length(shape[1]))
     # Without coatings, the size of the pixels and the modulus only enter as a factor.
     edges = (1.0, pixel[1] / pixel[0])
@@ -430,7 +427,6 @@ def periodic(
     contact_modulus: float,
     *,
     coatings: Coatings | None = None,
-    workers: int | None = None,
     precision: str = "double",
     workspace: Workspace | None = None,
 ) -> Convolution:
@@ -438,7 +434,7 @@ def periodic(
 
     Parameters
     ----------
-    shape, pixel, contact_modulus, coatings, workers, precision, workspace
+    shape, pixel, contact_modulus, coatings, precision, workspace
         As for `free`; the map is one period.
 
     Returns
@@ -453,7 +449,7 @@ def periodic(
         moved = symbol > 0
         symbol[moved] *= coatings.factor(2 / contact_modulus / symbol[moved])
         symbol[~moved] = 2 / contact_modulus * coatings.uniform()
-    workspace = workspace or Workspace(workers)
+    workspace = workspace or Workspace()
     return Convolution(symbol, shape, shape, workspace=workspace, precision=precision)
 
 
@@ -465,7 +461,6 @@ def strip(
     *,
     datum: float | None = None,
     coatings: Coatings | None = None,
-    workers: int | None = None,
     precision: str = "double",
     workspace: Workspace | None = None,
 ) -> Convolution:
@@ -473,7 +468,7 @@ def strip(
 
     Parameters
     ----------
-    shape, pixel, contact_modulus, coatings, workers, precision, workspace
+    shape, pixel, contact_modulus, coatings, precision, workspace
         As for `free`.
     axis : {0, 1}
         Axis along which the map is periodic: 0 for y, 1 for x.
@@ -498,7 +493,7 @@ def strip(
     if datum is None:
         datum = max(shape[0] * pixel[0], shape[1] * pixel[1])
     require_positive(contact_modulus=contact_modulus, datum=datum)
-    work = workspace or Workspace(workers)
+    work = workspace or Workspace()
     # The kernel has x as the periodic axis.
     period, across = shape[axis], (pixel[1 - axis], pixel[axis])
     edges, far = (1.0, across[1] / across[0]), datum / across[0]

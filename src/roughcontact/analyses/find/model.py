@@ -11,6 +11,7 @@ import math
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -463,9 +464,7 @@ class _Finder:
                 accuracy=SHARE_ACCURACY if name in COUNTED else ACCURACY,
                 slope=self.slope(target),
                 known=known,
-                adjacent=(lambda a, b: self.adjacent(name, a, b))
-                if name in COUNTED
-                else (lambda a, b: False),
+                adjacent=partial(self.adjacent, name),
             )
         except NotPassedError as stop:
             raise self.refusal(target, stop.end) from None
@@ -556,6 +555,8 @@ class _Finder:
 
     def adjacent(self, name: str, low: float, high: float) -> bool:
         """Return whether the contacts of two loads differ by at most one pixel."""
+        if name not in COUNTED:
+            return False
         pixels = self.pair.shape[0] * self.pair.shape[1]
         counts = [
             (round(there[CONTACT] * pixels), round(there["saturated_fraction"] * pixels))

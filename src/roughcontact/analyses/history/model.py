@@ -558,8 +558,12 @@ def history(
             way = replace(way, terms=replace(terms, ceiling=first.ceiling))
             _check_way(way)
         history = _run_path(way, place, progress)
-    specified = _given_loads(requested[: len(history.steps)], history.path)
-    return replace(history, calibration=recommended, specified_load=specified)
+    specified = [
+        GivenLoad(item.load, stage.force)
+        for item, stage in zip(requested, history.path, strict=False)
+        if isinstance(item.load, Load)
+    ]
+    return replace(history, calibration=recommended, specified_load=tuple(specified))
 
 
 def _path_in_pixels(pair: Pair, requested: Sequence[Stage], terms: LoadCase, each: int) -> _Path:
@@ -590,15 +594,9 @@ def _lock_folder(
     if folder is None:
         yield None
         return
-    ceiling = terms.ceiling
     record = {
         **way.bodies.pair.record(),
-        "ceiling": ceiling
-        if isinstance(ceiling, str | None)
-        else checkpoints.digest_arrays(ceiling),
-        "boundary": str(way.bodies.pair.boundary),
-        "tolerance": terms.tolerance,
-        "max_iterations": terms.max_iterations,
+        **terms.record(),
         # Without shifts only the first pass, so that more passes can be requested later; with
         # shifts the map of a flat depends on the number of passes.
         "path": [asdict(stage) for stage in way.stages[: way.each if way.stays else None]],
@@ -607,15 +605,6 @@ def _lock_folder(
         folder, record, kind="history", record="history.json", pattern="step-*.npz"
     ) as place:
         yield place
-
-
-def _given_loads(requested: Sequence[Stage], stages: Sequence[Stage]) -> tuple[GivenLoad, ...]:
-    """Return the loads of stages that were not given as forces."""
-    return tuple(
-        GivenLoad(item.load, stage.force)
-        for item, stage in zip(requested, stages, strict=True)
-        if isinstance(item.load, Load)
-    )
 
 
 def _solve_largest(way: _Path) -> ContactResult:

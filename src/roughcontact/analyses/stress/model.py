@@ -579,20 +579,10 @@ def memory_estimate(
     return maps + 6 * real * padded // 2 + spectra + kernels * real * (ny + 1) * (nx + 1)
 
 
-def require_memory(
-    shape: tuple[int, int],
-    *,
-    boundary: str = "free",
-    precision: str = "single",
-    friction: float = 0.0,
-    partial_slip: bool = False,
-) -> None:
+def require_memory(shape: tuple[int, int], **terms: Any) -> None:
     """Raise `InsufficientMemoryError` unless the stress below a map fits into free memory."""
-    needed = memory_estimate(
-        shape, boundary=boundary, precision=precision, friction=friction, partial_slip=partial_slip
-    )
     memory.require_memory(
-        needed,
+        memory_estimate(shape, **terms),
         f"the stress below {shape[0]} × {shape[1]} points needs",
         advice=("solve the contact on a part of the map, surface.cropped(...)",),
     )

@@ -364,14 +364,9 @@ class _Sweep:
 
     def record(self) -> dict[str, Any]:
         """Return the record of the inputs of the steps."""
-        ceiling = self.terms.ceiling
-        plain = isinstance(ceiling, str) or ceiling is None
         return {
             **self.pair.record(),
-            "ceiling": ceiling if plain else checkpoints.digest_arrays(ceiling),
-            "boundary": str(self.pair.boundary),
-            "tolerance": self.terms.tolerance,
-            "max_iterations": self.terms.max_iterations,
+            **self.terms.record(),
             "precision": self.terms.precision,
             "control": self.control,
             "values": self.values,
