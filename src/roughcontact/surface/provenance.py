@@ -41,7 +41,11 @@ class Operation:
     @property
     def sentences(self) -> tuple[str, ...]:
         """Text of the operation; empty if ``Provenance.source`` contains it."""
-        return _WORDS[self.method](self.arguments, self.found)
+        words = _WORDS[self.method]
+        if callable(words):
+            return words(self.arguments, self.found)
+        text = words.format_map({**self.arguments, **self.found})
+        return (text,) if text else ()
 
 
 @dataclass(frozen=True)
@@ -207,7 +211,8 @@ def _operation(record: dict[str, Any]) -> Operation:
 # --- Sentences of the operations: none or one each ---
 
 _Said = Mapping[str, Any]
-_Words = Callable[[_Said, _Said], tuple[str, ...]]
+# A format of the arguments and results, or a function of both.
+_Words = str | Callable[[_Said, _Said], tuple[str, ...]]
 
 # Number of digits of lengths, enough to distinguish different steps.
 _DIGITS = 6
@@ -288,35 +293,6 @@ def _form_notes(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (f"form removed: least-squares {what}",)
 
 
-def _outlier_notes(specified: _Said, result: _Said) -> tuple[str, ...]:
-    window = specified["window"]
-    return (
-        f"outliers removed: {result['points']} points further than {specified['limit']:g} robust "
-        f"standard deviations from the median of {window} × {window} points",
-    )
-
-
-def _filling_notes(specified: _Said, result: _Said) -> tuple[str, ...]:
-    return (f"filled: {result['missing']} missing points by harmonic interpolation",)
-
-
-def _masked(specified: _Said, result: _Said) -> tuple[str, ...]:
-    return (f"masked: {result['missing']} missing points never touch",)
-
-
-def _part(rows: tuple[int, int], columns: tuple[int, int]) -> str:
-    return f"rows {rows[0]}:{rows[1]}, columns {columns[0]}:{columns[1]}"
-
-
-def _cropped(specified: _Said, result: _Said) -> tuple[str, ...]:
-    return (f"cropped: {_part(specified['rows'], specified['columns'])}",)
-
-
-def _largest_rectangle(specified: _Said, result: _Said) -> tuple[str, ...]:
-    part = _part(result["rows"], result["columns"])
-    return (f"cropped to the largest rectangle without holes: {part}",)
-
-
 def _rotated(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (f"rotated: {specified['angle'] % 360:g} degrees counter-clockwise, row 0 on top",)
 
@@ -368,16 +344,14 @@ def _indented(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (f"indented: by up to {depth} where the ceiling was reached",)
 
 
-def _nothing(specified: _Said, result: _Said) -> tuple[str, ...]:
-    return ()
-
+_PART = "rows {rows[0]}:{rows[1]}, columns {columns[0]}:{columns[1]}"
 
 _ORIGINS: dict[str, _Words] = {
-    "Surface": _nothing,
-    "reference_map": _nothing,
+    "Surface": "",
+    "reference_map": "",
     "generate": _generated,
     "read_surface": _reading_notes,
-    "nominal.flat": _nothing,
+    "nominal.flat": "",
     "nominal.sphere": _body,
     "nominal.ellipsoid": _body,
     "nominal.cylinder": _body,
@@ -389,14 +363,17 @@ _ORIGINS: dict[str, _Words] = {
 
 _WORDS: dict[str, _Words] = {
     **_ORIGINS,
-    NOTE: lambda specified, result: (specified["text"],),
+    NOTE: "{text}",
     "leveled": _leveled,
     "without_form": _form_notes,
-    "without_outliers": _outlier_notes,
-    "filled": _filling_notes,
-    "masked": _masked,
-    "cropped": _cropped,
-    "largest_rectangle": _largest_rectangle,
+    "without_outliers": (
+        "outliers removed: {points} points further than {limit:g} robust standard deviations from "
+        "the median of {window} × {window} points"
+    ),
+    "filled": "filled: {missing} missing points by harmonic interpolation",
+    "masked": "masked: {missing} missing points never touch",
+    "cropped": f"cropped: {_PART}",
+    "largest_rectangle": f"cropped to the largest rectangle without holes: {_PART}",
     "rotated": _rotated,
     "resampled": _resampled,
     "filtered": _filtered,
