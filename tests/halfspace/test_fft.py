@@ -51,7 +51,8 @@ def from_one_of(modules, names):
 def test_only_fft_module_uses_fft_libraries_and_threads():
     # The terminal asks whether it may hear signals; what is kept for all threads has a lock.
     # Starting a process holds a lock, too. What draws in a fork waits for the end of the first one.
-    # An interrupt that was dropped comes again in the first thread.
+    # An interrupt that was dropped comes again in the first thread. Tasks of a worker share its
+    # working folder.
     waiting = (
         "terminal.py",
         "cache.py",
@@ -60,6 +61,7 @@ def test_only_fft_module_uses_fft_libraries_and_threads():
         "export.py",
         "executors.py",
         "runner.py",
+        "jobs.py",
     )
     for path in module_paths().values():
         if path == DOOR:
