@@ -52,7 +52,7 @@ def test_messages_have_the_terms_of_the_page_or_of_the_command() -> None:
             if text.startswith("“"):
                 assert text.strip("“”") in labels, text
             elif task.option_of_argument(name) is not None:
-                assert text.startswith(("--", "the map")), text
+                assert text.startswith(("--", "the map", "map of")), text
 
 
 def test_analyses_are_named_as_on_the_page() -> None:

@@ -61,7 +61,7 @@ class Answer:
 
 
 def request_key(requests: Iterable[Request]) -> object:
-    """Return what determines the results of requests; None if they are invalid."""
+    """Return the key of the results of requests; None if a request is invalid."""
     try:
         return [(item.task.name, item.file, dict(item.specified)) for item in requests]
     except RoughcontactError:
@@ -188,8 +188,8 @@ class AnalysisPanel(TabPanel):
         if not result.outcome.converged:
             texts.insert(0, controls.error_markup(spell_sentence(result.outcome.shortfall)))
         form = form_of(self._session.state.specified)
-        found = result.result.answers if isinstance(result.result, LoadSearch) else ()
-        uses = [self._use(item.result, form) for item in found]
+        answers = result.result.answers if isinstance(result.result, LoadSearch) else ()
+        uses = [self._use(item.result, form) for item in answers]
         figures = "".join(map(controls.picture_markup, result.figures))
         views: list[Any] = [pn.pane.HTML(figures, **style.WIDE)]
         if isinstance(result.result, LoadCurve):
@@ -211,12 +211,12 @@ class AnalysisPanel(TabPanel):
         above, last = (pn.pane.HTML("".join(text), **style.WIDE) for text in (texts, below))
         return [above, *uses, *views, last]
 
-    def _use(self, found: ContactResult, form: LoadForm) -> Any:
+    def _use(self, contact: ContactResult, form: LoadForm) -> Any:
         """Return a button that sets the load to a found load, in the form of the current load."""
-        text = load_text(found, form, _DIGITS)
+        text = load_text(contact, form, _DIGITS)
         if text is None:
             form = FORCE
-            text = str(load_text(found, form, _DIGITS))
+            text = str(load_text(contact, form, _DIGITS))
         return make_button(f"Use {text} as the load", lambda: self._give(form.option, text))
 
 
@@ -286,7 +286,7 @@ class ComparePanel(TabPanel):
         self._session = session
         self._pin = make_button("Keep this state as A", lambda: do(session.pin))
         self._swap = make_button("Go to A", lambda: do(session.swap_pinned))
-        self._unpin = make_button("Forget A", lambda: do(session.unpin))
+        self._unpin = make_button("Remove A", lambda: do(session.unpin))
         self._differences = pn.pane.HTML("", **style.WIDE)
         self._working = JobButton(bench, run, "Compare", self._started, session)
         self._answer = Answer()
@@ -308,7 +308,7 @@ class ComparePanel(TabPanel):
             )
             return
         current, other = _NAMES if is_first else _NAMES[::-1]
-        self._swap.label, self._unpin.label = f"Go to {other}", f"Forget {other}"
+        self._swap.label, self._unpin.label = f"Go to {other}", f"Remove {other}"
         first, second = (state.specified for state in states)
         rows = [
             (SOLVE.by_name[name].label, _cell_text(first.get(name)), _cell_text(second.get(name)))

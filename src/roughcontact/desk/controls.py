@@ -41,7 +41,7 @@ SHOWN_OPTIONS = {
 }
 """Options of the contact that have a control on the page."""
 
-_MAPS = {"file": "the map", "counter_surface": "the map of the counter-body"}
+_MAPS = {"file": "the map", "counter_surface": "map of the counter-body"}
 
 
 def spell_for_page(mention: ArgumentRef, task: Command = SOLVE) -> str:

@@ -571,11 +571,11 @@ class DetailPanel:
         """Draw the distribution of the pressure, in a separate thread."""
         picture = _draw_picture(lambda: pressure_histogram(result))
 
-        def show() -> None:
+        def show_picture() -> None:
             if result is self._result:
                 self._pressures.object = picture
 
-        self._run(show)
+        self._run(show_picture)
 
 
 # Matplotlib shares fonts and layouts between figures.

@@ -484,7 +484,7 @@ class MapPanel:
     def _about_other(self) -> list[Any]:
         drop = _make_file_drop(
             "Drop the map of the counter-body",
-            lambda text: self._take(text, self._session.open_counter_map),
+            lambda text: self._take_file(text, self._session.open_counter_map),
         )
         return [drop, make_button("Remove counter-map", self._unfaced)]
 
@@ -537,9 +537,9 @@ class MapPanel:
 
     def take_map(self, text: dict[str, Any]) -> None:
         """Take an uploaded map after it is read; the answer of the server is not trusted."""
-        self._take(text, self._session.open_map)
+        self._take_file(text, self._session.open_map)
 
-    def _take(self, text: dict[str, Any], open_map: Callable[[Path, str], None]) -> None:
+    def _take_file(self, text: dict[str, Any], open_map: Callable[[Path, str], None]) -> None:
         try:
             path, name = self._arrived(text)
         except InputError as error:

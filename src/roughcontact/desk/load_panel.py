@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +15,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, style
 from roughcontact.desk.controls import Give
 from roughcontact.desk.live_solver import PreparedMaps
-from roughcontact.desk.session import Given, Session
+from roughcontact.desk.session import Session
 from roughcontact.desk.widgets import Slider
 from roughcontact.errors import RoughcontactError
 from roughcontact.material.material import contact_modulus, softer_material
@@ -50,7 +51,7 @@ APPROACH_AXIS = LoadForm("Approach", "approach", "m", "1 um")
 FORMS = (FORCE, NOMINAL, LINE, HERTZ, APPROACH_AXIS)
 
 
-def form_of(specified: Given) -> LoadForm:
+def form_of(specified: Mapping[str, object]) -> LoadForm:
     """Return the form of the given load; nominal pressure without a load."""
     for form in (HERTZ, APPROACH_AXIS):
         if form.option in specified:

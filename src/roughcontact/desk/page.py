@@ -329,7 +329,8 @@ class Page:
     def _show_prepared(self, what: PreparedMaps) -> None:
         session = self.session
         self._map_panel.refresh(what)
-        self._map_panel.offer_channels(self._reader.channels.get(session.state.file, ()))
+        file = session.state.file
+        self._map_panel.offer_channels(self._reader.channels.get(file, ()) if file else ())
         self._preparation.refresh(what)
         self._views.refresh()
         self._load.refresh(what)

@@ -28,7 +28,7 @@ STEP = CSS["FOLD"] + CSS["STEP"]
 
 # Also in the style sheets.
 LEFT, WRAPPED, NARROW = 272, 1240, 1560
-"""Width of the left column; of a window with a header of one line; with tables beside its maps."""
+"""Width of the left column, of a header of one line, of a window with tables right of its maps."""
 
 NEW, OLD = {"opacity": "1"}, {"opacity": "0.45", "transition": "opacity .2s .4s"}
 """Styles of current and outdated results; the delay hides a quick update."""

@@ -347,13 +347,13 @@ class MapReader:
     def check(self, path: Path, ended: OnEnd) -> None:
         """Read a file without options, and keep its map for the next call."""
 
-        def keep(end: JobResult) -> None:
+        def keep_map(end: JobResult) -> None:
             if end.value is not None:
                 self._checked = path, self._list_channels(path, *end.value)
             ended(end)
 
         work = partial(read_map, path=path, reading={})
-        self._bench.submit(work, ended=keep, limits=self._limits)
+        self._bench.submit(work, ended=keep_map, limits=self._limits)
 
     def __call__(self, path: Path, announced: Callable[..., None], *reading: Any) -> Surface:
         """Read a map; a checked file is not read again."""
