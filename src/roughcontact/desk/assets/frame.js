@@ -44,6 +44,7 @@ export function render({ model }) {
   });
   // A file is dropped anywhere on the page; areas with another purpose take it first.
   const over = document.createElement("div");
+  over.className = "over";
   over.textContent = "Drop the height map";
   over.hidden = true;
   const carries = (event) => event.dataTransfer?.types.includes("Files");
