@@ -254,6 +254,8 @@ def test_invalid_file_is_rejected_in_one_sentence(seat: Seat, measured_file: Pat
     specify_and_solve(seat)
     load = text_of(seat.number("Load"))
     wrong = {"name": "broken.opd", "mimeType": "", "buffer": b"no map at all" * 100}
+    # The step was folded at the first contact.
+    seat.unfold("Map")
     seat.page.locator("input[type=file]").first.set_input_files(wrong)
     told = text_of(seat.alert("broken.opd"))
     assert "Traceback" not in told

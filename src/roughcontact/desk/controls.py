@@ -140,10 +140,9 @@ class Control:
 
     def show_options(self, specified: Mapping[str, Value]) -> None:
         """Show the value of the option, or its default."""
+        value: Any = str(specified.get(self.name, self._default))
         if self._task.by_name[self.name].is_flag:
-            value: Value = bool(specified.get(self.name, False))
-        else:
-            value = str(specified.get(self.name, self._default))
+            value = self.widget.options if specified.get(self.name) else []
         self._silent = True
         try:
             choices = getattr(self.widget, "options", None)
@@ -187,7 +186,7 @@ class Control:
         if self._silent:
             return
         try:
-            self._give(self.name, event.new)
+            self._give(self.name, bool(event.new) if isinstance(event.new, list) else event.new)
         except RoughcontactError as error:
             self.show_error(error_text(error, self._task))
         else:
@@ -197,7 +196,8 @@ class Control:
 def _widget(option: Option[Any], choices: Mapping[str, str] | None) -> Any:
     about: dict[str, Any] = {"label": option.label, "description": option.help, **style.CONTROL}
     if option.is_flag:
-        return pn.widgets.Checkbox(label=option.label, **style.CONTROL)
+        # A single checkbox of Bokeh has no name for screen readers.
+        return pn.widgets.CheckBoxGroup(options=[option.label], **style.CONTROL)
     if choices is not None:
         return pn.widgets.Select(options=dict(choices), **about)
     if isinstance(option.parse, parsing.Choice):
