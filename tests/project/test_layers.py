@@ -188,7 +188,7 @@ SHARED = {
 # The program owns its process, a library does not.
 # What works apart has a process of its own as well.
 # A worker of a cluster lets tasks of another folder wait.
-OWNS = {"cli.app": {"basicConfig"}, "desk.workers": {"setrlimit"}, "batch.jobs": {"chdir"}}
+OWNS = {"cli.app": {"basicConfig"}, "_tools.processes": {"setrlimit"}, "batch.jobs": {"chdir"}}
 
 
 def test_no_module_changes_process_wide_state() -> None:

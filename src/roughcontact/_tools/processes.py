@@ -6,19 +6,24 @@ import _thread
 import ctypes
 import multiprocessing
 import os
+import pickle
+import select
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from importlib import import_module
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
-from multiprocessing.process import BaseProcess
-from typing import Any
+from typing import Any, TypeVar, cast
 
-from roughcontact.errors import InputError
+from roughcontact._tools import memory
+from roughcontact.errors import InputError, RoughcontactError
+
+T = TypeVar("T")
 
 # Environment variables with the number of processes of an MPI run (MPICH, Open MPI, PMIx).
 _MPI_SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS")
@@ -99,29 +104,48 @@ _EXIT_SECONDS = 0.5
 _MAPPED, _KEPT = (-3, 2**25), (-1, 2**27)
 
 
-def create_process(target: Callable[..., None], *args: Any) -> SpawnProcess:
-    """Return a new process, which `start_process` starts."""
-    return multiprocessing.get_context("spawn").Process(target=target, args=args, daemon=True)
+class LostWorkerError(Exception):
+    """Error of a call whose process ended; the message gives the exit reason."""
 
 
-def start_process(process: SpawnProcess) -> None:
-    """Start a process that Ctrl-C does not reach."""
-    with sigint_blocked():
-        process.start()
+REPORT, RESULT, ERROR = "report", "result", "error"
+"""Kinds of messages of a worker: progress of a call, its result or its error."""
 
 
-def open_pipe(duplex: bool = False) -> tuple[Connection, Connection]:
-    """Return the ends of a pipe; the second sends, and with ``duplex`` both do."""
-    return multiprocessing.get_context("spawn").Pipe(duplex)
+class Worker:
+    """Process that executes calls one after the other, and ends with this process."""
+
+    def __init__(self, modules: Sequence[str] = ()) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._connection, theirs = context.Pipe()
+        self.process = context.Process(target=_serve, args=(theirs, modules), daemon=True)
+        with sigint_blocked():
+            self.process.start()
+        # Only the process keeps this end open, so that it closes when the process ends.
+        theirs.close()
+
+    def send(self, function: Callable[..., Any], *args: Any, reports: bool = False) -> None:
+        """Send a call; with ``reports`` its first argument is a callback, which sends messages."""
+        with self._loss_as_error():
+            self._connection.send((function, args, reports))
+
+    def receive(self, timeout: float | None = None) -> tuple[str, Any] | None:
+        """Return the kind and the value of the next message; None after a timeout [s]."""
+        with self._loss_as_error():
+            return self._connection.recv() if self._connection.poll(timeout) else None
+
+    @contextmanager
+    def _loss_as_error(self) -> Iterator[None]:
+        try:
+            yield
+        except (EOFError, OSError):
+            self.process.join()
+            raise LostWorkerError(
+                f"its process ended with status {self.process.exitcode}; is there enough memory?"
+            ) from None
 
 
-def died_message(process: SpawnProcess) -> str:
-    """Return the message on a process that ended without a report."""
-    process.join()
-    return f"its process ended with status {process.exitcode}; is there enough memory?"
-
-
-def end_processes(begun: Iterable[BaseProcess]) -> None:
+def end_processes(begun: Iterable[SpawnProcess]) -> None:
     """Terminate processes, and kill those that still run after half a second."""
     begun = [process for process in begun if process.pid is not None]
     for process in begun:
@@ -165,16 +189,161 @@ def _delayed_interrupt() -> Iterator[None]:
             signal.raise_signal(signal.SIGINT)
 
 
-# In a separate process
+# --- Calls in a fork of this process, which has all its variables ---
+
+
+# Largest time of a call on a busy machine over its computing time, and its least memory [bytes].
+_WAITING, _MIN_BYTES = 20, 2**28
+
+# Interval between checks whether the parent process is running [s].
+_PARENT_SECONDS = 0.2
+
+
+def can_fork() -> bool:
+    """Return whether the system and its libraries support forks; those of macOS do not."""
+    return hasattr(os, "fork") and sys.platform != "darwin"
+
+
+class ForkedCall:
+    """Call of a function in a fork of this process; it must use no lock of another thread."""
+
+    def __init__(
+        self, function: Callable[..., Any], *args: Any, seconds: int | None = None
+    ) -> None:
+        # Imported here: in the fork it might wait for an import of another thread.
+        import resource
+
+        free = max(memory.free_bytes(), _MIN_BYTES)
+        parent = os.getpid()
+        receiver, sender = os.pipe()
+        self._child = os.fork()
+        if self._child == 0:
+            try:
+                if seconds is None:
+                    threading.Thread(target=_exit_without, args=(parent,), daemon=True).start()
+                else:
+                    # There may be a lower limit.
+                    with suppress(ValueError):
+                        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+                with limit_memory(None if seconds is None else free):
+                    _send_answer(sender, function, args)
+            finally:
+                os._exit(0)
+        os.close(sender)
+        self._seconds, self._stream = seconds, os.fdopen(receiver, "rb")
+
+    def result(self) -> Any:
+        """Wait for the result and return it, or raise the error of the call."""
+        timeout = None if self._seconds is None else _WAITING * self._seconds
+        try:
+            came = select.select([self._stream], [], [], timeout)[0]
+            answer = self._stream.read() if came else b""
+        finally:
+            self.end()
+        if not answer:
+            raise ValueError(
+                f"reading it crashes or takes more than {self._seconds} s of computing"
+            )
+        result, error = pickle.loads(answer)
+        if error is not None:
+            raise error
+        return result
+
+    def end(self) -> None:
+        """End the process."""
+        if self._stream.closed:
+            return
+        # Another thread may wait for all children.
+        with suppress(ProcessLookupError, ChildProcessError):
+            os.kill(self._child, signal.SIGKILL)
+            os.waitpid(self._child, 0)
+        self._stream.close()
+
+
+def call_limited(function: Callable[..., T], *args: Any, seconds: int) -> T:
+    """Return the result of a call that may crash or not end, in a fork if the system supports it.
+
+    The fork has a limit of computing time [s], and the memory that is free.
+    """
+    if not can_fork():
+        return function(*args)
+    return cast("T", ForkedCall(function, *args, seconds=seconds).result())
 
 
 @contextmanager
-def exit_with_parent() -> Iterator[None]:
+def limit_memory(maximum: int | None) -> Iterator[None]:
+    """Limit the additional memory of this process [bytes]."""
+    try:
+        import resource
+    except ImportError:
+        # Windows has no such limit.
+        maximum = None
+    if maximum is None:
+        yield
+        return
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    limit = memory.address_space_bytes() + maximum
+    if before[1] != resource.RLIM_INFINITY:
+        limit = min(limit, before[1])
+    resource.setrlimit(resource.RLIMIT_AS, (limit, before[1]))
+    try:
+        yield
+    finally:
+        # The result is sent without the limit.
+        resource.setrlimit(resource.RLIMIT_AS, before)
+
+
+def _send_answer(sender: int, function: Callable[..., Any], args: tuple[Any, ...]) -> None:
+    """Send the result and the error of a call through a pipe."""
+    try:
+        answer: tuple[Any, Exception | None] = function(*args), None
+    except RoughcontactError as error:
+        answer = None, error
+    except MemoryError:
+        answer = None, ValueError("reading it takes more memory than is free")
+    except Exception as error:
+        answer = None, error
+    with os.fdopen(sender, "wb") as stream:
+        stream.write(pickle.dumps(answer))
+
+
+def _exit_without(parent: int) -> None:
+    """Exit when the parent process has ended."""
+    while os.getppid() == parent:
+        time.sleep(_PARENT_SECONDS)
+    os._exit(1)
+
+
+# In a separate process
+
+
+def _serve(connection: Connection, modules: Sequence[str]) -> None:
+    """Execute calls until the pipe is closed."""
+    # Imported while the process is idle.
+    for name in modules:
+        import_module(name)
+    with _exit_with_parent():
+        while True:
+            try:
+                function, args, reports = connection.recv()
+            except EOFError:
+                return
+            if reports:
+                args = (lambda report: connection.send((REPORT, report)), *args)
+            try:
+                reply = RESULT, function(*args)
+            except Exception as error:
+                reply = ERROR, error
+            connection.send(reply)
+
+
+@contextmanager
+def _exit_with_parent() -> Iterator[None]:
     """Run a child process, which ends with its parent and cleans up on SIGTERM."""
     # For systems where the parent cannot block the signal.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _leave)
-    threading.Thread(target=_exit_with_parent, daemon=True).start()
+    threading.Thread(target=_wait_for_parent, daemon=True).start()
     try:
         with redeliver_interrupts():
             yield
@@ -193,7 +362,7 @@ def _leave(number: int, frame: object) -> None:
     sys.exit(128 + number)
 
 
-def _exit_with_parent() -> None:
+def _wait_for_parent() -> None:
     """Exit when the parent process has ended."""
     parent = multiprocessing.parent_process()
     assert parent is not None

@@ -19,12 +19,11 @@ from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecu
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing.connection import Connection
-from multiprocessing.context import SpawnProcess
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
 from weakref import WeakSet
 
-from roughcontact._tools import processes, processes as own
+from roughcontact._tools import processes
+from roughcontact._tools.processes import ERROR, LostWorkerError, Worker
 from roughcontact.errors import InputError
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.units import count_noun
@@ -207,10 +206,6 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 
-class LostWorkerError(Exception):
-    """Error of a task whose process ended; the message gives the exit reason."""
-
-
 class LocalExecutor(Executor):
     """Executor of processes on this machine."""
 
@@ -219,14 +214,14 @@ class LocalExecutor(Executor):
         self._threads = ThreadPoolExecutor(workers)
         self._own = threading.local()
         self._lock = threading.Lock()
-        self._begun: list[SpawnProcess] = []
+        self._begun: list[Worker] = []
         self._futures: WeakSet[Future[Any]] = WeakSet()
         self._closed = False
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Submit a call of a module-level function to one of the processes."""
         with self._lock:
-            future = self._threads.submit(self._call_in_process, (fn, args, kwargs))
+            future = self._threads.submit(self._call_in_process, partial(fn, *args, **kwargs))
             self._futures.add(future)
         return future
 
@@ -246,35 +241,31 @@ class LocalExecutor(Executor):
     def _end(self) -> None:
         with self._lock:
             self._closed = True
-        own.end_processes(self._begun)
+        processes.end_processes(worker.process for worker in self._begun)
 
-    def _call_in_process(self, task: Any) -> Any:
+    def _call_in_process(self, call: Callable[[], T]) -> T:
         """Execute a call in the process of this thread, and return the result."""
-        process, pipe = self._start_process()
+        worker = self._start_worker()
         try:
-            pipe.send(task)
-            failed, result = pipe.recv()
-        except (EOFError, OSError):
-            del self._own.process
-            pipe.close()
-            raise LostWorkerError(own.died_message(process)) from None
-        if failed:
+            worker.send(call)
+            message = worker.receive()
+        except LostWorkerError:
+            del self._own.worker
+            raise
+        assert message is not None
+        kind, result = message
+        if kind == ERROR:
             raise result
-        return result
+        return cast("T", result)
 
-    def _start_process(self) -> tuple[SpawnProcess, Connection]:
-        if not hasattr(self._own, "process"):
-            here, there = own.open_pipe(duplex=True)
-            process = own.create_process(_run_tasks, there)
+    def _start_worker(self) -> Worker:
+        if not hasattr(self._own, "worker"):
             with self._lock:
                 if self._closed:
                     raise RuntimeError("the processes have been ended")
-                own.start_process(process)
-                self._begun.append(process)
-            # Only the process keeps this end open, so that it closes when the process ends.
-            there.close()
-            self._own.process = process, here
-        return self._own.process
+                self._own.worker = Worker()
+                self._begun.append(self._own.worker)
+        return cast("Worker", self._own.worker)
 
 
 @contextmanager
@@ -286,21 +277,3 @@ def local_processes(workers: int) -> Iterator[Engine]:
         yield Engine(executor, lambda: workers, max(1, default_workers() // workers), stop)
     finally:
         stop()
-
-
-# Code of the separate process
-
-
-def _run_tasks(pipe: Connection) -> None:
-    """Execute tasks until the pipe is closed."""
-    with own.exit_with_parent():
-        while True:
-            try:
-                function, args, kwargs = pipe.recv()
-            except EOFError:
-                return
-            try:
-                answer = False, function(*args, **kwargs)
-            except Exception as error:
-                answer = True, error
-            pipe.send(answer)

@@ -5,19 +5,17 @@ A process takes a second to start: `WorkerPool` keeps a spare one, which takes a
 
 from __future__ import annotations
 
-import importlib
+import math
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from multiprocessing.connection import Connection, wait
-from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact._tools import files, memory, processes
+from roughcontact._tools.processes import LostWorkerError, Worker
 from roughcontact.errors import InsufficientMemoryError, RoughcontactError
 from roughcontact.request.options import FOLDER
 from roughcontact.request.request import Request
@@ -32,6 +30,9 @@ READING_MEMORY = 4 * memory.GIB
 
 READING_SECONDS = 60.0
 """Time limit of reading an uploaded file [s]."""
+
+# Interval between checks whether a job was canceled [s].
+_POLL_SECONDS = 0.1
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ class WorkerPool:
     def __init__(self, spare: bool = True) -> None:
         self._lock = threading.Lock()
         self._keeps = spare
-        self._spare: _Process | None = None
+        self._spare: Worker | None = None
         self._jobs: set[Job] = set()
         # Each solve takes all cores: more than two in parallel only delay each other.
         self.turns = threading.Semaphore(2)
@@ -92,11 +93,11 @@ class WorkerPool:
     ) -> Job:
         """Start a job."""
         with self._lock:
-            process, self._spare = self._spare, None
-        if process is None or not process.is_alive():
-            process = _Process()
+            worker, self._spare = self._spare, None
+        if worker is None or not worker.process.is_alive():
+            worker = Worker(_NEEDED)
         job = Job(
-            process, (work, args, limits or Limits()), on_stage, self._forget_job(ended), folders
+            worker, (work, args, limits or Limits()), on_stage, self._forget_job(ended), folders
         )
         with self._lock:
             self._jobs.add(job)
@@ -108,8 +109,8 @@ class WorkerPool:
     def prestart(self) -> None:
         """Start the spare process, if there is none."""
         with self._lock:
-            if self._keeps and (self._spare is None or not self._spare.is_alive()):
-                self._spare = _Process()
+            if self._keeps and (self._spare is None or not self._spare.process.is_alive()):
+                self._spare = Worker(_NEEDED)
 
     def close(self) -> None:
         """End all jobs and processes."""
@@ -120,7 +121,7 @@ class WorkerPool:
         for job in jobs:
             job.cancel()
         if spare is not None:
-            spare.end()
+            processes.end_processes([spare.process])
         for job in jobs:
             job.wait()
 
@@ -139,13 +140,13 @@ class Job:
 
     def __init__(
         self,
-        process: _Process,
+        worker: Worker,
         task: tuple[Callable[..., Any], tuple[Any, ...], Limits],
         on_stage: OnStage | None,
         ended: Callable[[Job, JobResult], None],
         folders: Sequence[Path],
     ) -> None:
-        self._process, self._task = process, task
+        self._worker, self._task = worker, task
         self._on_stage, self._ended, self._folders = on_stage, ended, folders
         self._canceled = threading.Event()
         self._over = threading.Event()
@@ -160,7 +161,6 @@ class Job:
     def cancel(self) -> None:
         """Cancel the job within a second, without unfinished files."""
         self._canceled.set()
-        self._process.wake()
 
     def wait(self, seconds: float | None = None) -> JobResult | None:
         """Wait for the result of the job; return None on timeout."""
@@ -174,7 +174,7 @@ class Job:
             try:
                 end = self._watch_process()
             finally:
-                self._process.end()
+                processes.end_processes([self._worker.process])
                 for folder in self._folders:
                     files.remove_unfinished(folder)
             self._end = replace(end, seconds=self._seconds)
@@ -188,23 +188,25 @@ class Job:
 
     def _watch_process(self) -> JobResult:
         maximum = self._task[2].seconds
+        remaining = math.inf
         try:
-            self._process.connection.send(self._task)
+            self._worker.send(_run_limited, *self._task, reports=True)
             while not self._canceled.is_set():
-                remaining = None if maximum is None else maximum - self._seconds
-                if not self._process.ready(remaining):
-                    if maximum is not None and self._seconds >= maximum:
-                        return JobResult(error=RoughcontactError(f"took longer than {maximum:g} s"))
-                    continue
-                kind, what = self._process.connection.recv()
-                if kind == _ENDED:
-                    return JobResult(value=what)
-                if kind == _FAILED:
-                    return JobResult(error=what)
-                self._notify(what)
-        except (EOFError, OSError):
+                if maximum is not None:
+                    remaining = maximum - self._seconds
+                message = self._worker.receive(max(0.0, min(remaining, _POLL_SECONDS)))
+                if message is None and remaining <= 0:
+                    return JobResult(error=RoughcontactError(f"took longer than {maximum:g} s"))
+                match message:
+                    case (processes.RESULT, value):
+                        return JobResult(value=value)
+                    case (processes.ERROR, error):
+                        return JobResult(error=error)
+                    case (processes.REPORT, state):
+                        self._notify(state)
+        except LostWorkerError as lost:
             if not self._canceled.is_set():
-                return JobResult(error=RoughcontactError(self._process.lost()))
+                return JobResult(error=RoughcontactError(str(lost)))
         return JobResult(canceled=True)
 
     def _notify(self, state: Progress | str) -> None:
@@ -215,91 +217,31 @@ class Job:
             self._on_stage(JobStage(state, self._share, self._seconds))
 
 
-# Processes
+# In the separate process
 
-_ENDED, _FAILED, _AT = "ended", "failed", "at"
+# Modules that every job needs.
 _NEEDED = ("roughcontact.contact.solve", "roughcontact.formats.read", "roughcontact.request.run")
 
 
-class _Process:
-    """Worker process that waits for its task, and the pipe to the process."""
-
-    def __init__(self) -> None:
-        self.connection, theirs = processes.open_pipe(duplex=True)
-        self._waking, self._wake = processes.open_pipe()
-        self._process: SpawnProcess = processes.create_process(_run_worker, theirs)
-        self._ending = threading.Lock()
-        processes.start_process(self._process)
-        theirs.close()
-
-    def is_alive(self) -> bool:
-        return self._process.is_alive()
-
-    def ready(self, seconds: float | None) -> bool:
-        """Wait for a message or the end of the process; return False on `wake` or timeout."""
-        seconds = None if seconds is None else max(0.0, seconds)
-        return self.connection in wait([self.connection, self._waking], seconds)
-
-    def wake(self) -> None:
-        """Wake up `ready`."""
-        with self._ending:
-            if not self._wake.closed:
-                self._wake.send(None)
-
-    def lost(self) -> str:
-        return processes.died_message(self._process)
-
-    def end(self) -> None:
-        with self._ending:
-            processes.end_processes([self._process])
-            for connection in (self.connection, self._waking, self._wake):
-                connection.close()
-
-
-def _run_worker(connection: Connection) -> None:
-    """Execute one task in a separate process."""
-    # Modules that every task needs are imported while the process is idle.
-    for name in _NEEDED:
-        importlib.import_module(name)
-    with processes.exit_with_parent():
-        try:
-            work, args, limits = connection.recv()
-        except EOFError:
-            return
-        try:
-            with _limit_memory(limits.memory):
-                value = work(lambda state: connection.send((_AT, state)), *args)
-            connection.send((_ENDED, value))
-        except RoughcontactError as error:
-            connection.send((_FAILED, error))
-        except MemoryError:
-            connection.send((_FAILED, _limit_error(limits.memory)))
-        except OSError as error:
-            words = f"{error.filename or 'a file'}: {error.strerror or error}"
-            connection.send((_FAILED, RoughcontactError(words)))
-
-
-@contextmanager
-def _limit_memory(maximum: int | None) -> Iterator[None]:
-    """Limit the additional memory of this process [bytes]."""
+def _run_limited(
+    tell: Callable[[Progress | str], None],
+    work: Callable[..., Any],
+    args: tuple[Any, ...],
+    limits: Limits,
+) -> Any:
+    """Execute a job within its limit of memory."""
     try:
-        import resource
-    except ImportError:
-        # Windows has no such limit.
-        maximum = None
-    if maximum is None:
-        yield
-        return
-    before = resource.getrlimit(resource.RLIMIT_AS)
-    limit = memory.address_space_bytes() + maximum
-    if before[1] != resource.RLIM_INFINITY:
-        limit = min(limit, before[1])
-    resource.setrlimit(resource.RLIMIT_AS, (limit, before[1]))
-    try:
-        yield
-    finally:
-        # The result is sent without the limit.
-        resource.setrlimit(resource.RLIMIT_AS, before)
+        with processes.limit_memory(limits.memory):
+            return work(tell, *args)
+    except RoughcontactError:
+        raise
+    except MemoryError:
+        raise _limit_error(limits.memory) from None
+    except OSError as error:
+        words = f"{error.filename or 'a file'}: {error.strerror or error}"
+        raise RoughcontactError(words) from None
+    except Exception as error:
+        raise RoughcontactError(f"{type(error).__name__}: {error}") from error
 
 
 def _limit_error(maximum: int | None) -> InsufficientMemoryError:

@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
-import multiprocessing
 import os
-import sys
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roughcontact._tools import memory
+from roughcontact._tools import memory, processes as forks
 from roughcontact._tools.files import atomic_write
-from roughcontact._tools.processes import end_processes, exit_with_parent, sigint_blocked
 from roughcontact.drawing.style import DPI
 from roughcontact.errors import InputError, RoughcontactError
 
 if TYPE_CHECKING:
-    from multiprocessing.connection import Connection
-
     from matplotlib.figure import Figure
 
 
@@ -151,8 +146,7 @@ def draw_pngs(
 
 def _process_limit() -> int:
     """Return the maximum number of processes if each needs as much memory as this one."""
-    # The libraries of macOS do not support forks.
-    if not hasattr(os, "fork") or sys.platform == "darwin":
+    if not forks.can_fork():
         return 1
     return 1 + memory.free_bytes() // memory.resident_bytes()
 
@@ -164,40 +158,25 @@ def _draw_in_processes(
     # Imported before the fork, so that it is loaded only once.
     import matplotlib.backends.backend_agg  # noqa: F401 - for what it loads
 
-    # The last figures are the largest and start first; small figures balance the end.
     queue, numbers = os.pipe()
+    # The last figures are the largest and start first; small figures balance the end.
     os.write(numbers, bytes(reversed(range(len(drawings)))))
     os.close(numbers)
-    context = multiprocessing.get_context("fork")
-    helpers, answers = [], []
+    helpers: list[forks.ForkedCall] = []
     try:
-        # A fork may wait for a lock that a thread holds: the threads of the solver are idle, and
-        # drawing does not use them.
-        with sigint_blocked():
-            for _ in range(processes - 1):
-                answer, writer = context.Pipe(duplex=False)
-                helper = context.Process(
-                    target=_draw_in_child, args=(queue, writer, drawings), daemon=True
-                )
-                answers.append(answer)
-                helpers.append(helper)
-                helper.start()
-                writer.close()
+        # The solver threads are idle, and drawing does not use them.
+        helpers.extend(
+            forks.ForkedCall(_draw_remaining, queue, drawings) for _ in range(processes - 1)
+        )
         result = _draw_remaining(queue, drawings, tell)
-        for answer in answers:
-            # A process that failed sends nothing.
-            with suppress(EOFError, OSError):
-                result |= answer.recv()
+        for helper in helpers:
+            with contextlib.suppress(Exception):
+                result |= helper.result()
         return result
     finally:
         os.close(queue)
-        end_processes(helpers)
-
-
-def _draw_in_child(queue: int, answer: Connection, drawings: Sequence[Drawing]) -> None:
-    """Draw figures in a fork, and send them; the parent draws those that fail again."""
-    with suppress(Exception, KeyboardInterrupt), exit_with_parent():
-        answer.send(_draw_remaining(queue, drawings))
+        for helper in helpers:
+            helper.end()
 
 
 def _draw_remaining(
