@@ -33,11 +33,6 @@ def more_points(file: h5py.File) -> None:
     replaced(file, shape=(6000, 6000), dtype="f8", chunks=(100, 100), fillvalue=1e-6)
 
 
-def no_fill(file: h5py.File) -> None:
-    replaced(file, data=np.ones((3, 4), "i4"))
-    file["height"].attrs["_FillValue"] = np.nan
-
-
 def a_link(file: h5py.File) -> None:
     file.move("height", "elsewhere")
     file["height"] = h5py.SoftLink("/elsewhere")
@@ -47,7 +42,6 @@ def a_link(file: h5py.File) -> None:
     ("change", "words"),
     [
         (more_points, r"height has \(6000, 6000\) points, its axes \(3, 4\)"),
-        (no_fill, "height holds integers, but marks missing values by nan"),
         (a_link, "height is not a separate array"),
     ],
 )

@@ -1,3 +1,6 @@
+import os
+import struct
+import sys
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -6,10 +9,11 @@ import h5netcdf
 import h5py
 import numpy as np
 import pytest
+import xarray
 
 import roughcontact as rc
 from reading import assert_rejected, needs_reader
-from roughcontact._tools import memory
+from roughcontact._tools import memory, netcdf as netcdf_tools
 from roughcontact._tools.netcdf import check_hdf5
 from roughcontact.errors import FormatError, InsufficientMemoryError
 from roughcontact.formats import matrices, netcdf
@@ -164,21 +168,32 @@ def test_values_of_other_shape_than_axes_raise_format_error(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("attributes", "words"),
-    [
-        ({"_FillValue": np.array([1.0, 2.0])}, "height has several marks of missing values"),
-        ({"_FillValue": 1.0, "missing_value": 2.0}, "height has several marks of missing values"),
-        ({"_Unsigned": "true"}, "height is declared unsigned"),
-    ],
+    "attributes",
+    [{"_FillValue": HEIGHTS[1, :2]}, {"_FillValue": HEIGHTS[1, 0], "missing_value": HEIGHTS[1, 1]}],
 )
-def test_invalid_attributes_print_no_xarray_message(
-    tmp_path: Path, attributes: dict[str, object], words: str, capfd: pytest.CaptureFixture[str]
+def test_all_marks_of_missing_points_are_read(
+    tmp_path: Path, attributes: dict[str, object], capfd: pytest.CaptureFixture[str]
 ) -> None:
     path = map_file(tmp_path / "map.nc", lambda file: file.create_dataset("height", data=HEIGHTS))
     with h5py.File(path, "a") as file:
         file["height"].attrs.update(attributes)
-    assert_rejected(path, words)
+    assert np.argwhere(np.isnan(read_surface(path).heights)).tolist() == [[1, 0], [1, 1]]
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.long
+def test_packed_unsigned_integers_are_unpacked(tmp_path: Path) -> None:
+    counts = np.arange(64336, 65536).reshape(30, 40)
+    stored = counts.astype("u2").view("i2")
+    path = map_file(tmp_path / "map.nc", lambda file: file.create_dataset("height", data=stored))
+    packing = {"scale_factor": 1e-9, "add_offset": 1e-6, "_FillValue": stored[:1, 0]}
+    with h5py.File(path, "a") as file:
+        file["height"].attrs.update({**packing, "_Unsigned": "true"})
+    expected = counts * 1e-9 + 1e-6
+    expected[0, 0] = np.nan
+    np.testing.assert_array_equal(read_surface(path).heights, expected)
+    with xarray.open_dataset(path, engine="h5netcdf") as dataset:
+        np.testing.assert_allclose(dataset["height"].values, expected, rtol=1e-6)
 
 
 def test_one_value_that_marks_missing_points(tmp_path: Path) -> None:
@@ -200,12 +215,13 @@ def test_blocks_that_unpack_to_more_than_they_state(
         ),
         (300, 400),
     )
-    # Looked at, and sound.
-    monkeypatch.setattr(memory, "free_bytes", lambda: 20 * 300 * 400)
+    # All blocks are unpacked before, within this memory.
+    monkeypatch.setattr(netcdf_tools, "_DEFLATED", 2**40)
+    monkeypatch.setattr(memory, "free_bytes", lambda: 2**26)
     np.testing.assert_array_equal(read_surface(path).heights, heights)
     with h5py.File(path, "a") as file:
-        file["height"].id.write_direct_chunk((0, 100), zlib.compress(bytes(10**8)))
-    assert_rejected(path, "holds 'height' in blocks that unpack to more than they state")
+        file["height"].id.write_direct_chunk((0, 100), zlib.compress(bytes(2**28)))
+    assert_rejected(path, "map.nc cannot be read")
 
 
 def test_block_larger_than_file_raises_format_error(tmp_path: Path) -> None:
@@ -220,8 +236,7 @@ def test_block_larger_than_file_raises_format_error(tmp_path: Path) -> None:
     stated, other = (number.to_bytes(4, "little") + bytes(4) for number in (size, 2**31 - 1))
     assert content.count(stated) == 1
     path.write_bytes(content.replace(stated, other))
-    with pytest.raises(FormatError, match=r"states 2147483647 bytes for a block of '/?z'"):
-        check_hdf5(path)
+    assert_rejected(path, "packed.h5 cannot be read as HDF5", unit="um", size="1 mm")
 
 
 @pytest.mark.parametrize("chunks", [None, (100, 100)])
@@ -251,3 +266,26 @@ def test_heights_over_other_axes_raise_format_error_unread(tmp_path: Path) -> No
         file.create_variable("height", ("t", "y", "x"), "f8", chunks=(1, 100, 100))
     with pytest.raises(FormatError, match=r"has 'height' over \('t', 'y', 'x'\)"):
         rc.read_surface(path)
+
+
+GIVEN = {"map.nc": {}, "map.h5": {"unit": "um", "size": "1 mm x 1 mm"}}
+
+
+@pytest.mark.long
+@pytest.mark.skipif(not hasattr(os, "fork") or sys.platform == "darwin", reason="no forks here")
+@pytest.mark.parametrize("name", GIVEN)
+@pytest.mark.parametrize("size", [0, 2**64 - 16])
+def test_heap_without_end_raises_format_error(
+    name: str, size: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(netcdf_tools, "_READING_SECONDS", 1)
+    path = map_file(tmp_path / name, lambda file: file.create_dataset("height", data=HEIGHTS))
+    with h5py.File(path, "a") as file:
+        file.attrs["source"] = np.array(["a text", "and another"], h5py.string_dtype())
+    content = bytearray(path.read_bytes())
+    # HDF5 adds the size of an object, modulo 2⁶⁴, to find the next one.
+    struct.pack_into(
+        "<HHIQ", content, content.index(b"GCOL") + 16, 0 if size == 0 else 9, 0, 0, size
+    )
+    path.write_bytes(content)
+    assert_rejected(path, f"{name} cannot be read", "of computing", **GIVEN[name])

@@ -201,10 +201,7 @@ def test_classic_netcdf_of_surface_topography(tmp_path: Path) -> None:
     assert read_surface(bare, unit="nm", size=SIZE).pixel == pytest.approx((2e-6, 1e-6))
     assert_rejected(classic(tmp_path / "line.nc", dimensions=("x",)), "'heights' over (x), no map")
     assert_rejected(
-        classic(tmp_path / "other.nc", name="other"),
-        "No variable named 'heights'",
-        "'other'",
-        "expected",
+        classic(tmp_path / "other.nc", name="other"), "no variable 'heights'", "'other'", "expected"
     )
 
 

@@ -10,27 +10,33 @@ from __future__ import annotations
 import contextlib
 import io
 import math
-import mmap
 import os
-import struct
-import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools import checksums, files, memory
+from roughcontact._tools import checksums, files, memory, processes
 from roughcontact.errors import FormatError
 
 if TYPE_CHECKING:
     import xarray
 
 
+T = TypeVar("T")
+
 # Largest compression ratio of deflate.
 _DEFLATED = 1032
+
+# Computing time of all but the values of a file [s], and more of it per bytes of the file.
+_READING_SECONDS, _READING_RATE = 2, 2**20
+
+# Attributes for the storage of values, which are no part of the content.
+_MARKS = ("_FillValue", "missing_value")
+_ENCODING = (*_MARKS, "scale_factor", "add_offset", "_Unsigned")
 
 
 class StoredArray(NamedTuple):
@@ -45,15 +51,29 @@ def check_hdf5(path: Path) -> dict[str, StoredArray]:
     """Return the arrays of an HDF5 file, or raise an error if it is unsafe to read.
 
     Unsafe are files that HDF5 would read forever, that exhaust the memory, or that refer to other
-    files.
+    files. A child process reads all except the values first, as HDF5 cannot be interrupted.
     """
-    _check_heaps(path)
+    return _call_reader(_list_arrays, path)
+
+
+def _call_reader(function: Callable[[Path], T], path: Path) -> T:
+    """Return the result of a function that reads HDF5, in a child process."""
+    # Imported before the fork, so that they are loaded once.
+    import h5netcdf  # noqa: F401
+    import h5py  # noqa: F401
+
+    seconds = _READING_SECONDS + path.stat().st_size // _READING_RATE
+    return processes.call_limited(function, path, seconds=seconds)
+
+
+def _list_arrays(path: Path) -> dict[str, StoredArray]:
+    """Return the arrays of an HDF5 file, after reading all attributes and texts."""
     import h5py
 
     with h5py.File(path, "r") as file:
         # HDF5 drops errors of its callback: first list the links. It follows hard links only,
         # and visits each object once.
-        links: list[tuple[bytes, int]] = []
+        links: list[tuple[bytes, int]] = [(b"/", h5py.h5l.TYPE_HARD)]
         file.id.links.visit(lambda name, link: links.append((name, link.type)), info=True)
         return dict(_arrays(path, file, links))
 
@@ -70,6 +90,12 @@ def _arrays(
             result = h5o.open(file.id, name)
             if isinstance(result, h5d.DatasetID):
                 yield text, _stored(path, text, result)
+            # The reader reports what is damaged.
+            with contextlib.suppress(Exception):
+                node = file[name]
+                dict(node.attrs)
+                if node.dtype == object:
+                    node[...]
         # A soft link refers to an object in the same file.
         elif kind != h5l.TYPE_SOFT:
             raise _external_storage(path, text, "an external link")
@@ -77,7 +103,7 @@ def _arrays(
 
 def _stored(path: Path, name: str, array: Any) -> StoredArray:
     """Return an array, or raise `FormatError` if its data are in another file."""
-    from h5py import h5d
+    from h5py import Dataset, h5d
 
     layout = array.get_create_plist()
     if layout.get_layout() == h5d.VIRTUAL:
@@ -86,14 +112,16 @@ def _stored(path: Path, name: str, array: Any) -> StoredArray:
         raise _external_storage(path, name, "raw data outside")
     each = array.get_type().get_size()
     if layout.get_layout() == h5d.CHUNKED:
-        block = math.prod(layout.get_chunk()) * each
         memory.require_memory(
-            block,
+            math.prod(layout.get_chunk()) * each,
             f"one block of {name!r} in {path.name} needs",
             advice=("check that the file is complete",),
         )
-        if layout.get_nfilters():
-            _check_blocks(path, name, array, block)
+        if layout.get_nfilters() and array.get_storage_size() > memory.free_bytes() // _DEFLATED:
+            # Blocks that unpack to more than they state exceed the memory of the child process.
+            values = Dataset(array)
+            for block in values.iter_chunks():
+                values[block]
     kind = ""
     with contextlib.suppress(TypeError):
         kind = array.dtype.kind
@@ -104,81 +132,11 @@ def _stored(path: Path, name: str, array: Any) -> StoredArray:
     return StoredArray(array.shape, size, kind)
 
 
-def _check_blocks(path: Path, name: str, array: Any, block: int) -> None:
-    """Raise `FormatError` for a packed array whose blocks unpack to more than a block."""
-    if array.get_storage_size() <= memory.free_bytes() // _DEFLATED:
-        return
-    parts: list[Any] = []
-    array.chunk_iter(parts.append)
-    whole = path.stat().st_size
-    for part in parts:
-        if part.size > whole:
-            raise FormatError(
-                f"{path.name} states {part.size} bytes for a block of {name!r}, more than the file "
-                "has; check that the file is complete"
-            )
-        if part.size > block // _DEFLATED:
-            unpacked = b""
-            # Blocks that are not deflated raise an error at once.
-            with contextlib.suppress(zlib.error):
-                packed = array.read_direct_chunk(part.chunk_offset)[1]
-                unpacked = zlib.decompressobj().decompress(packed, block + 1)
-            if len(unpacked) > block:
-                raise FormatError(
-                    f"{path.name} holds {name!r} in blocks that unpack to more than they state; "
-                    "check where the file is from"
-                )
-
-
 def _external_storage(path: Path, name: str, how: str) -> FormatError:
     return FormatError(
         f"{path.name} keeps {name!r} in another file ({how}), which is not read; save it as one "
         "file"
     )
-
-
-def _check_heaps(path: Path) -> None:
-    """Raise `ValueError` for a file with a global heap that HDF5 would read forever."""
-    size = path.stat().st_size
-    if size == 0:
-        return
-    with (
-        path.open("rb") as stream,
-        mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content,
-    ):
-        for first, last in _data_extents(stream.fileno(), size):
-            start = content.find(b"GCOL", first, last)
-            while start >= 0:
-                _check_heap(content, start)
-                start = content.find(b"GCOL", start + 4, last)
-
-
-def _data_extents(descriptor: int, size: int) -> Iterator[tuple[int, int]]:
-    """Yield the extents of the data in a file, which may have holes of terabytes."""
-    if not hasattr(os, "SEEK_DATA"):
-        yield 0, size
-        return
-    last = 0
-    # An error means that no more data follow.
-    with contextlib.suppress(OSError):
-        while last < size:
-            first = os.lseek(descriptor, last, os.SEEK_DATA)
-            last = os.lseek(descriptor, first, os.SEEK_HOLE)
-            yield first, last
-
-
-def _check_heap(content: mmap.mmap, start: int) -> None:
-    if start + 16 > len(content) or content[start + 4] != 1:
-        return
-    (size,) = struct.unpack_from("<Q", content, start + 8)
-    place, end = start + 16, min(start + size, len(content))
-    while place + 16 <= end:
-        index, _, _, size = struct.unpack_from("<HHIQ", content, place)
-        if index == 0:
-            if place + size != end:
-                raise ValueError(f"the free space of a heap at byte {start} has a wrong size")
-            return
-        place += 16 + (size + 7) // 8 * 8
 
 
 # --- NetCDF files: complete, with checksums; damaged files raise an error ---
@@ -202,7 +160,7 @@ class Variable(NamedTuple):
     """Array of a NetCDF file."""
 
     dims: tuple[str, ...]  # Names of the axes
-    values: NDArray[Any]  # Numbers or texts
+    values: Any  # Numbers or texts; in an open file, the array of h5py until it is loaded
     attrs: dict[str, Any]  # Attributes
 
 
@@ -222,6 +180,17 @@ class Dataset:
         axes = (dims,) if isinstance(dims, str) else tuple(dims)
         self.variables[name] = Variable(axes, np.asarray(values), dict(*about))
 
+    def __getitem__(self, name: str) -> Variable:
+        """Return a variable."""
+        if name not in self.variables:
+            listed = ", ".join(map(repr, self.variables)) or "none"
+            raise ValueError(f"no variable {name!r}; there are {listed}")
+        return self.variables[name]
+
+    def __contains__(self, name: str) -> bool:
+        """Return whether there is a variable of this name."""
+        return name in self.variables
+
     @property
     def sizes(self) -> dict[str, int]:
         """Points along each axis."""
@@ -234,7 +203,16 @@ class Dataset:
     @property
     def nbytes(self) -> int:
         """Bytes of all arrays."""
-        return sum(values.nbytes for _, values, _ in self.variables.values())
+        return sum(
+            math.prod(values.shape) * np.dtype(values.dtype).itemsize
+            for _, values, _ in self.variables.values()
+        )
+
+    def load(self, names: Iterable[str] | None = None) -> None:
+        """Read values of an open file, by default all."""
+        for name in list(self.variables if names is None else names):
+            variable = self.variables[name]
+            self.variables[name] = variable._replace(values=_read_values(variable.values))
 
     def to_xarray(self) -> xarray.Dataset:
         """Return the content as a dataset of xarray."""
@@ -281,11 +259,9 @@ def add_checksums(dataset: Dataset) -> Dataset:
     return marked
 
 
-def changed_names(
-    dataset: xarray.Dataset, names: Iterable[str] | None = None
-) -> tuple[str, ...] | None:
+def changed_names(dataset: Dataset, names: Iterable[str] | None = None) -> tuple[str, ...] | None:
     """Return the names that differ from their checksums; None without any checksum."""
-    variables = {str(name): variable for name, variable in dataset.variables.items()}
+    variables = dataset.variables
     parts = (dataset.attrs, *(variable.attrs for variable in variables.values()))
     if not any(CHECKSUM in attributes for attributes in parts):
         return None
@@ -309,63 +285,78 @@ def changed_file_error(name: str, changed: Sequence[str]) -> FormatError:
     )
 
 
-def _describe_dataset(dataset: Dataset | xarray.Dataset) -> dict[str, Any]:
+def _describe_dataset(dataset: Dataset) -> dict[str, Any]:
     """Return the attributes, names and dimensions of a dataset, without its checksum."""
     return {
         "attributes": {name: value for name, value in dataset.attrs.items() if name != CHECKSUM},
         "variables": {
-            str(name): [list(variable.dims), dict(variable.attrs)]
+            name: [list(variable.dims), variable.attrs]
             for name, variable in dataset.variables.items()
         },
     }
 
 
 @contextmanager
-def open_dataset(path: Path) -> Iterator[xarray.Dataset]:
-    """Open the dataset of a NetCDF file, after a check of the file."""
-    arrays = check_hdf5(path)
-    for name, stored in arrays.items():
-        # xarray reads one-dimensional coordinates on opening a file.
-        if len(stored.shape) == 1:
-            memory.require_size(f"{name!r} in {path.name}", stored.size)
+def open_dataset(path: Path) -> Iterator[Dataset]:
+    """Open a NetCDF file after a check of it; `Dataset.load` reads the values."""
+    import h5py
+
+    dataset = _call_reader(_read_header, path)
+    with h5py.File(path, "r") as file:
+        for name, variable in dataset.variables.items():
+            dataset.variables[name] = variable._replace(values=file[name])
+        yield dataset
+
+
+def _read_header(path: Path) -> Dataset:
+    """Return the content of a NetCDF file without values, after a check of the file."""
+    arrays = _list_arrays(path)
     import h5netcdf
     import h5py
-    import xarray
-    from xarray.backends import H5NetCDFStore
-    from xarray.conventions import decode_cf_variable
 
     # h5netcdf reads this attribute first. If that fails it leaves an incomplete object, which
     # prints a traceback when it is garbage collected.
     with h5py.File(path, "r") as file:
         file.attrs.get("_nc3_strict")
     # Arrays of other HDF5 files have no dimensions: h5netcdf adds phony ones.
-    with h5netcdf.File(path, "r", decode_vlen_strings=True, phony_dims="access") as file:
-        for key, variable in file.variables.items():
-            _check_marks(key, variable)
-        variables, attributes = H5NetCDFStore(file).load()  # type: ignore[no-untyped-call]
-        for key, variable in variables.items():
-            # xarray takes the shape from the dimensions, but reads the array.
-            result = arrays.get(str(key))
-            if result is None:
-                raise ValueError(f"{key} is not a separate array")
-            if result.shape[: variable.ndim] != variable.shape:
-                raise ValueError(f"{key} has {result.shape} points, its axes {variable.shape}")
-        # One by one: the function of xarray for all variables changes the warning filters.
-        decoded = {
-            key: decode_cf_variable(key, variable, decode_times=False, decode_timedelta=False)
-            for key, variable in variables.items()
-        }
-        yield xarray.Dataset(decoded, attrs=attributes)
+    with h5netcdf.File(path, "r", phony_dims="access") as file:
+        dataset = Dataset(_read_attributes(file))
+        for name, variable in file.variables.items():
+            # h5netcdf takes the shape from the dimensions, but reads the array.
+            if name not in arrays:
+                raise ValueError(f"{name} is not a separate array")
+            if arrays[name].shape != variable.shape:
+                raise ValueError(
+                    f"{name} has {arrays[name].shape} points, its axes {variable.shape}"
+                )
+            attributes = _read_attributes(variable)
+            content = {key: attributes[key] for key in attributes.keys() - set(_ENCODING)}
+            dataset.variables[name] = Variable(variable.dimensions, None, content)
+    return dataset
 
 
-def _check_marks(name: str, variable: Any) -> None:
-    """Raise `ValueError` for attributes that xarray would ignore with a warning."""
-    attributes, whole = variable.attrs, variable.dtype.kind in "iu"
-    fills = [attributes[key] for key in ("missing_value", "_FillValue") if key in attributes]
-    marks = {mark for fill in fills for mark in np.ravel(fill) if mark == mark}
-    if whole and fills and not marks:
-        raise ValueError(f"{name} holds integers, but marks missing values by {fills[0]}")
-    if len(marks) > 1:
-        raise ValueError(f"{name} has several marks of missing values")
-    if "_Unsigned" in attributes and not whole:
-        raise ValueError(f"{name} is declared unsigned, but holds no integers")
+def _read_attributes(node: Any) -> dict[str, Any]:
+    """Return the attributes of a file or a variable, with texts instead of bytes."""
+    return {
+        key: value.decode("utf-8") if isinstance(value, bytes) else value
+        for key, value in node.attrs.items()
+    }
+
+
+def _read_values(array: Any) -> NDArray[Any]:
+    """Return the values of an array of h5py, NaN where its attributes mark them missing."""
+    if array.dtype == object:
+        return np.asarray(array.asstr()[...])
+    encoding = {key: array.attrs[key] for key in _ENCODING if key in array.attrs}
+    values: NDArray[Any] = np.asarray(array[...])
+    values = values.astype(values.dtype.newbyteorder("="), copy=False)
+    marks = [mark for key in _MARKS for mark in np.ravel(encoding.get(key, []))]
+    marked = [values == mark for mark in marks if mark == mark]
+    if values.dtype.kind == "i" and encoding.get("_Unsigned") == "true":
+        values = values.view(f"u{values.dtype.itemsize}")
+    for missing in marked:
+        if np.any(missing):
+            values = np.where(missing, np.nan, values)
+    if "scale_factor" in encoding or "add_offset" in encoding:
+        values = values * encoding.get("scale_factor", 1) + encoding.get("add_offset", 0)
+    return values

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,10 +30,6 @@ from roughcontact.material.material import Layer, Material
 from roughcontact.result import presentation
 from roughcontact.surface.provenance import Provenance, from_text, to_text
 from roughcontact.surface.surface import Surface
-
-if TYPE_CHECKING:
-    import xarray
-
 
 # Tolerances between stored and recomputed values. On the same machine both are identical; other
 # libraries and numbers of threads round differently.
@@ -360,14 +356,14 @@ def load_contact(path: str | os.PathLike[str], *, verify: bool = False) -> Conta
     dataset = open_archive(path)
     with as_format_error(path, "ContactResult"):
         result = from_dataset(dataset)
-        displaced = dataset.get("residual_displacement")
+        displaced = dataset.variables.get("residual_displacement")
     if verify:
         answer = verify_solution(result, None if displaced is None else displaced.values)
         answer.require(Path(path).name)
     return result
 
 
-def open_archive(path: str | os.PathLike[str]) -> xarray.Dataset:
+def open_archive(path: str | os.PathLike[str]) -> netcdf.Dataset:
     """Return the content of a file after a check of its checksums."""
     if not Path(path).is_file():
         raise FormatError(f"{path} does not exist or is not a file; check its name")
@@ -391,7 +387,7 @@ def as_format_error(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
         yield
     except (FormatError, InsufficientMemoryError):
         raise
-    # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and others;
+    # h5py fails on damaged files with OSError, KeyError, ValueError and others;
     # inconsistent content fails in the checks of this package.
     except Exception as error:
         raise FormatError(
@@ -400,7 +396,7 @@ def as_format_error(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
         ) from None
 
 
-def from_dataset(dataset: xarray.Dataset) -> ContactResult:
+def from_dataset(dataset: netcdf.Dataset) -> ContactResult:
     """Return the result of a dataset that `to_dataset` wrote."""
     attributes = dataset.attrs
     maps = _maps(dataset)
@@ -419,7 +415,7 @@ def from_dataset(dataset: xarray.Dataset) -> ContactResult:
     )
 
 
-def _maps(dataset: xarray.Dataset) -> dict[str, NDArray[np.float64]]:
+def _maps(dataset: netcdf.Dataset) -> dict[str, NDArray[np.float64]]:
     maps = {}
     for name in _ARCHIVE_MAPS:
         if name in dataset:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +20,6 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.plastic_body import PlasticBody
 from roughcontact.elastoplastic.volume_result import ElastoplasticResult, Increment
 from roughcontact.errors import FormatError, InsufficientMemoryError
-
-if TYPE_CHECKING:
-    import xarray
-
 
 _COMPONENTS = ("zz", "(xx-yy)/2", "xy", "xz", "yz")
 _TENSORS = {
@@ -155,7 +151,7 @@ def load_step(path: str | os.PathLike[str]) -> tuple[ElastoplasticResult, dict[s
 
 
 def load_result(
-    path: str | os.PathLike[str], dataset: xarray.Dataset | None = None, *, verify: bool = False
+    path: str | os.PathLike[str], dataset: netcdf.Dataset | None = None, *, verify: bool = False
 ) -> ContactResult | ElastoplasticResult:
     """Read a result of either type from a file."""
     dataset = archive.open_archive(path) if dataset is None else dataset
@@ -178,7 +174,7 @@ def verify_result(result: ContactResult | ElastoplasticResult) -> Verification:
     return verify_contact(result.solution, result.residual_displacement)
 
 
-def from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
+def from_dataset(dataset: netcdf.Dataset) -> ElastoplasticResult:
     """Return the result in a dataset of `to_dataset`."""
     pressed = archive.from_dataset(dataset)
     attributes = dataset.attrs
@@ -195,7 +191,7 @@ def from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
             **arrays,
         )
         bodies.append(body)
-    largest = dataset.get("largest_pressure")
+    largest = dataset.variables.get("largest_pressure")
     return ElastoplasticResult(
         solution=pressed,
         residual_displacement=np.array(dataset["residual_displacement"].values),
@@ -211,7 +207,7 @@ def from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
     )
 
 
-def increments_of(dataset: xarray.Dataset) -> tuple[Increment, ...]:
+def increments_of(dataset: netcdf.Dataset) -> tuple[Increment, ...]:
     """Return the increments of a path from a dataset."""
     columns = {field: dataset[f"increment_{field}"].values.tolist() for field in _STEPS}
     residuals = iter(dataset["iteration_residual"].values.tolist())
@@ -219,21 +215,24 @@ def increments_of(dataset: xarray.Dataset) -> tuple[Increment, ...]:
         tuple(islice(residuals, count)) for count in dataset["increment_iterations"].values.tolist()
     ]
     # Files older than the estimate have no step errors.
-    errors = dataset.get("increment_step_error", np.full(len(columns["load"]), math.nan))
+    if "increment_step_error" in dataset:
+        errors = dataset["increment_step_error"].values.tolist()
+    else:
+        errors = [math.nan] * len(columns["load"])
     if "increment_offset" in dataset:
         columns |= {field: dataset[f"increment_{field}"].values.tolist() for field in _PLACES}
         columns["offset"] = [tuple(way) for way in columns["offset"]]
-    columns["step_error"] = [None if math.isnan(error) else float(error) for error in errors]
+    columns["step_error"] = [None if math.isnan(error) else error for error in errors]
     rows = zip(*columns.values(), strict=True)
     return tuple(Increment(**dict(zip(columns, row, strict=True))) for row in rows)
 
 
-def carried_arrays(dataset: xarray.Dataset) -> dict[str, NDArray[Any]]:
+def carried_arrays(dataset: netcdf.Dataset) -> dict[str, NDArray[Any]]:
     """Return the arrays that a run carried on to the next load."""
     return {
-        str(name).removeprefix(CARRIED): np.array(values)
-        for name, values in dataset.data_vars.items()
-        if str(name).startswith(CARRIED)
+        name.removeprefix(CARRIED): variable.values
+        for name, variable in dataset.variables.items()
+        if name.startswith(CARRIED)
     }
 
 

@@ -88,7 +88,7 @@ def read_checkpoint(path: Path) -> Checkpoint:
     """Read a checkpoint of `write_checkpoint`, equal to the bit."""
     dataset = contact_archive.open_archive(path)
     with contact_archive.as_format_error(path, "solve_elastoplastic"):
-        arrays = {str(name): np.array(values) for name, values in dataset.data_vars.items()}
+        arrays = {name: variable.values for name, variable in dataset.variables.items()}
         thickness, shape = arrays["thickness"], tuple(arrays["grid"].tolist())
         bodies = []
         for number in range(int(dataset.attrs["bodies"])):

@@ -6,18 +6,18 @@ import io
 import math
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from roughcontact._tools import memory, netcdf
 from roughcontact._tools.arrays import Array
-from roughcontact.errors import FormatError, RoughcontactError
+from roughcontact.errors import FormatError
 from roughcontact.formats.source import (
+    BoundedStream,
     Channel,
     ReadOptions,
+    damage_as_error,
     make_surface,
-    one_line,
     refuse_unit,
     resolve_pixel,
     to_meters,
@@ -25,10 +25,6 @@ from roughcontact.formats.source import (
 )
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
-
-if TYPE_CHECKING:
-    import xarray
-
 
 SIGNATURE = b"CDF"
 """First bytes of classic NetCDF files."""
@@ -60,41 +56,37 @@ def read_classic(path: Path, requested: ReadOptions) -> Surface:
 def classic_channels(path: Path) -> tuple[Channel, ...]:
     """Return the heights as the only channel."""
     result, unit = _read_classic_arrays(path, ReadOptions())
-    return (Channel("heights", unit, True, result["heights"].shape[::-1]),)
+    return (Channel("heights", unit, True, result["heights"].values.shape[::-1]),)
 
 
-def _read_classic_arrays(path: Path, requested: ReadOptions) -> tuple[xarray.Dataset, str]:
-    """Return heights and mask, and the unit of lengths; empty if the file has none."""
+def _read_classic_arrays(path: Path, requested: ReadOptions) -> tuple[netcdf.Dataset, str]:
+    """Return the arrays of a file, and the unit of lengths; empty if the file has none."""
     memory.require_size(path.name, path.stat().st_size)
-    try:
-        import xarray
+    result = netcdf.Dataset()
+    advice = (
+        "check that the file is complete: expected a variable 'heights' over (x, y), as "
+        "SurfaceTopography writes it"
+    )
+    with damage_as_error(path, "classic NetCDF", advice), np.errstate(all="ignore"):
+        from scipy.io import netcdf_file
 
-        content = io.BytesIO(path.read_bytes())
-        with (
-            np.errstate(all="ignore"),
-            # A damaged header may announce terabytes, but the number of bytes of the file is a
-            # limit.
-            xarray.open_dataset(content, engine="scipy", decode_cf=False) as whole,
-        ):
-            heights = whole["heights"]
-            if heights.dims != ("x", "y"):
-                raise ValueError(f"'heights' over ({', '.join(map(str, heights.dims))}), no map")
-            memory.require_points(path.name, heights.shape[::-1], _BYTES_PER_POINT)
-            requested.check_shape(heights.shape[::-1])
-            result = whole[[name for name in ("heights", "mask") if name in whole]].load()
+        # A damaged header may announce terabytes, but the number of bytes of the file is a limit.
+        with BoundedStream(io.FileIO(path)) as stream, netcdf_file(stream, mmap=False) as file:
+            for name, variable in file.variables.items():
+                described = {
+                    key: text.decode("utf-8") if isinstance(text, bytes) else text
+                    for key, text in variable._attributes.items()  # type: ignore[attr-defined]
+                }
+                result[name] = (variable.dimensions, variable.data, described)
+        dims, heights, _ = result["heights"]
+        if dims != ("x", "y"):
+            raise ValueError(f"'heights' over ({', '.join(map(str, dims))}), no map")
+        memory.require_points(path.name, heights.shape[::-1], _BYTES_PER_POINT)
+        requested.check_shape(heights.shape[::-1])
         units = {str(result[name].attrs.get("unit", "")) for name in ("heights", "x", "y")} - {""}
         if len(units) > 1:
             raise ValueError(f"units differ: {', '.join(sorted(units))}")
-        return result, units.pop() if units else ""
-    except RoughcontactError:
-        raise
-    # A damaged header can raise any error.
-    except Exception as error:
-        raise FormatError(
-            f"{path.name} cannot be read as classic NetCDF ({one_line(error)}); check that the "
-            "file is complete: expected a variable 'heights' over (x, y), as SurfaceTopography "
-            "writes it"
-        ) from None
+    return result, units.pop() if units else ""
 
 
 # --- NetCDF of this package ---
@@ -134,30 +126,21 @@ def _is_classic(path: Path) -> bool:
 
 def _map(path: Path, requested: ReadOptions) -> Surface:
     expected = "expected a NetCDF file with a variable 'height' [m] over (y, x)"
-    try:
-        with netcdf.open_dataset(path) as dataset:
-            height = dataset["height"]
-            dimensions, unit = height.dims, height.attrs.get("units")
-            if dimensions != ("y", "x") or unit != "m" or height.dtype.kind not in "fiu":
-                raise FormatError(
-                    f"{path.name} has 'height' over {dimensions} with units {unit!r}; {expected}"
-                )
-            memory.require_points(path.name, height.shape, _NETCDF_EACH)
-            requested.check_shape(height.shape)
-            values = np.asarray(height.values)
-            attributes = dict(dataset.attrs)
-            coordinates = [
-                np.asarray(dataset[name].values, dtype=float)
-                for name in ("y", "x")
-                if name in dataset.coords
-            ]
-            seen = [name for name in ("height", "y", "x") if name in dataset.variables]
-            changed = netcdf.changed_names(dataset, seen)
-    except RoughcontactError:
-        raise
-    # h5py and xarray raise OSError, KeyError, ValueError and others on damaged files.
-    except Exception as error:
-        raise FormatError(f"{path.name} cannot be read ({one_line(error)}); {expected}") from None
+    with damage_as_error(path, "NetCDF", expected), netcdf.open_dataset(path) as dataset:
+        dims, stored, described = dataset["height"]
+        unit = described.get("units")
+        if dims != ("y", "x") or unit != "m" or np.dtype(stored.dtype).kind not in "fiu":
+            raise FormatError(
+                f"{path.name} has 'height' over {dims} with units {unit!r}; {expected}"
+            )
+        memory.require_points(path.name, stored.shape, _NETCDF_EACH)
+        requested.check_shape(stored.shape)
+        seen = [name for name in ("height", "y", "x") if name in dataset]
+        dataset.load(seen)
+        values = dataset["height"].values
+        attributes = dataset.attrs
+        coordinates = [np.asarray(dataset[name].values, dtype=float) for name in seen[1:]]
+        changed = netcdf.changed_names(dataset, seen)
     if changed:
         raise netcdf.changed_file_error(path.name, changed)
     try:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,9 +33,6 @@ from roughcontact.solvers.progress import Progress, Tell
 from roughcontact.surface.roughness import core_parameters, material_ratio_curve, rms_height
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, to_si
-
-if TYPE_CHECKING:
-    import xarray
 
 Array = NDArray[Any]
 
@@ -683,7 +680,7 @@ def to_dataset(rolling: RollingResult) -> tuple[netcdf.Dataset, dict[str, Any]]:
 
 
 def load_rolling(
-    path: str | os.PathLike[str], dataset: xarray.Dataset | None = None
+    path: str | os.PathLike[str], dataset: netcdf.Dataset | None = None
 ) -> RollingResult:
     """Read passes that ``RollingResult.save`` wrote."""
     dataset = contact_archive.open_archive(path) if dataset is None else dataset
