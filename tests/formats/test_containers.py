@@ -12,6 +12,7 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from scipy.io import netcdf_file
@@ -257,7 +258,9 @@ def test_unreadable_containers_are_rejected(
     container(path, [measurement("a", datafile={"original": "b.zip"})], b__zip=path.read_bytes())
     assert_rejected(path, "c.zip holds b.zip, another archive")
     array = measurement("a", datafile={"original": "a.h5"})
-    container(path, [array], a__h5=b"\x89HDF\r\n\x1a\n")
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["z"] = HEIGHTS
+    container(path, [array], a__h5=(tmp_path / "a.h5").read_bytes())
     assert_rejected(path, "c.zip holds a.h5, whose first axis may be x or y")
     container(path, [measurement("a", unit=None)], a__txt=TEXT)
     assert_rejected(path, "a.txt gives no unit", kind=InputError)

@@ -18,12 +18,13 @@ import numpy as np
 from roughcontact._tools import memory, netcdf
 from roughcontact._tools.arrays import Array
 from roughcontact._tools.text import replace_unprintable
-from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
+from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.formats import metrology, readers, source, text_files
 from roughcontact.formats.source import (
     BoundedStream,
     Channel,
     ReadOptions,
+    damage_as_error,
     is_length,
     make_surface,
     one_line,
@@ -289,7 +290,8 @@ def _check_packed(path: Path, kind: str) -> None:
 @contextlib.contextmanager
 def _open_reader(path: Path, kind: str) -> Iterator[Any]:
     """Open SurfaceTopography's reader of a file, with all errors as `FormatError`."""
-    try:
+    advice = f"check that the file is complete, or give its {ArgumentRef('format')}"
+    with damage_as_error(path, f"format {kind!r}", advice):
         _check_packed(path, kind)
         opened = _opener(path, kind)
         # The stream is opened here, as a reader that fails does not close files that it opened.
@@ -299,15 +301,6 @@ def _open_reader(path: Path, kind: str) -> Iterator[Any]:
             opened(stream) as reader,
         ):
             yield reader
-    except RoughcontactError:
-        raise
-    # Readers of damaged files raise any error: AssertionError, struct.error, KeyError, MemoryError.
-    # All mean a damaged file.
-    except Exception as error:
-        raise FormatError(
-            f"{path.name} cannot be read as format {kind!r} ({one_line(error)}); check that the "
-            f"file is complete, or give its {ArgumentRef('format')}"
-        ) from error
 
 
 def _reader_stream(path: Path, kind: str) -> io.BufferedIOBase:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from roughcontact import units
 from roughcontact._tools import memory, netcdf
 from roughcontact._tools.arrays import Array
-from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
+from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.formats import source, text_files
 from roughcontact.formats.source import (
     Channel,
@@ -614,7 +614,7 @@ def read_hdf5(path: Path, name: str, requested: ReadOptions) -> Surface:
 
 def channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the matrices of real numbers in an HDF5 file."""
-    try:
+    with source.hdf5_errors(path):
         stored = netcdf.check_hdf5(path)
         import h5py
 
@@ -624,14 +624,6 @@ def channels(path: Path, name: str) -> tuple[Channel, ...]:
                 for array, said in stored.items()
                 if len(said.shape) == 2 and min(said.shape) > 1 and said.kind in tuple("fiu")
             )
-    except RoughcontactError:
-        raise
-    # h5py raises OSError, KeyError, RuntimeError and others on damaged files.
-    except Exception as error:
-        raise FormatError(
-            f"{path.name} cannot be read as HDF5 ({one_line(error)}); check that the file is "
-            "complete"
-        ) from None
     if not listed:
         raise FormatError(f"{path.name} holds no matrix of at least 2 × 2 real numbers")
     return listed
@@ -640,14 +632,8 @@ def channels(path: Path, name: str) -> tuple[Channel, ...]:
 def _values(path: Path, array: str) -> Any:
     import h5py
 
-    try:
-        with h5py.File(path, "r") as file:
-            return np.asarray(file[array][()])
-    except Exception as error:
-        raise FormatError(
-            f"{path.name} cannot be read as HDF5 ({one_line(error)}); check that the file is "
-            "complete"
-        ) from None
+    with source.hdf5_errors(path), h5py.File(path, "r") as file:
+        return np.asarray(file[array][()])
 
 
 def _unit(array: Any) -> str:

@@ -18,7 +18,7 @@ import tempfile
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TextIO
@@ -369,7 +369,7 @@ def format_of(path: Path, hinted: str | None) -> str | None:
 
 def _in_hdf5(path: Path, hinted: str | None) -> str:
     """Return the name of the format of an HDF5 file by the content of its root."""
-    try:
+    with hdf5_errors(path):
         netcdf.check_hdf5(path)
         import h5py
 
@@ -379,9 +379,11 @@ def _in_hdf5(path: Path, hinted: str | None) -> str:
                 return "datx"
             # The suffix of bare arrays selects the arrays.
             return "netcdf" if "_NCProperties" in file.attrs and hinted != HDF5 else HDF5
-    # The reader reports the error.
-    except Exception:
-        return HDF5
+
+
+def hdf5_errors(path: Path) -> AbstractContextManager[None]:
+    """Convert any error of HDF5 into a `FormatError`."""
+    return damage_as_error(path, "HDF5", "check that the file is complete")
 
 
 def encoding_of(path: Path) -> str | None:

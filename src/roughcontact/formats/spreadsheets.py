@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from roughcontact._tools import memory
-from roughcontact.errors import FormatError, RoughcontactError
+from roughcontact.errors import FormatError
 from roughcontact.formats import instruments, matrices, source
-from roughcontact.formats.source import Channel, ReadOptions, one_line
+from roughcontact.formats.source import Channel, ReadOptions, damage_as_error, one_line
 from roughcontact.surface.surface import Surface
 
 # Reader of SurfaceTopography for the workbooks of this instrument.
@@ -100,19 +100,9 @@ def _open_workbook(path: Path) -> Iterator[Any]:
             f"{path.name} needs openpyxl, which cannot be imported ({one_line(error)}); run pip "
             "install 'roughcontact[io]'"
         ) from None
-    workbook = None
-    try:
+    with damage_as_error(path, "an Excel workbook", "check that the file is complete"):
         source.check_sizes(path)
-        workbook = openpyxl.load_workbook(path, read_only=True, data_only=True)
-        yield workbook
-    except RoughcontactError:
-        raise
-    # Readers of damaged files can raise any error.
-    except Exception as error:
-        raise FormatError(
-            f"{path.name} cannot be read as an Excel workbook ({one_line(error)}); check that the "
-            "file is complete"
-        ) from None
-    finally:
-        if workbook is not None:
-            workbook.close()
+        with contextlib.closing(
+            openpyxl.load_workbook(path, read_only=True, data_only=True)
+        ) as workbook:
+            yield workbook
