@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 
+import psutil
 import pytest
 
 from roughcontact._tools import processes
@@ -87,3 +88,49 @@ def test_run_by_mpiexec_raises_input_error(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "2")
     with pytest.raises(InputError, match="start a single one"):
         processes.reject_mpi_run()
+
+
+needs_fork = pytest.mark.skipif(not processes.can_fork(), reason="calls are made in this process")
+
+
+def fail() -> None:
+    raise InputError("must be less", argument="load")
+
+
+def crash() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def run_on() -> None:
+    while True:
+        pass
+
+
+@needs_fork
+def test_limited_call_returns_result_of_another_process() -> None:
+    assert processes.call_limited(os.getpid, seconds=1) != os.getpid()
+    assert processes.call_limited(divmod, 7, 2, seconds=1) == (3, 1)
+    with pytest.raises(InputError, match="load must be less") as caught:
+        processes.call_limited(fail, seconds=1)
+    assert caught.value.argument == "load"
+
+
+@needs_fork
+@pytest.mark.parametrize(
+    ("function", "args", "words"),
+    [
+        (crash, (), "it crashes or takes more than 1 s of computing"),
+        pytest.param(run_on, (), "more than 1 s of computing", marks=pytest.mark.long),
+        (bytearray, (2**50,), "more memory than is free"),
+    ],
+)
+def test_limited_call_that_fails_raises_value_error(function, args, words: str) -> None:
+    before = psutil.Process().children()
+    with pytest.raises(ValueError, match=words):
+        processes.call_limited(function, *args, seconds=1)
+    assert psutil.Process().children() == before
+
+
+def test_calls_without_fork_are_made_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(os, "fork", raising=False)
+    assert processes.call_limited(os.getpid, seconds=1) == os.getpid()
