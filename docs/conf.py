@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
-from SurfaceTopography.IO import lookup_reader_by_format as readers
 
 import roughcontact
-from roughcontact.formats import export, instruments, read
+from roughcontact.formats import export, read
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -106,15 +105,18 @@ def _prepare(app: Sphinx) -> None:
     subprocess.run(
         [sys.executable, str(HERE / "pages.py"), str(generated)], check=True, timeout=600
     )
+    about = tomllib.loads((HERE / "formats.toml").read_text(encoding="utf-8"))
     rows = sorted(
         (
-            readers[known.name].name() if known.name in instruments.SUFFIXES else known.name,
+            about[known.name]["maker"],
             ", ".join(f"`{suffix}`" for suffix in known.suffixes),
             f"`{known.name}`",
+            *(about[known.name][key] or "–" for key in ("read", "not", "checked")),
         )
         for known in read.FORMATS
     )
-    _table(generated / "suffixes.md", ("maker or program", "suffixes", "`--format`"), rows)
+    heads = "maker or program", "suffixes", "`--format`", "read", "not read", "checked on"
+    _table(generated / "suffixes.md", heads, rows)
     explanations = Path(roughcontact.__file__).with_name("explanations.toml")
     paragraphs = tomllib.loads(explanations.read_text(encoding="utf-8"))
     (generated / "messages.md").write_text(

@@ -116,7 +116,7 @@ def test_heights_resembling_streams_are_accepted(tmp_path: Path) -> None:
 
 
 @needs_reader
-@pytest.mark.parametrize("suffix", [".mnt", ".tif", ".lext", ".jpk"])
+@pytest.mark.parametrize("suffix", [".mnt", ".lext", ".jpk"])
 def test_formats_that_pack_in_streams(
     tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

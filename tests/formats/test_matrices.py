@@ -67,7 +67,7 @@ def test_unambiguous_decimal_commas_are_read(tmp_path: Path, mark: str) -> None:
         ("1 2 3 4\n", "at least 2 × 2"),
         ("nan nan\nnan nan\n", "no finite value"),
         (b"\xff\xfe1\x00\x00", "no plain text"),
-        (b"\x89PNG\r\n\x1a\n\x00", "no plain text"),
+        (b"\x89PNG\r\n\x1a\n\x00", "is a PNG image"),
     ],
 )
 def test_text_that_is_no_matrix(tmp_path: Path, text: str | bytes, words: str) -> None:

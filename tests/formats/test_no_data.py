@@ -161,3 +161,24 @@ def test_files_with_a_marker_are_read_as_they_are(tmp_path: Path) -> None:
 def test_no_data_must_be_a_number(tmp_path: Path, value: object) -> None:
     path = write(tmp_path, "map.csv", "1,2\n3,4")
     assert_rejected(path, "no_data", kind=InputError, no_data=value, unit="um", size="2 um x 2 um")
+
+
+def test_code_of_nines_with_decimals_is_found() -> None:
+    assert find_code(with_code(-99999.9999), 1.0) == (-99999.9999, 3)
+    assert find_code(with_code(9.99), 1.0) is None
+
+
+@pytest.mark.parametrize(("name", "value"), [("mask", 1), ("invalid", True), ("valid", 0)])
+def test_mask_next_to_an_array_marks_missing_points(name: str, value: int, tmp_path: Path) -> None:
+    mask = np.full(ROUGH.shape, not value)
+    mask[tuple(zip(*HOLES, strict=True))] = value
+    np.savez(tmp_path / "map.npz", **{"z": ROUGH, name: mask})
+    surface = read_surface(tmp_path / "map.npz", **SCALE)
+    assert np.argwhere(np.isnan(surface.heights)).tolist() == [list(hole) for hole in HOLES]
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "map.h5", "w") as file:
+        file["scan/z"] = ROUGH
+        file[f"scan/{name}"] = mask
+        file[f"other/{name}"] = np.ones_like(mask)
+    surface = read_surface(tmp_path / "map.h5", **SCALE)
+    assert np.argwhere(np.isnan(surface.heights)).tolist() == [list(hole) for hole in HOLES]

@@ -128,7 +128,7 @@ def test_empty_or_invalid_pipe_raises_format_error(tmp_path: Path) -> None:
     path = fifo(tmp_path, "map.csv", lambda path: path.write_text("no numbers\n"))
     assert_rejected(path, "map.csv has 'no' in line 1", **GIVEN)
     path = fifo(tmp_path, "map", lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n\0"))
-    assert_rejected(path, "map is no plain text")
+    assert_rejected(path, "map is a PNG image")
 
 
 @pytest.mark.parametrize("device", ["/dev/zero", "/dev/null", "/dev/random"])

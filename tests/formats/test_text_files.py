@@ -150,7 +150,6 @@ def test_unit_argument_overrides_file_and_adds_step(tmp_path: Path, capsys) -> N
             "# x-pixels: 4\n# y-pixels: 3\n# x-unit: um\n# y-unit: nm\n# z-unit: nm\n",
             "along x in 'um' and along y in 'nm'",
         ),
-        ("Some title\n", "'Some title' in line 1"),
     ],
 )
 def test_contradictory_heads_raise_error(tmp_path: Path, head: str, words: str) -> None:

@@ -50,7 +50,7 @@ SUFFIXES = {
     "frt": (".frt",),
     "gwy": (".gwy",),
     "ibw": (".ibw",),
-    "jpk": (".jpk",),
+    "jpk": (".jpk", ".jpk-qi-image"),
     "lext": (".lext",),
     "mdt": (".mdt",),
     "metropro": (".dat",),
@@ -65,10 +65,9 @@ SUFFIXES = {
     "plu": (".apx", ".plu"),
     "plux": (".plux",),
     "poir": (".poir",),
-    "ps": (".tif", ".tiff"),
     "qep": (".prf", ".qep"),
     "sdf": (".sdf",),
-    "sur": (".sur",),
+    "sur": (".pro", ".sur"),
     "tmd": (".tmd",),
     "vk": (".vk3", ".vk4", ".vk6", ".vk7"),
     "wsxm": (".stp", ".top"),
@@ -103,6 +102,10 @@ _BYTES_PER_POINT = 40
 
 _EPOCH = 1970
 
+# Errors of SurfaceTopography for files of another format, and for contents that it does not read.
+_OTHER_FORMAT = ("CannotDetectFileFormat", "FileFormatMismatch")
+_UNSUPPORTED = ("UnsupportedFormatFeature", "UnsupportedSchema")
+
 
 def read_instrument(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return the map in an instrument's file; ``name`` selects SurfaceTopography's reader."""
@@ -110,7 +113,7 @@ def read_instrument(path: Path, name: str, requested: ReadOptions) -> Surface:
         entries = list(reader.channels)
         result = [_channel_from_entry(path, entry) for entry in entries]
         default = int(reader.default_channel.index)
-        index = _choose_channel(path, result, requested.channel, default)
+        index = choose_channel(path, result, requested.channel, default)
         entry, described = entries[index], result[index]
         _check_grid(path, described)
         requested.check_shape(described.shape)
@@ -134,6 +137,8 @@ def read_instrument(path: Path, name: str, requested: ReadOptions) -> Surface:
         heights = to_meters(np.ascontiguousarray(values.T), metre)
         instrument = _instrument_name(reader, entry)
         acquired = _acquisition_time(entry)
+        if name == "sur" and (entry.info.get("raw_metadata") or {}).get("imprint"):
+            notes += ("read: a replica, as the file states; invert it for the surface itself",)
     provenance = Provenance(
         source=path.name, instrument=instrument, channel=_channel_name(result, index), steps=notes
     )
@@ -185,15 +190,21 @@ def _channel_from_entry(path: Path, entry: Any) -> Channel:
         and entry.dim in (1, 2)
         and entry.dim == len(points)
         and (not text or is_length(path, text))
-        and not _NOT_HEIGHT.search(str(entry.name))
+        and not is_other_quantity(str(entry.name))
     )
     shape = (1, *points) if entry.dim == 1 else tuple(reversed(points))
     return Channel(str(entry.name), text, is_height, shape)
 
 
-def _choose_channel(
+def is_other_quantity(name: str) -> bool:
+    """Return whether a channel has no heights by its name."""
+    return _NOT_HEIGHT.search(name) is not None
+
+
+def choose_channel(
     path: Path, result: list[Channel], channel: str | int | None, default: int
 ) -> int:
+    """Return the index of the requested channel, or of the default or first height channel."""
     heights = [index for index, entry in enumerate(result) if entry.is_height]
     listing = "; ".join(
         f"{index}: {entry.name!r}"
@@ -280,7 +291,7 @@ def _check_packed(path: Path, kind: str) -> None:
         source.check_archive(path)
         if kind == "x3p":
             metrology.check_x3p(path)
-    elif kind in _STREAMS:
+    elif kind in _STREAMS or (kind == "sur" and metrology.is_compressed_sur(path)):
         source.check_streams(path)
     elif kind == "ibw" and start[:2] not in (b"\5\0", b"\0\5"):
         # The reader accepts no other version; its library logs all bytes of other files.
@@ -292,19 +303,37 @@ def _open_reader(path: Path, kind: str) -> Iterator[Any]:
     """Open SurfaceTopography's reader of a file, with all errors as `FormatError`."""
     advice = f"check that the file is complete, or give its {ArgumentRef('format')}"
     with damage_as_error(path, f"format {kind!r}", advice):
-        _check_packed(path, kind)
-        opened = _opener(path, kind)
-        # The stream is opened here, as a reader that fails does not close files that it opened.
-        with (
-            np.errstate(all="ignore"),
-            _reader_stream(path, kind) as stream,
-            opened(stream) as reader,
-        ):
-            yield reader
+        try:
+            _check_packed(path, kind)
+            opened = _opener(path, kind)
+            # The stream is opened here, as a reader that fails does not close files that it opened.
+            with (
+                np.errstate(all="ignore"),
+                _reader_stream(path, kind) as stream,
+                opened(stream) as reader,
+            ):
+                yield reader
+        except Exception as error:
+            what = type(error).__name__
+            if what in _OTHER_FORMAT:
+                raise FormatError(
+                    f"{path.name} is {source.describe_content(path)}, no file of the format "
+                    f"{kind!r} ({one_line(error)}); give its {ArgumentRef('format')}, or export "
+                    "the heights as .x3p, .sur or text"
+                ) from error
+            if what in _UNSUPPORTED:
+                raise FormatError(
+                    f"{path.name} is of the format {kind!r}, with a content that its reader does "
+                    f"not support ({one_line(error)}); export the heights as .x3p, .sur or text"
+                ) from error
+            raise
 
 
 def _reader_stream(path: Path, kind: str) -> io.BufferedIOBase:
     """Return the stream of a reader; a bare Mahr profile is put into the expected archive."""
+    unpacked = metrology.open_sur(path) if kind == "sur" else None
+    if unpacked is not None:
+        return unpacked
     if kind != "qep" or zipfile.is_zipfile(path):
         return BoundedStream(io.FileIO(path))
     packed = io.BytesIO()
@@ -371,7 +400,7 @@ def _sur_contradiction(path: Path, header: dict[str, Any], entry: Any, values: A
     end = 512 + header["comment_size"] + header["private_size"]
     end += header["nb_points"] * header["itemsize"] // 8
     length = path.stat().st_size
-    if end == length:
+    if end == length or metrology.is_compressed_sur(path):
         return ""
     stated = header["zmin"], header["zmax"]
     counts = values / entry.height_scale_factor

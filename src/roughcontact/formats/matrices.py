@@ -11,7 +11,7 @@ import zipfile
 from array import array
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Any, NamedTuple, TextIO
 
@@ -36,10 +36,11 @@ from roughcontact.formats.source import (
     to_meters,
     unit_in_meters,
 )
-from roughcontact.formats.text_files import Head
+from roughcontact.formats.text_exports import Head
 from roughcontact.surface.grid import PROFILE_WIDTH
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
+from roughcontact.units import count_noun
 
 # Headers have a hundred bytes; NumPy rejects those of more than ten thousand.
 _MAX_HEAD_BYTES = 2**16
@@ -79,6 +80,29 @@ class Arrays:
                 values: NDArray[Any] = npy.read_array(stream, allow_pickle=False)
                 _check_letters(values)
                 return values
+
+
+# Last part of the name of an array of the same shape -> its value at missing points.
+_MASKS = {"mask": True, "invalid": True, "missing": True, "valid": False}
+
+
+def _mask_value(name: str) -> bool | None:
+    """Return the value at missing points of an array that is a mask; None for other arrays."""
+    return _MASKS.get(name.rpartition("/")[2].lower())
+
+
+def find_mask(name: str, shapes: Mapping[str, tuple[int, ...]]) -> tuple[str, bool] | None:
+    """Return the mask of an array, next to it and of its shape, and its value at missing points."""
+    folder = name.rpartition("/")[0]
+    for other, shape in shapes.items():
+        value = None if other == name else _mask_value(other)
+        if value is not None and shape == shapes[name] and other.rpartition("/")[0] == folder:
+            return other, value
+    return None
+
+
+def _apply_mask(values: NDArray[Any], mask: NDArray[Any], value: bool) -> NDArray[Any]:
+    return np.where(mask.astype(bool) == value, np.nan, values)
 
 
 def open_arrays(path: Path, kind: str) -> Arrays:
@@ -148,6 +172,7 @@ TEXT_MARK = "# roughcontact map"
 _MAX_LINE_BYTES = 32 * 2**20
 _BYTES_PER_POINT = 20
 
+_NO_DATA = re.compile(r"no\s+data", re.IGNORECASE)
 _MISSING = re.compile(r"|nan|n/?a|bad|\*+|-{2,}", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 # A decimal comma, or an integer or missing point in the same row.
@@ -173,8 +198,10 @@ def read_text(path: Path, name: str, requested: ReadOptions) -> Surface:
     if trace is not None:
         return text_files.read_trace(path, trace, requested)
     values, steps = _read_text(path, head.lines)
+    if head.skipped:
+        steps += (f"read: {count_noun(head.lines, 'line')} above the numbers skipped",)
     if _lists_points(path, values, head):
-        return _map_of_points(path, name, values, head, steps, requested)
+        return map_of_points(path, name, values, head, steps, requested)
     if min(values.shape) == 1 and values.size >= text_files.MIN_POINTS:
         return text_files.read_single_column(path, values.ravel(), requested)
     if not head.is_map:
@@ -231,15 +258,20 @@ def _lists_points(path: Path, values: Array, head: Head) -> bool:
     return named or text_files.look_like_points(values)
 
 
-def _map_of_points(
+def map_of_points(
     path: Path, name: str, values: Array, head: Head, steps: tuple[str, ...], requested: ReadOptions
 ) -> Surface:
     """Return the map of points x, y, z on a grid; the header may give different units."""
     heights, steps_apart, absent = text_files.grid_points(path, values)
     requested.check_shape(heights.shape)
+    said = [] if requested.unit is None else [word.strip() for word in requested.unit.split(",")]
+    if len(said) > 1:
+        # As for profiles, the unit of the coordinates comes first.
+        requested = replace(requested, unit=",".join(said[1:]))
+        head = replace(head, lateral=unit_in_meters(path, said[0]))
     metre, text = _height_unit(path, head, requested)
-    lateral = head.lateral or metre
-    stated = steps_apart[0] * lateral, steps_apart[1] * lateral
+    lateral = metre if head.lateral is None else head.lateral
+    stated = (steps_apart[0] * lateral, steps_apart[1] * lateral) if lateral else None
     pixel = resolve_pixel(path, stated, heights.shape, requested)
     note = f"read: {values.shape[0]} points x, y, z placed on their grid"
     if absent:
@@ -278,9 +310,10 @@ def read_arrays(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return the map in a NumPy file; ``name`` is the format, an array or an archive."""
     arrays = open_arrays(path, name)
     scale = _scale_in_arrays(path, arrays) if requested.channel in (None, "heights") else None
-    channel = choose_array(
-        path, list(arrays.heads), requested.channel if scale is None else "heights"
-    )
+    names = list(arrays.heads)
+    if requested.channel is None:
+        names = [name for name in names if _mask_value(name) is None] or names
+    channel = choose_array(path, names, requested.channel if scale is None else "heights")
     head = arrays.heads[channel]
     line = len(head.shape) == 1 and head.shape[0] >= text_files.MIN_POINTS
     if scale is None and line and head.dtype.kind in "fiu":
@@ -291,6 +324,9 @@ def read_arrays(path: Path, name: str, requested: ReadOptions) -> Surface:
     requested.check_shape(head.shape)
     provenance = Provenance(path.name, f"matrix ({name})", channel)
     values = arrays.load_array(channel)
+    mask = find_mask(channel, {name: found.shape for name, found in arrays.heads.items()})
+    if mask is not None:
+        values = _apply_mask(values, arrays.load_array(mask[0]), mask[1])
     if scale is None:
         trace = text_files.read_columns(values)
         if trace is not None:
@@ -322,17 +358,22 @@ def _require_map(
 
 
 def scale_array(
-    path: Path, values: NDArray[Any], provenance: Provenance, unit: str, requested: ReadOptions
+    path: Path,
+    values: NDArray[Any],
+    provenance: Provenance,
+    unit: str,
+    requested: ReadOptions,
+    stated: tuple[float, float] | None = None,
 ) -> Surface:
-    """Return the map of an array with or without a unit, and without a pixel."""
+    """Return the map of an array with or without a unit and a pixel [m]."""
     _require_map(path, values.shape, values.dtype, None)
     _refuse_points(path, values)
     _refuse_list(path, values)
     metre, notes = _height_unit(path, Head(0, unit=unit), requested)
-    pixel = resolve_pixel(path, None, values.shape, requested)
+    pixel = resolve_pixel(path, stated, values.shape, requested)
     for text in notes:
         provenance = provenance.then(Operation.note(text))
-    return make_surface(path, to_meters(values, metre), pixel, provenance, metre)
+    return make_surface(path, to_meters(values, metre), pixel, provenance, metre, stated)
 
 
 def _scaled(
@@ -463,7 +504,7 @@ def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
                         f"{path.name} holds several maps, another from line {number} on; export "
                         "each into its own file"
                     )
-                text = line.split("#", 1)[0].strip(" \r\n")
+                text = _unquote(line.split("#", 1)[0].strip(" \r\n"))
                 if not text.strip():
                     continue
                 if not first:
@@ -508,6 +549,11 @@ def _interpret_matrix(
 ) -> tuple[Array, tuple[str, ...]]:
     """Return a matrix after interpretation of its text, and notes."""
     steps: tuple[str, ...] = ("read: decimal commas",) if commas else ()
+    if math.isnan(matrix[0, 0]) and all(
+        np.array_equal(line[1:], np.arange(line.size - 1)) for line in (matrix[0], matrix[:, 0])
+    ):
+        matrix = np.ascontiguousarray(matrix[1:, 1:])
+        steps += ("read: the numbers of rows and columns, as pandas writes them, are no heights",)
     # Many programs end each row with the delimiter, which is not a column.
     if trailing and matrix.shape[1] > 1:
         matrix = matrix[:, :-1]
@@ -516,6 +562,14 @@ def _interpret_matrix(
         # A file that was cut off misses rows without a sign, while the sides are for all rows.
         steps += ("read: the last row has no line end; check that the file was not cut off",)
     return matrix, steps
+
+
+def _unquote(text: str) -> str:
+    """Return a line without quotation marks and with one word for missing points."""
+    if '"' in text:
+        # The delimiter between quoted cells is no decimal comma.
+        text = text.replace('","', '";"').replace('"', "")
+    return _NO_DATA.sub("nan", text) if "o" in text.lower() else text
 
 
 def _delimiter(line: str) -> str | None:
@@ -563,7 +617,7 @@ def _parse_cell(
         return float(word.replace(",", "."))
     raise FormatError(
         f"{path.name} has {word[:40]!r} in line {number}, cell {position}, where a number was "
-        "expected; start lines that are no data with #"
+        "expected; correct it, or write nan where a height is missing"
     )
 
 
@@ -603,11 +657,16 @@ def read_hdf5(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return a matrix of an HDF5 file; its rows run along y."""
     result = channels(path, name)
     listed = [entry.name for entry in result]
-    index = listed.index(choose_array(path, listed, requested.channel))
+    heights = [entry.name for entry in result if entry.is_height]
+    names = listed if requested.channel is not None else heights or listed
+    index = listed.index(choose_array(path, names, requested.channel))
     shape, unit = result[index].shape, result[index].unit
     memory.require_points(path.name, shape, _BYTES_PER_POINT)
     requested.check_shape(shape)
     values = _values(path, listed[index])
+    mask = find_mask(listed[index], {entry.name: entry.shape for entry in result})
+    if mask is not None:
+        values = _apply_mask(values, _values(path, mask[0]), mask[1])
     about = Provenance(path.name, "matrix (hdf5)", listed[index] if len(listed) > 1 else "")
     return scale_array(path, values, about, unit, requested)
 
@@ -620,9 +679,9 @@ def channels(path: Path, name: str) -> tuple[Channel, ...]:
 
         with h5py.File(path, "r") as file:
             listed = tuple(
-                Channel(array, _unit(file[array]), True, said.shape)
+                Channel(array, _unit(file[array]), _mask_value(array) is None, said.shape)
                 for array, said in stored.items()
-                if len(said.shape) == 2 and min(said.shape) > 1 and said.kind in tuple("fiu")
+                if len(said.shape) == 2 and min(said.shape) > 1 and said.kind in tuple("fiub")
             )
     if not listed:
         raise FormatError(f"{path.name} holds no matrix of at least 2 × 2 real numbers")

@@ -15,11 +15,13 @@ Surf file format of Digital Surf, as described by D. Nečas and P. Klapetek in G
 from __future__ import annotations
 
 import hashlib
+import io
 import math
 import os
 import re
 import struct
 import zipfile
+import zlib
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -30,7 +32,7 @@ from roughcontact._tools.files import atomic_write, require_suffix
 from roughcontact._tools.text import replace_unprintable
 from roughcontact._version import __version__
 from roughcontact.errors import FormatError, InputError
-from roughcontact.formats.source import BLOCK, iter_blocks, little_endian
+from roughcontact.formats.source import BLOCK, is_length, iter_blocks, little_endian
 from roughcontact.surface.surface import Surface
 from roughcontact.units import format_engineering, format_lengths
 
@@ -136,6 +138,81 @@ def save_sur(surface: Surface, path: str | os.PathLike[str]) -> None:
         for first in range(0, ny, rows):
             block = np.rint(1e3 * heights[first : first + rows] / step)
             stream.write(np.where(np.isnan(block), missing, block).astype("<i4").tobytes())
+
+
+# Places in the header: type of the object, lines and their distance, sizes of the comments between
+# header and points, name of the heights, units.
+_TYPE, _LINES, _STEP_Y, _COMMENTS = 18, 112, 124, 334
+_NAME_Z, _UNIT_Y, _UNIT_Z = 164, 196, 212
+_SUR_BYTES = 512
+# Types of objects without heights.
+_NO_HEIGHTS = {
+    3: "a binary image",
+    4: "a series of profiles; export each",
+    5: "a series of maps; export each",
+    10: "an intensity image",
+    12: "a color image",
+    14: "a force curve",
+    15: "force curves",
+    18: "color images",
+    19: "a spectrum",
+    20: "spectra",
+    21: "a map of spectra",
+}
+
+
+def is_compressed_sur(path: Path) -> bool:
+    """Return whether a file of Digital Surf is compressed."""
+    with path.open("rb") as stream:
+        return stream.read(12) == b"DSCOMPRESSED"
+
+
+def open_sur(path: Path) -> io.BytesIO | None:
+    """Return the first object of a compressed SUR file, or of a profile; None for other files.
+
+    Compressed points are the number of streams, raw and packed size of each, and the streams. A
+    profile may leave the distance of its lines and their unit open; they are those of its points.
+    """
+    with path.open("rb") as stream:
+        head = bytearray(stream.read(_SUR_BYTES))
+        if len(head) < _SUR_BYTES or not head.startswith((b"DIGITAL SURF", b"DSCOMPRESSED")):
+            return None
+        _check_sur(path, head)
+        is_packed, is_profile = head[:2] == b"DS", struct.unpack_from("<i", head, _LINES)[0] == 1
+        if not (is_packed or is_profile):
+            return None
+        content = stream.read()
+    if is_profile:
+        for place, source, size in (
+            (_STEP_Y, _STEP_Y - 4, 4),
+            *((place, place - 16, 16) for place in (_UNIT_Y, _UNIT_Y + 48)),
+        ):
+            head[place : place + size] = head[source : source + size]
+    start = sum(struct.unpack_from("<2H", head, _COMMENTS))
+    remarks, points = content[:start], content[start:]
+    if is_packed:
+        head[:12] = b"DIGITAL SURF"
+        count = struct.unpack_from("<I", points)[0]
+        sizes = struct.unpack_from(f"<{2 * count}I", points, 4)[1::2]
+        place, packed, points = 4 + 8 * count, points, b""
+        for size in sizes:
+            points += zlib.decompress(packed[place : place + size])
+            place += size
+    return io.BytesIO(bytes(head) + remarks + points)
+
+
+def _check_sur(path: Path, head: bytearray) -> None:
+    """Raise `FormatError` for a SUR file without heights."""
+    kind = struct.unpack_from("<H", head, _TYPE)[0]
+    if kind in _NO_HEIGHTS:
+        raise FormatError(f"{path.name} holds {_NO_HEIGHTS[kind]}, no heights of one surface")
+    name, unit = (
+        head[place : place + 16].partition(b"\0")[0].decode("latin-1").strip()
+        for place in (_NAME_Z, _UNIT_Z)
+    )
+    # Old files have the micro sign of MS-DOS.
+    if unit and not is_length(path, unit.replace("\xe6", "u")):
+        raise FormatError(f"{path.name} holds {name!r} in {unit!r}, no heights; export the heights")
 
 
 # --- Headers ---

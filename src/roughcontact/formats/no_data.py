@@ -125,6 +125,9 @@ def _is_known(code: float) -> bool:
     if size < _MIN_CODE:
         return False
     digits = size / 10.0 ** math.floor(math.log10(size))
+    text = f"{size:.12g}"
+    if "." in text and len(text) > 5 and set(text) == {"9", "."}:
+        return True
     known = (*_INTEGERS, *((1.0, 10.0) if size > 0.9 * _MIN_POWER else ()))
     return any(math.isclose(digits, value, rel_tol=_TOLERANCE) for value in known) or any(
         math.isclose(size, value, rel_tol=_TOLERANCE) for value in _NINES

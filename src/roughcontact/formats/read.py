@@ -13,12 +13,17 @@ from typing import TYPE_CHECKING
 from roughcontact.errors import ArgumentRef, FormatError, InputError, input_error
 from roughcontact.formats import (
     containers,
+    gsf,
     instruments,
+    jpk_hdf5,
     matrices,
+    meshes,
     netcdf,
     no_data as codes,
+    profile_records,
     source,
     spreadsheets,
+    tiff,
 )
 from roughcontact.formats.source import (
     Channel,
@@ -59,6 +64,14 @@ FORMATS: tuple[InputFormat, ...] = (
         matrices.text_channels,
         has_codes=True,
     ),
+    InputFormat("gsf", (".gsf",), gsf.read_gsf, gsf.channels),
+    InputFormat("tiff", (".tif", ".tiff"), tiff.read_tiff, tiff.channels, has_codes=True),
+    InputFormat("jpk-hdf5", (".h5-jpk",), jpk_hdf5.read_jpk_hdf5, jpk_hdf5.channels),
+    *(
+        InputFormat(name, (f".{name}",), meshes.read_mesh, meshes.channels, has_codes=True)
+        for name in ("stl", "ply", "obj")
+    ),
+    InputFormat("smd", (".smd", ".sig"), profile_records.read_profile, profile_records.channels),
     *(
         InputFormat(
             name,
@@ -273,8 +286,8 @@ def _format_of(path: Path, wanted: str | None = None, piped: bool = False) -> In
             return known
     suffixes = ", ".join(sorted(SUFFIXES))
     raise FormatError(
-        f"{path.name} has the unknown suffix {suffix!r}; give {ArgumentRef('format')} or one of "
-        f"the known suffixes {suffixes}, .000 to .999"
+        f"{path.name} is {source.describe_content(path)}, and has the unknown suffix {suffix!r}; "
+        f"give {ArgumentRef('format')} or one of the known suffixes {suffixes}, .000 to .999"
     )
 
 

@@ -335,7 +335,43 @@ _SIGNATURES = (
     (b"CDF\x01", "netcdf"),
     (b"CDF\x02", "netcdf"),
     (b"CDF\x05", "netcdf"),
+    (b"Gwyddion Simple Field ", "gsf"),
+    (b"ply\n", "ply"),
+    (b"ply\r", "ply"),
+    (b"SigmaSurf_Data", "smd"),
+    (b"DIGITAL SURF", "sur"),
+    (b"DSCOMPRESSED", "sur"),
+    (b"GWYP", "gwy"),
+    (b"AliconaImaging", "al3d"),
+    (b"VK3_", "vk"),
+    (b"VK4_", "vk"),
+    (b"\\*File list", "di"),
 )
+# First bytes -> contents that are no map under any suffix.
+_NO_MAPS = (
+    (b"%PDF", "a PDF document"),
+    (b"\x89PNG", "a PNG image"),
+    (b"\xff\xd8\xff", "a JPEG image"),
+    (b"GIF8", "a GIF image"),
+    (b"<!DOCTYPE", "a web page, not the file itself"),
+    (b"<html", "a web page, not the file itself"),
+    (b"version https://git-lfs", "a pointer of Git LFS, not the file itself"),
+    (b"MATLAB 5.0", "a MATLAB file"),
+    (b"Rar!", "a RAR archive"),
+    (b"7z\xbc\xaf", "a 7-Zip archive"),
+)
+# First bytes -> containers of many formats, for errors.
+_CONTAINERS = (
+    (b"II*\0", "a TIFF image"),
+    (b"MM\0*", "a TIFF image"),
+    (b"PK\3\4", "a ZIP archive"),
+    (b"\xd0\xcf\x11\xe0", "a document of Office before 2007 or another OLE container"),
+    (b"\x89HDF", "an HDF5 file"),
+)
+_STL = re.compile(rb"solid\b[^\n]*\n\s*facet\b")
+# Axes in the records of a profile.
+_RECORDS = re.compile(rb"^C[XZ]\0?[ \t]+[A-Z]\0?[ \t]+[\d.]", re.MULTILINE)
+_TIFF = (b"II*\0", b"MM\0*")
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 TEXT, HDF5 = "text", "hdf5"
@@ -358,6 +394,17 @@ def format_of(path: Path, hinted: str | None) -> str | None:
     for signature, name in _SIGNATURES:
         if start.startswith(signature):
             return name
+    for signature, what in _NO_MAPS:
+        if start.startswith(signature):
+            raise FormatError(
+                f"{path.name} is {what}; export the heights as .x3p, .sur, 32-bit TIFF or text"
+            )
+    if hinted in (None, TEXT, "qep") and _RECORDS.search(start):
+        return "smd"
+    if hinted in (None, TEXT) and _STL.match(start):
+        return "stl"
+    if hinted is None and start.startswith(_TIFF):
+        return "tiff"
     if start.startswith(_HDF5) and (hinted is None or hinted in _PLAIN):
         return hinted if hinted == "netcdf" else _in_hdf5(path, hinted)
     if hinted is None and start.lstrip().startswith(_DOCUMENTS):
@@ -377,6 +424,8 @@ def _in_hdf5(path: Path, hinted: str | None) -> str:
             # In this format it is a table; other programs have a group of this name.
             if "Data" in file and isinstance(file.get("MetaData"), h5py.Dataset):
                 return "datx"
+            if "position-pattern.grid.ilength" in file.get("Measurement_000", file).attrs:
+                return "jpk-hdf5"
             # The suffix of bare arrays selects the arrays.
             return "netcdf" if "_NCProperties" in file.attrs and hinted != HDF5 else HDF5
 
@@ -384,6 +433,17 @@ def _in_hdf5(path: Path, hinted: str | None) -> str:
 def hdf5_errors(path: Path) -> AbstractContextManager[None]:
     """Convert any error of HDF5 into a `FormatError`."""
     return damage_as_error(path, "HDF5", "check that the file is complete")
+
+
+def describe_content(path: Path) -> str:
+    """Return the kind of a file by its first bytes, as the end of "FILE is …"."""
+    with path.open("rb") as stream:
+        start = stream.read(_START)
+    what = next((what for mark, what in _CONTAINERS if start.startswith(mark)), "")
+    if what or encoding_of(path) is None:
+        return what or "of an unknown binary format"
+    first = start.strip().split(b"\n")[0].strip()[:40].decode("latin-1")
+    return f"a text that starts with {first!r}"
 
 
 def encoding_of(path: Path) -> str | None:
@@ -395,7 +455,7 @@ def encoding_of(path: Path) -> str | None:
     elif len(start) > 1 and not (any(start[1::2]) and any(start[::2])):
         encodings = ("utf-16-be",) if any(start[1::2]) else ("utf-16-le",)
     else:
-        encodings = ("utf-8-sig", "cp1252")
+        encodings = ("utf-8-sig", "cp1252", "shift_jis", "gb18030")
     for encoding in encodings:
         try:
             text = codecs.getincrementaldecoder(encoding)().decode(start)
@@ -416,7 +476,11 @@ def open_text(path: Path, errors: str = "strict") -> TextIO:
 
 # Units of length in the spelling of instrument files, where pint has none or another meaning ("A"
 # is the ampere in pint).
-_FILE_UNITS = {"A": "angstrom", "Å": "angstrom", "~m": "um"}
+_FILE_UNITS = {"A": "angstrom", "Å": "angstrom", "~m": "um"} | dict.fromkeys(
+    # The micro sign of Japanese and Chinese encodings, read as Western characters.
+    ("\u0192\u00cam", "\u00a6\u00ccm"),
+    "um",
+)
 
 # Plausible scales [m]: from a few atoms to a machine bed.
 _SIDE_RANGE = (1e-9, 10.0)
@@ -456,7 +520,9 @@ def unit_in_meters(path: Path, unit: str | None) -> float:
         raise InputError(
             f"{path.name} gives no unit of the heights; give it, e.g. {ArgumentRef('unit', 'um')}"
         )
-    return units.parse(f"1 {_FILE_UNITS.get(unit, unit)}", "length", "unit")
+    # The height of one count of an integer, "0.1 nm", is a unit as well.
+    text = unit if re.match(r"\s*\.?\d", unit) else f"1 {_FILE_UNITS.get(unit, unit)}"
+    return units.parse(text, "length", "unit")
 
 
 def is_length(path: Path, unit: str) -> bool:

@@ -27,6 +27,7 @@ from roughcontact.formats.source import (
     to_meters,
     unit_in_meters,
 )
+from roughcontact.formats.text_exports import Head, parse_export
 from roughcontact.surface.grid import PROFILE_WIDTH
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
@@ -89,42 +90,20 @@ _COLUMN = re.compile(r"\s*([xyz])\w*\s*(?:[\[(/]\s*([^\])\s]+)\s*[\])]?)?\s*", r
 _TELLING = {"side_x", "points", "points_x", "pixel", "pixel_x", "wyko", "unit_x", "columns"}
 
 
-@dataclass(frozen=True)
-class Head:
-    """Properties of the values that a text file states."""
-
-    lines: int  # Number of lines of the header
-    channel: str = ""  # Name of the channel
-    unit: str = ""  # Unit of the heights as the file spells it
-    factor: float = 1.0  # Factor to this unit
-    lateral: float | None = None  # Unit [m] of coordinates of points
-    pixel: tuple[float, float] | None = None  # Pixel edges `(dy, dx)` [m]
-    sides: tuple[float, float] | None = None  # Sides `(y, x)` [m]
-    points: tuple[int, int] | None = None  # Rows and columns of the matrix
-    turned: bool = False  # Whether a line of the file is along y
-    columns: bool = False  # Whether three columns are named x, y and z
-
-    @property
-    def is_map(self) -> bool:
-        """Whether the header describes a matrix."""
-        return bool(self.points or self.sides or self.pixel)
-
-    def pixel_of(self, shape: tuple[int, int]) -> tuple[float, float] | None:
-        """Return the pixel edges [m] of a matrix of this shape, if the header has them."""
-        if self.sides is not None:
-            return self.sides[0] / shape[0], self.sides[1] / shape[1]
-        return self.pixel
-
-
 def parse_head(path: Path, lines: Iterable[str]) -> Head | None:
     """Return the properties that the first lines of a text state."""
     result: dict[str, tuple[str, ...]] = {}
-    count = 0
-    for line in itertools.islice(lines, MAX_HEAD_LINES):
+    count, named = 0, True
+    lines = iter(lines)
+    export, read = parse_export(path, lines, MAX_HEAD_LINES)
+    if export is not None:
+        return export
+    for line in itertools.islice(itertools.chain(read, lines), MAX_HEAD_LINES):
         if is_data(line):
             break
         text = line[:_MAX_LINE_LENGTH].strip()
         count += 1
+        named = named and _is_remark(text)
         for key, pattern in _KEYS.items():
             match = re.search(pattern, text, re.IGNORECASE)
             if match is not None:
@@ -135,7 +114,7 @@ def parse_head(path: Path, lines: Iterable[str]) -> Head | None:
     else:
         return None
     if not _TELLING & result.keys():
-        return None
+        return Head(count, skipped=True) if named and count else None
     try:
         return _parse_head_text(path, result, count)
     except InputError as error:
@@ -155,9 +134,18 @@ def is_data(text: str) -> bool:
     return any(cells) and all(_CELL.fullmatch(cell) for cell in cells if cell)
 
 
+def _is_remark(text: str) -> bool:
+    """Return whether a line above the numbers cannot be a row with a damaged number."""
+    words = [word for word in re.split(r"[;,\s]+", text.split("#", 1)[0]) if word]
+    # Two rows below x and y are a short profile rather than a matrix.
+    named = all(word.lower() in ("x", "y", "z") for word in words)
+    return not (words and (named or words[0][0].isdigit() or sum(map(is_data, words)) > 1))
+
+
 def _columns(text: str) -> tuple[str, ...]:
     """Return the units of columns named x, y and z, empty if missing; () for other columns."""
-    cells = re.split(r"[;,\t]", text.lstrip("# "))
+    text = text.lstrip("# ")
+    cells = re.split(r"[;,\t]" if re.search(r"[;,\t]", text) else r"\s+(?![\[(/])", text)
     matches = [_COLUMN.fullmatch(cell) for cell in cells]
     if len(cells) != 3 or not all(matches):
         return ()

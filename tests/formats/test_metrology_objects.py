@@ -1,0 +1,85 @@
+"""Objects of Digital Surf: compressed maps, profiles, and what has no heights."""
+
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from reading import assert_rejected, needs_reader, write
+from roughcontact.formats.read import read_surface
+
+HEIGHTS = 1e-6 * np.arange(12.0).reshape(3, 4)
+
+
+@pytest.fixture
+def content(tmp_path: Path) -> bytes:
+    """Return a SUR file of a map."""
+    heights = HEIGHTS.copy()
+    heights[1, 2] = np.nan
+    rc.Surface(heights, (2e-6, 1e-6)).save(tmp_path / "plain.sur")
+    return (tmp_path / "plain.sur").read_bytes()
+
+
+def pack(content: bytes, streams: int) -> bytes:
+    """Return the file with its points in compressed streams."""
+    parts = np.array_split(np.frombuffer(content[512:], np.uint8), streams)
+    packed = [zlib.compress(part.tobytes()) for part in parts]
+    sizes = [size for part, z in zip(parts, packed, strict=True) for size in (part.size, len(z))]
+    directory = struct.pack(f"<{1 + len(sizes)}I", streams, *sizes)
+    return b"DSCOMPRESSED" + content[12:512] + directory + b"".join(packed) + b"another object"
+
+
+def edit(content: bytes, place: int, new: bytes) -> bytes:
+    return content[:place] + new + content[place + len(new) :]
+
+
+@needs_reader
+@pytest.mark.parametrize("streams", [1, 3])
+def test_compressed_map_is_read(content: bytes, streams: int, tmp_path: Path) -> None:
+    surface = read_surface(write(tmp_path, "map.sur", pack(content, streams)))
+    plain = read_surface(write(tmp_path, "plain.sur", content))
+    np.testing.assert_array_equal(surface.heights, plain.heights)
+    assert surface.missing == 1
+    assert surface.pixel == plain.pixel == pytest.approx((2e-6, 1e-6))
+
+
+@needs_reader
+@pytest.mark.parametrize("is_packed", [False, True])
+def test_profile_without_distance_of_lines_is_read(
+    content: bytes, is_packed: bool, tmp_path: Path
+) -> None:
+    # One line of four points, type 1; distance and units along y are empty.
+    head = edit(content[:512], 18, struct.pack("<H", 1))
+    head = edit(head, 112, struct.pack("<2i", 1, 4))
+    head = edit(edit(head, 124, bytes(4)), 196, bytes(16))
+    whole = edit(head, 244, bytes(16)) + content[512 : 512 + 16]
+    path = write(tmp_path, "line.pro", pack(whole, 1) if is_packed else whole)
+    surface = read_surface(path)
+    assert surface.is_profile
+    np.testing.assert_allclose(surface.heights[0], HEIGHTS[0], atol=1e-13)
+    assert surface.pixel[1] == pytest.approx(1e-6)
+
+
+@needs_reader
+def test_objects_without_heights_are_named(content: bytes, tmp_path: Path) -> None:
+    for kind, words in ((10, "an intensity image"), (12, "a color image"), (20, "spectra")):
+        path = write(tmp_path, "map.sur", edit(content, 18, struct.pack("<H", kind)))
+        assert_rejected(path, f"holds {words}, no heights")
+    named = edit(edit(content, 164, b"Intensity".ljust(16)), 212, b"a.u.".ljust(16))
+    assert_rejected(write(tmp_path, "map.sur", named), "holds 'Intensity' in 'a.u.', no heights")
+
+
+@needs_reader
+def test_replica_is_noted(content: bytes, tmp_path: Path) -> None:
+    path = write(tmp_path, "cast.sur", edit(content, 288, struct.pack("<H", 1)))
+    assert "replica" in read_surface(path).provenance.steps[0]
+
+
+@needs_reader
+def test_content_decides_over_another_suffix(content: bytes, tmp_path: Path) -> None:
+    for name in ("map.opd", "map.abc", "map.csv"):
+        surface = read_surface(write(tmp_path, name, content))
+        assert surface.provenance.instrument.startswith("Digital Surf")

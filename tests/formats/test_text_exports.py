@@ -1,0 +1,148 @@
+"""Exports whose header describes the values by position."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from reading import assert_rejected, write
+from roughcontact.errors import FormatError, InputError
+from roughcontact.formats.read import channels, read_surface
+from roughcontact.formats.source import Channel
+from roughcontact.surface.surface import Surface
+
+DATA = Path(__file__).parents[1] / "data"
+
+
+def range_in_um(surface: Surface) -> tuple[float, float]:
+    return 1e6 * float(np.nanmin(surface.heights)), 1e6 * float(np.nanmax(surface.heights))
+
+
+def test_keyence_csv_gives_pixel_and_unit() -> None:
+    surface = read_surface(DATA / "keyence_vk.csv")
+    assert surface.shape == (16, 24)
+    assert surface.pixel == pytest.approx((276.912e-9, 276.912e-9))
+    assert range_in_um(surface) == pytest.approx((-0.395, 0.029))
+    assert surface.heights.std() == pytest.approx(99.41e-9, rel=1e-4)
+    assert channels(DATA / "keyence_vk.csv") == (Channel("Height", "um", True, (16, 24)),)
+
+
+KEYENCE = """\
+"{date}","2026-04-15 00:00:00"
+"{model}","VK-X1000 Series"
+"{kind}","ImageDataCsv"
+"{power}","50"
+"XY{calibration}","0{mark}5","μm"
+"{image}","{height}"
+"{horizontal}","3"
+"{vertical}","2"
+"{unit}","μm"
+"{reference}",""
+
+"{height}"
+"1{mark}5","-2{mark}0",""
+"3","4","5{mark}25"
+"""
+# Keys of the four languages, whose words the reader does not know.
+KEYS = ["date", "model", "kind", "power", "calibration", "image", "height"]
+KEYS += ["horizontal", "vertical", "unit", "reference"]
+LANGUAGES = {
+    "shift_jis": "測定日時 機種 ファイル種別 倍率 キャリブレーション 出力画像 高さ 横 縦 単位 基準",
+    "gb18030": "测量日期 机型 文件类型 倍率 校准 输出图像数据 高度 水平 垂直 单位 基准数据名称",
+    "utf-8": "Messdatum Modell Datentyp Leistung -Kalibrierung Bild Höhe Breite Länge Einheit Ref",
+    "utf-16": "date model type power calibration image height horizontal vertical unit reference",
+}
+
+
+@pytest.mark.parametrize("encoding", LANGUAGES)
+@pytest.mark.parametrize("mark", [".", ","])
+def test_keyence_csv_is_read_in_any_language(encoding: str, mark: str, tmp_path: Path) -> None:
+    words = dict(zip(KEYS, LANGUAGES[encoding].split(), strict=True))
+    text = KEYENCE.format(mark=mark, **words)
+    surface = read_surface(write(tmp_path, "export.csv", text.encode(encoding)))
+    expected = 1e-6 * np.array([[1.5, -2.0, np.nan], [3.0, 4.0, 5.25]])
+    np.testing.assert_allclose(surface.heights, expected)
+    assert surface.pixel == pytest.approx((0.5e-6, 0.5e-6))
+
+
+def test_keyence_csv_with_other_content_raises(tmp_path: Path) -> None:
+    words = dict(zip(KEYS, KEYS, strict=True))
+    text = KEYENCE.format(mark=".", **words)
+    path = write(tmp_path, "laser.csv", text.replace('"unit","μm"', '"unit",""'))
+    assert_rejected(path, "holds 'height', no heights")
+    path = write(tmp_path, "cut.csv", text[: text.index('"3","4"')])
+    assert_rejected(path, "announces 2 × 3 points")
+
+
+def test_zygo_points_have_camera_resolution_and_missing_points() -> None:
+    surface = read_surface(DATA / "zygo_format1.xyz")
+    assert (surface.shape, surface.missing) == ((16, 24), 1)
+    assert surface.pixel == pytest.approx((5.067e-6, 5.067e-6))
+    assert np.nanstd(surface.heights) == pytest.approx(99.47e-9, rel=1e-4)
+    # Row 4, column 3, as the line "3 4 No Data" says.
+    assert np.isnan(surface.heights[4, 3])
+
+
+def test_zygo_points_without_resolution_need_size(tmp_path: Path) -> None:
+    text = (DATA / "zygo_format1.xyz").read_text().replace("5.067e-06", "0")
+    path = write(tmp_path, "map.xyz", text)
+    assert_rejected(path, "gives no lengths of its sides", kind=InputError)
+    surface = read_surface(path, size=(16e-6, 24e-6))
+    assert surface.pixel == pytest.approx((1e-6, 1e-6))
+
+
+def test_zygo_phases_are_named(tmp_path: Path) -> None:
+    path = write(tmp_path, "map.asc", "Zygo ASCII Data File - Format 2\n0 1\n#\n1 2 3\n#\n")
+    with pytest.raises(FormatError, match="holds phases of Zygo"):
+        read_surface(path)
+
+
+def test_points_have_a_lateral_and_a_height_unit() -> None:
+    surface = read_surface(DATA / "mountains_points.txt", unit="mm, um")
+    assert surface.shape == (5, 4)
+    assert surface.pixel == pytest.approx((1e-3, 1e-3))
+    values = np.loadtxt(DATA / "mountains_points.txt")
+    expected = values[np.lexsort((values[:, 0], values[:, 1])), 2].reshape(5, 4)
+    np.testing.assert_allclose(surface.heights, 1e-6 * expected)
+
+
+@pytest.mark.parametrize(
+    ("head", "row", "unit"),
+    [
+        ("X [mm] Y [mm] Z [um]\n", "{} {} {}", None),
+        ("Points of a scan\nx;y;z\n", "{};{};{}", "mm, um"),
+        ("Points of a scan\n", "{}\t{}\t{}", "mm, um"),
+    ],
+)
+@pytest.mark.parametrize("comma", [False, True])
+def test_points_in_any_order_below_any_header(
+    head: str, row: str, unit: str | None, comma: bool, tmp_path: Path
+) -> None:
+    rng = np.random.default_rng(1)
+    heights = rng.normal(size=(4, 3)).round(3) + 0.0005
+    rows = [row.format(1.5 * x, 0.5 * y, heights[y, x]) for y in range(4) for x in range(3)]
+    text = head + "\n".join(rng.permutation(rows)) + "\n"
+    if comma:
+        text = text.replace(".", ",")
+    surface = read_surface(write(tmp_path, "map.txt", text), unit=unit)
+    np.testing.assert_allclose(surface.heights, 1e-6 * heights)
+    assert surface.pixel == pytest.approx((0.5e-3, 1.5e-3))
+
+
+def test_lines_above_a_matrix_are_skipped_with_a_note(tmp_path: Path) -> None:
+    path = write(tmp_path, "map.txt", "Surface 12\nExported by X\n\n1 2 3\n4 5 6\n")
+    surface = read_surface(path, unit="um", size=(2e-6, 3e-6))
+    np.testing.assert_allclose(surface.heights, 1e-6 * np.arange(1.0, 7).reshape(2, 3))
+    assert surface.provenance.steps == ("read: 3 lines above the numbers skipped",)
+
+
+@pytest.mark.parametrize("first", ["1 x 3", "x 2 3", "1 2 3 x"])
+def test_damaged_first_row_is_no_header(first: str, tmp_path: Path) -> None:
+    path = write(tmp_path, "map.txt", f"{first}\n4 5 6\n7 8 9\n")
+    assert_rejected(path, "'x' in line 1", unit="um", size=(1e-3, 1e-3))
+
+
+def test_numbers_of_rows_and_columns_are_no_heights(tmp_path: Path) -> None:
+    path = write(tmp_path, "map.csv", ",0,1,2\n0,1.5,2,3\n1,4,5,6\n")
+    surface = read_surface(path, unit="um", size=(2e-6, 3e-6))
+    np.testing.assert_allclose(surface.heights, 1e-6 * np.array([[1.5, 2, 3], [4, 5, 6]]))
