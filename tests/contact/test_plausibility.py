@@ -64,6 +64,8 @@ def calls() -> dict[str, Call]:
         "Surface.without_outliers": (surface.without_outliers, {}),
         "Surface.filled": (surface.filled, {}),
         "Surface.cropped": (surface.cropped, {"rows": (0, 8), "columns": (0, 8)}),
+        "Surface.inverted": (surface.inverted, {}),
+        "Surface.flipped": (surface.flipped, {}),
         "Surface.rotated": (surface.rotated, {}),
         "Surface.resampled": (surface.resampled, {"shape": (8, 8)}),
         "Surface.filtered": (surface.filtered, {"s": 4e-6}),

@@ -4,6 +4,7 @@ from scipy import integrate, ndimage, stats
 
 from roughcontact.errors import InputError
 from roughcontact.surface import roughness
+from roughcontact.surface.surface import Surface
 
 
 def gaussian_map(
@@ -113,3 +114,36 @@ def test_volumes_are_means_over_the_points() -> None:
 def test_ratios_of_the_volumes_are_in_order(peak: float, core: float) -> None:
     with pytest.raises(InputError, match="0 < peak < core < 1"):
         roughness.volume_parameters(np.array([0.0, 1.0]), np.array([1.0, 0.0]), peak, core)
+
+
+def test_height_differences_of_uniform_and_gaussian_heights() -> None:
+    n = 40_000
+    uniform = (np.arange(n) + 0.5) / n
+    rng = np.random.default_rng(4)
+    for heights, at in ((uniform, stats.uniform.isf), (stats.norm.isf(uniform), stats.norm.isf)):
+        curve = roughness.material_ratio_curve(rng.permutation(heights).reshape(200, 200))
+        values = roughness.height_differences(*curve)
+        expected = {"Sxp": at(0.025) - at(0.5), "Sdc": at(0.1) - at(0.8)}
+        assert values == pytest.approx(expected, rel=1e-4)
+
+
+def test_mean_slope_of_planes_and_gaussian_maps() -> None:
+    y, x = np.mgrid[:6, :7]
+    # A slope of 3 along x and -4 along y, whatever the pixel.
+    assert roughness.mean_slope(3.0 * x - 8.0 * y, (2.0, 1.0)) == pytest.approx(np.sqrt(12.5))
+    heights = gaussian_map((512, 512), (3.0, 3.0))
+    slope = roughness.rms_gradient(heights, (1.0, 1.0)) / np.sqrt(np.pi)
+    assert roughness.mean_slope(heights, (1.0, 1.0)) == pytest.approx(slope, rel=0.01)
+    heights[3, 4] = np.nan
+    assert roughness.mean_slope(heights, (1.0, 1.0)) == pytest.approx(slope, rel=0.01)
+
+
+def test_material_ratio_and_height_are_inverse() -> None:
+    surface = Surface(1e-6 * gaussian_map((64, 64), (2.0, 2.0)), (1e-6, 1e-6))
+    for ratio in (0.02, 0.3, 0.9):
+        assert surface.material_ratio(surface.height_at_ratio(ratio)) == pytest.approx(ratio)
+    share = float(np.mean(surface.heights - surface.heights.mean() > 1e-7))
+    assert surface.material_ratio("0.1 um") == pytest.approx(share, abs=2e-4)
+    assert surface.material_ratio(1.0) == 0.0
+    with pytest.raises(InputError, match="ratio must be between 0 and 1"):
+        surface.height_at_ratio(1.5)

@@ -390,3 +390,18 @@ def test_aligned_refuses() -> None:
         surface.aligned((6, 9))
     with pytest.raises(InputError, match="angle must be"):
         surface.aligned(surface, angle=np.nan)
+
+
+def test_inverted_and_flipped_map() -> None:
+    heights = np.array([[1.0, 2.0, 3.0], [4.0, np.nan, 6.0]])
+    surface = Surface(heights, (2e-6, 1e-6))
+    np.testing.assert_array_equal(surface.inverted().heights, -heights)
+    np.testing.assert_array_equal(surface.flipped().heights, heights[:, ::-1])
+    np.testing.assert_array_equal(surface.flipped("y").heights, heights[::-1])
+    assert surface.flipped("y").pixel == surface.pixel
+    # Two mirror images are half a turn, and a replica of a replica is the surface.
+    turned = surface.flipped("x").flipped("y")
+    np.testing.assert_array_equal(turned.heights, surface.rotated(180).heights)
+    np.testing.assert_array_equal(surface.inverted().inverted().heights, heights)
+    with pytest.raises(InputError, match="axis must be 'x' or 'y'"):
+        surface.flipped("z")

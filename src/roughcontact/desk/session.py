@@ -54,6 +54,8 @@ OPTIONS_OF_STEP = {
     "masked": ("missing",),
     "filtered": ("s-filter", "l-filter"),
     "resampled": ("pixel",),
+    "inverted": ("invert",),
+    "flipped": ("flip",),
     "rotated": ("rotate",),
     "with_form": ("body",),
     "aligned": ("align", "offset", "angle", "mirror"),
@@ -371,7 +373,8 @@ class Session:
     def crop_map(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
         """Crop the map to some rows and columns of the prepared map."""
         state = self._state
-        changing = [name for name in ("rotate", "pixel", "align") if name in state.specified]
+        later = ("flip", "rotate", "pixel", "align")
+        changing = [name for name in later if name in state.specified]
         if state.specified.get("missing") == "crop":
             changing.append("missing")
         if changing:

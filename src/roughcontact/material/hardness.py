@@ -154,6 +154,24 @@ def brinell_pressure(brinell: float, force_index: float = 30.0) -> float:
     return brinell * STANDARD_GRAVITY * 1e6 / (1 - depth)
 
 
+# Hardness [Pa] to which the correlation of microhardness refers, and its range.
+_REFERENCE, _CORRELATED = 3.178e9, (1.3e9, 7.6e9)
+
+
+def vickers_correlation(hardness: float) -> tuple[float, float] | None:
+    """Return c₁ [Pa] and c₂ of the microhardness; None outside 1.3 to 7.6 GPa.
+
+    The pressure under a Vickers pyramid with the diagonal d is ``c₁ (d/1 µm)^c₂``, a fit to metals
+    by their Brinell hardness (Sridhar and Yovanovich 1996, Empirical methods to predict Vickers
+    microhardness, Wear 193, 91).
+    """
+    if not _CORRELATED[0] <= hardness <= _CORRELATED[1]:
+        return None
+    k = hardness / _REFERENCE
+    c1 = _REFERENCE * (4.0 - 5.77 * k + 4.0 * k**2 - 0.61 * k**3)
+    return c1, -0.57 + 0.82 * k - 0.41 * k**2 + 0.06 * k**3
+
+
 def stress(value: Any, name: str) -> Any:
     """Return a pressure [Pa] from a pressure or a hardness with its scale."""
     if not isinstance(value, str):

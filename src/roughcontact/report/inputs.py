@@ -246,16 +246,22 @@ def _codes(surface: Surface) -> dict[float, int]:
 
 def _action(result: Measured) -> str:
     """Return the options that `solve` needs for a map to be accepted without a warning."""
-    codes, spikes = _codes(result.surface), spike_statistics(result.leveled) is not None
-    words = []
-    if codes:
-        words.append(f"--no-data {format_code(*codes) if len(codes) == 1 else AUTO}")
-    if spikes:
-        words.append("--outliers 6")
-    fill = f"--missing {filling(result.surface.missing / result.surface.heights.size)}"
+    *words, fill = _options(result) or [""]
     if words:
         return f"solve it with {' '.join([*words, fill])}"
-    return f"choose {fill}, mask or crop" if result.surface.missing else "ready to solve"
+    return f"choose {fill}, mask or crop" if fill else "ready to solve"
+
+
+def _options(result: Measured) -> list[str]:
+    """Return the options that `solve` needs, the treatment of missing points last."""
+    codes, words = _codes(result.surface), []
+    if codes:
+        words.append(f"--no-data {format_code(*codes) if len(codes) == 1 else AUTO}")
+    if spike_statistics(result.leveled) is not None:
+        words.append("--outliers 6")
+    if words or result.surface.missing:
+        words.append(f"--missing {filling(result.surface.missing / result.surface.heights.size)}")
+    return words
 
 
 def _brief_parameters(surface: Surface) -> list[Cells]:
@@ -302,6 +308,43 @@ def headline(result: Measured, name: str) -> Headline:
     return Headline(
         f"{name}: {about}, {grid}", f"{_character(values)}, {state}; {action}.", (), rows, remarks
     )
+
+
+FILE_HEADS = ("file", "points", "pixel", "missing", "Sq (Pq)", "Sz (Pt)", "options to solve it")
+"""Names of the columns of `file_row`."""
+
+
+def file_row(result: Measured | None, name: str) -> Cells:
+    """Return the row of a file in a table of files; of a file that cannot be read without result.
+
+    Heights are those after leveling.
+    """
+    if result is None:
+        return (name, *("",) * (len(FILE_HEADS) - 2), "cannot be read")
+    surface, first = result.surface, int(result.surface.is_profile)
+    values = result.leveled.roughness()
+    heights = [values["Rq"], values["Rt"]] if first else [values["Sq"], values["Sz"]]
+    edges = surface.pixel[first:] if len(set(surface.pixel)) > 1 else surface.pixel[:1]
+    cells = (
+        "×".join(map(str, surface.shape[first:])),
+        format_lengths(edges).replace(" × ", "×"),
+        format_percent(surface.missing / surface.heights.size) if surface.missing else "none",
+        *(format_engineering(value, "m", 3) for value in heights),
+    )
+    narrow = (cell.replace(" ", "\N{NO-BREAK SPACE}") for cell in cells)
+    return (name, *narrow, " ".join(_options(result)) or "none")
+
+
+def files_verdict(results: Sequence[Measured | None]) -> str:
+    """Return how many of several files can be solved as they are, as a sentence."""
+    read = [item for item in results if item is not None]
+    ready = sum(not _options(item) for item in read)
+    text = f"{ready} of {count_noun(len(results), 'file')} ready to solve"
+    if len(read) > ready:
+        text += f", {len(read) - ready} with the options in the last column"
+    if len(read) < len(results):
+        text += f", {len(results) - len(read)} unreadable"
+    return f"{text}."
 
 
 _MISSING_PART: Table = (
@@ -388,6 +431,7 @@ PROFILE_ROUGHNESS = {
     "ku": ("", "kurtosis: 3 for a Gaussian distribution of heights"),
     "sm": ("m", "mean width of the elements, a peak and a dale each"),
     "dq": ("", "root-mean-square slope"),
+    "da": ("", "mean absolute slope; with σ = Pq or Rq for contact conductance"),
 }
 """Unit and meaning of profile parameters, by the part of the symbol after P or R."""
 
@@ -422,11 +466,15 @@ ROUGHNESS = {
     "Sdr": ("%", "excess of the developed over the projected area"),
     "Sal": ("m", "autocorrelation length: distance over which heights are correlated"),
     "Str": ("", "texture: near 1 the same in all directions, near 0 directional"),
+    "Std": ("°", "direction of the lay, counter-clockwise from x, row 0 on top"),
     "Sk": ("m", "height of the core"),
     "Spk": ("m", "reduced height of the peaks above the core"),
     "Svk": ("m", "reduced depth of the dales below the core"),
     "Smr1": ("%", "share of the map that the peaks take"),
     "Smr2": ("%", "share of the map that peaks and core take"),
+    "Sxp": ("m", "height of the peaks, from material ratio 2.5 % to 50 %"),
+    "Sdc": ("m", "height from material ratio 10 % to 80 %"),
+    "m": ("", "mean absolute slope along a profile; with σ = Sq for contact conductance"),
     "Vmp": ("ml/m²", "material volume of the peaks"),
     "Vmc": ("ml/m²", "material volume of the core"),
     "Vvc": ("ml/m²", "void volume of the core"),
@@ -446,6 +494,8 @@ def parameter(name: str, values: Mapping[str, float]) -> str:
         return f"not determined, at most {format_engineering(largest, unit, 2)}"
     if unit == "%":
         return f"{plain_decimal(100 * value)} %"
+    if unit == "°":
+        return f"{value:.1f}°"
     if unit == "ml/m²":
         return f"{plain_decimal(1e6 * value)} ml/m²"
     return group_digits(format_engineering(value, unit))

@@ -225,7 +225,7 @@ CHANNEL = map_option(
 UNIT = map_option(
     "unit",
     "UNIT",
-    'Unit of the heights, e.g. um; of a profile "mm, um" (positions first).',
+    'Unit of the heights, e.g. um; of points or a profile "mm, um" (positions first).',
     parsing.as_text,
     None,
     label="Unit of the heights",
@@ -346,7 +346,23 @@ ROTATE = map_option(
     parsing.parse_quarter_turns,
     0,
 )
-PREPARATION = (CROP, OUTLIERS, LEVEL, FORM, MISSING, S_FILTER, L_FILTER, PIXEL, ROTATE)
+INVERT = flag_option(
+    "invert",
+    "Heights times -1: of a replica cast, whose peaks are the pits of the surface.",
+    Panel.MAP,
+    label="Invert the heights (replica cast)",
+    prepares=True,
+)
+FLIP = map_option(
+    "flip",
+    "x|y",
+    "Mirror image of the map: x reverses its rows, y its columns; before --rotate.",
+    parsing.choice("x", "y"),
+    None,
+)
+PREPARATION = (
+    *(INVERT, CROP, OUTLIERS, LEVEL, FORM, MISSING, S_FILTER, L_FILTER, PIXEL, FLIP, ROTATE),
+)
 MAP = (*READING, TIP_RADIUS, POINTS, *PREPARATION)
 
 # Materials of the bodies

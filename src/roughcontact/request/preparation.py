@@ -102,6 +102,8 @@ def _prepared(request: Request, requested: ParsedOptions, surface: Surface, path
         requested[options.LEVEL],
         requested[options.PIXEL],
     )
+    if requested[options.INVERT]:
+        surface = surface.inverted()
     if crop is not None:
         rows, columns = (
             (part.start or 0, points if part.stop is None else part.stop)
@@ -155,5 +157,11 @@ def _prepared(request: Request, requested: ParsedOptions, surface: Surface, path
         if min(ny, nx) > 0:
             request.require_memory((ny, nx))
         surface = surface.resampled(pixel=(pixel, pixel), method="spline")
-    turn = requested[options.ROTATE]
+    return _oriented(requested, surface)
+
+
+def _oriented(requested: ParsedOptions, surface: Surface) -> Surface:
+    axis, turn = requested[options.FLIP], requested[options.ROTATE]
+    if axis is not None:
+        surface = surface.flipped(axis)
     return surface.rotated(turn) if turn % 360 else surface

@@ -374,6 +374,8 @@ _WORDS: dict[str, _Words] = {
     "masked": "masked: {missing} missing points never touch",
     "cropped": f"cropped: {_PART}",
     "largest_rectangle": f"cropped to the largest rectangle without holes: {_PART}",
+    "inverted": "inverted: heights times -1",
+    "flipped": "flipped: {axis} reversed",
     "rotated": _rotated,
     "resampled": _resampled,
     "filtered": _filtered,

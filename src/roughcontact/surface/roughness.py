@@ -42,6 +42,18 @@ curve and c₁, or between c₂ and curve.
 ISO 25178-2:2021, section 4.5 (areal parameters for stratified surfaces); the construction follows
 ISO 13565-2:1996.
 
+`height_differences`: Sxp is the height between the material ratios 2.5 % and 50 %, Sdc here between
+10 % and 80 %, the ratios of the volume parameters; the standard leaves those of Sdc open.
+
+ISO 25178-2:2021, section 4.5; the ratios of Sxp are from ISO 25178-3.
+
+`mean_slope`: Mean of |∂z/∂x| and of |∂z/∂y|, over the same differences as Sdq, and their
+root-mean-square: the slope m along a profile of an isotropic surface. Of a Gaussian one it is
+Sdq/√π.
+
+Cooper, Mikic and Yovanovich 1969, Int. J. Heat Mass Transfer 12, 279,
+doi:10.1016/0017-9310(69)90011-8
+
 `volume_parameters`: With c(r) the height at the material ratio r, the material volume above it
 is Vm(r) = ∫₀ʳ (c - c(r)) and the void volume below it Vv(r) = ∫ᵣ¹ (c(r) - c), both over the
 ratio. Vmp = Vm(p), Vmc = Vm(q) - Vm(p), Vvc = Vv(p) - Vv(q), Vvv = Vv(q).
@@ -76,6 +88,16 @@ interpolation. Lengths of about one pixel are therefore determined by the pixel,
 ISO 25178-2:2021, section 4.3; the default threshold of 0.2 is from ISO 25178-3.
 
 `texture`: ISO 25178-2:2021, section 4.3
+
+`lay_direction`: Direction of the lay, at a right angle to the largest value of the angular
+spectrum.
+The standard leaves the weight of the waves open; here it is that of the gradient, the sum of
+``|q h̃(q)|²`` over the wave vectors of one direction, so that many waves decide and not the few
+longest ones. The map has a Hann window, so that edges cause no waves along the axes. The direction
+is the mean of the waves within 20 degrees of it. On maps of 256 × 256 points it is right to 1° for
+Str 0.1, to 2° for Str 0.3.
+
+ISO 25178-2:2021, section 4.3 (texture direction Std)
 
 `radial_spectrum`: ``C(q) = |h̃(q)|² / (Lx Ly)`` with h̃(q) = Δx Δy Σ z exp(-i q·r) and z the height
 above the mean. Shell k contains the wave vectors with ``(k - ½) δ ≤ |q| < (k + ½) δ``, δ =
@@ -160,6 +182,13 @@ def rms_gradient(heights: NDArray[np.float64], pixel: tuple[float, float]) -> fl
             "has no point with two valid neighbors: the gradient is undefined", argument="heights"
         )
     return float(np.sqrt(total / count))
+
+
+def mean_slope(heights: Array, pixel: tuple[float, float]) -> float:
+    """Return the mean absolute slope along a profile, m."""
+    slopes = (np.diff(heights, axis=axis) / pixel[axis] for axis in (0, 1))
+    means = [float(np.nanmean(np.abs(s))) for s in slopes if s.size and not np.isnan(s).all()]
+    return math.sqrt(float(np.mean(np.square(means)))) if means else math.nan
 
 
 def median_gradient(heights: Array, pixel: tuple[float, float]) -> float:
@@ -268,7 +297,7 @@ def core_parameters(ratio: Array, height: Array) -> dict[str, float]:
     center = _integral(part, z) / width
     c1 = center - slope * (start + width / 2)
     c2 = c1 + slope
-    Smr1, Smr2 = _ratio_at(ratio, height, c1), _ratio_at(ratio, height, c2)
+    Smr1, Smr2 = ratio_at(ratio, height, c1), ratio_at(ratio, height, c2)
     peaks, dales = _section(ratio, height, 0.0, Smr1), _section(ratio, height, Smr2, 1.0)
     peak_area = _integral(peaks[0], np.maximum(peaks[1] - c1, 0.0))
     dale_area = _integral(dales[0], np.maximum(c2 - dales[1], 0.0))
@@ -279,6 +308,12 @@ def core_parameters(ratio: Array, height: Array) -> dict[str, float]:
         "Smr1": Smr1,
         "Smr2": Smr2,
     }
+
+
+def height_differences(ratio: Array, height: Array) -> dict[str, float]:
+    """Return the heights between two material ratios, Sxp and Sdc."""
+    at = np.interp([0.025, 0.5, 0.1, 0.8], ratio, height)
+    return {"Sxp": float(at[0] - at[1]), "Sdc": float(at[2] - at[3])}
 
 
 def volume_parameters(
@@ -318,7 +353,8 @@ def _integral(x: Array, y: Array) -> float:
     return float(np.sum(np.diff(x) * (y[1:] + y[:-1]))) / 2
 
 
-def _ratio_at(ratio: Array, height: Array, c: float) -> float:
+def ratio_at(ratio: Array, height: Array, c: float) -> float:
+    """Return the material ratio at a height, Smr(c)."""
     if c >= height[0]:
         return 0.0
     return 1.0 if c <= height[-1] else float(np.interp(-c, -height, ratio))
@@ -358,6 +394,7 @@ def summary(heights: Array, spacing: float, sections: int = 1) -> dict[str, floa
         "Rz": depth,
         "Rsm": element_width(z, spacing, _COUNTED * depth),
         "Rdq": rms_slope(heights, spacing),
+        "Rda": mean_absolute_slope(heights, spacing),
     }
 
 
@@ -387,11 +424,21 @@ def element_width(heights: Array, spacing: float, minimum: float) -> float:
 
 def rms_slope(heights: Array, spacing: float) -> float:
     """Return the root-mean-square slope of a profile, Rdq."""
-    if heights.size < _SLOPE.size:
-        return math.nan
-    slopes = np.convolve(heights, _SLOPE[::-1], "valid") / (60 * spacing)
-    known = slopes[np.isfinite(slopes)]
+    known = _slopes(heights, spacing)
     return float(np.sqrt(np.mean(np.square(known)))) if known.size else math.nan
+
+
+def mean_absolute_slope(heights: Array, spacing: float) -> float:
+    """Return the mean absolute slope of a profile, Rda."""
+    known = _slopes(heights, spacing)
+    return float(np.mean(np.abs(known))) if known.size else math.nan
+
+
+def _slopes(heights: Array, spacing: float) -> Array:
+    if heights.size < _SLOPE.size:
+        return np.empty(0)
+    slopes = np.convolve(heights, _SLOPE[::-1], "valid") / (60 * spacing)
+    return slopes[np.isfinite(slopes)]
 
 
 def _parts(heights: Array, sections: int) -> list[Array]:
@@ -453,6 +500,47 @@ def texture(heights: Array, pixel: Pixel, threshold: float = 0.2) -> tuple[float
     determined = math.isfinite(slowest)
     largest = fastest / max(float(reached.max()), fastest)
     return fastest, fastest / slowest if determined else math.nan, largest
+
+
+# Angles [degrees] over which the angular spectrum is smoothed, and averaged around its largest
+# value; repetitions of this mean.
+_SMOOTH, _AROUND, _REPETITIONS = 8, 20, 8
+# Power of waves that count over the median of the shortest ones.
+_ABOVE_NOISE = 10.0
+
+
+def lay_direction(heights: Array, pixel: Pixel) -> float:
+    """Return the direction of the lay [degrees], counter-clockwise from x, row 0 on top; Std."""
+    require_pixel(pixel)
+    (ny, nx), (dy, dx) = heights.shape, pixel
+    if min(ny, nx) < _SMOOTH or not rms_height(heights) > 0:
+        return math.nan
+    window = np.outer(np.hanning(ny + 2)[1:-1], np.hanning(nx + 2)[1:-1])
+    window[np.isnan(heights)] = 0.0
+    z = np.where(window > 0, heights, 0.0)
+    z = (z - float(np.sum(window * z) / np.sum(window))) * window
+    spectrum = fft.rfft2(z)
+    qy, qx = fft.frequencies(ny, dy)[:, None], fft.half_frequencies(nx, dx)[None]
+    square = np.square(qy) + np.square(qx)
+    raw = np.square(spectrum.real) + np.square(spectrum.imag)
+    limit = 0.25 / max(dy, dx) ** 2
+    # Same waves in every direction: within the circle of Nyquist, beyond the widest of the window,
+    # and above the noise, which is that of the shortest waves.
+    noise = float(np.median(raw[(square > 0.5 * limit) & (square <= limit)]))
+    widest = (np.abs(qy) * ny * dy < 1.5) & (qx * nx * dx < 1.5)
+    power = _both_signs(nx) * square * raw
+    power[(square > limit) | widest | (raw < _ABOVE_NOISE * noise)] = 0.0
+    angle = np.degrees(np.arctan2(-qy, np.broadcast_to(qx, square.shape))) % 180
+    if not power.sum() > 0:
+        return math.nan
+    angular = np.bincount(angle.ravel().astype(np.int64) % 180, power.ravel(), minlength=180)
+    smooth = sum(np.roll(angular, shift) for shift in range(-_SMOOTH, _SMOOTH + 1))
+    wave = float(np.argmax(smooth)) + 0.5
+    for _ in range(_REPETITIONS):
+        offset = (angle - wave + 90) % 180 - 90
+        around = np.where(np.abs(offset) <= _AROUND, power, 0.0)
+        wave += float(np.sum(around * offset) / np.sum(around))
+    return (wave + 90) % 180
 
 
 def _decay(heights: Array, pixel: Pixel, threshold: float) -> tuple[Array, Array]:

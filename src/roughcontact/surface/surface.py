@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact._tools import memory
 from roughcontact._tools.arguments import validate_public_methods
 from roughcontact._tools.arrays import Array
-from roughcontact.errors import ArgumentRef, InputError, require_pixel
+from roughcontact.errors import ArgumentRef, InputError, input_error, require_pixel
 from roughcontact.result import Displayable
 from roughcontact.surface import alignment, cleaning, filters, grid as grids, resolution, roughness
 from roughcontact.surface.form import level, remove_form
@@ -36,7 +36,10 @@ def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:
         "Sal": sal,
         "Str": ratio,
         "Str_max": largest,
+        "Std": roughness.lay_direction(heights, pixel),
+        "m": roughness.mean_slope(heights, pixel),
         **roughness.core_parameters(*curve),
+        **roughness.height_differences(*curve),
         **roughness.volume_parameters(*curve),
     }
 
@@ -71,7 +74,7 @@ class Surface(Displayable):
     Notes
     -----
     A profile is stored as a map of one row of pixels `grid.PROFILE_WIDTH` = 1 m wide. Forces [N]
-    and areas [m²] of a map are line loads [N/m] and lengths [m] of a profile.
+    and areas [m²] of a map are line loads [N/m] and lengths [m] of a roughness.
     """
 
     heights: NDArray[np.float64]
@@ -140,14 +143,54 @@ class Surface(Displayable):
         -------
         dict
             ``Sq``, ``Sa``, ``Ssk``, ``Sku``, ``Sp``, ``Sv``, ``Sz``, ``Sdq``, ``Sdr``, ``Sal``,
-            ``Str``, ``Str_max`` (upper bound of Str), ``Sk``, ``Spk``, ``Svk``, ``Smr1``, ``Smr2``,
-            ``Vmp``, ``Vmc``, ``Vvc``, ``Vvv``: see `roughcontact.surface.surface.summary`. The map
-            is neither leveled nor filtered; missing points are excluded. For a profile the
-            parameters of ISO 21920-2: see `roughcontact.surface.roughness.summary`.
+            ``Str``, ``Str_max`` (upper bound of Str), ``Std`` (direction of the lay [degrees],
+            counter-clockwise from x, row 0 on top), ``Sk``, ``Spk``, ``Svk``, ``Smr1``, ``Smr2``,
+            ``Sxp``, ``Sdc``, ``Vmp``, ``Vmc``, ``Vvc``, ``Vvv``, and ``m``, the mean absolute slope
+            along a profile: see `roughcontact.surface.surface.summary`. The map is neither leveled
+            nor filtered; missing points are excluded. For a profile the parameters of ISO 21920-2:
+            see `roughcontact.surface.roughness.summary`.
         """
         if self.is_profile:
             return roughness.summary(self.heights[0], self.pixel[1])
         return summary(self.heights, self.pixel)
+
+    def material_ratio(self, height: Quantity) -> float:
+        """Return the material ratio at a height, Smr(c).
+
+        Parameters
+        ----------
+        height : float or quantity
+            Height c above the mean [m].
+
+        Returns
+        -------
+        float
+            Share of the valid points above the height, from 0 to 1.
+        """
+        c = to_si(height, "length", "height")
+        return roughness.ratio_at(*roughness.material_ratio_curve(self.heights), c)
+
+    def height_at_ratio(self, ratio: float) -> float:
+        """Return the height at a material ratio, Smc(mr).
+
+        Parameters
+        ----------
+        ratio : float
+            Material ratio, from 0 to 1.
+
+        Returns
+        -------
+        float
+            Height above the mean [m] beyond which this share of the valid points is.
+
+        Raises
+        ------
+        InputError
+            If the ratio is not between 0 and 1.
+        """
+        if not 0 <= ratio <= 1:
+            raise input_error("ratio", ratio, "must be between 0 and 1")
+        return float(np.interp(ratio, *roughness.material_ratio_curve(self.heights)))
 
     def resolution_notes(self, tip_radius: Quantity | None = None) -> tuple[str, ...]:
         """Return the texts of the `resolution_limits` of the map."""
@@ -327,6 +370,40 @@ class Surface(Displayable):
         rows, columns = cleaning.largest_rectangle(self.heights)
         step = Operation("largest_rectangle", found={"rows": rows, "columns": columns})
         return self._after(step, cleaning.crop_map(self.heights, rows, columns))
+
+    def inverted(self) -> Surface:
+        """Return the map with its heights times -1.
+
+        Returns
+        -------
+        Surface
+            The surface of which the map is a replica, seen from the other side: `flipped` as well,
+            it has its places.
+        """
+        return self._after(Operation("inverted"), -self.heights)
+
+    def flipped(self, axis: str = "x") -> Surface:
+        """Return the mirror image of the map.
+
+        Parameters
+        ----------
+        axis : {"x", "y"}
+            Axis whose direction is reversed.
+
+        Returns
+        -------
+        Surface
+            The same heights to the bit, in reverse order along the axis.
+
+        Raises
+        ------
+        InputError
+            If the axis is neither x nor y.
+        """
+        if axis not in ("x", "y"):
+            raise input_error("axis", axis, "must be 'x' or 'y'")
+        heights = np.flip(self.heights, "yx".index(axis)).copy()
+        return self._after(Operation("flipped", {"axis": axis}), heights, pixel=self.pixel)
 
     def rotated(self, angle: int = 90) -> Surface:
         """Return the map rotated by multiples of 90°.

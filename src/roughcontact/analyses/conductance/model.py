@@ -60,6 +60,7 @@ from roughcontact.contact.stiffness import unloading_stiffness
 from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material import catalog, fluids
+from roughcontact.material.hardness import vickers_correlation
 from roughcontact.material.material import Conductor
 from roughcontact.surface import roughness
 from roughcontact.surface.form import level
@@ -404,6 +405,26 @@ class Conductance(StepResult):
             for new, old in ((coarse.length, fine.length), (coarse.contact_area, fine.contact_area))
         )
         return replace(self, coarser=Change(max(coarser.pair.pixel), length, area))
+
+    @property
+    def correlation_inputs(self) -> dict[str, float]:
+        """Inputs of contact conductance in finite-element programs, of the softer body.
+
+        ``sigma``: root-mean-square height of the gap [m]; ``slope``: mean absolute slope m along a
+        profile; ``hardness`` [Pa], and ``c1`` [Pa] and ``c2`` of `hardness.vickers_correlation`,
+        if they are known.
+        """
+        pair = self.largest.pair
+        values = {
+            "sigma": Texture(pair).height,
+            "slope": roughness.mean_slope(pair.initial_gap, pair.pixel),
+        }
+        known = [body.hardness for body in (pair.material, pair.counter_material) if body.hardness]
+        if known:
+            values["hardness"] = min(known)
+            coefficients = vickers_correlation(min(known)) or ()
+            values |= dict(zip(("c1", "c2"), coefficients, strict=False))
+        return values
 
     @property
     def nominal_area(self) -> float:

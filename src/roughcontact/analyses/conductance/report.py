@@ -152,6 +152,16 @@ def _ratio(
     return format_ratios
 
 
+def _correlation_words(values: dict[str, float]) -> str:
+    """Return the inputs of contact conductance as text."""
+    text = f"σ {format_engineering(values['sigma'], 'm')}, m {values['slope']:.3g}"
+    if "hardness" in values:
+        text += f", H {format_engineering(values['hardness'], 'Pa')}"
+    if "c1" in values:
+        text += f", c₁ {format_engineering(values['c1'], 'Pa')}, c₂ {plain_decimal(values['c2'])}"
+    return text
+
+
 CONDUCTANCE: Table = (
     *PAIR,
     Quantity("nominal_area", unit="m²"),
@@ -193,6 +203,7 @@ CONDUCTANCE: Table = (
         when=lambda r: r.coarser is not None,
     ),
     Quantity("calibrated", of=lambda r: r.calibrated and asdict(r.calibrated)),
+    Quantity("correlation_inputs", "for COMSOL, Ansys", form=_correlation_words),
     Quantity("draws", of=lambda r: [asdict(mean) for mean in r.draws]),
     Quantity("interval", of=lambda r: _interval(r).summary()),
     *CAUTIONS,
