@@ -934,6 +934,22 @@ def test_info_advises_options_of_solve(tmp_path: Path, capsys: Capture) -> None:
     assert "Use --s-filter '" in capsys.readouterr().out
 
 
+def test_info_of_several_files_prints_a_row_each(tmp_path: Path, capsys: Capture) -> None:
+    folder = Path(__file__).parents[1] / "data"
+    files = [str(folder / name) for name in ("keyence_vk.csv", "zygo_format1.xyz")]
+    assert app.main(["info", *files]) == app.SOLVED
+    out = capsys.readouterr().out.replace("\N{NO-BREAK SPACE}", " ")
+    assert re.search(r"keyence_vk.csv +16×24 +276.9 nm +none +43.9 nm +265 nm +none", out)
+    assert "1 of 2 files ready to solve, 1 with the options" in " ".join(out.split())
+    (tmp_path / "a.pdf").write_bytes(b"%PDF-1.7")
+    assert app.main(["info", *files, str(tmp_path / "a.pdf"), "--json"]) == app.BAD_INPUT
+    shown = capsys.readouterr()
+    records = json.loads(shown.out)["files"]
+    assert [record.get("shape") for record in records] == [[16, 24], [16, 24], None]
+    assert "a.pdf is a PDF document" in records[2]["error"]
+    assert "a.pdf is a PDF document" in shown.err
+
+
 NO_DATA = Path(__file__).parents[1] / "data" / "nodata_int16.csv"
 FLAT = ("--load", "50 MPa", "--boundary", "periodic", "--material", "42CrMo4")
 
@@ -1075,11 +1091,15 @@ def test_every_preparation_reaches_the_library_in_its_order(
         "2 um",
         "--rotate",
         "90",
+        "--invert",
+        "--flip",
+        "x",
     )
     assert solve(map_with_holes, *STEEL, *options, "--json") == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     starts = [step.split(":")[0] for step in told["preparation"]]
     assert starts == [
+        "inverted",
         "cropped",
         "outliers removed",
         "leveled",
@@ -1087,17 +1107,20 @@ def test_every_preparation_reaches_the_library_in_its_order(
         "filled",
         "filtered",
         "resampled",
+        "flipped",
         "rotated",
     ]
     surface = roughcontact.read_surface(map_with_holes, unit="um", size=(1e-4, 2e-4))
     prepared = (
-        surface.cropped((0, 36), (0, 60))
+        surface.inverted()
+        .cropped((0, 36), (0, 60))
         .without_outliers(5)
         .leveled("robust")
         .without_form("polynomial", 3)
         .filled()
         .filtered(12e-6, 80e-6)
         .resampled(pixel=(2e-6, 2e-6), method="spline")
+        .flipped("x")
         .rotated()
     )
     assert told["shape"] == list(prepared.shape)

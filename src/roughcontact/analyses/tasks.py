@@ -137,7 +137,7 @@ Compares checksums, and recomputes load, gap and certificate from pressure and h
 )
 INFO = Command(
     "info",
-    "Show grid, size, roughness and defects of a file.",
+    "Show grid, size, roughness and defects of one or more files.",
     (*options.READING, options.VERBOSE, options.JSON),
     reads_map=True,
     example="roughcontact info ground.x3p",

@@ -10,7 +10,7 @@ import itertools
 import logging
 import sys
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     from roughcontact.batch.plan import ContactReport
     from roughcontact.cli.terminal import ProgressLine
     from roughcontact.desk.server import Page
+    from roughcontact.formats.source import Channel
+    from roughcontact.report.inputs import Measured
     from roughcontact.request.outcome import Outcome
 
 
@@ -558,35 +560,62 @@ def _verify(files: Subject, specified: Given) -> None:
         raise typer.Exit(BAD_INPUT)
 
 
-@_make_command(INFO, _argument(Path, "FILE", _FILE))
-def _info(file: Path | str | None, specified: Given) -> None:
-    from roughcontact.contact.plausibility import map_cautions
+@_make_command(INFO, _argument(list[Path], "FILE...", _FILE))
+def _info(files: Subject, specified: Given) -> None:
     from roughcontact.formats import read
     from roughcontact.formats.no_data import AUTO
     from roughcontact.report import inputs
-    from roughcontact.report.kind import stored_values
 
+    assert isinstance(files, Sequence)
     reading = {item.argument: specified[item.name] for item in READING if item.name in specified}
     # The options that `solve` needs are shown with the heights before these options.
     reading.setdefault(NO_DATA.argument, AUTO)
     display = _display(specified)
-    if display in (DisplayOptions.JSON, DisplayOptions.VERBOSE):
-        surface, channels = read.read_with_channels(str(file), **reading)
-    else:
-        surface, channels = read.read_surface(str(file), **reading), ()
-    measured = inputs.measured(surface)
+    listed = display in (DisplayOptions.JSON, DisplayOptions.VERBOSE)
+    result: list[tuple[Measured | InputError, Sequence[Channel]]] = []
+    for file in files:
+        try:
+            if listed:
+                surface, channels = read.read_with_channels(str(file), **reading)
+            else:
+                surface, channels = read.read_surface(str(file), **reading), ()
+            result.append((inputs.measured(surface), channels))
+        except InputError as error:
+            if len(files) == 1:
+                raise
+            result.append((error, ()))
     if display is DisplayOptions.JSON:
-        listed = [
-            {"name": c.name, "unit": c.unit, "is_height": c.is_height, "shape": list(c.shape)}
-            for c in channels
-        ]
-        stored = stored_values(inputs.file_table(measured), measured)
-        cautions = [caution.summary() for caution in map_cautions(measured.leveled)]
-        print(to_json({**stored, "channels": listed, "cautions": cautions}))
+        records = [_info_record(*item) for item in result]
+        print(to_json(records[0] if len(files) == 1 else {"files": records}))
     else:
         from roughcontact.cli import console
 
-        console.show_info(measured, channels, str(file), display)
+        console.show_info(result, list(map(str, files)), display)
+    failed = [found for found, _ in result if isinstance(found, InputError)]
+    for item in failed:
+        terminal.print_error(f"error: {item.message_for(INFO.spell_argument)}")
+    if failed:
+        raise typer.Exit(BAD_INPUT)
+
+
+def _info_record(item: Measured | InputError, channels: Sequence[Channel]) -> dict[str, Any]:
+    """Return the quantities of a file, or its error."""
+    from roughcontact.contact.plausibility import map_cautions
+    from roughcontact.report import inputs
+    from roughcontact.report.kind import stored_values
+
+    if isinstance(item, InputError):
+        return {"error": item.message_for(INFO.spell_argument)}
+    listed = [
+        {"name": c.name, "unit": c.unit, "is_height": c.is_height, "shape": list(c.shape)}
+        for c in channels
+    ]
+    cautions = [caution.summary() for caution in map_cautions(item.leveled)]
+    return {
+        **stored_values(inputs.file_table(item), item),
+        "channels": listed,
+        "cautions": cautions,
+    }
 
 
 @_make_command(

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from roughcontact.cautions import Caution
     from roughcontact.contact.result import ContactResult
     from roughcontact.elastoplastic.archive import CheckedFile
+    from roughcontact.errors import InputError
     from roughcontact.formats.source import Channel
     from roughcontact.material.catalog import Entry
     from roughcontact.report.inputs import Measured
@@ -241,12 +242,23 @@ def _print_written(written: Iterable[Path], words: str = "written:") -> None:
 
 
 def show_info(
-    measured: Measured, channels: Sequence[Channel], file: str, display: DisplayOptions
+    result: Sequence[tuple[Measured | InputError, Sequence[Channel]]],
+    files: Sequence[str],
+    display: DisplayOptions,
 ) -> None:
-    """Print the parameters of the map in a file."""
+    """Print the parameters of the map in a file, or a row for each of several files."""
     from roughcontact.contact.plausibility import map_cautions
     from roughcontact.report import inputs
 
+    measured, channels = result[0]
+    items = [None if isinstance(item, Exception) else item for item, _ in result]
+    if len(files) > 1 or isinstance(measured, Exception):
+        names = [Path(file).name for file in files]
+        rows = [inputs.file_row(item, name) for item, name in zip(items, names, strict=True)]
+        _print_table(rows, heads=inputs.FILE_HEADS)
+        _print_lines(inputs.files_verdict(items))
+        return
+    file = files[0]
     _print_headline(inputs.headline(measured, Path(file).name))
     if display is DisplayOptions.VERBOSE:
         _print_parameters(measured, channels)
