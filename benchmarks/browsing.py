@@ -1,4 +1,4 @@
-"""A desk in a process of its own and a browser that looks at it: for tests, times and pictures."""
+"""A desk in a separate process and a browser that looks at it: for tests, times and pictures."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PATIENCE = 90.0
 """Seconds for anything to come; what fails takes so long, nothing else does."""
 
 FOLDED = ".icon-tabler-chevron-right"
-"""What the head of a folded part has."""
+"""Head of a folded part."""
 
 # Where the ends of the section stand on the screen, on the large map.
 _ENDS = """() => {
@@ -47,7 +47,7 @@ def browser_program() -> str:
 
 
 def lacking() -> list[str]:
-    """Return what has to be there for a look at pages, and is not."""
+    """Return the missing program for a test of pages, if any."""
     needed = {"browser (Chromium or Chrome)": bool(browser_program())} | {
         f"package {name}": importlib.util.find_spec(name) is not None
         for name in ("playwright", "panel")
@@ -69,7 +69,7 @@ class Served:
 
     @property
     def home(self) -> str:
-        """The address that begins a new piece of work."""
+        """The address that starts a new project."""
         return f"http://127.0.0.1:{self.port}/?token={self.token}"
 
     def start(self) -> None:
@@ -139,7 +139,7 @@ class Seat:
 
     @property
     def key(self) -> str:
-        """The key of its piece of work."""
+        """The key of its project."""
         found = re.search(r"work=([\w-]+)", self.page.url)
         assert found is not None
         return found[1]
@@ -149,11 +149,11 @@ class Seat:
         return self.page.locator("dl.numbers div").filter(has_text=name).locator("dd")
 
     def alert(self, text: str) -> Any:
-        """Return what warns with some words."""
+        """Return the warnings that contain a text."""
         return self.page.get_by_role("alert").filter(has_text=text)
 
     def bring(self, file: Any, shown: str) -> None:
-        """Choose a file, and wait until the page knows it."""
+        """Choose a file, and wait until the page has read it."""
         self.page.locator("input[type=file]").first.set_input_files(file)
         self.page.locator("p > b").get_by_text(shown, exact=True).wait_for()
 
@@ -205,7 +205,7 @@ class Seat:
         )
 
     def take(self, kind: str, folder: Path) -> Path:
-        """Have a file made, and take it."""
+        """Create and download a file."""
         self.turn("Export")
         self.choose("File", kind)
         before = self.page.locator("a[download]").count()

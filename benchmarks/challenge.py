@@ -29,16 +29,15 @@ import scipy.fft
 from numpy.typing import NDArray
 
 import roughcontact as rc
+from measuring import EVIDENCE, ROOT, make_parser, markdown, write_parts
 from roughcontact.surface.roughness import radial_spectrum
 from roughcontact.uncertainty.resolution import limits
 
 Array = NDArray[np.float64]
 
-ROOT = Path(__file__).parents[1]
 STORED = Path(__file__).with_name("challenge.json")
-PAGE = ROOT / "docs" / "evidence" / "challenge.md"
+PAGE = EVIDENCE / "challenge.md"
 PEERS = ROOT / "tests" / "data" / "peers"
-START, END = "<!-- result -->", "<!-- end -->"
 
 SIDE, ROLLOFF, CUTOFF, HURST = 0.1e-3, 20e-6, 0.1e-6, 0.8
 MODULUS, PRESSURE, GRADIENT = 25e6, 250e3, 1.0
@@ -248,12 +247,6 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     return answer
 
 
-def table(head: tuple[str, ...], rows: list[list[str]]) -> str:
-    """Return a table in Markdown."""
-    lines = [list(head), ["---"] * len(head), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
 def shown(name: str, value: float, digits: int = 5) -> str:
     """Return a quantity as the page shows it."""
     return f"{100 * value:.3f} %" if name in ("contact", "corrected") else f"{value:.{digits}g}"
@@ -290,9 +283,9 @@ def page(answer: dict[str, Any]) -> str:
     last = "number of spots"
     return "\n\n".join(
         [
-            table(("points", *QUANTITIES.values(), last), grids),
-            table(("pressure [E*]", *QUANTITIES.values(), last), loads),
-            table(
+            markdown(("points", *QUANTITIES.values(), last), grids),
+            markdown(("pressure [E*]", *QUANTITIES.values(), last), loads),
+            markdown(
                 (
                     "program, 1024²",
                     "contact fraction",
@@ -308,9 +301,7 @@ def page(answer: dict[str, Any]) -> str:
 
 def main() -> None:
     """Print the numbers, and keep them."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = make_parser(__doc__)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--seeds", type=int, default=8, help="realizations for the scatter")
     parser.add_argument("--largest", type=int, default=4096, help="points per side")
@@ -325,9 +316,7 @@ def main() -> None:
     print(json.dumps(answer, indent=1))
     if options.write:
         STORED.write_text(json.dumps(answer, indent=1) + "\n", encoding="utf-8")
-        head, _, rest = PAGE.read_text(encoding="utf-8").partition(START)
-        tables = f"{head}{START}\n{page(answer)}\n{END}{rest.partition(END)[2]}"
-        PAGE.write_text(tables, encoding="utf-8")
+        write_parts("result", page(answer), page=PAGE)
 
 
 if __name__ == "__main__":

@@ -1,48 +1,44 @@
-"""This program beside the stored answers of its peers: the same problems, one certificate.
+"""This program and the stored answers of its peers: the same problems, one certificate.
 
-    python benchmarks/cross_code.py            # print the table
+    python benchmarks/cross_code.py            # print the tables
     python benchmarks/cross_code.py --write    # and renew docs/evidence/cross_code.md
 
-The answers lie in ``tests/data/peers`` with the scripts that made them; no peer is needed here.
+The answers are in ``tests/data/peers`` with the scripts that produced them; no peer is needed.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
-import sys
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-ROOT = Path(__file__).parents[1]
-for folder in ("tests", "tests/data/peers"):
-    if str(ROOT / folder) not in sys.path:
-        sys.path.append(str(ROOT / folder))
+import roughcontact as rc
+from measuring import EVIDENCE, make_parser, markdown, write_parts
+from roughcontact.material.hardening import Linear
 
-import indentation  # noqa: E402
-import passage  # noqa: E402
-import problems  # noqa: E402
+# isort: split
+# Measuring makes them importable.
+import indentation
+import passage
+import problems
 
-import judge  # noqa: E402 - found beside the tests
-import roughcontact as rc  # noqa: E402
-from roughcontact.material.hardening import Linear  # noqa: E402
+import judge
 
 Array = NDArray[np.float64]
 
-PAGE = ROOT / "docs" / "evidence" / "cross_code.md"
-START, END = "<!-- result -->", "<!-- end -->"
+PAGE = EVIDENCE / "cross_code.md"
 PEERS = ("contactmechanics", "tamaas", "aspher")
 TOLERANCE = 1e-10
+DIFFERENCES = ("pressure", "peak", "strain")
 # Of the plastic strain, in double precision.
 STRAIN_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True)
 class Row:
-    """A stored answer beside that of this program.
+    """A stored answer and that of this program.
 
     Parameters
     ----------
@@ -91,7 +87,7 @@ def solve(name: str) -> rc.ContactResult:
 def certificate(name: str, pressure: Array) -> tuple[float, float]:
     """Return ε and the load error of a bare pressure [Pa].
 
-    Its approach is the mean of what the free pixels ask for.
+    Its approach is the mean over the free pixels.
     """
     problem = problems.PROBLEMS[name]
     limit = np.broadcast_to(problem.ceiling or math.inf, pressure.shape)
@@ -119,7 +115,7 @@ def compare() -> list[Row]:
 
 
 def row_of(peer: str, settings: str, name: str, pressure: Array, result: rc.ContactResult) -> Row:
-    """Return a stored answer beside that of this program."""
+    """Return a stored answer and that of this program."""
     found, load_error = certificate(name, pressure)
     ceiling = problems.PROBLEMS[name].ceiling or math.inf
     full = pressure >= ceiling * (1 - 1e-12)
@@ -141,7 +137,7 @@ def row_of(peer: str, settings: str, name: str, pressure: Array, result: rc.Cont
 
 @dataclass(frozen=True)
 class Indent:
-    """One load of a stored indentation beside that of this program.
+    """One load of a stored indentation and that of this program.
 
     Parameters
     ----------
@@ -217,7 +213,7 @@ def compare_indentations(grids: tuple[str, ...] = tuple(indentation.GRIDS)) -> l
         middle = indentation.GRIDS[grid][1] // 2
         for number, result in enumerate(indent(grid)):
             theirs, pressure = answer.pressure[number], result.contact.pressure
-            # A value at a node beside the average over the layer around it.
+            # A value at a node and the average over the layer around it.
             nodes, strain = answer.strain[number], result.bodies[0].accumulated
             under, below = nodes[:, middle, middle], strain[:, middle, middle]
             rows.append(
@@ -241,7 +237,7 @@ def compare_indentations(grids: tuple[str, ...] = tuple(indentation.GRIDS)) -> l
 
 @dataclass(frozen=True)
 class Place:
-    """One place of the stored passage of a sphere beside that of this program.
+    """One place of the stored passage of a sphere and that of this program.
 
     Parameters
     ----------
@@ -318,36 +314,33 @@ def compare_passage() -> tuple[list[Place], float]:
 
 def passage_table(rows: list[Place]) -> str:
     """Return the largest differences over the places as Markdown."""
-    return "\n".join(
-        [
-            "| program | places | pressures | largest pressure | largest plastic strain "
-            "| points in contact in one program only |",
-            "|---|---|---|---|---|---|",
-            f"| {rows[0].peer} | {len(rows)} | {max(row.pressure for row in rows):.2%} "
-            f"| {max(row.peak for row in rows):.2%} | {max(row.strain for row in rows):.2%} "
-            f"| {sum(row.contact for row in rows)} |",
-        ]
-    )
+    head = ("program", "places", "pressures", "largest pressure", "largest plastic strain")
+    cells = [
+        rows[0].peer,
+        str(len(rows)),
+        *(f"{max(getattr(row, name) for row in rows):.2%}" for name in DIFFERENCES),
+        str(sum(row.contact for row in rows)),
+    ]
+    return markdown([*head, "points in contact in one program only"], [cells])
 
 
 def indentation_table(rows: list[Indent]) -> str:
     """Return the largest differences over the loads of each grid as Markdown."""
-    lines = [
-        "| program | grid | loads | pressures | largest pressure | largest plastic strain "
-        "| strain field | points in contact in one program only |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
+    cells = []
     for grid in dict.fromkeys(row.grid for row in rows):
         of_grid = [row for row in rows if row.grid == grid]
-        lines.append(
-            f"| {of_grid[0].peer} | {grid} | {len(of_grid)} "
-            f"| {max(row.pressure for row in of_grid):.2%} "
-            f"| {max(row.peak for row in of_grid):.2%} "
-            f"| {max(row.strain for row in of_grid):.2%} "
-            f"| {max(row.field for row in of_grid):.1%} "
-            f"| {sum(row.contact for row in of_grid)} |"
+        cells.append(
+            [
+                of_grid[0].peer,
+                grid,
+                str(len(of_grid)),
+                *(f"{max(getattr(row, name) for row in of_grid):.2%}" for name in DIFFERENCES),
+                f"{max(row.field for row in of_grid):.1%}",
+                str(sum(row.contact for row in of_grid)),
+            ]
         )
-    return "\n".join(lines)
+    head = ("program", "grid", "loads", "pressures", "largest pressure", "largest plastic strain")
+    return markdown([*head, "strain field", "points in contact in one program only"], cells)
 
 
 def group_rows(rows: list[Row]) -> dict[tuple[str, str, str], list[Row]]:
@@ -361,18 +354,20 @@ def group_rows(rows: list[Row]) -> dict[tuple[str, str, str], list[Row]]:
 
 def table(rows: list[Row]) -> str:
     """Return the largest errors and differences of each group as Markdown."""
-    lines = [
-        "| program | settings | pressure | problems | its certificate | certificate of this "
-        "program | difference of pressures | pixels in contact, saturated in one program only |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    lines += [
-        f"| {' | '.join(name)} | {len(group)} | {max(row.certificate for row in group):.1e} "
-        f"| {max(row.own for row in group):.1e} | {max(row.difference for row in group):.1e} "
-        f"| {sum(row.contact for row in group)}, {sum(row.saturated for row in group)} |"
+    cells = [
+        [
+            *name,
+            str(len(group)),
+            *(f"{max(getattr(row, n) for row in group):.1e}" for n in ("certificate", "own")),
+            f"{max(row.difference for row in group):.1e}",
+            f"{sum(row.contact for row in group)}, {sum(row.saturated for row in group)}",
+        ]
         for name, group in group_rows(rows).items()
     ]
-    return "\n".join(lines)
+    head = ("program", "settings", "pressure", "problems", "its certificate")
+    compared = ("certificate of this program", "difference of pressures")
+    last = "pixels in contact, saturated in one program only"
+    return markdown([*head, *compared, last], cells)
 
 
 def page(rows: list[Row]) -> str:
@@ -397,9 +392,7 @@ def passage_page(rows: list[Place], field: float) -> str:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = make_parser(__doc__)
     parser.add_argument("--write", action="store_true", help=f"renew {PAGE.name}")
     options = parser.parse_args()
     parts = (
@@ -409,12 +402,7 @@ def main() -> None:
     )
     print(*parts, sep="\n\n")
     if options.write:
-        # Between the marks, one part after the other.
-        head, *rest = PAGE.read_text(encoding="utf-8").split(START)
-        text = head
-        for part, old in zip(parts, rest, strict=True):
-            text += f"{START}\n{part}\n{END}{old.split(END)[1]}"
-        PAGE.write_text(text, encoding="utf-8")
+        write_parts("result", *parts, page=PAGE)
 
 
 if __name__ == "__main__":

@@ -1,14 +1,14 @@
-"""How fast the page is, as one sees it in a browser: from the key on the slider to the picture.
+"""How fast the page is in a browser: from the key on the slider to the picture.
 
     python benchmarks/desk.py                     # every row; some minutes on two idle cores
     python benchmarks/desk.py --points 512 --steps 60
-    python benchmarks/desk.py --visits 200        # and the memory over so many pages
+    python benchmarks/desk.py --visits 200        # and the memory over 200 pages
     python benchmarks/desk.py --quick             # a small map, a few steps
 
 A step is one arrow key on the slider of the load. It ends with the second frame that the browser
 draws after the data of the pressure map has changed. The solve alone is timed in a process that
-does nothing else, at the same loads. The load average of the machine stands beside each row: where
-it is well above the processors that this takes, the row tells more of the machine than of the page.
+does nothing else, at the same loads. Each row has the load average of the machine: where
+it is well above the processors that this takes, the row measures the machine, not the page.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ from __future__ import annotations
 import argparse
 import asyncio
 import http.client
+import json
 import os
+import re
 import statistics
 import tempfile
 import threading
@@ -26,9 +28,12 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from urllib.parse import urljoin, urlsplit
 
 import numpy as np
 import psutil
+from tornado.httpclient import AsyncHTTPClient, HTTPRequest
+from tornado.websocket import websocket_connect
 
 import roughcontact as rc
 from browsing import PATIENCE, Seat, Served, browser, lacking
@@ -37,7 +42,6 @@ from roughcontact.desk.projects import ProjectStore
 from roughcontact.desk.session import SessionState
 from roughcontact.request import preparation as maps
 from roughcontact.request.run import solve_request
-from visiting import Visitor
 
 # From the event of the slider to the second frame after the data of the pressure map changed.
 _WATCH = """() => {
@@ -85,7 +89,7 @@ def pressed(started: Any, served: Served, path: Path) -> Seat:
     seat.choose("Boundary", "the whole contact")
     seat.type("Value with unit", "20 MPa")
     seat.page.get_by_text("converged, certificate").wait_for()
-    # What a new picture still has to draw belongs to no step.
+    # The rest of a new picture belongs to no step.
     seat.page.wait_for_load_state("networkidle")
     seat.page.evaluate(_WATCH)
     return seat
@@ -97,7 +101,7 @@ def step(seat: Seat, key: str) -> None:
 
 
 def waited(seat: Seat, count: int) -> list[float]:
-    """Return how long so many steps took [s], as soon as they are done."""
+    """Return how long a number of steps took [s], as soon as they are done."""
     seat.page.wait_for_function(
         "(count) => window.waited.length >= count", arg=count, timeout=1000 * PATIENCE
     )
@@ -133,7 +137,7 @@ def slid(seat: Seat, steps: int) -> tuple[list[float], list[str]]:
 
 
 def ignored(*_: Any) -> None:
-    """Take no notice of what is told."""
+    """Ignore a progress message."""
 
 
 def alone(path: Path, loads: list[str]) -> list[float]:
@@ -254,6 +258,125 @@ def beside(started: Any, served: Served, path: Path, pages: int) -> None:
     )
 
 
+_MAX_MESSAGE_BYTES = 200 * 2**20
+_READY = {
+    "kind": "MessageSent",
+    "msg_type": "bokeh_event",
+    "msg_data": {"type": "event", "name": "document_ready", "values": {"type": "map"}},
+}
+
+
+class Visitor:
+    """A client of the page at an address that moves the slider and draws nothing.
+
+    It separates the cost of the server from that of browsers.
+    """
+
+    def __init__(self, address: str) -> None:
+        self.address = address
+        self.position = 0
+        self._sent = 0
+
+    async def enter(self) -> None:
+        """Open the page, as a browser does."""
+        client = AsyncHTTPClient()
+        answer = await client.fetch(
+            self.address, request_timeout=120, follow_redirects=False, raise_error=False
+        )
+        about = {"Cookie": answer.headers["Set-Cookie"].partition(";")[0]}
+        self.address = urljoin(self.address, answer.headers["Location"])
+        answer = await client.fetch(self.address, request_timeout=120, headers=about)
+        found = re.search(r'"token":"([^"]+)"', answer.body.decode())
+        assert found is not None
+        place = urlsplit(self.address)
+        self._line: Any = await websocket_connect(
+            HTTPRequest(f"ws://{place.netloc}/ws", headers=about),
+            subprotocols=["bokeh", found[1]],
+            max_message_size=_MAX_MESSAGE_BYTES,
+        )
+        await self._heard()
+        await self._say("PULL-DOC-REQ", {})
+        kind, content = await self._heard()
+        while kind != "PULL-DOC-REPLY":
+            kind, content = await self._heard()
+        slider = next(one for one in _objects(content) if one["name"].startswith("Slider"))
+        self._slider = slider["id"]
+        self.position = slider["attributes"].get("value", 0)
+        await self._say("PATCH-DOC", {"events": [_READY]})
+
+    async def slide(self, by: int) -> float:
+        """Move the slider; return the time until the picture of the pressure arrives [s]."""
+        self.position += by
+        moved = {"type": "map", "entries": [["value", self.position], ["done", True]]}
+        event = {
+            "kind": "ModelChanged",
+            "model": {"id": self._slider},
+            "attr": "moved",
+            "new": moved,
+        }
+        start = time.perf_counter()
+        await self._say("PATCH-DOC", {"events": [event]})
+        await self.picture()
+        return time.perf_counter() - start
+
+    async def picture(self) -> None:
+        """Wait for a picture of the pressure."""
+        while True:
+            kind, content = await self._heard()
+            if kind == "PATCH-DOC" and any(map(_is_picture, content["events"])):
+                return
+
+    async def idle(self, seconds: float) -> None:
+        """Read messages until none arrives for the given time."""
+        with_nothing = False
+        while not with_nothing:
+            try:
+                await asyncio.wait_for(self._heard(), seconds)
+            except TimeoutError:
+                with_nothing = True
+
+    async def leave(self) -> None:
+        """Close the page."""
+        self._line.close()
+        while await self._line.read_message() is not None:
+            pass
+
+    async def _say(self, kind: str, content: Any) -> None:
+        self._sent += 1
+        for part in ({"msgid": f"visitor-{self._sent}", "msgtype": kind}, {}, content):
+            await self._line.write_message(json.dumps(part))
+
+    async def _heard(self) -> tuple[str, Any]:
+        head = json.loads(await self._part())
+        await self._part()
+        content = json.loads(await self._part())
+        for _ in range(2 * head.get("num_buffers", 0)):
+            await self._part()
+        return head["msgtype"], content
+
+    async def _part(self) -> Any:
+        message = await self._line.read_message()
+        assert message is not None, "the page is closed"
+        return message
+
+
+def _objects(found: Any) -> Iterator[dict[str, Any]]:
+    """Yield the models of a document."""
+    if isinstance(found, dict):
+        if found.get("type") == "object" and "name" in found:
+            yield found
+        found = list(found.values())
+    if isinstance(found, list):
+        for part in found:
+            yield from _objects(part)
+
+
+def _is_picture(event: dict[str, Any]) -> bool:
+    data = event.get("new", event.get("data"))
+    entries = data.get("entries", []) if isinstance(data, dict) else []
+    return any(name == "pressure" and len(values) > 0 for name, values in entries)
+
+
 def visitor(served: Served, path: Path) -> Visitor:
     """Return a visitor of a new project with a contact on a map."""
     state = SessionState().with_map(path)
@@ -279,7 +402,7 @@ async def passed(served: Served, path: Path, visits: int, together: int) -> None
         while list(served.folder.glob("*/page-*")):
             await asyncio.sleep(1.0)
         found.append(memory(served))
-    # What is made once, such as caches of plans, is there after some pages.
+    # Objects that are created once, such as caches of plans, exist after some pages.
     quarter = len(found) // 4
     row(
         f"memory over {visits} pages opened and closed",

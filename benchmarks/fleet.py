@@ -1,8 +1,8 @@
-"""Many contacts: what a second worker gains, what a contact costs beside its solve, and the bits.
+"""Many contacts: gain of a second worker, cost of a contact in addition to its solve, and bits.
 
 ``python benchmarks/fleet.py [--quick] [--memory] [--json FILE]``. All workers are processes of this
-machine, those of Dask reached through a scheduler of its own. Times say something on a machine that
-does nothing else: the load of the last minute is printed beside them.
+machine, those of Dask reached through a separate scheduler. Times say something on a machine that
+does nothing else: the load of the last minute is printed as well.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import argparse
 import dataclasses
 import json
 import os
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -42,7 +43,7 @@ yield-strength = "1 GPa"
 
 
 def written(folder: Path, sizes: list[int], loads: int) -> Path:
-    """Write a project: one map of each size, under so many loads each."""
+    """Write a project: one map of each size, under several loads each."""
     folder.mkdir(parents=True)
     text = HEAD
     for size in sizes:
@@ -70,7 +71,7 @@ def _warm() -> None:
 
 @contextmanager
 def dask(workers: int, watch: list[psutil.Process] | None = None) -> Iterator[Engine]:
-    """Give a Dask cluster: a scheduler and workers, each a program of its own."""
+    """Give a Dask cluster: a scheduler and workers, each a separate program."""
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         told = folder / "scheduler.json"
@@ -80,13 +81,10 @@ def dask(workers: int, watch: list[psutil.Process] | None = None) -> Iterator[En
             subprocess.Popen(
                 [
                     *run,
-                    "distributed.cli.dask_scheduler",
-                    "--host",
-                    "127.0.0.1",
-                    "--port",
-                    "0",
-                    "--no-dashboard",
-                    "--scheduler-file",
+                    *shlex.split(
+                        "distributed.cli.dask_scheduler --host 127.0.0.1 --port 0 --no-dashboard "
+                        "--scheduler-file"
+                    ),
                     str(told),
                 ],
                 **about,
@@ -102,10 +100,7 @@ def dask(workers: int, watch: list[psutil.Process] | None = None) -> Iterator[En
                     *run,
                     "distributed.cli.dask_worker",
                     address,
-                    "--nthreads",
-                    "1",
-                    "--no-dashboard",
-                    "--local-directory",
+                    *shlex.split("--nthreads 1 --no-dashboard --local-directory"),
                     str(folder),
                 ],
                 **about,
@@ -136,7 +131,7 @@ def timed(path: Path, engine: Engine, backwards: bool = False) -> list[float]:
 
 
 def bits(path: Path) -> dict[str, dict[str, str]]:
-    """Return what a project left, without times."""
+    """Return the files of a project, without times."""
     folder = (path.parent / "results").resolve()
     return {
         file.name: {name: normal(text, folder) for name, text in items_of_file(file).items()}
@@ -187,7 +182,7 @@ def overhead(folder: Path, contacts: int) -> dict[str, float]:
 
 
 def many(folder: Path, contacts: int) -> dict[str, float]:
-    """Return how a scheduler bears many tiny contacts: its memory, and their pace at the ends."""
+    """Return the memory of a scheduler under many tiny contacts, and their pace at the ends."""
     watch: list[psutil.Process] = []
     path = written(folder / "many", [32], contacts)
     largest = 0

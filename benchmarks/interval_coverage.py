@@ -4,7 +4,7 @@
     python benchmarks/interval_coverage.py --cases 18 --instrument gaussian
     python benchmarks/interval_coverage.py --measured ../shared/measurements/*.x3p
 
-Surfaces and instruments are those of `virtual_microscope.py`, which shares no code with the
+Surfaces and instruments are those of `tests/virtual_microscope.py`, which shares no code with the
 package; the kind of instrument is stated right. Maps are filled and leveled by a plane. Loads are
 0.008 to 0.08 E* h' (h' the RMS slope) over the area, ceilings 0.06 to 0.4 E* h' and at least twice
 the load. The true values are those of the surface on 768² points (within 1 % of those on 1536²),
@@ -15,7 +15,6 @@ without waves below four points, measured again, and the inner 96² pixels press
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import time
@@ -32,10 +31,12 @@ from scipy import ndimage, signal
 from scipy.special import betaincinv
 
 import roughcontact as rc
-import virtual_microscope as microscope
+from measuring import make_parser
 from roughcontact.halfspace import fft
 from roughcontact.results import Uncertainty
 from roughcontact.uncertainty.measurement import NUMBERS
+
+import virtual_microscope as microscope  # isort: skip - measuring makes it importable
 
 TRUTH, SPACING, READ, MARGIN = 768, 1e-7, 480, 48
 MATERIAL = rc.Material(1e9, 0.0)
@@ -194,9 +195,7 @@ def format_share(held: int, count: int) -> str:
 
 def main() -> None:
     """Judge cases in processes, and print the table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = make_parser(__doc__)
     parser.add_argument("--cases", type=int, default=24)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--instrument", choices=microscope.KINDS, default="diffraction")

@@ -1,6 +1,6 @@
 """Anything the program makes as named items of text: arrays by digest, files by what they hold.
 
-What differs between two runs of the same code is taken out: wall times, dates, versions and
+Differences between two runs of the same code are removed: wall times, dates, versions and
 temporary folders.
 """
 
@@ -28,7 +28,7 @@ import roughcontact as rc
 Items = dict[str, str]
 """Text of every item by name; an array's text is its type, shape and digest."""
 
-# What differs between two runs of the same code. Numbers of a result stay as they are.
+# Texts that differ between two runs of the same code. Numbers of a result are kept.
 # Fields and keys. Checksums and seals cover the times.
 VOLATILE = re.compile(r"_.*|checksum.*|sha256|seal|(.*_)?(seconds|version)(\.npy| \[s\])?")
 _NORMAL = [
@@ -41,7 +41,7 @@ _NORMAL = [
     (re.compile(r"\b[\d.]+(?:e[-+]\d+)? ?(?:s|ms|min|seconds|minutes)\b"), "<time>"),
     (re.compile(r"\b[\d.]+ [KMGT]iB (free|available|of memory)"), r"<memory> \1"),
     (re.compile(r" at 0x[0-9a-f]+"), " at <address>"),
-    # What is said of the work depends on how long it takes; files of results hold times.
+    # Progress messages depend on how long a task takes; files of results hold times.
     (re.compile(r"^progress: .*\n", re.MULTILINE), ""),
     (re.compile(r"(\.nc\": )\"[0-9a-f]{64}\""), r"\1<checksum>"),
     (re.compile(r"[ \t]+$", re.MULTILINE), ""),
@@ -64,7 +64,7 @@ def digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()[:16]
 
 
-# What a value is as text --------------------------------------------------------------------------
+# Values as text --------------------------------------------------------------------------
 
 
 def plain(value: Any) -> Any:
@@ -77,7 +77,7 @@ def plain(value: Any) -> Any:
     if isinstance(value, np.generic):
         return plain(value.item())
     if isinstance(value, rc.Provenance):
-        # In words, which say the same however the steps are kept.
+        # As text, which is the same for both layouts of the steps.
         names = ("source", "instrument", "channel", "steps")
         value = {name: getattr(value, name) for name in names}
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
@@ -105,7 +105,7 @@ def written(value: Any) -> str:
 
 
 def items_of(value: Any) -> Items:
-    """Return fields, properties and summary of a result, each as an item of its own."""
+    """Return fields, properties and summary of a result, as separate items."""
     if not dataclasses.is_dataclass(value) or isinstance(value, type):
         return {"": written(value)}
     found = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
@@ -120,7 +120,7 @@ def items_of(value: Any) -> Items:
     return {name: written(entry) for name, entry in found.items() if kept(name)}
 
 
-# What a file holds --------------------------------------------------------------------------------
+# Contents of files --------------------------------------------------------------------------------
 
 
 def read_html(path: Path) -> Items:
@@ -209,7 +209,7 @@ READERS: dict[str, Callable[[Path], Items]] = {
 
 
 def items_of_file(path: Path) -> Items:
-    """Return what a file holds; text and unknown formats as they are."""
+    """Return the content of a file; text and unknown formats unchanged."""
     if path.suffix in READERS:
         return READERS[path.suffix](path)
     content = path.read_bytes()

@@ -1,13 +1,13 @@
-"""Memory: the peak of solves and of what follows them, beside what is estimated before they start.
+"""Peak memory of solves and analyses, compared with the estimates before they start.
 
     python benchmarks/memory.py                        # every case; a quarter of an hour
     python benchmarks/memory.py --cases solve --points 512
     python benchmarks/memory.py --write    # renew the table of docs/evidence/performance.md
     python benchmarks/memory.py --quick                # a few small ones
 
-Each case runs in a process of its own on Linux: libraries are loaded and threads started by a small
-problem before, the map is there, and the peak of the resident memory (VmHWM) is read after. A case
-is named by its parts; ``--cases`` takes those whose names begin with one of the words given.
+Each case runs in a separate process on Linux: a small problem loads the libraries and starts the
+threads, the map is created, and the peak of the resident memory (VmHWM) is read after the solve.
+``--cases`` takes the cases whose names begin with one of the given words.
 """
 
 from __future__ import annotations
@@ -15,9 +15,7 @@ from __future__ import annotations
 import argparse
 import ctypes
 import json
-import subprocess
 import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -25,6 +23,7 @@ from typing import Any
 import numpy as np
 
 import roughcontact as rc
+from measuring import Row, make_parser, markdown, proc_status, run_worker, write_parts
 from roughcontact.analyses.history import model as load_history
 from roughcontact.analyses.history.model import Stage
 from roughcontact.analyses.stress import model as subsurface_stress
@@ -36,9 +35,6 @@ from roughcontact.elastoplastic import problem as volume_memory
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.surface.shapes import paraboloid
 
-PAGE = Path(__file__).parents[1] / "docs" / "evidence" / "performance.md"
-START, END = "<!-- memory -->", "<!-- memory end -->"
-
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 # Mean pressures [Pa]: from a few asperities to all of the map, without a ceiling and with one.
 ELASTIC = {"light": 1e7, "tenth": 1.5e9, "third": 5e9, "half": 1e10, "full": 2e11}
@@ -46,7 +42,7 @@ PLASTIC = {"light": 3e6, "tenth": 3e8, "half": 1.5e9, "full": 2.97e9}
 
 
 def cases() -> dict[str, dict[str, Any]]:
-    """Return what is measured, by name."""
+    """Return the cases by name."""
     found: dict[str, dict[str, Any]] = {}
     for boundary in Boundary:
         for precision in ("double", "single"):
@@ -125,7 +121,7 @@ def surface(case: dict[str, Any], points: int) -> rc.Surface:
 
 
 def problem(case: dict[str, Any], points: int) -> tuple[Pair, LoadCase]:
-    """Return what is pressed on what, and how."""
+    """Return bodies and load of a case."""
     body = surface(case, points)
     area = body.size[0] * body.size[1]
     other = surface(case, points).rotated(180) if case.get("two") else None
@@ -138,7 +134,7 @@ def problem(case: dict[str, Any], points: int) -> tuple[Pair, LoadCase]:
     if "tilt" in case:
         assert load is not None
         moments = (0.0, load * case["tilt"] * body.size[1])
-    # The precision of stress and volume is that of their own transforms.
+    # The precision of stress and volume is that of their transforms.
     precision = case.get("precision", "double") if "task" not in case else "double"
     terms = LoadCase(load, case.get("approach"), moments, ceiling, precision=precision)
     return Pair(body, STEEL, other, rc.RIGID, boundary), terms
@@ -147,9 +143,10 @@ def problem(case: dict[str, Any], points: int) -> tuple[Pair, LoadCase]:
 def task_of(
     case: dict[str, Any], pair: Pair, terms: LoadCase
 ) -> tuple[int, float, Callable[[], float]]:
-    """Return the estimate, the contact it is made for, and what measures: it returns the true one.
+    """Return the estimate, its contact fraction, and a function that solves the case.
 
-    The contact is that which the program takes where the memory is scarce: from a coarse grid.
+    The fraction of the estimate is that of a coarse grid, which the program uses if the memory is
+    scarce; the function returns the true one.
     """
     task = case.get("task", "solve")
     options: dict[str, Any] = {"material": pair.material, "boundary": pair.boundary}
@@ -209,53 +206,26 @@ def task_of(
     return estimate, result.contact_fraction, volume
 
 
-def settled() -> int:
-    """Give back what was freed, forget the peak so far, and return what this process holds."""
+def reset_peak() -> float:
+    """Release freed memory, reset the peak, and return the resident memory of this process."""
     ctypes.CDLL(None).malloc_trim(0)
     Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
-    return status("VmRSS")
+    return proc_status("VmRSS")
 
 
-def status(name: str) -> int:
-    """Return a size that Linux keeps of this process, in bytes."""
-    with Path("/proc/self/status").open(encoding="ascii") as lines:
-        return next(1024 * int(line.split()[1]) for line in lines if line.startswith(name))
-
-
-def worker(case: dict[str, Any], points: int) -> dict[str, Any]:
+def worker(case: dict[str, Any], points: int) -> None:
     """Measure one case in this process."""
-    # Libraries are loaded and threads started by a first one.
+    # The first call loads libraries and starts threads.
     task_of(case, *problem(case, 64))[2]()
     pair, terms = problem(case, points)
-    estimate, foreseen, measured = task_of(case, pair, terms)
-    before = settled()
-    contact = measured()
-    return {
-        "shape": pair.shape,
-        "contact": contact,
-        "foreseen": foreseen,
-        "estimate": estimate,
-        "peak": status("VmHWM") - before,
-    }
+    estimate, foreseen, solve = task_of(case, pair, terms)
+    before = reset_peak()
+    row = {"shape": pair.shape, "contact": solve(), "foreseen": foreseen, "estimate": estimate}
+    print(json.dumps(row | {"peak": proc_status("VmHWM") - before}))
 
 
-# In the process that starts them ---------------------------------------------------------------
-
-
-def measure(name: str, case: dict[str, Any], points: int) -> dict[str, Any]:
-    """Run one case in a process of its own."""
-    points = min(points, case.get("points", points))
-    with tempfile.TemporaryDirectory() as folder:
-        row = Path(folder) / "row.json"
-        command = [sys.executable, __file__, "--worker", json.dumps(case), str(points), str(row)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise SystemExit(f"{name}: {done.stderr.strip()}")
-        return {"case": name, **json.loads(row.read_text(encoding="utf-8"))}
-
-
-def line(row: dict[str, Any]) -> str:
-    """Return one row in words."""
+def line(row: Row) -> str:
+    """Return one row as text."""
     pixels, mega = row["shape"][0] * row["shape"][1], 2**20
     return (
         f"{row['case']:42s} {row['shape'][0]:5d} × {row['shape'][1]:<5d} "
@@ -270,53 +240,47 @@ def spread(values: list[float], form: str) -> str:
     return " to ".join(dict.fromkeys(format(value, form) for value in (min(values), max(values))))
 
 
-def table(rows: list[dict[str, Any]]) -> str:
+def table(rows: list[Row]) -> str:
     """Return the ranges over the cases of each task and precision as Markdown."""
-    kinds: dict[str, list[dict[str, Any]]] = {}
+    kinds: dict[str, list[Row]] = {}
     for row in rows:
         task, _, precision, *_ = row["case"].split()
         kinds.setdefault(f"{task}, {precision}", []).append(row)
-    head = ("task", "cases", "contact", "peak per point", "peak / estimate")
-    lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
+    cells = []
     for kind, of_kind in kinds.items():
         contacts = [100 * row["contact"] for row in of_kind]
         bytes_per_point = [row["peak"] / row["shape"][0] / row["shape"][1] for row in of_kind]
         ratios = [row["peak"] / row["estimate"] for row in of_kind]
-        lines.append(
-            f"| {kind} | {len(of_kind)} | {spread(contacts, '.3g')} % "
-            f"| {spread(bytes_per_point, '.0f')} B | {spread(ratios, '.2f')} |"
-        )
-    return "\n".join(lines)
+        ranges = f"{spread(contacts, '.3g')} %", f"{spread(bytes_per_point, '.0f')} B"
+        cells.append([kind, str(len(of_kind)), *ranges, spread(ratios, ".2f")])
+    return markdown(("task", "cases", "contact", "peak per point", "peak / estimate"), cells)
 
 
 def main() -> None:
     """Print a line for every case; the exit status is 1 if one needs more than its estimate."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = make_parser(__doc__)
     parser.add_argument("--cases", nargs="+", default=[""], metavar="WORDS", help="begin of names")
     parser.add_argument("--points", type=int, default=1024, help="per side of the map")
     parser.add_argument("--quick", action="store_true", help="a few cases on 256 × 256 points")
-    parser.add_argument("--write", action="store_true", help=f"renew {PAGE.name}")
-    parser.add_argument("--worker", nargs=3, help=argparse.SUPPRESS)
+    parser.add_argument("--write", action="store_true", help="renew the table of the page")
+    parser.add_argument("--worker", nargs=2, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.worker:
-        case, points, row = options.worker
-        Path(row).write_text(json.dumps(worker(json.loads(case), int(points))), encoding="utf-8")
+        worker(json.loads(options.worker[0]), int(options.worker[1]))
         return
     if not Path("/proc/self/clear_refs").exists():
         print("needs Linux: nothing measured")
         return
     known = cases()
     names = QUICK if options.quick else [n for n in known if n.startswith(tuple(options.cases))]
+    largest = 256 if options.quick else options.points
     rows = []
     for name in names:
-        rows.append(measure(name, known[name], 256 if options.quick else options.points))
+        points = min(largest, known[name].get("points", largest))
+        rows.append({"case": name} | run_worker(__file__, json.dumps(known[name]), points))
         print(line(rows[-1]), flush=True)
     if options.write:
-        text = PAGE.read_text(encoding="utf-8")
-        before, after = text.index(START) + len(START), text.index(END)
-        PAGE.write_text(f"{text[:before]}\n{table(rows)}\n{text[after:]}", encoding="utf-8")
+        write_parts("memory", table(rows))
     sys.exit(any(row["peak"] > row["estimate"] for row in rows))
 
 

@@ -1,33 +1,47 @@
-"""This program beside its peers: the same problems, one table, one independent certificate.
+"""This program and its peers: the same problems, one table, one independent certificate.
 
     python benchmarks/peers.py                     # the cases of docs/evidence/performance.md
     python benchmarks/peers.py --cases rough-512-ceiling rough-512-elastic --limit 300
+    python benchmarks/peers.py --write             # store the rows in peers.json, renew the page
 
-Runs every program that is installed, each solve in a process of its own, in alternation with one
-plain padded ``scipy.fft.rfft2`` + ``irfft2`` pair of the same grid, whose median time T_pair is the
-unit of the last column. Nothing is installed. Peers (ContactMechanics, Tamaas, ASPHER) may live in
-another environment: ``--peer-python`` names its interpreter.
-
-The certificate uses NumPy and SciPy alone: no code of any program in the table.
+Runs every installed program, each solve in a separate process, alternating with a padded pair of
+``scipy.fft.rfft2`` and ``irfft2`` on the same grid, whose median time T_pair is a unit of time.
+Peers (ContactMechanics, Tamaas, ASPHER) may be in another environment: ``--peer-python`` names its
+interpreter. The certificate uses NumPy and SciPy only, no code of any program in the table.
 """
 
 from __future__ import annotations
 
 import argparse
-import importlib.util
 import json
 import math
-import os
-import platform
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.fft
+
+from measuring import (
+    Row,
+    is_installed,
+    machine,
+    make_parser,
+    markdown,
+    merge_rows,
+    pair_time,
+    peak_memory,
+    try_worker,
+    write_parts,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+STORED = Path(__file__).with_name("peers.json")
 
 MODULUS = 210e9 / 0.91
 SIDE = 1e-4
@@ -62,7 +76,7 @@ PROGRAMS = {
     "aspher-fft": "aspher",
     "aspher-h2": "aspher",
 }
-# Each at the tolerance of its own that brings the certificate to about 1e-6, found by trial:
+# Each at the tolerance that brings the certificate to about 1e-6, found by trial:
 # elastic, and with a ceiling.
 PEER_TOLERANCE = {
     "contactmechanics": (1e-7, 1e-6),
@@ -195,50 +209,27 @@ def run_aspher(
     return pressure, time.perf_counter() - began, {}
 
 
-def peak_memory() -> float:
-    """Return the largest resident memory of this process so far [MB = 10⁶ bytes]."""
-    for line in Path("/proc/self/status").read_text().splitlines():
-        if line.startswith("VmHWM"):
-            return int(line.split()[1]) * 1024 / 1e6
-    return math.nan
-
-
-def worker(program: str, case: str, folder: Path, tolerance: float | None) -> None:
+def worker(program: str, case: str, folder: Path, tolerance: float) -> None:
     """Solve one case with one program, in this process."""
     points, ceiling, precision = CASES[case]
     module = __import__(PROGRAMS[program])
-    # What the import takes is not the solve's; the map itself is.
+    # The memory of imports is not that of the solve; the map is.
     before = peak_memory()
     load = load_of(case)
     path = folder / "heights.npy"
     if program == "roughcontact":
         pressure, seconds, more = run_roughcontact(path, load, ceiling, precision)
-        return answer(folder, points, pressure, seconds, before, more, module)
-    heights = np.load(path)
-    if program == "contactmechanics":
-        pressure, seconds, more = run_contactmechanics(heights, load, ceiling, tolerance or 0)
+    elif program == "contactmechanics":
+        pressure, seconds, more = run_contactmechanics(np.load(path), load, ceiling, tolerance)
     elif program == "tamaas":
-        pressure, seconds, more = run_tamaas(heights, load, ceiling, tolerance or 0)
+        pressure, seconds, more = run_tamaas(np.load(path), load, ceiling, tolerance)
     else:
         mode = program.partition("-")[2]
-        pressure, seconds, more = run_aspher(heights, load, mode, tolerance or 0)
-    return answer(folder, points, pressure, seconds, before, more, module)
-
-
-def answer(
-    folder: Path,
-    points: int,
-    pressure: np.ndarray,
-    seconds: float,
-    before: float,
-    more: dict[str, object],
-    module: object,
-) -> None:
-    """Write what a solve gave, and what it took."""
+        pressure, seconds, more = run_aspher(np.load(path), load, mode, tolerance)
     more |= {"seconds": seconds, "above": peak_memory() - before}
     more["version"] = str(getattr(module, "__version__", "?"))
     np.save(folder / "pressure.npy", pressure.astype(np.float32 if points > 8192 else np.float64))
-    (folder / "answer.json").write_text(json.dumps(more))
+    print(json.dumps(more))
 
 
 # The judge: plain NumPy and SciPy.
@@ -301,37 +292,13 @@ def certificate(
     return min(errors), abs(carried - load) / load
 
 
-def pair_time(points: int) -> float:
-    """Return the median time [s] of a padded rfft2 + irfft2 pair on all cores."""
-    padded = np.zeros((2 * points, 2 * points))
-    padded[:points, :points] = np.random.default_rng(0).random((points, points))
-    workers = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    times = []
-    for _ in range(3 if points > 4096 else 7):
-        began = time.perf_counter()
-        scipy.fft.irfft2(scipy.fft.rfft2(padded, workers=workers), padded.shape, workers=workers)
-        times.append(time.perf_counter() - began)
-    return statistics.median(times)
-
-
-def measure(
-    program: str, case: str, folder: Path, python: str, limit: float, tolerance: float | None
-) -> dict[str, object]:
-    """Run one solve in a process of its own and judge it here."""
-    for name in ("pressure.npy", "answer.json"):
-        (folder / name).unlink(missing_ok=True)
-    command = [python, __file__, "--worker", program, case, str(folder)]
-    if tolerance is not None:
-        command += ["--tolerance", repr(tolerance)]
-    try:
-        done = subprocess.run(command, timeout=limit, capture_output=True, text=True, check=False)
-    except subprocess.TimeoutExpired:
-        return {"failed": f"no answer in {limit:g} s"}
-    if done.returncode:
-        lines = done.stderr.strip().splitlines()
-        return {"failed": lines[-1] if lines else f"exit status {done.returncode}"}
-    answer: dict[str, object] = json.loads((folder / "answer.json").read_text())
-    if CASES[case][0] <= 8192:
+def measure(program: str, case: str, folder: Path, options: argparse.Namespace, python: str) -> Row:
+    """Run one solve in a separate process and check it here."""
+    stated = PEER_TOLERANCE.get(program, (None, None))[CASES[case][1] is not None]
+    tolerance = options.tolerance or stated or 0
+    words = (program, case, folder, tolerance)
+    answer = try_worker(__file__, *words, python=python, limit=options.limit)
+    if "failed" not in answer and CASES[case][0] <= 8192:
         heights, pressure = np.load(folder / "heights.npy"), np.load(folder / "pressure.npy")
         answer["certificate"], answer["load_error"] = certificate(
             heights, pressure, load_of(case), CASES[case][1]
@@ -339,18 +306,10 @@ def measure(
     return answer
 
 
-def installed(python: str, module: str) -> bool:
-    """Return whether an interpreter can find a module."""
-    if python == sys.executable:
-        return importlib.util.find_spec(module) is not None
-    probe = f"import importlib.util as u; raise SystemExit(u.find_spec({module!r}) is None)"
-    return subprocess.run([python, "-c", probe], check=False).returncode == 0
-
-
-def run_case(case: str, options: argparse.Namespace) -> list[dict[str, object]]:
+def run_case(case: str, options: argparse.Namespace) -> list[Row]:
     """Run one case with every program and print its part of the table."""
     points, ceiling, _ = CASES[case]
-    rows = []
+    rows: list[Row] = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         np.save(folder / "heights.npy", heights_of(case))
@@ -359,68 +318,95 @@ def run_case(case: str, options: argparse.Namespace) -> list[dict[str, object]]:
             python = sys.executable if program == "roughcontact" else options.peer_python
             if options.programs and program not in options.programs:
                 continue
-            if not installed(python, module) or (ceiling and program.startswith("aspher")):
+            if not is_installed(python, module) or (ceiling and program.startswith("aspher")):
                 continue
-            own = PEER_TOLERANCE.get(program, (None, None))[ceiling is not None]
-            tolerance = options.tolerance or own
-            repeats = options.repeats if program == "roughcontact" else 1
-            answers = []
-            for _ in range(repeats):
-                answers.append(measure(program, case, folder, python, options.limit, tolerance))
+            answers: list[Row] = []
+            for _ in range(options.repeats if program == "roughcontact" else 1):
+                answers.append(measure(program, case, folder, options, python))
                 if "failed" in answers[-1]:
                     break
                 if points <= 8192:
                     pairs.append(pair_time(points))
-            answers.sort(key=lambda answer: float(answer.get("seconds", math.inf)))
+            answers.sort(key=lambda answer: answer.get("seconds", math.inf))
             rows.append({"case": case, "program": program, **answers[len(answers) // 2]})
-    pair = statistics.median(pairs) if pairs else math.nan
-    reference = float(rows[0].get("seconds", math.nan)) if rows else math.nan
-    print(f"\n{case}: T_pair {1e3 * pair:.1f} ms", flush=True)
-    for row in rows:
-        row["pair"] = pair
-        if "failed" in row:
-            print(f"  {row['program']:18s} {row['failed']}", flush=True)
-            continue
-        seconds = float(row["seconds"])
-        print(
-            f"  {row['program']:18s} {seconds:9.3f} s  {seconds / pair:8.1f} T_pair"
-            f"  {seconds / reference:8.1f} ×"
-            f"  certificate {row.get('certificate', row.get('own', math.nan)):.1e}"
-            f"  load error {row.get('load_error', math.nan):.1e}"
-            f"  memory {row['above']:.0f} MB = {1e6 * float(row['above']) / points**2:.0f} B/pixel"
-            f"  {row.get('convolutions', '')}",
-            flush=True,
-        )
+    pair = statistics.median(pairs) if pairs else None
+    rows = [row | {"pair": pair} for row in rows]
+    print(table(rows), flush=True)
     return rows
+
+
+def table(rows: list[Row]) -> str:
+    """Return the rows as Markdown."""
+    own = {row["case"]: row.get("seconds") for row in rows if row["program"] == "roughcontact"}
+    cells = []
+    for row in rows:
+        head = [row["case"], row["program"]]
+        if "failed" in row:
+            cells.append([*head, row["failed"], "", "", "", ""])
+            continue
+        certificate = f"{row.get('own', math.nan):.1e} (own)"
+        if "certificate" in row:
+            certificate = f"{row['certificate']:.1e}"
+        seconds, pair = row["seconds"], row["pair"]
+        cells.append(
+            [
+                *head,
+                f"{seconds:.3g} s",
+                "–" if pair is None else f"{seconds / pair:.1f}",
+                f"{seconds / (own.get(row['case']) or math.nan):.3g}",
+                certificate,
+                f"{1e6 * row['above'] / CASES[row['case']][0] ** 2:.0f} B",
+            ]
+        )
+    head = ("case", "program", "time", "in T_pair", "× roughcontact", "certificate")
+    return markdown([*head, "memory per point"], cells)
+
+
+def plot(rows: list[Row], figure: Figure) -> None:
+    """Draw time over grid size, one line a program, with and without a ceiling."""
+    panels = figure.subplots(1, 2, sharey=True)
+    for axes, kind in zip(panels, ("elastic", "ceiling"), strict=True):
+        drawn = [row for row in rows if row["case"].endswith(kind)]
+        for program in dict.fromkeys(row["program"] for row in rows):
+            chosen = sorted(
+                (CASES[row["case"]][0], row["seconds"])
+                for row in drawn
+                if row["program"] == program and "seconds" in row
+            )
+            if chosen:
+                axes.loglog(*zip(*chosen, strict=True), "o-", label=program)
+        pairs = {CASES[row["case"]][0]: row["pair"] for row in drawn if row["pair"] is not None}
+        if pairs:
+            points = zip(*sorted(pairs.items()), strict=True)
+            axes.loglog(*points, "k:", label="one plain FFT pair, T_pair")
+        axes.set_xscale("log", base=2)
+        axes.set_title("ceiling 3 GPa" if kind == "ceiling" else "elastic")
+        axes.set_xlabel("points per side")
+        axes.grid(alpha=0.3)
+        axes.legend(fontsize=8)
+    panels[0].set_ylabel("time of one solve [s]")
 
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = make_parser(__doc__)
     parser.add_argument("--cases", nargs="+", choices=CASES, default=DEFAULT, metavar="CASE")
     parser.add_argument("--programs", nargs="+", choices=PROGRAMS)
     parser.add_argument("--peer-python", default=sys.executable)
     parser.add_argument("--limit", type=float, default=1800, help="seconds for one solve")
-    parser.add_argument(
-        "--repeats", type=int, default=3, help="solves of this program, median told"
-    )
+    parser.add_argument("--repeats", type=int, default=3, help="solves of this program")
     parser.add_argument("--tolerance", type=float, help="tolerance argument of the peers")
-    parser.add_argument("--json", type=Path, help="write all rows here")
-    parser.add_argument("--worker", nargs=3, help=argparse.SUPPRESS)
+    parser.add_argument("--write", action="store_true", help="store the rows, renew the page")
+    parser.add_argument("--worker", nargs=4, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.worker:
-        program, case, folder = options.worker
-        worker(program, case, Path(folder), options.tolerance)
+        program, case, folder, tolerance = options.worker
+        worker(program, case, Path(folder), float(tolerance))
         return
-    print(
-        f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, "
-        f"NumPy {np.__version__}"
-    )
+    print(machine())
     rows = [row for case in options.cases for row in run_case(case, options)]
-    if options.json:
-        options.json.write_text(json.dumps(rows, indent=1))
+    if options.write:
+        write_parts("table", table(merge_rows(STORED, rows, CASES)))
 
 
 if __name__ == "__main__":

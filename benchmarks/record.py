@@ -1,17 +1,23 @@
-"""The numbers that stay: times and memory of what people do, kept with their date.
+"""Times and memory of usual tasks and commands, stored with their date.
 
     python benchmarks/record.py            # compare with the last record; exit status 1 if worse
     python benchmarks/record.py --keep     # store it in record.json
     python benchmarks/record.py --quick    # one small task, once
-    python benchmarks/record.py --growth 8192   # how cost grows with the grid, up to so many points
+    python benchmarks/record.py --growth 8192      # growth with the grid, up to 8192 points
+    python benchmarks/record.py --commands [--before FOLDER] [--points 576x768] [--only info]
 
-`--growth` ends a task where its next grid would take more than `LONGEST` seconds or the memory that
-is free; it writes growth.json, which the documentation draws.
+Every task runs in a separate process, several times, each after padded ``scipy.fft.rfft2`` +
+``irfft2`` pairs of 1024 × 1024 points. Times are compared as ratios to T_pair, the median of these
+pairs over the whole run, memory as the peak above that of the import. Increases of more than 10 %
+above the last record are listed.
 
-Every task runs in a process of its own, several times, each beside some plain padded
-``scipy.fft.rfft2`` + ``irfft2`` pairs of 1024 × 1024 points. Times are compared as ratios to
-T_pair, the median of these pairs over the whole run, memory as the peak above what the import
-takes. What is more than 10 % above the last record is named.
+`--growth` ends a task if its next grid would take more than `MAX_SECONDS` or the free memory; it
+writes growth.json, from which the documentation draws a figure.
+
+`--commands` times whole commands from the shell, with files in the page cache. FOLDER is the
+``src`` of another state of the program (`git worktree add`): both run in turns. Each command runs
+once before it is timed, to compile modules. Processor time is that of all threads; if it is well
+below the wall time, other processes used the machine.
 """
 
 from __future__ import annotations
@@ -20,7 +26,7 @@ import argparse
 import datetime
 import json
 import os
-import platform
+import shutil
 import statistics
 import subprocess
 import sys
@@ -34,12 +40,14 @@ import numpy as np
 import psutil
 
 import roughcontact as rc
-from peers import pair_time, peak_memory
+from measuring import ROOT, machine, make_parser, markdown, pair_time, peak_memory, run_worker
 
 RECORD = Path(__file__).with_name("record.json")
 GROWTH = Path(__file__).with_name("growth.json")
+SOURCE = ROOT / "src"
+MEASURED = ROOT / ".." / "shared" / "measurements" / "wyko_nt1100_test_1.opd"
 
-# Above the last record by more than that is worse.
+# Share above the last record that is listed.
 WORSE = 0.1
 PAIR_POINTS = 1024
 
@@ -124,7 +132,7 @@ TASKS: dict[str, tuple[Callable[..., Callable[[], object]], int, dict[str, Any]]
     "rolling, 2 passes of 16 steps, 8 × 128": (_rolling, 128, {}),
 }
 QUICK = {"contact, ceiling, 128²": (_contact, 128, {})}
-# Task, and points per side of its smallest grid; every next one has twice as many.
+# Task, and points per side of its smallest grid; each next one has twice the points.
 GROWING: dict[str, tuple[Callable[..., Callable[[], object]], int]] = {
     "solve": (_contact, 256),
     "sweep": (_curve, 256),
@@ -132,12 +140,14 @@ GROWING: dict[str, tuple[Callable[..., Callable[[], object]], int]] = {
     "leak": (_leak, 256),
     "volume": (_ball, 32),
 }
-# Seconds that a task of `--growth` may take.
-LONGEST = 300.0
+# Largest time of a task of `--growth` [s].
+MAX_SECONDS = 300.0
+
+Timing = tuple[float, float]
 
 
 def worker(name: str, points: int = 0) -> None:
-    """Do a task once, in this process, and tell what it took."""
+    """Run a task once, in this process, and print its time and memory."""
     if points:
         make, options = GROWING[name][0], {}
     else:
@@ -154,14 +164,11 @@ def worker(name: str, points: int = 0) -> None:
 
 
 def measured(name: str, repeats: int, pairs: list[float]) -> dict[str, float]:
-    """Return time [s] and memory [MB] of a task, medians; add the pairs beside it to others."""
+    """Return time [s] and memory [MB] of a task, medians; add times of pairs."""
     answers = []
     for _ in range(repeats):
         pairs.append(pair_time(PAIR_POINTS))
-        done = subprocess.run(
-            [sys.executable, __file__, "--worker", name], capture_output=True, text=True, check=True
-        )
-        answers.append(json.loads(done.stdout))
+        answers.append(run_worker(__file__, name))
     return {
         "seconds": round(statistics.median(answer["seconds"] for answer in answers), 4),
         "above": round(statistics.median(answer["above"] for answer in answers), 1),
@@ -174,46 +181,33 @@ def grown(name: str, largest: int) -> dict[int, dict[str, float]]:
     points = GROWING[name][1]
     while points <= largest:
         pair = pair_time(points)
-        words = [sys.executable, __file__, "--worker", name, "--points", str(points)]
-        done = subprocess.run(words, capture_output=True, text=True, check=True)
-        answer = json.loads(done.stdout)
+        answer = run_worker(__file__, name, points)
         rows[points] = {
             "seconds": round(answer["seconds"], 4),
             "pairs": round(answer["seconds"] / pair, 2),
             "bytes": round(1e6 * answer["above"] / points**2, 1),
         }
         print(f"{name:8s} {points:5d}² {rows[points]}", flush=True)
-        # Of a volume the layers grow, too.
+        # The number of layers of a volume grows, too.
         times = 10 if name == "volume" else 5
         memory = 1e6 * times * answer["whole"]
-        if times * answer["seconds"] > LONGEST or memory > psutil.virtual_memory().available:
+        if times * answer["seconds"] > MAX_SECONDS or memory > psutil.virtual_memory().available:
             break
         points *= 2
     return rows
 
 
 def worse(now: dict[str, dict[str, float]], last: dict[str, dict[str, float]]) -> list[str]:
-    """Return what became slower or larger than it was.
-
-    Parameters
-    ----------
-    now, last : dict
-        Rows of two records by task.
-
-    Returns
-    -------
-    list of str
-        In words; empty where nothing is more than 10 % above.
-    """
-    told = []
+    """Return a line for each row of a record that is more than 10 % above the last record."""
+    lines = []
     for name, row in now.items():
         for what, unit in (("pairs", "T_pair"), ("above", "MB")):
             before = last.get(name, {}).get(what)
-            # A few megabytes come and go with the allocator.
+            # The allocator changes the peak by a few megabytes.
             least = 5.0 if what == "above" else 0.0
             if before and row[what] - before > max(WORSE * before, least):
-                told.append(f"{name}: {row[what]:.3g} {unit}, was {before:.3g}")
-    return told
+                lines.append(f"{name}: {row[what]:.3g} {unit}, was {before:.3g}")
+    return lines
 
 
 def kept(record: dict[str, Any], records: list[dict[str, Any]]) -> None:
@@ -223,22 +217,114 @@ def kept(record: dict[str, Any], records: list[dict[str, Any]]) -> None:
     RECORD.write_text(json.dumps(records, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
+def commands(map_file: str, folder: Path) -> dict[str, list[str]]:
+    """Return the arguments of the commands, by name."""
+    solve = ["solve", map_file, "--load", "1 N", "--material", "100Cr6", "--missing", "fill"]
+    report = ["--report", str(folder / "report.html")]
+    grouped = [
+        word
+        for name in "ab"
+        for word in ("--group", f"{name}={folder}/{name}-*{Path(map_file).suffix}")
+    ]
+    return {
+        "--help": ["--help"],
+        "info": ["info", map_file],
+        "solve --json": [*solve, "--json"],
+        "solve --report": [*solve, *report],
+        "sweep": ["sweep", map_file, "--from", "10 MPa", "--to", "300 MPa", *solve[4:]],
+        "stress --output": ["stress", *solve[1:], "--output", str(folder / "stress.nc")],
+        "leak": ["leak", *solve[1:3], "1 N, 3 N", *solve[4:]],
+        "compare": ["compare", *grouped, "--load", "20 MPa", *solve[4:], *report],
+    }
+
+
+def time_command(source: Path, words: list[str]) -> Timing:
+    """Return wall and processor time of a command [s]."""
+    variables = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
+    start = time.perf_counter()
+    with subprocess.Popen(
+        [sys.executable, "-m", "roughcontact", *words],
+        env={**variables, "PYTHONPATH": str(source)},
+        stdout=subprocess.DEVNULL,
+    ) as process:
+        _, status, used = os.wait4(process.pid, 0)
+        taken = time.perf_counter() - start
+        process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise SystemExit(f"{' '.join(words)} ended with status {process.returncode}")
+    return taken, used.ru_utime + used.ru_stime
+
+
+def time_commands(sources: dict[str, Path], words: list[str], runs: int) -> dict[str, Timing]:
+    """Return the medians of each state of the program, run in turns."""
+    for source in sources.values():
+        time_command(source, words)
+    taken: dict[str, list[Timing]] = {name: [] for name in sources}
+    for _ in range(runs):
+        for name, source in sources.items():
+            taken[name].append(time_command(source, words))
+    return {
+        name: (
+            statistics.median(wall for wall, _ in found),
+            statistics.median(used for _, used in found),
+        )
+        for name, found in taken.items()
+    }
+
+
+def compare_commands(given: argparse.Namespace, folder: Path) -> None:
+    """Print the times of commands on a generated and a measured map, in Markdown."""
+    sources = {"now": SOURCE}
+    if given.before is not None:
+        # A copy, in which modules may be compiled.
+        shutil.copytree(given.before, folder / "before")
+        sources = {"before": folder / "before", **sources}
+    ny, nx = map(int, given.points.split("x"))
+    heights = rc.self_affine(
+        (ny, nx),
+        (1e-6, 1e-6),
+        rms_height=0.4e-6,
+        rolloff_wavelength=nx * 1e-6 / 8,
+        cutoff_wavelength=8e-6,
+        rng=np.random.default_rng(1),
+    )
+    made = folder / f"made-{given.points}.x3p"
+    rc.Surface(heights, (1e-6, 1e-6)).save(made)
+    head = ["file", "command", *(f"{name}{kind}" for name in sources for kind in ("", ", CPU"))]
+    for path in (made, MEASURED) if MEASURED.exists() else (made,):
+        for name in ("a-1", "a-2", "a-3", "b-1", "b-2", "b-3"):
+            shutil.copy(path, folder / f"{name}{path.suffix}")
+        rows = []
+        for command, words in commands(str(path), folder).items():
+            if given.only in (None, command):
+                found = time_commands(sources, words, given.repeats).values()
+                rows.append([path.name, command, *(f"{s:.2f} s" for both in found for s in both)])
+        print(markdown(head, rows), flush=True)
+
+
 def main() -> int:
-    """Measure, compare, and keep if asked to."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--keep", action="store_true", help="keep what is measured")
+    """Measure, compare, and store on request."""
+    parser = make_parser(__doc__)
+    parser.add_argument("--keep", action="store_true", help="store the record")
     parser.add_argument("--quick", action="store_true", help="one small task, once")
-    parser.add_argument("--repeats", type=int, default=5, help="of each task, the median counts")
-    parser.add_argument("--growth", type=int, metavar="POINTS", help="up to so many per side")
-    parser.add_argument("--worker", choices=[*TASKS, *QUICK, *GROWING], help=argparse.SUPPRESS)
-    parser.add_argument("--points", type=int, default=0, help=argparse.SUPPRESS)
+    parser.add_argument("--repeats", type=int, default=5, help="of each task or command; median")
+    parser.add_argument("--growth", type=int, metavar="POINTS", help="largest points per side")
+    parser.add_argument("--commands", action="store_true", help="time commands")
+    parser.add_argument(
+        "--before", type=os.path.abspath, help="src of another state of the program"
+    )
+    parser.add_argument("--points", default="576x768", help="of the map for commands")
+    parser.add_argument("--only", help="one of the commands")
+    parser.add_argument("--worker", nargs="+", help=argparse.SUPPRESS)
     given = parser.parse_args()
-    if given.worker:
-        # What a task writes goes with it.
+    if given.worker or given.commands:
         with tempfile.TemporaryDirectory() as folder:
             os.chdir(folder)
-            worker(given.worker, given.points)
-            os.chdir(Path(__file__).parent)
+            if given.worker:
+                worker(given.worker[0], *map(int, given.worker[1:]))
+            else:
+                compare_commands(given, Path(folder))
+            os.chdir(ROOT)
         return 0
     if given.growth:
         found = {name: grown(name, given.growth) for name in GROWING}
@@ -249,7 +335,7 @@ def main() -> int:
         name: measured(name, 1 if given.quick else given.repeats, pairs)
         for name in (QUICK if given.quick else TASKS)
     }
-    # One for all: single pairs vary by a third on a shared machine, their median by some per cent.
+    # Single pairs vary by a third on a shared machine, the median of all by a few per cent.
     pair = statistics.median(pairs)
     for name, row in rows.items():
         row["pairs"] = round(row["seconds"] / pair, 2)
@@ -258,13 +344,10 @@ def main() -> int:
         )
     records = json.loads(RECORD.read_text(encoding="utf-8")) if RECORD.exists() else []
     above = worse(rows, records[-1]["rows"] if records else {})
-    print("".join(f"worse: {told}\n" for told in above), end="")
+    print("".join(f"worse: {line}\n" for line in above), end="")
     if given.keep:
-        machine = (
-            f"{os.cpu_count()} cores, Python {platform.python_version()}, NumPy {np.__version__}"
-        )
         today = datetime.date.today().isoformat()
-        record = {"date": today, "version": rc.__version__, "machine": machine, "rows": rows}
+        record = {"date": today, "version": rc.__version__, "machine": machine(), "rows": rows}
         kept(record, records)
     return 1 if above else 0
 

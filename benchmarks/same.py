@@ -6,7 +6,7 @@
     python benchmarks/same.py store before --only 'cli-*' # some cases
 
 Arrays are compared bit by bit, numbers by every digit, files by what they hold, and reports and
-console by their text; wall times, dates, versions and temporary folders are taken out first. Bits
+console by their text; wall times, dates, versions and temporary folders are removed first. Bits
 depend on processor, FFT and BLAS, so only two states of the code on one machine can be compared.
 Everything goes through the public face: the names of ``roughcontact``, the methods of what they
 return, and ``python -m roughcontact``. Set ``PYTHONPATH`` to try another checkout.
@@ -866,7 +866,7 @@ def file_of(folder: Path, name: str, item: str) -> Path:
 
 
 def run_cases(only: str) -> Iterator[tuple[str, Items]]:
-    """Run the cases in a folder of their own and tell how long each took."""
+    """Run the cases in a separate folder and print the time of each."""
     last = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="same-") as place:
         for name, items in run_all(only, Path(place)):

@@ -1,7 +1,9 @@
-"""Time of one solve beside other programs, from benchmarks/results.json."""
+"""Time of one solve and of other programs, from benchmarks/peers.json."""
 
 import matplotlib.pyplot as plt
 
-import report
+import measuring
+import peers
 
-report.plot(report.stored(), plt.figure(figsize=(9, 4), layout="constrained"))
+figure = plt.figure(figsize=(9, 4), layout="constrained")
+peers.plot(measuring.read_rows(peers.STORED), figure)

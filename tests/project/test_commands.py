@@ -1,4 +1,4 @@
-"""What the pages show is run and compared: the reading and the comparison of `docs/commands.py`."""
+"""Commands of the pages are run and compared: `docs/commands.py`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ certificate   3e-7
     ("printed", "alike"),
     [
         (SHOWN, True),
-        # What is the machine's own, and the last digits.
+        # Values of the machine, and the last digits.
         (SHOWN.replace("3e-7", "8e-9").replace("5.67", "5.66"), True),
         (SHOWN.replace("5.67", "5.87"), False),
         (SHOWN.replace("area", "contact area"), False),

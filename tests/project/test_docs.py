@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 import re
-import sys
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
+import measuring
+import peers
+import plasticity
 import roughcontact as rc
 from paths import ROOT
 
@@ -44,7 +46,7 @@ def test_every_module_has_its_page(api_pages: ModuleType) -> None:
 
 def test_every_public_name_is_in_the_first_table(api_pages: ModuleType) -> None:
     table = api_pages.public_table()
-    # Packages have no page of their own, and are named below the table.
+    # Packages have no separate page, and are named below the table.
     shown = set(re.findall(r"``?rc\.(\w+)", table))
     assert shown >= set(rc.__all__) - {"RIGID", "__version__"}
 
@@ -101,36 +103,30 @@ def test_every_example_is_numbered_and_has_a_title() -> None:
         assert title.startswith(f"{number[1]} "), script
 
 
-@pytest.fixture
-def report(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    folder = ROOT / "benchmarks"
-    monkeypatch.syspath_prepend(str(folder))
-    spec = importlib.util.spec_from_file_location("benchmarks_report", folder / "report.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    finally:
-        sys.modules.pop("peers", None)
-    return module
+def test_tables_of_performance_match_stored_measurements() -> None:
+    assert measuring.read_part("table") == peers.table(measuring.read_rows(peers.STORED))
+    paths, passes = plasticity.tables(measuring.read_rows(plasticity.STORED))
+    assert measuring.read_part("volume") == paths
+    assert measuring.read_part("rolling") == passes
 
 
-def test_the_table_of_times_is_that_of_the_stored_measurements(report: ModuleType) -> None:
-    text = report.PAGE.read_text(encoding="utf-8")
-    shown = text[text.index(report.START) + len(report.START) : text.index(report.END)]
-    assert shown.strip() == report.table(report.stored())
-
-
-def test_the_plot_of_times_shows_every_program(report: ModuleType) -> None:
+def test_the_plot_of_times_shows_every_program() -> None:
     from matplotlib.figure import Figure
 
     figure = Figure()
-    rows = report.stored()
-    report.plot(rows, figure)
+    rows = measuring.read_rows(peers.STORED)
+    peers.plot(rows, figure)
     drawn = {line.get_label() for axes in figure.axes for line in axes.get_lines()}
     timed = {row["program"] for row in rows if "seconds" in row and "rough" in row["case"]}
     assert drawn >= timed
+
+
+def test_parts_of_page_are_replaced_in_order(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    part = "<!-- a -->\n{}\n<!-- a end -->\ntext\n"
+    page.write_text(part.format("one") + part.format("two"), encoding="utf-8")
+    measuring.write_parts("a", r"first \1", "second", page=page)
+    assert page.read_text("utf-8") == part.format(r"first \1") + part.format("second")
 
 
 def test_every_check_of_a_joint_names_a_test_that_exists() -> None:

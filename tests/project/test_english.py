@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import ast
 import csv
-import io
 import re
-import tokenize
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,12 +15,16 @@ from paths import ROOT
 LIMITS = {
     "text of src": 1,
     "text of docs": 0,
+    "text of tests": 91,
     "text of CHANGELOG.md": 0,
     "changelog": 0,
     "name": 16,
     "constant": 0,
     "test": 0,
 }
+
+# As the formatter writes comments: alone on a line, or after two spaces.
+COMMENT = re.compile(r"(?:^|  )[ ]*# ?(.*)$", re.MULTILINE)
 
 # Folders that building the documentation writes.
 MADE = {"generated", "_build", "examples"}
@@ -50,9 +52,7 @@ def texts(path: Path) -> Iterator[str]:
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value:
             yield from map(str.strip, node.value.splitlines())
-    for token in tokenize.generate_tokens(io.StringIO(source).readline):
-        if token.type == tokenize.COMMENT:
-            yield token.string.lstrip("# ")
+    yield from COMMENT.findall(source)
 
 
 def prose(path: Path) -> Iterator[str]:
@@ -88,6 +88,11 @@ def material() -> Iterator[tuple[str, str, str]]:
     for path in [ROOT / "README.md", *pages]:
         for text in prose(path):
             yield "text of docs", "text", plain(text)
+    # The table of `test_words` has the same expressions.
+    for folder in ("tests", "benchmarks", "calibration"):
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            for text in texts(path) if path.name != "test_words.py" else ():
+                yield "text of tests", "text", plain(text)
     for path in sorted((ROOT / "tests").rglob("test_*.py")):
         for _, name in names(path):
             if name.startswith("test_"):

@@ -33,7 +33,7 @@ POINTS = {
     "17_instruments": 256,
 }
 
-# Many contacts with plasticity of the volume, whatever the grid; many maps.
+# Many contacts with plasticity of the volume, for any grid; many maps.
 SLOW = ("12_volume", "14_running_in", "17_instruments")
 
 

@@ -86,7 +86,7 @@ def home(tmp_path: Path) -> dict[str, str]:
     return {**os.environ, "HOME": str(tmp_path), "PATH": path, "PYTHONPATH": str(SOURCE)}
 
 
-# What bash does when TAB is pressed.
+# Steps of bash when TAB is pressed.
 PRESS_TAB = r"""
 source ~/.bashrc
 function=$(complete -p roughcontact | sed 's/.*-F \([^ ]*\).*/\1/')

@@ -51,27 +51,6 @@ def test_the_recipe_of_the_roller_runs(capsys: pytest.CaptureFixture[str]) -> No
     assert "Hertz's peak pressure 500 MPa (8.71" in " ".join(capsys.readouterr().out.split())
 
 
-@pytest.mark.usefixtures("raceway")
-def test_the_recipe_of_the_roller_runs_in_python() -> None:
-    text = (HOWTO / "roller.md").read_text(encoding="utf-8")
-    (script,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    names: dict[str, Any] = {"rc": rc, "steel": rc.Material(210e9, 0.3, hardness=7.5e9)}
-    exec(script, names)
-    assert names["result"].load == pytest.approx(78.41, abs=0.01)
-    assert names["result"].hertz.max_pressure == pytest.approx(1.5e9)
-
-
-@pytest.mark.long
-def test_map_script_creates_maps_and_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    for _ in range(2):
-        runpy.run_path(str(HOWTO / "maps.py"), run_name="__main__")
-    assert Path("ground.sdf").is_file()
-    assert Path("maps").is_dir()
-
-
 def test_pages_writing_into_maps_name_script_of_folder() -> None:
     pages = [HOWTO.parent / "tutorial.md", HOWTO.parent / "others.md", *HOWTO.glob("*.md")]
     writing = [text for page in pages if " maps/" in (text := page.read_text(encoding="utf-8"))]

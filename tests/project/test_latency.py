@@ -1,4 +1,4 @@
-"""A command loads what it needs and no more: what makes it quick, told by no clock."""
+"""A command loads the modules that it needs and no more."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from written import HAS_READER
 
 SOURCE = Path(app.__file__).parents[2]
 
-# What reads, draws, converts or tells, and takes a tenth of a second to import, or several.
+# Modules for reading, drawing and units, which take a tenth of a second to import, or several.
 NEVER = (
     "xarray",
     "SurfaceTopography",

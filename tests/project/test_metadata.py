@@ -1,4 +1,4 @@
-"""What people who join, cite or install go by: it names what exists, and one version."""
+"""Files for contributors, citations and installation name existing files and one version."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_a_release_changes_version_changelog_and_citation(
     assert json.loads(texts[Path("codemeta.json")])["version"] == "99.1.0"
     changes = texts[release.CHANGES]
     assert "## Unreleased\n\n## 99.1.0 - 2026-12-01\n\n### Added\n" in changes
-    # Nothing is lost of what was there.
+    # The previous content is kept.
     before = (checkout / "CHANGELOG.md").read_text(encoding="utf-8")
     assert changes.replace("\n## 99.1.0 - 2026-12-01\n", "") == before
 

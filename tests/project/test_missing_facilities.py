@@ -1,4 +1,4 @@
-"""What other systems lack is not needed: each is taken away, and the work is done all the same."""
+"""Facilities that other systems lack are not needed: each is removed, and the tasks still run."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROOT = SOURCE.parent
 # Names that Windows keeps for devices, and characters that its paths do not have.
 RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?|.*[<>:\"|?*\\].*|.*[. ]")
 
-# What is missing: on macOS, on Windows. No child begins with these gone, so that nothing but
+# Missing facilities: on macOS, on Windows. No child begins with these gone, so that nothing but
 # this program meets them.
 MACOS = """
 del os.sched_getaffinity
@@ -66,9 +66,9 @@ print("done")
 @pytest.mark.slow
 @pytest.mark.process
 @pytest.mark.parametrize("gone", [MACOS, WINDOWS], ids=["macos", "windows"])
-@pytest.mark.skipif(sys.platform == "win32", reason="nothing to take away here")
+@pytest.mark.skipif(sys.platform == "win32", reason="nothing to remove here")
 def test_analysis_runs_without_missing_facilities(gone: str, tmp_path: Path) -> None:
-    # What is imported first is not ours, and knows its system.
+    # The first imports are other packages, which depend on the system.
     first = "import sys, os, tempfile, subprocess, asyncio, numpy, scipy.sparse, matplotlib.figure"
     code = f"{first}\nimport h5py, xarray, psutil, multiprocessing.connection\n{gone}\n{WORK}"
     run = subprocess.run(
@@ -105,9 +105,3 @@ def test_processes_are_begun_in_the_way_that_every_system_has() -> None:
             # Only where the system has it, which `drawing.export` asks first.
             if isinstance(node, ast.Attribute) and node.attr == "fork":
                 assert (module, ast.unparse(node)) == ("drawing.export", "os.fork")
-
-
-@pytest.mark.parametrize("name", ["con", "NUL.txt", "a:b", "what?", "end.", "COM1.nc"])
-def test_reserved_windows_names_match(name: str) -> None:
-    assert RESERVED.fullmatch(name)
-    assert not RESERVED.fullmatch("console.nc")

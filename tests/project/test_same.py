@@ -54,7 +54,7 @@ def nudged(value):
         where = tuple(np.argwhere(np.isfinite(value))[-1])
         changed[where] = np.nextafter(value[where], value.dtype.type(np.inf))
         return changed
-    if isinstance(value, rc.Provenance):  # in words
+    if isinstance(value, rc.Provenance):  # as text
         return None
     if dataclasses.is_dataclass(value):
         for field in dataclasses.fields(value):

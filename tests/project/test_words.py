@@ -1,4 +1,4 @@
-"""What users read is plain English in US spelling, and short."""
+"""Texts for users are plain English in US spelling, and short."""
 
 from __future__ import annotations
 

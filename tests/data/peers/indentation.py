@@ -23,7 +23,7 @@ GRIDS = {"sphere-32": (16, 32), "sphere-64": (32, 64)}
 
 @dataclass(frozen=True)
 class Answer:
-    """What a program found, load by load.
+    """The answers of a program, load by load.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def heights(name: str) -> np.ndarray:
 
 
 def store(program: str, version: str, settings: str, answers: dict[str, Answer]) -> None:
-    """Write answers beside this file: pressures in double, strains in single, without zeros."""
+    """Write answers next to this file: pressures in double, strains in single, without zeros."""
     arrays: dict[str, np.ndarray] = {}
     for name, answer in answers.items():
         for field, kind in (("pressure", np.float64), ("strain", np.float32)):
@@ -72,7 +72,7 @@ def store(program: str, version: str, settings: str, answers: dict[str, Answer])
 
 
 def load(program: str) -> tuple[dict[str, str], dict[str, Answer]]:
-    """Return what `store` wrote."""
+    """Return the file that `store` wrote."""
     answers = {}
     with np.load(Path(__file__).with_name(f"{program}_indentation.npz")) as stored:
         for name, (nodes, points) in GRIDS.items():

@@ -1,6 +1,6 @@
 """Indent the half-space with Tamaas 2.9.0 (`pip install tamaas scipy`).
 
-python indentation_with_tamaas.py, in an environment of its own; writes tamaas_indentation.npz.
+python indentation_with_tamaas.py, in a separate environment; writes tamaas_indentation.npz.
 Takes some minutes: the wheel has one thread.
 """
 

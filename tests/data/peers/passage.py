@@ -21,7 +21,7 @@ LOAD = 0.00125
 
 @dataclass(frozen=True)
 class Answer:
-    """What a program found, place by place.
+    """The answers of a program, place by place.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def heights(place: int) -> np.ndarray:
 
 
 def store(program: str, version: str, settings: str, answer: Answer) -> None:
-    """Write an answer beside this file: pressures in double, strain in single, without zeros."""
+    """Write an answer next to this file: pressures in double, strain in single, without zeros."""
     arrays = {name: getattr(answer, name) for name in ("largest", "seconds", "error")}
     for field, kind in (("pressure", np.float64), ("strain", np.float32)):
         values = getattr(answer, field)
@@ -68,7 +68,7 @@ def store(program: str, version: str, settings: str, answer: Answer) -> None:
 
 
 def load(program: str) -> tuple[dict[str, str], Answer]:
-    """Return what `store` wrote."""
+    """Return the file that `store` wrote."""
     grid = POINTS, POINTS
     with np.load(Path(__file__).with_name(f"{program}_passage.npz")) as stored:
         fields = {"pressure": np.zeros((len(PLACES), *grid)), "strain": np.zeros((NODES, *grid))}

@@ -1,6 +1,6 @@
 """Pass a sphere over the half-space with Tamaas 2.9.0 (`pip install tamaas scipy`).
 
-python passage_with_tamaas.py, in an environment of its own; writes tamaas_passage.npz. Takes some
+python passage_with_tamaas.py, in a separate environment; writes tamaas_passage.npz. Takes some
 minutes: the wheel has one thread. The strain stays in the model; each place has a contact of its
 own with the surface that has moved there. A loop keeps the residual displacement in the surface of
 its contact and adds to it what the strain of a load adds: the next surface has to bring it along.

@@ -87,7 +87,7 @@ PROBLEMS = {name: _problem(name) for name in NAMES}
 
 
 def store(program: str, version: str, answers: dict[tuple[str, str], np.ndarray]) -> None:
-    """Write pressures [Pa] by (settings, problem) beside this file: the loaded pixels alone."""
+    """Write pressures [Pa] by (settings, problem) next to this file: the loaded pixels alone."""
     arrays: dict[str, np.ndarray] = {}
     for (settings, name), pressure in answers.items():
         index = np.flatnonzero(pressure)
@@ -104,7 +104,7 @@ def store(program: str, version: str, answers: dict[tuple[str, str], np.ndarray]
 
 
 def load(program: str) -> tuple[dict[str, str], dict[tuple[str, str], np.ndarray]]:
-    """Return what `store` wrote."""
+    """Return the file that `store` wrote."""
     answers = {}
     with np.load(Path(__file__).with_name(f"{program}.npz")) as stored:
         for key in stored.files:

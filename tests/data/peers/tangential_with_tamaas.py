@@ -1,6 +1,6 @@
 """Load a contact tangentially with Tamaas 2.9.0 (`pip install tamaas`).
 
-python tangential_with_tamaas.py, in an environment of its own; writes tamaas_tangential.npz. Its
+python tangential_with_tamaas.py, in a separate environment; writes tamaas_tangential.npz. Its
 half-space is pressed on a rigid flat: with ν = 0.5 pressure and traction are not coupled. Of its
 solvers with friction PolonskyKeerTan reaches the conditions of Coulomb's law.
 """

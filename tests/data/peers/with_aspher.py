@@ -1,6 +1,6 @@
 """Solve the named problems with ASPHER 0.1.3 (`pip install aspher` after Debian's libeigen3-dev).
 
-python with_aspher.py, in an environment of its own; writes aspher.npz. It has no ceiling, and its
+python with_aspher.py, in a separate environment; writes aspher.npz. It has no ceiling, and its
 grids are squares of 64 × 2^k points.
 """
 

@@ -1,6 +1,6 @@
 """Solve the named problems with ContactMechanics 1.8.3 (`pip install ContactMechanics`).
 
-python with_contactmechanics.py, in an environment of its own; writes contactmechanics.npz.
+python with_contactmechanics.py, in a separate environment; writes contactmechanics.npz.
 """
 
 import math

@@ -1,6 +1,6 @@
 """Solve the named problems with Tamaas 2.9.0 (`pip install tamaas`).
 
-python with_tamaas.py, in an environment of its own; writes tamaas.npz. Lengths are in units of the
+python with_tamaas.py, in a separate environment; writes tamaas.npz. Lengths are in units of the
 longer side and pressures in units of E*, but for the settings that name others.
 """
 

@@ -1,9 +1,8 @@
-"""Read every file of a folder: how many open, and why the others do not.
+"""Read every file of a folder and list which open, and the errors of the others.
 
-``python benchmarks/examples.py FOLDER [FOLDER …]`` prints a line for each file (read, read once
-unit and size are given, or the sentence by which it is refused) and, below, how many open alone
-and how many once they are told what they lack. With ``--before SRC``, the sources of another state
-of the package, each line has the outcome there as well. Made for the example files of
+``python tests/fuzz/example_files.py FOLDER [FOLDER …]`` prints a line for each file (read, read
+with unit and size, or its error) and the numbers of both. With ``--before SRC``, the sources of
+another state of the package, each line has the outcome there as well. Made for the example files of
 SurfaceTopography, which are not part of this project.
 """
 
@@ -24,7 +23,7 @@ UNIT, SIZE = {"unit": "um"}, {"size": "1 mm x 1 mm"}
 UNITS, METRES = {"unit": "um, um"}, {"unit": "m, m"}
 LENGTH = {"size": "1 mm"}
 HINTS = (UNIT, UNITS, METRES, SIZE, UNIT | SIZE, UNIT | LENGTH)
-"""What is said of a file that asks, in the order in which it is tried."""
+"""Answers to the questions of a file, in the order of the attempts."""
 
 ALONE, REFUSED = "read", "refused"
 
@@ -89,7 +88,7 @@ def table(paths: Sequence[Path], outcomes: Sequence[Outcome], before: Sequence[O
 
 
 def main() -> None:
-    """Print what came of the files."""
+    """Print the outcomes of the files."""
     parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
     parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER")
     parser.add_argument("--before", type=Path, metavar="SRC", help="sources to compare with")

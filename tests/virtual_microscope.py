@@ -95,7 +95,7 @@ def measure(
 
 
 def blur(heights: Array, kind: str, resolution: float) -> Array:
-    """Return what a microscope transfers of one period of a surface."""
+    """Return the transfer of a microscope at one period of a surface."""
     waves = wave_number(heights.shape) * resolution
     transfer = pupil_transfer(HALF * waves) if kind == "diffraction" else 0.5 ** (waves**2)
     return np.fft.irfft2(np.fft.rfft2(heights) * transfer, heights.shape)
