@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -191,18 +192,10 @@ def test_command_solves_coated_body(tmp_path: Path, capsys: pytest.CaptureFixtur
     np.save(tmp_path / "map.npy", ROUGH.heights)
     words = [
         str(tmp_path / "map.npy"),
-        "--size",
-        "100 um x 100 um",
-        "--unit",
-        "m",
-        "--load",
-        "1 N",
-        "--material",
-        "100Cr6",
-        "--coating",
-        "CrN 2 um",
-        "--coating",
-        "Cr 500 nm",
+        *shlex.split(
+            "--size '100 um x 100 um' --unit m --load '1 N' --material 100Cr6 "
+            "--coating 'CrN 2 um' --coating 'Cr 500 nm'"
+        ),
     ]
     assert app.main(["solve", *words]) == app.BAD_INPUT
     assert "bracket" in capsys.readouterr().err

@@ -84,19 +84,6 @@ def stress_below_hertz(parts: list[Part], depth: float, radii: Array) -> Array:
     return np.array([mean - difference, mean + difference, zero @ normal, one @ shear])
 
 
-def test_reference_without_layer_is_huber() -> None:
-    # Huber 1904 (Johnson 1985, sec. 3.4): on the axis, and σ_zz off the axis.
-    z, nu = 0.4, 0.3
-    parts = [(1.0, nu, 0.5), (1.0, nu, math.inf)]
-    along, around, normal, shear = stress_below_hertz(parts, z, np.array([0.0, 0.7]))
-    axis = -(1 + nu) * (1 - z * math.atan(1 / z)) + 0.5 / (1 + z**2)
-    assert [along[0], around[0]] == pytest.approx([axis, axis], abs=1e-7)
-    assert [normal[0], shear[0]] == pytest.approx([-1 / (1 + z**2), 0], abs=1e-7)
-    u = (0.7**2 + z**2 - 1 + math.sqrt((0.7**2 + z**2 - 1) ** 2 + 4 * z**2)) / 2
-    expected = -((z / math.sqrt(u)) ** 3) * u / (u**2 + z**2)
-    assert normal[1] == pytest.approx(expected, abs=1e-7)
-
-
 # --- The stress on a map ---
 
 

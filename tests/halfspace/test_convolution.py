@@ -2,7 +2,6 @@ import threading
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
 
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
@@ -11,6 +10,7 @@ MODULUS = 3.0
 PIXEL = (0.4, 1.0)
 # Odd, even, prime, long and thin; with PIXEL also dy ≠ dx.
 SHAPES = [(2, 2), (3, 5), (8, 8), (7, 13), (12, 31), (29, 6), (2, 33), (41, 2)]
+SHAPES += [(2, 500), (500, 2), (3, 257)]
 BOUNDARIES = list(Boundary)
 
 
@@ -53,21 +53,14 @@ def random_pressure(shape, seed=0, fill=1.0):
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 @pytest.mark.parametrize("shape", SHAPES)
 def test_direct_sum(independent, backend, boundary, shape):
-    pressure = random_pressure(shape)
+    is_long = max(shape) > 100
+    pressure = random_pressure(shape, fill=0.1 if is_long else 1.0)
     expected = direct(independent, boundary, pressure)
     found = make(boundary, shape)(pressure)
-    # Rounding of transforms: a few ε of the largest displacement.
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14 * np.abs(expected).max())
-
-
-@pytest.mark.parametrize("boundary", BOUNDARIES)
-@pytest.mark.parametrize("shape", [(2, 500), (500, 2), (3, 257)])
-def test_long_thin_maps(independent, backend, boundary, shape):
-    pressure = random_pressure(shape, fill=0.1)
-    expected = direct(independent, boundary, pressure)
-    found = make(boundary, shape)(pressure)
-    # 1e-12 instead of 1e-14: the judge's corner sum cancels at 500 pixels.
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+    # Rounding of transforms: a few ε of the largest displacement; the judge's corner sum cancels
+    # at 500 pixels.
+    tolerance = 1e-12 if is_long else 1e-14
+    np.testing.assert_allclose(found, expected, rtol=0, atol=tolerance * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("boundary", BOUNDARIES)
@@ -78,40 +71,6 @@ def test_self_displacement_is_the_response_of_a_pixel_to_itself(backend, boundar
         pressure[1, 1] = 1
         found = operator(pressure)[1, 1]
         assert operator.self_displacement == pytest.approx(found, rel=1e-13)
-
-
-@pytest.mark.parametrize("boundary", BOUNDARIES)
-@settings(max_examples=40, deadline=None)
-@given(
-    ny=st.integers(2, 40),
-    nx=st.integers(2, 40),
-    ratio=st.floats(0.1, 10),
-    seed=st.integers(0, 2**32 - 1),
-    factor=st.floats(-1e3, 1e3),
-)
-def test_reciprocity_and_superposition(boundary, ny, nx, ratio, seed, factor):
-    rng = np.random.default_rng(seed)
-    p, q = rng.standard_normal((2, ny, nx))
-    operator = make(boundary, (ny, nx), (ratio, 1.0))
-    up, uq = operator(p), operator(q)
-    scale = np.linalg.norm(p) * np.linalg.norm(uq) + np.linalg.norm(q) * np.linalg.norm(up)
-    # Betti: the work of either load on the other's displacement; rounding only.
-    assert abs(np.vdot(p, uq) - np.vdot(q, up)) <= 1e-13 * scale
-    together = operator(p + factor * q)
-    size = np.abs(up).max() + abs(factor) * np.abs(uq).max()
-    np.testing.assert_allclose(together, up + factor * uq, rtol=0, atol=1e-13 * size)
-    # The elastic energy of any load is positive (free), or zero for the mean alone (periodic).
-    assert np.vdot(p, up) > 0
-
-
-@pytest.mark.parametrize("boundary", BOUNDARIES)
-def test_mirrored_load_mirrors_the_displacement(boundary):
-    pressure = random_pressure((17, 24))
-    operator = make(boundary, pressure.shape)
-    expected = operator(pressure)
-    for mirror in (np.s_[::-1], np.s_[:, ::-1]):
-        found = operator(np.ascontiguousarray(pressure[mirror]))[mirror]
-        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14 * expected.max())
 
 
 def loads(shape):
@@ -156,18 +115,9 @@ def test_gather_and_spread_equal_the_dense_map(small_blocks, backend, boundary, 
     operator.spread(support, pressure, visit)
     assert (seen == 1).all()
     np.testing.assert_allclose(spread, expected, rtol=0, atol=atol)
-    # Once more: nothing of the first load may be left in the buffers.
+    # Again: nothing of the first load may be left in the buffers.
     np.testing.assert_allclose(operator.gather(support, pressure), found, rtol=0, atol=atol)
     np.testing.assert_allclose(operator(dense), expected, rtol=0, atol=atol)
-
-
-@pytest.mark.parametrize("boundary", BOUNDARIES)
-def test_no_load_no_displacement(backend, boundary):
-    operator = make(boundary, (9, 7))
-    operator(random_pressure((9, 7)))  # something for a stale buffer to hold
-    assert (operator(np.zeros((9, 7))) == 0).all()
-    nothing = operator.support(np.empty(0, np.int64))
-    assert operator.gather(nothing, np.empty(0)).size == 0
 
 
 @pytest.mark.parametrize("boundary", BOUNDARIES)

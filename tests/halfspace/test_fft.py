@@ -15,7 +15,7 @@ THREADS = ("threading", "_thread", "concurrent.futures", "multiprocessing.pool")
 # Wings whose threads compute nothing, and what they do.
 WAITING = {
     "fleet": "threads that wait for the processes of single contacts",
-    "desk": "threads that wait for what a page asks for, so that other pages go on",
+    "desk": "threads that wait for the requests of a page, so that other pages continue",
 }
 
 
@@ -49,7 +49,7 @@ def from_one_of(modules, names):
 
 @pytest.mark.usefixtures("parsed_sources")
 def test_only_fft_module_uses_fft_libraries_and_threads():
-    # The terminal asks whether it may hear signals; what is kept for all threads has a lock.
+    # The terminal checks whether it may receive signals; caches of all threads have a lock.
     # Starting a process holds a lock, too. What draws in a fork waits for the end of the first one.
     # An interrupt that was dropped comes again in the first thread. Tasks of a worker share its
     # working folder.

@@ -15,7 +15,7 @@ from roughcontact.halfspace import convolution
 from roughcontact.halfspace.convolution import ArrayCache
 from roughcontact.halfspace.fft import Workspace
 
-# What sums by BLAS or LAPACK, whose last digits depend on their threads where there is much of it.
+# Sums by BLAS or LAPACK, whose last digits depend on their threads in large arrays.
 BLAS = {
     "cholesky",
     "cov",
@@ -114,7 +114,7 @@ def test_large_products_do_not_use_blas():
 
 
 def fingerprints(cores, threads, blas):
-    """Start the work of `fingerprints` on so many cores and threads."""
+    """Start the work of `fingerprints` on a number of cores and threads."""
     names = ("OMP", "OPENBLAS", "MKL", "BLIS", "VECLIB_MAXIMUM", "DUCC0")
     return subprocess.Popen(
         [sys.executable, ROOT / "tests" / "fingerprints.py", str(cores), str(threads)],

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace import kernels
@@ -114,37 +113,6 @@ def test_surface_is_the_limit(direction):
         np.testing.assert_allclose(surface[component], expected, rtol=0, atol=1e-15)
 
 
-def test_surface_stress_inside_and_outside_a_rectangle():
-    # Johnson (1985), eqs. (3.22) ff.: below a uniform pressure σ_xx + σ_yy = -(1 + 2ν) p, outside
-    # the sum vanishes; on the axis σ_xx alone is -2ν p - (1-2ν) (2/π) arctan(b/a) p.
-    nu, (dy, dx) = 0.3, PIXEL
-    found = kernels.stress_coefficients((3, 3), PIXEL, 0.0, nu)
-    total = found[XX] + found[YY]
-    assert total[0, 0] == pytest.approx(-(1 + 2 * nu))
-    np.testing.assert_allclose(total.ravel()[1:], 0, atol=1e-15)
-    assert found[XX, 0, 0] == pytest.approx(
-        -2 * nu - (1 - 2 * nu) * 2 / math.pi * math.atan(dy / dx)
-    )
-
-
-@given(
-    depth=st.floats(0, 1e3),
-    poisson=st.floats(-0.99, 0.5),
-    ratio=st.floats(0.1, 10),
-    direction=st.sampled_from("zxy"),
-)
-def test_swapped_axes_and_units(depth, poisson, ratio, direction):
-    there = kernels.stress_coefficients((3, 4), (1.0, ratio), depth, poisson, direction)
-    other = {"z": "z", "x": "y", "y": "x"}[direction]
-    back = kernels.stress_coefficients((4, 3), (ratio, 1.0), depth, poisson, other)
-    swapped = back[[YY, XX, ZZ, XZ, YZ, XY]].transpose(0, 2, 1)
-    np.testing.assert_allclose(there, swapped, rtol=0, atol=1e-14)
-    small = kernels.stress_coefficients(
-        (3, 4), (1e-6, 1e-6 * ratio), 1e-6 * depth, poisson, direction
-    )
-    np.testing.assert_allclose(there, small, rtol=0, atol=1e-14)
-
-
 @pytest.mark.parametrize("axis", [None, "x", "y"])
 def test_waves_are_in_equilibrium(axis):
     # Divergence of the stress of one wave, z by central differences.
@@ -175,16 +143,6 @@ def test_waves_are_in_equilibrium(axis):
     sums = [stress(z)[:3].sum() for z in (0.5, 1.5)]
     if sums[0]:
         assert abs(sums[1] / sums[0]) == pytest.approx(math.exp(-math.hypot(qx, qy)))
-
-
-def test_waves_of_a_plane_strain_load():
-    # Johnson (1985), sec. 13.2: p cos(qx) with σ_yy = ν (σ_xx + σ_zz).
-    q, z, nu = 2.0, 0.6, 0.3
-    found = kernels.waves(np.zeros((1, 1)), np.array([q]), z, nu, [])
-    damping = math.exp(-q * z)
-    xx, zz = -(1 - q * z) * damping, -(1 + q * z) * damping
-    expected = [xx, nu * (xx + zz), zz, 0, -q * z * damping, 0]
-    np.testing.assert_allclose(np.ravel(found), expected, atol=1e-15)
 
 
 def test_waves_of_a_uniform_load():

@@ -8,8 +8,7 @@ Mindlin's solution over it, its stress C applied to the gradient of that. R. D. 
 import numpy as np
 import pytest
 
-from roughcontact.halfspace import layers, plastic_halfspace, tensors
-from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace import plastic_halfspace, tensors
 
 MU, NU = 1.7, 0.3
 WIDTH, DEPTH = 1.0, 5.5
@@ -56,22 +55,6 @@ def mindlin(x, source):
 def hooke(gradient):
     strain = (gradient + gradient.T) / 2
     return 2 * MU * (strain + NU / (1 - 2 * NU) * np.trace(strain) * np.eye(3))
-
-
-def test_the_judge() -> None:
-    one, other = np.array([0.3, -0.2, 0.7]), np.array([-0.5, 0.4, 1.1])
-    np.testing.assert_allclose(mindlin(one, other), mindlin(other, one).T, rtol=1e-13)
-    # No traction at the surface: gradient by central differences.
-    at, step = np.array([0.6, 0.5, 0.0]), 1e-5
-    for j in range(3):
-        gradient = np.array(
-            [
-                (mindlin(at + step * e, other)[:, j] - mindlin(at - step * e, other)[:, j])
-                / (2 * step)
-                for e in np.eye(3)
-            ]
-        ).T
-        np.testing.assert_allclose(hooke(gradient)[2], 0, atol=1e-9)
 
 
 def exact(points):
@@ -139,25 +122,6 @@ def errors(results):
         max(abs(a[0] - b[0]) for a, b in zip(results, truth, strict=True)) / u,
         max(np.abs(a[1] - b[1]).max() for a, b in zip(results, truth, strict=True)) / s,
     )
-
-
-@pytest.mark.slow
-def test_periods_converge_to_mindlin() -> None:
-    more = dict(isolated=True, workspace=Workspace(2))
-    measured = []
-    for period in (48, 96, 192):
-        operator = layers.PeriodicHalfSpace(
-            SHAPE, (PIXEL, PIXEL), THICKNESS, MU, NU, (period, period), **more
-        )
-        measured.append(errors(refined_result(operator, SHAPE, PICK)))
-    # Images at distance L do as L⁻³, until the average over a layer against the value in its
-    # middle is left.
-    displacement, stress = np.array(measured).T
-    assert displacement[0] / displacement[1] > 6
-    assert displacement[1] / displacement[2] > 6
-    assert displacement[2] < 1e-3
-    assert stress[0] / stress[1] > 6
-    assert stress[2] < 2e-3
 
 
 @pytest.mark.long

@@ -1,6 +1,6 @@
 """Stress in the volume by a traction on its surface, against the kernels of the stress below it.
 
-`stress` integrates Cerruti's point force over each pixel and knows no layers or sweeps.
+`stress` integrates Cerruti's point force over each pixel without layers or sweeps.
 """
 
 from __future__ import annotations

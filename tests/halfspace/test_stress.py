@@ -5,12 +5,10 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
 from scipy.signal import convolve
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace import fft, kernels, stress, stress_summary, tensors
-from roughcontact.halfspace.stress import Term
 
 PIXEL = (0.8, 1.3)
 ODD = [(0, 0), (0, 0), (0, 0), (1, 0), (0, 1), (1, 1)]
@@ -192,55 +190,6 @@ def test_samples_are_dense_enough_in_both_directions():
     assert stress.steps((1000, 1000), (1.0, 1.0), 1e9) == (16, 16)
 
 
-def test_kernels_go_over_smoothly_into_their_images():
-    # Random kernels on 0 to 47 × 0 to 63, the period of a map of 16 × 24 points.
-    rng = np.random.default_rng(5)
-    shape, period = (16, 24), (48, 64)
-    terms = [Term(odd, [(n, 1.0)]) for n, odd in enumerate([(0, 0), (1, 0), (0, 1), (1, 1)])]
-    tables = rng.standard_normal((4, 65, 49))
-
-    def kernels(rows, columns):
-        return iter([table[np.ix_(columns, rows)] for table in tables])
-
-    rows, columns = np.arange(0, 25, 2), np.arange(0, 33)
-    found = stress.blended(kernels, terms, shape, period, rows, columns)
-    for term, blended, table in zip(terms, found, tables, strict=True):
-        # As they are on the offsets of the map, to the end of the error function at 4e-8 ...
-        near = table[:25, :17:2]
-        np.testing.assert_allclose(blended[:25, :9], near, atol=1e-6)
-        # ... and at half a period the mean of themselves and the image, nothing if it is odd.
-        np.testing.assert_allclose(
-            blended[32, :9], 0 if term.odd[1] else table[32, :17:2], atol=1e-6
-        )
-        np.testing.assert_allclose(
-            blended[:25, 12], 0 if term.odd[0] else table[:25, 24], atol=1e-6
-        )
-        # In between both count, with weights that add up to one.
-        weight = 0.5 * math.erfc(stress._STEEPNESS * (2 * 30 - 64) / (64 - 2 * 24))
-        sign = -1 if term.odd[1] else 1
-        expected = weight * table[30, 0] + sign * (1 - weight) * table[34, 0]
-        assert blended[30, 0] == pytest.approx(expected, abs=1e-6)
-
-
-@settings(max_examples=20, deadline=None)
-@given(
-    ny=st.integers(1, 12),
-    nx=st.integers(1, 12),
-    seed=st.integers(0, 2**32 - 1),
-    depth=st.floats(0, 100),
-    boundary=st.sampled_from(["free", "periodic"]),
-    friction=st.floats(-1, 1),
-)
-def test_superposition_and_scale(ny, nx, seed, depth, boundary, friction):
-    rng = np.random.default_rng(seed)
-    p, q = rng.standard_normal((2, ny, nx))
-    options = {"boundary": boundary, "friction": friction, "precision": "double", "workers": 1}
-    together = one(p + 1e9 * q, depth, **options)
-    apart = one(p, depth, **options) + 1e9 * one(q, depth, **options)
-    # Components that tractions carry by logarithms grow with the size of the map: 1e-13.
-    np.testing.assert_allclose(together, apart, rtol=0, atol=1e-13 * 1e9 * (1 + np.abs(q).sum()))
-
-
 @pytest.mark.parametrize("boundary", ["free", "periodic"])
 def test_sections_of_a_summary_pass_through_its_largest_stress(boundary):
     # The largest stress moves to other pixels as the depths pass.
@@ -277,7 +226,7 @@ def test_slices_belong_to_the_caller():
 
 
 def summed_up(pressure, depths, limit, **options):
-    """What a summary holds, from whole slices."""
+    """The values of a summary, from whole slices."""
     volume = np.array([one(pressure, depth, **options) for depth in depths])
     mises = tensors.von_mises(volume.swapaxes(0, 1))
     tresca = tensors.tresca(volume.swapaxes(0, 1))
@@ -334,17 +283,6 @@ def test_summary_without_yield_strength():
     assert flat.yielded_volume == 0
 
 
-def test_automatic_depths_close_in_on_the_maximum():
-    # The graded depths themselves are a quarter apart there.
-    radius = 37.3
-    found = stress_summary.summarize(hertz(96, radius), (1.0, 1.0), 0.3)
-    assert found.depth_of_max / radius == pytest.approx(0.481, rel=0.01)
-    assert (np.diff(found.depths) > 0).all()
-    coarse = stress.graded_depths(hertz(96, radius), (1.0, 1.0))
-    assert set(coarse) < set(found.depths)
-    assert found.depths.size <= coarse.size + 4
-
-
 def test_graded_depths():
     pressure = hertz(128, 40.0)
     depths = stress.graded_depths(pressure, (2.0, 2.0))
@@ -395,7 +333,7 @@ def test_bad_arguments(change, message):
     good = {"pressure": np.ones((2, 2)), "pixel": (1.0, 1.0), "poisson": 0.3, "depths": [1.0]}
     for call in (stress.slices, stress_summary.summarize):
         with pytest.raises(InputError, match=message):
-            # At the call, not when the first slice is asked for.
+            # At the call, not with the first slice.
             call(**(good | change))
 
 
@@ -419,16 +357,6 @@ def test_memory_does_not_grow_with_the_number_of_depths():
     assert many < 1.05 * few
     # Six components in single precision.
     assert many < 6 * 4 * pressure.size * 64 / 4
-
-
-def test_traction_is_along_x_by_default():
-    pressure = hertz(24, 5)
-    plain, told = (
-        stress_summary.summarize(pressure, PIXEL, 0.3, depths=[1.0, 2.0], friction=0.3, **more)
-        for more in ({}, {"direction": 0.0})
-    )
-    np.testing.assert_array_equal(plain.von_mises, told.von_mises)
-    np.testing.assert_array_equal(plain.orthogonal_shear, told.orthogonal_shear)
 
 
 @pytest.mark.parametrize("precision", ["double", "single"])

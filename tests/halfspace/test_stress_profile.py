@@ -82,16 +82,3 @@ def test_stress_below_wave_in_full_contact_matches_closed_form():
         np.testing.assert_allclose(
             found.section_x[0, number], sideways - (1 - q * z) * shape, atol=1e-5 * wave
         )
-
-
-def test_friction_pulls_the_largest_stress_to_the_surface():
-    # τ = μ p on a line contact: at μ = 0.3 the largest von Mises stress is at the surface
-    # (Johnson 1985, sec. 7.1), about 0.6 p₀ and more.
-    steel = rc.Material(210e9, RATIO, yield_strength=5e9)
-    x = (np.arange(401) - 200) * A / 100
-    surface = rc.Surface(-(x**2) / 0.02, A / 100)
-    result = rc.solve(surface, material=steel, load=1e5, ceiling=None)
-    free, pulled = (rc.subsurface_stress(result, friction=mu) for mu in (0.0, 0.35))
-    assert free.max_von_mises_at[0] > 0
-    assert pulled.max_von_mises_at[0] == 0
-    assert pulled.max_von_mises > free.max_von_mises

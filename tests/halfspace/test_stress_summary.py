@@ -1,4 +1,4 @@
-"""First yield of a sliding sphere lies at its trailing rim: against Hamilton's closed form."""
+"""First yield of a sliding sphere is at its trailing rim: against Hamilton's closed form."""
 
 import math
 
@@ -8,7 +8,7 @@ import pytest
 import roughcontact as rc
 from hamilton import rim_stress, sliding_sphere
 from roughcontact.cautions import CautionTag
-from roughcontact.halfspace import kernels, stress_summary
+from roughcontact.halfspace import stress_summary
 from roughcontact.halfspace.tensors import tresca, von_mises
 from roughcontact.theory import hertz
 
@@ -21,37 +21,10 @@ def largest(poisson, friction):
     return math.sqrt(along**2 - along * across + across**2)
 
 
-@pytest.mark.parametrize("point", [(-0.9, 0.2, 0.4), (1.3, -0.6, 0.5)])
-def test_the_closed_form_is_the_sum_of_forces(point):
-    # Boussinesq's and Cerruti's forces, Gauss' rule over the radius sin u and equal angles.
-    u, weight = np.polynomial.legendre.leggauss(40)
-    u, weight = 0.25 * math.pi * (u + 1), 0.25 * math.pi * weight
-    angles = np.arange(160) * (2 * math.pi / 160)
-    load = np.repeat(np.sin(u) * np.cos(u) ** 2 * weight, 160) * (2 * math.pi / 160)
-    x = point[0] - np.outer(np.sin(u), np.cos(angles)).ravel()
-    y = point[1] - np.outer(np.sin(u), np.sin(angles)).ravel()
-    total = np.zeros(6)
-    for start in range(0, x.size, 160):
-        part = slice(start, start + 160)
-        parts = kernels.force_parts(x[part], y[part], point[2], NU)
-        forces = kernels.sum_parts(parts, NU, 1.0, [("x", 0.4)])
-        total += [(load[part] * np.diagonal(force)).sum() for force in forces]
-    np.testing.assert_allclose(sliding_sphere(*point, NU, 0.4), total, atol=1e-12)
-
-
 def greatest(poisson, friction):
     """Largest von Mises stress on the plane of symmetry but for the cusp at the rim, per p0."""
     x, z = np.meshgrid(np.arange(-1.305, 1.31, 0.01), np.append(1e-9, np.linspace(0.01, 1, 50)))
     return von_mises(sliding_sphere(x, 0.0, z, poisson, friction)).max()
-
-
-@pytest.mark.parametrize("friction", [0.35, 0.5])
-def test_the_largest_stress_is_at_the_trailing_rim(friction):
-    assert greatest(NU, friction) < largest(NU, friction)
-    near = sliding_sphere(-1.0, 0.0, 1e-9, NU, friction)
-    # The cusp: √(1e-9) away.
-    np.testing.assert_allclose(near[[0, 1]], rim_stress(NU, friction), atol=2e-4)
-    np.testing.assert_allclose(near[2:], 0, atol=1e-4)
 
 
 def solve_sphere(radius, offset=(0.0, 0.0), pixel=(1.0, 1.0), boundary="free", points=None):
@@ -109,32 +82,13 @@ def test_the_rim_is_right_to_a_per_cent_at_20_pixels(radius, offset, pixel):
 def test_the_rim_of_bodies_that_are_more_or_less_compressible(poisson):
     result, p0 = solve_sphere(20.3, (0.3, 0.2))
     found = summarize_surface(result, 0.5, poisson=poisson)
-    # At 0.45 it is not the rim: the largest stress at the surface lies in the contact.
+    # At 0.45 it is not the rim: the largest stress at the surface is in the contact.
     expected = max(largest(poisson, 0.5), greatest(poisson, 0.5))
     assert found.max_von_mises == pytest.approx(expected * p0, rel=0.01)
     if poisson == 0:
         along, across = rim_stress(poisson, 0.5)
         expected = float(tresca([along, across, 0, 0, 0, 0]))
         assert found.max_tresca == pytest.approx(expected * p0, rel=0.01)
-
-
-def test_the_rim_of_smaller_spots():
-    for radius, tolerance in ((10.0, 0.02), (6.0, 0.06)):
-        result, p0 = solve_sphere(radius, (0.3, 0.2))
-        found = summarize_surface(result, 0.5)
-        assert found.max_von_mises == pytest.approx(largest(NU, 0.5) * p0, rel=tolerance)
-
-
-def test_the_rim_is_the_same_whichever_way_the_body_slides():
-    result, _ = solve_sphere(12.0)
-    for angle in (0.0, 30.0):
-        found = [summarize_surface(result, 0.4, angle + turn) for turn in (0, 90, 180, 270)]
-        stresses = [one.max_von_mises for one in found]
-        np.testing.assert_allclose(stresses, stresses[0], rtol=1e-4)
-        # Half a turn leaves the pixel on the other side, or its twin beside the middle.
-        for one, other in ((0, 2), (1, 3)):
-            pixels = np.add(found[one].pixel_of_max, found[other].pixel_of_max)
-            assert np.abs(pixels - result.surface.shape + 1).max() <= 1
 
 
 @pytest.mark.parametrize("friction", [0.35, 0.5])
@@ -155,7 +109,7 @@ def test_first_yield_of_a_sliding_sphere(friction):
     result, p0 = solve_sphere(20.0, (0.3, 0.2))
     soft = rc.Material(YOUNG, NU, yield_strength=largest(NU, friction) * p0)
     found = rc.first_yield_load(result.surface, material=soft, friction=friction)
-    # The load goes with the third power of the stress; 27 % and 14 % too high at pixel centres.
+    # The load is that of the stress cubed; 27 % and 14 % too high at pixel centers.
     assert found.solution.load == pytest.approx(result.load, rel=0.03)
     assert found.max_von_mises_at[0] == 0
     (caution,) = (caution for caution in found.cautions if caution.kind == CautionTag.STRESS_PIXEL)
