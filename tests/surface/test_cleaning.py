@@ -1,18 +1,10 @@
-import time
-
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from maps import rough
 from roughcontact.errors import InputError
 from roughcontact.surface import cleaning
-
-
-def rough(seed: int, shape: tuple[int, int], holes: float = 0.0) -> np.ndarray:
-    rng = np.random.default_rng(seed)
-    heights = rng.normal(size=shape)
-    heights[rng.random(shape) < holes] = np.nan
-    return heights
 
 
 def test_crop() -> None:
@@ -53,13 +45,6 @@ def test_the_largest_rectangle_is_the_largest(seed: int, ny: int, nx: int, holes
     part = cleaning.crop_map(heights, *cleaning.largest_rectangle(heights))
     assert np.isfinite(part).all()
     assert part.size == best
-
-
-def test_the_largest_rectangle_of_a_million_points() -> None:
-    heights = rough(1, (1000, 1000), 1e-3)
-    start = time.process_time()
-    cleaning.largest_rectangle(heights)
-    assert time.process_time() - start < 1
 
 
 def test_outliers_go_and_the_rest_keeps_its_bits() -> None:

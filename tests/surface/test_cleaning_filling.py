@@ -1,20 +1,11 @@
-import time
-
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 from scipy import ndimage
 
-from paths import MEASUREMENTS
+from maps import rough
 from roughcontact.errors import InputError
 from roughcontact.surface import cleaning
-
-
-def rough(seed: int, shape: tuple[int, int], holes: float = 0.0) -> np.ndarray:
-    rng = np.random.default_rng(seed)
-    heights = rng.normal(size=shape)
-    heights[rng.random(shape) < holes] = np.nan
-    return heights
 
 
 @given(st.integers(0, 10_000), st.floats(0.05, 0.9), st.floats(0.2, 5.0), st.floats(-1e6, 1e6))
@@ -77,29 +68,3 @@ def test_fill_of_a_whole_map_and_of_nothing() -> None:
     assert cleaning.fill_missing(heights, (1.0, 1.0)).tobytes() == heights.tobytes()
     with pytest.raises(InputError, match="nothing to fill"):
         cleaning.fill_missing(np.full((4, 4), np.nan), (1.0, 1.0))
-
-
-def test_fill_by_multigrid_agrees_with_the_direct_solution(monkeypatch: pytest.MonkeyPatch) -> None:
-    heights = rough(8, (300, 260), holes=0.3)
-    heights[40:250, 30:200] = np.nan
-    direct = cleaning.fill_missing(heights, (1.0, 2.5))
-    monkeypatch.setattr(cleaning, "_DIRECT_LIMIT", 0)
-    monkeypatch.setattr(cleaning, "_COARSEST", 500)
-    np.testing.assert_allclose(cleaning.fill_missing(heights, (1.0, 2.5)), direct, atol=1e-7)
-
-
-def test_fill_of_a_measured_map_with_large_holes() -> None:
-    path = MEASUREMENTS / "bullet_land_fixed.x3p"
-    if not path.exists():
-        pytest.skip("shared/measurements is absent")
-    pytest.importorskip("SurfaceTopography.IO", exc_type=ImportError)
-    from roughcontact.formats.read import read_surface
-
-    surface = read_surface(path)
-    start = time.process_time()
-    filled = surface.filled()
-    assert time.process_time() - start < 2
-    assert surface.missing == 25292
-    assert filled.missing == 0
-    there = ~np.isnan(surface.heights)
-    assert filled.heights[there].tobytes() == surface.heights[there].tobytes()

@@ -65,7 +65,7 @@ def test_body_is_surface_with_provenance(body, heights, source) -> None:
     assert body.pixel == PIXEL
     assert body.provenance.source == source
     outside = np.isnan(heights).sum()
-    # Nobody has to mask the outside of a nominal body.
+    # The outside of a nominal body is masked.
     assert body.holes_masked == (outside > 0)
     steps = (f"{outside} points outside the body never touch",) if outside else ()
     assert body.provenance.steps == steps
@@ -192,13 +192,6 @@ def test_no_text_makes_another_error(text: str) -> None:
     except InputError:
         return
     assert callable(body)
-
-
-def test_only_points_beyond_a_body_are_masked() -> None:
-    grid = {"shape": (8, 8), "pixel": (1e-6, 1e-6)}
-    assert not nominal_bodies.flat(**grid).holes_masked
-    assert not nominal_bodies.sphere(radius=1e-3, **grid).holes_masked
-    assert nominal_bodies.punch(radius=2e-6, **grid).holes_masked
 
 
 # --- without a grid -----------------------------------------------------------------------------

@@ -52,7 +52,7 @@ def test_the_finer_pixel_decides() -> None:
     one, two = placement.match_grids(coarse, fine, (1e-5, 1e-5))
     # 2.5 µm is similar to 3 µm, 1 µm is not to 4 µm.
     assert one.pixel == two.pixel == (1e-6, 3e-6)
-    # All of the fine map lies on the coarse one: only its rim may be lost.
+    # All of the fine map is on the coarse one: only its rim may be lost.
     assert one.shape[0] >= 88
     assert one.size[1] >= fine.size[1] - 2 * 3e-6
     other, same = placement.match_grids(fine, coarse, (-1e-5, -1e-5))

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 from scipy.ndimage import grey_dilation
 
 from roughcontact import units
@@ -43,12 +43,6 @@ def drawn_by(radius: float, heights: np.ndarray) -> np.ndarray:
     return heights
 
 
-def curvature(heights: np.ndarray, reach: int) -> np.ndarray:
-    """Second differences along x over so many pixels, times their square."""
-    middle = heights[:, reach:-reach]
-    return heights[:, 2 * reach :] - 2 * middle + heights[:, : -2 * reach]
-
-
 # --- tip ----------------------------------------------------------------------------------------
 
 
@@ -71,30 +65,6 @@ def test_single_peaks_drawn_by_a_tip(radius: float, height: float, edge: float) 
     assert resolution.tip_cutoff(tilted * NM, (NM, edge * NM), radius * NM) == pytest.approx(
         scale, rel=1e-6
     )
-
-
-@pytest.mark.parametrize("seed", [0, 1, 2])
-@pytest.mark.parametrize("hurst", [0.5, 0.8])
-def test_below_the_cutoff_is_the_tip_and_above_it_the_surface(seed: int, hurst: float) -> None:
-    heights = rough(seed, hurst)
-    radius = 20 * NM
-    drawn = drawn_by(radius, heights)
-    # No peak of the drawn map is sharper than the tip; the surface's are.
-    assert curvature(drawn, 1).min() / NM**2 >= -1.0000001 / radius
-    assert curvature(heights, 1).min() / NM**2 < -5 / radius
-    scale = resolution.tip_cutoff(drawn, PIXEL, radius)
-    assert scale is not None
-    reach = scale / 2 / NM
-    share = [
-        np.std(curvature(drawn, round(reach * part)))
-        / np.std(curvature(heights, round(reach * part)))
-        for part in (1 / 8, 1, 2)
-    ]
-    # Root-mean-square curvature at an eighth of the cut-off, at it and at twice it: the factor ½
-    # of the method is one of judgement, hence no sharper bounds.
-    assert share[0] < 0.55
-    assert 0.7 < share[1] < 0.9
-    assert 0.8 < share[2] < 1
 
 
 def test_smooth_maps_are_the_surface_at_every_scale() -> None:
@@ -214,15 +184,6 @@ def test_smoothing_is_found_at_the_filter(
     assert resolution.noise_cutoff(heights[part], PIXEL) is None
 
 
-def test_a_sharp_end_of_the_spectrum_is_found() -> None:
-    heights = rough(6, shortest=8.0)
-    assert resolution.smoothing_cutoff(heights, PIXEL) == pytest.approx(8 * NM, rel=0.5)
-    # Scales go along with the pixel.
-    assert resolution.smoothing_cutoff(heights, (5.0, 5.0)) == pytest.approx(
-        5 / NM * resolution.smoothing_cutoff(heights, PIXEL)
-    )
-
-
 def test_regular_grooves_are_not_smoothing() -> None:
     grooves = 20 * NM * np.sin(2 * math.pi * np.arange(256) / 32)
     heights = rough(7, 0.5, 2 * NM, shortest=2.0000001) + grooves
@@ -253,7 +214,7 @@ def test_notes_of_an_atomic_force_microscope() -> None:
     assert f"Below {units.format_engineering(scale, 'm', 3)} (" in found
     assert f"({scale / NM:.1f} pixels)" in found
     assert "radius 5 nm" in found
-    # The radius may be known where the file does not tell the instrument.
+    # The radius may be known where the file does not name the instrument.
     assert Surface(heights, PIXEL).resolution_notes() == ()
     assert Surface(heights, PIXEL).resolution_notes(5 * NM) == (found,)
     assert Surface(heights, PIXEL, about).resolution_notes(0.1 * NM) == ()
@@ -307,20 +268,6 @@ def test_notes_of_noise_and_smoothing() -> None:
     assert Surface(holed, PIXEL).resolution_notes() == ()
 
 
-@settings(max_examples=20)
-@given(st.integers(0, 1000), st.floats(1, 100), st.floats(-9, 9))
-def test_units_do_not_matter(seed: int, radius: float, power: float) -> None:
-    # All lengths scaled alike: the scale goes along.
-    heights, factor = rough(seed)[:40], 10.0**power
-    scale = resolution.tip_cutoff(heights, PIXEL, radius * NM)
-    scaled = resolution.tip_cutoff(
-        heights * factor, (factor * NM, factor * NM), radius * NM * factor
-    )
-    assert (scale is None) == (scaled is None)
-    if scale is not None:
-        assert scaled == pytest.approx(scale * factor, rel=1e-6)
-
-
 def test_wave_limits_are_cached(monkeypatch: pytest.MonkeyPatch) -> None:
     looks: list[object] = []
     limit = resolution.Limit(resolution.LimitCause.NOISE, NM, "a note")
@@ -338,10 +285,6 @@ def test_shortest_wave_is_filter_cutoff_on_large_maps() -> None:
     white = np.random.default_rng(1).normal(size=(256, 256))
     assert resolution.shortest_wave(white, PIXEL) > 4 * NM
     assert resolution.shortest_wave(white[:31], (1 * NM, 2 * NM)) == 4 * NM
-
-
-def test_a_spectrum_whose_last_wave_is_beyond_the_noise_ends_there() -> None:
-    assert resolution._crossing(np.array([2.0]), np.array([1.0]), 0.5) == pytest.approx(math.pi)
 
 
 def test_coarsest_limit_of_several_maps_is_reported_once() -> None:
@@ -365,7 +308,7 @@ def test_coarsest_limit_of_several_maps_is_reported_once() -> None:
         assert (told.where, told.place) == ("2 of 2 maps, worst coarse.opd", "coarse.opd")
         assert told.parts == cautions_of_surface(coarse)[0].parts
     assert notes_of_maps(fine) == notes_of_maps(fine, fine) == cautions_of_surface(fine)
-    # What one of them alone has is told as its own; what was not measured says nothing.
+    # A limit of one map alone names it; unmeasured maps have none.
     plain = replace(fine, heights=heights, provenance=Provenance("plain.opd", "Wyko OPD"))
     assert notes_of_maps(plain) == ()
     assert notes_of_maps(fine, plain)[0].where == "1 of 2 maps, fine.opd"

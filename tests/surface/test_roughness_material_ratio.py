@@ -1,18 +1,11 @@
 import numpy as np
 import pytest
-from scipy import integrate, ndimage, stats
+from scipy import integrate, stats
 
+from maps import gaussian_map
 from roughcontact.errors import InputError
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
-
-
-def gaussian_map(
-    shape: tuple[int, int], correlation: tuple[float, float], seed: int = 0
-) -> np.ndarray:
-    """Return a periodic Gaussian map with the correlation exp(-y²/4a² - x²/4b²) in pixels."""
-    noise = np.random.default_rng(seed).normal(size=shape)
-    return ndimage.gaussian_filter(noise, correlation, mode="wrap", truncate=6)
 
 
 def test_material_ratio_curve_of_a_sample() -> None:
@@ -34,26 +27,6 @@ def test_grouping_keeps_the_curve(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.all(np.diff(curve[1]) <= 0)
     grouped = {**roughness.core_parameters(*curve), **roughness.volume_parameters(*curve)}
     assert grouped == pytest.approx(whole, rel=2e-3)
-
-
-def test_bearing_parameters_of_uniform_heights() -> None:
-    n = 40_000
-    heights = np.random.default_rng(9).permutation((np.arange(n) + 0.5) / n * 2e-6)
-    curve = roughness.material_ratio_curve(heights.reshape(200, 200))
-    values = {**roughness.core_parameters(*curve), **roughness.volume_parameters(*curve)}
-    expected = {
-        "Sk": 2e-6,
-        "Spk": 0.0,
-        "Svk": 0.0,
-        "Smr1": 0.0,
-        "Smr2": 1.0,
-        "Vmp": 1e-8,
-        "Vmc": 63e-8,
-        "Vvc": 77e-8,
-        "Vvv": 4e-8,
-    }
-    # Steps of 1/n at either end.
-    assert values == pytest.approx(expected, rel=1e-4, abs=1e-12)
 
 
 def test_bearing_parameters_of_gaussian_heights() -> None:

@@ -24,7 +24,7 @@ def test_one_line_of_heights_is_a_profile():
     assert surface.shape == (1, 5000)
     assert surface.size[1] == pytest.approx(5e-3)
     assert not rc.Surface(np.zeros((2, 5)), (1e-6, 1e-6)).is_profile
-    # What is made of it stays one.
+    # Derived surfaces stay profiles.
     assert surface.leveled().is_profile
 
 

@@ -120,23 +120,11 @@ def test_the_ellipsoid_has_its_radii_in_its_directions(radii, angle, more):
     np.testing.assert_allclose(swapped, z, rtol=0, atol=1e-12 * abs(z).max())
 
 
-def test_equal_radii_make_a_paraboloid():
-    ball = shapes.ellipsoid(*GRID, (1e-3, 1e-3), 37.0)
-    np.testing.assert_allclose(ball, shapes.paraboloid(*GRID, 1e-3), rtol=1e-13)
-
-
-def test_crossed_cylinders_make_a_sphere_near_its_summit():
-    for first in (0, 20):
-        pair = shapes.cylinder(*GRID, 0.1, first) + shapes.cylinder(*GRID, 0.1, first + 90)
-        # Fourth order: (r/2R)² = 2e-7.
-        np.testing.assert_allclose(pair, shapes.sphere(*GRID, 0.1), rtol=4e-7)
-
-
 def test_a_punch_is_flat_and_ends():
     y, x = from_center()
     z = shapes.punch(*GRID, 20e-6)
     np.testing.assert_array_equal(z, np.where(np.hypot(y, x) < 20e-6, 0, np.nan))
-    # Row 5 lies at -20 µm: on the outline.
+    # Row 5 is at -20 µm: on the outline.
     assert shapes.punch(*GRID, 20e-6, center=(15, 21))[5, 21] == 0
     z = shapes.rectangular_punch(*GRID, (24e-6, 60e-6))
     inside = (np.abs(y) < 12.1e-6) & (np.abs(x) < 30.1e-6)
