@@ -67,7 +67,7 @@ def test_result_passes_verification(case: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("loads", [(0.3,), (0.3, 0.0)])
 def test_contact_of_volume_passes_verification(loads: tuple[float, ...], tmp_path: Path) -> None:
     result = yielded(*loads)
-    # The volume goes on beyond the map, which the contact does not see.
+    # The volume extends beyond the map, which the contact does not see.
     assert result.bodies[0].margin > 0
     assert verify_result(result).differences == ()
     # On the surface as it was before it yielded it is none.

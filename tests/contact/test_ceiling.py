@@ -36,7 +36,7 @@ RADIUS = 0.01
 def sphere(
     ratio: float, material: rc.Material = STEEL, points: int = 64, **more
 ) -> rc.ContactResult:
-    """Return a solved ball at so many loads of first yield, its contact well resolved."""
+    """Return a solved ball at a number of loads of first yield, its contact well resolved."""
     modulus = rc.contact_modulus(material, rc.RIGID)
     load = ratio * hertz.first_yield_load(RADIUS, modulus, material.first_yield_pressure)
     # Hertz's radius, or that of a disc under the ceiling of three yield strengths.
@@ -70,23 +70,6 @@ def test_the_factor_grows_with_the_load_between_its_bounds(
     factors = [ceiling_factor(ratio, first) for ratio in (low, low * step)]
     # Where Hertz's pressure ends the factor may stand still, and fall by a little.
     assert first * (1 - 1e-12) <= factors[0] <= factors[1] * (1 + 1e-3) <= 3 * (1 + 1e-3)
-
-
-def test_the_load_does_not_depend_on_the_ceiling_it_is_read_at() -> None:
-    ratios = [
-        recommended_ceiling(sphere(40, ceiling=ceiling)).load_ratio
-        for ceiling in (1.8e9, 2.4e9, 3e9, None)
-    ]
-    assert ratios == pytest.approx([40] * 4, rel=0.05)
-
-
-def test_scales_do_not_matter() -> None:
-    # On a half-space E*, σ_Y and R only set the scales of load and length.
-    soft = rc.Material(3e9, 0.3, 1e8)
-    one, other = (recommended_ceiling(sphere(40, body)) for body in (STEEL, soft))
-    assert one.load_ratio == pytest.approx(other.load_ratio, rel=1e-6)
-    assert one.factor == pytest.approx(other.factor, rel=1e-6)
-    assert one.slope != pytest.approx(other.slope, rel=0.1)
 
 
 def test_a_tilted_map_and_a_second_ball_change_nothing() -> None:
@@ -132,34 +115,12 @@ def test_hardening_raises_the_ceiling(law: Linear | Swift, ratio: float, true: f
     assert advice.factor == pytest.approx(true, rel=0.055)
 
 
-@pytest.mark.long
-def test_the_rule_holds_on_a_rough_map() -> None:
-    # Perfectly plastic, E* h'/σ_Y = 12: with three yield strengths the area is a sixth too small.
-    heights, pixel = rc.reference_map(32)
-    strength = rc.Surface(heights, pixel).Sdq * MODULUS / 12
-    body = rc.Material(210e9, 0.3, yield_strength=strength)
-    loads = [nominal * strength * 1e-8 for nominal in (0.1, 0.3)]
-    both = rc.compare_models(
-        rc.Surface(heights, pixel), material=body, increments=1, loads=loads, boundary="periodic"
-    )
-    usual = both.ceiling[0][-1]
-    advice = recommended_ceiling(usual)
-    assert 1.9 < advice.factor < 2.5
-    again = rc.solve(
-        usual.surface, material=body, load=loads[-1], boundary="periodic", ceiling=advice.ceiling
-    )
-    true = both.column("elastoplastic", "contact_area")[-1]
-    assert both.excess("contact_area")[0, -1] < -0.12
-    assert again.perimeter_corrected_area == pytest.approx(true, rel=0.08)
-
-
 def test_without_strength_or_slope_nothing_is_recommended() -> None:
     ceramic = rc.Material(400e9, 0.2, hardness=15e9)
     assert recommended_ceiling(sphere(40, ceiling=3e9)) is not None
     result = rc.solve(sphere(12).surface, material=ceramic, load=1.0)
     assert recommended_ceiling(result) is None
-    flat = rc.Surface(np.zeros((8, 8)), (1e-6, 1e-6))
-    assert recommended_ceiling(rc.solve(flat, material=STEEL, load=1e-3)) is None
+    assert recommended_ceiling(rc.solve(FLAT, material=STEEL, load=1e-3)) is None
 
 
 def test_the_rounding_of_heights_is_no_slope() -> None:
@@ -169,17 +130,6 @@ def test_the_rounding_of_heights_is_no_slope() -> None:
     result = rc.solve(surface, material=STEEL, load=0.3)
     assert result.spots().count == 1
     assert recommended_ceiling(result) is None
-
-
-def test_holes_at_a_spot_do_no_harm() -> None:
-    whole = sphere(40)
-    heights = np.array(whole.surface.heights)
-    heights[::7, ::9] = np.nan
-    result = rc.solve(
-        rc.Surface(heights, whole.surface.pixel).masked(), material=STEEL, load=whole.load
-    )
-    advice = recommended_ceiling(result)
-    assert advice.load_ratio == pytest.approx(40, rel=0.1)
 
 
 @pytest.mark.parametrize("ratio", [0.0, -1.0, math.nan])
@@ -216,7 +166,7 @@ def test_calibrated_ceiling_is_self_consistent(ratio: float, body: rc.Material) 
     assert own.ceiling == pytest.approx(result.ceiling, rel=2e-3)
     assert result.calibration.mismatch == pytest.approx(own.ceiling / result.ceiling - 1)
     assert result.calibration.factor == pytest.approx(result.ceiling / body.yield_strength)
-    # Once more from there, or from anywhere: the same.
+    # A start from there or from anywhere gives the same.
     again = rc.solve(
         result.surface, material=body, load=result.load, ceiling="calibrated", initial_guess=result
     )
@@ -340,17 +290,20 @@ def test_too_low_calibrated_ceiling_raises_capacity_error() -> None:
         rc.solve(surface, material=body, load=load, ceiling="calibrated")
 
 
-@pytest.mark.parametrize("body", [rc.Material(210e9, 0.3), rc.Material(400e9, 0.2, hardness=15e9)])
-def test_calibrated_ceiling_without_yield_strength_raises_input_error(body: rc.Material) -> None:
-    ball = sphere(12).surface
-    with pytest.raises(rc.InputError, match='ceiling="calibrated" needs the yield'):
-        rc.solve(ball, material=body, load=1.0, ceiling="calibrated")
-
-
-def test_flat_surfaces_have_no_calibrated_ceiling() -> None:
-    flat = rc.Surface(np.zeros((8, 8)), (1e-6, 1e-6))
-    with pytest.raises(rc.InputError, match="these have none: single pixels, or flats"):
-        rc.solve(flat, material=STEEL, load=0.16, ceiling="calibrated")
+@pytest.mark.parametrize(
+    ("body", "is_flat", "words"),
+    [
+        (rc.Material(210e9, 0.3), False, 'ceiling="calibrated" needs the yield'),
+        (rc.Material(400e9, 0.2, hardness=15e9), False, 'ceiling="calibrated" needs the yield'),
+        (STEEL, True, "these have none: single pixels, or flats"),
+    ],
+)
+def test_calibrated_ceiling_without_strength_or_slope_raises_input_error(
+    body: rc.Material, is_flat: bool, words: str
+) -> None:
+    surface = FLAT if is_flat else sphere(12).surface
+    with pytest.raises(rc.InputError, match=words):
+        rc.solve(surface, material=body, load=0.16, ceiling="calibrated")
 
 
 def test_elastic_counter_body_lowers_ceiling_below_equal_bodies() -> None:
@@ -446,14 +399,3 @@ def test_a_ceiling_is_recommended_for_any_moduli(
         found = _recommend(pair, pair.softer, 0.01, mean)
         assert 0 < found.ceiling < math.inf
         assert 0 < found.slope < math.inf
-
-
-@pytest.mark.parametrize("stiff", [1e21, 1e50, math.inf])
-def test_a_body_far_stiffer_than_the_other_is_rigid(stiff: float) -> None:
-    metal, punch = rc.Material(2.0, 0.3, 0.01), rc.Material(stiff, 0.3, 1e9)
-    for bodies in ((metal, punch), (punch, metal)):
-        pair = Pair(FLAT, material=bodies[0], counter_material=bodies[1])
-        alone = Pair(FLAT, material=metal, counter_material=rc.RIGID)
-        found, expected = (_recommend(p, p.softer, 0.05, 0.02) for p in (pair, alone))
-        assert found.ceiling == pytest.approx(expected.ceiling, rel=1e-8)
-        assert found.slope == pytest.approx(expected.slope, rel=1e-8)

@@ -19,7 +19,7 @@ from roughcontact.contact.result import CalibratedCeiling
 from roughcontact.theory import indenters
 from roughcontact.uncertainty import intervals as uncertainty
 
-# Quick ones: half a dozen loads, a contact of six pixels in radius whose middle lies on none.
+# Quick ones: half a dozen loads, a contact of six pixels in radius whose middle is on none.
 POINTS, STEP = 26, 1.6
 METAL = rc.Conductor(resistivity=1e-7)
 
@@ -30,7 +30,7 @@ def steel(poisson: float) -> rc.Material:
 
 @lru_cache
 def volume(poisson: float, ratio: float) -> tuple[ceiling_rule.Case, dict[str, Any]]:
-    """Return a sphere at so many loads of first yield, and what the volume gives."""
+    """Return a sphere at a number of loads of first yield, and what the volume gives."""
     case = ceiling_rule.sphere(
         ratio, steel(poisson), step=STEP, points=POINTS, kind="sphere", poisson=poisson
     )
@@ -79,29 +79,9 @@ def test_residual_indentation_of_sphere_matches_caution(poisson: float, ratio: f
         depth, energy = plausibility.ratio_to_elastoplastic(advice, limit)
         assert told["depth"] == pytest.approx(depth, abs=0.1)
         assert told["energy"] == pytest.approx(energy, abs=0.1)
-    # With the calibrated ceiling, as it is told.
+    # With the calibrated ceiling of the result.
     assert 1 <= told["depth"] <= 1.3
     assert 1.2 <= told["energy"] <= 1.5
-
-
-@pytest.mark.slow
-def test_history_caution_matches_residual_indentation() -> None:
-    case, found = volume(0.45, 40)
-    path = [found["load"], 0.0]
-    usual = load_history(case.surface, path, material=case.material)
-    caution = imprint_caution(usual)
-    depth = usual.indentation.max() / found["depth"]
-    assert caution.numbers["indentation_over_volume"] == pytest.approx(depth, abs=0.1)
-    energy = usual.dissipated_energy / found["energy"]
-    assert caution.numbers["energy_over_volume"] == pytest.approx(energy, abs=0.1)
-    assert caution.text in usual.summary()["warnings"]
-    better = load_history(case.surface, path, material=case.material, ceiling="calibrated")
-    told = imprint_caution(better).numbers
-    assert (told["indentation_over_volume"], told["energy_over_volume"]) == (
-        pytest.approx(1.1, abs=0.02),
-        pytest.approx(1.3, abs=0.02),
-    )
-    assert better.indentation.max() / found["depth"] == pytest.approx(1.1, abs=0.1)
 
 
 def test_three_yield_strengths_match_full_plasticity() -> None:

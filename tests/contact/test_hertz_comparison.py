@@ -1,4 +1,4 @@
-"""Solved contacts of smooth nominal bodies beside Hertz's closed forms, through the public face."""
+"""Solved contacts of smooth nominal bodies and Hertz's closed forms, through the public face."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def kinds(result: rc.ContactResult) -> str:
 def test_contact_beyond_map_gives_warning() -> None:
     result, _ = solve_under_peak(ball(points=48))
     assert "warning: Hertz contact (±" in kinds(result)
-    # What the load was taken from is wrong here: a warning of the result, not of the page alone.
+    # The source of the load is wrong here: a warning of the result, not of the page alone.
     assert any(c.kind == CautionTag.HERTZ for c in result.cautions)
     plain = rc.solve(ball(points=48), material=STEEL, load=result.load, ceiling=None)
     assert not any(c.kind == CautionTag.HERTZ for c in plain.cautions)

@@ -29,7 +29,7 @@ def leave(monkeypatch: pytest.MonkeyPatch, size: int) -> None:
     monkeypatch.setattr(memory, "free_bytes", lambda: size)
 
 
-# What files announce
+# Sizes in files
 
 
 def test_points_of_a_map(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -62,7 +62,7 @@ def test_bytes_of_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
         memory.require_size("map.x3p", 2**20)
 
 
-# What is asked for in numbers
+# Sizes in arguments
 
 
 @pytest.mark.parametrize("value", [0, -1, 11, 10**30, 2.0, "3", None, math.inf])

@@ -1,4 +1,4 @@
-"""What a map knows of the curvature of its nominal body."""
+"""The curvature of the nominal body of a map."""
 
 from __future__ import annotations
 

@@ -33,10 +33,15 @@ SLIPS = {
     "dict": {},
     "object": object(),
 }
-# What goes on with other words than numbers, materials or boundaries.
+# Arguments that are no numbers, materials or boundaries.
 ELSEWHERE = ("progress", "folder", "on_step", "on_interrupt", "caveat", "options")
 
 Call = tuple[Callable[..., Any], dict[str, Any]]
+
+
+def call(function: Callable[..., Any], **usual: Any) -> Call:
+    """Return a function with arguments that it takes."""
+    return function, usual
 
 
 @cache
@@ -48,6 +53,7 @@ def calls() -> dict[str, Call]:
     conductor = rc.Conductor(1e-7, 46.0)
     both: dict[str, Any] = {"surface": surface, "material": steel}
     rough = rc.Surface(*rc.reference_map(64))
+    large = both | {"surface": rough}
     contacts = [rc.solve(**both, load=load, calibrated=False) for load in (0.01, 0.1)]
     periodic = [rc.solve(**both, load=load, boundary="periodic") for load in (0.01, 0.1)]
     y, x = np.mgrid[-8:8, -8:8] * 1e-6
@@ -55,113 +61,96 @@ def calls() -> dict[str, Call]:
     plastic: dict[str, Any] = {"surface": ball, "material": steel, "layers": [1e-6, 1e-6]}
     rolled = {**plastic, "counter_surface": rc.Surface(np.zeros((16, 16)), (1e-6, 1e-6))}
     return {
-        "Surface": (rc.Surface, {"heights": heights, "pixel": pixel}),
-        "Surface.leveled": (
-            surface.leveled,
-            {"form": "three-point", "points": [(0, 0), (5, 1), (2, 7)]},
+        "Surface": call(rc.Surface, heights=heights, pixel=pixel),
+        "Surface.leveled": call(
+            surface.leveled, form="three-point", points=[(0, 0), (5, 1), (2, 7)]
         ),
-        "Surface.without_form": (surface.without_form, {"shape": "polynomial", "degree": 2}),
-        "Surface.without_outliers": (surface.without_outliers, {}),
-        "Surface.filled": (surface.filled, {}),
-        "Surface.cropped": (surface.cropped, {"rows": (0, 8), "columns": (0, 8)}),
-        "Surface.inverted": (surface.inverted, {}),
-        "Surface.flipped": (surface.flipped, {}),
-        "Surface.rotated": (surface.rotated, {}),
-        "Surface.resampled": (surface.resampled, {"shape": (8, 8)}),
-        "Surface.filtered": (surface.filtered, {"s": 4e-6}),
-        "Surface.with_form": (surface.with_form, {"form": surface}),
-        "Surface.aligned": (surface.aligned, {"grid": surface}),
-        "Surface.resolution_notes": (surface.resolution_notes, {"tip_radius": 1e-6}),
-        "Material": (rc.Material, {"young": 210e9, "poisson": 0.3}),
-        "Conductor": (rc.Conductor, {"resistivity": 1e-7}),
-        "Perfect": (rc.hardening.Perfect, {"initial": 1e9}),
-        "Linear": (rc.hardening.Linear, {"initial": 1e9, "modulus": 1e9}),
-        "Swift": (rc.hardening.Swift, {"coefficient": 1e9, "offset": 0.1, "exponent": 0.2}),
-        "Tabulated": (rc.hardening.Tabulated, {"strain": [0.0, 0.1], "stress": [1e9, 2e9]}),
-        "Kinematic": (
-            rc.hardening.Kinematic,
-            {"isotropic": rc.hardening.Perfect(1e9), "modulus": 1e9},
-        ),
-        "contact_modulus": (rc.contact_modulus, {"material": steel, "counter_material": steel}),
-        "hardness.ceiling": (rc.hardness.ceiling, {"hardness": "62 HRC"}),
-        "hardness.pressure": (rc.hardness.pressure, {"vickers": 700}),
-        "hardness.vickers": (rc.hardness.vickers, {"value": 62, "scale": "HRC"}),
-        "hardness.brinell_pressure": (rc.hardness.brinell_pressure, {"brinell": 200}),
-        "catalogue.material": (rc.catalog.material, {"name": "100Cr6"}),
-        "NominalPressure": (rc.NominalPressure, {"value": 1e6}),
-        "HertzPressure": (rc.HertzPressure, {"value": 1e6}),
-        "LineLoad": (rc.LineLoad, {"value": 1e6}),
-        "Stage": (rc.Stage, {"load": 1.0}),
-        "PathPoint": (rc.PathPoint, {"load": 1.0}),
-        "reference_map": (rc.reference_map, {"n": 32}),
-        "self_affine": (
+        "Surface.without_form": call(surface.without_form, shape="polynomial", degree=2),
+        "Surface.without_outliers": call(surface.without_outliers),
+        "Surface.filled": call(surface.filled),
+        "Surface.cropped": call(surface.cropped, rows=(0, 8), columns=(0, 8)),
+        "Surface.inverted": call(surface.inverted),
+        "Surface.flipped": call(surface.flipped),
+        "Surface.rotated": call(surface.rotated),
+        "Surface.resampled": call(surface.resampled, shape=(8, 8)),
+        "Surface.filtered": call(surface.filtered, s=4e-6),
+        "Surface.with_form": call(surface.with_form, form=surface),
+        "Surface.aligned": call(surface.aligned, grid=surface),
+        "Surface.resolution_notes": call(surface.resolution_notes, tip_radius=1e-6),
+        "Material": call(rc.Material, young=210e9, poisson=0.3),
+        "Conductor": call(rc.Conductor, resistivity=1e-7),
+        "Perfect": call(rc.hardening.Perfect, initial=1e9),
+        "Linear": call(rc.hardening.Linear, initial=1e9, modulus=1e9),
+        "Swift": call(rc.hardening.Swift, coefficient=1e9, offset=0.1, exponent=0.2),
+        "Tabulated": call(rc.hardening.Tabulated, strain=[0.0, 0.1], stress=[1e9, 2e9]),
+        "Kinematic": call(rc.hardening.Kinematic, isotropic=rc.hardening.Perfect(1e9), modulus=1e9),
+        "contact_modulus": call(rc.contact_modulus, material=steel, counter_material=steel),
+        "hardness.ceiling": call(rc.hardness.ceiling, hardness="62 HRC"),
+        "hardness.pressure": call(rc.hardness.pressure, vickers=700),
+        "hardness.vickers": call(rc.hardness.vickers, value=62, scale="HRC"),
+        "hardness.brinell_pressure": call(rc.hardness.brinell_pressure, brinell=200),
+        "catalogue.material": call(rc.catalog.material, name="100Cr6"),
+        "NominalPressure": call(rc.NominalPressure, value=1e6),
+        "HertzPressure": call(rc.HertzPressure, value=1e6),
+        "LineLoad": call(rc.LineLoad, value=1e6),
+        "Stage": call(rc.Stage, load=1.0),
+        "PathPoint": call(rc.PathPoint, load=1.0),
+        "reference_map": call(rc.reference_map, n=32),
+        "self_affine": call(
             rc.self_affine,
-            {
-                "shape": (16, 16),
-                "pixel": (1e-6, 1e-6),
-                "rms_height": 1e-7,
-                "rolloff_wavelength": 8e-6,
-                "cutoff_wavelength": 4e-6,
-                "rng": np.random.default_rng(1),
-            },
+            shape=(16, 16),
+            pixel=(1e-6, 1e-6),
+            rms_height=1e-7,
+            rolloff_wavelength=8e-6,
+            cutoff_wavelength=4e-6,
+            rng=np.random.default_rng(1),
         ),
-        "generate": (
+        "generate": call(
             rc.generate,
-            {
-                "shape": (16, 16),
-                "pixel": (1e-6, 1e-6),
-                "Sq": 1e-7,
-                "rolloff_wavelength": 8e-6,
-                "cutoff_wavelength": 4e-6,
-            },
+            shape=(16, 16),
+            pixel=(1e-6, 1e-6),
+            Sq=1e-7,
+            rolloff_wavelength=8e-6,
+            cutoff_wavelength=4e-6,
         ),
-        "partition": (rc.partition, {"surface": rough}),
-        "solve": (rc.solve, {**both, "load": 0.1, "calibrated": False}),
-        "load_curve": (rc.sweep, {**both, "loads": [0.1]}),
-        "load_history": (rc.history, {**both, "path": [0.1]}),
-        "find_load": (rc.find_load, {**both, "contact_fraction": 0.01}),
-        "estimate": (rc.estimate, {**both, "surface": rough, "pressure": 1e8}),
-        "compare": (
-            rc.compare,
-            {"maps": [surface, surface], "material": steel, "pressure": 1e6, "steps": 2},
-        ),
-        "sampling_error": (rc.sampling_study, {**both, "surface": rough, "pressure": 1e6}),
-        "resolution_study": (rc.resolution_study, {**both, "surface": rough, "load": 0.1}),
-        "subsurface_stress": (rc.subsurface_stress, {"result": contacts[1], "depths": [1e-6]}),
-        "yield_onset": (rc.first_yield_load, {"surface": ball, "material": steel}),
-        "indented_surface": (rc.indented_surface, {"result": contacts[1]}),
-        "leakage": (
+        "partition": call(rc.partition, surface=rough),
+        "solve": call(rc.solve, **both, load=0.1, calibrated=False),
+        "load_curve": call(rc.sweep, **both, loads=[0.1]),
+        "load_history": call(rc.history, **both, path=[0.1]),
+        "find_load": call(rc.find_load, **both, contact_fraction=0.01),
+        "estimate": call(rc.estimate, **large, pressure=1e8),
+        "compare": call(rc.compare, maps=[surface, surface], material=steel, pressure=1e6, steps=2),
+        "sampling_error": call(rc.sampling_study, **large, pressure=1e6),
+        "resolution_study": call(rc.resolution_study, **large, load=0.1),
+        "subsurface_stress": call(rc.subsurface_stress, result=contacts[1], depths=[1e-6]),
+        "yield_onset": call(rc.first_yield_load, surface=ball, material=steel),
+        "indented_surface": call(rc.indented_surface, result=contacts[1]),
+        "leakage": call(
             rc.leakage,
-            {
-                "contacts": contacts,
-                "viscosity": 1e-3,
-                "pressure_difference": 1e5,
-                "seal_width": 1e-3,
-                "seal_length": 1e-2,
-            },
+            contacts=contacts,
+            viscosity=1e-3,
+            pressure_difference=1e5,
+            seal_width=1e-3,
+            seal_length=1e-2,
         ),
-        "conductance": (
-            rc.conductance,
-            {"contacts": contacts, "conductor": conductor, "counter_conductor": conductor},
+        "conductance": call(
+            rc.conductance, contacts=contacts, conductor=conductor, counter_conductor=conductor
         ),
-        "interface_law": (rc.interface_law, {"contacts": periodic}),
-        "solve_elastoplastic": (rc.solve_elastoplastic, {**plastic, "load": 0.01}),
-        "compare_models": (
-            rc.compare_models,
-            {"surface": ball, "material": steel, "loads": [0.01], "increments": 1},
+        "interface_law": call(rc.interface_law, contacts=periodic),
+        "solve_elastoplastic": call(rc.solve_elastoplastic, **plastic, load=0.01),
+        "compare_models": call(
+            rc.compare_models, surface=ball, material=steel, loads=[0.01], increments=1
         ),
-        "roll": (rc.roll, {**rolled, "load": 0.01, "passes": 1, "steps": 2, "travel": 4e-6}),
-        "shakedown_load": (
+        "roll": call(rc.roll, **rolled, load=0.01, passes=1, steps=2, travel=4e-6),
+        "shakedown_load": call(
             rc.shakedown_load,
-            {
-                **rolled,
-                "low": 0.002,
-                "high": 0.02,
-                "passes": 2,
-                "steps": 4,
-                "travel": 1e-6,
-                "rel_tol": 0.9,
-            },
+            **rolled,
+            low=0.002,
+            high=0.02,
+            passes=2,
+            steps=4,
+            travel=1e-6,
+            rel_tol=0.9,
         ),
     }
 
@@ -172,7 +161,7 @@ NAMES = tuple(calls())
 @pytest.mark.parametrize("name", NAMES)
 def test_mistaken_argument_works_or_raises_package_error(name: str) -> None:
     function, usual = calls()[name]
-    # Of shakedown the loads would have to lie on both sides.
+    # Of shakedown the loads would have to be on both sides.
     if name != "shakedown_load":
         function(**usual)
     for argument, parameter in inspect.signature(function).parameters.items():

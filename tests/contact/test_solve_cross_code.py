@@ -96,7 +96,7 @@ def test_indentation_of_a_hardening_half_space() -> None:
     rows = cross_code.compare_indentations(("sphere-64",))
     assert [row.load for row in rows] == list(indentation.LOADS)
     for row in rows:
-        # What is asked of two discretisations at 5 to 9 points in a contact radius; measured 0.4
+        # Tolerance of two discretizations at 5 to 9 points in a contact radius; measured 0.4
         # to 0.8 % and, in order, 0.62, 0.20, 0.01, 0.07, 0.12 %.
         assert row.pressure < 0.015
         assert row.strain < 0.01
@@ -110,15 +110,6 @@ def test_indentation_of_a_hardening_half_space() -> None:
 
 
 @pytest.mark.slow
-def test_indentation_on_half_the_grid() -> None:
-    # Measured 1.1 % and 1.4 %: the difference is that of the discretisations.
-    rows = cross_code.compare_indentations(("sphere-32",))
-    assert max(row.pressure for row in rows) < 0.015
-    assert max(row.strain for row in rows) < 0.02
-    assert max(row.contact for row in rows) == 0
-
-
-@pytest.mark.slow
 def test_passage_over_a_hardening_half_space() -> None:
     rows, field = cross_code.compare_passage()
     assert [row.place for row in rows] == list(passage.PLACES)
@@ -129,25 +120,6 @@ def test_passage_over_a_hardening_half_space() -> None:
         assert row.residual <= cross_code.STRAIN_TOLERANCE
     # Of a value at a node and the average over the layer around it.
     assert field < 0.03
-
-
-def test_stored_passage_carries_its_load() -> None:
-    answer = passage.load("tamaas")[1]
-    mean = answer.pressure.mean(axis=(1, 2)) * indentation.SIDE**2
-    np.testing.assert_allclose(mean, passage.LOAD, rtol=1e-9)
-    assert answer.error.max() < 1e-4
-    assert (np.diff(answer.largest) > 0).all()
-    assert answer.strain.max() == np.float32(answer.largest[-1])
-
-
-def test_stored_indentations_carry_their_loads() -> None:
-    about, answers = indentation.load("tamaas")
-    assert about["version"] == "2.9.0"
-    for answer in answers.values():
-        mean = answer.pressure.mean(axis=(1, 2)) * indentation.SIDE**2
-        np.testing.assert_allclose(mean, indentation.LOADS, rtol=1e-9)
-        assert answer.error.max() < 1e-4
-        assert (np.diff(answer.strain, axis=0) >= 0).all()
 
 
 def test_tamaas_finds_the_same_partial_slip() -> None:

@@ -1,6 +1,6 @@
 """Radial profiles of a ball under a ceiling, over a_H and p_H, against an axisymmetric solution.
 
-The reference knows nothing of maps, pixels or transforms: rings of uniform pressure, each with the
+The reference has no maps, pixels or transforms: rings of uniform pressure, each with the
 closed displacement of its two discs, in a dense bounded problem.
 """
 
@@ -95,17 +95,6 @@ def distance(surface):
     return np.hypot(y[:, None], x)
 
 
-@pytest.mark.long
-def test_the_reference_without_a_ceiling_is_hertz():
-    r, pressure, approach, contact, saturated = axisymmetric(1.01)
-    assert saturated == 0
-    # A ring is a_H/490 wide.
-    assert contact == pytest.approx(1, abs=0.004)
-    assert approach == pytest.approx(1, rel=1e-4)
-    inner = r < 0.98
-    np.testing.assert_allclose(pressure[inner], np.sqrt(1 - r[inner] ** 2), rtol=3e-3)
-
-
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_profile_under_a_ceiling(independent, ratio):
     n = 256
@@ -122,7 +111,7 @@ def test_profile_under_a_ceiling(independent, ratio):
     # Off the rims, point by point.
     smooth = (np.abs(r - contact) > 0.05) & (np.abs(r - saturated) > 0.05)
     np.testing.assert_allclose(result.pressure[smooth] / P0, expected[smooth], atol=2e-3)
-    # The first touch lies between four pixels.
+    # The first touch is between four pixels.
     touch = 0.5 * (surface.pixel[0] ** 2 + surface.pixel[1] ** 2) / 4 / RADIUS
     delta = hertz.approach(LOAD, RADIUS, MODULUS)
     assert (result.approach + touch) / delta == pytest.approx(approach, rel=1e-3)
@@ -132,18 +121,3 @@ def test_profile_under_a_ceiling(independent, ratio):
     assert radii == pytest.approx([contact, saturated], abs=0.008)
     # Round: no pixel of the rim is more than a pixel off the circle.
     assert np.abs(r[result.contact].max() - radii[0]) < 1.5 * surface.pixel[0] / A
-
-
-def test_radii_of_the_reference_are_those_of_the_table():
-    # DESIGN section 3: a/a_H and saturated radius/a_H, ±1 %.
-    table = {
-        0.9: (1.007, 0.532),
-        0.8: (1.014, 0.737),
-        0.7: (1.038, 0.887),
-        0.6: (1.086, 1.015),
-        0.5: (1.164, 1.142),
-        0.4: (1.297, 1.287),
-        0.3: (1.494, 1.487),
-    }
-    for ratio, radii in table.items():
-        assert axisymmetric(ratio)[3:] == pytest.approx(radii, rel=0.01)

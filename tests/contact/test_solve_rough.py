@@ -54,17 +54,6 @@ def test_stiffness_is_in_proportion_to_the_load_and_ends_at_that_of_the_map(
     assert stiffness[-1] < math.sqrt(2) * curve.contact_modulus * side
 
 
-@pytest.mark.parametrize("boundary", ["free", "periodic"])
-def test_a_low_ceiling_carries_the_load_on_the_area_that_it_needs(boundary: str) -> None:
-    surface = rc.Surface(*rc.reference_map(128))
-    for ceiling in (3e9, 1e9, 3e8):
-        result = rc.solve(surface, load=1.0, material=STEEL, ceiling=ceiling, boundary=boundary)
-        # Persson's limit of rough bodies under a ceiling: p̄/p_lim, from above.
-        least = 1.0 / ceiling
-        assert least <= result.contact_area <= 1.35 * least
-    assert result.contact_area == pytest.approx(least, rel=0.03)
-
-
 def reference(n, seed=0):
     heights, pixel = rc.reference_map(n, seed)
     return rc.Surface(heights, pixel)
@@ -72,33 +61,6 @@ def reference(n, seed=0):
 
 def area(surface):
     return surface.size[0] * surface.size[1]
-
-
-@pytest.mark.slow
-def test_low_load_slope_of_rough_maps():
-    # R(512), 10 mN to 10 N: 0.01 to 9 % in contact. The slope is fitted where no more than 5 %
-    # touches, 10 mN to 3 N. Measured κ = 2.26, 2.22, 2.17; boundary elements find 1.8 to 2.3
-    # (Hyun et al. 2004), theories 1.6 (Persson) and 2.5 (Bush, Gibson and Thomas).
-    loads = np.geomspace(0.01, 10, 7)
-    curves = [
-        rc.sweep(reference(512, seed), material=ELASTIC, loads=loads, boundary="periodic")
-        for seed in (0, 1, 2)
-    ]
-    for curve in curves:
-        assert (np.diff(curve.column("contact_area")) > 0).all()
-        assert (np.diff(curve.column("approach")) > 0).all()
-        assert (np.diff(curve.column("stiffness")) > 0).all()
-        fraction = curve.column("contact_area") / curve.nominal_area
-        assert fraction[0] < 2e-4
-        assert fraction[-1] > 0.08
-    slopes = [curve.low_load_slope for curve in curves]
-    assert 1.6 < np.mean(slopes) < 2.3
-    assert np.ptp(slopes) < 0.15
-    # Three decades of load, and the area follows within some ten per cent on the average map.
-    corrected = np.mean(
-        [c.column("perimeter_corrected_area") * MODULUS * c.rms_gradient for c in curves], axis=0
-    )
-    np.testing.assert_allclose(corrected / loads, np.mean(slopes), rtol=0.15)
 
 
 # Persson's theory is exact in full contact and without roughness; it neglects how spots hang
@@ -141,7 +103,7 @@ def test_contact_under_a_ceiling_against_persson(independent, hardness):
         # correlates: by 0.08 and 0.09 of the map at most, hardness 2.
         assert -0.002 < found[0] - theory[0] < 0.09
         assert -0.002 < theory[1] - found[1] < 0.10
-        # Equilibrium, whatever the theory.
+        # Equilibrium holds for any theory.
         assert result.saturated_fraction <= filling <= result.contact_fraction
 
 
@@ -162,6 +124,6 @@ def test_very_low_ceiling_is_the_bearing_area(share, boundary):
     slack = 2e-7 * surface.size[0]
     depth = heights[0] - heights
     assert depth[points - 1] - slack <= result.approach <= depth[points] + slack
-    # What has sunk in is the material above it.
+    # The indented volume is the material above it.
     sunk = np.maximum(surface.heights - (heights[0] - result.approach), 0)
     np.testing.assert_allclose(result.residual_indentation, sunk, rtol=0, atol=slack)

@@ -100,26 +100,26 @@ def press_crossed(n, ratio):
     return rc.solve(surface, material=STEEL, load=load, boundary="periodic")
 
 
-def test_crossed_waves_under_light_load():
-    ratio = 0.003
-    found = press_crossed(512, ratio).contact_fraction
-    expected = waves.crossed_contact_fraction_light(ratio * CROSSED, CROSSED)
-    # Two spots of 26 pixels radius: 1.2 % more than the asymptote here, 5 % on half the grid.
-    assert found == pytest.approx(expected, rel=0.02)
-
-
-def test_crossed_waves_near_full_contact():
-    ratio = 0.97
-    found = press_crossed(256, ratio).contact_fraction
-    expected = waves.crossed_contact_fraction_heavy(ratio * CROSSED, CROSSED)
-    # Two holes of about 12 pixels radius: their area to some per cent.
-    assert 1 - found == pytest.approx(1 - expected, rel=0.05)
+@pytest.mark.parametrize(
+    ("points", "ratio", "asymptote", "tolerance"),
+    [
+        # Two spots of 26 pixels radius: 1.2 % more than the asymptote here, 5 % on half the grid.
+        (512, 0.003, waves.crossed_contact_fraction_light, 0.02),
+        # Two holes of about 12 pixels radius: their area to some per cent.
+        (256, 0.97, lambda *p: 1 - waves.crossed_contact_fraction_heavy(*p), 0.05),
+    ],
+    ids=["light load", "near full contact"],
+)
+def test_crossed_waves_meet_their_asymptotes(points, ratio, asymptote, tolerance):
+    found = press_crossed(points, ratio).contact_fraction
+    expected = asymptote(ratio * CROSSED, CROSSED)
+    assert (found if ratio < 0.5 else 1 - found) == pytest.approx(expected, rel=tolerance)
 
 
 def test_crossed_waves_close_at_the_closing_pressure():
     assert press_crossed(64, 1.001).contact_fraction == 1
     assert press_crossed(64, 0.98).contact_fraction < 1
-    # In between the area lies between the two asymptotes, and grows with the load.
+    # In between the area is between the two asymptotes, and grows with the load.
     ratios = (0.1, 0.3, 0.5, 0.7, 0.9)
     fractions = [press_crossed(64, ratio).contact_fraction for ratio in ratios]
     assert (np.diff(fractions) > 0).all()

@@ -60,7 +60,7 @@ def test_a_corner_does_not_join_and_an_edge_of_a_period_does() -> None:
     pressure[0, 2], pressure[1, 3], pressure[4, 2] = 1, 1, 1
     assert spots.find_spots(pressure, PIXEL).count == 3
     assert spots.find_spots(pressure, PIXEL, periodic_axes=(0, 1)).count == 2
-    # The column goes on beyond the upper edge, which only y as a periodic axis joins.
+    # The column extends beyond the upper edge, which only y as a periodic axis joins.
     assert spots.find_spots(pressure, PIXEL, periodic_axes=(0,)).count == 2
     assert spots.find_spots(pressure, PIXEL, periodic_axes=(1,)).count == 3
 
@@ -92,7 +92,7 @@ def test_spots_are_numbered_as_scipy_labels_them(
     label, count = scipy.ndimage.label(pressure > 0)
     if not periodic_axes:
         assert found.count == count
-    # Every label of a map that ends lies in one spot, and spots of one size keep its order.
+    # Every label of a map that ends is in one spot, and spots of one size keep its order.
     inside = {(int(a), int(b)) for a, b in zip(label.ravel(), found.label.ravel(), strict=True)}
     assert len(inside) == count + bool((pressure == 0).any())
     sizes = np.bincount(found.label.ravel(), minlength=found.count + 1)[1:]
