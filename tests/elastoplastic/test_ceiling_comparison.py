@@ -52,7 +52,7 @@ def test_the_ceiling_is_too_high_in_the_transition(compared: rc.results.ModelCom
     # assumptions); the contact of five pixels in radius is known to some per cent.
     assert compared.mean_pressure_ratio[2] == pytest.approx(1.9, rel=0.06)
     assert compared.excess("mean_pressure")[-1, 2] == pytest.approx(0.31, abs=0.08)
-    # On so coarse a grid the areas at four loads of first yield may have as many pixels.
+    # On so coarse a grid the areas at four loads of first yield may be equal in pixels.
     assert (compared.excess("mean_pressure")[-1] >= 0).all()
     assert (compared.excess("contact_area")[-1] <= 0).all()
     assert np.diff(compared.mean_pressure_ratio).min() > 0
@@ -75,7 +75,7 @@ def test_the_best_factor_is_where_the_error_changes_sign(
         assert np.interp(best, compared.factors, error) == pytest.approx(0, abs=1e-12)
     # The area of so few pixels gives the factor to some per cent.
     assert compared.best_factor("contact_area")[2] == pytest.approx(1.9, abs=0.15)
-    # Most of the error of the map of pressures goes with a ceiling that fits.
+    # A ceiling that fits removes most of the error of the map of pressures.
     error = compared.map_error()[:, 2]
     assert error.min() < 0.5 * error[-1]
     assert compared.factors[int(error.argmin())] in (1.8, 2.0, 2.4)

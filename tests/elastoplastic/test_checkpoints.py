@@ -1,12 +1,8 @@
-"""Runs that were stopped go on to the same bits; folders of other runs are refused."""
+"""Runs that were stopped resume to the same bits; folders of other runs are refused."""
 
 from __future__ import annotations
 
 import os
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import h5py
@@ -14,7 +10,6 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from paths import ROOT
 from roughcontact._tools import checkpoints
 from roughcontact.elastoplastic import archive
 from roughcontact.elastoplastic.archive import load_elastoplastic
@@ -40,7 +35,7 @@ def stopping_at(load: float, iteration: int = 2):
     return stop
 
 
-# The volume grows on the way, steps are cut, loads come back: whatever the loop remembers matters.
+# The volume grows on the way, steps are cut, loads come back: all of the state of the loop matters.
 PATHS = {
     "grows": (dict(material=SWIFT, increments=1, loads=[0.1, 0.3, 0.35], depth=2.5e-6), 0.35),
     "is cut": (
@@ -89,7 +84,7 @@ def test_a_stopped_run_ends_with_the_same_bits(arguments, stop, tmp_path: Path) 
     resumed = solve_elastoplastic(ball(), folder=folder, progress=told.append, **arguments)
     assert bits(resumed) == bits(whole)
     assert all(path.stat().st_mtime_ns == stamp for path, stamp in before.items())
-    # Once for all that stood there, then what is new.
+    # One report for all stored steps, then the new ones.
     assert (told[0].number, told[0].kept) == (kept, True)
     assert {at.count for at in told} == {len(asked)}
     assert [at.number for at in told] == sorted(at.number for at in told)
@@ -102,23 +97,6 @@ def test_a_stopped_run_ends_with_the_same_bits(arguments, stop, tmp_path: Path) 
 
 
 @pytest.mark.slow
-def test_every_step_is_the_end_of_its_own_run(tmp_path: Path) -> None:
-    # And nothing is solved again where all is there.
-    arguments = dict(material=SWIFT, depth=8e-6, boundary="periodic", tolerance=1e-3)
-    loads = [0.1, 0.2, 0.3]
-    whole = solve_elastoplastic(ball(), increments=1, loads=loads, folder=tmp_path, **arguments)
-    short = solve_elastoplastic(ball(), increments=1, loads=loads[:2], **arguments)
-    assert bits(load_elastoplastic(tmp_path / "step-0002.nc")) == bits(short)
-    told: list[Progress] = []
-    again = solve_elastoplastic(
-        ball(), increments=1, loads=loads, folder=tmp_path, progress=told.append, **arguments
-    )
-    assert bits(again) == bits(whole)
-    assert again.seconds == whole.seconds
-    assert [(at.number, at.kept) for at in told] == [(3, True)]
-
-
-@pytest.mark.slow
 def test_loads_may_be_added(tmp_path: Path) -> None:
     arguments = dict(material=SWIFT, depth=1e-5, boundary="periodic", tolerance=1e-3)
     solve_elastoplastic(ball(), increments=1, loads=[0.2, 0.3], folder=tmp_path, **arguments)
@@ -128,7 +106,7 @@ def test_loads_may_be_added(tmp_path: Path) -> None:
     assert bits(more) == bits(
         solve_elastoplastic(ball(), increments=1, loads=[0.2, 0.3, 0.4], **arguments)
     )
-    # Those that are there already may be asked for alone.
+    # Stored steps may be requested alone.
     first = solve_elastoplastic(ball(), increments=1, loads=[0.2], folder=tmp_path, **arguments)
     assert first.contact.load == 0.2
     with pytest.raises(rc.InputError, match="another run: loads differ"):
@@ -166,41 +144,6 @@ def test_run_from_start_result_resumes_in_new_folder(tmp_path: Path) -> None:
     resumed = solve_elastoplastic(ball(), start=starts[0], folder=tmp_path, **arguments)
     assert bits(resumed) == bits(whole)
     assert resumed.increments[0] == starts[0].increments[0]
-
-
-CHILD = """
-import sys
-import numpy as np
-import roughcontact as rc
-from roughcontact.material.hardening import Swift
-y, x = (1e-6 * (np.arange(n) - (n - 1) / 2) for n in (18, 16))
-ball = rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 105e-6), pixel=(1e-6, 1e-6))
-swift = rc.Material(young=210e9, poisson=0.3, hardening=Swift(1240e6, 30, 0.085))
-rc.solve_elastoplastic(ball, material=swift, load=0.4, increments=8, depth=9e-6, folder=sys.argv[1])
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.process
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
-def test_killed_run_resumes(tmp_path: Path) -> None:
-    folder = tmp_path / "run"
-    paths = os.pathsep.join([str(ROOT / "src"), os.environ.get("PYTHONPATH", "")])
-    environment = {**os.environ, "PYTHONPATH": paths}
-    child = subprocess.Popen([sys.executable, "-c", CHILD, str(folder)], env=environment)
-    try:
-        for _ in range(12000):
-            if len(list(folder.glob("step-*.nc"))) >= 3 or child.poll() is not None:
-                break
-            time.sleep(0.005)
-    finally:
-        child.send_signal(signal.SIGKILL)
-        child.wait()
-    done = len(list(folder.glob("step-*.nc")))
-    assert 3 <= done < 8
-    arguments = dict(material=SWIFT, load=0.4, increments=8, depth=9e-6)
-    resumed = solve_elastoplastic(ball(), folder=folder, **arguments)
-    assert bits(resumed) == bits(solve_elastoplastic(ball(), **arguments))
 
 
 @pytest.mark.long

@@ -1,4 +1,4 @@
-"""Load steps of the volume model are chosen, and their error is told."""
+"""Load steps of the volume model are chosen, and their error is given."""
 
 import dataclasses
 import json
@@ -80,13 +80,6 @@ def hardened() -> rc.ElastoplasticResult:
     return solve_elastoplastic(**sphere(4, 12, HARDENING), load=4 * FIRST)
 
 
-@pytest.mark.slow
-def test_requested_loads_are_reached_in_increments(hardened: rc.ElastoplasticResult) -> None:
-    one = solve_elastoplastic(**sphere(4, 12, HARDENING), loads=[4 * FIRST])
-    assert one.increments == hardened.increments
-    assert len(one.increments) == 12
-
-
 def test_elastic_run_takes_one_increment(chosen: rc.ElastoplasticResult) -> None:
     problem = sphere(12, 16)
     del problem["layers"]
@@ -126,18 +119,6 @@ def test_step_error_is_reported(chosen: rc.ElastoplasticResult, tmp_path: Path) 
     for result in (chosen, given):
         result.save(tmp_path / "kept.nc")
         assert archive.load_elastoplastic(tmp_path / "kept.nc").increments == result.increments
-
-
-@pytest.mark.slow
-def test_resumed_run_chooses_same_increments(tmp_path: Path) -> None:
-    problem, loads = sphere(4, 12, HARDENING), [2 * FIRST, 3 * FIRST]
-    solve_elastoplastic(**problem, loads=loads[:1], folder=tmp_path)
-    resumed = solve_elastoplastic(**problem, loads=loads, folder=tmp_path)
-    whole = solve_elastoplastic(**problem, loads=loads)
-    assert resumed.increments == whole.increments
-    np.testing.assert_array_equal(resumed.contact.pressure, whole.contact.pressure)
-    with pytest.raises(rc.InputError, match="another"):
-        solve_elastoplastic(**problem, loads=loads, folder=tmp_path, increments=1)
 
 
 @pytest.mark.long

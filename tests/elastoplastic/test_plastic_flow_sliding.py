@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -79,18 +77,6 @@ def test_sliding_flat_matches_sliding_roller(middle: float, error: float) -> Non
         over.residual_displacement,
         atol=error / 2 * np.ptp(over.residual_displacement),
     )
-
-
-@pytest.mark.slow
-@pytest.mark.long
-def test_stopped_slide_resumes_to_identical_result(tmp_path: Path) -> None:
-    options = dict(material=SOFT, folder=tmp_path)
-    whole = solve_sliding(LINE.flat, ROLLER, sliding_path(), "counter_material", material=SOFT)
-    solve_sliding(LINE.flat, ROLLER, sliding_path()[:2], "counter_material", **options)
-    parts = solve_sliding(LINE.flat, ROLLER, sliding_path(), "counter_material", **options)
-    for one, other in zip(whole.bodies, parts.bodies, strict=True):
-        assert one.plastic_strain.tobytes() == other.plastic_strain.tobytes()
-        assert one.stress.tobytes() == other.stress.tobytes()
 
 
 def test_fields_are_carried_by_parts_of_a_pixel() -> None:

@@ -34,7 +34,7 @@ def test_profile_below_the_summit(pressed) -> None:
 
 def test_stress_balances_the_pressure_above(pressed) -> None:
     # Equilibrium at the surface: σ_zz = -p, right below every pixel in contact, wherever the
-    # volume goes on beyond the map. The average over the first half pixel lies 3 % off inside.
+    # volume extends beyond the map. The average over the first half pixel lies 3 % off inside.
     for along, index in (("x", ROW), ("y", COLUMN)):
         found = pressed.section(along, index)
         inside = found.pressure > 0.7 * found.pressure.max()
