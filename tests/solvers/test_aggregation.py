@@ -52,7 +52,7 @@ def test_step_count_is_small_for_any_size(kind: str, most: int) -> None:
             "pools": pools(n, rng),
         }[kind]
         steps.append(steps_of(lattice(n, conductance)))
-    # Neighbours that know nothing of each other are the hardest, and no gap is like that.
+    # Independent neighbors are the hardest, and no gap is like that.
     assert max(steps) <= most, steps
 
 

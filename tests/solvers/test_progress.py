@@ -1,4 +1,4 @@
-"""The line that tells how far a calculation is, and what Ctrl-C leaves."""
+"""The progress line of a calculation, and the state after Ctrl-C."""
 
 import io
 
@@ -58,7 +58,7 @@ def test_progress_true_draws_bar(of, capsys):
 
 
 def interrupting(after):
-    """What to watch with: Ctrl-C comes at that look."""
+    """A progress callback that raises Ctrl-C at one call."""
     looks = []
 
     def watch(at):
@@ -82,7 +82,7 @@ def test_interrupt_returns_last_state_with_option(after):
     assert cut.load_error < 1e-10
     assert cut.max_pressure <= cut.ceiling
     assert CautionTag.NOT_CONVERGED in {caution.kind for caution in cut.cautions}
-    # And a start for going on.
+    # And a start for resuming.
     again = rc.solve(rough(), material=STEEL, load=0.5, initial_guess=cut)
     np.testing.assert_allclose(again.pressure, whole.pressure, atol=1e-4 * whole.max_pressure)
 
@@ -92,26 +92,13 @@ def test_interrupt_raises_by_default():
         rc.solve(rough(), material=STEEL, load=0.5, progress=interrupting(3))
     with pytest.raises(rc.InputError, match="on_interrupt"):
         rc.solve(rough(), material=STEEL, load=0.5, on_interrupt="stop")
-    # The session goes on as if nothing had been.
+    # The session continues as if nothing had been.
     assert rc.solve(rough(), material=STEEL, load=0.5).converged
-
-
-def test_saved_part_fills_bar():
-    stream = io.StringIO()
-    ProgressBar(stream)(Progress(1, 2, None, kept=True))
-    assert stream.getvalue().count("█") * 2 == _width(stream.getvalue())
-    assert "from an earlier run" in stream.getvalue()
-
-
-def _width(line):
-    stream = io.StringIO()
-    ProgressBar(stream)(Progress(2, 2, None, kept=True))
-    return stream.getvalue().count("█")
 
 
 @pytest.fixture
 def clock(monkeypatch):
-    """Return what sets the time."""
+    """Return a function that sets the time."""
     times = [100.0]
     monkeypatch.setattr(progress.time, "monotonic", lambda: times[-1])
     return times.append
@@ -124,7 +111,7 @@ def test_time_left_is_shown_after_first_part(clock):
         clock(now)
         return forecast(Progress(number, count, None, kept=kept))
 
-    # What was kept takes no time and tells none.
+    # Stored steps take no time and give no estimate.
     assert left(100, 4, 10, kept=True) == 0
     assert left(100, 5, 10) == 0
     assert left(150, 5, 10) == 0
@@ -210,7 +197,7 @@ def test_comparison_progress_counts_all_contacts(tmp_path):
 
 
 def told_of(task, folder, **more):
-    """Return what is told while a task is carried out."""
+    """Return the progress messages of a task."""
     rc.Surface(*rc.reference_map(64, 3)).save(folder / "map.npz")
     given = {"material": "100Cr6", "boundary": "periodic", **more}
     told = []

@@ -163,37 +163,6 @@ def test_a_rough_map_balances_its_moments(
     assert result.convolutions <= 2 * fixed.convolutions
 
 
-@pytest.mark.long
-@settings(max_examples=10, deadline=None)
-@given(
-    seed=st.integers(0, 1000),
-    load=st.floats(1e-3, 5.0),
-    point=st.tuples(st.floats(-0.2, 0.2), st.floats(-0.1, 0.1)),
-)
-def test_mirrors_and_units(seed: int, load: float, point: tuple[float, float]) -> None:
-    rng = np.random.default_rng(seed)
-    heights = rng.normal(scale=1e-7, size=(20, 30))
-    pixel = (1.1e-6, 0.8e-6)
-    moments = load * point[0] * 22e-6, load * point[1] * 24e-6
-    options: dict[str, Any] = {"material": STEEL, "ceiling": 20e9, "tolerance": 1e-8}
-    one = rc.solve(rc.Surface(heights, pixel), load=load, moments=moments, **options)
-    # ny dy < nx dx: the longer side is that of x.
-    assert one.moment_error <= 1e-8
-    down = rc.solve(
-        rc.Surface(heights[::-1], pixel), load=load, moments=(-moments[0], moments[1]), **options
-    )
-    turned = rc.solve(
-        rc.Surface(heights.T, pixel[::-1]), load=load, moments=moments[::-1], **options
-    )
-    # The moments fix the tilt to a few of their own errors times approach over size, unless a
-    # pixel or two carry everything.
-    assume(np.count_nonzero(one.contact) > 3)
-    scale = 1e-4 * math.hypot(*one.tilt) + 1e-5 * one.approach / 24e-6
-    assert down.tilt == pytest.approx((-one.tilt[0], one.tilt[1]), abs=scale)
-    assert turned.tilt == pytest.approx(one.tilt[::-1], abs=scale)
-    assert down.approach == pytest.approx(one.approach, rel=1e-4)
-
-
 def test_the_moments_of_fixed_bodies_keep_them_where_they_are() -> None:
     fixed = rc.solve(rough(), load=1.0, material=STEEL, tolerance=1e-9)
     assert fixed.tilt == (0, 0)
@@ -204,14 +173,6 @@ def test_the_moments_of_fixed_bodies_keep_them_where_they_are() -> None:
     size = fixed.approach / fixed.surface.size[0]
     assert np.abs(free.tilt).max() < 1e-6 * size
     np.testing.assert_allclose(free.pressure, fixed.pressure, rtol=0, atol=1e-5 * 3e9)
-
-
-def test_symmetry_leaves_no_tilt() -> None:
-    heights = rough().heights
-    heights = heights + heights[::-1]
-    surface = rc.Surface(heights + heights[:, ::-1], rough().pixel)
-    result = rc.solve(surface, load=1.0, moments=(0.0, 0.0), material=STEEL)
-    assert np.abs(result.tilt).max() < 1e-6 * result.approach / surface.size[0]
 
 
 def test_tilt_of_map_is_removed() -> None:
@@ -319,15 +280,6 @@ def test_a_load_beyond_the_points_that_touch() -> None:
     assert result.moment_error <= 1e-8
 
 
-def test_load_on_last_pixel_is_carried_by_last_pixel() -> None:
-    surface = rough(16 * 2)
-    edge = 15.5 * surface.pixel[1]
-    result = rc.solve(
-        surface, load=1e-3, moments=(1e-3 * edge, 1e-3 * edge), material=STEEL, ceiling=None
-    )
-    assert result.pressure[-1, -1] * result.pixel_area == pytest.approx(1e-3, rel=1e-6)
-
-
 @settings(max_examples=30, deadline=None)
 @given(
     seed=st.integers(0, 10**6),
@@ -344,7 +296,7 @@ def test_rigid_bodies_rest_on_points_around_the_load(
     touchable = np.isfinite(gap)
     assume(touchable.any())
     part = rng.random(np.count_nonzero(touchable)) ** 4
-    # What each can carry: everything, or little more than it takes.
+    # Capacity of each: everything, or little more than its load.
     part = np.maximum(part / part.sum(), 1e-6)
     part /= part.sum()
     limit = np.full(shape, np.inf)
@@ -383,27 +335,17 @@ def test_no_rigid_rest_is_sought_without_points() -> None:
     assert rigid_tilt(flat, levers, np.array([0.9, 0.0])) is None
 
 
-def test_a_tripod_far_steeper_than_its_displacement() -> None:
+@pytest.mark.parametrize("height", [1e-3, 1e3])
+def test_a_tripod_far_steeper_than_its_displacement(height: float) -> None:
     heights = np.zeros((12, 16))
-    heights[[1, 10, 5], [2, 3, 13]] = 1e-3, 1.1e-3, 0.9e-3
+    heights[[1, 10, 5], [2, 3, 13]] = np.array([1.0, 1.1, 0.9]) * height
     surface = rc.Surface(heights, (1e-6, 1e-6))
     result = rc.solve(surface, load=1e-6, moments=(0.0, 1e-12), material=STEEL, ceiling=None)
-    judge.assert_solved(result, 1e-6)
-    assert np.count_nonzero(result.contact) == 3
-
-
-def test_moments_are_balanced_at_a_tilt_of_few_digits() -> None:
-    heights = np.zeros((12, 16))
-    heights[[1, 10, 5], [2, 3, 13]] = 1e3, 1.1e3, 0.9e3
-    result = rc.solve(
-        rc.Surface(heights, (1e-6, 1e-6)),
-        load=1e-6,
-        moments=(0.0, 1e-12),
-        material=STEEL,
-        ceiling=None,
-    )
     assert result.moment_error <= 1e-8
     assert np.count_nonzero(result.contact) == 3
+    # A tilt of 1e9 leaves too few digits for the judge.
+    if height < 1:
+        judge.assert_solved(result, 1e-6)
 
 
 def test_unbalanced_moments_raise_convergence_error(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""What a sphere does beyond first yield, where it leaves Hertz and where it ends."""
+"""A sphere beyond first yield, between Hertz and full plasticity."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ def test_persson_far_below_the_ceiling_is_elastic() -> None:
 def test_persson_fractions_are_ordered(share: float, roughness: float) -> None:
     contact, saturated = persson.persson_fractions(share, roughness, 1.0, 1.0)
     assert 0 <= saturated <= contact <= 1
-    # What carries the load at no more than the ceiling cannot be smaller than this.
+    # The area that carries the load at the ceiling cannot be smaller than this.
     assert contact >= share * (1 - 1e-9)
 
 

@@ -26,29 +26,6 @@ def response(pressure, symbol):
     return scipy.fft.ifftn(symbol * scipy.fft.fftn(pressure)).real
 
 
-def brute_force(heights, mean_pressure, iterations=150):
-    """Polonsky and Keer's conjugate gradients, good enough for a smooth wave."""
-    symbol = periodic_symbol(heights.shape)
-    pressure = np.full(heights.shape, mean_pressure)
-    direction, old, restart = np.zeros_like(heights), 1.0, True
-    for _ in range(iterations):
-        touching = pressure > 0
-        gap = response(pressure, symbol) - heights
-        gap -= gap[touching].mean()
-        new = np.sum(gap[touching] ** 2)
-        direction = np.where(touching, gap + (0 if restart else new / old) * direction, 0)
-        old = new
-        change = response(direction, symbol)
-        change -= change[touching].mean()
-        step = np.sum(gap * direction) / np.sum(change * direction)
-        pressure = np.where(touching, np.maximum(pressure - step * direction, 0), 0)
-        overlap = (pressure == 0) & (gap < 0)
-        pressure[overlap] -= step * gap[overlap]
-        restart = bool(overlap.any())
-        pressure *= mean_pressure / pressure.mean()
-    return pressure
-
-
 def grid(n):
     return WAVELENGTH / n * np.arange(n)
 
@@ -76,18 +53,6 @@ def test_wavy_pressure_and_gap_solve_the_contact(ratio):
     np.testing.assert_allclose(gap - gap[0], free - free[0], rtol=0, atol=1e-5 * AMPLITUDE)
 
 
-def test_wavy_pressure_matches_brute_force():
-    # First-order errors at the edges of the strip: half a pixel there is 0.5 % of the peak.
-    n, mean = 512, 0.3 * WAVY
-    found = brute_force(AMPLITUDE * wave(n), mean)
-    expected = waves.wavy_pressure(grid(n), mean, WAVY, WAVELENGTH)
-    inner = expected > 0.2 * expected.max()
-    np.testing.assert_allclose(found[inner], expected[inner], rtol=0, atol=5e-3 * WAVY)
-    width = WAVELENGTH / n * np.count_nonzero(found)
-    expected_width = 2 * waves.wavy_half_width(mean, WAVY, WAVELENGTH)
-    assert width == pytest.approx(expected_width, abs=2 * WAVELENGTH / n)
-
-
 @given(ratio=ratios)
 def test_wavy_mean_gap_is_the_mean_of_the_gap(ratio):
     n, mean = 4096, ratio * WAVY
@@ -110,23 +75,6 @@ def test_full_contact_pressure_flattens_the_wave(heights, closing):
     assert pressure.min() == pytest.approx(0, abs=1e-12 * closing)
     gap = response(pressure, periodic_symbol(heights.shape)) - heights
     np.testing.assert_allclose(gap, 0, atol=1e-12 * AMPLITUDE)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("ratio", "asymptote"),
-    [(0.005, waves.crossed_contact_fraction_light), (0.95, waves.crossed_contact_fraction_heavy)],
-)
-def test_crossed_contact_fraction_matches_brute_force(ratio, asymptote):
-    # What is small is compared: the area in contact, or the area out of it. The next order adds
-    # 2 % and 0.6 % there (512²), counting pixels about 1 %; on both sides the difference was seen
-    # to shrink with the distance from the limit.
-    n = 256
-    pressure = brute_force(AMPLITUDE * wave(n)[:, None] * wave(n), ratio * CROSSED)
-    found, expected = np.count_nonzero(pressure) / n**2, asymptote(ratio * CROSSED, CROSSED)
-    if ratio > 0.5:
-        found, expected = 1 - found, 1 - expected
-    assert found == pytest.approx(expected, rel=0.05)
 
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, math.nan])

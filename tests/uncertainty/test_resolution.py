@@ -62,7 +62,7 @@ def test_noise_at_pixel_is_detected() -> None:
     pressures = [grid.max_pressure for grid in found.grids[:3]]
     assert pressures == sorted(pressures)
     assert pressures[2] > 2 * pressures[1]
-    # The filter tells the same story: shorter waves, higher pressure.
+    # The filter shows the same: shorter waves, higher pressure.
     assert [v.max_pressure for v in found.cutoffs] == sorted(v.max_pressure for v in found.cutoffs)
 
 
@@ -143,9 +143,3 @@ def test_bad_input() -> None:
         looked_at(load=1e3)
     with pytest.raises(rc.InputError, match="name must be one of"):
         looked_at().changes("area")
-
-
-def test_summary_is_plain() -> None:
-    summary = looked_at(load=0.5).summary()
-    assert summary["independent"]["contact_fraction"] is True
-    assert summary["grids"][2]["shape"] == (128, 128)
