@@ -1,4 +1,4 @@
-"""Python in processes of its own, ended with the test."""
+"""Python in separate processes, ended with the test."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(rc.__file__).parents[1])}
 
 @dataclass
 class Cluster:
-    """A scheduler and workers that know nothing of the folder of the tests."""
+    """A scheduler and workers that do not use the folder of the tests."""
 
     start: Start
     folder: Path
@@ -127,7 +127,7 @@ def test_cluster_matches_local_processes_and_only_bad_file_fails(
     assert told.keys() == same.keys()
     assert [name for name in told if told[name] != same[name]] == []
     assert hidden_files(far.parent) == []
-    # What is done is not done again, whatever engine did it.
+    # Solved contacts are not solved again by another engine.
     stamps = {file: file.stat().st_mtime_ns for file in (far.parent / "results").iterdir()}
     monkeypatch.chdir(far.parent)
     assert app.main(["run", far.name, "--quiet"]) == app.NOT_CONVERGED
@@ -176,7 +176,7 @@ def test_lost_scheduler_fails_and_restarted_one_resumes(cluster: Cluster, tmp_pa
     assert f"the scheduler at {cluster.address} does not answer any longer" in err
     left = count_solved(path)
     assert before + 3 <= left < 17
-    # The same command does the rest, on whatever engine.
+    # The same command does the rest, on any engine.
     assert app.main(["run", str(path), "--quiet", "--workers", "1"]) == app.SOLVED
     assert count_solved(path) == 17
 
@@ -187,7 +187,7 @@ def test_run_waits_for_workers_and_survives_one_without_memory(
     cluster: Cluster, tmp_path: Path, capsys: Capture
 ) -> None:
     path = write_project(tmp_path / "far", 3, LARGE)
-    # The first, so that others wait behind it on the same worker, which dies with all of them.
+    # The first, so that others wait behind it on the same worker, which ends with all of them.
     head, _, _ = path.read_text(encoding="utf-8").partition(LARGE)
     first = head.index("[[contact]]")
     path.write_text(head[:first] + LARGE.lstrip() + head[first:], encoding="utf-8")
@@ -202,7 +202,7 @@ def test_run_waits_for_workers_and_survives_one_without_memory(
     cluster.add("--memory-limit", "320MB")
     out, err = run.communicate(timeout=300)
     assert run.returncode == app.NOT_CONVERGED
-    # It may be told as well that workers are begun again.
+    # The restart of workers may be reported as well.
     asides = "waiting for workers", "progress: "
     (error,) = (line for line in err.splitlines() if not any(word in line for word in asides))
     assert "error: large: its worker ended 1 time, the last one at tcp://" in error
@@ -257,7 +257,7 @@ def test_a_cluster_of_this_machine_ends_with_the_run(
 def test_processes_of_a_cluster_have_ended_when_it_is_stopped(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    # What one that is still dying was writing is nobody's yet: it could not be removed.
+    # The file of a process that is still ending could not be removed.
     with connect_cluster(None, 1) as engine:
         process = psutil.Process(engine.executor.submit(os.getpid).result())
         process.suspend()

@@ -42,7 +42,7 @@ def test_lost_process_fails_its_task_only(pool: LocalExecutor) -> None:
 def test_one_that_is_killed_is_begun_again(pool: LocalExecutor) -> None:
     first = pool.submit(os.getpid).result()
     os.kill(first, signal.SIGKILL)
-    # What waits for it learns of it with the next task.
+    # Waiting tasks receive it with the next task.
     found = [pool.submit(os.getpid) for _ in range(8)]
     lost = [future for future in found if future.exception() is not None]
     assert len(lost) <= 1

@@ -1,4 +1,4 @@
-"""What is kept of pieces: to the bit, and without carrying out what a file says."""
+"""Stored results of pieces: to the bit, and without executing the content of a file."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def same(one: Any, other: Any) -> bool:
 
 
 def rewrite_record(entry: Entry, change: Any) -> None:
-    """Have a file tell something else, with the checksum of that."""
+    """Replace the content of a file, with its checksum."""
     file = entry.summary.with_suffix(".pieces") / "digest.json"
     read = json.loads(file.read_text(encoding="utf-8"))
     del read["seal"]
@@ -140,7 +140,7 @@ def test_a_file_that_is_damaged_or_large_is_not_read(
         assert known(entry) is None
     file.write_bytes(whole)
     assert known(entry) == 1.0
-    # Under another name it is not what is looked for.
+    # Under another name it is not used.
     file.with_name("other.json").write_bytes(whole)
     assert known(entry, "other") is None
     monkeypatch.setattr(plan, "_MAX_PIECE_BYTES", len(whole) - 1)

@@ -1,4 +1,4 @@
-"""What of a project counts as solved, and what has to be solved again."""
+"""Which contacts of a project are solved, and which have to be solved again."""
 
 import json
 import os
@@ -156,7 +156,7 @@ COMPARED = """
 
 
 def write_comparison(folder: Path, asked: str) -> Path:
-    """Write a project of a comparison of four maps in a folder whose name has signs of its own."""
+    """Write a project of a comparison of four maps in a folder with special characters."""
     place = folder / "A, B=[1]"
     place.mkdir(exist_ok=True)
     y, x = np.mgrid[:16, :16] / 16

@@ -2,10 +2,7 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import threading
-import time
-from collections.abc import Callable
 from multiprocessing import resource_tracker
 from pathlib import Path
 
@@ -14,6 +11,7 @@ import psutil
 import pytest
 
 import roughcontact as rc
+from fleets import wait_for
 from roughcontact._tools import files
 from roughcontact.batch import plan, project, runner
 from roughcontact.cli import app
@@ -132,7 +130,7 @@ def test_contacts_of_volume_model_have_separate_folders(tmp_path: Path, capsys: 
     capsys.readouterr()
     assert app.main(["run", str(path)]) == app.SOLVED
     assert capsys.readouterr().out.startswith("2 contacts: 2 solved before\n")
-    # What is asked anew is solved anew; steps of what was asked before are put aside.
+    # A changed contact is solved again; its previous steps are moved to another folder.
     steps = tmp_path / "steps" / "ball-60-N"
     for strength in ("30 GPa", "40 GPa"):
         before = {file.name: file.read_bytes() for file in steps.iterdir()}
@@ -237,39 +235,15 @@ def test_a_process_that_dies_is_a_failure(folder: Path) -> None:
     assert "status 9" in reports[0].reason
 
 
-@pytest.fixture
-def start():
-    """Start to work through a project in a process of its own."""
-    begun: list[subprocess.Popen[str]] = []
+def run_project(start, path: Path) -> subprocess.Popen[str]:
+    """Start to work through a project in a separate process."""
 
     def listen() -> None:
         # A shell that runs the tests in the background has Ctrl-C ignored.
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-    def begin(path: Path) -> subprocess.Popen[str]:
-        command = [sys.executable, "-m", "roughcontact", "run", str(path)]
-        environment = {**os.environ, "PYTHONPATH": str(Path(rc.__file__).parents[1])}
-        begun.append(
-            subprocess.Popen(
-                command, env=environment, stderr=subprocess.PIPE, text=True, preexec_fn=listen
-            )
-        )
-        return begun[-1]
-
-    yield begin
-    for process in begun:
-        process.kill()
-        process.wait()
-        if process.stderr is not None:
-            process.stderr.close()
-
-
-def wait_for(happened: Callable[[], object], seconds: float = 60.0) -> bool:
-    """Wait for something, and return whether it came in time."""
-    last = time.monotonic() + seconds
-    while not happened() and time.monotonic() < last:
-        time.sleep(0.01)
-    return bool(happened())
+    environment = {**os.environ, "PYTHONPATH": str(Path(rc.__file__).parents[1])}
+    return start("-m", "roughcontact", "run", path, env=environment, preexec_fn=listen)
 
 
 def hidden_files(folder: Path) -> list[str]:
@@ -283,7 +257,7 @@ def hidden_files(folder: Path) -> list[str]:
 def test_interrupted_project_resumes(folder: Path, number: int, start) -> None:
     many = ", ".join(f'"{load} mN"' for load in range(1, 41))
     path = write_changed_project(folder, '"0.1 N", "1 N"', many)
-    run = start(path)
+    run = run_project(start, path)
     results = folder / "results"
     assert wait_for(lambda: len(list(results.glob("*.json"))) >= 2)
     run.send_signal(number)
@@ -330,7 +304,7 @@ def test_files_of_killed_step_are_removed(folder: Path) -> None:
     path.write_text(LONG.replace("10000", "2"), encoding="utf-8")
     left = ".roughcontact-0123456789abcdef.part"
     for state in (plan.SOLVED, plan.KEPT):
-        # A pass has a folder of its own in that of the contact.
+        # A pass has a separate folder in that of the contact.
         kept = folder / "kept" / "one"
         (kept / "pass-0001").mkdir(parents=True, exist_ok=True)
         for place in (kept, kept / "pass-0001"):
@@ -346,14 +320,14 @@ def test_files_of_killed_step_are_removed(folder: Path) -> None:
 def test_no_process_outlives_the_first(folder: Path, number: int, start) -> None:
     path = folder / "long.toml"
     path.write_text(LONG, encoding="utf-8")
-    run = start(path)
+    run = run_project(start, path)
     kept = folder / "kept"
     assert wait_for(lambda: list(kept.rglob("step-*.npz")))
     children = psutil.Process(run.pid).children()
     assert children
     run.send_signal(number)
     run.wait()
-    # They would go on for minutes, and the pipe is theirs, too.
+    # They would continue for minutes, and the pipe is theirs, too.
     ended = wait_for(lambda: not any(alive(child) for child in children), 20.0)
     for child in filter(alive, children):
         child.kill()

@@ -21,7 +21,7 @@ resource = pytest.importorskip("resource", reason="this system limits no address
 
 
 class Narrow(Executor):
-    """A process whose address space has little room for the large contact, which asks for none."""
+    """A process whose address space has little room for the large contact, which has no limit."""
 
     def __init__(self) -> None:
         self._pool = LocalExecutor(1)

@@ -44,7 +44,7 @@ PROBLEMS = {
 
 
 class Backwards(Executor):
-    """Calls on what has been sent, the last task first: only when it is asked for an answer."""
+    """Calls the tasks that were sent, the last first: only when an answer is requested."""
 
     def __init__(self) -> None:
         self.tasks: list[jobs.BatchTask] = []
@@ -61,7 +61,7 @@ waiting: list[tuple[Future[Any], bytes]] = []
 
 
 def run_waiting_tasks(slots: int) -> int:
-    """Answer what was handed out, and say how many go on at a time."""
+    """Answer what was handed out, and say how many continue at a time."""
     while waiting:
         future, sent = waiting.pop()
         function, args, kwargs = pickle.loads(sent)
@@ -95,7 +95,7 @@ def run(
     far, said = Backwards(), []
     engine = Engine(far, partial(run_waiting_tasks, slots), 1, far.shutdown)
     with pytest.MonkeyPatch.context() as patch:
-        # What is asked is answered with the next look.
+        # Requests are answered at the next poll.
         patch.setattr(runner, "_POLL_SECONDS", 0.0)
         reports = runner.run_project(
             project.read_project(path), lambda report: None, engine, say=said.append
@@ -124,7 +124,7 @@ def test_subtasks_in_any_order_give_identical_result(
     assert whole.keys() == apart.keys()
     assert [name for name in whole if whole[name] != apart[name]] == []
     assert len(whole) == 2
-    # What is complete is one thing, and is not done again.
+    # Complete subtasks are not solved again.
     monkeypatch.undo()
     reports, tasks, _ = run(path)
     assert ([report.state for report in reports], tasks) == ([plan.KEPT], [])
@@ -146,7 +146,7 @@ def test_failed_subtask_fails_contact_once_and_others_are_saved(tmp_path: Path) 
         path.with_name(name).rename(path.with_name(f"kept-{name}"))
     (bad, good), tasks, said = run(path, slots=1)
     assert (bad.state, good.state) == (plan.FAILED, plan.SOLVED)
-    # Each of them is told of; the whole is not begun.
+    # Each of them is reported; the whole is not started.
     assert all(bad.reason.count(name) == 1 for name in ("r0.npy", "s0.npy"))
     assert "2 of 4 subtasks of one done" in said
     assert [task.piece for task in tasks] == ["0", "1", "2", "3", ""]
@@ -242,7 +242,7 @@ def test_only_added_map_is_solved(tmp_path: Path) -> None:
     (report,), _, _ = run(fewer)
     assert report.state == plan.SOLVED
     (fewer.parent / "results").rename(path.parent / "results")
-    # What it is compared with, its place in the list and the name of its group do not matter.
+    # The other maps, its place in the list and the name of its group do not matter.
     (report,), tasks, said = run(path)
     assert report.state == plan.SOLVED
     assert [task.piece for task in tasks] == ["0", "5", ""]

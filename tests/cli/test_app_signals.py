@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -21,21 +22,9 @@ pytestmark = [
 STEEL = ["--material", "bearing steel", "--quiet"]
 MAP = ["rough.npy", "--unit", "m", "--size", "32 um x 32 um", *STEEL]
 BALL = [
-    "--body",
-    "sphere 10 mm",
-    "--points",
-    "16",
-    "--size",
-    "0.4 mm",
+    *shlex.split("--body 'sphere 10 mm' --points 16 --size '0.4 mm'"),
     *STEEL,
-    "--model",
-    "elastoplastic",
-    "--load",
-    "60 N",
-    "--increments",
-    "2",
-    "--tolerance",
-    "1e-3",
+    *shlex.split("--model elastoplastic --load '60 N' --increments 2 --tolerance 1e-3"),
 ]
 
 # The command, the file that is being written when the signal comes, and what stays.
@@ -54,12 +43,7 @@ CASES = {
         [
             "history",
             *MAP,
-            "--path",
-            "1 mN, 0 N",
-            "--output",
-            "out.csv",
-            "--indented-surface",
-            "out.x3p",
+            *shlex.split("--path '1 mN, 0 N' --output out.csv --indented-surface out.x3p"),
         ],
         "out.x3p",
         ["out.csv"],

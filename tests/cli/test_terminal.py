@@ -21,7 +21,7 @@ SOURCE = Path(rc.__file__).parents[1]
 SOLVE = 'solve map.npy --unit m --size "24 um" --load "1 mN" --young "210 GPa" --poisson 0.3'
 UNIX = pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 
-# Loaded wherever it lies on the path, before anything else: sends Ctrl-C when a module is sought.
+# Loaded wherever it is on the path, before anything else: sends Ctrl-C when a module is sought.
 HOOK = """
 import os, signal, sys
 
@@ -57,7 +57,7 @@ Run = Callable[..., Ran]
 
 @pytest.fixture
 def run(tmp_path: Path) -> Run:
-    """Run the program in a shell, in a folder of its own that holds a map."""
+    """Run the program in a shell, in a separate folder that holds a map."""
     heights = np.random.default_rng(0).standard_normal((24, 24)).cumsum(axis=0)
     np.save(tmp_path / "map.npy", 1e-8 * heights)
 
@@ -126,7 +126,7 @@ def test_ctrl_c_while_modules_are_loaded(run: Run, tmp_path: Path, module: str) 
     (tmp_path / "sitecustomize.py").write_text(HOOK)
     before = set(tmp_path.iterdir())
     done = run(f"{SOLVE} --quiet --output out.nc", STOP_AT=module)
-    # As a shell has it; a process that has died of the signal itself counts as the same.
+    # As a shell has it; a process that has died of the signal itself is treated as the same.
     assert done.returncode in (app.INTERRUPTED, -2)
     assert (done.stdout, done.stderr) == ("", "roughcontact: interrupted; nothing was written\n")
     assert set(tmp_path.iterdir()) == before
@@ -194,7 +194,7 @@ except KeyboardInterrupt:
 """
 
 
-@pytest.mark.skipif(os.name == "nt", reason="no status tells of signals there")
+@pytest.mark.skipif(os.name == "nt", reason="no status for signals there")
 def test_exit_status_names_signal_caught_in_c_code(tmp_path: Path) -> None:
     # CPython remembers an interrupt that C code has seen, and a module ends by SIGINT at last.
     (tmp_path / "through_c.py").write_text(THROUGH_C)

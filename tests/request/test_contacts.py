@@ -1,4 +1,5 @@
 import json
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -110,21 +111,10 @@ def test_a_joint_of_two_rough_faces_is_the_mean_of_draws(
             str(tmp_path / "one.nc"),
             "--counter-maps",
             str(tmp_path / "two.nc"),
-            "--draws",
-            "3",
-            "--level",
-            "none",
-            "--load",
-            "0.1 N, 0.3 N",
-            "--boundary",
-            "periodic",
-            "--young",
-            "210 GPa",
-            "--poisson",
-            "0.3",
-            "--yield-strength",
-            "1 GPa",
-            "--json",
+            *shlex.split(
+                "--draws 3 --level none --load '0.1 N, 0.3 N' --boundary periodic "
+                "--young '210 GPa' --poisson 0.3 --yield-strength '1 GPa' --json"
+            ),
             *more,
         ]
     )
@@ -165,7 +155,7 @@ def test_gas_leak_of_joint_is_mean_of_pairs() -> None:
 def test_only_a_law_is_of_several_maps(ask: Any, more: dict[str, Any]) -> None:
     with pytest.raises(rc.InputError, match="different maps"):
         ask([solve_joint(), solve_joint(**more, load=0.2)])
-    # The same bodies, made anew, with a name and another ceiling.
+    # The same bodies, made again, with a name and another ceiling.
     again = solve_joint(
         rc.Surface(ROUGH.heights.copy(), ROUGH.pixel),
         ceiling=2e9,
@@ -223,7 +213,7 @@ def test_combined_requests_match_separate_requests(tmp_path: Path, solves: list[
     requests = [request(tmp_path), request(tmp_path, **{"electrical-film": "1e-12 ohm m^2"})]
     with running.shared_runner() as carry_out:
         both = [carry_out(one, lambda _: None) for one in requests]
-    # The largest load once more, under the calibrated ceiling.
+    # The largest load again, under the calibrated ceiling.
     assert solves == [0.3, 0.1, 0.3]
     assert both[0].result.largest.surface is both[1].result.largest.surface
     for one, outcome in zip(requests, both, strict=True):
@@ -291,7 +281,7 @@ def test_invalid_task_lists_raise_input_error(
 def test_joint_tasks_under_same_pressures_share_contacts(
     tmp_path: Path, solves: list[float]
 ) -> None:
-    # Elastic, so that the law has no second branch of its own.
+    # Elastic, so that the law has no second branch.
     more = ('from = "1 MPa"', 'to = "30 MPa"', "steps = 3", 'ceiling = "none"')
     listed = ", ".join(f'"{task}"' for task in JOINTS)
     entries = project.read_project(joint_project(tmp_path, f"[{listed}]", *more))

@@ -72,7 +72,7 @@ def words(given: dict[str, str]) -> list[str]:
 def test_a_command_offers_the_options_that_fit_it_and_no_other(
     command: str, capsys: Capture
 ) -> None:
-    # Built anew: a command remembers the context in which it is parsed first.
+    # Built again: a command remembers the context in which it is parsed first.
     known = app._build_program.__wrapped__(command).commands[command]
     there = {word for parameter in known.params for word in parameter.opts if word.startswith("--")}
     assert there - {"--help-all"} == {f"--{name}" for name in COMMANDS[command].by_name}
@@ -85,7 +85,7 @@ def test_a_command_offers_the_options_that_fit_it_and_no_other(
     for name in strange:
         with pytest.raises(Exception, match=rf"No such option: --{name}(?![\w-])"):
             known.make_context(command, [*subject, f"--{name}", "1"])
-    # And as it is told.
+    # And in the summary.
     assert app.main([command, *subject, f"--{name}", "1"]) == app.BAD_INPUT
     assert f"--{name}" in capsys.readouterr().err
 
@@ -147,7 +147,7 @@ def test_arguments_are_spelled_at_each_edge() -> None:
         (ArgumentRef("heights"), "heights", "heights"),
     ):
         assert (solve.TASK.spell_argument(mention), spell_key(mention, solve.TASK)) == (option, key)
-    # A sweep has no load of its own to speak of.
+    # A sweep has no single load.
     assert COMMANDS["sweep"].spell_argument(ArgumentRef("load")) == "load"
     assert COMMANDS["history"].option_of_argument("load") is None
 
