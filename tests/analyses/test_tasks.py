@@ -1,4 +1,4 @@
-"""What is added in one place is there in all: an option of a group, a task with its result."""
+"""An option of a group and a task with its result appear in all places."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def _run(request, work):
     return Outcome(request, Height(request[FACTOR] * work.maps[0].Sq))
 
 TASK = Task(
-    "height", "Tell a multiple of the height.",
+    "height", "Print a multiple of the height.",
     (*options.MAP, FACTOR, *options.BODIES, *options.OUTPUT), run=_run,
     questions=(Analysis("How high it is", "A multiple of Sq.", (FACTOR,)),),
     presentations={"Height": ("analyses.height.report:KIND",)},
@@ -106,7 +106,7 @@ print(found.facts)
 
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
-    """Return a copy of the package, with a map beside it."""
+    """Return a copy of the package, with a map next to it."""
     package = Path(roughcontact.__file__).parent
     shutil.copytree(package, tmp_path / "roughcontact")
     np.save(tmp_path / "map.npy", np.random.default_rng(1).standard_normal((24, 24)))

@@ -2,6 +2,7 @@ import dataclasses
 import json
 import math
 import re
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,6 @@ from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.contact.series import ONE_ROUGH_FACE
 from roughcontact.report import kinds as report_kinds
-from roughcontact.theory import constriction
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 ROUGH = rc.Surface(*rc.reference_map(64, 3))
@@ -61,7 +61,7 @@ def test_a_film_adds_its_resistance() -> None:
     assert added == pytest.approx(1e-12 / RESULT.contact_area)
     added = film.thermal_resistance - bare.thermal_resistance
     assert added == pytest.approx(1e-6 / RESULT.contact_area)
-    # What is told of a disc is no bound if it is below 32/(3π²) to 1.
+    # The reported bound of a disc is none if it is below 32/(3π²) to 1.
     text = " ".join(sentences(film))
     bound = float(re.search(r"disk by at most ([\d.]+) % of the constriction", text)[1])
     assert bound == pytest.approx(100 * (32 / (3 * math.pi**2) - 1), abs=0.05)
@@ -276,38 +276,14 @@ def test_conductance_is_saved_as_csv_and_json(tmp_path: Path) -> None:
     assert told["boundary"] == "periodic"
 
 
-def test_an_ellipse_is_its_elliptic_integral() -> None:
-    # K(k² = 3/4) = 2.156515647499643 (Abramowitz and Stegun, table 17.1).
-    assert constriction.ellipse(1, 2) == pytest.approx(2 * math.pi * 2 / 2.156515647499643)
-    with pytest.raises(rc.InputError, match="radius"):
-        constriction.disc(-1)
-
-
-def test_correlations_are_those_of_their_authors() -> None:
-    # 1.25 and 1.55 with the harmonic mean of the conductivities, 2/Σ(1/k).
-    assert constriction.plastic_joint(2e6, 2e9, 0.1, 1e-6) == pytest.approx(
-        2 * 1.25 * 1e5 * 1e-3**0.95
-    )
-    assert constriction.elastic_joint(1e6, 1e11, 0.1, 1e-6) == pytest.approx(
-        2 * 1.55 * 1e5 * (math.sqrt(2) * 1e-4) ** 0.94
-    )
-
-
 def command(path: Path, *more: str) -> list[str]:
     np.save(path, ROUGH.heights * 1e6)
     return [
         "conductance",
         str(path),
-        "--unit",
-        "um",
-        "--size",
-        "0.1 mm x 0.1 mm",
-        "--level",
-        "none",
-        "--material",
-        "42CrMo4",
-        "--boundary",
-        "periodic",
+        *shlex.split(
+            "--unit um --size '0.1 mm x 0.1 mm' --level none --material 42CrMo4 --boundary periodic"
+        ),
         *more,
     ]
 
@@ -370,23 +346,6 @@ def test_invalid_options_are_rejected_in_one_sentence(
     ):
         assert app.main(command(tmp_path / "map.npy", *more)) == app.BAD_INPUT
         assert said in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_project_runs_conductance(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    np.save(tmp_path / "map.npy", ROUGH.heights[:32, :32] * 1e6)
-    project = tmp_path / "project.toml"
-    project.write_text(
-        'folder = "out"\nwrite = ["csv", "png"]\n[[contact]]\nname = "joint"\nfile = "map.npy"\n'
-        'task = "conductance"\nunit = "um"\nsize = "50 um x 50 um"\nmaterial = "42CrMo4"\n'
-        'counter-material = "6061-T6"\nload = "0.1 N, 0.3 N"\n',
-        encoding="utf-8",
-    )
-    assert app.main(["run", str(project), "--json"]) == app.SOLVED
-    told = json.loads(capsys.readouterr().out)["contacts"][0]["told"]
-    assert told["last"]["load"] == 0.3
-    assert len(told["thermal_resistance"]) == 2
-    assert len((tmp_path / "out" / "joint.csv").read_text("utf-8").splitlines()) == 3
 
 
 def test_the_calibrated_ceiling_moves_the_interval_of_a_conductance() -> None:

@@ -165,7 +165,7 @@ def test_conditions_hold_on_the_indented_surface(independent) -> None:
     assert gap.min() >= -scale
     assert np.abs(gap[pressure > 0]).max() <= scale
     assert (pressure[new > 0] == 3e9).all()
-    # A pixel indented before may lie below the ceiling now, and keeps what it lost.
+    # A pixel indented before may be below the ceiling now, and keeps what it lost.
     kept = (before.indentation > 0) & (pressure < 3e9)
     assert kept.any()
     assert (after.indentation[kept] == before.indentation[kept]).all()
@@ -228,7 +228,7 @@ def test_no_path_gives_energy_or_volume_back(
 
 
 def test_distant_indentations_are_identical() -> None:
-    # A hard ball on a soft flat without end: the second imprint knows nothing of the first.
+    # A hard ball on a soft flat without end: the second indentation does not depend on the first.
     surface = ball()
     pixel = surface.pixel[1]
     one = history(surface, [1.0], material=rc.RIGID, counter_material=STEEL)
@@ -263,7 +263,7 @@ def test_an_overlapping_pass_hits_the_indented_surface() -> None:
     first, _, second = two.column("indentation_volume")
     # It finds part of its imprint made, is carried by more area, and makes the rest.
     assert 0.2 * first < second < 0.95 * first
-    # What was made first is still there.
+    # The first indentation is kept.
     made = two.indentation[:, two.origin[1] :]
     assert (made >= one.indentation * (1 - 1e-8)).all()
     # Back at the first position, and forth again: a rolled track shakes down.
@@ -308,7 +308,7 @@ def test_points_shifted_off_map_have_no_contact_and_return() -> None:
     assert np.isnan(moved.last.gap[:20]).all()
     assert np.isfinite(moved.last.gap[20:]).all()
     assert not moved.last.pressure[:20].any()
-    # The rows that were off the map are as they were left, the others were indented once more.
+    # The rows that were off the map are as they were left, the others were indented again.
     np.testing.assert_array_equal(moved.indentation[12:], first.indentation[12:])
     assert (moved.indentation[:12] > first.indentation[:12]).any()
     # Back at the first position the first imprint is there again: little is new.
@@ -444,7 +444,7 @@ def test_interrupted_history_resumes_with_same_numbers(
     assert len(list(tmp_path.glob("step-*.npz"))) == 3
     kept: list[int] = []
     for _ in range(2):
-        # The second time all of it stands there.
+        # The second time all of it is there.
         again = history(
             rough(),
             [0.5, 1.0],
@@ -513,12 +513,6 @@ def test_residual_surface_is_a_surface_like_any_other(found: LoadHistory) -> Non
     assert approach.shape == (6,)
     with pytest.raises(rc.InputError, match="name must be one of"):
         found.column("colour")
-
-
-def test_progress_names_the_step() -> None:
-    seen: list[int] = []
-    history(rough(32), [0.5, 0.0, 1.0], material=STEEL, progress=lambda at: seen.append(at.number))
-    assert sorted(set(seen)) == [1, 3]
 
 
 # --- bad input -------------------------------------------------------------------------------

@@ -47,17 +47,6 @@ def test_imprint_of_a_ball_under_a_low_ceiling(fraction: float) -> None:
     assert found.residual.heights.min() == -found.indentation.max()
 
 
-def test_conforming_contact_after_indentation() -> None:
-    # The imprint has the shape of the ball: at the same load more area carries less pressure.
-    path = [0.3, 1.0, 0.3, 0.0, 0.3]
-    found = history(ball(128), path, material=rc.RIGID, counter_material=STEEL, ceiling=3e9)
-    area, pressure = found.column("contact_area"), found.column("max_pressure")
-    assert area[2] > 1.2 * area[0]
-    assert pressure[2] < 0.9 * pressure[0]
-    assert area[4] == pytest.approx(area[2], rel=1e-6)
-    assert (found.column("indentation_volume")[2:] <= 1e-8 * found.indentation_volume).all()
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("control", ["load", "approach"])
 def test_work_is_stored_plus_dissipated_energy(control: str) -> None:
@@ -79,32 +68,3 @@ def test_work_is_stored_plus_dissipated_energy(control: str) -> None:
     assert abs(errors[-1]) < 0.02
     order = np.polyfit(np.log2([8, 16, 32, 64]), np.log2(np.abs(errors)), 1)[0]
     assert order < -1
-
-
-@pytest.mark.slow
-def test_cycles_dissipate_once() -> None:
-    # A closed loop between two loads: all of its area is dissipated in the first cycle.
-    surface = rc.Surface(*rc.reference_map(32))
-    cycle = [*np.linspace(0.2, 2.0, 10), *np.linspace(1.8, 0.2, 9)]
-    found = history(surface, cycle * 3, material=STEEL)
-    approach, load = found.hysteresis
-
-    def loop(first: int, last: int) -> float:
-        w, a = load[first:last], approach[first:last]
-        return float((0.5 * (w[1:] + w[:-1]) * np.diff(a)).sum())
-
-    first = loop(0, 19)
-    assert first > 0
-    assert abs(loop(18, 38)) < 1e-7 * first
-    assert found.is_elastic_now
-
-
-def test_one_step_or_many_make_the_same_imprint() -> None:
-    # While the load only grows no pixel leaves the ceiling here, and the path does not matter.
-    surface = rc.Surface(*rc.reference_map(48))
-    one = history(surface, [2.0], material=STEEL)
-    many = history(surface, [0.5, 0.9, 1.3, 1.7, 2.0], material=STEEL)
-    deepest = one.indentation.max()
-    np.testing.assert_allclose(many.indentation, one.indentation, atol=1e-7 * deepest)
-    assert many.steps[-1].approach == pytest.approx(one.steps[0].approach, rel=1e-8)
-    assert many.dissipated_energy == pytest.approx(one.dissipated_energy, rel=1e-7)

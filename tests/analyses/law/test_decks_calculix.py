@@ -105,7 +105,7 @@ def law(friction: float | None = None) -> rc.results.InterfaceLaw:
 
 def run_calculix(folder: Path, branch: str, overclosures: list[float]) -> list[tuple[float, float]]:
     """Return overclosure [mm] and pressure [MPa] that the blocks take, step by step."""
-    # The blocks give way as well, by some part of it: the faces are looked at.
+    # The blocks give way as well, by some part of it: the positions of the faces are compared.
     deck = BLOCKS.format(branch=branch.upper())
     deck += "".join(STEP.format(down=-value) for value in overclosures)
     (folder / "blocks.inp").write_text(deck, encoding="ascii")

@@ -3,6 +3,7 @@ import dataclasses
 import json
 import math
 import re
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -63,7 +64,7 @@ def test_points_are_those_of_the_contacts() -> None:
     assert {step.branch for step in LAW.steps} == {LOADING, UNLOADING}
     down = LAW.of_branch(UNLOADING)
     assert [step.saturated_fraction for step in down] == [0.0] * 4
-    # What is indented stays: the same pressure holds the bodies closer together.
+    # Indentations are permanent: the same pressure holds the bodies closer together.
     for before, after in zip(LAW.of_branch(LOADING)[:-1], down[:-1], strict=True):
         assert after.separation < before.separation
 
@@ -185,15 +186,6 @@ def test_parts_give_caution_for_too_small_map() -> None:
     assert other.numbers["off"] > other.numbers["chance"]
 
 
-def test_conductance_is_that_of_the_contacts() -> None:
-    found = rc.conductance(CONTACTS[0], "42CrMo4", rc.Conductor(conductivity=400))
-    own = rc.interface_law(
-        CONTACTS[0], conductor="42CrMo4", counter_conductor=rc.Conductor(conductivity=400)
-    )
-    assert own.conductance == pytest.approx(found.thermal_conductance, rel=1e-6)
-    assert np.isnan(rc.interface_law(CONTACTS[0]).conductance).all()
-
-
 def test_each_branch_has_conductance_of_its_contacts() -> None:
     bodies = ("42CrMo4", rc.Conductor(conductivity=400))
     for branch, solved_ones in ((LOADING, CONTACTS), (UNLOADING, AGAIN)):
@@ -251,7 +243,7 @@ def test_decks_hold_the_table_in_their_units(tmp_path: Path) -> None:
             assert found[:, 1] == pytest.approx(1e3 * (shift - table.separation), abs=1e-12)
             assert found[0].tolist() == [0.0, pytest.approx(1e3 * (shift - table.separation[0]))]
             assert (np.diff(found, axis=0) > 0).all()
-        # CalculiX takes the first row of such a table, 0, whatever the pressure.
+        # CalculiX takes the first row of such a table, 0, for any pressure.
         assert ("\n*GAP CONDUCTANCE" in text) == (suffix == ".inp")
         if suffix == ".ccx":
             text = text.replace("the row of your pressure.\n** ", "\n*X\n").replace("\n** ", "\n")
@@ -328,13 +320,6 @@ def test_the_functions_for_moose_are_the_law_in_si_units(tmp_path: Path) -> None
         else:
             told = np.interp(PRESSURES, x, y)
             assert told == pytest.approx(getattr(LAW, name)(branch), rel=0.011)
-
-
-def test_electrical_conductance_is_that_of_the_conductance_task() -> None:
-    steel = {"conductor": "42CrMo4", "counter_conductor": "42CrMo4"}
-    alone = rc.conductance(CONTACTS[0], **steel)
-    law = rc.interface_law(CONTACTS[0], **steel)
-    assert law.electrical_conductance() == pytest.approx(alone.electrical_conductance)
 
 
 def test_tables_and_numbers_are_written(tmp_path: Path) -> None:
@@ -423,16 +408,9 @@ def command(folder: Path, *more: str) -> list[str]:
     return [
         "law",
         *(str(folder / f"map{number}.npy") for number in range(2)),
-        "--unit",
-        "um",
-        "--size",
-        "0.1 mm x 0.1 mm",
-        "--level",
-        "none",
-        "--steps",
-        "2",
-        "--material",
-        "42CrMo4",
+        *shlex.split(
+            "--unit um --size '0.1 mm x 0.1 mm' --level none --steps 2 --material 42CrMo4"
+        ),
         *(word for name, value in defaults.items() if name not in more for word in (name, value)),
         *more,
     ]
@@ -456,7 +434,7 @@ def test_command_prints_draws_and_writes(
     shown = " ".join(capsys.readouterr().out.split())
     assert "Overclosure is minus the separation." in shown
     assert "Map size" in shown
-    # Two pressures do not tell how well the law is known between them.
+    # Two pressures give no error of the law between them.
     assert "nan" not in re.findall(r"\w+", shown.lower())
     assert all(Path(path).stat().st_size > 500 for path in out)
     assert "*GAP CONDUCTANCE" in Path(out[0]).read_text("ascii")
@@ -601,7 +579,7 @@ def test_the_backbone_is_that_of_the_solved_contact() -> None:
         for shift, stress in zip(backbone.shift[1:-1], backbone.shear_stress[1:-1], strict=True):
             force = stress * last.nominal_area
             exact = rc.tangential(last, friction=0.15, force=force, direction=direction)
-            # The superposition knows nothing of the traction across the force.
+            # The superposition neglects the traction across the force.
             assert shift == pytest.approx(exact.last.shift, rel=0.03)
     with pytest.raises(rc.InputError, match="friction"):
         LAW.backbone()

@@ -29,7 +29,7 @@ STEEL = rc.Material(young=210e9, poisson=0.3)
 
 
 def near(expected: Any, rel: float = 1e-6) -> Any:
-    """Return what is equal to some part: numbers are small in SI units, and 1e-12 is much."""
+    """Return a relative tolerance: numbers are small in SI units, and 1e-12 is much."""
     return pytest.approx(expected, rel=rel, abs=0.0)
 
 

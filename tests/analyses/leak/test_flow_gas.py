@@ -56,7 +56,7 @@ def test_every_value_of_a_fluid_has_its_source() -> None:
 @pytest.mark.parametrize("gas", GASES, ids=lambda gas: gas.name)
 def test_a_gap_far_below_the_jump_conducts_as_free_molecules_do(gas: fluids.Gas) -> None:
     # Knudsen 1911, of walls of one accommodation a:
-    # h = a/(2 - a) (γ + 1)/(γ - 1) √(R/(8π M T)) p, whatever the gap.
+    # h = a/(2 - a) (γ + 1)/(γ - 1) √(R/(8π M T)) p, for any gap.
     pressure, temperature = 10.0, 320.0
     share, ratio = gas.accommodation.value, gas.heat_capacity_ratio.value
     speed = math.sqrt(fluids.GAS_CONSTANT / (8 * math.pi * gas.molar_mass.value * temperature))
@@ -137,7 +137,7 @@ def test_a_plane_channel_slips_and_has_knudsens_minimum() -> None:
     least = int(np.argmin(flows))
     assert flows[least] == pytest.approx(1.539, rel=5e-3)
     assert 0.7 < d[least] < 1.3
-    # Below the fits free molecules go on with -ln(D)/√π.
+    # Below the fits free molecules continue with -ln(D)/√π.
     below = channel_flow([1e-2, 1e-4])
     assert below[1] - below[0] == pytest.approx(math.log(100) / math.sqrt(math.pi))
 

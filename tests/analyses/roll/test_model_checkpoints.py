@@ -1,4 +1,4 @@
-"""Runs over a path of places: little is kept on the way, and they go on to the same bits."""
+"""Runs over a path of places: little is kept on the way, and they resume to the same bits."""
 
 from __future__ import annotations
 

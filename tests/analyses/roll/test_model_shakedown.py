@@ -3,7 +3,7 @@
 The judge of a line contact is Melan's theorem on the closed-form stresses of a half-plane
 (`melan`), averaged over the layers as the program averages them; without friction it gives the
 4.00 k of Johnson, Contact Mechanics (1985), section 9.2. That of a point contact is the orthogonal
-shear on its plane of symmetry, which no residual stress can take off (Ponter, Hearle and Johnson
+shear on its plane of symmetry, which no residual stress can remove (Ponter, Hearle and Johnson
 1985).
 """
 
@@ -66,7 +66,7 @@ def test_melan_limits_match_known_values() -> None:
 
 @pytest.mark.parametrize(("share", "yields"), [(BELOW, False), (ABOVE, True)])
 def test_first_yield_of_a_line_contact(share: float, yields: bool) -> None:
-    # A long period: the mean pressure of a row of rollers adds a stress of its own.
+    # A long period: the mean pressure of a row of rollers adds a separate stress.
     line = Line(melan.first_yield(0.0, POISSON) * share, half_width=10, points=1024)
     line.layers = np.full(20, 1.2 * line.width / 20)
     assert bool(line.solved([line.at(0)]).plastic_volume) is yields
@@ -157,7 +157,7 @@ def test_limit_of_a_line_contact(
     limit = melan.line_limit(friction, POISSON, layers)
     assert limit == pytest.approx({0.0: 4.0, 0.2: 3.2, 0.4: 1 / 0.4}[friction], rel=0.005)
     low, high = (line_passes(share * limit, friction, layers, law, 8) for share in (BELOW, ABOVE))
-    # Below it what a pass adds goes on falling, above it comes to stay.
+    # Below it the increment of a pass continues to fall, above it is constant.
     assert low[-1] < 0.4 * low[1]
     assert high[-1] > 0.3 * high[1]
     assert high[-1] > 0.85 * high[-2]

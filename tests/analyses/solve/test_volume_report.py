@@ -238,7 +238,7 @@ def test_two_bodies_have_a_table_each() -> None:
     assert "Plastic strain and stress of the counter-body" in page
     assert "both bodies deform" in page
     assert "linear hardening, modulus 2 GPa" in page
-    # A warning of the result stands in the box of warnings.
+    # A warning of the result is in the box of warnings.
     for note in result.warnings:
         assert note in page
 

@@ -126,7 +126,7 @@ def test_section_zooms_to_where_the_stress_is(along):
     assert 20 <= last - first <= 40
     assert (first + last) / 2 == pytest.approx(middle, abs=2)
     assert 0.3 * (last - first) < deep < 20
-    # What is strong keeps within it, and fills a good part of it.
+    # Large stresses are within it, and fill a good part of it.
     seen = np.asarray(axes.collections[0].get_array())
     strong = seen > 0.25 * seen.max()
     assert not strong[:, [0, -1]].any()
@@ -139,7 +139,7 @@ def test_section_zooms_to_where_the_stress_is(along):
 
 @pytest.mark.long
 def test_units_fit_visible_range():
-    # The largest stress lies 1 µm deep; depths go on to 2 mm.
+    # The largest stress lies 1 µm deep; depths extend to 2 mm.
     near = stress_below(0.2, friction=0.6, depths=[3e-7, 1e-6, 1e-5, 1e-4, 2e-3])
     axes = plots.stress_depth(near).axes[0]
     assert axes.get_xlabel() == "depth [µm]"
@@ -168,11 +168,6 @@ def test_map_shows_peak_and_yielded_part(light, heavy):
     (cross,) = figure.axes[0].lines
     assert cross.get_xdata()[0] == pytest.approx(heavy.max_von_mises_at[2] * 1e6)
     assert cross.get_ydata()[0] == pytest.approx(heavy.max_von_mises_at[1] * 1e6)
-
-
-def test_body_is_named_in_figure(light):
-    assert "counter-body" not in texts(plots.stress_map(light))
-    assert "counter-body" in texts(plots.stress_map(stress_below(0.2, in_body="counter_body")))
 
 
 def test_bad_arguments(light):

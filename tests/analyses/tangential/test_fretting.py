@@ -173,7 +173,7 @@ def test_a_sphere_yields_first_at_its_trailing_edge(
 
 
 def test_the_slip_of_a_cycle_is_its_amplitude() -> None:
-    """A load that grows leaves slip behind; the cycle after it does not know of it."""
+    """A load that grows leaves slip behind, which does not change the next cycle."""
     heights, pixel = rc.reference_map(32)
     body = rc.Material(young=210e9, poisson=0.0)
     contact = rc.solve(

@@ -1,9 +1,10 @@
-"""Tangential loading as it is asked for and shown: arguments, errors, files, command, report."""
+"""Tangential loading: arguments, errors, files, command, report."""
 
 from __future__ import annotations
 
 import functools
 import json
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -44,13 +45,6 @@ def profile() -> rc.ContactResult:
         load="20 N/mm",
         calibrated=False,
     )
-
-
-@pytest.mark.long
-def test_texts_quantities_and_numbers_are_one_force() -> None:
-    forces = ["0.05 N", 0.05, ["50 mN"], (0.05,), np.array([0.05])]
-    shifts = {rc.tangential(contact(), friction=0.15, force=f).last.shift for f in forces}
-    assert len(shifts) == 1
 
 
 @pytest.mark.parametrize(
@@ -166,37 +160,16 @@ def test_stress_is_printed_drawn_and_saved(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_single_step_answers_first(tmp_path: Path) -> None:
-    result = rc.tangential(contact(), friction=0.15, force="50 mN")
-    line = repr(result).splitlines()[1].strip()
-    assert line.startswith("The joint shifts ")
-    assert "under 50 mN" in line
-    result.report(tmp_path / "a.html")
-    text = (tmp_path / "a.html").read_text()
-    assert "Ciavarella" in text
-    assert "data:image/png" in text
-    assert {"Mindlin1949", "Jaeger1998"} <= {work.key for work in result.references()}
-
-
-@pytest.mark.long
 def test_the_command_writes_and_prints(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     heights, pixel = rc.reference_map(32)
     rc.Surface(heights, pixel).save("map.nc")
-    words = [
-        "tangential",
-        "map.nc",
-        "--load",
-        "1 N",
-        "--material",
-        "42CrMo4",
-        "--counter-material",
-        "42CrMo4",
-        "--friction",
-        "0.15",
-    ]
+    words = shlex.split(
+        "tangential map.nc --load '1 N' --material 42CrMo4 --counter-material 42CrMo4 "
+        "--friction 0.15"
+    )
     assert (
         app.main([*words, "--force", "0.05 N", "--output", "a.nc", "--figure", "a.png", "--json"])
         == 0
@@ -222,19 +195,3 @@ def test_the_command_writes_and_prints(
     assert "slides" in capsys.readouterr().err
     assert app.main([*words, "--force", "1 N", "--shift", "5 nm"]) == 2
     assert app.main([*words[:-2], "--force", "1 N"]) == 2
-
-
-@pytest.mark.slow
-@pytest.mark.process
-def test_project_runs_tangential(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    heights, pixel = rc.reference_map(32)
-    rc.Surface(heights, pixel).save("map.nc")
-    Path("project.toml").write_text(
-        'write = ["nc"]\n[[contact]]\nname = "one"\nfile = "map.nc"\nmaterial = "42CrMo4"\n'
-        'task = "tangential"\nload = "1 N"\nfriction = 0.15\nforce = "0.05 N"\nstress = true\n'
-        '[[contact]]\nname = "two"\nfile = "map.nc"\nmaterial = "42CrMo4"\nfriction = 0.15\n'
-        'task = "tangential"\nstages = "0.5 N: 0 N, 1 N: 0.05 N"\n',
-        encoding="utf-8",
-    )
-    assert app.main(["run", "project.toml"]) == 0
