@@ -42,11 +42,6 @@ def kinds(result: rc.ContactResult | rc.results.StressResult) -> list[str]:
     return [caution.kind for caution in result.cautions]
 
 
-def test_a_sound_result_needs_no_caution() -> None:
-    result = rc.solve(ball(), material=STEEL, load=1e-2)
-    assert result.cautions == result.warnings == ()
-
-
 def test_each_caution_has_its_tag_and_its_numbers() -> None:
     result = rc.solve(ball(16), material=STEEL, load=2.0, ceiling=None)
     assert kinds(result) == [CautionTag.ABOVE_CEILING, CautionTag.EDGE]
@@ -111,7 +106,7 @@ def test_messages_recommend_one_value_per_option() -> None:
         assert all(len(found) == 1 for found in values.values()), values
         assert len(set(kinds(result))) == len(result.cautions)
         several.add(tuple(kinds(result)))
-    # The edge of the map and the ends of the roller ask for one boundary.
+    # The edge of the map and the ends of the roller need one boundary.
     assert any({CautionTag.EDGE, CautionTag.HERTZ} <= {*of} for of in several)
     assert any(CautionTag.ABOVE_CEILING in of for of in several)
     assert any(CautionTag.HARDNESS in of for of in several)
@@ -147,15 +142,6 @@ def test_cautions_of_the_stress_are_those_of_the_contact_and_its_own() -> None:
     assert CautionTag.YIELDED in kinds(stress)
     assert stress.cautions == sort_cautions(stress.cautions)
     assert stress.warnings == tuple(caution.text for caution in stress.cautions)
-
-
-def test_cautions_with_same_tag_and_text_are_equal() -> None:
-    assert Caution(CautionTag.EDGE, ("At the edge.",)) == Caution(
-        CautionTag.EDGE, ("At the edge.",)
-    )
-    assert Caution(CautionTag.EDGE, ("At the edge.",)) != Caution(
-        CautionTag.MISSING, ("At the edge.",)
-    )
 
 
 def test_regime_considers_both_bodies() -> None:
@@ -202,18 +188,6 @@ def test_all_outputs_have_same_cautions(tmp_path: Path) -> None:
     assert all(text in page for text in result.warnings)
 
 
-def test_remarks_stay_with_a_result(tmp_path: Path) -> None:
-    remark = Caution(
-        CautionTag.RESOLUTION, ("The tip was blunt.",), Severity.NOTE, {"radius": 1e-8}
-    )
-    result = dataclasses.replace(
-        rc.solve(ball(), material=STEEL, load=1e-2), extra_cautions=(remark,)
-    )
-    result.save(tmp_path / "result.nc")
-    again = rc.read_result(tmp_path / "result.nc")
-    assert again.cautions == result.cautions == (remark,)
-
-
 def test_cautions_are_sorted_by_severity_without_repeated_tag() -> None:
     note, warning = (
         as_note(CautionTag.RESOLUTION, "A."),
@@ -258,7 +232,7 @@ def test_merged_cautions_keep_worst_and_count() -> None:
         [("a.x3p", merge_at_shares(0.1)), ("b.x3p", merge_at_shares(0.2, 0.3))], "maps"
     )
     assert maps.text == "So (2 of 2 maps, worst b.x3p at 2 N). Use a."
-    # What is the same everywhere needs no place; the fewest pixels are the worst.
+    # Equal cautions need no place; the fewest pixels are the worst.
     same = as_note(CautionTag.ONE_ROUGH_FACE, "A.")
     assert merge_cautions([("a", [same]), ("b", [same])], "maps") == (same,)
     assert merge_cautions([("a", [same]), ("b", [])], "maps")[0].text == "A (1 of 2 maps)."
@@ -293,7 +267,7 @@ def test_the_share_of_filled_points_is_that_of_the_file() -> None:
     assert coarse.cropped((0, 4), (0, 4)).provenance.filled_share(16) == 6 / 1024
     again = provenance.from_text(provenance.to_text(part.provenance))
     assert again.filled_share(32) == 4 / 32
-    # What an earlier version wrote has no number of points.
+    # Files of an earlier version have no number of points.
     old = rc.Provenance(operations=[provenance.Operation("filled", found={"missing": 6})])
     assert old.filled_share(60) == 0.1
 

@@ -25,14 +25,6 @@ def unconverged() -> rc.ConvergenceError:
     return caught.value
 
 
-def test_an_unconverged_result_survives_another_process() -> None:
-    error = unconverged()
-    again = pickle.loads(pickle.dumps(error))
-    assert str(again) == str(error)
-    assert str(error).startswith("not converged: certificate")
-    np.testing.assert_array_equal(again.result.pressure, error.result.pressure)
-
-
 def test_every_error_survives_another_process() -> None:
     for kind in (rc.InputError, rc.FormatError, rc.CapacityError, rc.InsufficientMemoryError):
         error = kind("is too much: try ", ArgumentRef("crop"), argument="load", value=2.0)
@@ -106,15 +98,6 @@ def test_the_full_capacity_is_a_load_like_any_other(shape: tuple[int, int]) -> N
     assert result.load_error <= 1e-10
     with pytest.raises(rc.CapacityError):
         rc.solve(surface, load=load * (1 + 1e-9), material=STEEL)
-
-
-def test_infinite_ceiling_is_none() -> None:
-    surface = rough()
-    ceiling = np.full(surface.shape, np.inf)
-    elastic = rc.solve(surface, load=0.1, material=STEEL, ceiling=ceiling)
-    assert elastic.ceiling is None
-    with pytest.raises(rc.CapacityError, match="full contact"):
-        rc.solve(surface, approach=1e-5, material=STEEL, ceiling=ceiling, boundary="periodic")
 
 
 @pytest.mark.parametrize(

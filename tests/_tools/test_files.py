@@ -85,7 +85,7 @@ def test_longest_file_name_is_written(tmp_path: Path) -> None:
     assert path.read_text() == "text"
 
 
-# What a killed process leaves
+# Files of a killed process
 
 WRITER = """
 import sys, time

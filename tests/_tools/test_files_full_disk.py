@@ -6,6 +6,7 @@ fault long after the sentence.
 
 import json
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -23,24 +24,12 @@ SWEEP = ["sweep", *MAP, "--from", "1 mN", "--to", "10 mN", "--steps", "3"]
 STRESS = ["stress", *MAP, "--load", "10 mN", "--depths", "1 um"]
 HISTORY = ["history", *MAP, "--path", "10 mN, 0 N", "--yield-strength", "2 GPa"]
 BALL = [
-    "solve",
-    "--body",
-    "sphere 10 mm",
-    "--points",
-    "16",
-    "--size",
-    "0.4 mm",
+    *shlex.split("solve --body 'sphere 10 mm' --points 16 --size '0.4 mm'"),
     *STEEL,
-    "--yield-strength",
-    "1 GPa",
-    "--model",
-    "elastoplastic",
-    "--load",
-    "60 N",
-    "--increments",
-    "2",
-    "--tolerance",
-    "1e-3",
+    *shlex.split(
+        "--yield-strength '1 GPa' --model elastoplastic --load '60 N' --increments 2 "
+        "--tolerance 1e-3"
+    ),
 ]
 
 PROJECT = """
@@ -134,7 +123,7 @@ if __name__ == "__main__":
 
 
 def run_all_commands(kind, folder):
-    """What every command said where nothing can be written, and what it left."""
+    """Messages and remaining files of every command where nothing can be written."""
     noise = np.random.default_rng(3).standard_normal((32, 32))
     np.save(folder / "rough.npy", 1e-8 * noise)
     (folder / "project.toml").write_text(PROJECT, encoding="utf-8")
@@ -145,7 +134,7 @@ def run_all_commands(kind, folder):
     (folder / "child.py").write_text(CHILD, encoding="utf-8")
     command = [sys.executable, "-B", "child.py", kind]
     if kind == "disk":
-        # A small disk of its own, which goes with the process.
+        # A separate small disk, which is unmounted with the process.
         own = ["unshare", "--map-root-user", "--mount"]
         mount = "mount -t tmpfs -o size=256k none box"
         if (
@@ -185,6 +174,6 @@ def test_full_disk_gives_one_sentence_and_keeps_old_file(kind: str, tmp_path: Pa
         if room:
             kept |= {"kept/sweep.json" if name.startswith("sweep") else "kept/volume.json"}
         if name == "run summary":
-            # What was there before is of another run.
+            # The previous files are of another run.
             kept |= {"out.json"}
         assert (name, set(found["left"])) == (name, kept)

@@ -85,7 +85,7 @@ def test_destructor_error_after_interrupt_is_not_reported(
 
 
 def interrupted_file(folder: str) -> None:
-    """Be told to end where a file of h5netcdf has no more than its name."""
+    """Terminate where a file of h5netcdf has no more than its name."""
     import h5netcdf
 
     h5netcdf.File.__init__ = lambda *given, **more: os.kill(os.getpid(), signal.SIGTERM)

@@ -1,4 +1,4 @@
-"""Zeros of functions, beside SciPy's."""
+"""Zeros of functions, compared with SciPy's."""
 
 from __future__ import annotations
 

@@ -100,11 +100,6 @@ def test_a_cell_from_a_name_is_no_formula(start: str) -> None:
     assert cell.isprintable()
 
 
-def test_a_cell_keeps_plain_text() -> None:
-    assert csv_cell("ground.x3p") == "ground.x3p"
-    assert csv_cell('a, "b"') == '"a, ""b"""'
-
-
 def test_a_sweep_table_has_no_formula(tmp_path: Path) -> None:
     curve = rc.sweep(make_surface(), material=rc.Material(1e9, 0.3), loads=[1e-3, 2e-3])
     curve.save(tmp_path / "curve.csv")

@@ -61,7 +61,7 @@ def test_section_is_true_to_scale_and_shows_every_layer(pressed) -> None:
     np.testing.assert_allclose(np.ma.filled(drawn, np.nan), shown)
     faces = mesh._coordinates[:, 0, 1]
     np.testing.assert_allclose(faces, 1e6 * stored.faces[: rows + 1])
-    # As many inches to a micrometre down as across.
+    # Inches per micrometer are equal down and across.
     box = axes.get_position()
     width, height = figure.get_size_inches()
     left, right = axes.get_xlim()
@@ -71,7 +71,7 @@ def test_section_is_true_to_scale_and_shows_every_layer(pressed) -> None:
     assert box.width * width / (right - left) == pytest.approx(down)
     # It reaches below the plastic zone.
     assert bottom > 1e6 * pressed.plastic_depth
-    # No axes lie on others.
+    # No axes overlap.
     renderer = FigureCanvasAgg(figure).get_renderer()
     panels = [a.get_tightbbox(renderer) for a in figure.axes]
     for number, one in enumerate(panels):
