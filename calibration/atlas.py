@@ -5,7 +5,7 @@
     python calibration/atlas.py --fit           # fit and test what is stored
 
 Every case is a line of ``atlas/ceiling.csv`` or ``atlas/volume.csv`` as soon as its map is done;
-what stands there is not solved again. On all cores, one map each at a time, or on any other engine
+existing cases are not solved again. On all cores, one map each at a time, or on any other engine
 of projects (``--engine``, ``--workers``, ``--scheduler`` as for ``roughcontact run``; workers that
 are started elsewhere need this folder in their ``PYTHONPATH``). The coefficients go to the
 package (``analyses/estimate/atlas.json``), with scatter and domain; what they miss on maps that
@@ -67,7 +67,7 @@ COLUMNS[MEASURED] = COLUMNS[CEILING]
 
 
 def stored(place: Path) -> list[dict[str, str]]:
-    """Return the cases that stand in a table; a line that was cut off does not count."""
+    """Return the cases that are in a table; a line that was cut off does not count."""
     if not place.exists():
         return []
     with place.open(newline="") as lines:
@@ -109,7 +109,7 @@ def keep(place: Path, drawn: cases.Map, case: int, row: cases.Row) -> None:
 
 
 def measurements(place: Path, name: str) -> str:
-    """Solve the cases of a measured map, if it lies in the domain of the formulas."""
+    """Solve the cases of a measured map, if it is in the domain of the formulas."""
     surface, about = cases.measured(place)
     domain = estimate.load_atlas().domain["ceiling"]
     skewness, kurtosis = float(about["Ssk"]), float(about["Sku"])
@@ -136,7 +136,7 @@ def measurements(place: Path, name: str) -> str:
 
 
 def measure(folder: Path) -> None:
-    """Solve the cases of all measured maps of a folder, anew."""
+    """Solve the cases of all measured maps of a folder, again."""
     MEASURED.unlink(missing_ok=True)
     begun(MEASURED)
     for place in sorted(folder.iterdir()):
@@ -161,7 +161,7 @@ Task = tuple[Path, Callable[..., list[tuple[int, cases.Row]]], cases.Map, set[in
 
 
 def to_do(most: int | None) -> list[Task]:
-    """Return what is missing: the table, what solves it, the map, and what is there of it."""
+    """Return the missing cases: table, solver, map, and the existing rows."""
     volume, ceiling = cases.volume_maps()[:most], cases.ceiling_maps()[:most]
     tasks: list[Task] = []
     for place, work, maps, wanted in (
@@ -170,7 +170,7 @@ def to_do(most: int | None) -> list[Task]:
     ):
         begun(place)
         tasks += [(place, work, drawn, done) for drawn, done in missing(place, maps, wanted)]
-    # Those of both models in turns, as they lie in their lists.
+    # Those of both models in turns, as they are in their lists.
     tasks.sort(key=lambda task: int(task[2].name[-3:]) / (3 if task[0] == CEILING else 1))
     return tasks
 

@@ -50,7 +50,7 @@ ELASTIC = 0.15
 
 @dataclass(frozen=True)
 class Map:
-    """What a map is drawn with.
+    """Parameters that a map is drawn with.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def tailed_maps() -> list[Map]:
 
 
 def _tailed(drawn: Map, share: float) -> Map:
-    """Return a map with a kurtosis of its own, from nearly the least that there is to 10."""
+    """Return a map with a given kurtosis, from nearly the least possible to 10."""
     least = max(1.9, height_distribution.least_kurtosis(drawn.Ssk) + 1.5 * height_distribution.STEP)
     return replace(drawn, Sku=float(least * (10 / least) ** share))
 
@@ -229,7 +229,7 @@ def moments(surface: Surface) -> tuple[float, float]:
 
 
 def loads(drawn: Map) -> list[tuple[float, float]]:
-    """Return what a map is pressed with: pairs of p̄/(E* h′) and E* h′/σ_Y, 0 without a ceiling."""
+    """Return the loads of a map: pairs of p̄/(E* h′) and E* h′/σ_Y, 0 without a ceiling."""
     asked = []
     for first, second in drawn.draws[: 2 * CASES].reshape(-1, 2):
         index = 0.0
@@ -254,7 +254,7 @@ def pressure_of(fraction: float, index: float) -> float:
 
 
 def pressed(surface: Surface, pressure: float, index: float) -> Row:
-    """Return what the ceiling model gives, on all points and on every second one."""
+    """Return the results of the ceiling model, on all points and on every second one."""
     found: Row = {"pressure": pressure, "index": index}
     stress = MODULUS * roughness.rms_gradient(surface.heights, surface.pixel)
     coarse = rc.Surface(surface.heights[::2, ::2], (2 * surface.pixel[0], 2 * surface.pixel[1]))
@@ -325,7 +325,7 @@ def path(drawn: Map) -> tuple[list[float], float, float]:
 
 
 def yielded(surface: Surface, drawn: Map) -> list[Row]:
-    """Return what the volume model gives at every load of the path."""
+    """Return the results of the volume model at every load of the path."""
     pressures, index, hardening = path(drawn)
     stress = MODULUS * roughness.rms_gradient(surface.heights, surface.pixel)
     area = math.prod(surface.size)
@@ -369,7 +369,7 @@ def volumes(drawn: Map, done: set[int]) -> list[tuple[int, Row]]:
 def within(
     threads: int, work: Callable[..., list[tuple[int, Row]]], drawn: Map, done: set[int]
 ) -> list[tuple[int, Row]]:
-    """Return what is missing of a map, by `ceilings` or `volumes`, solved on so many cores."""
+    """Return the missing cases of a map, by `ceilings` or `volumes`, solved on several cores."""
     from roughcontact.halfspace import fft
 
     with fft.limit_threads(threads):

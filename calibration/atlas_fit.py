@@ -1,7 +1,7 @@
 """The formulas fitted to the cases of the atlas, and tested on maps that took no part.
 
 `atlas.py` runs it. A fit is least squares with a loss that lets single cases lie far off; scatter
-is told from fits in turn to all but a fifth of the maps, so that it is that of maps which a fit
+is estimated by fits in turn to all but a fifth of the maps, so that it is that of maps which a fit
 has not seen. The maps named ``held`` take part in neither.
 """
 
@@ -45,13 +45,13 @@ TERMS = {
     GAP: (*_LINEAR, "zzz", *_CURVED, *_TAILS, *_BROAD),
     VOLUME: ("", "z", "w", "ww", "s", "k", "y", "yy", "zz", "wz", "kw", "sz"),
 }
-# Residuals beyond this, in the measure of the formula, count as linear ones.
+# Residuals beyond this, in the measure of the formula, are treated as linear ones.
 _LOSS = {CONTACT: 0.03, SATURATED: 0.01, GAP: 0.03, VOLUME: 0.05}
 _PARTS = 5
-# Plasticity index from which the plastic volume is told.
+# Plasticity index from which the plastic volume is given.
 _LEAST_INDEX = 3.0
 # Share of the cases that the width of the intervals is taken from: more than `LEVEL`, as the cases
-# of a map go together and some tens of maps know the share to a few per cent only.
+# of a map are correlated, and some tens of maps determine the share to a few percent only.
 _CAUTIOUS = 0.95
 # Residual that rounding alone may leave.
 _FLOOR = 1e-4
@@ -66,9 +66,9 @@ class Cases:
     maps : ndarray of str, shape (n,)
         The map of each.
     groups : Groups
-        What the formulas know.
+        Inputs of the formulas.
     found : dict
-        What was computed, by quantity.
+        Computed values, by quantity.
     table : dict
         All columns.
     """
@@ -116,7 +116,7 @@ def read(place: Path) -> Cases:
     if volume:
         found = {VOLUME: table["volume"] * table["gradient"] / table["height"]}
     else:
-        # What carries the load at no more than the ceiling, and what can be at it.
+        # Share that carries the load at the ceiling at most, and share that can be at it.
         bound = groups.pressure * groups.ratio
         found = {
             CONTACT: np.maximum(extrapolated(table, "contact"), bound),
@@ -127,7 +127,7 @@ def read(place: Path) -> Cases:
 
 
 def extrapolated(table: dict[str, Array], name: str) -> Array:
-    """Return what halving the pixel again and again would give: errors go with the pixel."""
+    """Return the limit of a vanishing pixel: errors are proportional to the pixel."""
     fine, coarse = table[name], table[f"{name}_coarse"]
     return np.where(fine > 0, np.maximum(2 * fine - coarse, fine / 2), 0.0)
 

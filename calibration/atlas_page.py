@@ -20,7 +20,7 @@ NAMES = {
 
 
 def held() -> str:
-    """Return what the formulas miss on maps that took no part in the fit."""
+    """Return the errors of the formulas on maps that took no part in the fit."""
     told = json.loads(estimate.STORED.read_text(encoding="utf-8"))["held"]
     lines = [
         "| quantity | cases held out | median | nine in ten | covered | half width |",
@@ -40,7 +40,7 @@ def held() -> str:
 
 
 def measured(place: Path) -> str:
-    """Return what the formulas miss on measured maps, the median over the cases of each."""
+    """Return the errors of the formulas on measured maps, the median over the cases of each."""
     cases = atlas_fit.read(place)
     lines = [
         "| map | side/Sal | Sdq Sal/Sq | Str | Ssk | Sku | contact area | mean gap / Sq "

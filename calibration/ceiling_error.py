@@ -7,7 +7,7 @@
 Spheres from first yield to full plasticity and periodic rough maps, perfectly plastic and
 hardening. Each is solved once with plasticity of the volume, with a row of ceilings, and with
 ``ceiling="calibrated"``. The stored numbers are those of the tables of the page of assumptions,
-written with them, and of its chart. What the recommended ceiling is fitted to stands in
+written with them, and of its chart. The data that the recommended ceiling is fitted to are in
 ceiling_rule.py.
 """
 
@@ -47,7 +47,7 @@ LAWS: dict[str, Hardening] = {
 FACTORS = [round(0.1 * number, 1) for number in range(14, 52, 2)]
 RATIOS = [1.5, 3, 6, 12, 25, 40, 80, 120, 200, 300, 500, 700, 1500, 3000]
 POINTS = 48
-# A middle that lies on no pixel: a circle then meets whole pixels in eight times as many ways.
+# A middle that is on no pixel: a circle then meets whole pixels in eight times the number of ways.
 OFF = (0.31, 0.14)
 # Loads over the last one: in smaller steps the mean pressure rises by another per cent.
 PATH = [1.25 ** (number - 9) for number in range(10)]
@@ -295,7 +295,7 @@ def tables(found: dict[str, Any]) -> dict[str, str]:
 
 
 def stored() -> dict[str, Any]:
-    """Return what was written last."""
+    """Return the stored file."""
     found: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
     return found
 
@@ -340,7 +340,7 @@ def main() -> None:
 
 
 def rounded(value: Any, digits: int = 3) -> Any:
-    """Return numbers, lists and dictionaries of them with so many digits, as JSON takes them."""
+    """Return numbers, lists and dictionaries of them with a number of digits, for JSON."""
     if isinstance(value, float):
         # JSON has no NaN.
         return None if math.isnan(value) else float(f"{value:.{digits}g}")

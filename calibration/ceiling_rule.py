@@ -9,7 +9,7 @@ Spheres over Poisson's ratio and load, which the constants of `yielding_sphere.m
 fitted to; pairs of bodies of which one or both yield, line contacts and rough maps, which they are
 shown on. All are followed with plasticity of the volume in small steps of the load. What is
 compared is contact area and approach, and what stays behind: the largest residual displacement
-beside the largest permanent indentation, and the plastic work beside the dissipated energy of the
+and the largest permanent indentation, and the plastic work and the dissipated energy of the
 ceiling. The stored numbers are those of the tables of the page of assumptions, written with them.
 """
 
@@ -44,12 +44,12 @@ YOUNG, STRENGTH, RADIUS = 210e9, 1e9, 1e-3
 # The loads of a path grow by this from one to the next, and begin at a twelfth of the last.
 STEP, FIRST = 1.2, 12
 FINE_STEP = 1.08
-# A middle that lies on no pixel: a circle then meets whole pixels in eight times as many ways.
+# A middle that is on no pixel: a circle then meets whole pixels in eight times the number of ways.
 OFF = (0.31, 0.14)
 
 FITTED = [0.0, 0.15, 0.3, 0.45, 0.49]
 LOADS = [8, 40, 200]
-# Loads of a path that are looked at, over the last.
+# Loads of a path that are compared, over the last.
 PARTS = [0.48, 0.69, 1.0]
 
 STEEL = rc.Material(YOUNG, 0.3, STRENGTH)
@@ -84,7 +84,7 @@ class Case:
     Parameters
     ----------
     names : dict
-        What describes it.
+        Description.
     surface, material, counter_material, boundary
         The problem.
     path : list of float
@@ -106,7 +106,7 @@ class Case:
 
     @property
     def bodies(self) -> dict[str, Any]:
-        """What every solver is given."""
+        """Arguments of every solver."""
         return {
             "material": self.material,
             "counter_material": self.counter_material,
@@ -133,7 +133,7 @@ def sphere(
     points: int = 44,
     **names: Any,
 ) -> Case:
-    """Return a sphere up to so many loads of first yield, its map 4.6 contact radii wide."""
+    """Return a sphere up to a number of loads of first yield, its map 4.6 contact radii wide."""
     modulus = rc.contact_modulus(material, counter)
     assert material.first_yield_pressure is not None
     first = hertz.first_yield_load(RADIUS, modulus, material.first_yield_pressure)
@@ -265,7 +265,7 @@ def _known(value: float) -> float | None:
 
 
 def judged(case: Case, volume: dict[str, Any]) -> dict[str, Any]:
-    """Return what both ceilings give beside what the volume gives."""
+    """Return the results of both ceilings and of the volume model."""
     row = dict(volume)
     for name in ("auto", "calibrated"):
         # Three yield strengths cannot carry a higher nominal pressure.
@@ -275,7 +275,7 @@ def judged(case: Case, volume: dict[str, Any]) -> dict[str, Any]:
 
 
 def under(case: Case, volume: dict[str, Any], ceiling: str) -> dict[str, float]:
-    """Return what a ceiling gives over what the volume gives."""
+    """Return the ratio of a ceiling result to that of the volume model."""
     found = rc.solve(case.surface, load=volume["load"], ceiling=ceiling, **case.bodies)
     left = found.residual_indentation
     energy = float((found.pressure * left).sum()) * found.pixel_area
@@ -425,7 +425,7 @@ def _imprint(rows: list[dict[str, Any]]) -> str:
 
 
 def stored() -> dict[str, Any]:
-    """Return what was written last."""
+    """Return the stored file."""
     found: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
     return found
 

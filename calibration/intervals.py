@@ -2,7 +2,7 @@
 
     python calibration/intervals.py                  # 200 maps, a quarter of an hour on one core
     python calibration/intervals.py --maps 20 --first 1000
-    python calibration/intervals.py --write          # and the table in docs/howto/study.md anew
+    python calibration/intervals.py --write          # and the table in docs/howto/study.md again
 
 Band-limited self-affine maps of 128² points, of Hurst exponents from 0.2 to 1 and shortest waves of
 2.3 to 16 pixels, under a random load, elastic or with a ceiling, periodic or free, every other free
@@ -57,11 +57,11 @@ class Case:
 
     @property
     def kind(self) -> str:
-        """What it is listed with."""
+        """Labels of the table."""
         return f"{'elastic' if self.ceiling is None else 'ceiling'}, {self.boundary}"
 
     def surface(self, points: int) -> rc.Surface:
-        """Return the map of so many points a side."""
+        """Return the map with a number of points per side."""
         heights = filters.resample(self.waves, (points, points))
         across = (np.arange(points) + 0.5) / points - 0.5
         heights -= self.crown * (across[:, None] ** 2 + across**2)
@@ -95,7 +95,7 @@ def drawn(number: int, points: int = POINTS, finer: int = FINER) -> Case:
 
 
 def truth(case: Case, points: int = POINTS, finer: int = FINER) -> dict[str, float]:
-    """Return what ever finer grids lead to; areas, of first order, from the two finest."""
+    """Return the limit of finer grids; areas, of first order, from the two finest."""
     before, last = (
         rc.solve(
             case.surface(points * factor),
@@ -131,7 +131,7 @@ def told(case: Case, points: int = POINTS) -> dict[str, uncertainty.Interval]:
 
 
 def table(rows: dict[str, dict[str, list[tuple[float, float]]]]) -> str:
-    """Return what was counted in Markdown."""
+    """Return the table in Markdown."""
     lines = [f"| maps | {' | '.join(NAMES.values())} |", f"|---|{'---|' * len(NAMES)}"]
     lines += [
         f"| {kind} | {' | '.join(_cell(found.get(name, [])) for name in NAMES)} |"

@@ -26,7 +26,7 @@ def serve() -> None:
     from roughcontact.formats.read import read_surface
 
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    # Whatever a library prints, in Python or in C, goes to a file and is seen.
+    # The output of libraries, in Python or in C, goes to a file.
     noise = os.open(sys.argv[1], os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     os.dup2(noise, 1)
     os.dup2(noise, 2)
@@ -117,7 +117,7 @@ def wrong_in_message(case: Sample, answer: dict[str, object]) -> str:
         return f"no sentence: {message!r}"
     if case.name.split(".")[0] not in message:
         return f"does not name the file: {message!r}"
-    # Memory asked for is asked of a larger machine in vain too.
+    # The request would fail on a larger machine as well.
     if "MemoryError" in message + str(answer["cause"]):
         return f"out of memory: {message!r}"
     return ""

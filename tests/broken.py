@@ -11,7 +11,7 @@ from roughcontact.halfspace import boundary
 
 
 def replace_free(patch: pytest.MonkeyPatch, make: Callable[..., Any]) -> None:
-    """Let another maker of operators serve maps that end at their edges."""
+    """Replace the operators of maps with free edges."""
     entry = boundary._MODELS[boundary.Boundary.FREE]
     wrong = entry._replace(operator=lambda *problem, datum, **options: make(*problem, **options))
     patch.setitem(boundary._MODELS, boundary.Boundary.FREE, wrong)

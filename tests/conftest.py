@@ -1,10 +1,10 @@
-"""What the tests share."""
+"""Shared fixtures of the tests."""
 
 import os
 import signal
 import sys
 
-# Read when NumPy is loaded. As many tests run as there are cores, and threads of each that wait
+# Read when NumPy is loaded. One test runs per core, and threads of each that wait
 # for the others' take as long again.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -20,7 +20,7 @@ from messages import fault
 hypothesis.settings.register_profile("untimed", deadline=None)
 hypothesis.settings.load_profile("untimed")
 
-# What Python compiled once is there for all processes that tests start.
+# Compiled modules are shared by all processes that tests start.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
@@ -43,7 +43,7 @@ def in_a_terminal():
 
 @pytest.fixture(autouse=True)
 def without_lines_of_progress(monkeypatch):
-    """What a command says on a slow machine after ten seconds is not what it says of its work."""
+    """The message of a command on a slow machine after ten seconds is no result."""
     from roughcontact.cli import terminal
 
     monkeypatch.setattr(terminal, "PROGRESS_INTERVAL", 3600.0)
@@ -136,7 +136,7 @@ def backend(request, monkeypatch):
 
 @pytest.fixture
 def small_blocks(monkeypatch):
-    """Give a small map many row and column blocks, of so many bytes."""
+    """Give a small map many row and column blocks, of a number of bytes."""
     from roughcontact.halfspace import fft
 
     def small_blocks(size):
@@ -148,7 +148,7 @@ def small_blocks(monkeypatch):
 
 @pytest.fixture
 def undrawn(monkeypatch):
-    """Leave the figures of reports empty, where what a page says of itself is looked at alone."""
+    """Leave the figures of reports empty, where what a page says of itself is checked alone."""
     from roughcontact.drawing import export
 
     # Width and height, as a PNG file has them.

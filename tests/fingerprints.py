@@ -1,7 +1,7 @@
-"""What many kinds of work give, as hashes of all bits: run by `test_threads` on so many threads.
+"""Results of many tasks as hashes of all bits: run by `test_threads` on a number of threads.
 
-``python fingerprints.py CORES THREADS`` keeps to so many cores, where the system can, and shares
-the work out to so many threads. How many BLAS takes is set by the environment.
+``python fingerprints.py CORES THREADS`` limits the cores, where the system can, and shares
+the work out to a number of threads. How many BLAS takes is set by the environment.
 """
 
 import hashlib

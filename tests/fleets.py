@@ -39,7 +39,7 @@ folder = "kept"
 
 
 def write_project(folder: Path, loads: int, more: str = "") -> Path:
-    """Write a map and a project of so many loads, and of a sweep that keeps its steps."""
+    """Write a map and a project of several loads, and of a sweep that keeps its steps."""
     (folder / "maps").mkdir(parents=True, exist_ok=True)
     y, x = np.mgrid[:40, :64] / 40
     noise = np.random.default_rng(3).standard_normal(y.shape)
@@ -111,7 +111,7 @@ def ended(pid: int) -> bool:
 
 
 def items(folder: Path) -> dict[str, dict[str, str]]:
-    """Return what all files below a folder hold, without times."""
+    """Return the contents of all files below a folder, without times."""
     return {
         str(file.relative_to(folder)): {
             name: normal(text, folder.resolve()) for name, text in items_of_file(file).items()

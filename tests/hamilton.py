@@ -9,7 +9,7 @@ def sliding_sphere(x, y, z, poisson, friction):
     """Stress (xx, yy, zz, yz, xz, xy) per p0 under a sliding sphere, lengths in a; not at r = 0.
 
     Hamilton, Proc. IMechE 197C (1983) 53, doi:10.1243/PIME_PROC_1983_197_076_02, in a form derived
-    anew: the pressure is that of forces at imaginary depths it, |t| ≤ a, with the weight a² - t²,
+    again: the pressure is that of forces at imaginary depths it, |t| ≤ a, with the weight a² - t²,
     and twice integrated by parts nothing but the ends is left. So the potential n times integrated
     over z enters at z + ia only, where h[n] is 1/ρ, ln(ρ + z), z ln(ρ + z) - ρ, ...
     """
@@ -17,7 +17,7 @@ def sliding_sphere(x, y, z, poisson, friction):
     w, r2 = z + 1j, x * x + y * y
     rho = np.sqrt(r2 + w * w)
     log = np.log(rho + w)
-    # Polynomials beside the logarithm, then the potentials, each the derivative of the next.
+    # Polynomials next to the logarithm, then the potentials, each the derivative of the next.
     c = [0, 1, w, w**2 / 2 - r2 / 4, w**3 / 6 - w * r2 / 4, w**4 / 24 - w**2 * r2 / 8 + r2**2 / 64]
     h = {
         -1: -w / rho**3,

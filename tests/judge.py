@@ -157,7 +157,7 @@ def judge_fields(
     reach = pressure - gap / unit
     doubt = np.clip(reach + lost / unit, 0, limit) - np.clip(reach - lost / unit, 0, limit)
     breach = np.where(empty, -gap, 0) + np.where(full, gap, 0) + np.where(between, np.abs(gap), 0)
-    # Single precision promises 1e-4 of ‖p‖: it does not tell where less than that belongs.
+    # Single precision promises 1e-4 of ‖p‖: it does not determine where less than that belongs.
     counted = touchable if digits is np.float64 else touchable & (limit > 1e-4 * norm)
     breach = np.max(breach[counted] - lost[counted], initial=0)
     # Displacements cancel: to less than K₀₀ p, and on a periodic map to less than the longest wave.
@@ -220,7 +220,7 @@ def moment_error(result):
 
 
 def faults(result, load=None, tolerance=1e-6):
-    """Return what a returned result says of itself and the independent judge denies."""
+    """Return the statements of a result that the independent judge denies."""
     found = judge(result)
     # The judge's transforms round differently, by far less than 1e-9 of ‖p‖ here.
     slack = 1e-9 if result.precision == "double" else tolerance

@@ -1,4 +1,4 @@
-"""What a message may be: one or two short sentences."""
+"""Rules of messages: one or two short sentences."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ MOST_WORDS = 20
 
 
 def fault(caution: Caution) -> str:
-    """Return what is wrong with the text of a message, nothing if it is right."""
+    """Return the error in the text of a message, empty if there is none."""
     text = render_message(caution.parts)
     if len(text.split()) > MOST_WORDS:
         return f"{len(text.split())} words: {text}"

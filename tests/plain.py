@@ -32,7 +32,7 @@ class InconsistentError(Exception):
 
 
 def plain_opd(content: bytes) -> Plain:
-    """Wyko: a directory of named blocks; nm per count and mm per pixel are blocks of their own."""
+    """Wyko: a directory of named blocks; nm per count and mm per pixel are separate blocks."""
     name, _, length, _ = struct.unpack("<16shlH", content[2:26])
     if name.rstrip(b"\0") != b"Directory":
         raise InconsistentError("no directory")
@@ -308,14 +308,14 @@ def plain_netcdf(pristine: bytes, made: Plain) -> Callable[[bytes], Plain]:
 
 
 def plain_hdf5(content: bytes) -> Plain:
-    """The program's own file where HDF5 itself was told to change it."""
+    """The program's own file after a change by HDF5 itself."""
     import h5py
 
     with h5py.File(io.BytesIO(content), "r") as file:
         for name in ("height", "y", "x"):
             own = isinstance(file.get(name, getlink=True), h5py.HardLink)
             if not own or file[name].external or file[name].is_virtual:
-                raise InconsistentError(f"{name} does not stand in the file")
+                raise InconsistentError(f"{name} is not in the file")
         heights, y, x = (np.asarray(file[name][()], float) for name in ("height", "y", "x"))
         edges = [file.attrs.get(f"pixel_{axis}") for axis in "yx"]
         if file["height"].attrs["units"] != "m":
@@ -352,7 +352,7 @@ def plain_headed(content: bytes) -> Plain:
     return Plain(np.array(cells) * metre, (edges[0], edges[1]))
 
 
-# What two maps differ in
+# Differences of two maps
 
 
 def differing(read: Plain, stated: Plain) -> str:

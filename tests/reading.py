@@ -1,4 +1,4 @@
-"""What the tests of readers share: files, and what a refusal has to say."""
+"""Shared helpers for tests of readers: files, and the words of a FormatError."""
 
 import importlib.util
 from pathlib import Path

@@ -164,7 +164,7 @@ def made(folder: Path) -> Iterator[Sample]:
 
 
 def saved(folder: Path) -> Iterator[Sample]:
-    """What the program writes of a map."""
+    """Files that the program writes of a map."""
     import roughcontact as rc
 
     surface = rc.Surface(made_map() * 1e-6, (1e-6, 2e-6), rc.Provenance("made"))

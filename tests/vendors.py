@@ -99,7 +99,7 @@ def os3d() -> Made:
     )
 
     def stated(content: bytes) -> Plain:
-        # Two texts of their own length stand before the numbers.
+        # Two texts with their lengths precede the numbers.
         at = 18
         for _ in range(2):
             (length,) = struct.unpack_from("<I", content, at)
@@ -483,7 +483,7 @@ def datx(folder: Path) -> Made:
         with h5py.File(io.BytesIO(content), "r") as file:
             surface = file["/Data/Surface/one"]
             if surface.external or surface.is_virtual:
-                raise InconsistentError("the heights stand in another file")
+                raise InconsistentError("the heights are in another file")
             values = surface[()] * 1e-9
             absent = surface.attrs.get("No Data")
             edges = [surface.attrs[f"{axis} Converter"][0][-1][1] for axis in "YX"]

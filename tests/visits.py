@@ -1,4 +1,4 @@
-"""What tests of a page share: a contact to be asked for, keys, and the turns of its loop."""
+"""Shared helpers for tests of a page: a contact, keys, and the turns of its loop."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Pressed(NamedTuple):
 
 
 class Loop:
-    """What a page has its changes made by: here, when a test says so."""
+    """Scheduler of the changes of a page: here, a test runs them."""
 
     def __init__(self) -> None:
         self.waiting: list[Callable[[], None]] = []
@@ -29,7 +29,7 @@ class Loop:
 
 
 def solve_and_show(page: Page) -> None:
-    """Let a page solve what it was asked for, and show it."""
+    """Run the requested solves of a page, and show them."""
     assert page.session.wait(PATIENCE)
     waiting = page._document.waiting
     while waiting:

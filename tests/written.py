@@ -1,4 +1,4 @@
-"""What the tests of formats write: a map, a contact, two bodies, a volume."""
+"""Objects that the tests of formats write: a map, a contact, two bodies, a volume."""
 
 import base64
 import importlib.util
@@ -104,7 +104,7 @@ VOLUME_SHAPE = (20, 16)
 
 @cache
 def volume() -> rc.ElastoplasticResult:
-    """Two balls that yield, in a volume that goes on beyond the map."""
+    """Two balls that yield, in a volume that extends beyond the map."""
     y, x = (
         edge * (np.arange(n) - (n - 1) / 2) for edge, n in zip(PIXEL, VOLUME_SHAPE, strict=True)
     )
@@ -142,7 +142,7 @@ def vtk_image(
     assert [group.tag for group in image.iterfind("Piece/*")] == list(groups)
     for entry in image.iterfind("Piece/*/DataArray"):
         rest = text[1 + int(entry.attrib["offset"]) :]
-        # Base64 comes in fours: the count of blocks tells how long the table is.
+        # Base64 comes in fours: the count of blocks gives the length of the table.
         (count,) = struct.unpack("<Q", base64.b64decode(rest[:12])[:8])
         letters = (8 * (3 + count) + 2) // 3 * 4
         table = struct.unpack(f"<{3 + count}Q", base64.b64decode(rest[:letters], validate=True))

@@ -31,7 +31,7 @@ if str(ROOT / "tests") not in sys.path:
 
 import numpy as np  # noqa: E402
 
-import damages  # noqa: E402 - found beside this file
+import damages  # noqa: E402 - found next to this file
 import targets  # noqa: E402
 from targets import Target  # noqa: E402
 
@@ -51,14 +51,14 @@ UNSUMMED = (".mnt",)
 
 @dataclass(frozen=True)
 class Limits:
-    """What reading one of these files, all below 5 MB, may take.
+    """Limits for reading one of these files, all below 5 MB.
 
     Parameters
     ----------
     seconds : float
         Time; a process that takes twice as long is ended.
     memory : int
-        What a process is given [bytes].
+        Memory limit of a process [bytes].
     growth : int
         By how much it may grow [bytes].
     """
@@ -70,20 +70,20 @@ class Limits:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a damaged file.
+    """Outcome of a damaged file.
 
     Parameters
     ----------
     seed : int
-        What it was drawn from.
+        Source of the draw.
     target : str
         The file.
     what : str
-        What was done to it.
+        Kind of damage.
     verdict : str
         One of ``VERDICTS``, or ``ABSENT``.
     words : str
-        What is wrong, or why it was refused.
+        Error, or reason of the rejection.
     seconds : float
         Wall time of the reading.
     memory : int
@@ -115,7 +115,7 @@ class Damaged:
     """A target with one of its files damaged.
 
     ``sealed`` says that the checksums of its archive were made to fit, ``moved`` that HDF5 was
-    told to change it; ``name`` is another name than its own.
+    used to change it; ``name`` is another file name.
     """
 
     target: Target
@@ -129,12 +129,12 @@ class Damaged:
 
 @dataclass(frozen=True)
 class Order:
-    """What is to be read: whatever a seed says, or of it only what is not said here.
+    """A file to read: drawn from a seed, except for the values given here.
 
     Parameters
     ----------
     seed : int
-        What file and damage are drawn from.
+        Source of the draw.
     target : str
         The file, by its name among the targets.
     suffix : str
@@ -226,11 +226,11 @@ class Watch:
 
 
 def serve(prepared: Path, work: Path, limits: Limits) -> None:
-    """Read the files ordered on standard input; answer what is read, then what came of it."""
+    """Read the files ordered on standard input; answer the file, then the outcome."""
     import resource
 
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    # Whatever a library prints, in Python or in C, goes to a file and is seen.
+    # The output of libraries, in Python or in C, goes to a file.
     noise = os.open(work / "noise", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     os.dup2(noise, 1)
     os.dup2(noise, 2)
@@ -239,7 +239,7 @@ def serve(prepared: Path, work: Path, limits: Limits) -> None:
     if "made.sdf" in known:
         # The library of instruments' files takes seconds to import.
         targets.original(known["made.sdf"])
-    # Of its own: what the other processes touch is not to be seen here.
+    # A separate copy: the other processes must not touch it.
     shutil.copytree(prepared / "outside", work / "outside", dirs_exist_ok=True)
     outside = work / "outside" / "numbers.bin"
     watch = Watch(outside.parent)
@@ -309,7 +309,7 @@ def one(
 
 
 def _memory(peak: bool = False) -> int:
-    """Return what the process holds, or held at most since it was asked last [bytes]."""
+    """Return the memory of the process, or its maximum since the previous call [bytes]."""
     word = b"VmHWM:" if peak else b"VmRSS:"
     try:
         with Path("/proc/self/status").open("rb") as stream:
@@ -323,7 +323,7 @@ def _memory(peak: bool = False) -> int:
 
 
 def printed(noise: Path, start: int) -> bytes:
-    """Return what came out of a process beside its answers, from a byte on."""
+    """Return the output of a process without its answers, from a byte on."""
     return noise.read_bytes()[start : start + 300]
 
 
@@ -331,7 +331,7 @@ def printed(noise: Path, start: int) -> bytes:
 
 
 def judged(drawn: Damaged, original: targets.Reading, read: targets.Reading) -> tuple[str, str]:
-    """Return the verdict on what was read, and in words what is wrong or was said."""
+    """Return the verdict on a reading, and the error or message."""
     if read.raised:
         return WRONG, read.raised
     if read.refused:
@@ -341,7 +341,7 @@ def judged(drawn: Damaged, original: targets.Reading, read: targets.Reading) -> 
     names = sorted(original.facts.keys() | read.facts.keys())
     changed = [n for n in names if original.facts.get(n) != read.facts.get(n)]
     if read.again:
-        # Times are measured anew, and of a contact that is to be solved nothing is told yet.
+        # Times differ, and a contact that is not solved yet has no values.
         changed = [n for n in changed if n in read.facts and not n.endswith("seconds")]
     if not changed:
         return (AGAIN if read.again else SAME), ""
@@ -360,7 +360,7 @@ def _refusal(drawn: Damaged, read: targets.Reading) -> tuple[str, str]:
     names = {Path(drawn.name or drawn.file).stem, *Path(drawn.file).parts}
     if not any(name in message for name in names):
         return WRONG, f"does not name the file: {message!r}"
-    # Memory asked for is asked of a larger machine in vain too.
+    # The request would fail on a larger machine as well.
     if "MemoryError" in message + read.cause:
         return WRONG, f"out of memory: {message!r}"
     return REFUSED, message
@@ -537,7 +537,7 @@ def attempts(orders: Iterable[Order], workers: int = 0) -> Iterator[Outcome]:
 
 
 def table(outcomes: Sequence[Outcome]) -> str:
-    """Return what came of the files, by their kind, as Markdown."""
+    """Return the outcomes of the files, by their kind, as Markdown."""
     lines = [
         f"| file | damaged | {' | '.join(VERDICTS)} | slowest [s] | most memory [MiB] |",
         "|---|" + "---|" * (len(VERDICTS) + 3),

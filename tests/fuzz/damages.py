@@ -1,7 +1,7 @@
-"""What befalls files: flipped bits, lost and doubled runs, edited numbers, members and variables.
+"""Damage of files: flipped bits, lost and doubled runs, edited numbers, members and variables.
 
 Each function takes a generator of random numbers and the content of a file and returns what was
-done in words and the new content. Those in ``SEALING`` pack archives anew: their checksums hold
+done as text and the new content. Those in ``SEALING`` repack archives: their checksums hold
 for the damaged members.
 """
 
@@ -45,7 +45,7 @@ _WORDS = (
 )
 _NUMBER = re.compile(rb"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
 _EMPTY = "left alone"
-# What a file may grow to that asks for more memory than a machine has.
+# Size of a file that needs more memory than a machine has.
 _LARGEST = 60_000
 _BOMB = 4 * 2**30
 
@@ -63,7 +63,7 @@ def place(rng: Random, content: bytes, fields: Fields) -> int:
     if where < 0.6:
         return int(rng.integers(min(2048, length)))
     if where < 0.7:
-        # Headers stand at the start, directories of archives at the end.
+        # Headers are at the start, directories of archives at the end.
         return int(rng.integers(max(length - 4096, 0), length))
     return int(rng.integers(length))
 
@@ -317,7 +317,7 @@ def remembered(rng: Random, content: bytes, fields: Fields) -> Done:
 
 
 def bombed(rng: Random, content: bytes, fields: Fields) -> Done:
-    """Add a member of 4 GiB in 4 MB, or let a member go on so."""
+    """Add a member of 4 GiB in 4 MB, or let a member continue so."""
     members = _members(content)
     if rng.random() < 0.5:
         name, head = "more" + Path(members[0][0].filename).suffix, b""
@@ -502,7 +502,7 @@ def _outside(rng: Random, file: h5py.File, outside: Path) -> str:
         # Numbers from another file would pass for heights.
         size = math.prod(shape) * dtype.itemsize
         _replaced(file, name, shape=shape, dtype=dtype, external=[(str(outside), 0, size)])
-        return f"{name} stands in {outside.name}"
+        return f"{name} is in {outside.name}"
     if draw < 0.7:
         del file[name]
         file[name] = h5py.ExternalLink(str(outside.with_suffix(".h5")), "height")

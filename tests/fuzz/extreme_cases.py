@@ -49,7 +49,7 @@ def extreme(seed: int, largest: int) -> Case:
     against = rc.Material(10 ** rng.uniform(6, 12), poisson[1]) if rng.random() < 0.4 else rc.RIGID
     modulus = 1 / sum((1 - body.poisson**2) / body.young for body in (material, against))
     boundary = str(rng.choice(["free", "periodic", "periodic-x", "periodic-y"]))
-    # Mean pressure: from a few pixels in touch to full contact, or whatever the heights are.
+    # Mean pressure: from a few pixels in touch to full contact, for any heights.
     strain = 10 ** rng.choice([rng.uniform(-1.5, 0.5), rng.uniform(-9, 1)])
     if rng.random() < 0.8:
         strain *= rms_slope(together, pixel) or 1.0
@@ -266,7 +266,7 @@ def _solver_options(
 
 
 def _traits(surface: rc.Surface, options: dict[str, Any], filling: float) -> frozenset[str]:
-    """Return what is extreme about a problem."""
+    """Return the extreme traits of a problem."""
     depth = float(np.nanmax(surface.heights) - np.nanmin(surface.heights))
     ceiling = options["ceiling"]
     by_pixel = isinstance(ceiling, np.ndarray)

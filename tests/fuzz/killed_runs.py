@@ -1,8 +1,8 @@
-"""Runs that are killed at random moments: what they leave, and that they go on to the same bits.
+"""Runs that are killed at random moments: what they leave, and that they resume to the same bits.
 
 `robustness.py` runs them. A seed names a command, a signal and a moment, as a part of the time that
 the command takes here. The same command runs again to its end, and what it leaves is compared bit
-by bit with what a run leaves that no one disturbed. POSIX only: children are looked for in /proc.
+by bit with what a run leaves that no one disturbed. POSIX only: children are searched for in /proc.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from items import items_of_file, normal  # noqa: E402
 
 SOURCE = Path(rc.__file__).parents[1]
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
-# Within these a process ends that was told to, and its children after it [s].
+# Time limits for the end of a process and of its children [s].
 ENDS, CHILDREN = 10.0, 1.0
 # As a shell reports a program that a signal ended.
 STATUS = {number: (128 + number, -number) for number in SIGNALS}
@@ -87,9 +87,9 @@ class Command:
     words : str
         Of the command line.
     outputs : tuple of str
-        Files that the user asked for; an old one of the name stands there before.
+        Files that the user requested; an old one of the name exists before.
     steps : str
-        Pattern of the files that let a run go on.
+        Pattern of the files that let a run continue.
     """
 
     words: str
@@ -132,7 +132,7 @@ COMMANDS = {
 
 @dataclass(frozen=True)
 class Reference:
-    """What a command leaves that no one disturbed, how long it takes and is imported [s]."""
+    """Files of an undisturbed command, its time and that of its imports [s]."""
 
     files: dict[str, dict[str, str]]
     seconds: float
@@ -141,12 +141,12 @@ class Reference:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a kill.
+    """Outcome of a kill.
 
     Parameters
     ----------
     seed : int
-        What it was drawn from.
+        Source of the draw.
     command : str
         Of ``COMMANDS``.
     what : str
@@ -154,9 +154,9 @@ class Outcome:
     verdict : str
         One of ``VERDICTS``.
     words : str
-        What is wrong.
+        Errors.
     kept : int
-        Steps that stood complete.
+        Complete steps.
     seconds : float
         From the signal to the end of the process.
     children : float
@@ -237,7 +237,7 @@ def inputs(folder: Path, points: int = 192) -> None:
 
 
 def started(words: str, folder: Path) -> subprocess.Popen[bytes]:
-    """Start a command in a session of its own."""
+    """Start a command in a separate session."""
     (folder / "tmp").mkdir(exist_ok=True)
     environment = os.environ | {
         "PYTHONPATH": os.pathsep.join([str(SOURCE), os.environ.get("PYTHONPATH", "")]),
@@ -283,7 +283,7 @@ def files_of(folder: Path) -> dict[str, Path]:
 
 
 def held(path: Path, folder: Path) -> dict[str, str]:
-    """Return what a file holds, less times."""
+    """Return the content of a file without times."""
     return {name: normal(text, folder) for name, text in items_of_file(path).items()}
 
 
@@ -318,7 +318,7 @@ class Case:
 
     @property
     def command(self) -> Command:
-        """What runs."""
+        """Command that runs."""
         return COMMANDS[self.kill.command]
 
     def lay_out(self) -> None:
@@ -331,7 +331,7 @@ class Case:
 
     @staticmethod
     def old(name: str) -> bytes:
-        """Return what stood in a file before."""
+        """Return the previous content of a file."""
         return f"an old {name}\n".encode()
 
     def look_at_files(self, after: str, strict: bool) -> None:
@@ -391,7 +391,7 @@ class Case:
 
 
 def killed(case: Case) -> Outcome:
-    """Start a command, kill it, look at what it leaves, and let it go on to its end."""
+    """Start a command, kill it, look at what it leaves, and let it continue to its end."""
     kill = case.kill
     case.lay_out()
     process = started(case.command.words, case.folder)
@@ -447,7 +447,7 @@ def run(seeds: Sequence[int], workers: int = 1, every: bool = False) -> list[Out
     """Kill the commands of some seeds; print what is wrong, or all."""
     kills = [Kill.draw(seed) for seed in seeds]
     outcomes: list[Outcome] = []
-    # What a process ignores, as in the background of a shell, its children ignore as well.
+    # Signals that a process ignores, as in the background of a shell, its children ignore as well.
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     with tempfile.TemporaryDirectory(prefix="kills-") as place:
@@ -474,7 +474,7 @@ def run(seeds: Sequence[int], workers: int = 1, every: bool = False) -> list[Out
 
 
 def table(outcomes: Sequence[Outcome]) -> str:
-    """Return what came of the kills, by command, as Markdown."""
+    """Return the outcomes of the kills, by command, as Markdown."""
     names = [number.name for number in SIGNALS]
     lines = [
         f"| run | {' | '.join(names)} | {' | '.join(VERDICTS)} | most steps kept | "

@@ -2,16 +2,16 @@
 
     pip install cosmic-ray coverage pytest-cov     # besides what the tests need
     python tests/fuzz/mutants.py cover FOLDER      # which test runs which line
-    python tests/fuzz/mutants.py run FOLDER        # 300 mutants; goes on where it stopped
+    python tests/fuzz/mutants.py run FOLDER        # 300 mutants; continues where it stopped
     python tests/fuzz/mutants.py again FOLDER      # those that survived, with more tests
-    python tests/fuzz/mutants.py tell FOLDER       # how many were killed, and which were not
+    python tests/fuzz/mutants.py report FOLDER     # how many were killed, and which were not
 
 cosmic-ray says what can be mutated and mutates it. The sample is one of places in the code, all
 alike, with one of the mutants of each: an operator has eleven, a number two. A mutant is tried in a
 copy of the tree by the tests that run its statement, the quickest first, and by the examples in its
 module. It is killed by the first test that fails, or by taking far longer than they do.
 Annotations, patterns and the stars of arguments are no code here, and are left alone.
-``docs/evidence/mutants.md`` tells what came out.
+``docs/evidence/mutants.md`` has the results.
 """
 
 from __future__ import annotations
@@ -84,11 +84,11 @@ ELSEWHERE = (
 )
 # Folders of tests that start processes.
 PROCESSES = ("batch", "desk", "project", "fuzz")
-# What long tests and whole processes show is asked as well.
+# Long tests and whole processes run as well.
 ASKED = "not slow"
 # Tests that a mutant is given at first; seconds of all; processor time over that, and the least.
 FEW, MOST, PATIENCE, LEAST_PATIENCE = 12, 60.0, 1.5, 30.0
-# What tests import, and takes time.
+# Slow imports of tests.
 IMPORTED = (
     "pytest",
     "numpy",
@@ -137,7 +137,7 @@ _times: dict[str, float] = {}
 def cover(folder: Path, extra: list[str]) -> None:
     """Run the tests once, and keep which of them ran which line, and for how long.
 
-    What else is given goes to pytest: ``--cov-append -k NAME`` adds tests to those that were run.
+    Other arguments go to pytest: ``--cov-append -k NAME`` adds tests to those that were run.
     """
     folder.mkdir(parents=True, exist_ok=True)
     # Not named after the data: coverage clears away `coverage.*` as it begins.
@@ -315,7 +315,7 @@ class Covered:
         return chosen
 
     def patience(self, tests: list[str]) -> float:
-        """Return the seconds of a processor after which they count as stuck."""
+        """Return the seconds of a processor after which they are treated as stuck."""
         return LEAST_PATIENCE + PATIENCE * sum(self.times.get(test, MOST) for test in tests)
 
 
@@ -327,7 +327,7 @@ def _test(context: str) -> str:
 
 
 class Watch:
-    """What pytest tells: the first test or module that fails."""
+    """Result of pytest: the first test or module that fails."""
 
     def __init__(self) -> None:
         self.failed = ""
@@ -342,7 +342,7 @@ class Watch:
 def begun(mutant: Mutant, tree: Path, tests: list[list[str]], patience: float, told: Path) -> int:
     """Mutate a copy of the tree and try it in a fork; return its process.
 
-    What all tests import was imported before, which is most of the time of a mutant. Its time is
+    Imports of all tests were done before, which is most of the time of a mutant. Its time is
     limited by that of the processor, for other programs may be at work.
     """
     from cosmic_ray.mutating import mutate_code
@@ -384,7 +384,7 @@ def _killer(tree: Path, tests: list[list[str]]) -> str:
     for part in tests:
         watch = Watch()
         status = pytest.main(["-q", "-x", "-m", ASKED, "-p", "no:cacheprovider", *part], [watch])
-        # 5: a module without examples, and no test beside it.
+        # 5: a module without examples, and no test next to it.
         if status not in (0, 5):
             return watch.failed or f"exit status {int(status)}"
     return ""
@@ -442,7 +442,7 @@ def _which(one: dict[str, Any]) -> _Which:
 
 
 def _kept(results: Path) -> dict[_Which, dict[str, Any]]:
-    """Return what came of each mutant at last, and whether it survived at first."""
+    """Return the final outcome of each mutant, and whether it survived at first."""
     kept: dict[_Which, dict[str, Any]] = {}
     for line in results.read_text(encoding="utf-8").splitlines() if results.exists() else ():
         one = json.loads(line)
@@ -485,7 +485,7 @@ def tell(folder: Path, write: bool) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("task", choices=("cover", "run", "again", "tell"))
+    parser.add_argument("task", choices=("cover", "run", "again", "report"))
     parser.add_argument("folder", type=Path, help="where coverage and results are kept")
     parser.add_argument("--size", type=int, default=300, help="mutants of the sample")
     parser.add_argument("--seed", type=int, default=1, help="of the sample")
@@ -495,7 +495,7 @@ def main() -> None:
     folder = given.folder.resolve()
     if given.task == "cover":
         cover(folder, extra)
-    elif given.task == "tell":
+    elif given.task == "report":
         tell(folder, given.write)
     else:
         run(folder, given.size, given.seed, given.processes, given.task == "again")

@@ -20,19 +20,19 @@ class Case:
     Parameters
     ----------
     seed : int
-        What it was drawn from.
+        Source of the draw.
     surface : Surface
         The map.
     options : dict
         Everything else that `solve` is given.
     kind : str
-        What the map looks like.
+        Kind of the map.
     words : dict
-        The problem in words, for the table.
+        The problem as text, for the table.
     expected : type or None
         The error that has to come, or ``None`` for a solution.
     traits : frozenset of str
-        What is extreme about it.
+        Its extreme traits.
     """
 
     seed: int

@@ -22,7 +22,7 @@ ROOT = Path(__file__).parents[2]
 if str(ROOT / "tests") not in sys.path:
     sys.path.append(str(ROOT / "tests"))
 
-import judge  # noqa: E402 - found beside the tests
+import judge  # noqa: E402 - found next to the tests
 import roughcontact as rc  # noqa: E402
 from extreme_cases import TRAITS, extreme  # noqa: E402
 from random_cases import Case, ordinary  # noqa: E402
@@ -32,7 +32,7 @@ from roughcontact.contact.pair import Pair  # noqa: E402
 from roughcontact.contact.validation import build_problem  # noqa: E402
 from roughcontact.halfspace.boundary import Boundary  # noqa: E402
 
-# What may come. A ConvergenceError is right where the digits of the arithmetic do not hold the
+# Possible outcomes. A ConvergenceError is right where the digits of the arithmetic do not hold the
 # tolerance, and honest where the convolutions allowed did not suffice.
 CERTIFIED = "certified"
 REFUSED = "refused with the right error"
@@ -49,7 +49,7 @@ LARGEST = 1024
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a problem.
+    """Outcome of a problem.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class Outcome:
     verdict : str
         One of ``VERDICTS``.
     words : str
-        What is wrong, or why it was refused.
+        Error, or reason of the rejection.
     certificate : float
         ε by the independent judge; NaN without a solution.
     convolutions : int
@@ -157,13 +157,13 @@ def _given_up(case: Case, error: rc.ConvergenceError, seconds: float) -> Outcome
 
 
 def table(outcomes: list[Outcome]) -> str:
-    """Return what came of the problems, by the kind of map, as Markdown."""
+    """Return the outcomes of the problems, by the kind of map, as Markdown."""
     kinds = {kind: [o for o in outcomes if o.case.kind == kind] for kind in KINDS}
     return _rows("map", kinds | {"all": outcomes})
 
 
 def trait_table(outcomes: list[Outcome]) -> str:
-    """Return what came of the extreme problems, by what is extreme about them, as Markdown."""
+    """Return the outcomes of the extreme problems, by what is extreme about them, as Markdown."""
     return _rows("extreme", {t: [o for o in outcomes if t in o.case.traits] for t in TRAITS})
 
 

@@ -7,7 +7,7 @@
     python tests/fuzz/robustness.py --first 20000         # others
     python tests/fuzz/robustness.py --only problems 17 230    # single ones again, each in a line
 
-Each part stands in a module of its own: `random_problems`, `damaged_files`, `killed_runs`. The exit
+Each part is in a separate module: `random_problems`, `damaged_files`, `killed_runs`. The exit
 status is 1 if anything was wrong.
 """
 
@@ -34,7 +34,7 @@ class Part:
     Parameters
     ----------
     option : str
-        What the command line calls its number.
+        Name of its number on the command line.
     name : str
         Under which the page holds its table.
     count : int
@@ -57,7 +57,7 @@ PARTS = (
 
 
 def marks(name: str) -> tuple[str, str]:
-    """Return what stands before and after the table of a part."""
+    """Return the text before and after the table of a part."""
     return f"<!-- {name} -->", f"<!-- end of {name} -->"
 
 
@@ -85,7 +85,7 @@ def attacked(part: Part, seeds: Sequence[int], every: bool = False) -> tuple[str
 
 
 def main() -> None:
-    """Run what is wanted, print the tables, and fail if anything was wrong."""
+    """Run the selected parts, print the tables, and fail if anything was wrong."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,4 +1,4 @@
-"""What `damaged_files` damages: every file that the program reads back, with how it is read.
+"""Files for `damaged_files`: all that the program reads back, with their readers.
 
 Maps of instruments and of other programs, results, the steps of sweeps and of runs of the volume
 model, and what a project keeps of its contacts.
@@ -41,9 +41,9 @@ TEXTS = (*PLAIN_TEXTS, ".sdf", ".al3d", ".bcr", ".stp", ".mi", ".001")
 
 @dataclass(frozen=True)
 class Reading:
-    """What came of reading: values by name, a map, or an error.
+    """Outcome of reading: values by name, a map, or an error.
 
-    ``again`` says that something was solved anew, ``said`` what the program says of a file that
+    ``again`` says that something was solved again, ``said`` what the program says of a file that
     it cannot prove.
     """
 
@@ -65,7 +65,7 @@ class Target:
     name : str
         By what it is known.
     files : dict of bytes
-        What stands in the folder, by name.
+        Files in the folder, by name.
     damaged : tuple of str
         Those that may be damaged.
     read : callable
@@ -87,7 +87,7 @@ class Target:
     unproven: bool = False
 
 
-# What is there ------------------------------------------------------------------------------------
+# Targets ------------------------------------------------------------------------------------
 
 MADE = (
     "made.npy",
@@ -323,7 +323,7 @@ def _files(folder: Path) -> dict[str, bytes]:
 
 def _of_sample(sample: Sample) -> Target:
     if sample.stated is None:
-        # Only its own reading tells the counts of this one.
+        # The counts of this one are known from its own reading only.
         def stated(content: bytes) -> Plain:
             plain = original(target).plain
             assert plain is not None
@@ -384,7 +384,7 @@ def _read_map(sample: Sample, folder: Path, file: str) -> Reading:
     matrix = path.suffix in (".npy", ".npz", ".csv", ".txt", ".asc")
     arguments = sample.arguments
     if file != sample.name:
-        # Under another name: what has no scale of its own is given one.
+        # Under another name: a file without scale gets one.
         arguments = {"unit": "um", "size": "30 um x 44 um"} if matrix else {}
 
     def work() -> Reading:
@@ -393,7 +393,7 @@ def _read_map(sample: Sample, folder: Path, file: str) -> Reading:
 
     reading = _reading(work)
     if zlib.crc32(path.read_bytes()) % 4 == 0 and not reading.raised:
-        # What a file holds is asked for as well, and may be refused.
+        # The list of channels is read as well, and may fail.
         listed = _reading(lambda: Reading(facts={"channels": repr(channels(path))}))
         return listed if listed.raised else reading
     return reading
@@ -436,7 +436,7 @@ def _read_steps(folder: Path, file: str) -> Reading:
 
 
 def _read_project(whole: dict[str, bytes], folder: Path, file: str) -> Reading:
-    """Look which contacts count as solved; a damaged file of one must not."""
+    """Look which contacts are treated as solved; a damaged file of one must not."""
 
     def work() -> Reading:
         found: dict[str, str] = {}
@@ -449,7 +449,9 @@ def _read_project(whole: dict[str, bytes], folder: Path, file: str) -> Reading:
             found |= facts(told, entry.name)
             for path in told["written"]:
                 same = Path(path).read_bytes() == whole[Path(path).as_posix()]
-                found[f"{entry.name}.{path}"] = "whole" if same else "damaged, but counts as solved"
+                found[f"{entry.name}.{path}"] = (
+                    "whole" if same else "damaged, but treated as solved"
+                )
         return Reading(facts=found, again=again)
 
     return _reading(work)
@@ -464,7 +466,7 @@ def _read_project_file(folder: Path, file: str) -> Reading:
 
 
 def said(result: Any) -> str:
-    """Return what a result says of the file that it is from, if that could not be proved."""
+    """Return the message of a result about its file, if its checksum could not be proved."""
     return "unsealed" if getattr(result, "without_checksums", False) else ""
 
 

@@ -106,7 +106,7 @@ def test_a_wrong_answer_is_seen(monkeypatch):
         outcome = random_problems.attempt(case)
     assert outcome.verdict == random_problems.WRONG
     assert "certificate" in outcome.words
-    # Another load than was asked for; an error that was not due; one that did not come.
+    # Another load than requested; an unexpected error; a missing error.
     with monkeypatch.context() as patch:
         patch.setattr(rc, "solve", more)
         outcome = random_problems.attempt(case)

@@ -1,9 +1,8 @@
-"""Damaged files are refused or read at the scale that they state, whatever is damaged.
+"""Damaged files are rejected or read at the scale that they state.
 
 A small part of `tests/fuzz/damaged_files.py`, and that its judge sees what is wrong.
 """
 
-import struct
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,6 @@ import numpy as np
 import pytest
 
 import damaged_files
-import damages
 import targets
 from damaged_files import REFUSED, SAME, STATED, WRONG, Damaged, Order, Worker
 from plain import Plain
@@ -106,7 +104,7 @@ def test_files_under_every_suffix(name: str, worker: Worker) -> None:
         ("metropro-1.dat", {68: 0x82, 70: 0x81}, "announces 33248 × 33408 points"),
         # A unit of no letters.
         ("made.sur", dict.fromkeys(range(180, 276), 0), "gives no unit"),
-        # h5netcdf leaves half a file behind, which complains when it is collected.
+        # h5netcdf leaves half a file behind, which raises an error when it is collected.
         ("made.nc", {246: 0xA2}, ""),
         # A number that is none, of the kind that raises a signal.
         ("made.npy", {134: 0xF0, 135: 0x7F}, ""),
@@ -148,26 +146,6 @@ def test_damaged_hdf5_heap_raises_format_error_in_time(
     assert outcome.verdict == REFUSED, str(outcome)
 
 
-def test_seeds_name_files(known: dict[str, targets.Target], tmp_path: Path) -> None:
-    def drawn(seed: int) -> Damaged | str:
-        return damaged_files.draw(Order(seed), known, tmp_path, tmp_path / "outside.bin")
-
-    one, two = drawn(5), drawn(5)
-    assert isinstance(one, Damaged)
-    assert isinstance(two, Damaged)
-    assert (one.what, one.content) == (two.what, two.content)
-    several = [drawn(seed) for seed in range(400)]
-    assert {d if isinstance(d, str) else d.target.name for d in several} == set(targets.SHARES)
-    whole = [d.file for d in several if isinstance(d, Damaged) and not d.name]
-    same = [
-        d.what
-        for d in several
-        if isinstance(d, Damaged) and not d.name and d.content == d.target.files[d.file]
-    ]
-    # Nothing happens now and then: a zero over a zero.
-    assert len(same) < 0.15 * len(whole)
-
-
 # The judge sees it
 
 
@@ -193,7 +171,7 @@ rc.read_surface = read
 def hostile(
     prepared: Path, known: dict[str, targets.Target], tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Worker]:
-    """A worker whose reader does what stands in the file."""
+    """A worker whose reader does what is in the file."""
     folder = tmp_path_factory.mktemp("hostile")
     (folder / "sitecustomize.py").write_text(HOSTILE)
     (folder / "whole.npy").write_bytes(known["made.npy"].files["made.npy"])
@@ -301,40 +279,3 @@ def test_facts_are_bits() -> None:
 
 
 # Damage
-
-
-@pytest.mark.parametrize("damage", [*damages.RAW, *damages.TEXT], ids=lambda d: d.__name__)
-def test_damage_is_of_its_kind(damage: damages.Damage) -> None:
-    content = b"".join(b"%d, %.3f\n" % (n, n / 7) for n in range(200))
-    changed = 0
-    for seed in range(20):
-        words, new = damage(np.random.default_rng(seed), content, ((0, 40),))
-        assert words
-        changed += new != content
-        if damage in (damages.flipped, damages.overwritten, damages.swapped):
-            assert len(new) == len(content)
-    assert changed > 10
-
-
-def test_archives_keep_right_checksums(known: dict[str, targets.Target]) -> None:
-    import io
-    import zipfile
-
-    content = known["made.npz"].files["made.npz"]
-    for seed in range(10):
-        _, new = damages.repacked(np.random.default_rng(seed), content, ())
-        with zipfile.ZipFile(io.BytesIO(new)) as archive:
-            assert archive.testzip() is None
-    _, new = damages.bombed(np.random.default_rng(0), content, ())
-    with zipfile.ZipFile(io.BytesIO(new)) as archive:
-        assert max(info.file_size for info in archive.infolist()) > 2**31
-    assert len(new) < 2**23
-
-
-def test_headers_hold_numbers_that_cannot_be() -> None:
-    content = bytes(64) + struct.pack("<i", 640) + bytes(64)
-    found = set()
-    for seed in range(30):
-        _, new = damages.numbered(np.random.default_rng(seed), content, ((64, 65),))
-        found |= set(struct.unpack_from("<i", new, 64))
-    assert found & {0, -1, 2**31 - 1}
