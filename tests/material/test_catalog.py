@@ -119,6 +119,20 @@ def test_flow_stress_gives_the_hardness_by_the_rule_of_tabor(entry: catalog.Entr
 
 
 @each
+def test_hardening_exponent_is_known_where_hardness_exceeds_three_yield_strengths(
+    entry: catalog.Entry,
+) -> None:
+    body = entry.material
+    if body.yield_strength is None or (body.hardness or 0) <= 1.05 * 3 * body.yield_strength:
+        return
+    exponent = entry.hardening_exponent
+    assert exponent is not None
+    assert 0.01 < exponent.value < 0.3
+    grown = body.yield_strength * (1 + 0.08 / 0.002) ** exponent.value
+    assert body.hardness == pytest.approx(3 * grown, rel=0.05)
+
+
+@each
 def test_law_of_hardening_starts_at_the_yield_strength(entry: catalog.Entry) -> None:
     law, strength = entry.material.hardening, entry.yield_strength
     assert (law is None) == (entry.exponent is None)
@@ -250,6 +264,11 @@ def test_every_name_finds_its_entry(data: st.DataObject) -> None:
         ("100Cr7", r"material '100Cr7' is not in the catalog; did you mean .*100Cr6.*\?"),
         ("CuSn12", r"did you mean .*CuSn12Ni2-C.*\?"),
         ("zirkonia", r"did you mean 3Y-TZP\?"),
+        ("C60", r"did you mean C45\?$"),
+        ("S690", r"did you mean S355J2, S235JR\?$"),
+        ("AISI 4340", r"did you mean 42CrMo4, C45\?$"),
+        ("1.4571", r"did you mean X5CrNi18-10, X105CrMo17, X2CrNiMo17-12-2\?$"),
+        ("CuZn40", r"did you mean CuZn37\?$"),
         ("???", r"it holds 100Cr6, .*, PEEK$"),
         ("", r"material '' is not in the catalog; it holds"),
         ("x" * 400, r"x…' is not in the catalog"),

@@ -216,7 +216,7 @@ def show_entry(entry: Entry) -> None:
         ("Poisson's ratio", entry.poisson, "{:g}".format),
         ("yield strength", entry.yield_strength, _with_unit("Pa")),
         ("hardness", entry.hardness, str),
-        ("hardening exponent", entry.exponent, "{:g}".format),
+        ("hardening exponent", entry.hardening_exponent, "{:.3g}".format),
         ("resistivity", entry.resistivity, _with_unit("Ω m")),
         ("conductivity", entry.conductivity, "{:g} W/(m K)".format),
         ("softening voltage", entry.softening_voltage, "{:g} V".format),

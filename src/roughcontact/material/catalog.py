@@ -7,6 +7,7 @@ change a yield strength by a tenth and more.
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -89,6 +90,15 @@ class Entry:
             return None
         strength, exponent = self.yield_strength.value, self.exponent.value
         return Swift(strength / _PROOF**exponent, _PROOF, exponent)
+
+    @property
+    def hardening_exponent(self) -> Value | None:
+        """Exponent n of σ_Y (1 + e/0.002)ⁿ: ``exponent``, or that of `Material.law`."""
+        law = self.material.law if self.yield_strength is not None else None
+        if self.exponent is not None or not isinstance(law, Swift):
+            return self.exponent
+        source = "derived from the hardness: three flow stresses at a strain of 8 % (Tabor 1951)"
+        return Value(law.exponent, source)
 
     @property
     def conductor(self) -> Conductor:
@@ -177,9 +187,7 @@ def entry(name: str) -> Entry:
     plain = _plain(name)
     if plain in result:
         return result[plain]
-    from difflib import get_close_matches
-
-    close = get_close_matches(plain, result, n=3, cutoff=0.5)
+    close = _similar_names(plain, result)
     keys = dict.fromkeys(result[match].key for match in close) or [item.key for item in entries()]
     text = name if len(name) <= 60 else name[:59] + "…"
     raise InputError(
@@ -193,6 +201,24 @@ def entry(name: str) -> Entry:
 def material(name: str) -> Material:
     """Return the constants of a material by its name."""
     return entry(name).material
+
+
+def _similar_names(plain: str, known: Iterable[str]) -> list[str]:
+    """Return up to three similar names of the same kind of material."""
+    from difflib import SequenceMatcher, get_close_matches
+
+    # Names of a kind differ in digits: C60 is similar to C45, not to CuSn6. Numbers without
+    # letters are classes by their first digits, such as 1.4 of stainless steel.
+    def shape(name: str) -> str:
+        return "".join("0" if letter.isdigit() else letter for letter in name)
+
+    wanted, head = shape(plain), plain[: len(plain) // 2] if plain.isdigit() else ""
+    same_kind = [name for name in known if shape(name) == wanted and name.startswith(head)]
+    if not same_kind and not head:
+        same_kind = [
+            name for name in known if SequenceMatcher(None, shape(name), wanted).ratio() >= 0.75
+        ]
+    return get_close_matches(plain, same_kind, n=3, cutoff=0.2)
 
 
 def _plain(name: str) -> str:
