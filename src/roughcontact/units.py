@@ -84,7 +84,10 @@ _CELSIUS = re.compile(r"([+-]?\d+(?:\.\d*)?)\s*(?:°C|degC)")
 _ZERO_CELSIUS = 273.15
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d")
 # pint evaluates arithmetic; it gets only names with one-digit powers, joined by * / or a space.
-_FACTOR = r"[A-Za-z_µÅΩ]+(?:(?:\^|\*\*)-?[1-9]|[²³])?"
+_FACTOR = r"[A-Za-z_µÅΩ]+(?:(?:\^|\*\*)-?[1-9]|[23²³])?"
+# In pint "mm2" is another name, and "mil" an angle.
+_BARE_POWER = re.compile(r"(?<=[A-Za-z_µÅΩ])(?=[23])")
+_MIL = re.compile(r"\bmil\b")
 _UNIT = re.compile(rf"{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*")
 _MAX_TEXT = 60
 # Factor of a unit that gets the prefix; its power applies to the prefix as well.
@@ -104,6 +107,8 @@ _PLAIN = {
         "pm": 1e-12,
         "Å": 1e-10,
         "angstrom": 1e-10,
+        "inch": 25.4e-3,
+        "in": 25.4e-3,
     },
     "force": {"N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "µN": 1e-6, "uN": 1e-6, "nN": 1e-9},
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
@@ -344,7 +349,8 @@ def _unit_factor(
     likely = _LIKELY_UNITS.get(unit.lower())
     hint = f"; did you mean {likely!r}?" if likely and likely != unit else ""
     try:
-        parsed = registry.parse_units(unit.replace("·", "*"))
+        named = _MIL.sub("thou", unit.replace("·", "*"))
+        parsed = registry.parse_units(_BARE_POWER.sub("^", named))
         got: Any = parsed.dimensionality
     # The errors of pint have no common base class; after `_UNIT`, only unknown names fail.
     except (AttributeError, ValueError, TypeError, ArithmeticError):
