@@ -80,6 +80,18 @@ def test_a_ceiling_can_be_recommended(folder: Path, capsys: Capture) -> None:
     assert found.calibration.factor == pytest.approx(found.ceiling / 1e9)
 
 
+def test_keys_with_underscores_are_read_as_with_hyphens(folder: Path) -> None:
+    path = folder / "project.toml"
+    before = [entry.request for entry in project.read_project(path)]
+    changed = PROJECT.replace("yield-strength", "yield_strength")
+    path.write_text(changed.replace("counter-material", "counter_material"), encoding="utf-8")
+    assert [entry.request for entry in project.read_project(path)] == before
+    wrong = changed.replace("counter-material = ", "counter_material = true #")
+    path.write_text(wrong, encoding="utf-8")
+    with pytest.raises(rc.InputError, match=rf"line {line_of('counter-material')}: counter-mat"):
+        project.read_project(path)
+
+
 def line_of(text: str) -> int:
     return PROJECT[: PROJECT.index(text)].count("\n") + 1
 
@@ -346,7 +358,7 @@ def alive(process: psutil.Process) -> bool:
         ('young = "210 GPa"', "young = 210", ("young needs a pressure", "no unit")),
         ("poisson = 0.3", "poisson = 0.9", ("poisson must be in",)),
         ('yield-strength = "1 GPa"', 'yeild = "1 GPa"', ("unknown key yeild",)),
-        ('unit = "um"', 'units = "um"', ("unknown key units", "unit, size")),
+        ('unit = "um"', 'units = "um"', ("unknown key units; did you mean unit?", "unit, size")),
         ('material = "steel"', 'material = "stele"', ("material", "not in the catalog")),
         ('load = "0.5 N"', 'load = "0.5 mm"', ("load needs a load", "(a length)")),
         ('load = "0.5 N"', "load = [1, []]", ("load",)),
@@ -356,7 +368,7 @@ def alive(process: psutil.Process) -> bool:
         ('load = "0.5 N"', 'load = "0.5 N"\noutput = "a.nc"', ("unknown key output",)),
         ('name = "two"', 'name = "one 1 N"', ("'one 1 N' is taken",)),
         ('name = "two"', "name = 2", ("needs a name",)),
-        ("[defaults]", "[default]", ("unknown key default",)),
+        ("[defaults]", "[default]", ("unknown key default; did you mean defaults?",)),
         ('write = ["nc", "csv"]', 'write = ["doc"]', ("write must be a list of nc",)),
         (
             'write = ["nc", "csv"]',
@@ -576,7 +588,7 @@ def test_project_runs_every_task(folder: Path, capsys: Capture) -> None:
         ('from = "0.1 N"', 'from = "0.1 MPa"', ("from and to must both be loads of one form",)),
         ('from = "0.1 N"', 'from = "1 um"', ("from and to must both be loads of one form or",)),
         ("steps = 3", "steps = 1", ("steps must be a whole number from 2 to 10000, got 1",)),
-        ("steps = 3", "step = 1", ("unknown key step;", "from, to, steps")),
+        ("steps = 3", "step = 1", ("unknown key step; did you mean steps?", "from, to, steps")),
         ("steps = 3", "load = '1 N'", ('load needs task = "solve" or "stress"',)),
         ("steps = 3", "figure = 'a.png'", ("unknown key figure",)),
         ("passes = 2", "passes = 0", ("passes must be a whole number from 1 to 10000, got 0",)),

@@ -6,8 +6,9 @@ import glob
 import os
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -130,7 +131,7 @@ def _key_lines(text: str) -> Lines:
             continue
         key = _KEY.match(line)
         if key:
-            lines.setdefault((*table, key[1].strip("\"'")), number)
+            lines.setdefault((*table, key[1].strip("\"'").replace("_", "-")), number)
     return lines
 
 
@@ -193,16 +194,23 @@ class _Contact:
         return self.make_error(key, error.message_for(partial(spell_key, task=self.task)))
 
 
-def _unknown_key(key: str, known: str) -> str:
-    return f"unknown key {shorten_value(key)}; known are {known}"
+def _unknown_key(key: str, known: Sequence[str]) -> str:
+    close = get_close_matches(key, known, n=1)
+    meant = f"did you mean {close[0]}? Known" if close else "known"
+    return f"unknown key {shorten_value(key)}; {meant} are {', '.join(known)}"
+
+
+def _hyphenate_keys(table: Any) -> Any:
+    """Return a table with the keys of the command line, which may be given as Python names."""
+    if not isinstance(table, dict):
+        return table
+    return {key.replace("_", "-"): value for key, value in table.items()}
 
 
 def _parse_project(source: _Source, read: dict[str, Any]) -> _Project:
     for key in read:
         if key not in (*_KEYS, DESK_TABLE):
-            raise source.make_error(
-                (key,), _unknown_key(key, f"{', '.join(_KEYS[:-1])} and {_KEYS[-1]}")
-            )
+            raise source.make_error((key,), _unknown_key(key, _KEYS))
     contacts = read.get("contact", [])
     if not isinstance(contacts, list) or not contacts:
         raise source.make_error(("contact",), "there is no [[contact]] in this project")
@@ -221,16 +229,16 @@ def _parse_project(source: _Source, read: dict[str, Any]) -> _Project:
         raise source.make_error(
             ("write",), f"write must be a list of {', '.join(WRITABLE_SUFFIXES)}, got {write!r}"
         )
-    materials = source.tables(read.get("materials", {}), "materials")
+    tables = source.tables(read.get("materials", {}), "materials")
+    materials = {name: _hyphenate_keys(table) for name, table in tables.items()}
     for name, constants in materials.items():
         for key in constants:
             if key not in _MATERIAL_KEYS:
-                raise source.make_error(
-                    ("materials", name, key), _unknown_key(key, ", ".join(_MATERIAL_KEYS))
-                )
-    defaults = read.get("defaults", {})
+                raise source.make_error(("materials", name, key), _unknown_key(key, _MATERIAL_KEYS))
+    defaults = _hyphenate_keys(read.get("defaults", {}))
     if not isinstance(defaults, dict):
         raise source.make_error(("defaults",), "defaults must be a table, [defaults]")
+    contacts = [_hyphenate_keys(contact) for contact in contacts]
     return _Project(source, target, write, materials, defaults, contacts)
 
 
@@ -362,7 +370,7 @@ def _parse_contact(project: _Project, number: int, read: Any) -> _Contact:
         if key in known and (key in read or _is_applicable(key, task, values)):
             continue
         if not others:
-            raise contact.make_error(key, _unknown_key(key, ", ".join(known)))
+            raise contact.make_error(key, _unknown_key(key, known))
         if key in read or key in _COATINGS:
             wanted = " or ".join(f'"{other}"' for other in others)
             raise contact.make_error(key, f'{key} needs task = {wanted}, got "{task.name}"')
