@@ -75,17 +75,12 @@ class Result(Displayable):
         return presentation().presentation_of(self).summary(self)
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return the steps as a pandas table: one row per step, one column per quantity.
+        """Return a pandas table: one row per step, or one row, and one column per quantity.
 
         Returns
         -------
         pandas.DataFrame
             Values in SI units; ``attrs["units"]`` holds the unit of each column.
-
-        Raises
-        ------
-        InputError
-            If the result has no steps.
         """
         return presentation().presentation_of(self).to_pandas(self)
 

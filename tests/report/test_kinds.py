@@ -126,8 +126,10 @@ def test_quantities_of_new_kind_are_saved(squeaking: Squeaking, tmp_path: Path) 
     )
     with pytest.raises(rc.InputError, match=r"Squeaking has no NetCDF form: use to_pandas\(\)"):
         squeaking.to_xarray()
-    with pytest.raises(rc.InputError, match="ContactResult has no steps"):
-        squeaking.largest.to_pandas()
+    frame = squeaking.largest.to_pandas()
+    assert frame.shape[0] == 1
+    assert frame["load"][0] == squeaking.largest.load
+    assert frame.attrs["units"]["load"] == "N"
 
 
 @pytest.mark.long

@@ -387,16 +387,19 @@ class Presentation:
         write_atomically(path, text)
 
     def to_pandas(self, result: Any) -> pandas.DataFrame:
-        """Return the steps of a result as a pandas table."""
-        if not self.columns:
-            raise InputError(f"{self.result.__name__} has no steps: use summary()")
-        return frame_of(self.columns, result)
+        """Return the steps of a result as a pandas table, or its quantities as one row."""
+        if self.columns:
+            return frame_of(self.columns, result)
+        import pandas
+
+        frame = pandas.DataFrame([stored_values(self.table, result)])
+        frame.attrs["units"] = {item.key: item.unit for item in self.table if item.stored}
+        return frame
 
     def to_xarray(self, result: Any) -> xarray.Dataset:
         """Return a result as an xarray dataset."""
         if self.dataset is None:
-            other = "to_pandas()" if self.columns else "summary()"
-            raise InputError(f"{self.result.__name__} has no NetCDF form: use {other}")
+            raise InputError(f"{self.result.__name__} has no NetCDF form: use to_pandas()")
         return self.dataset(result).to_xarray()
 
     def summary(self, result: Any) -> dict[str, Any]:
