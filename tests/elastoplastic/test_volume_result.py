@@ -63,6 +63,11 @@ def test_axes_of_the_tensor_on_a_round_contact(pressed) -> None:
     assert np.sign(shear[layer, COLUMN - 4]) == -np.sign(shear[layer, COLUMN + 4])
 
 
+def test_pressure_and_contact_fraction_are_those_of_the_last_load(pressed) -> None:
+    assert pressed.pressure is pressed.solution.pressure
+    assert pressed.contact_fraction == pressed.solution.contact_fraction > 0
+
+
 def test_sections_hold_the_fields_of_the_result(pressed) -> None:
     body = pressed.bodies[0]
     row, column = 9, 21

@@ -235,6 +235,16 @@ class ElastoplasticResult(Result):
         return self.solution
 
     @property
+    def pressure(self) -> NDArray[np.float64]:
+        """Pressure at the last load [Pa], shape (ny, nx)."""
+        return self.solution.pressure
+
+    @property
+    def contact_fraction(self) -> float:
+        """Contact area at the last load over the area of the whole map."""
+        return self.solution.contact_fraction
+
+    @property
     def largest(self) -> tuple[float, NDArray[np.float64]]:
         """Largest load [N] and its pressure [Pa]; the last load if no larger one is stored."""
         if self.largest_pressure is None:
