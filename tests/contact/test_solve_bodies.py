@@ -83,6 +83,26 @@ def test_crossed_cylinders_are_a_sphere(independent, angle):
     assert misfit(pair.pressure, ball.pressure) < 1e-4
 
 
+def test_ball_in_groove_has_hertz_ellipse():
+    # Across the groove along x the curvatures subtract; along it there is that of the ball.
+    groove = -1.5 * RADIUS
+    a, b, p0, approach = elliptic(LOAD, 1 / (1 / RADIUS + 1 / groove), RADIUS)
+    on = grid((160, 160), (2.6 * a, 2.6 * a))
+    result = solve(nominal_bodies.sphere(radius=RADIUS, **on), counter_surface=rc.cylinder(groove))
+    got = axes_of(result.contact, result.surface)
+    assert got[:2] == pytest.approx((a, b), rel=0.015)
+    assert got[2] == pytest.approx(90, abs=1)
+    assert result.max_pressure == pytest.approx(p0, rel=1e-3)
+    assert result.approach == pytest.approx(approach, rel=1e-3)
+    assert result.hertz.max_pressure == pytest.approx(p0, rel=1e-6)
+
+
+def test_hollow_narrower_than_the_ball_has_no_hertz_contact():
+    on = grid((32, 32), (3 * A, 3 * A))
+    ball = nominal_bodies.sphere(radius=RADIUS, **on)
+    assert solve(ball, counter_surface=rc.sphere(-0.9 * RADIUS)).hertz is None
+
+
 @pytest.mark.parametrize(("ratio", "angle"), [(2.5, 0.0), (2.5, 30.0), (5.0, 90.0)])
 def test_an_ellipsoid_makes_hertz_s_ellipse(independent, ratio, angle):
     larger, smaller = ratio * 4e-3, 4e-3

@@ -1,6 +1,7 @@
 """Nominal bodies as surfaces, as text, and two maps on one grid."""
 
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -129,7 +130,8 @@ def test_texts_that_are_bodies(text: str, expected: Surface) -> None:
 def test_every_listed_form_is_parsed_with_any_center() -> None:
     for form in nominal_bodies.FORMS:
         body = nominal_bodies.parse(form)(**GRID, center=(7, 12))
-        assert body.heights[7, 12] == 0 == np.nanmax(body.heights)
+        ends = np.nanmin(body.heights), np.nanmax(body.heights)
+        assert body.heights[7, 12] == 0 == ends["-" not in form]
 
 
 @pytest.mark.parametrize(
@@ -170,8 +172,9 @@ def test_invalid_texts_raise_input_error(text) -> None:
         ("sphere 10", "--body: the radius of the sphere needs a length .*got '10' .*no unit"),
         ("sphere 10 N", "--body: the radius of the sphere needs a length .*got '10 N'"),
         ("cylinder 30 deg", "--body: the radius of the cylinder needs a length .*got '30 deg'"),
-        ("cylinder -1 mm", "--body: the radius of the cylinder must be positive"),
-        ("ellipsoid 1 mm 0 mm", "--body: each radius of curvature of the ellipsoid must be pos"),
+        ("cylinder 0 mm", "--body: the radius of the cylinder must not be 0; negative is conc"),
+        ("ellipsoid 1 mm 0 mm", "--body: each radius of curvature of the ellipsoid must not be 0"),
+        ("punch -1 mm", "--body: the radius of the punch must be positive"),
         ("punch 1 mm 2", "--body: each side of the punch needs a length"),
         ("punch 1 mm edge", "--body: the edge radius of the punch needs a length"),
         ("punch 1 mm edge 2", "--body: the edge radius of the punch needs a length"),
@@ -183,6 +186,13 @@ def test_invalid_texts_raise_input_error(text) -> None:
 def test_invalid_sizes_raise_input_error(text: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
         nominal_bodies.parse(text, "--body")
+
+
+@pytest.mark.parametrize("text", ["sphere 10 mm", "cylinder 5 mm 90 deg", "ellipsoid 4 mm 9 mm"])
+def test_negative_radius_is_the_hollow_of_a_body(text: str) -> None:
+    grid = {"shape": (9, 12), "pixel": (1e-5, 2e-5)}
+    hollow = nominal_bodies.parse(re.sub(r" (?=\d+ mm)", " -", text))(**grid)
+    np.testing.assert_array_equal(hollow.heights, -nominal_bodies.parse(text)(**grid).heights)
 
 
 @given(st.text(alphabet="flatspherconewdgpuy 0123456789.-+emk°", max_size=30))

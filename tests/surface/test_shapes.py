@@ -169,11 +169,11 @@ def test_cone_and_wedge_have_their_slope():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: shapes.sphere(*GRID, 0.0), "^radius must be positive"),
-        (lambda: shapes.cylinder(*GRID, np.inf), "^radius must be positive"),
+        (lambda: shapes.sphere(*GRID, 0.0), "^radius must be finite and not zero"),
+        (lambda: shapes.cylinder(*GRID, np.inf), "^radius must be finite and not zero"),
         (lambda: shapes.cylinder(*GRID, 1.0, np.nan), "^angle must be a finite number"),
         (lambda: shapes.cylinder(*GRID, 1e-6, 0, (40, 0)), "^no point .* under the cylinder"),
-        (lambda: shapes.ellipsoid(*GRID, (1.0, -1.0)), r"^radii\[1\] must be positive"),
+        (lambda: shapes.ellipsoid(*GRID, (1.0, 0.0)), r"^radii\[1\] must be finite and not"),
         (lambda: shapes.ellipsoid(*GRID, 1.0), "^radii must be a pair"),
         (lambda: shapes.punch(*GRID, 1e-9), "^no point of the grid is under the punch"),
         (lambda: shapes.punch(*GRID, 1e-5, 2e-5), "^edge_radius must be between 0 and 1e-05"),

@@ -113,13 +113,13 @@ def principal_radii(curvature: Array) -> tuple[tuple[float, float], float]:
     """Return the principal radii of a curvature, and the direction of the first [degrees]."""
     values, vectors = np.linalg.eigh(curvature)
     small, large = (float(value) for value in values)
-    if small <= _STRAIGHT_TOLERANCE * large:
+    if abs(small) <= _STRAIGHT_TOLERANCE * abs(large):
         small = 0.0
     y, x = (float(part) for part in vectors[:, 0])
     angle = math.degrees(math.atan2(-y, x)) % 180
     # Directions within rounding of an axis are set to the axis.
     angle = round(angle, 9) % 180
-    return (math.inf if small == 0 else 1 / small, 1 / large), angle
+    return (math.inf if small == 0 else 1 / small, 1 / large if large else math.inf), angle
 
 
 # Fraction of the larger curvature up to which the smaller one is rounding.
@@ -206,8 +206,11 @@ def shape_of(pair: Pair) -> ContactShape | None:
     if total is None or not total.any():
         return None
     if pair.is_profile:
-        return ContactShape(LINE, (1 / float(total[1, 1]),), 90.0) if total[1, 1] else None
+        return ContactShape(LINE, (1 / float(total[1, 1]),), 90.0) if total[1, 1] > 0 else None
     (larger, smaller), angle = principal_radii(total)
+    if larger < 0 or smaller < 0:
+        # A body narrower than its hollow touches at the rim.
+        return None
     if math.isinf(larger):
         return ContactShape(LINE, (smaller,), angle)
     if larger <= (1 + _ROUND_TOLERANCE) * smaller:

@@ -458,7 +458,8 @@ BODY = Option(
 COUNTER_BODY = Option(
     "counter-body",
     "FORM",
-    "Nominal form of the counter-body, as for --body; default: flat.",
+    'Nominal form of the counter-body, as for --body; "cylinder -5.2 mm" is a groove; '
+    "default: flat.",
     parsing.body,
     None,
     label="Counter-body form",

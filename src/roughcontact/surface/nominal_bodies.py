@@ -47,6 +47,10 @@ def _length(value: float) -> str:
     return units.format_engineering(value, "m", 6)
 
 
+def _round(word: str, radius: float) -> str:
+    return f"{'concave ' if radius < 0 else ''}{word} of radius {_length(abs(radius))}"
+
+
 def _edge(edge_radius: float) -> str:
     return f" with an edge radius of {_length(edge_radius)}" if edge_radius else ""
 
@@ -185,7 +189,7 @@ sphere = NominalForm(
     "sphere",
     "radius",
     "the radius",
-    lambda radius: f"sphere of radius {_length(radius)}",
+    lambda radius: _round("sphere", radius),
     ("sphere 10 mm",),
     curvatures=lambda radius: (1 / radius, 1 / radius),
 )
@@ -209,9 +213,9 @@ cylinder = NominalForm(
     "radius",
     "the radius",
     lambda radius, angle: (
-        f"cylinder of radius {_length(radius)}, axis at {angle:g} degrees counter-clockwise from x"
+        f"{_round('cylinder', radius)}, axis at {angle:g} degrees counter-clockwise from x"
     ),
-    ("cylinder 5 mm 90 deg",),
+    ("cylinder 5 mm 90 deg", "cylinder -5.2 mm"),
     "angle",
     curvatures=lambda radius: (1 / radius, 0.0),
 )
@@ -283,15 +287,25 @@ def parse(text: str, name: str = "body") -> NominalBody:
     for form in forms:
         if len(parts) == form.count:
             measured = _slope if form.size == "slope" else _parse_size
+            measured = _parse_radius if form.curvatures else measured
             values = [measured(part, name, f"{form.size_text} of the {word}") for part in parts]
             size = values[0] if form.count == 1 else tuple(values)
             return form(size, **specified)
     raise wrong
 
 
-def _parse_size(text: str, name: str, what: str) -> float:
+def _parse_radius(text: str, name: str, what: str) -> float:
+    radius = _parse_size(text, name, what, positive=False)
+    if radius == 0:
+        raise InputError(
+            ArgumentRef(name), f": {what} must not be 0; negative is concave", value=text
+        )
+    return radius
+
+
+def _parse_size(text: str, name: str, what: str, positive: bool = True) -> float:
     try:
-        return units.parse(text, "length", what)
+        return units.parse(text, "length", what, positive)
     except InputError as error:
         own = () if error.argument is None else (ArgumentRef(error.argument), " ")
         raise InputError(ArgumentRef(name), ": ", *own, *error.parts, value=text) from None

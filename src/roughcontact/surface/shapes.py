@@ -16,6 +16,7 @@ the rim.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from numbers import Real
 
 import numpy as np
@@ -45,9 +46,9 @@ def paraboloid(
 def sphere(
     shape: Shape, pixel: Pixel, radius: float, center: tuple[float, float] | None = None
 ) -> Array:
-    """Return the heights ``(R² - r²)^(1/2) - R`` of a sphere."""
+    """Return the heights ``(R² - r²)^(1/2) - R`` of a sphere; negative R is a hollow."""
     y, x = _from_center(shape, pixel, center)
-    require_positive(radius=radius)
+    _require_radii(radius=radius)
     return _require_points(_arc(y**2 + x**2, radius), "sphere")
 
 
@@ -58,9 +59,9 @@ def ellipsoid(
     angle: float = 0.0,
     center: tuple[float, float] | None = None,
 ) -> Array:
-    """Return the heights ``-y²/(2R_y) - x²/(2R_x)`` of an ellipsoid near its summit."""
+    """Return the heights ``-y²/(2R_y) - x²/(2R_x)`` of an ellipsoid; negative R is concave."""
     y, x = _from_center(shape, pixel, center)
-    radius_y, radius_x = _pair("radii", radii)
+    radius_y, radius_x = _pair("radii", radii, _require_radii)
     along, across = _turned(y, x, angle)
     return -(across**2 / (2 * radius_y) + along**2 / (2 * radius_x))
 
@@ -72,9 +73,9 @@ def cylinder(
     angle: float = 0.0,
     center: tuple[float, float] | None = None,
 ) -> Array:
-    """Return the heights ``(R² - d²)^(1/2) - R`` of a cylinder, d from its highest line."""
+    """Return the heights ``(R² - d²)^(1/2) - R`` of a cylinder; negative R is a groove."""
     y, x = _from_center(shape, pixel, center)
-    require_positive(radius=radius)
+    _require_radii(radius=radius)
     return _require_points(_arc(_turned(y, x, angle)[1] ** 2, radius), "cylinder")
 
 
@@ -177,12 +178,21 @@ def _turned(y: Array, x: Array, angle: float) -> tuple[Array, Array]:
     return along, across
 
 
-def _pair(name: str, values: tuple[float, float]) -> tuple[float, float]:
+def _require_radii(**radii: float) -> None:
+    """Raise an error unless radii of curvature are finite and not zero."""
+    for name, radius in radii.items():
+        if not isinstance(radius, Real) or radius == 0 or not math.isfinite(radius):
+            raise input_error(name, radius, "must be finite and not zero; negative is concave")
+
+
+def _pair(
+    name: str, values: tuple[float, float], require: Callable[..., None] = require_positive
+) -> tuple[float, float]:
     try:
         along_y, along_x = values
     except (TypeError, ValueError):
         raise input_error(name, values, "must be a pair (y, x) in meters") from None
-    require_positive(**{f"{name}[0]": along_y, f"{name}[1]": along_x})
+    require(**{f"{name}[0]": along_y, f"{name}[1]": along_x})
     return along_y, along_x
 
 
@@ -197,9 +207,10 @@ def _checked_edge(edge_radius: float, largest: float) -> float:
 
 
 def _arc(square: Array, radius: float) -> Array:
-    # Height of a circle over the square of the distance from its summit, without cancellation.
+    # Height of a circle over the square of the distance from its summit, without cancellation;
+    # below a tangent for a positive radius, above for a negative one.
     with np.errstate(invalid="ignore"):
-        root = np.sqrt(radius**2 - square)
+        root = np.copysign(np.sqrt(radius**2 - square), radius)
     return -square / (radius + root)
 
 
