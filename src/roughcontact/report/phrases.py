@@ -15,7 +15,7 @@ from roughcontact import units
 from roughcontact._tools.statistics import Mean
 from roughcontact.contact import load_case
 from roughcontact.contact.ceiling import CEILING_TOLERANCE
-from roughcontact.contact.nominal_hertz import has_nominal_body
+from roughcontact.contact.nominal_hertz import has_nominal_body, shape_of
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer_material
@@ -460,8 +460,16 @@ def bodies(contact: ContactResult, name: str = "") -> str:
 def load_column(contact: ContactResult, loads: Iterable[float]) -> tuple[str, list[str]]:
     """Return head and cells of loads: nominal pressures, or forces on nominal bodies."""
     if has_nominal_body(contact.pair.origins):
-        return "load", [force(load, contact.pair.load_unit) for load in loads]
+        return "load", [_force_on_bodies(contact, load) for load in loads]
     return "pressure", [format_short(load / contact.nominal_area, "Pa") for load in loads]
+
+
+def _force_on_bodies(contact: ContactResult, load: float) -> str:
+    """Return a force, or the force per length of a line contact, as text."""
+    shape = None if contact.pair.is_profile else shape_of(contact.pair)
+    if shape is None or shape.axis is None:
+        return force(load, contact.pair.load_unit)
+    return force(load / contact.pair.size[shape.axis], "N/m")
 
 
 def force(value: float, unit: str) -> str:
@@ -476,17 +484,13 @@ def load(contact: ContactResult) -> str:
     specified = contact.specified_load
     # For an unloaded body, the largest load.
     largest = contact.total_load if specified is None else specified.force
-    return load_text(specified, largest, contact.pair.load_unit)
-
-
-def load_text(specified: load_case.GivenLoad | None, load: float, unit: str) -> str:
-    """Return a load in its given form, with the force."""
-    total = force(load, unit)
+    total = force(largest, contact.pair.load_unit)
     match None if specified is None else specified.form:
         case load_case.NominalPressure(value=value):
             return f"{format_short(value, 'Pa')} nominal ({total})"
         case load_case.HertzPressure(value=value):
-            return f"Hertz pressure {format_short(value, 'Pa')} ({total})"
+            acting = _force_on_bodies(contact, largest)
+            return f"Hertz pressure {format_short(value, 'Pa')} ({acting})"
         case load_case.LineLoad(value=value):
             return f"{force(value, 'N/m')} ({total})"
     return total
@@ -519,8 +523,7 @@ def problem_of_loads(contact: ContactResult, loads: Sequence[float]) -> str:
         span = range_text(ends[0] / area, ends[1] / area, lambda value: format_short(value, "Pa"))
         what = f"nominal pressures from {span}"
     else:
-        unit = contact.pair.load_unit
-        what = f"loads from {range_text(*ends, lambda value: force(value, unit))}"
+        what = f"loads from {range_text(*ends, lambda value: _force_on_bodies(contact, value))}"
     return f"{bodies(contact)}, {len(loads)} {what}{boundary(contact)}"
 
 
