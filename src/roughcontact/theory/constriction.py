@@ -131,6 +131,16 @@ def elastic_joint(pressure: float, contact_modulus: float, slope: float, roughne
     return 3.1 * slope / roughness * math.pow(strain, 0.94)
 
 
+CORRELATION_RANGE = (0.99, 1.44)
+"""`plastic_joint` and `elastic_joint` over the solution, in 95 % of rough contacts.
+
+108 contacts, see ``calibration/constriction.py``: periodic maps of Gaussian heights, eight roll-off
+wavelengths per side, Hurst exponents 0.5 and 0.8, roll-off over cut-off 4 to 16, elastic and under
+a ceiling, 1 to 12 % in contact. Spots form clusters, which the correlations neglect: they
+overestimate the conductance.
+"""
+
+
 LORENZ = 2.44e-8
 """Conductivity times resistivity of a metal over its temperature, L [V²/K²]."""
 

@@ -12,7 +12,6 @@ import roughcontact as rc
 from paths import ROOT
 from roughcontact.analyses.conductance.model import (
     CASES,
-    CORRELATION_RANGE,
     GREENWOOD_RANGE,
     filling_of,
     gap_conductance,
@@ -23,6 +22,7 @@ from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
 from roughcontact.contact.series import ONE_ROUGH_FACE
 from roughcontact.report import kinds as report_kinds
+from roughcontact.theory import constriction
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 ROUGH = rc.Surface(*rc.reference_map(64, 3))
@@ -258,7 +258,10 @@ def test_the_scatter_of_the_estimates_is_that_of_the_stored_cases() -> None:
     path = ROOT / "calibration" / "constriction.json"
     cases = json.loads(path.read_text("utf-8"))["cases"]
     assert len(cases) == CASES
-    for name, told in (("correlation", CORRELATION_RANGE), ("greenwood", GREENWOOD_RANGE)):
+    for name, told in (
+        ("correlation", constriction.CORRELATION_RANGE),
+        ("greenwood", GREENWOOD_RANGE),
+    ):
         found = np.quantile([case[name] for case in cases], (0.025, 0.975))
         assert found == pytest.approx(told, abs=0.006)
 

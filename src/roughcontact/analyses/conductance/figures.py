@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roughcontact._tools.arrays import Array
-from roughcontact.analyses.conductance.model import CASES, CORRELATION_RANGE
+from roughcontact.analyses.conductance.model import CASES
 from roughcontact.drawing import style
+from roughcontact.theory.constriction import CORRELATION_RANGE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -215,18 +215,7 @@ def form_note(texture: Texture) -> tuple[Caution, ...]:
 
 
 CASES = 108
-"""Number of rough contacts in the test of the estimates.
-
-See ``calibration/constriction.py``: periodic maps of Gaussian heights, eight roll-off wavelengths
-per side, Hurst exponents 0.5 and 0.8, roll-off over cut-off 4 to 16, elastic and under a ceiling,
-1 to 12 % in contact.
-"""
-
-CORRELATION_RANGE = (0.99, 1.44)
-"""Correlations over the solution, in 95 % of the cases.
-
-Spots form clusters, which the correlations neglect: they overestimate the resistance.
-"""
+"""Number of rough contacts in the test of the estimates, see `constriction.CORRELATION_RANGE`."""
 
 GREENWOOD_RANGE = (0.82, 1.0)
 """Greenwood's formula over the solution, in 95 % of cases: lower for more contact."""

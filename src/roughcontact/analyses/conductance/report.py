@@ -29,6 +29,7 @@ from roughcontact.report.kind import (
     Quantity,
     Table,
 )
+from roughcontact.theory.constriction import CORRELATION_RANGE
 from roughcontact.uncertainty.intervals import Interval
 from roughcontact.units import format_change, format_engineering, format_percent, plain_decimal
 
@@ -337,7 +338,7 @@ def sentences(result: joint.Conductance) -> tuple[str, ...]:
         "one: Greenwood's formula from radii and places of the spots (1966), and the correlation "
         "for large flat rough joints, which depends on the slope and so on the pixel; 95 % of "
         f"{joint.CASES} rough maps had {_span(joint.GREENWOOD_RANGE)} and "
-        f"{_span(joint.CORRELATION_RANGE)}. A dash is outside the range of the formula.",
+        f"{_span(CORRELATION_RANGE)}. A dash is outside the range of the formula.",
     )
 
 
