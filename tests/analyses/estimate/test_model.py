@@ -131,6 +131,100 @@ def test_low_ceiling_bounds_contact_from_below() -> None:
     assert found.saturated.value <= 0.2 + 1e-12
 
 
+def test_contact_above_largest_fitted_plasticity_is_load_over_ceiling() -> None:
+    found, flatter = (
+        estimate_steel("4 MPa", ceiling="20 MPa", Sal=None, Sdq=slope) for slope in (0.1, 0.05)
+    )
+    assert found.contact.value == pytest.approx(0.2, rel=1e-5)
+    assert found.gap == flatter.gap
+
+
+def test_light_contact_is_extrapolated_and_marked() -> None:
+    elastic = replace(STEEL, yield_strength=None)
+    light, lighter = (estimate_steel(p, material=elastic) for p in ("6 MPa", "3 MPa"))
+    assert light.contact.value == pytest.approx(2 * lighter.contact.value, rel=0.02)
+    (caution,) = light.cautions
+    assert caution.kind == CautionTag.ESTIMATE_DOMAIN
+
+
+# --- from Ra and finish
+
+
+def estimate_milled(**changes: object) -> Estimate:
+    given = {"pressure": "20 MPa", "material": "C45", "Ra": "0.8 um", "finish": "milled"}
+    return rc.estimate(**{**given, **changes})
+
+
+def test_drawing_determines_height_and_slope() -> None:
+    found = estimate_milled()
+    height = math.sqrt(math.pi / 2) * 0.8
+    assert found.roughness.Sq == pytest.approx(height * 1e-6)
+    assert found.roughness.Sdq == pytest.approx(math.sqrt(math.pi / 2) * 0.125 * height**0.402)
+    blasted = estimate_milled(finish="blasted")
+    assert blasted.roughness.Sdq == pytest.approx(math.sqrt(2) * found.roughness.Sdq)
+    both = estimate_milled(counter_Ra="0.8 um", counter_material="C45")
+    for name in ("Sq", "Sdq"):
+        one, two = (getattr(item.roughness, name) for item in (found, both))
+        assert two == pytest.approx(math.sqrt(2) * one)
+    # Given parameters replace those of the drawing, and are known without a factor.
+    known = estimate_milled(Sdq=0.2)
+    assert known.roughness.Sdq == 0.2
+    assert known.stiffness.high / known.stiffness.low < found.stiffness.high / found.stiffness.low
+
+
+def test_joint_between_conductors_has_conductance_with_and_without_air() -> None:
+    assert estimate_milled().air_conductance is None
+    found = estimate_milled(counter_material="C45", counter_Ra="0.8 um")
+    for name in ("stiffness", "vacuum_conductance", "air_conductance"):
+        interval = getattr(found, name)
+        assert interval.low < interval.value < interval.high
+    # The temperature field and that of the displacement are those of one problem (Barber 2003).
+    k = rc.catalog.entry("C45").conductor.conductivity
+    ratio = found.vacuum_conductance.value / found.stiffness.value
+    assert ratio == pytest.approx(k / found.contact_modulus)
+    # Air is at most a layer as thick as the mean gap, which its harmonic mean exceeds.
+    added = found.air_conductance.value - found.vacuum_conductance.value
+    assert 0.026 / found.gap.value < added < 4 * 0.026 / found.gap.value
+
+
+def test_intervals_of_drawing_hold_solved_contact() -> None:
+    surface = rc.generate(128, 2e-6, Sq=1.0e-6, Sdq=0.14, Str=0.3, rng=5)
+    bodies = {"material": "C45", "counter_material": "C45"}
+    pressure = rc.NominalPressure("40 MPa")
+    result = rc.solve(surface, **bodies, load=pressure, boundary="periodic")
+    flow = rc.conductance(result, "C45", "C45")
+    found = estimate_milled(**bodies, pressure="40 MPa")
+    solved = {
+        "contact": result.perimeter_corrected_area / math.prod(surface.size),
+        "gap": result.mean_gap,
+        "vacuum_conductance": flow.thermal_conductance[0],
+        "air_conductance": flow.thermal_conductance[0] + flow.steps[0].air_gap,
+    }
+    for name, value in solved.items():
+        interval = getattr(found, name)
+        assert interval.low <= value <= interval.high, name
+
+
+def test_intervals_hold_stored_finishes() -> None:
+    """Cases of ``calibration/finishes.py``."""
+    cases = json.loads((ROOT / "calibration" / "finishes.json").read_text("utf-8"))
+    inside = {name: [] for name in ("contact", "gap", "vacuum_conductance", "air_conductance")}
+    for case in cases:
+        found = rc.estimate(
+            pressure=case["pressure"],
+            material=case["material"],
+            counter_material=case["material"],
+            Ra=case["Ra"],
+            Ssk=case["Ssk"],
+            finish=case["finish"],
+        )
+        for name, held in inside.items():
+            interval = getattr(found, name)
+            held.append(interval.low <= case[name] <= interval.high)
+    for name, held in inside.items():
+        assert np.mean(held) >= LEVEL - 0.05, name
+
+
 @pytest.mark.parametrize("ceiling", [None, "auto"])
 def test_more_load_more_contact_and_less_gap(ceiling: str | None) -> None:
     found = [estimate_steel(p, ceiling=ceiling) for p in np.geomspace(400e6, 2.2e9, 12)]
@@ -193,7 +287,7 @@ def test_estimate_takes_few_milliseconds() -> None:
 @pytest.mark.parametrize(
     ("changes", "argument", "words"),
     [
-        ({"pressure": "1 kPa"}, "pressure", "contact fraction of 0.5"),
+        ({"pressure": "1 kPa"}, "pressure", "contact fraction of 0.01"),
         ({"pressure": "2.9 GPa"}, "pressure", "contact fraction"),
         ({"pressure": "5 GPa"}, "pressure", r"exceeds the ceiling of 3e\+09 Pa"),
         ({"pressure": -1.0}, "pressure", "must be positive"),
@@ -206,7 +300,8 @@ def test_estimate_takes_few_milliseconds() -> None:
         ({"Sq": None}, "Sq", "height of the surface"),
         ({"Sq": math.nan}, "Sq", "positive and finite"),
         ({"Ssk": math.inf}, "Ssk", "finite"),
-        ({"pressure": "4 MPa", "ceiling": "20 MPa"}, "ceiling", "E[*] Sdq over the ceiling of 0"),
+        ({"Ra": "20 nm", "finish": "lapped"}, "Ra", "at least 50 nm"),
+        ({"Ra": "0.8 um", "finish": "mild"}, "finish", "'ground' or"),
     ],
 )
 def test_values_outside_domain_raise_input_error(
@@ -399,7 +494,9 @@ def test_a_map_outside_the_formulas_is_named(
     [
         (COMMAND, "--pressure is needed"),
         (["estimate", *COMMAND[3:], "--pressure", "1 MPa"], "--sq must be given"),
-        ([*COMMAND, "--pressure", "1 MPa"], "--pressure is outside the range of the formulas"),
+        ([*COMMAND, "--pressure", "1 kPa"], "--pressure is outside the range of the formulas"),
+        ([*COMMAND, "--pressure", "1 MPa", "--ra", "1 um"], "--ra needs --finish"),
+        ([*COMMAND, "--finish", "milled", "--pressure", "1 MPa"], "--finish needs --ra"),
         ([*COMMAND, "--pressure", "200 MPa", "--ceiling", "calibrated"], "--ceiling"),
     ],
 )

@@ -12,7 +12,7 @@ from roughcontact.material.material import RIGID
 from roughcontact.references import make_use
 from roughcontact.report import phrases
 from roughcontact.report.kind import CAUTIONS, PROBLEM, CellTable, Presentation, Quantity, Table
-from roughcontact.units import format_engineering, format_percent
+from roughcontact.units import format_engineering, format_percent, plain_decimal
 
 _ENDS = ("low", "high")
 
@@ -54,6 +54,15 @@ def _roughness_quantity(name: str, unit: str, meaning: str) -> Quantity:
         part=PROBLEM,
         when=lambda result: getattr(result.roughness, name) is not None,
     )
+
+
+def _per_length(value: float) -> str:
+    """Return a stiffness per area in GPa/µm."""
+    return f"{plain_decimal(value * 1e-15, 3)} GPa/µm"
+
+
+def _form(result: EstimateRange, unit: str) -> str:
+    return _ends(result, partial(phrases.format_short, unit=unit))
 
 
 def _limited(result: Estimate) -> bool:
@@ -99,6 +108,31 @@ ESTIMATE: Table = (
         "",
         length_of,
     ),
+    *_ranged(
+        "stiffness",
+        "normal stiffness",
+        "Pa/m",
+        "per nominal area, at unloading",
+        "",
+        lambda result: _ends(result, _per_length),
+    ),
+    *_ranged(
+        "vacuum_conductance",
+        "thermal conductance in vacuum",
+        "W/(m² K)",
+        "per nominal area, by the spots alone",
+        "",
+        partial(_form, unit="W/(m² K)"),
+    ),
+    *_ranged(
+        "air_conductance",
+        "thermal conductance in air",
+        "W/(m² K)",
+        "per nominal area, with air at 1 bar and 25 °C in the gap",
+        "",
+        partial(_form, unit="W/(m² K)"),
+    ),
+    Quantity("finish", stored=True),
     Quantity(
         "theory_contact",
         "Persson's theory",
@@ -114,7 +148,8 @@ ESTIMATE: Table = (
 
 
 def _problem(result: Estimate) -> str:
-    parts = [f"Sq {phrases.format_short(result.roughness.Sq, 'm')}"]
+    parts = [result.finish] if result.finish else []
+    parts += [f"Sq {phrases.format_short(result.roughness.Sq, 'm')}"]
     if result.roughness.Sdq is not None:
         parts.append(f"Sdq {result.roughness.Sdq:.3g}")
     if result.roughness.Sal is not None:
@@ -146,7 +181,25 @@ def _numbers(result: Estimate) -> CellTable:
         rows.append(("Plastic depth, mean", _ends(result.plastic_volume, length)))
     if result.plasticity_index is not None:
         rows.append(("Plasticity index", f"E*h′/σ_Y = {result.plasticity_index:.3g}"))
+    if result.stiffness is not None:
+        rows.append(("Normal stiffness", _ends(result.stiffness, _per_length)))
+    for name, conductance in (
+        ("in air", result.air_conductance),
+        ("in vacuum", result.vacuum_conductance),
+    ):
+        if conductance is not None:
+            rows.append((f"Conductance {name}", _form(conductance, "W/(m² K)")))
     return (), rows
+
+
+def _remarks(result: Estimate) -> tuple[str, ...]:
+    """Return the meaning of the intervals."""
+    if result.finish:
+        return (
+            "Intervals: slope from Ra and finish to a factor of two, Sq 1.11 to 1.41 Ra, ceiling "
+            "3 σ_Y to the hardness. A map narrows them.",
+        )
+    return ("Intervals hold 90 of 100 such surfaces. Formula, not a solution: solve a map.",)
 
 
 def question(result: Estimate) -> str:
@@ -159,11 +212,17 @@ KIND = Presentation(
     Estimate,
     ESTIMATE,
     question=question,
-    works=lambda _: (make_use("formulas of nominally flat contact", "Persson2001", "Yang2008"),),
+    works=lambda result: (
+        make_use("formulas of nominally flat contact", "Persson2001", "Yang2008"),
+        make_use("correlations of flat joints", "Cooper1969", "Mikic1974", "Barber2003"),
+        *(
+            (make_use("air in the gap", "Yovanovich1982", "Song1993"),)
+            if result.air_conductance
+            else ()
+        ),
+    ),
     problem=_problem,
     answer=_answer,
     numbers=_numbers,
-    remarks=lambda _: (
-        "Intervals hold 90 of 100 such surfaces. Formula, not a solution: solve a map.",
-    ),
+    remarks=_remarks,
 )

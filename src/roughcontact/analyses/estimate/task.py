@@ -27,6 +27,31 @@ SSK = symbol_option("Ssk", "NUMBER", "Skewness Ssk; default: 0.", parsing.number
 SKU = symbol_option(
     "Sku", "NUMBER", "Kurtosis Sku; default: 3 + 1.5 Ssk² (Gaussian: 3).", parsing.number, None
 )
+RA = symbol_option(
+    "Ra",
+    "LENGTH",
+    'Roughness Ra of a drawing instead of Sq and Sdq: "0.8 um"; needs --finish.',
+    LENGTH,
+    None,
+)
+FINISH = Option(
+    "finish",
+    "NAME",
+    "Finish: ground, milled, turned, honed, planed, lapped, polished, blasted, eroded, as-cast.",
+    parsing.as_text,
+    None,
+)
+COUNTER_RA = Option(
+    "counter-ra",
+    "LENGTH",
+    "Ra of the other face; default: smooth.",
+    LENGTH,
+    None,
+    arguments=("counter_Ra",),
+)
+COUNTER_FINISH = Option(
+    "counter-finish", "NAME", "Finish of the other face; default: the same.", parsing.as_text, None
+)
 NOMINAL_PRESSURE = Option(
     "pressure", "PRESSURE", 'Nominal pressure (load over nominal area): "20 MPa".', PRESSURE, None
 )
@@ -40,13 +65,17 @@ CEILING: Option[str | float | None] = Option(
 )
 OUTPUT = options.file_option("output", "FILE.json", "Estimate as JSON.", (".json",))
 _PARAMETERS: tuple[Option[Any], ...] = (SQ, SDQ, SAL, STR, SSK, SKU)
+_DRAWING: tuple[Option[Any], ...] = (RA, FINISH, COUNTER_RA, COUNTER_FINISH)
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
     from roughcontact.analyses.estimate.model import estimate
 
     material, counter_material = request.bodies()
-    specified = {option.arguments[0]: request[option] for option in _PARAMETERS}
+    specified = {
+        (*option.arguments, option.argument)[0]: request[option]
+        for option in (*_PARAMETERS, *_DRAWING)
+    }
     try:
         result = estimate(
             None if request.file is None else work.maps[0],
@@ -70,7 +99,7 @@ def _memory(_: Request, shape: tuple[int, int]) -> None:
 
 TASK = Task(
     "estimate",
-    """Estimate contact area and gap from roughness parameters.
+    """Estimate contact area, gap, stiffness and conductance from roughness parameters.
 
 Each interval holds 90 of 100 nominally flat surfaces. Input outside the fitted range is rejected.
 
@@ -83,6 +112,7 @@ roughcontact estimate --sq "0.5 um" --sdq 0.1 --sal "12 um" \\
         *options.READING,
         *options.PREPARATION,
         *_PARAMETERS,
+        *_DRAWING,
         NOMINAL_PRESSURE,
         CEILING,
         *options.MATERIALS,
@@ -94,11 +124,11 @@ roughcontact estimate --sq "0.5 um" --sdq 0.1 --sal "12 um" \\
         SQ,
         SDQ,
         SAL,
-        STR,
         SSK,
+        RA,
+        FINISH,
         NOMINAL_PRESSURE,
         options.MATERIAL,
-        options.YIELD_STRENGTH,
         options.MISSING,
         options.JSON,
     ),
@@ -107,6 +137,10 @@ roughcontact estimate --sq "0.5 um" --sdq 0.1 --sal "12 um" \\
         options.Rule(
             options.NEEDED, NOMINAL_PRESSURE, text="load over nominal area, such as '20 MPa'"
         ),
+        options.Rule(options.NEEDS, RA, FINISH),
+        options.Rule(options.NEEDS, FINISH, RA),
+        options.Rule(options.NEEDS, COUNTER_RA, RA),
+        options.Rule(options.NEEDS, COUNTER_FINISH, COUNTER_RA),
     ),
     memory=_memory,
     needs_map=False,
