@@ -261,6 +261,14 @@ def test_the_date_is_today_if_none_is_given() -> None:
     assert any(f"Report of {day}" in text for day in (before, datetime.date.today()))
 
 
+def test_head_names_project_and_leaves_a_line_for_the_signature() -> None:
+    front = layout.Front("Question", "", "", layout.PageTable([]), (), None, ())
+    edition = layout.Edition(date=DAY, head=[("Project", "Pump <7>"), ("Author", "A. B.")])
+    rows = [["Project", "Pump <7>"], ["Author", "A. B."], ["Signature", ""]]
+    assert Page(layout.render(front, [], edition)).cells == rows
+    assert Page(layout.render(front, [])).cells == []
+
+
 @pytest.mark.long
 @pytest.mark.usefixtures("quick")
 def test_inapplicable_parts_are_omitted() -> None:

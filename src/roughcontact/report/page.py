@@ -134,6 +134,7 @@ class Edition:
     spell: Spell = str  # `spell(mention)` returns the spelling of an argument
     processes: int = 1  # Largest number of processes that draw the figures
     tell: Callable[[int, int], None] | None = None  # Called as `tell(number, count)`
+    head: Sequence[Cells] = ()  # Project, drawing and author, above a line for the signature
 
 
 PLAIN = Edition()
@@ -167,6 +168,7 @@ def render(front: Front, chapters: Sequence[Chapter], edition: Edition = PLAIN) 
     return _template(edition.spell).render(
         front=front,
         chapters=chapters,
+        head=PageTable([*edition.head, ("Signature", "")], style="head") if edition.head else None,
         date=(edition.date or datetime.date.today()).isoformat(),
         version=__version__,
         messages=_messages(front.cautions),

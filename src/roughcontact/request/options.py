@@ -621,7 +621,16 @@ QUIET = flag_option("quiet", "Print errors only.", Panel.OUTPUT)
 VERBOSE = flag_option("verbose", "Print all quantities, checks and notes.", Panel.OUTPUT)
 SHOWN = (VERBOSE, JSON, QUIET)
 """Options of the console, which are not part of a run."""
-OUTPUT = (REPORT, *SHOWN)
+HEAD = tuple(
+    Option(name, "TEXT", f"{text} in the head of the report.", parsing.as_text, None, Panel.OUTPUT)
+    for name, text in (("project", "Project"), ("drawing", "Drawing number"), ("author", "Author"))
+)
+"""Options of the head of a report, with a line for the signature."""
+REPORTING = (REPORT, *HEAD)
+OUTPUT = (*REPORTING, *SHOWN)
 
-RULES = tuple(Rule(NEEDS, move, COUNTER_SURFACE) for move in MOVES)
+RULES = (
+    *(Rule(NEEDS, move, COUNTER_SURFACE) for move in MOVES),
+    *(Rule(NEEDS, entry, REPORT) for entry in HEAD),
+)
 """Rules of all tasks that have these options."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from roughcontact.errors import RoughcontactError
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import contacts, outputs
-from roughcontact.request.options import REPORT
+from roughcontact.request.options import HEAD, REPORT
 from roughcontact.request.outcome import (
     OnPreview,
     OnProgress,
@@ -123,5 +123,9 @@ def make_edition(request: Request, tell: Callable[[int, int], None] | None) -> E
     from roughcontact.report.page import Edition
 
     return Edition(
-        request.command, spell=request.task.spell_argument, processes=default_workers(), tell=tell
+        request.command,
+        spell=request.task.spell_argument,
+        processes=default_workers(),
+        tell=tell,
+        head=[(option.name.capitalize(), text) for option in HEAD if (text := request.get(option))],
     )

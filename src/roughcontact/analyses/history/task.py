@@ -101,7 +101,7 @@ roughcontact history ground.x3p --path "1 N, 0 N, 1 N" --boundary periodic \\
         OUTPUT,
         INDENTED_SURFACE,
         options.FOLDER,
-        options.REPORT,
+        *options.REPORTING,
         FIGURE,
         *options.SHOWN,
     ),

@@ -243,7 +243,7 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
         *measurement.OPTIONS,
         OUTPUT,
         FOLDER,
-        options.REPORT,
+        *options.REPORTING,
         options.FIGURES,
         *options.SHOWN,
     ),

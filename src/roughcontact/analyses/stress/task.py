@@ -130,7 +130,7 @@ roughcontact stress ground.x3p --load "100 MPa" --boundary periodic \\
         FIRST_YIELD,
         *options.SOLVER,
         OUTPUT,
-        options.REPORT,
+        *options.REPORTING,
         options.FIGURES,
         *options.SHOWN,
     ),

@@ -138,7 +138,7 @@ roughcontact sweep ground.x3p --from "10 MPa" --to "300 MPa" \\
         *measurement.OPTIONS,
         OUTPUT,
         options.FOLDER,
-        options.REPORT,
+        *options.REPORTING,
         FIGURE,
         *options.SHOWN,
     ),

@@ -120,7 +120,7 @@ roughcontact tangential ground.x3p --load "100 MPa" --boundary periodic \\
         STAGES,
         *options.SOLVER,
         OUTPUT,
-        options.REPORT,
+        *options.REPORTING,
         FIGURE,
         *options.SHOWN,
     ),
