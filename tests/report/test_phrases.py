@@ -2,6 +2,7 @@
 
 import math
 import re
+from types import SimpleNamespace
 
 import pytest
 
@@ -18,6 +19,7 @@ def test_load_of_line_contact_is_a_force_per_length() -> None:
     # p₀² = w E*/(π R)
     expected = 1e-3 * math.pi * radius * peak**2 / modulus
     _, cells = phrases.load_column(result, [result.load])
-    for text in (phrases.load(result), *cells):
+    question = phrases.load_range(SimpleNamespace(largest=result, steps=[result]))
+    for text in (phrases.load(result), question, *cells):
         assert float(re.search(r"([\d.]+) N/mm", text)[1]) == pytest.approx(expected, rel=0.002)
     assert phrases.problem_of_loads(result, [result.load / 2, result.load]).count("N/mm") == 1

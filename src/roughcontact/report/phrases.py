@@ -149,8 +149,7 @@ def load_range(result: Any) -> str:
         area = contact.nominal_area
         ends = [format_engineering(step.load / area, "Pa", 3) for step in result.steps]
         return f"at {span(ends)}"
-    unit = contact.pair.load_unit
-    return f"under {span([format_engineering(step.load, unit) for step in result.steps])}"
+    return f"under {span([_force_on_bodies(contact, step.load) for step in result.steps])}"
 
 
 def given_load(specified: load_case.GivenLoad, result: ContactResult) -> str:
