@@ -391,42 +391,6 @@ def test_failed_page_reports_reason_and_releases_resources(
     assert desk.ended[-1] == "broken"
 
 
-def test_the_scripts_that_are_read_ahead_are_those_of_the_page(desk: Desk) -> None:
-    page = desk.ask(desk.home).text
-    found = re.findall(r'src="(static/[^"]*[?]v=[^"]*)"', page)
-    ahead = set(server.addresses())
-    assert set(found) <= ahead
-    # Bokeh 3.10 no longer asks for its tables here.
-    assert all("bokeh-tables" in one for one in ahead - set(found))
-
-
-def test_request_before_startup_shows_starting_page(tmp_path: Path) -> None:
-    go_on = threading.Event()
-
-    def load() -> Any:
-        assert go_on.wait(PATIENCE)
-        return lambda visit: "a page"
-
-    served = Server(load, Settings(folder=tmp_path, port=0))
-    thread = threading.Thread(target=served.run, daemon=True)
-    thread.start()
-    way = "/?" + urlsplit(served.url).query
-    connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=PATIENCE)
-    with contextlib.closing(connection):
-        connection.request("GET", way, headers={"Sec-Fetch-Dest": "iframe"})
-        answer = connection.getresponse()
-        first = answer.read1().decode()
-        assert "starting" in first
-        assert all(address in first for address in server.addresses())
-        go_on.set()
-        assert "location.replace" in answer.read().decode()
-        connection.request("GET", way, headers={"Sec-Fetch-Dest": "iframe"})
-        assert "Bokeh" in connection.getresponse().read().decode()
-    served.stop()
-    thread.join(PATIENCE)
-    assert not thread.is_alive()
-
-
 def test_error_during_import_ends_server(tmp_path: Path) -> None:
     def load() -> Any:
         raise InputError("not installed")

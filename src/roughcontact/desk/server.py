@@ -5,10 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import gc
-import hashlib
 import html
-import importlib.util
-import json
 import logging
 import re
 import secrets
@@ -28,12 +25,10 @@ from urllib.parse import urlencode
 
 from tornado import web
 from tornado.http1connection import HTTP1Connection
-from tornado.routing import Router
 
 from roughcontact._tools import memory, processes
 from roughcontact.desk import projects
-from roughcontact.desk.access import GuardedApplication, work_key
-from roughcontact.desk.tokens import FONT, INK, QUIET
+from roughcontact.desk.access import work_key
 from roughcontact.desk.workers import WorkerPool
 from roughcontact.errors import ArgumentRef, InputError, RoughcontactError
 
@@ -194,17 +189,20 @@ class Server:
             ends.callback(self.bench.close)
             ends.callback(self._socket.close)
             ends.callback(self._leave_all)
-            loop = asyncio.new_event_loop()
+            self._loop = loop = asyncio.new_event_loop()
             asyncio.set_event_loop(loop)
             ends.callback(loop.close)
             ends.callback(asyncio.set_event_loop, None)
-            doors, http = self._start_http()
-            self._opening = loop.create_task(self._import_page(doors, http))
-            ends.callback(self._closed, http, loop)
+            try:
+                # Browsers wait at the open socket meanwhile.
+                self._import()
+                self._server = self._create_server()
+                self._server.start()
+            finally:
+                self._ready.set()
+            ends.callback(self._closed, loop)
             with _stop_on_signals(loop):
                 loop.run_forever()
-            if self._opening.done():
-                self._opening.result()
 
     def wait(self, seconds: float) -> bool:
         """Wait until pages can be served; return False on timeout."""
@@ -216,50 +214,13 @@ class Server:
         assert self._loop is not None
         self._loop.call_soon_threadsafe(self._loop.stop)
 
-    def _closed(self, http: Any, loop: Any) -> None:
-        if self._server is None:
-            http.stop()
-        else:
-            self._server.stop(wait=False)
-        # Cancel requests that still wait, such as for the import of the page.
+    def _closed(self, loop: Any) -> None:
+        self._server.stop(wait=False)
+        # Cancel requests that still wait.
         waiting = asyncio.all_tasks(loop)
         for task in waiting:
             task.cancel()
         loop.run_until_complete(asyncio.wait(waiting) if waiting else _run_callbacks())
-
-    def _start_http(self) -> tuple[StartupRouter, Any]:
-        """Start the HTTP server; return its router and the server."""
-        from tornado.httpserver import HTTPServer
-
-        from roughcontact.desk import access
-
-        doors = StartupRouter()
-        # If other machines can connect, their access expires with the program.
-        own = not self._settings.is_open
-        secret = self._works.secret if own else secrets.token_bytes(32)
-        door = access.AccessPolicy(self._settings.origins, self._token, secret, self.port)
-        http = HTTPServer(
-            access.guard_application(
-                door, self._is_known_work, lambda: self._works.reserve().key, doors
-            ),
-            max_body_size=_MAX_REQUEST_BYTES,
-        )
-        http.add_socket(self._socket)
-        return doors, http
-
-    async def _import_page(self, doors: StartupRouter, http: Any) -> None:
-        """Import the page, which takes more than a second, and start to serve it."""
-        loop = asyncio.get_running_loop()
-        self._loop = loop
-        try:
-            await loop.run_in_executor(None, self._import)
-            self._server = self._create_server(doors, http)
-            self._server.start()
-        except Exception:
-            loop.stop()
-            raise
-        finally:
-            self._ready.set()
 
     def _import(self) -> None:
         # Imported objects stay: excluding them makes garbage collection ten times as fast.
@@ -272,8 +233,8 @@ class Server:
             gc.freeze()
             gc.enable()
 
-    def _create_server(self, doors: StartupRouter, http: Any) -> Any:
-        """Return the server of pages, and route all requests to it."""
+    def _create_server(self) -> Any:
+        """Return the server of pages, behind the access policy."""
         import bokeh.settings
         from bokeh.core.validation import silence
         from bokeh.core.validation.warnings import EMPTY_LAYOUT
@@ -281,6 +242,7 @@ class Server:
         from bokeh.server.tornado import BokehTornado
         from panel.io.application import build_applications
         from panel.io.server import DIST_DIR
+        from tornado.httpserver import HTTPServer
         from tornado.ioloop import IOLoop, PeriodicCallback
 
         from roughcontact.desk import access
@@ -316,7 +278,17 @@ class Server:
             transforms=[access.GuardedApplication],
             log_function=_log_nothing,
         )
-        doors.open(app)
+        # If other machines can connect, their access expires with the program.
+        own = not self._settings.is_open
+        secret = self._works.secret if own else secrets.token_bytes(32)
+        door = access.AccessPolicy(self._settings.origins, self._token, secret, self.port)
+        http = HTTPServer(
+            access.guard_application(
+                door, self._is_known_work, lambda: self._works.reserve().key, app
+            ),
+            max_body_size=_MAX_REQUEST_BYTES,
+        )
+        http.add_socket(self._socket)
         self._expiring = PeriodicCallback(self._works.expire, _EXPIRY * 1000)
         self._expiring.start()
         return BaseServer(IOLoop.current(), app, http)
@@ -584,102 +556,3 @@ class UploadHandler(web.RequestHandler):
 
 class _Abandoned(Exception):  # noqa: N818 - not an error of the program
     """End of an incomplete upload."""
-
-
-# Page shown during the import of the program, with title and preloaded scripts
-
-
-_PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>roughcontact</title>{scripts}
-<style>body {{ margin: 16px 12px; font: 13px {font}; color: {ink}; }}
-h1 {{ font-size: 16px; font-weight: 600; }} p {{ color: {quiet}; }}</style></head>
-<body><h1>roughcontact</h1><p role="status">starting …</p>
-"""
-_RELOAD_SCRIPT = "<script>location.replace(location.href)</script></body></html>\n"
-
-# Packages of the scripts of the page: name, folder in the package, path on the server.
-_BOKEH = "bokeh", "server/static", "static"
-_PANEL = "panel", "dist", "static/extensions/panel"
-_OF_BOKEH = ("bokeh", "bokeh-gl", "bokeh-widgets", "bokeh-tables")
-
-
-class StartupRouter(Router):
-    """Router to a waiting page during the import, then to the application."""
-
-    def __init__(self) -> None:
-        self.opened = asyncio.Event()
-        self._app: Any = web.Application(
-            [
-                (r"/", _WaitingPage, {"opened": self.opened}),
-                *(
-                    (
-                        f"/{place}/(.*)",
-                        web.StaticFileHandler,
-                        {"path": str(_folder(package, inside))},
-                    )
-                    for package, inside, place in (_PANEL, _BOKEH)
-                ),
-                (r".*", _RetryWhenReady, {"opened": self.opened}),
-            ],
-            transforms=[GuardedApplication],
-            log_function=lambda _: None,
-        )
-
-    def open(self, app: Any) -> None:
-        """Route to an application from now on, and release waiting requests."""
-        self._app = app
-        self.opened.set()
-
-    def find_handler(self, request: Any, **more: Any) -> Any:
-        """Return the handler of a request."""
-        return self._app.find_handler(request, **more)
-
-
-def addresses() -> list[str]:
-    """Return the URLs of the scripts of the page, with the versions of Bokeh."""
-    result = []
-    for name in _OF_BOKEH:
-        content = (_folder(*_BOKEH[:2]) / "js" / f"{name}.min.js").read_bytes()
-        result.append(f"static/js/{name}.min.js?v={hashlib.sha512(content).hexdigest()}")
-    package = json.loads((_folder("panel", "package.json")).read_bytes())
-    version = hashlib.sha256(package["version"].encode()).hexdigest()
-    return [*result, f"{_PANEL[2]}/panel.min.js?v={version}"]
-
-
-def _folder(package: str, inside: str) -> Path:
-    result = importlib.util.find_spec(package)
-    assert result is not None
-    assert result.origin is not None
-    return Path(result.origin).parent / inside
-
-
-class _WaitingPage(web.RequestHandler):
-    """Waiting page during the import, which reloads itself afterwards."""
-
-    def initialize(self, opened: asyncio.Event) -> None:
-        self._opened = opened
-
-    async def get(self) -> None:
-        self.set_header("Content-Type", "text/html; charset=UTF-8")
-        self.set_header("Cache-Control", "no-store")
-        try:
-            result = addresses()
-        except (OSError, LookupError, ValueError):
-            # Other versions store the scripts elsewhere: without preload, the page requests them.
-            result = []
-        scripts = "".join(f'\n<link rel="preload" as="script" href="{item}">' for item in result)
-        self.write(_PAGE.format(scripts=scripts, font=FONT, ink=INK, quiet=QUIET))
-        await self.flush()
-        await self._opened.wait()
-        self.finish(_RELOAD_SCRIPT)
-
-
-class _RetryWhenReady(web.RequestHandler):
-    """Handler of other requests: redirects to the same URL after the import."""
-
-    def initialize(self, opened: asyncio.Event) -> None:
-        self._opened = opened
-
-    async def prepare(self) -> None:
-        await self._opened.wait()
-        self.redirect(self.request.uri or "/", status=307)
