@@ -138,7 +138,8 @@ class Actions(RuleBasedStateMachine):
         before, ended = self.page.session.state, threading.Event()
         check = self.page._reader.check
         self.page._reader.check = lambda path, end: check(path, lambda e: (end(e), ended.set()))
-        self.page._window.arrived = {"file": path.name, "name": "mine.npz", "number": number}
+        count = self.page._window.arrived.get("number", 0) + 1
+        self.page._window.arrived = {"file": path.name, "name": "mine.npz", "number": count}
         assert ended.wait(PATIENCE)
         self.page._reader.check = check
         while self.page._document.waiting:
