@@ -279,6 +279,24 @@ def test_conductance_is_saved_as_csv_and_json(tmp_path: Path) -> None:
     assert told["boundary"] == "periodic"
 
 
+def test_correlation_inputs_are_those_of_the_gap_and_the_softer_body() -> None:
+    # A steel of 4 GPa on one of 3 GPa; the flat one is rigid in neither.
+    hard, soft = (rc.Material(210e9, 0.3, 1e9, hardness=value) for value in (4e9, 3e9))
+    result = rc.solve(
+        ROUGH, material=hard, counter_material=soft, load=0.01, boundary="periodic", ceiling=None
+    )
+    values = rc.conductance(result, COPPER, COPPER).correlation_inputs
+    slopes = [np.abs(np.diff(ROUGH.heights, axis=a)).mean() / ROUGH.pixel[a] for a in (0, 1)]
+    expected = {
+        "sigma": ROUGH.heights.std(),
+        "slope": math.hypot(*slopes) / math.sqrt(2),
+        "hardness": 3e9,
+        "c1": 5.1e9,
+        "c2": -0.11,
+    }
+    assert values == pytest.approx(expected, rel=0.02)
+
+
 def command(path: Path, *more: str) -> list[str]:
     np.save(path, ROUGH.heights * 1e6)
     return [

@@ -158,6 +158,7 @@ def _correlation_words(values: dict[str, float]) -> str:
     text = f"σ {format_engineering(values['sigma'], 'm')}, m {values['slope']:.3g}"
     if "hardness" in values:
         text += f", H {format_engineering(values['hardness'], 'Pa')}"
+        text += "; no c₁, c₂ for this hardness" if "c1" not in values else ""
     if "c1" in values:
         text += f", c₁ {format_engineering(values['c1'], 'Pa')}, c₂ {plain_decimal(values['c2'])}"
     return text
@@ -493,7 +494,7 @@ KIND = Presentation(
         *((make_use("temperature of the spots", "Kohlrausch1900"),) if result.current else ()),
         make_use("conductance from the stiffness", "Barber2003"),
         make_use("resistance of the spots", "Holm1967", "Greenwood1966"),
-        make_use("correlations of flat joints", "Cooper1969", "Mikic1974"),
+        make_use("correlations of flat joints", "Cooper1969", "Mikic1974", "Sridhar1996"),
         make_use("gas in the gap", "Song1993", "Yovanovich1982"),
     ),
 )
