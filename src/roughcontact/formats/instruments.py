@@ -111,6 +111,11 @@ def read_instrument(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return the map in an instrument's file; ``name`` selects SurfaceTopography's reader."""
     with _open_reader(path, name) as reader:
         entries = list(reader.channels)
+        if not entries:
+            raise FormatError(
+                f"{path.name} holds no channel whose heights and sides have units of length; set "
+                "the units in the program that wrote it, or export the heights"
+            )
         result = [_channel_from_entry(path, entry) for entry in entries]
         default = int(reader.default_channel.index)
         index = choose_channel(path, result, requested.channel, default)

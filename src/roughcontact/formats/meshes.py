@@ -26,16 +26,14 @@ _LINES = {
     "obj": re.compile(rb"^v" + _NUMBERS.encode(), re.MULTILINE),
     "stl": re.compile(rb"^\s*vertex" + _NUMBERS.encode(), re.MULTILINE),
 }
-_PLY_TYPES = {
-    **dict.fromkeys(("char", "int8"), "i1"),
-    **dict.fromkeys(("uchar", "uint8"), "u1"),
-    **dict.fromkeys(("short", "int16"), "i2"),
-    **dict.fromkeys(("ushort", "uint16"), "u2"),
-    **dict.fromkeys(("int", "int32"), "i4"),
-    **dict.fromkeys(("uint", "uint32"), "u4"),
-    **dict.fromkeys(("float", "float32"), "f4"),
-    **dict.fromkeys(("double", "float64"), "f8"),
-}
+# Names of types in C that NumPy has under another name.
+_PLY_TYPES = dict(
+    zip(
+        ("char", "uchar", "short", "ushort", "int", "uint", "float", "double"),
+        "bBhHiIfd",
+        strict=True,
+    )
+)
 
 
 def read_mesh(path: Path, name: str, requested: ReadOptions) -> Surface:
@@ -90,13 +88,12 @@ def _ply(content: bytes) -> Array:
     for line in words[first + 1 :]:
         if line[0] != "property":
             break
-        properties.append((line[2], _PLY_TYPES[line[1]]))
+        properties.append((line[2], np.dtype(_PLY_TYPES.get(line[1], line[1]))))
     if kind == "ascii":
         rows = body.decode("ascii").split("\n", count)[:count]
         table = np.array([row.split() for row in rows], dtype=np.float64)
         names = [name for name, _ in properties]
         return table[:, [names.index(axis) for axis in "xyz"]]
-    order = "<" if "little" in kind else ">"
-    fields = np.dtype([(name, order + code) for name, code in properties])
+    fields = np.dtype(properties).newbyteorder("<" if "little" in kind else ">")
     values = np.frombuffer(body, fields, count)
     return np.stack([values[axis] for axis in "xyz"], axis=1).astype(np.float64)

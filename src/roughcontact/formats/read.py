@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 from roughcontact.errors import ArgumentRef, FormatError, InputError, input_error
 from roughcontact.formats import (
     containers,
-    gsf,
+    images,
     instruments,
-    jpk_hdf5,
     matrices,
     meshes,
     netcdf,
@@ -23,7 +22,6 @@ from roughcontact.formats import (
     profile_records,
     source,
     spreadsheets,
-    tiff,
 )
 from roughcontact.formats.source import (
     Channel,
@@ -64,9 +62,9 @@ FORMATS: tuple[InputFormat, ...] = (
         matrices.text_channels,
         has_codes=True,
     ),
-    InputFormat("gsf", (".gsf",), gsf.read_gsf, gsf.channels),
-    InputFormat("tiff", (".tif", ".tiff"), tiff.read_tiff, tiff.channels, has_codes=True),
-    InputFormat("jpk-hdf5", (".h5-jpk",), jpk_hdf5.read_jpk_hdf5, jpk_hdf5.channels),
+    InputFormat("gsf", (".gsf",), images.read_image, images.channels),
+    InputFormat("tiff", (".tif", ".tiff"), images.read_image, images.channels, has_codes=True),
+    InputFormat("jpk-hdf5", (".h5-jpk",), images.read_image, images.channels),
     *(
         InputFormat(name, (f".{name}",), meshes.read_mesh, meshes.channels, has_codes=True)
         for name in ("stl", "ply", "obj")

@@ -29,8 +29,7 @@ def test_real_numbers_are_heights() -> None:
 def test_integers_need_the_height_of_a_count(kind: str, tmp_path: Path) -> None:
     path = tmp_path / "map.tif"
     tifffile.imwrite(path, VALUES.astype(kind))
-    words = f"{8 * np.dtype(kind).itemsize} bits", "brightness", "0.1 nm"
-    assert_rejected(path, *words, kind=InputError, **SIZE)
+    assert_rejected(path, "integers: brightness", "0.1 nm", kind=InputError, **SIZE)
     surface = read_surface(path, unit="0.5 nm", size=(6e-6, 4e-6))
     np.testing.assert_allclose(surface.heights, 0.5e-9 * VALUES)
 

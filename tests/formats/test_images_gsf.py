@@ -48,6 +48,6 @@ def test_field_without_units_needs_them(tmp_path: Path) -> None:
 
 def test_field_of_another_quantity_or_length_raises(tmp_path: Path) -> None:
     path = write(tmp_path, "field.gsf", field(GRID | {"ZUnits": "V", "Title": "Phase"}, VALUES))
-    assert_rejected(path, "holds 'Phase' in 'V', no heights")
+    assert_rejected(path, "holds no height map, only the channels 0: 'Phase' [V]")
     path = write(tmp_path, "cut.gsf", field(GRID, VALUES)[:-1])
     assert_rejected(path, "2 × 3 points", "do not end with the file")
