@@ -28,9 +28,9 @@ def test_content_that_is_no_map_is_named_under_any_suffix(
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("map.opd", "is a ZIP archive, no file of the format 'opd'"),
+        ("map.opd", "is a ZIP archive, no whole file of the format 'opd'"),
         ("map.plux", "plux"),
-        ("map.lext", "is a ZIP archive, no file of the format 'lext'"),
+        ("map.lext", "is a ZIP archive, no whole file of the format 'lext'"),
     ],
 )
 def test_whole_file_of_another_format_is_named(name: str, words: str, tmp_path: Path) -> None:

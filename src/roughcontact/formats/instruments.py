@@ -322,7 +322,7 @@ def _open_reader(path: Path, kind: str) -> Iterator[Any]:
             what = type(error).__name__
             if what in _OTHER_FORMAT:
                 raise FormatError(
-                    f"{path.name} is {source.describe_content(path)}, no file of the format "
+                    f"{path.name} is {source.describe_content(path)}, no whole file of the format "
                     f"{kind!r} ({one_line(error)}); give its {ArgumentRef('format')}, or export "
                     "the heights as .x3p, .sur or text"
                 ) from error
