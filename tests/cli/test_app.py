@@ -881,6 +881,24 @@ def test_info_of_several_files_prints_a_row_each(tmp_path: Path, capsys: Capture
     assert "a.pdf is a PDF document" in shown.err
 
 
+def test_solve_of_several_files_prints_a_row_each(tmp_path: Path, capsys: Capture) -> None:
+    for name, seed in (("a.npz", 1), ("b.npz", 2)):
+        heights, pixel = roughcontact.reference_map(32, seed)
+        roughcontact.Surface(heights, pixel).save(tmp_path / name)
+    files = [str(tmp_path / name) for name in ("a.npz", "b.npz")]
+    assert app.main(["solve", *files, *FLAT, "--json"]) == app.SOLVED
+    records = json.loads(capsys.readouterr().out)["files"]
+    alone = [app.main(["solve", file, *FLAT, "--json"]) for file in files]
+    assert alone == [app.SOLVED] * 2
+    assert [record["source"] for record in records] == ["a.npz", "b.npz"]
+    assert app.main(["solve", *files, str(tmp_path / "none.npz"), *FLAT]) == app.BAD_INPUT
+    shown = capsys.readouterr()
+    assert "2 of 3 files solved; " in " ".join(shown.out.split())
+    assert "none.npz does not exist" in shown.err
+    status = app.main(["solve", *files, *FLAT, "--output", str(tmp_path / "a.nc")])
+    assert_rejected(capsys, status, "--output takes the result of one file")
+
+
 NO_DATA = Path(__file__).parents[1] / "data" / "nodata_int16.csv"
 FLAT = ("--load", "50 MPa", "--boundary", "periodic", "--material", "42CrMo4")
 

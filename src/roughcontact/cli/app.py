@@ -369,6 +369,7 @@ def _argument(
 
 _FILE = "Height map: instrument file, or matrix (.npy, .npz, .csv, .txt, .asc)."
 _MAP = _argument(Path | None, "FILE", _FILE, None)
+_EACH = _argument(list[Path] | None, "FILE...", f"{_FILE} Several give a row each.", None)
 _MAPS = _argument(list[Path] | None, "FILE...", "Height maps of one surface.", None)
 
 
@@ -391,11 +392,53 @@ def _run_task(task: Task, subject: Subject, specified: Given) -> None:
     reject_mpi_run()
     display = _display(specified)
     several = isinstance(subject, (list, tuple))
-    file = None if several or subject is None else Path(subject)
-    request = Request.from_text(task, file, specified, tuple(map(Path, subject)) if several else ())
+    files = tuple(map(Path, subject if several else filter(None, [subject])))
+    if len(files) > 1 and not task.many_maps:
+        _run_each(task, files, specified, display)
+        return
+    file = None if task.many_maps or not files else files[0]
+    request = Request.from_text(task, file, specified, files if task.many_maps else ())
     with terminal.show_progress(display is DisplayOptions.QUIET) as line:
         outcome = run_request(request, line.set_stage, line.update)
     _show_outcome(outcome, display)
+
+
+def _run_each(task: Task, files: Sequence[Path], specified: Given, display: DisplayOptions) -> None:
+    """Execute a task for each of several files, and print a row for each."""
+    from roughcontact.request.request import Request
+    from roughcontact.request.run import run_request
+
+    for option in task.options:
+        if option.suffixes and option.name in specified:
+            raise InputError(
+                "takes the result of one file; solve files one by one, or by a project",
+                argument=option.argument,
+            )
+    outcomes: list[Outcome | RoughcontactError] = []
+    with terminal.show_progress(display is DisplayOptions.QUIET) as line:
+        for file in files:
+            try:
+                request = Request.from_text(task, file, specified)
+                outcomes.append(run_request(request, line.set_stage, line.update))
+            except RoughcontactError as error:
+                outcomes.append(error)
+    failed = [item for item in outcomes if isinstance(item, RoughcontactError)]
+    if display is DisplayOptions.JSON:
+        records = [
+            {"error": item.message_for(task.spell_argument)}
+            if isinstance(item, RoughcontactError)
+            else item.record()
+            for item in outcomes
+        ]
+        print(to_json({"files": records}))
+    elif display is not DisplayOptions.QUIET:
+        from roughcontact.cli import console
+
+        console.print_outcomes([file.name for file in files], outcomes)
+    for item in failed:
+        terminal.print_error(f"error: {item.message_for(task.spell_argument)}")
+    if failed or not all(item.converged for item in outcomes if not isinstance(item, Exception)):
+        raise typer.Exit(BAD_INPUT if failed else NOT_CONVERGED)
 
 
 def _show_outcome(outcome: Outcome, display: DisplayOptions) -> None:
@@ -426,7 +469,8 @@ def _show_outcome(outcome: Outcome, display: DisplayOptions) -> None:
 
 
 for _task in TASKS:
-    _make_command(_task, _MAPS if _task.many_maps else _MAP)(functools.partial(_run_task, _task))
+    _subject = _MAPS if _task.many_maps else _EACH if _task.name == "solve" else _MAP
+    _make_command(_task, _subject)(functools.partial(_run_task, _task))
 
 
 @_make_command(making.COMMAND)

@@ -61,6 +61,27 @@ def print_outcome(outcome: Outcome, display: DisplayOptions) -> None:
     _print_written(outcome.written)
 
 
+def print_outcomes(names: Sequence[str], outcomes: Sequence[Outcome | Exception]) -> None:
+    """Print the answer for each of several files, and the range of their contact areas."""
+    from roughcontact.report import kinds
+
+    rows: list[Cells] = []
+    shares: list[float] = []
+    for name, item in zip(names, outcomes, strict=True):
+        if isinstance(item, Exception):
+            rows.append((name, "not solved"))
+            continue
+        rows.append((name, kinds.headline(item.result, **item.extra_results).answer))
+        # The elastoplastic result has its contact as its solution.
+        shares.append(getattr(item.result, "solution", item.result).contact_fraction)
+    _print_table(rows, heads=("file", "result"), fold=True)
+    text = f"{len(shares)} of {units.count_noun(len(rows), 'file')} solved"
+    if shares:
+        low, high = (units.format_percent(end(shares)) for end in (min, max))
+        text += f"; {low} to {high} of the face is in contact"
+    _print_lines(f"{text}.")
+
+
 def show_all(result: Any, task: Command, **reference: Any) -> None:
     """Print tables and text of the report of a result, without rows of its headline."""
     from roughcontact.report import kinds
