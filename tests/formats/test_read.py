@@ -1,5 +1,6 @@
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from reading import HEIGHTS, assert_rejected, write
 from roughcontact.errors import FormatError, InputError
-from roughcontact.formats.read import channels, read_surface
+from roughcontact.formats.read import FORMATS, channels, read_surface
 from roughcontact.formats.source import Channel
 
 # Files that are none
@@ -115,3 +116,10 @@ def test_a_text_is_read_in_its_own_encoding(tmp_path: Path, encoding: str) -> No
     surface = read_surface(write(tmp_path, "map.txt", text.encode(encoding)))
     assert surface.size == pytest.approx((3e-6, 4e-6))
     assert surface.heights[2, 0] == pytest.approx(9e-6)
+
+
+def test_page_of_formats_describes_every_format() -> None:
+    pages = Path(__file__).parents[2] / "docs" / "formats.toml"
+    about = tomllib.loads(pages.read_text(encoding="utf-8"))
+    assert about.keys() == {known.name for known in FORMATS}
+    assert all(entry.keys() == {"maker", "read", "not", "checked"} for entry in about.values())

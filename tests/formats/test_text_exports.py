@@ -136,6 +136,17 @@ def test_lines_above_a_matrix_are_skipped_with_a_note(tmp_path: Path) -> None:
     assert surface.provenance.steps == ("read: 3 lines above the numbers skipped",)
 
 
+def test_quoted_cells_are_numbers(tmp_path: Path) -> None:
+    expected = 1e-6 * np.array([[1.5, np.nan], [3.0, 4.0]])
+    for text in (
+        '"A","B"\n"1.5",""\n"3","4"\n',
+        '"1,5","nan"\n"3","4"\n',
+        '"A";"B"\n"1,5";\n3;4\n',
+    ):
+        surface = read_surface(write(tmp_path, "map.csv", text), unit="um", size=(2e-6, 2e-6))
+        np.testing.assert_allclose(surface.heights, expected)
+
+
 @pytest.mark.parametrize("first", ["1 x 3", "x 2 3", "1 2 3 x"])
 def test_damaged_first_row_is_no_header(first: str, tmp_path: Path) -> None:
     path = write(tmp_path, "map.txt", f"{first}\n4 5 6\n7 8 9\n")

@@ -98,7 +98,8 @@ def parse_head(path: Path, lines: Iterable[str]) -> Head | None:
     export, read = parse_export(path, lines, MAX_HEAD_LINES)
     if export is not None:
         return export
-    for line in itertools.islice(itertools.chain(read, lines), MAX_HEAD_LINES):
+    for quoted in itertools.islice(itertools.chain(read, lines), MAX_HEAD_LINES):
+        line = quoted.replace('"', "")
         if is_data(line):
             break
         text = line[:_MAX_LINE_LENGTH].strip()
