@@ -60,7 +60,17 @@ def check_archive(path: Path) -> None:
     check_sizes(path)
     with zipfile.ZipFile(path) as archive:
         for member in archive.infolist():
-            _check_member(path, archive, member)
+            with archive.open(member) as stream:
+                is_xml = stream.read(len(_XML[1])).startswith(_XML)
+            if is_xml and member.file_size > memory.TEXT:
+                raise FormatError(
+                    f"{path.name} holds the text {member.filename!r} of "
+                    f"{member.file_size / 2**20:.0f} MiB, too long for a header; check where the "
+                    "file is from"
+                )
+        damaged = archive.testzip()
+    if damaged is not None:
+        raise ValueError(f"the checksum of {damaged!r} in the archive is wrong")
 
 
 def check_sizes(path: Path) -> int:
@@ -111,22 +121,6 @@ def check_method(path: Path, member: zipfile.ZipInfo) -> None:
             f"{path.name} holds {member.filename!r} packed by another method than deflate; pack "
             "it again as an ordinary ZIP archive"
         )
-
-
-def _check_member(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> None:
-    try:
-        with archive.open(member) as stream:
-            start = stream.read(_BLOCK)
-            if member.file_size > memory.TEXT and start.startswith(_XML):
-                raise FormatError(
-                    f"{path.name} holds the text {member.filename!r} of "
-                    f"{member.file_size / 2**20:.0f} MiB, too long for a header; check where the "
-                    "file is from"
-                )
-            while stream.read(_BLOCK):
-                pass
-    except zipfile.BadZipFile:
-        raise ValueError(f"the checksum of {member.filename!r} in the archive is wrong") from None
 
 
 def check_streams(path: Path) -> None:
