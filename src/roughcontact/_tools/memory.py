@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePosixPath
-from typing import NamedTuple
 
 from roughcontact.errors import FormatError, InputError, InsufficientMemoryError, Part
 
@@ -21,27 +20,17 @@ GIB = 2**30
 _NO_LIMIT = 2**62
 
 
-class _Group(NamedTuple):
-    """Files with the memory limits and usage in a version of Linux control groups."""
-
-    controller: str
-    mount: str
-    limits: tuple[str, ...]
-    used: str
-    # Entry of memory.stat for cached files, which the kernel drops when memory is short.
-    droppable: str
-
-
-_GROUPS = (
-    _Group("", "sys/fs/cgroup", ("memory.max", "memory.high"), "memory.current", "inactive_file"),
-    _Group(
-        "memory",
+# Files of control groups by controller, which version 2 does not name: folder, limits, usage, and
+# the entry of memory.stat for cached files, which the kernel drops when memory is short.
+_GROUPS = {
+    "": ("sys/fs/cgroup", ("memory.max", "memory.high"), "memory.current", "inactive_file"),
+    "memory": (
         "sys/fs/cgroup/memory",
         ("memory.limit_in_bytes",),
         "memory.usage_in_bytes",
         "total_inactive_file",
     ),
-)
+}
 
 
 def free_bytes() -> int:
@@ -65,44 +54,37 @@ def resident_bytes() -> int:
 
 def left_in_containers(root: Path) -> Iterator[int]:
     """Yield the free bytes of each control group that contains this process."""
-    try:
-        lines = (root / "proc/self/cgroup").read_text("utf-8").splitlines()
-    except OSError:
-        return
     # Lines such as 4:memory:/docker/b3b4, in version 2 0::/user.slice.
-    for _, controllers, path in (line.split(":", 2) for line in lines if line.count(":") >= 2):
-        for group in _GROUPS:
-            if group.controller not in controllers.split(","):
-                continue
-            inner = PurePosixPath(path.lstrip("/"))
+    for line in _read(root / "proc/self/cgroup").splitlines():
+        if line.count(":") < 2:
+            continue
+        _, controllers, path = line.split(":", 2)
+        inner = PurePosixPath(path.lstrip("/"))
+        for controller in _GROUPS.keys() & controllers.split(","):
             for folder in (inner, *inner.parents):
                 if ".." not in folder.parts:
-                    yield from _cgroup_free_bytes(root / group.mount / folder, group)
+                    yield from _cgroup_free_bytes(root, folder, *_GROUPS[controller])
 
 
-def _cgroup_free_bytes(folder: Path, group: _Group) -> Iterator[int]:
+def _cgroup_free_bytes(
+    root: Path, folder: PurePosixPath, mount: str, limits: tuple[str, ...], usage: str, cached: str
+) -> Iterator[int]:
     """Yield the free bytes of one control group, if it has a limit."""
-    known = (_number(folder / name) for name in group.limits)
-    limit = min((limit for limit in known if limit is not None), default=_NO_LIMIT)
-    if limit < _NO_LIMIT and (used := _number(folder / group.used)) is not None:
-        yield limit - used + _droppable(folder / "memory.stat", group.droppable)
+    group = root / mount / folder
+    # Without a limit, version 2 has the word max.
+    known = [int(text) for name in limits if (text := _read(group / name)).isdecimal()]
+    used = _read(group / usage)
+    if min(known, default=_NO_LIMIT) < _NO_LIMIT and used.isdecimal():
+        rows = dict(line.split(" ", 1) for line in _read(group / "memory.stat").splitlines())
+        yield min(known) - int(used) + int(rows.get(cached, 0))
 
 
-def _number(file: Path) -> int | None:
-    """Return the number in a file; None without a file or a number."""
+def _read(file: Path) -> str:
+    """Return the text of a file; empty if it cannot be read."""
     try:
-        return int(file.read_text("ascii"))
-    # ValueError: the limit is "max".
-    except (OSError, ValueError):
-        return None
-
-
-def _droppable(file: Path, name: str) -> int:
-    try:
-        rows = (line.split() for line in file.read_text("ascii").splitlines())
-        return next((int(row[1]) for row in rows if row[0] == name), 0)
+        return file.read_text("ascii").strip()
     except OSError:
-        return 0
+        return ""
 
 
 def _left_to_us() -> Iterator[int]:
