@@ -102,6 +102,6 @@ def test_processes_are_begun_in_the_way_that_every_system_has() -> None:
         for node in all_nodes(tree_of(module)):
             if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "get_context":
                 assert ast.unparse(node.args[0]) == "'spawn'", module
-            # Only where the system has it, which `drawing.export` asks first.
+            # Only where the system has it, see `can_fork`.
             if isinstance(node, ast.Attribute) and node.attr == "fork":
-                assert (module, ast.unparse(node)) == ("drawing.export", "os.fork")
+                assert (module, ast.unparse(node)) == ("_tools.processes", "os.fork")

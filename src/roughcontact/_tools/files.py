@@ -28,11 +28,10 @@ from typing import IO, Any
 
 from roughcontact.errors import FormatError, input_error
 
-try:
+if sys.platform == "win32":
+    import msvcrt
+else:
     import fcntl
-except ImportError:
-    # Windows.
-    fcntl = None  # type: ignore[assignment]
 
 
 # Name of an unfinished file, random to avoid collisions.
@@ -54,10 +53,10 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
                 yield stream
                 stream.flush()
                 os.fsync(stream.fileno())
-                if fcntl is not None:
+                if sys.platform != "win32":
                     # Rename while locked: closing the stream releases the lock.
                     os.replace(temporary, target)
-            if fcntl is None:
+            if sys.platform == "win32":
                 # Windows cannot rename an open file.
                 os.replace(temporary, target)
         finally:
@@ -78,7 +77,7 @@ def write_atomically(path: str | os.PathLike[str], content: str | bytes | memory
 
 def remove_unfinished(folder: str | os.PathLike[str], maximum: int | None = None) -> None:
     """Remove the unfinished files that killed processes left in a folder."""
-    if fcntl is None:
+    if sys.platform == "win32":
         return
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
         for entry in itertools.islice(entries, maximum):
@@ -104,8 +103,13 @@ def _create_locked(folder: Path, created: list[Path]) -> tuple[IO[bytes], Path]:
         created.append(path)
         stream = path.open("x+b")
         try:
-            if _try_lock(stream) and path.exists():
+            if sys.platform != "win32":
+                # Shared: a reader that locks files, as HDF5 does, can open it meanwhile.
+                _lock(stream, shared=True)
+            if path.exists():
                 return stream, path
+        except BlockingIOError:
+            pass
         except BaseException:
             stream.close()
             raise
@@ -113,18 +117,16 @@ def _create_locked(folder: Path, created: list[Path]) -> tuple[IO[bytes], Path]:
         stream.close()
 
 
-def _try_lock(stream: IO[bytes]) -> bool:
-    """Lock a file if possible, and return whether no other process is removing it."""
-    if fcntl is not None:
-        try:
-            # Shared: a reader that locks files, as HDF5 does, can open it meanwhile.
-            fcntl.flock(stream, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return False
-        except OSError:
-            # A file system without locks: no process removes unfinished files.
-            pass
-    return True
+def _lock(stream: IO[bytes], *, shared: bool = False) -> None:
+    """Lock an open file, or raise `BlockingIOError`; do nothing if its file system has no locks."""
+    try:
+        if sys.platform == "win32":
+            msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
+        else:
+            fcntl.flock(stream, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+    except OSError as error:
+        if sys.platform == "win32" or isinstance(error, BlockingIOError):
+            raise BlockingIOError from None
 
 
 def require_suffix(path: str | os.PathLike[str], *suffixes: str) -> None:
@@ -149,28 +151,6 @@ def _replace_non_finite(value: Any) -> Any:
 # --- Locks that the system releases when their process ends ---
 
 
-if sys.platform == "win32":
-    import msvcrt
-
-    def _acquire_lock(stream: IO[bytes]) -> None:
-        try:
-            msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
-        except OSError:
-            raise BlockingIOError from None
-
-else:
-    import fcntl
-
-    def _acquire_lock(stream: IO[bytes]) -> None:
-        try:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise
-        except OSError:
-            # A file system without locks.
-            pass
-
-
 @contextmanager
 def file_lock(path: str | os.PathLike[str]) -> Iterator[None]:
     """Hold a file lock during the block, or raise `BlockingIOError`."""
@@ -192,7 +172,7 @@ def _locks_locked(file: Path) -> IO[bytes]:
     while True:
         stream = file.open("ab")
         try:
-            _acquire_lock(stream)
+            _lock(stream)
             # The previous holder may have removed the file before this lock.
             if os.path.samestat(os.fstat(stream.fileno()), file.stat()):
                 return stream
