@@ -7,7 +7,6 @@ import ctypes
 import multiprocessing
 import os
 import pickle
-import select
 import signal
 import sys
 import threading
@@ -16,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from multiprocessing import resource_tracker
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any, TypeVar, cast
 
@@ -236,7 +235,7 @@ class ForkedCall:
         """Wait for the result and return it, or raise the error of the call."""
         timeout = None if self._seconds is None else _WAITING * self._seconds
         try:
-            came = select.select([self._stream], [], [], timeout)[0]
+            came = wait([self._stream.fileno()], timeout)
             answer = self._stream.read() if came else b""
         finally:
             self.end()
