@@ -16,11 +16,9 @@ import json
 import math
 import os
 import re
-import select
 import stat
 import sys
 import tempfile
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -191,8 +189,6 @@ MAX_PIPE_BYTES = 2**30
 """Largest number of bytes read from a pipe into a temporary file."""
 
 _BLOCK = 2**20
-# Seconds within which a process must open a named pipe for writing.
-_PIPE_TIMEOUT = 1.0
 
 
 @contextmanager
@@ -212,30 +208,12 @@ def as_regular_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def _copy_stream(pipe: Path, target: Path) -> None:
-    """Copy the content of a pipe to a file."""
-    size, written_to = 0, False
-    end = time.monotonic() + _PIPE_TIMEOUT
-    # With O_NONBLOCK a named pipe opens immediately; reading detects whether it has a writer.
-    with (
-        os.fdopen(os.open(pipe, os.O_RDONLY | os.O_NONBLOCK), "rb", 0) as source,
-        target.open("xb") as copy,
-    ):
-        while size <= MAX_PIPE_BYTES:
-            block = source.read(_BLOCK)
-            if block:
-                size += copy.write(block)
-            elif block is None:
-                written_to = True
-                select.select([source], [], [])
-            elif size or written_to:
-                return
-            elif time.monotonic() > end:
+    """Copy the content of a pipe to a file, from the start of its writer to the end."""
+    with pipe.open("rb") as source, target.open("xb") as copy:
+        while block := source.read(_BLOCK):
+            copy.write(block)
+            if copy.tell() > MAX_PIPE_BYTES:
                 raise FormatError(
-                    f"{pipe} is a pipe without a writer; start the writer, or give a file"
+                    f"{pipe} is a pipe that gives more than {MAX_PIPE_BYTES / 2**30:.0f} GiB; "
+                    "write that into a file"
                 )
-            else:
-                time.sleep(0.01)
-    raise FormatError(
-        f"{pipe} is a pipe that gives more than {MAX_PIPE_BYTES / 2**30:.0f} GiB; write that into "
-        "a file"
-    )
