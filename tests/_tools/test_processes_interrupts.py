@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import sys
-import threading
 import time
 from pathlib import Path
 
@@ -44,24 +43,6 @@ def test_dropped_interrupt_is_raised_again(kind: type[BaseException]) -> None:
             drop(kind)
     finally:
         signal.signal(signal.SIGTERM, before)
-
-
-def test_a_signal_during_the_start_of_the_timer_is_repeated(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    start, started = threading.Timer.start, []
-
-    def start_slowly(timer: threading.Timer) -> None:
-        start(timer)
-        started.append(timer)
-        if len(started) == 1:
-            # Longer than the timer: its signal arrives here.
-            time.sleep(0.1)
-
-    monkeypatch.setattr(threading.Timer, "start", start_slowly)
-    with pytest.raises(KeyboardInterrupt), redeliver_interrupts():
-        drop(KeyboardInterrupt)
-    assert len(started) == 2
 
 
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM", "SIGHUP"])

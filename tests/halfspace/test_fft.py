@@ -50,15 +50,14 @@ def from_one_of(modules, names):
 @pytest.mark.usefixtures("parsed_sources")
 def test_only_fft_module_uses_fft_libraries_and_threads():
     # The terminal checks whether it may receive signals; caches of all threads have a lock.
-    # Starting a process holds a lock, too. What draws in a fork waits for the end of the first one.
-    # An interrupt that was dropped comes again in the first thread. Tasks of a worker share its
+    # Starting a process holds a lock, too. A fork waits for the end of the first process. An
+    # interrupt that was dropped comes again in the first thread. Tasks of a worker share its
     # working folder.
     waiting = (
         "terminal.py",
         "cache.py",
         "convolution.py",
         "processes.py",
-        "export.py",
         "executors.py",
         "runner.py",
         "jobs.py",

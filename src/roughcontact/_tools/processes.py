@@ -34,25 +34,22 @@ _RETRY_SECONDS = 0.01
 @contextmanager
 def redeliver_interrupts() -> Iterator[None]:
     """Raise an interrupt again that Python dropped in a callback."""
-    before = sys.unraisablehook
-    soon: list[threading.Timer] = []
+    before, running = sys.unraisablehook, [True]
     main = threading.current_thread() is threading.main_thread()
     undecided = main and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+    def send_later(number: signal.Signals) -> None:
+        time.sleep(_RETRY_SECONDS)
+        if running:
+            _send_signal(number)
 
     def again(dropped: Any) -> None:
         if not _is_exit_exception(dropped):
             before(dropped)
             return
         requested = signal.SIGINT if dropped.exc_type is KeyboardInterrupt else signal.SIGTERM
-        while True:
-            soon.append(threading.Timer(_RETRY_SECONDS, _send_signal, (requested,)))
-            soon[-1].daemon = True
-            try:
-                soon[-1].start()
-            except (KeyboardInterrupt, SystemExit):
-                # On a busy machine the signal comes while this waits for the thread to start.
-                continue
-            return
+        # A `threading.Thread` waits for its start, in which another signal may come.
+        _thread.start_new_thread(send_later, (requested,))
 
     sys.unraisablehook = again
     if undecided:
@@ -60,8 +57,7 @@ def redeliver_interrupts() -> Iterator[None]:
     try:
         yield
     finally:
-        for timer in soon:
-            timer.cancel()
+        running.clear()
         if undecided:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         sys.unraisablehook = before
