@@ -54,7 +54,7 @@ def test_periodic_symbol_against_a_cosine_pressure(shape):
         y = np.arange(ny)[:, None] * dy
         x = np.arange(nx) * dx
         wave = np.cos(2 * math.pi * i * y / (ny * dy) + 2 * math.pi * j * x / (nx * dx) + 0.4)
-        operator = convolution.periodic(shape, (dy, dx), modulus, workers=1)
+        operator = convolution.periodic(shape, (dy, dx), modulus)
         # 1e-13: rounding of the transforms.
         np.testing.assert_allclose(
             operator(wave), 2 / (modulus * q) * wave, rtol=0, atol=1e-13 * symbol[1, 0]
