@@ -14,7 +14,8 @@ import layers
 
 # Of other libraries and programs, and attributes of files.
 EXTERNAL = {
-    *("numpy", "np", "scipy", "os", "time", "msvcrt", "SurfaceTopography", "h5py", "matplotlib"),
+    *("numpy", "np", "scipy", "os", "time", "msvcrt", "pickle", "SurfaceTopography", "h5py"),
+    "matplotlib",
     *("Figure", "nohup", "timeout", "hgt", "surffile", "stairs", "reduceat", "__init__"),
     *keyword.kwlist,
 }
