@@ -28,6 +28,7 @@ _SI_UNITS = {
     "temperature": "K",
     "current": "A",
     "voltage": "V",
+    "wear coefficient": "m^2/N",
 }
 _EXAMPLES = {
     "length": "'0.1 mm'",
@@ -43,6 +44,7 @@ _EXAMPLES = {
     "temperature": "'20 °C'",
     "current": "'10 A'",
     "voltage": "'0.1 V'",
+    "wear coefficient": "'1e-15 m2/N' or '1e-6 mm3/Nm'",
 }
 _NAMED_DIMENSIONS = {
     "": "a pure number",
@@ -89,6 +91,9 @@ _FACTOR = r"[A-Za-z_µÅΩ]+(?:(?:\^|\*\*)-?[1-9]|[23²³])?"
 _BARE_POWER = re.compile(r"(?<=[A-Za-z_µÅΩ])(?=[23])")
 _MIL = re.compile(r"\bmil\b")
 _UNIT = re.compile(rf"{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*")
+# Spellings that pint does not read: m2, and N m as a single divisor.
+_PLAIN_POWER = re.compile(r"(?<=[A-Za-zµÅΩ])(?=[1-9])")
+_NEWTON_METER = re.compile(r"/(?:Nm|\(N[ *·]?m\))$")
 _MAX_TEXT = 60
 # Factor of a unit that gets the prefix; its power applies to the prefix as well.
 _FIRST = re.compile(r"[A-Za-zÅΩ°]+([²³]?)(?=$|[ /])")
@@ -329,7 +334,7 @@ def _number_and_unit(
     number = _NUMBER.match(plain)
     if number is None or len(plain) > _MAX_TEXT:
         raise refused(shown)
-    unit = plain[number.end() :].strip()
+    unit = _PLAIN_POWER.sub("^", _NEWTON_METER.sub("/N/m", plain[number.end() :].strip()))
     if not unit:
         raise refused(f"{shown} which has no unit")
     if not _UNIT.fullmatch(unit):
