@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.coating import Coatings
 from roughcontact.halfspace.fft import Workspace
+from roughcontact.material.material import RIGID, Layer, Material
 
 MODULUS = 3.0
 PIXEL = (0.4, 1.0)
@@ -157,6 +159,22 @@ def test_approximate_inverse_undoes_the_operator(boundary):
     error = np.linalg.norm(found - pressure) / np.linalg.norm(pressure)
     # Periodic: exact, in single precision. Free: only a preconditioner, 10 % is plenty.
     assert error < (1e-5 if boundary == "periodic" else 0.1)
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize("precision", ["double", "single"])
+@pytest.mark.parametrize("layer", [None, Layer(1.0, 0.3, 0.5)])
+def test_foundation_adds_local_displacement(boundary, precision, layer):
+    body = Material(MODULUS * 0.91, 0.3, coating=() if layer is None else (layer,))
+    coatings = Coatings.from_bodies(body, RIGID)
+    operator = make(boundary, (12, 9), coatings=coatings, precision=precision)
+    founded = operator.with_foundation(0.7)
+    pressure = random_pressure((12, 9), fill=0.5)
+    near = {"double": 1e-14, "single": 1e-5}[precision]
+    assert founded(pressure) == pytest.approx(operator(pressure) + 0.7 * pressure, abs=near)
+    assert founded.self_displacement == pytest.approx(operator.self_displacement + 0.7, abs=near)
+    assert founded.real is operator.real
+    assert (founded.surface is None) == (operator.surface is None)
 
 
 def test_approximate_inverse_treats_mean_as_softest_wave():

@@ -249,6 +249,27 @@ class Convolution:
         single.surface = self.surface
         return single
 
+    def with_foundation(self, compliance: float) -> Convolution:
+        """Return the operator of the body on a Winkler foundation.
+
+        Parameters
+        ----------
+        compliance : float
+            Displacement of a pixel under unit pressure on itself alone [m/Pa]; it adds to the
+            symbol of every wave.
+        """
+        share = self.real(compliance / self.softness)
+        result = Convolution(
+            self.spectrum + share,
+            self.shape,
+            self.padded,
+            workspace=self.workspace,
+            precision="single" if self.real is np.float32 else "double",
+            softness=self.softness,
+        )
+        result.surface = None if self.surface is None else self.surface + share
+        return result
+
     def approximate_inverse(self) -> Convolution:
         """Return ``displacement / K₀₀ → pressure`` with little padding, in single precision.
 
