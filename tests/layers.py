@@ -47,6 +47,7 @@ LAYERS = (
     "analyses.conductance",
     "analyses.leak",
     "analyses.tangential",
+    "analyses.wear",
     "analyses.law",
     "analyses.reading",
     "analyses.tasks",

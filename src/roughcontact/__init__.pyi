@@ -21,6 +21,7 @@ from .analyses.stress.model import (
 )
 from .analyses.sweep.model import sweep as sweep
 from .analyses.tangential.model import tangential as tangential
+from .analyses.wear.model import wear as wear
 from .contact.load_case import (
     HertzPressure as HertzPressure,
     LineLoad as LineLoad,

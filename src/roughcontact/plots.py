@@ -9,6 +9,7 @@ from roughcontact.analyses.leak.figures import flow_factors, leak
 from roughcontact.analyses.stress.figures import stress_depth, stress_map, stress_section
 from roughcontact.analyses.sweep.figures import load_curve
 from roughcontact.analyses.tangential.figures import fretting, tangential
+from roughcontact.analyses.wear.figures import running_in
 from roughcontact.drawing.export import save
 from roughcontact.drawing.maps import (
     close_up,
@@ -38,6 +39,7 @@ __all__ = [
     "overview",
     "pressure",
     "pressure_histogram",
+    "running_in",
     "save",
     "section",
     "spots",

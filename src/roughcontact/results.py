@@ -12,6 +12,7 @@ from roughcontact.analyses.roll.model import RollingResult as RollingResult
 from roughcontact.analyses.stress.model import StressResult as StressResult
 from roughcontact.analyses.sweep.model import LoadCurve as LoadCurve
 from roughcontact.analyses.tangential.model import Tangential as Tangential
+from roughcontact.analyses.wear.model import Wear as Wear
 from roughcontact.elastoplastic.ceiling_comparison import ModelComparison as ModelComparison
 from roughcontact.solvers.progress import Progress as Progress, Step as Step
 from roughcontact.uncertainty.intervals import Uncertainty as Uncertainty

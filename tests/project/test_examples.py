@@ -31,6 +31,7 @@ POINTS = {
     "15_fretting": 64,
     "16_coating": 64,
     "17_instruments": 256,
+    "18_wear": 64,
 }
 
 # Many contacts with plasticity of the volume, for any grid; many maps.

@@ -60,6 +60,7 @@ NEEDED = {
     "law": {"from": "1 MPa", "to": "100 MPa", "steps": "3", "boundary": "periodic"},
     "leak": {"load": "0.5 N, 1 N", "viscosity": "1 mPa s", "pressure-difference": "1 bar"},
     "tangential": {"load": "1 N", "friction": "0.15", "force": "0.05 N, -0.05 N"},
+    "wear": {"load": "0.3 N", "wear": "1e-15 m2/N", "distance": "10 mm"},
     "compare": {"load": "10 MPa", "preload": "100 MPa"},
 }
 

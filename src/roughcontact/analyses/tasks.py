@@ -19,6 +19,7 @@ from roughcontact.analyses.solve import task as solve
 from roughcontact.analyses.stress import task as subsurface_stress
 from roughcontact.analyses.sweep import task as load_curve
 from roughcontact.analyses.tangential import task as tangential
+from roughcontact.analyses.wear import task as wear
 from roughcontact.request import options, parsing
 from roughcontact.request.options import Option, Panel, file_option, flag_option
 from roughcontact.request.request import Request
@@ -165,6 +166,7 @@ GROUPS: dict[str, tuple[Command, ...]] = {
         load_search.TASK,
         subsurface_stress.TASK,
         rolling.TASK,
+        wear.TASK,
     ),
     "Joints of flat faces": (interface_law.TASK, conductance.TASK, leakage.TASK, tangential.TASK),
     "Several surfaces, no map, many jobs": (

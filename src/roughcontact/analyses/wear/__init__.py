@@ -1,0 +1,1 @@
+"""Wear: how a finish runs in."""

@@ -1,0 +1,120 @@
+"""The task ``wear``: how a finish runs in."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from roughcontact.formats import export
+from roughcontact.request import options, parsing
+from roughcontact.request.contacts import FRICTION
+from roughcontact.request.options import TABLES, Option, Rule, file_option
+from roughcontact.request.outcome import Outcome, TaskContext, last_contact
+from roughcontact.request.request import Request
+from roughcontact.request.task import Analysis, Task
+
+_SURFACES = export.SURFACE.suffixes
+
+
+def _coefficient(name: str, text: str) -> Option[float]:
+    argument = f"{name.replace('-', '_')}_coefficient"
+    parse = parsing.quantity("wear coefficient")
+    return Option(name, "COEFFICIENT", text, parse, 0.0, arguments=(argument,))
+
+
+WEAR = _coefficient(
+    "wear", 'Wear coefficient, volume per load and distance: "1e-15 m2/N", "1e-6 mm3/Nm".'
+)
+COUNTER_WEAR = _coefficient("counter-wear", "Wear coefficient of the counter-body; default: 0.")
+DISTANCE = Option(
+    "distance", "LENGTHS", 'Sliding distance(s): "3.5 m" or "1 m, 10 m".', parsing.lengths, None
+)
+_MOTIONS = ("sliding", "fretting")
+MOTION = Option(
+    "motion",
+    "|".join(_MOTIONS),
+    "On a smooth counter-body, or with slip below the asperities; default: sliding.",
+    parsing.choice(*_MOTIONS),
+    _MOTIONS[0],
+)
+OUTPUT = file_option("output", "FILE.csv|json|nc", "Steps; .nc: also maps.", (*TABLES, ".nc"))
+WORN_SURFACE = file_option(
+    "worn-surface", "FILE", f"Worn surface: {', '.join(_SURFACES)}.", _SURFACES
+)
+WORN_COUNTER = file_option("worn-counter-surface", "FILE", "Worn counter-body.", _SURFACES)
+FIGURE = file_option("figure", "FILE", "Figure of running-in (PNG, SVG or PDF).", options.PICTURES)
+_PLAIN: tuple[Option[Any], ...] = (DISTANCE, MOTION, FRICTION, options.FOLDER)
+_LOADS = (options.LOAD, options.HERTZ)
+_ARGUMENTS = (WEAR, DISTANCE, COUNTER_WEAR, MOTION, FRICTION)
+_FILES = (OUTPUT, WORN_SURFACE, WORN_COUNTER, options.FOLDER, options.REPORT, FIGURE)
+
+
+def _run(request: Request, work: TaskContext) -> Outcome:
+    from roughcontact.analyses.wear.model import STEP_FILES, wear
+
+    arguments: dict[str, Any] = {item.arguments[0]: request[item] for item in (WEAR, COUNTER_WEAR)}
+    arguments |= {item.argument: request[item] for item in _PLAIN}
+    arguments |= request.arguments(work.maps, *options.SOLVER_DOUBLE)
+    with work.report_saved_steps_on_interrupt(STEP_FILES, "step") as (watch, reused):
+        result = wear(work.maps[0], load=request.load[0], progress=watch, **arguments)
+    last = replace(result.last, extra_cautions=work.extra_cautions)
+    return Outcome(request, replace(result, last=last), last, {"reused": len(reused)})
+
+
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    from roughcontact.analyses.wear.model import MAX_HELD_RESULTS
+
+    request.require_contact(shape, MAX_HELD_RESULTS)
+
+
+TASK = Task(
+    "wear",
+    """Wear a surface in: contact and roughness over the sliding distance.
+
+Archard's law at each point. Contact and roughness at a wear depth do not depend on the wear
+coefficient; the distance does.
+
+\b
+Example:
+roughcontact wear ground.x3p --load "50 MPa" --wear "1e-15 m2/N" \\
+    --distance "3.5 m" --boundary periodic --material 42CrMo4 \\
+    --output running-in.csv --worn-surface worn.x3p
+""",
+    (
+        *options.MAP,
+        *_LOADS,
+        *_ARGUMENTS,
+        *options.BODIES,
+        *options.COATINGS,
+        *options.SOLVER_DOUBLE,
+        *_FILES,
+        *options.SHOWN,
+    ),
+    (options.LOAD, WEAR, DISTANCE, *options.BODY_CONSTANTS, options.MISSING, *_FILES[:2]),
+    run=_run,
+    rules=(
+        Rule(options.ONE_OF, *_LOADS, text="1 N"),
+        Rule(options.ANY_OF, WEAR, COUNTER_WEAR),
+        Rule(options.NEEDS, WORN_COUNTER, COUNTER_WEAR),
+        Rule(options.NEEDS, WORN_COUNTER, MOTION, value="fretting"),
+        Rule(options.NEEDED, DISTANCE, text="the sliding distance, such as '3.5 m'"),
+    ),
+    last=last_contact,
+    memory=_memory,
+    writes=(
+        (WORN_SURFACE, lambda outcome, path: export.save_surface(outcome.result.worn, path)),
+        (
+            WORN_COUNTER,
+            lambda outcome, path: export.save_surface(outcome.result.worn_counter, path),
+        ),
+    ),
+    questions=(
+        Analysis(
+            "Wear",
+            "How the surface runs in: contact, pressure and roughness over the sliding distance.",
+            _ARGUMENTS,
+            short_help=((WEAR, "1e-15 m2/N"), (DISTANCE, "1 m")),
+        ),
+    ),
+    presentations={"Wear": ("analyses.wear.report:KIND",)},
+)
