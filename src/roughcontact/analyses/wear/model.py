@@ -75,8 +75,9 @@ STEP_FILES = "step-*.npz"
 
 # Compliance of the first step over that of a pixel, and largest growth from step to step.
 _FIRST, _GROWTH = 0.2, 3.0
-# Excess of the moved part at which a step is repeated, and the smallest factor of its length.
-_EXCESS, _SHORTEN = 2.0, 0.25
+# Excess of the moved part at which a step is repeated, the smallest factor of its length, and the
+# maximum number of solves: an inaccurate start moves load in any step.
+_EXCESS, _SHORTEN, _MAX_SOLVES = 2.0, 0.25, 6
 # Relative distance from a target that is covered with the step before it.
 _REACHED = 1e-12
 # Metals have 1e-17 to 1e-11 m²/N; larger numbers are dimensionless coefficients.
@@ -487,7 +488,8 @@ class _Run:
             result = solve_pair(pair, self.terms, start=state.pressure, progress=watch)
             solved.append(result)
             moved = _moved(state.pressure, result.pressure)
-            if self.count or moved <= _EXCESS * self.max_moved:
+            enough = self.count or moved <= _EXCESS * self.max_moved
+            if enough or len(solved) == _MAX_SOLVES:
                 break
             compliance *= max(_SHORTEN, self.max_moved / moved)
         growth = min(max(self.max_moved / max(moved, 1e-9), 1 / _GROWTH), _GROWTH)
