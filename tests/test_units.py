@@ -39,7 +39,6 @@ from roughcontact.errors import InputError
         ("600 N/mm", "line load", 6e5),
         ("0.6 kN/mm", "line load", 6e5),
         ("20000 N/m", "line load", 2e4),
-        ("3 N/mm2", "pressure", 3e6),
         ("2 m2 K/W", "thermal film", 2.0),
         ("4e-15 m2/N", "wear coefficient", 4e-15),
         ("1 mm3/Nm", "wear coefficient", 1e-9),
