@@ -15,7 +15,7 @@ import layers
 # Of other libraries and programs, and attributes of files.
 EXTERNAL = {
     *("numpy", "np", "scipy", "os", "time", "msvcrt", "pickle", "SurfaceTopography", "h5py"),
-    "matplotlib",
+    *("matplotlib", "threading"),
     *("Figure", "nohup", "timeout", "hgt", "surffile", "stairs", "reduceat", "__init__"),
     *keyword.kwlist,
 }
