@@ -55,7 +55,7 @@ def resident_bytes() -> int:
 def left_in_containers(root: Path) -> Iterator[int]:
     """Yield the free bytes of each control group that contains this process."""
     # Lines such as 4:memory:/docker/b3b4, in version 2 0::/user.slice.
-    for line in _read(root / "proc/self/cgroup").splitlines():
+    for line in _read_text(root / "proc/self/cgroup").splitlines():
         if line.count(":") < 2:
             continue
         _, controllers, path = line.split(":", 2)
@@ -72,14 +72,14 @@ def _cgroup_free_bytes(
     """Yield the free bytes of one control group, if it has a limit."""
     group = root / mount / folder
     # Without a limit, version 2 has the word max.
-    known = [int(text) for name in limits if (text := _read(group / name)).isdecimal()]
-    used = _read(group / usage)
+    known = [int(text) for name in limits if (text := _read_text(group / name)).isdecimal()]
+    used = _read_text(group / usage)
     if min(known, default=_NO_LIMIT) < _NO_LIMIT and used.isdecimal():
-        rows = dict(line.split(" ", 1) for line in _read(group / "memory.stat").splitlines())
+        rows = dict(line.split(" ", 1) for line in _read_text(group / "memory.stat").splitlines())
         yield min(known) - int(used) + int(rows.get(cached, 0))
 
 
-def _read(file: Path) -> str:
+def _read_text(file: Path) -> str:
     """Return the text of a file; empty if it cannot be read."""
     try:
         return file.read_text("ascii").strip()

@@ -369,7 +369,7 @@ def _argument(
 
 _FILE = "Height map: instrument file, or matrix (.npy, .npz, .csv, .txt, .asc)."
 _MAP = _argument(Path | None, "FILE", _FILE, None)
-_EACH = _argument(list[Path] | None, "FILE...", f"{_FILE} Several give a row each.", None)
+_SEVERAL = _argument(list[Path] | None, "FILE...", f"{_FILE} Several give a row each.", None)
 _MAPS = _argument(list[Path] | None, "FILE...", "Height maps of one surface.", None)
 
 
@@ -469,7 +469,7 @@ def _show_outcome(outcome: Outcome, display: DisplayOptions) -> None:
 
 
 for _task in TASKS:
-    _subject = _MAPS if _task.many_maps else _EACH if _task.name == "solve" else _MAP
+    _subject = _MAPS if _task.many_maps else _SEVERAL if _task.name == "solve" else _MAP
     _make_command(_task, _subject)(functools.partial(_run_task, _task))
 
 
