@@ -18,6 +18,7 @@ from roughcontact.analyses.compare.sampling import SamplingStudy
 from roughcontact.analyses.history.model import history as load_history
 from roughcontact.analyses.leak.model import leakage
 from roughcontact.analyses.solve import surface_report as surface_kind
+from roughcontact.contact.series import StepResult
 from roughcontact.formats.read import FORMATS
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic, Swift
@@ -254,7 +255,8 @@ def test_every_kind_of_result_has_references(compared: rc.results.Comparison) ->
     assert {kind.__name__ for kind in Displayable.__subclasses__()} == {"Result", "Surface"}
     told = {kind.result for kind in kinds.all_presentations()}
     # Tests define other kinds.
-    own = {kind for kind in Result.__subclasses__() if kind.__module__.startswith("roughcontact")}
+    kinds_of_results = {*Result.__subclasses__(), *StepResult.__subclasses__()} - {StepResult}
+    own = {kind for kind in kinds_of_results if kind.__module__.startswith("roughcontact")}
     assert told == {*own, rc.Surface}
     # Studies of resolution and uncertainty belong to a contact, a surface has parameters.
     none = surface_kind.KIND.works

@@ -147,7 +147,7 @@ def test_comparison_is_saved(compared: rc.results.ModelComparison, tmp_path: Pat
         ({"factors": [3.0, math.nan]}, "factors must be positive and ascend"),
         ({"factors": [3.0, math.inf]}, "factors must be positive and ascend"),
         ({"material": None}, "material must be a Material"),
-        ({"counter_material": "steel"}, "is not in the catalog"),
+        ({"counter_material": "stone"}, "is not in the catalog"),
         ({"factors": [1e-9, 3.0]}, "more than the surface can carry"),
     ],
 )

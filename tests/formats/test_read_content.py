@@ -269,19 +269,19 @@ def test_heads_and_points_of_terabytes_raise_format_error(tmp_path: Path) -> Non
 
 
 def test_table_of_examples_counts_outcomes(tmp_path: Path) -> None:
-    import examples
+    import example_files
 
     np.savetxt(tmp_path / "bare.txt", HEIGHTS)
     np.savez(tmp_path / "two.npz", a=HEIGHTS, b=HEIGHTS)
     classic(tmp_path / "map.nc")
     (tmp_path / "words.txt").write_text("this is no map\n")
     paths = sorted(tmp_path.iterdir())
-    outcomes = [examples.judged(path) for path in paths]
+    outcomes = [example_files.judged(path) for path in paths]
     hints = "read with unit um, size 1 mm x 1 mm"
     assert [outcome for outcome, _ in outcomes] == [hints, "read", f"{hints}, channel", "refused"]
-    assert examples.counted(outcomes) == "of 4: 1 open alone, 2 with a hint, 1 do not open"
-    assert "'this' in line 1" in examples.table(paths, outcomes, []).splitlines()[5]
-    assert examples.table(paths, outcomes, outcomes).splitlines()[2].count(hints) == 2
+    assert example_files.counted(outcomes) == "of 4: 1 open alone, 2 with a hint, 1 do not open"
+    assert "'this' in line 1" in example_files.table(paths, outcomes, []).splitlines()[5]
+    assert example_files.table(paths, outcomes, outcomes).splitlines()[2].count(hints) == 2
 
 
 # Excel

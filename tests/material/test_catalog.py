@@ -269,7 +269,7 @@ def test_every_name_finds_its_entry(data: st.DataObject) -> None:
         ("AISI 4340", r"did you mean 42CrMo4, C45\?$"),
         ("1.4571", r"did you mean X5CrNi18-10, X105CrMo17, X2CrNiMo17-12-2\?$"),
         ("CuZn40", r"did you mean CuZn37\?$"),
-        ("???", r"it holds 100Cr6, .*, PEEK$"),
+        ("???", r"it holds \d+ materials, such as 100Cr6, .*, PEEK$"),
         ("", r"material '' is not in the catalog; it holds"),
         ("x" * 400, r"x…' is not in the catalog"),
         (None, r"material must be a name, got None"),

@@ -295,7 +295,7 @@ QUANTITIES = {
     "--size": "length",
 }
 WRONG = {
-    "--unit": shlex.split("N MPa px pixel pica s m^2 m/m 5 '5 um' quux 'µ m'"),
+    "--unit": shlex.split("N MPa px pixel pica s m^2 m/m 5 quux 'µ m'"),
     "length": shlex.split("'1 N' '1 MPa' 1 '1 m^2' '1 px' '1 s' mm '1,5 mm' '-1 mm' '0 m'"),
     "force": shlex.split(
         "'1 MPa/m' '1 mm' 1 '1 N/m^3' '1 kg' '1 newtonmeter' '1,5 N' '-1 N' '0 N' N"

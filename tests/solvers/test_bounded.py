@@ -185,7 +185,7 @@ def test_single_pixel_contact_in_closed_form():
     solution = solve_bounded(h0, total=0.3)
     np.testing.assert_array_equal(solution.index, [5 * 16 + 7])
     assert solution.pressure[0] == pytest.approx(0.3, rel=1e-12)
-    unit = convolution.free((16, 16), PIXEL, MODULUS, workers=1).self_displacement
+    unit = convolution.free((16, 16), PIXEL, MODULUS, workspace=Workspace(1)).self_displacement
     assert solution.approach == pytest.approx(0.3 * unit, rel=1e-12)
 
 

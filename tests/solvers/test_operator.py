@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from roughcontact.halfspace import convolution, kernels
+from roughcontact.halfspace.fft import Workspace
 from roughcontact.solvers import active_set, bounded, preconditioner, rigid_tilt
 from roughcontact.solvers.operator import dot, norm
 from roughcontact.solvers.problem import BoundedProblem
@@ -72,14 +73,14 @@ def love(shape, pixel):
 def waves(shape, pixel):
     unit = np.zeros(shape)
     unit[0, 0] = 1
-    response = convolution.periodic(shape, pixel, MODULUS, workers=1)(unit)
+    response = convolution.periodic(shape, pixel, MODULUS, workspace=Workspace(1))(unit)
     row, column = np.divmod(np.arange(shape[0] * shape[1]), shape[1])
     return response[row[:, None] - row, column[:, None] - column]
 
 
 def by_fft(shape, coarsening):
     edges = tuple(n * d for n, d in zip(coarsening, PIXEL, strict=True))
-    return convolution.free(shape, edges, MODULUS, workers=1)
+    return convolution.free(shape, edges, MODULUS, workspace=Workspace(1))
 
 
 def pressure_map(solution):

@@ -6,6 +6,7 @@ import scipy.linalg
 
 import roughcontact as rc
 from roughcontact.halfspace import convolution
+from roughcontact.halfspace.fft import Workspace
 from roughcontact.solvers import preconditioner
 from roughcontact.solvers.preconditioner import FreePixelInverse
 
@@ -16,13 +17,13 @@ KINDS = ["sparse", "dense", "spots", "half"]
 
 def inverse(shape=SHAPE, edges=EDGES):
     """A new inverse, with blocks or without (None), and K₀₀."""
-    operator = convolution.free(shape, PIXEL, MODULUS, workers=1)
+    operator = convolution.free(shape, PIXEL, MODULUS, workspace=Workspace(1))
     unit, wrapped = operator.self_displacement, operator.approximate_inverse()
     if edges is None:
         return FreePixelInverse(wrapped), unit
     number = tuple(-(-points // edge) for points, edge in zip(shape, edges, strict=True))
     lengths = (edges[0] * PIXEL[0], edges[1] * PIXEL[1])
-    blocks = convolution.free(number, lengths, MODULUS, workers=1)
+    blocks = convolution.free(number, lengths, MODULUS, workspace=Workspace(1))
     return FreePixelInverse(wrapped, blocks, edges, unit), unit
 
 

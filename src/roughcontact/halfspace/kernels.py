@@ -435,7 +435,7 @@ def stress_coefficients(
 
     Examples
     --------
-    >>> coefficients((1, 1), (1.0, 1.0), depth=0.0, poisson=0.3)[:3, 0, 0].round(12)
+    >>> stress_coefficients((1, 1), (1.0, 1.0), depth=0.0, poisson=0.3)[:3, 0, 0].round(12)
     array([-0.8, -0.8, -1. ])
     """
     require_pixel(pixel)

@@ -22,6 +22,8 @@ STORED = Path(__file__).with_name("catalog.toml")
 
 # Plastic strain of a proof stress, in millionths.
 _PROOF = 2000.0
+# Materials in the message on an unknown one.
+_COMMON = ("100Cr6", "42CrMo4", "C45", "X5CrNi18-10", "EN-GJL-250", "7075-T6", "Ti-6Al-4V", "PEEK")
 
 
 class Value(NamedTuple):
@@ -188,11 +190,11 @@ def entry(name: str) -> Entry:
     if plain in result:
         return result[plain]
     close = _similar_names(plain, result)
-    keys = dict.fromkeys(result[match].key for match in close) or [item.key for item in entries()]
+    keys = dict.fromkeys(result[match].key for match in close) or _COMMON
     text = name if len(name) <= 60 else name[:59] + "…"
+    lead = "did you mean " if close else f"it holds {len(entries())} materials, such as "
     raise InputError(
-        f"{text!r} is not in the catalog; "
-        f"{'did you mean' if close else 'it holds'} {', '.join(keys)}{'?' if close else ''}",
+        f"{text!r} is not in the catalog; {lead}{', '.join(keys)}{'?' if close else ''}",
         argument="material",
         value=name,
     )

@@ -592,7 +592,7 @@ def test_invalid_arguments_raise_same_errors_as_solve(monkeypatch: pytest.Monkey
         ({"tolerance": 0.0}, "tolerance"),
         ({"counter_surface": rough(48)}, "same grid"),
         ({"ceiling": -1.0}, "ceiling"),
-        ({"material": "steel"}, "material"),
+        ({"material": "stone"}, "material"),
     ):
         with pytest.raises(rc.InputError, match=message):
             history(surface, [0.0], **{"material": STEEL, **arguments})
