@@ -270,8 +270,8 @@ def test_large_map_takes_more_than_half_of_the_window() -> None:
         view.show_contact(surface, result, None)
         plot = view.maps.plot
         # Axes, title and color bar belong to the map.
-        assert plot.frame_width + 152 >= share * width
-        assert plot.frame_height + 78 + 152 <= height
+        assert plot.frame_width + 113 >= share * width
+        assert plot.frame_height + 65 + 136 <= height
         assert plot.frame_width == plot.frame_height
 
 

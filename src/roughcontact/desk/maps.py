@@ -280,7 +280,7 @@ NAMES = {
 _MARGIN = 0.15
 _MIN_MAP_PIXELS = 60
 # Margins of the large map [dots]: title and tools, x-axis, y-axis, color bar.
-_ABOVE, _BELOW, _BEFORE, _BEHIND = 32, 46, 48, 104
+_ABOVE, _BELOW, _BEFORE, _BEHIND = 24, 44, 46, 76
 # Thumbnails [dots]: spacing, height of the name, smallest and largest side.
 _APART, _NAME, _NARROWEST, _WIDEST = 8, 32, 60, 92
 # Delay of the thumbnails after the large map [ms].
@@ -377,7 +377,7 @@ class MapsView:
         self.strip = TabStrip(names=names, active=1, pictured=True, margin=0)
         self.strip.param.watch(lambda event: self.enlarge(list(NAMES)[event.new]), "active")
         beside = pn.Column(
-            self.readout, self.legend, margin=0, styles={"flex": "1 1 124px", "min-width": "0"}
+            self.readout, self.legend, margin=0, styles={"flex": "1 1 100px", "min-width": "0"}
         )
         self.root = pn.Row(
             pn.pane.Bokeh(self.plot, margin=0),
@@ -616,7 +616,7 @@ class MapsView:
             models.Span(dimension=d, line_color=NEUTRAL, line_dash="dotted", syncable=False)
             for d in ("width", "height")
         ]
-        plot = map_figure("", self.x_range, self.y_range, cross)
+        plot = map_figure("", self.x_range, self.y_range, cross, styles={"flex": "none"})
         plot.min_border = 0
         plot.on_event(DoubleTap, lambda _: self.zoom())
         for bar in self.bars.values():

@@ -510,7 +510,7 @@ def make_page(visit: PageVisit) -> Any:
 
 
 # Height of the section and width of the readout [dots], share of the large map of the window.
-_SECTION, _READOUT, _SHARE = 290, 132, 0.56
+_SECTION, _READOUT, _SHARE = 290, 116, 0.56
 
 
 class ContactView:
@@ -592,8 +592,8 @@ class ContactView:
             rail = min(0.27 * width, 460) if wide else 0
             main = self._figures.width = int(width - style.LEFT - rail - 64)
             # The section is in view unless the map would be less than a half of the window.
-            available = height - (152 if width >= style.WRAPPED else 216)
-            wanted = min(max(available - _SECTION, _SHARE * width - 70), available)
+            available = height - (140 if width >= style.WRAPPED else 204)
+            wanted = min(max(available - _SECTION, _SHARE * width - 54), available)
             beside = _READOUT if width >= style.WRAPPED else 0
             self.maps.fit(main - beside, int(max(wanted, 380)))
 
