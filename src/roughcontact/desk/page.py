@@ -546,7 +546,9 @@ class ContactView:
 
     @cached_property
     def _figures(self) -> Any:
-        return pn.Column(self._keep, self.maps.root, self.detail.below, margin=0)
+        return pn.Column(
+            self._keep, self.maps.root, self.detail.below, margin=0, stylesheets=[style.TALL]
+        )
 
     @cached_property
     def _sheet(self) -> Any:

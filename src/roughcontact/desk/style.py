@@ -42,13 +42,13 @@ CONTROL: dict[str, Any] = {
     "margin": (0, 0, 4, 0),
 }
 # Content higher than its column makes the column scroll, without overlap.
-_TALL = ":host { max-height: none !important; }"
+TALL = ":host { max-height: none !important; }"
 WIDE: dict[str, Any] = {
-    "stylesheets": [TEXT, _TALL],
+    "stylesheets": [TEXT, TALL],
     "sizing_mode": "stretch_width",
     "margin": (0, 0, 6, 0),
 }
-HIGH: dict[str, Any] = {"stylesheets": [_TALL], "sizing_mode": "stretch_width"}
+HIGH: dict[str, Any] = {"stylesheets": [TALL], "sizing_mode": "stretch_width"}
 TABS: dict[str, Any] = {"stylesheets": [TEXT], "sizing_mode": "stretch_both", "margin": (4, 0)}
 STRIP: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 6, 0)}
 BUTTON: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 6, 4, 0)}
