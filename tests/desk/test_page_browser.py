@@ -508,6 +508,16 @@ def test_no_sheet_scrolls_inside_a_scroll_or_sideways(seat: Seat, size: tuple[in
           .every((place) => place && place.right <= size[0] && place.bottom <= size[1])""",
         arg=list(size),
     )
+    # The map is true to scale, and more than half as wide as the window.
+    wanted, frame, whole = page.evaluate("""() => {
+      const map = [...Bokeh.documents[0]._all_models.values()]
+        .find((m) => m.type == "Figure" && m.frame_width);
+      const view = Bokeh.index.find_one_by_id(map.id), { width, height } = view.frame.bbox;
+      return [[map.frame_width, map.frame_height], [width, height],
+        view.el.getBoundingClientRect().width];
+    }""")
+    assert frame == wanted
+    assert whole >= (0.55 if size[0] == 1280 else 0.45) * size[0]
     place = page.locator("div.pictured").bounding_box()
     assert place is not None
     assert place["x"] + place["width"] <= size[0]
