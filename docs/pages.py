@@ -50,11 +50,9 @@ def asked(seat: Any) -> None:
 def joined(seat: Any) -> None:
     """Show the analyses of a joint."""
     seat.turn("Joint")
-    box = seat.page.get_by_label("Conductance")
-    box.locator("visible=true").first.uncheck()
     seat.page.get_by_role("button", name="Start").locator("visible=true").click()
     seat.page.get_by_text("Done in").locator("visible=true").wait_for()
-    seat.page.locator("canvas").locator("visible=true").first.wait_for()
+    seat.page.locator("img.figure").locator("visible=true").first.wait_for()
 
 
 def taken(seat: Any) -> None:
@@ -67,8 +65,8 @@ PICTURES: dict[str, tuple[Callable[[Any], None], str]] = {
     "desk": (pressed, "A ground map under 100 MPa: numbers, messages, linked maps and a section"),
     "desk-relief": (raised, "3-D: the heights with the pressure on them"),
     "desk-ask": (asked, "Analyze: the load curve of the same contact"),
-    "desk-joint": (joined, "Joint: estimate, contact and interface law, with files"),
-    "desk-take": (taken, "Export: files, command, script and project file"),
+    "desk-joint": (joined, "Joint: estimate and interface law, with files"),
+    "desk-take": (taken, "Export: a page to send, command, script and project file"),
 }
 """What is done before a picture, one after the other, and what the picture shows."""
 
