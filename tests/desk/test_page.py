@@ -23,7 +23,7 @@ from roughcontact.desk.page import ContactView, Page
 from roughcontact.desk.projects import ProjectStore, SavedProject
 from roughcontact.desk.result_plots import LoadCurveView
 from roughcontact.desk.server import PageVisit
-from roughcontact.desk.workers import WorkerPool
+from roughcontact.desk.workers import JobStage, WorkerPool
 from visits import GIVEN, PATIENCE, Loop, Pressed, solve_and_show
 
 
@@ -174,6 +174,20 @@ def test_empty_file_is_rejected_with_name_of_user(page: Page, work: SavedProject
     solve_and_show(page)
     assert "mine.opd is empty" in text_of(take._working._status)
     assert work.key not in text_of(take._working._status)
+
+
+def test_progress_has_the_name_of_the_user(page: Page, work: SavedProject) -> None:
+    path = work.folder / "map-1.npz"
+    path.write_bytes(map_file(work.folder).read_bytes())
+    page._run_action(lambda: page.session.open_map(path, "mine.npz"))
+    page._begun = 0.0
+    page._show_running("reading map-1.npz")
+    assert "reading mine.npz" in text_of(page._header.state)
+    page._views.strip.active = 1
+    analyze = page._views._created[1]
+    analyze._working._show_stage(JobStage("reading map-1.npz", None, 1.0))
+    assert "reading mine.npz; 1 s so far" in text_of(analyze._working._status)
+    assert page.session.wait(PATIENCE)
 
 
 @pytest.mark.long

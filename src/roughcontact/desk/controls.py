@@ -356,6 +356,7 @@ class JobButton:
             else phrases.progress_text(stage.progress)
         )
         remaining = "" if stage.remaining is None else f"; about {stage.remaining:.0f} s left"
+        text = self._session.state.with_user_names(text)
         text = f"{text}; {stage.seconds:.0f} s so far{remaining}"
         self._status.object = _progress_markup(text, stage.share)
 

@@ -370,6 +370,7 @@ class Page:
         """Show the running job."""
         # A shown error stays while only the map is drawn.
         if self.session.failure is None and self._is_slow:
+            text = self.session.state.with_user_names(text)
             self._header.show_state(f"{text} …", "caution")
 
     def _show_missing(self) -> None:
