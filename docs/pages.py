@@ -50,6 +50,7 @@ def asked(seat: Any) -> None:
 def joined(seat: Any) -> None:
     """Show the analyses of a joint."""
     seat.turn("Joint")
+    seat.page.get_by_label("Interface law").wait_for()
     seat.page.get_by_role("button", name="Start").locator("visible=true").click()
     seat.page.get_by_text("Done in").locator("visible=true").wait_for()
     seat.page.locator("img.figure").locator("visible=true").first.wait_for()
