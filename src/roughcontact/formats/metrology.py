@@ -147,17 +147,11 @@ _NAME_Z, _UNIT_Y, _UNIT_Z = 164, 196, 212
 _SUR_BYTES = 512
 # Types of objects without heights.
 _NO_HEIGHTS = {
-    3: "a binary image",
-    4: "a series of profiles; export each",
-    5: "a series of maps; export each",
     10: "an intensity image",
     12: "a color image",
-    14: "a force curve",
-    15: "force curves",
-    18: "color images",
-    19: "a spectrum",
-    20: "spectra",
-    21: "a map of spectra",
+    **dict.fromkeys((3, 18), "an image"),
+    **dict.fromkeys((4, 5), "a series; export each,"),
+    **dict.fromkeys((14, 15, 19, 20, 21), "curves or spectra"),
 }
 
 

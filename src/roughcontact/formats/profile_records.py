@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import itertools
 import re
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -37,13 +36,8 @@ _MISSING = re.compile(r"^\s*(?:BAD|NaN|-+)\s*$", re.IGNORECASE | re.MULTILINE)
 _BYTES_PER_POINT = 200
 
 
-@dataclass(frozen=True)
-class _Profile:
-    """Heights at equal distances."""
-
-    heights: Array  # In `unit`, NaN where missing
-    unit: float  # Unit [m] of the heights
-    spacing: float  # Distance [m] of the points
+# Heights in their unit, NaN where missing, the unit [m], and the distance of the points [m].
+_Profile = tuple[Array, float, float]
 
 
 def _load(path: Path) -> _Profile:
@@ -51,10 +45,11 @@ def _load(path: Path) -> _Profile:
     with damage_as_error(path, "a profile in records", "copy or export it again"):
         text = path.read_text(encoding="latin-1").replace("\0", " ")
         profile = _sigma_surf(text) if text.startswith("SigmaSurf") else _records(path, text)
-    if profile.heights.size < 2 or not profile.spacing > 0:
+    heights, _, spacing = profile
+    if heights.size < 2 or not spacing > 0:
         raise FormatError(
-            f"{path.name} lists {profile.heights.size} points {profile.spacing:g} m apart, no "
-            "profile; export it again"
+            f"{path.name} lists {heights.size} points {spacing:g} m apart, no profile; export it "
+            "again"
         )
     return profile
 
@@ -70,7 +65,7 @@ def _records(path: Path, text: str) -> _Profile:
     heights = _numbers(records[2])
     if heights.size != round(float(count)):
         raise ValueError(f"{heights.size} heights, {count} announced")
-    return _Profile(
+    return (
         heights,
         float(factor) * unit_in_meters(path, unit.lower()),
         float(spacing) * float(along[4]) * unit_in_meters(path, along[3].lower()),
@@ -82,7 +77,7 @@ def _sigma_surf(text: str) -> _Profile:
     found = re.search(r"SPACING_UM:\s*(\S+)", head)
     if found is None:
         raise ValueError("no SPACING_UM")
-    return _Profile(_numbers(body), 1e-6, float(found[1]) * 1e-6)
+    return _numbers(body), 1e-6, float(found[1]) * 1e-6
 
 
 def _numbers(text: str) -> Array:
@@ -91,17 +86,15 @@ def _numbers(text: str) -> Array:
 
 def read_profile(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return the profile in a file."""
-    profile = _load(path)
+    heights, unit, spacing = _load(path)
     refuse_unit(path, requested)
-    shape = 1, profile.heights.size
-    requested.check_shape(shape)
-    stated = PROFILE_WIDTH, profile.spacing
-    pixel = resolve_pixel(path, stated, shape, requested)
-    heights = to_meters(profile.heights[None], profile.unit)
+    requested.check_shape((1, heights.size))
+    stated = PROFILE_WIDTH, spacing
+    pixel = resolve_pixel(path, stated, (1, heights.size), requested)
     about = Provenance(path.name, f"profile ({name})")
-    return make_surface(path, heights, pixel, about, profile.unit, stated)
+    return make_surface(path, to_meters(heights[None], unit), pixel, about, unit, stated)
 
 
 def channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the profile as the only channel."""
-    return (Channel("", "", True, (1, _load(path).heights.size)),)
+    return (Channel("", "", True, (1, _load(path)[0].size)),)
