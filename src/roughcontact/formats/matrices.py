@@ -9,9 +9,10 @@ import re
 import sys
 import zipfile
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import IO, Any, NamedTuple, TextIO
 
@@ -91,18 +92,19 @@ def _mask_value(name: str) -> bool | None:
     return _MASKS.get(name.rpartition("/")[2].lower())
 
 
-def find_mask(name: str, shapes: Mapping[str, tuple[int, ...]]) -> tuple[str, bool] | None:
-    """Return the mask of an array, next to it and of its shape, and its value at missing points."""
-    folder = name.rpartition("/")[0]
-    for other, shape in shapes.items():
-        value = None if other == name else _mask_value(other)
-        if value is not None and shape == shapes[name] and other.rpartition("/")[0] == folder:
-            return other, value
-    return None
-
-
-def _apply_mask(values: NDArray[Any], mask: NDArray[Any], value: bool) -> NDArray[Any]:
-    return np.where(mask.astype(bool) == value, np.nan, values)
+def _mask_missing(
+    values: NDArray[Any],
+    name: str,
+    shapes: Mapping[str, tuple[int, ...]],
+    load: Callable[[str], NDArray[Any]],
+) -> NDArray[Any]:
+    """Return an array with NaN where a mask next to it, and of its shape, marks missing points."""
+    for other in shapes.keys() - {name}:
+        value = _mask_value(other)
+        is_near = other.rpartition("/")[0] == name.rpartition("/")[0]
+        if value is not None and is_near and shapes[other] == shapes[name]:
+            values = np.where(load(other).astype(bool) == value, np.nan, values)
+    return values
 
 
 def open_arrays(path: Path, kind: str) -> Arrays:
@@ -324,9 +326,8 @@ def read_arrays(path: Path, name: str, requested: ReadOptions) -> Surface:
     requested.check_shape(head.shape)
     provenance = Provenance(path.name, f"matrix ({name})", channel)
     values = arrays.load_array(channel)
-    mask = find_mask(channel, {name: found.shape for name, found in arrays.heads.items()})
-    if mask is not None:
-        values = _apply_mask(values, arrays.load_array(mask[0]), mask[1])
+    shapes = {name: found.shape for name, found in arrays.heads.items()}
+    values = _mask_missing(values, channel, shapes, arrays.load_array)
     if scale is None:
         trace = text_files.read_columns(values)
         if trace is not None:
@@ -664,9 +665,8 @@ def read_hdf5(path: Path, name: str, requested: ReadOptions) -> Surface:
     memory.require_points(path.name, shape, _BYTES_PER_POINT)
     requested.check_shape(shape)
     values = _values(path, listed[index])
-    mask = find_mask(listed[index], {entry.name: entry.shape for entry in result})
-    if mask is not None:
-        values = _apply_mask(values, _values(path, mask[0]), mask[1])
+    shapes = {entry.name: entry.shape for entry in result}
+    values = _mask_missing(values, listed[index], shapes, partial(_values, path))
     about = Provenance(path.name, "matrix (hdf5)", listed[index] if len(listed) > 1 else "")
     return scale_array(path, values, about, unit, requested)
 
