@@ -218,7 +218,8 @@ def _list_frames(path: Path, group: Any) -> Iterator[_Image]:
         factor, offset = (float(part.attrs[_SCALING + key]) for key in ("multiplier", "offset"))
         back = ", retrace" if _text(part.attrs.get("retrace", "")) == "true" else ""
         name = _text(part.attrs.get("channel.fancy-name", part.attrs["channel.name"])) + back
-        is_height = is_length(path, unit) and not instruments.is_other_quantity(name)
+        # The name first: units such as degrees load the library of units.
+        is_height = not instruments.is_other_quantity(name) and is_length(path, unit)
         for values in part.values():
             if values.shape[:1] != (shape[0] * shape[1],) or values.ndim != 2:
                 continue
