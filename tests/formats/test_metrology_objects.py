@@ -65,7 +65,8 @@ def test_profile_without_distance_of_lines_is_read(
 
 @needs_reader
 def test_objects_without_heights_are_named(content: bytes, tmp_path: Path) -> None:
-    for kind, words in ((10, "an intensity image"), (12, "a color image"), (20, "curves or spectra")):
+    kinds = {10: "an intensity image", 12: "a color image", 20: "curves or spectra"}
+    for kind, words in kinds.items():
         path = write(tmp_path, "map.sur", edit(content, 18, struct.pack("<H", kind)))
         assert_rejected(path, f"holds {words}, no heights")
     named = edit(edit(content, 164, b"Intensity".ljust(16)), 212, b"a.u.".ljust(16))
