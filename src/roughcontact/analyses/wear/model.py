@@ -44,11 +44,11 @@ from roughcontact.contact.load_case import Load, LoadCase, resolve_force
 from roughcontact.contact.nominal_hertz import is_nominal_origin
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.series import StepResult
 from roughcontact.contact.solve import solve_pair
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_choice, require_count
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material
-from roughcontact.result import Result
 from roughcontact.solvers.operator import Family
 from roughcontact.solvers.progress import Progress, Tell, progress_callback, shows_progress_bar
 from roughcontact.surface import roughness
@@ -124,7 +124,7 @@ class WearStep:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Wear(Result):
+class Wear(StepResult):
     """Wear of a contact over a sliding distance.
 
     Parameters
@@ -200,10 +200,6 @@ class Wear(Result):
     def cautions(self) -> tuple[Caution, ...]:
         """Cautions on the contact of the worn bodies."""
         return self.last.cautions
-
-    def column(self, name: str) -> Array:
-        """Return one field of all steps, shape (n,); see `WearStep` for names and units."""
-        return np.array([asdict(step)[name] for step in self.steps], dtype=float)
 
 
 @shows_progress_bar
