@@ -10,6 +10,7 @@ import pytest
 from scipy.special import ellipe, ellipk
 
 import roughcontact as rc
+from reading import measurement, needs_reader
 from roughcontact.analyses.wear.model import WearingPair
 from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.pair import Pair
@@ -229,6 +230,19 @@ def test_implicit_steps_agree_with_explicit_ones(material: rc.Material) -> None:
     assert error < 0.03
     contact = rc.solve(worn, load=rc.NominalPressure(50e6), calibrated=False, **terms)
     assert result.last.contact_area == pytest.approx(contact.contact_area, rel=0.05)
+
+
+@pytest.mark.long
+@needs_reader
+@pytest.mark.parametrize("material", [STEEL, SOFT])
+def test_measured_map_runs_in_at_the_cost_of_twenty_solves(material: rc.Material) -> None:
+    surface = rc.read_surface(measurement("wyko_nt1100_test_1.opd"))
+    surface = surface.cropped((100, 228), (100, 228)).filled().leveled()
+    result = run_in(surface, distance=4.0, material=material)
+    assert result.last.contact_fraction > 0.3
+    assert result.column("certificate").max() <= 1e-6
+    assert volume_of(result) == pytest.approx(result.volumes[0], rel=1e-10)
+    assert result.column("convolutions").sum() < 20 * result.first.convolutions
 
 
 @pytest.mark.parametrize("boundary", ["free", "periodic", "periodic-y"])
