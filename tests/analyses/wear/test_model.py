@@ -173,6 +173,8 @@ def test_command_prints_answer_and_writes_worn_surface(capsys: pytest.CaptureFix
     assert Path("running-in.csv").exists()
     assert app.main([*COMMAND, "--wear", "1e-4"]) != app.SOLVED
     assert "which has no unit" in capsys.readouterr().err
+    assert app.main(COMMAND) != app.SOLVED
+    assert "--wear is needed: a wear coefficient" in capsys.readouterr().err
 
 
 @pytest.mark.long

@@ -55,7 +55,7 @@ from roughcontact.surface import roughness
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.resolution import LimitCause, noise_height
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, Quantity, format_engineering, to_si
+from roughcontact.units import Quantities, Quantity, format_engineering, format_lengths, to_si
 
 SLIDING, FRETTING = "sliding", "fretting"
 """Motions: each point meets all of a smooth counter-body, or always the same point of it."""
@@ -70,8 +70,8 @@ MAX_MOVED = 0.2
 MAX_HELD_RESULTS = 8
 """Maps in memory while a step is solved: wear, both bodies, pressure and gap of two contacts."""
 
-STEP_FILES = "step-*.npz"
-"""Files of the steps in a folder."""
+FILES, RECORD = "step-*.npz", "wear.json"
+"""Files of the steps in a folder, and their record."""
 
 # Compliance of the first step over that of a pixel, and largest growth from step to step.
 _FIRST, _GROWTH = 0.2, 3.0
@@ -329,9 +329,11 @@ def _coefficient(value: Any, argument: str) -> float:
 
 def _distances(value: Any) -> tuple[float, ...]:
     row = validation.as_finite_row(to_si(value, "length", "distance"), "distance")
+    distances = tuple(map(float, row))
     if not (np.diff(row, prepend=0.0) > 0).all():
-        raise input_error("distance", value, "must be positive and ascending [m]")
-    return tuple(map(float, row))
+        text = f"must be positive and ascending, got {format_lengths(distances, ', ')}"
+        raise InputError(text, argument="distance", value=value)
+    return distances
 
 
 def _shaping(coefficients: tuple[float, float], motion: str) -> tuple[float, float]:
@@ -522,17 +524,12 @@ class _Run:
             return nullcontext()
         ceiling = self.terms.ceiling
         held = ceiling if isinstance(ceiling, str | None) else checkpoints.digest_arrays(ceiling)
-        record = {
-            **self.pair.record(),
-            "boundary": str(self.pair.boundary),
-            **{name: getattr(self.terms, name) for name in ("load", "tolerance", "max_iterations")},
-            **{name: getattr(self, name) for name in ("shaping", "max_moved", "count")},
-            "ceiling": held,
-            "distance": self.distances,
-        }
-        return checkpoints.lock_folder(
-            folder, record, kind="wear", record="wear.json", pattern=STEP_FILES
-        )
+        record = {**self.pair.record(), "boundary": str(self.pair.boundary), "ceiling": held}
+        terms = ("load", "tolerance", "max_iterations")
+        record |= {name: getattr(self.terms, name) for name in terms}
+        record |= {"distance": self.distances, "wear_coefficients": self.shaping}
+        record |= {"max_moved": self.max_moved, "steps": self.count}
+        return checkpoints.lock_folder(folder, record, kind="wear", record=RECORD, pattern=FILES)
 
 
 _FLAT = Provenance("flat")

@@ -40,6 +40,14 @@ def _coefficients(values: tuple[float, float]) -> str:
     return ", ".join(f"{value:.3g} m²/N" for value in values if value)
 
 
+def _rate(value: float) -> str:
+    return f"{format_short(value, 'm')} per meter"
+
+
+def _volumes(values: tuple[float, float]) -> str:
+    return kind.format_value(tuple(filter(None, values)), "m³", phrases.DIGITS)
+
+
 def _column(key: str, name: str, unit: str = "1", **more: Any) -> kind.Column:
     return kind.Column(key, name, unit, digits=phrases.DIGITS, **more)
 
@@ -78,8 +86,8 @@ _TABLE: kind.Table = (
     Quantity("coefficients", "wear coefficients", "k", "m²/N", form=_coefficients, part=PROBLEM),
     Quantity("friction"),
     Quantity("distance", "distance", "s", "m"),
-    Quantity("wear_rate", "mean wear over distance", meaning="k p̄"),
-    Quantity("volumes", "worn volumes", unit="m³", meaning="k W s", when=_is_map),
+    Quantity("wear_rate", "mean wear", form=_rate, meaning="k p̄"),
+    Quantity("volumes", "worn volumes", unit="m³", form=_volumes, meaning="k W s", when=_is_map),
     Quantity("friction_work", unit="J"),
     Quantity("conforms"),
     Quantity("step_errors"),
@@ -107,8 +115,7 @@ def _answer(result: Wear) -> str:
     text = f"{reached}, Sq {heights}, {format_short(last.wear, 'm')} mean wear"
     if not result.conforms:
         return f"Runs in {text}."
-    rate = format_short(result.wear_rate, "m")
-    return f"Conforms {text}; from there it wears uniformly by {rate} per meter."
+    return f"Conforms {text}; from there it wears uniformly by {_rate(result.wear_rate)}."
 
 
 def _numbers(result: Wear) -> kind.CellTable:
@@ -218,6 +225,7 @@ KIND = kind.Presentation(
     problem=lambda result: f"{phrases.problem(result.first)}, {result.motion}",
     answer=_answer,
     numbers=_numbers,
+    meaning=lambda result: f"After wear: {phrases.regime(result.last)}",
     remarks=_remarks,
     method=_method,
     assumptions=_ASSUMPTIONS,

@@ -50,12 +50,12 @@ _FILES = (OUTPUT, WORN_SURFACE, WORN_COUNTER, options.FOLDER, options.REPORT, FI
 
 
 def _run(request: Request, work: TaskContext) -> Outcome:
-    from roughcontact.analyses.wear.model import STEP_FILES, wear
+    from roughcontact.analyses.wear.model import FILES, wear
 
     arguments: dict[str, Any] = {item.arguments[0]: request[item] for item in (WEAR, COUNTER_WEAR)}
     arguments |= {item.argument: request[item] for item in _PLAIN}
     arguments |= request.arguments(work.maps, *options.SOLVER_DOUBLE)
-    with work.report_saved_steps_on_interrupt(STEP_FILES, "step") as (watch, reused):
+    with work.report_saved_steps_on_interrupt(FILES, "step") as (watch, reused):
         result = wear(work.maps[0], load=request.load[0], progress=watch, **arguments)
     last = replace(result.last, extra_cautions=work.extra_cautions)
     return Outcome(request, replace(result, last=last), last, {"reused": len(reused)})
@@ -94,7 +94,7 @@ roughcontact wear ground.x3p --load "50 MPa" --wear "1e-15 m2/N" \\
     run=_run,
     rules=(
         Rule(options.ONE_OF, *_LOADS, text="1 N"),
-        Rule(options.ANY_OF, WEAR, COUNTER_WEAR),
+        Rule(options.NEEDED, WEAR, COUNTER_WEAR, text="a wear coefficient such as '1e-15 m2/N'"),
         Rule(options.NEEDS, WORN_COUNTER, COUNTER_WEAR),
         Rule(options.NEEDS, WORN_COUNTER, MOTION, value="fretting"),
         Rule(options.NEEDED, DISTANCE, text="the sliding distance, such as '3.5 m'"),
