@@ -48,7 +48,7 @@ def redeliver_interrupts() -> Iterator[None]:
             before(dropped)
             return
         requested = signal.SIGINT if dropped.exc_type is KeyboardInterrupt else signal.SIGTERM
-        # A `threading.Thread` waits for its start, in which another signal may come.
+        # Objects of threads wait for their start, in which another signal may come.
         _thread.start_new_thread(send_later, (requested,))
 
     sys.unraisablehook = again
