@@ -1,14 +1,12 @@
 import struct
 import zipfile
-import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import roughcontact as rc
-from reading import assert_rejected, needs_reader, write
-from roughcontact._tools import memory
+from reading import assert_rejected, needs_reader
 from roughcontact.errors import FormatError
 from roughcontact.formats import source
 from roughcontact.formats.read import read_surface
@@ -82,47 +80,6 @@ def test_archives_after_other_bytes_are_checked(x3p: Path) -> None:
     for front in (b"", b"front"):
         x3p.write_bytes(front + x3p.read_bytes())
         assert_rejected(x3p, "map.x3p holds 12.0 GiB, more than the 8 GiB")
-
-
-# Streams of zlib
-
-
-def streams(path: Path, *parts: bytes) -> Path:
-    path.write_bytes(b"front" + b"\x78\x9c\x78\xda between ".join(map(zlib.compress, parts)))
-    return path
-
-
-def test_streams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = streams(tmp_path / "map.mnt", bytes(3 * 2**20), b"short", bytes(2**20))
-    source.check_streams(path)
-    # All of them count, to the byte.
-    monkeypatch.setattr(memory, "_SMALL", 2**22 + 5)
-    source.check_streams(path)
-    monkeypatch.setattr(memory, "_SMALL", 2**22 + 4)
-    with pytest.raises(FormatError, match=r"^map.mnt holds 0.0 GiB or more, packed into 0.0 MiB"):
-        source.check_streams(path)
-
-
-def test_a_stream_without_an_end_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    packed = zlib.compress(bytes(2**24))
-    monkeypatch.setattr(memory, "_SMALL", 2**22)
-    with pytest.raises(FormatError, match=r"^map.mnt holds"):
-        source.check_streams(write(tmp_path, "map.mnt", packed[:-100]))
-
-
-def test_heights_resembling_streams_are_accepted(tmp_path: Path) -> None:
-    noise = np.random.default_rng(0).bytes(2**20)
-    source.check_streams(write(tmp_path, "map.mnt", noise + b"\x78\x9c" * 1000))
-
-
-@needs_reader
-@pytest.mark.parametrize("suffix", [".mnt", ".lext", ".jpk"])
-def test_formats_that_pack_in_streams(
-    tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(memory, "_SMALL", 2**20)
-    path = streams(tmp_path / f"map{suffix}", bytes(2**24))
-    assert_rejected(path, f"map{suffix} holds 0.0 GiB or more, packed into")
 
 
 @needs_reader

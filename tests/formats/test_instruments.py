@@ -337,16 +337,23 @@ def test_huge_grids_raise_format_error_before_allocation(
     assert_rejected(write(tmp_path, "map.opd", "x" * 99), "announces 10000000 × 10000000 points")
 
 
-@pytest.mark.parametrize("error", [AssertionError(), MemoryError("too\nmuch"), RecursionError("x")])
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (AssertionError(), "AssertionError"),
+        (MemoryError("too\nmuch"), "more memory than is free"),
+        (RecursionError("x"), "RecursionError"),
+    ],
+)
 def test_any_failure_of_the_reader_is_a_format_error(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception, words: str
 ) -> None:
     def topography() -> None:
         raise error
 
     fake(monkeypatch, entry(topography=topography))
     path = write(tmp_path, "map.opd", "x" * 99)
-    assert_rejected(path, "map.opd cannot be read as format 'opd'", type(error).__name__)
+    assert_rejected(path, "map.opd cannot be read as format 'opd'", words)
 
 
 def test_missing_library_names_installation(

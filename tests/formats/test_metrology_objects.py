@@ -9,7 +9,8 @@ import pytest
 
 import roughcontact as rc
 from reading import assert_rejected, needs_reader, write
-from roughcontact.formats.read import read_surface
+from roughcontact._tools import memory, processes
+from roughcontact.formats.read import channels, read_surface
 
 HEIGHTS = 1e-6 * np.arange(12.0).reshape(3, 4)
 
@@ -44,6 +45,21 @@ def test_compressed_map_is_read(content: bytes, streams: int, tmp_path: Path) ->
     np.testing.assert_array_equal(surface.heights, plain.heights)
     assert surface.missing == 1
     assert surface.pixel == plain.pixel == pytest.approx((2e-6, 1e-6))
+
+
+@pytest.mark.long
+@needs_reader
+@pytest.mark.skipif(not processes.can_fork(), reason="no process has limits here")
+def test_stream_larger_than_memory_raises_format_error(
+    content: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    packed = zlib.compress(bytes(2**29), 1)
+    directory = struct.pack("<3I", 1, len(content) - 512, len(packed))
+    path = write(tmp_path, "map.sur", b"DSCOMPRESSED" + content[12:512] + directory + packed)
+    monkeypatch.setattr(memory, "free_bytes", lambda: 2**28)
+    for read in (read_surface, channels):
+        with pytest.raises(rc.FormatError, match=r"^map\.sur cannot .* more memory than is free"):
+            read(path)
 
 
 @needs_reader

@@ -8,14 +8,15 @@ import math
 import re
 import zipfile
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from roughcontact._tools import memory, netcdf
+from roughcontact._tools import memory, netcdf, processes
 from roughcontact._tools.arrays import Array
 from roughcontact._tools.text import replace_unprintable
 from roughcontact.errors import ArgumentRef, FormatError, InputError
@@ -36,6 +37,8 @@ from roughcontact.formats.source import (
 from roughcontact.surface.grid import PROFILE_WIDTH
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
+
+T = TypeVar("T")
 
 # Name of SurfaceTopography's reader -> suffixes. The suffix decides, not the content:
 # SurfaceTopography confuses the files of some vendors, and accepts any file for `hgt`, which is
@@ -94,6 +97,9 @@ _ARCHIVES = ("plux", "poir", "qep", "vk", "x3p", "zon")
 _STREAMS = ("jpk", "lext", "mnt", "ps")
 _HDF5 = ("datx",)
 
+# Computing time of a reader of streams [s], and more of it per bytes of the file.
+_READING_SECONDS, _READING_RATE = 10, 2**20
+
 # The maximum compression ratio of deflate is 1032; a header with more points is damaged.
 _POINTS_PER_BYTE = 1100
 
@@ -109,6 +115,34 @@ _UNSUPPORTED = ("UnsupportedFormatFeature", "UnsupportedSchema")
 
 def read_instrument(path: Path, name: str, requested: ReadOptions) -> Surface:
     """Return the map in an instrument's file; ``name`` selects SurfaceTopography's reader."""
+    if not _has_streams(path, name):
+        return _read_map(path, name, requested)
+    # Arrays lose their read-only flag in transit.
+    return replace(_call_limited(_read_map, path, name, requested))
+
+
+def channels(path: Path, name: str) -> tuple[Channel, ...]:
+    """Return the channels of an instrument's file."""
+    if not _has_streams(path, name):
+        return _list_channels(path, name)
+    return _call_limited(_list_channels, path, name)
+
+
+def _has_streams(path: Path, name: str) -> bool:
+    """Return whether a file has streams, which may unpack to more than the memory."""
+    return name in _STREAMS or (name == "sur" and metrology.is_compressed_sur(path))
+
+
+def _call_limited(function: Callable[..., T], path: Path, name: str, *args: Any) -> T:
+    """Return the result of a reader in a process with limits."""
+    with _reader_errors(path, name):
+        # Imported before the fork, so that it is loaded once.
+        _opener(path, name)
+        seconds = _READING_SECONDS + path.stat().st_size // _READING_RATE
+        return processes.call_limited(function, path, name, *args, seconds=seconds)
+
+
+def _read_map(path: Path, name: str, requested: ReadOptions) -> Surface:
     with _open_reader(path, name) as reader:
         entries = list(reader.channels)
         if not entries:
@@ -150,8 +184,7 @@ def read_instrument(path: Path, name: str, requested: ReadOptions) -> Surface:
     return make_surface(path, heights, pixel, provenance, metre, stated, acquired)
 
 
-def channels(path: Path, name: str) -> tuple[Channel, ...]:
-    """Return the channels of an instrument's file."""
+def _list_channels(path: Path, name: str) -> tuple[Channel, ...]:
     with _open_reader(path, name) as reader:
         return tuple(_channel_from_entry(path, entry) for entry in reader.channels)
 
@@ -296,8 +329,6 @@ def _check_packed(path: Path, kind: str) -> None:
         source.check_archive(path)
         if kind == "x3p":
             metrology.check_x3p(path)
-    elif kind in _STREAMS or (kind == "sur" and metrology.is_compressed_sur(path)):
-        source.check_streams(path)
     elif kind == "ibw" and start[:2] not in (b"\5\0", b"\0\5"):
         # The reader accepts no other version; its library logs all bytes of other files.
         raise ValueError("it is no binary wave of version 5")
@@ -306,8 +337,7 @@ def _check_packed(path: Path, kind: str) -> None:
 @contextlib.contextmanager
 def _open_reader(path: Path, kind: str) -> Iterator[Any]:
     """Open SurfaceTopography's reader of a file, with all errors as `FormatError`."""
-    advice = f"check that the file is complete, or give its {ArgumentRef('format')}"
-    with damage_as_error(path, f"format {kind!r}", advice):
+    with _reader_errors(path, kind):
         try:
             _check_packed(path, kind)
             opened = _opener(path, kind)
@@ -332,6 +362,11 @@ def _open_reader(path: Path, kind: str) -> Iterator[Any]:
                     f"not support ({one_line(error)}); export the heights as .x3p, .sur or text"
                 ) from error
             raise
+
+
+def _reader_errors(path: Path, kind: str) -> contextlib.AbstractContextManager[None]:
+    advice = f"check that the file is complete, or give its {ArgumentRef('format')}"
+    return damage_as_error(path, f"format {kind!r}", advice)
 
 
 def _reader_stream(path: Path, kind: str) -> io.BufferedIOBase:

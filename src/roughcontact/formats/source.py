@@ -11,7 +11,6 @@ import errno
 import gzip
 import io
 import math
-import mmap
 import os
 import re
 import tempfile
@@ -50,9 +49,6 @@ _BLOCK = 2**20
 _XML = (b"<", b"\xef\xbb\xbf<", b"\xff\xfe<", b"\xfe\xff\0<")
 
 _GZIP = b"\x1f\x8b"
-
-# First bytes of a zlib stream.
-_ZLIB = re.compile(rb"\x78[\x01\x5e\x9c\xda]")
 
 
 def check_archive(path: Path) -> None:
@@ -121,38 +117,6 @@ def check_method(path: Path, member: zipfile.ZipInfo) -> None:
             f"{path.name} holds {member.filename!r} packed by another method than deflate; pack "
             "it again as an ordinary ZIP archive"
         )
-
-
-def check_streams(path: Path) -> None:
-    """Raise `FormatError` for a file whose zlib streams are too large when unpacked."""
-    packed, unpacked, place = path.stat().st_size, 0, 0
-    maximum = memory.max_unpacked_bytes(packed)
-    with (
-        path.open("rb") as stream,
-        mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content,
-    ):
-        while unpacked <= maximum and (result := _ZLIB.search(content, place)):
-            # Two bytes of a height may resemble a start; the following bytes show that they are
-            # none.
-            size, end = _decompressed_size(content, result.start(), maximum - unpacked)
-            unpacked, place = unpacked + size, end
-    memory.require_size(path.name, unpacked, packed=packed)
-
-
-def _decompressed_size(content: mmap.mmap, start: int, maximum: int) -> tuple[int, int]:
-    """Return the decompressed size of a stream, and the offset of the next one."""
-    unpacking, size, place = zlib.decompressobj(), 0, start
-    rest = b""
-    try:
-        while size <= maximum and not unpacking.eof and (rest or place < len(content)):
-            if not rest:
-                rest = content[place : place + _BLOCK]
-                place += len(rest)
-            size += len(unpacking.decompress(rest, _BLOCK))
-            rest = unpacking.unconsumed_tail
-    except zlib.error:
-        return size, start + 1
-    return (size, place - len(unpacking.unused_data)) if unpacking.eof else (size, start + 1)
 
 
 # --- Common parts of all readers: options, channels and error messages ---
@@ -280,6 +244,8 @@ def require_space(path: Path, error: BaseException) -> None:
 
 def one_line(error: BaseException) -> str:
     """Return the error message of another library in one line."""
+    if isinstance(error, MemoryError):
+        return "it needs more memory than is free"
     # Readers quote unexpected bytes.
     text = join_words(str(error)) or "no reason given"
     return f"{type(error).__name__}: {text if len(text) <= 160 else text[:159] + '…'}"
