@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pkgutil
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,13 +18,14 @@ from paths import ROOT
 from roughcontact.analyses.compare.sampling import SamplingStudy
 from roughcontact.analyses.history.model import history as load_history
 from roughcontact.analyses.leak.model import leakage
-from roughcontact.analyses.solve import surface_report as surface_kind
+from roughcontact.analyses.tasks import PRESENTATIONS
 from roughcontact.contact.series import StepResult
 from roughcontact.formats.read import FORMATS
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic, Swift
 from roughcontact.references import Reference, References, all_references, make_use
 from roughcontact.report import citations, kinds
+from roughcontact.report.presentation import Presentation
 from roughcontact.result import Displayable, Result
 from roughcontact.results import Uncertainty
 from roughcontact.surface import nominal_bodies
@@ -238,7 +240,7 @@ def test_history_cites_contact_and_other_objects_raise_type_error() -> None:
     history = load_history(result.surface, [1.0, 0.5], material=STEEL)
     assert keys(history.references()) == keys(history.under_largest.references())
     with pytest.raises(TypeError, match="no kind of results for a str"):
-        kinds.references("a text")
+        kinds.presentation_of("a text")
 
 
 @pytest.fixture(scope="module")
@@ -253,21 +255,19 @@ def compared() -> rc.results.Comparison:
 
 def test_every_kind_of_result_has_references(compared: rc.results.Comparison) -> None:
     assert {kind.__name__ for kind in Displayable.__subclasses__()} == {"Result", "Surface"}
-    told = {kind.result for kind in kinds.all_presentations()}
     # Tests define other kinds.
     kinds_of_results = {*Result.__subclasses__(), *StepResult.__subclasses__()} - {StepResult}
     own = {kind for kind in kinds_of_results if kind.__module__.startswith("roughcontact")}
-    assert told == {*own, rc.Surface}
+    assert PRESENTATIONS.keys() == {kind.__name__ for kind in (*own, rc.Surface)}
     # Studies of resolution and uncertainty belong to a contact, a surface has parameters.
-    none = surface_kind.KIND.works
+    none = Presentation
     citing = {
-        kind.result for kind in kinds.all_presentations() if kind.contact or kind.works is not none
+        name
+        for name, place in PRESENTATIONS.items()
+        for kind in [pkgutil.resolve_name(f"roughcontact.{place}")]
+        if kind.contact_name or kind.contact is not none.contact or kind.works is not none.works
     }
-    assert {kind.__name__ for kind in told - citing} == {
-        "ResolutionStudy",
-        "Surface",
-        "Uncertainty",
-    }
+    assert PRESENTATIONS.keys() - citing == {"ResolutionStudy", "Surface", "Uncertainty"}
 
 
 def test_curve_cites_sources_of_contacts_and_ceiling() -> None:

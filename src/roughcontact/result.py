@@ -49,7 +49,7 @@ class Displayable:
 
     def save(self, path: Path) -> None:
         """Write the object to a file; the suffix selects the format."""
-        presentation().save(self, path)
+        presentation().presentation_of(self).save(path)
 
     def explore(self) -> Any:
         """Open the page on a map or a contact; see `roughcontact.desk.explore.explore`."""
@@ -72,7 +72,7 @@ class Result(Displayable):
 
     def summary(self) -> dict[str, Any]:
         """Return the quantities by name, in SI units, ready for JSON."""
-        return presentation().presentation_of(self).summary(self)
+        return presentation().presentation_of(self).summary()
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return a pandas table: one row per step, or one row, and one column per quantity.
@@ -82,7 +82,7 @@ class Result(Displayable):
         pandas.DataFrame
             Values in SI units; ``attrs["units"]`` holds the unit of each column.
         """
-        return presentation().presentation_of(self).to_pandas(self)
+        return presentation().presentation_of(self).to_pandas()
 
     def to_xarray(self) -> xarray.Dataset:
         """Return maps and quantities as an xarray dataset.
@@ -97,11 +97,11 @@ class Result(Displayable):
         InputError
             If the result has no NetCDF form.
         """
-        return presentation().presentation_of(self).to_xarray(self)
+        return presentation().presentation_of(self).to_xarray()
 
     def references(self) -> References:
         """Return the references of the methods used, as text and as BibTeX."""
-        return presentation().references(self)
+        return presentation().presentation_of(self).references()
 
     def report(self, path: Path, command: str = "", study: Any = None, onset: Any = None) -> None:
         """Write a self-contained report that prints to A4."""

@@ -59,14 +59,12 @@ class Height(Result):
     cautions = ()
 """
 KIND = """
-from roughcontact.analyses.height.model import Height
-from roughcontact.report.kind import Presentation
-from roughcontact.report.kind import (Column, Quantity)
+from roughcontact.report.kind import Column, Quantity
+from roughcontact.report.presentation import Presentation
 
-KIND = Presentation(
-    Height, (Quantity("height", "height", "h", "m", "Multiple of Sq."),),
-    (Column("heights", "height", "m", of=lambda found: [found.height]),),
-)
+class HeightPresentation(Presentation):
+    table = (Quantity("height", "height $h$ [m]: Multiple of Sq."),)
+    columns = (Column("heights", "height [m]", of=lambda found: [found.height]),)
 """
 TASK = """
 from roughcontact.request import options, parsing
@@ -85,7 +83,7 @@ TASK = Task(
     "height", "Print a multiple of the height.",
     (*options.MAP, FACTOR, *options.BODIES, *options.OUTPUT), run=_run,
     questions=(Analysis("How high it is", "A multiple of Sq.", (FACTOR,)),),
-    presentations={"Height": ("analyses.height.report:KIND",)},
+    presentations={"Height": "analyses.height.report:HeightPresentation"},
 )
 """
 ANSWERED = """

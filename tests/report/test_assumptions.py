@@ -39,7 +39,7 @@ def solve_surface(surface: rc.Surface, **problem: Any) -> ContactResult:
 
 def stated_assumptions(result: ContactResult) -> dict[str, str]:
     """Return what is assumed in the case of a result, by name."""
-    rows = assumptions.assumption_rows(assumptions.ASSUMPTIONS, assumptions.contact_case(result))
+    rows = assumptions.assumption_rows(assumptions.contact_case(result))
     assert len({name for name, _, _ in rows}) == len(rows)
     assert all(len(row) == 3 and all(row) for row in rows)
     return {name: case for name, case, _ in rows}

@@ -6,17 +6,16 @@ import html
 import json
 import math
 import re
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 import roughcontact as rc
-from roughcontact.analyses.history import fields as history_fields, report as history_report
+from roughcontact.analyses.history import report as history_report
 from roughcontact.analyses.solve import (
     fields as contact_fields,
     report as contact,
@@ -24,10 +23,15 @@ from roughcontact.analyses.solve import (
     uncertainty_report as uncertainty,
     volume_report as elastoplastic,
 )
-from roughcontact.analyses.stress import report as subsurface_stress, task as stress_task
+from roughcontact.analyses.stress import (
+    fields as stress_fields,
+    report as subsurface_stress,
+    task as stress_task,
+)
 from roughcontact.analyses.sweep import fields as sweep_fields, report as curves
 from roughcontact.cli import console
 from roughcontact.cli.terminal import DisplayOptions
+from roughcontact.contact.result import Regime
 from roughcontact.formats import tables as files
 from roughcontact.material.material import RIGID
 from roughcontact.report import figures, inputs, kinds
@@ -42,13 +46,26 @@ from roughcontact.report.kind import (
     csv_text,
     delegated,
     format_value,
+    profile_table,
     quantity_of,
+    read_attribute,
     rows_of,
     side_by_side,
+    split_label,
+    stored_values,
 )
+from roughcontact.report.presentation import Presentation
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 Capture = pytest.CaptureFixture[str]
+
+
+class Place(NamedTuple):
+    """Place of a point."""
+
+    row: int
+    column: int
+
 
 pytestmark = pytest.mark.usefixtures("quick")
 
@@ -98,21 +115,19 @@ def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple
     return shown, text_of(kinds.render(result)), kept
 
 
-TABLES: dict[str, Any] = {
-    "solved": contact,
-    "pressed": elastoplastic,
-    "below": subsurface_stress,
-    "history": history_report,
-    "curve": curves,
+TABLES: dict[str, type[Presentation]] = {
+    "solved": contact.ContactPresentation,
+    "pressed": elastoplastic.VolumePresentation,
+    "below": subsurface_stress.StressPresentation,
+    "history": history_report.HistoryPresentation,
+    "curve": curves.CurvePresentation,
 }
 
 
 def tell_more(monkeypatch: pytest.MonkeyPatch, kind: str, **more: Any) -> None:
     """Add to what a kind tells; its row is the only place that changes."""
-    module, name = TABLES[kind], "KIND"
-    old = getattr(module, name)
-    new = replace(old, **{name: (*getattr(old, name), one) for name, one in more.items()})
-    monkeypatch.setattr(module, name, new)
+    for name, one in more.items():
+        monkeypatch.setattr(TABLES[kind], name, (*getattr(TABLES[kind], name), one))
 
 
 @pytest.mark.long
@@ -120,7 +135,7 @@ def tell_more(monkeypatch: pytest.MonkeyPatch, kind: str, **more: Any) -> None:
 def test_new_quantity_appears_in_all_outputs(
     kind: str, request: pytest.FixtureRequest, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    added = Quantity("answer", "answer to all", symbol="Q", unit="Pa", of=lambda _: 42.123456e6)
+    added = Quantity("answer", "answer to all $Q$ [Pa]", of=lambda _: 42.123456e6)
     tell_more(monkeypatch, kind, table=added)
     shown, report, kept = told_by(kind, request, capsys)
     assert "Answer to all Q 42.12 MPa" in shown
@@ -149,10 +164,10 @@ def test_new_column_appears_in_all_outputs(
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
 ) -> None:
-    added = Column("root", "root", unit="N", of=lambda r: [s.load**0.5 for s in r.steps])
+    added = Column("root", "root [N]", of=lambda r: [s.load**0.5 for s in r.steps])
     tell_more(monkeypatch, kind, columns=added)
     # The table of a history tells its steps.
-    fields = {"curve": sweep_fields, "history": history_fields}[kind]
+    fields = {"curve": sweep_fields, "history": history_report}[kind]
     monkeypatch.setattr(fields, name, (*getattr(fields, name), added))
     result = request.getfixturevalue(kind)
     shown, report, kept = told_by(kind, request, capsys)
@@ -218,14 +233,68 @@ def test_friction_is_shown_with_its_direction_or_omitted(
 
 def test_delegated_quantity_reads_part_of_result() -> None:
     inner = Quantity("real", "real part", of="real", text=lambda v: f"<{v.real}>")
-    outer = delegated("number", inner, name="first part")
+    outer = delegated("number", inner, label="first part")
     (row,) = rows_of((outer,), type("Held", (), {"number": 3 + 4j}))
     assert (row.value, row.text, row.title) == (3.0, "<3.0>", "First part")
 
 
+@pytest.mark.parametrize(
+    ("label", "parts"),
+    [
+        ("", ("", "", "1", "")),
+        ("[m²]", ("", "", "m²", "")),
+        ("mean gap", ("mean gap", "", "1", "")),
+        ("mean gap $ū$ [m]: of the open gap", ("mean gap", "ū", "m", "of the open gap")),
+        ("tilt (y, x) [rad]: about the center", ("tilt (y, x)", "", "rad", "about the center")),
+        ("contact: E* [Pa] and A", ("contact", "", "1", "E* [Pa] and A")),
+    ],
+)
+def test_label_has_name_symbol_unit_and_meaning(label: str, parts: tuple[str, ...]) -> None:
+    assert split_label(label) == parts
+
+
+def test_attribute_on_a_path_is_read_of_each_item_and_none_where_it_ends() -> None:
+    steps = (SimpleNamespace(load=1.0, at=Place(2, 3)), SimpleNamespace(load=4.0, at=Place(5, 6)))
+    result = SimpleNamespace(steps=steps, base=None, at=Place(7, 8))
+    assert read_attribute(result, "steps.load") == [1.0, 4.0]
+    assert read_attribute(result, "steps.at.row") == [2, 5]
+    assert read_attribute(result, "at.row") == 7
+    assert read_attribute(result, "base.steps.load") is None
+    assert Column("load").values(result) == [1.0, 4.0]
+    assert not Column("load", of="base.steps.load").is_shown(result)
+    assert not Quantity("base", "base").is_shown(result)
+
+
+def test_stored_values_are_ready_for_json() -> None:
+    result = SimpleNamespace(
+        at=Place(1, 2), size=(1e-6, 2e-6), regime=Regime.SATURATED, areas=np.array([0.5, 1.0])
+    )
+    kept = stored_values([Quantity(key) for key in vars(result)], result)
+    assert kept == {
+        "at": {"row": 1, "column": 2},
+        "size": [1e-6, 2e-6],
+        "regime": str(Regime.SATURATED),
+        "areas": [0.5, 1.0],
+    }
+    assert json.loads(json.dumps(kept)) == kept
+
+
+def test_quantities_of_a_profile_are_those_of_a_map_per_meter_of_width() -> None:
+    area = Quantity("contact_area", "contact area [m²]: pixels of the map with pressure")
+    load, other = Quantity("load", "load $W$ [N]"), Quantity("tilt", "tilt")
+    table = profile_table((area, load, other), "tilt", load={"label": "line load [N/m]"})
+    assert [item.key for item in table] == ["contact_length", "load"]
+    assert [item.label for item in table] == [
+        "contact length [m]: points of the profile with pressure",
+        "line load [N/m]",
+    ]
+    result = SimpleNamespace(contact_area=2e-6, load=3.0)
+    assert [item.value(result) for item in table] == [2e-6, 3.0]
+
+
 def test_csv_keeps_every_digit_and_the_type() -> None:
     steps = [type("Step", (), {"x": 0.1 + 0.2, "n": 3})]
-    columns = (Column("x", unit="m"), Column("n"), Column("told", "told", stored=False))
+    columns = (Column("x", "[m]"), Column("n"), Column("told", "told", stored=False))
     result = type("Steps", (), {"steps": steps})
     assert csv_text(columns, result) == "x [m],n [1]\n0.30000000000000004,3\n"
 
@@ -245,8 +314,8 @@ def test_figures_are_named_after_those_of_the_report(
         solve.TASK.figures({solve.MODEL: solve.VOLUME_MODEL}),
         stress_task.TASK.figures({}),
     )
-    kinds_told = (contact.KIND, elastoplastic.KIND, subsurface_stress.KIND)
-    assert offered == tuple(figures.names(kind.figures) for kind in kinds_told)
+    tables = (figures.CONTACT, elastoplastic.VolumePresentation.figures, stress_fields.FIGURES)
+    assert offered == tuple(figures.names(table) for table in tables)
     drawn = []
 
     def sketch(scene: Any) -> Figure:
@@ -256,9 +325,8 @@ def test_figures_are_named_after_those_of_the_report(
         return figure
 
     added = figures.Illustration("sketch", sketch, "What it looks like.")
-    tell_more(monkeypatch, "solved", figures=added)
+    monkeypatch.setattr(contact.ContactPresentation, "figures", (*figures.CONTACT, added))
     assert "What it looks like." in text_of(kinds.render(solved))
-    assert figures.names(contact.KIND.figures)[-1] == "sketch"
     kinds.drawings(solved)["sketch"]()
     assert drawn == [solved, solved]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -20,7 +20,8 @@ from roughcontact.cli.terminal import DisplayOptions
 from roughcontact.references import make_use
 from roughcontact.report import kinds
 from roughcontact.report.figures import Illustration
-from roughcontact.report.kind import PROBLEM, Column, Presentation, Quantity
+from roughcontact.report.kind import PROBLEM, CellTable, Column, Quantity, Use
+from roughcontact.report.presentation import Presentation
 from roughcontact.result import Result
 
 if TYPE_CHECKING:
@@ -56,31 +57,37 @@ def pitches(found: Squeaking, colour: str = "k") -> Figure:
     return figure
 
 
-KIND = Presentation(
-    Squeaking,
-    (
+class SqueakingPresentation(Presentation):
+    table = (
         Quantity("grease", "grease", of=lambda _: "none", part=PROBLEM),
-        Quantity("loudest", "loudest pitch", unit="Hz", of=lambda found: found.steps[-1].pitch),
-    ),
-    (Column("pitch", "pitch", unit="Hz"),),
-    listed=True,
-    question=lambda _: "How does it squeak?",
-    answer=lambda found: f"It squeaks at {found.steps[-1].pitch:g} Hz.",
-    numbers=lambda found: ((), [("loudest pitch", f"{found.steps[-1].pitch:g} Hz")]),
-    sentences=lambda _: ("A sentence about squeaks.",),
-    figures=(Illustration("pitches", pitches, "Pitch over the step."),),
-    plots=(pitches,),
-    contact=lambda found: found.largest,
-    works=lambda _: (make_use("squeaks", "Johnson1985"),),
-)
+        Quantity("loudest", "loudest pitch [Hz]", of=lambda found: found.steps[-1].pitch),
+    )
+    columns = (Column("pitch", "pitch [Hz]"),)
+    is_listed = True
+    figures = (Illustration("pitches", pitches, "Pitch over the step."),)
+    plots = (pitches,)
+    contact_name = "largest"
+
+    def question(self) -> str:
+        return "How does it squeak?"
+
+    def answer(self) -> str:
+        return f"It squeaks at {self.result.steps[-1].pitch:g} Hz."
+
+    def numbers(self) -> CellTable:
+        return (), [("loudest pitch", f"{self.result.steps[-1].pitch:g} Hz")]
+
+    def sentences(self) -> tuple[str, ...]:
+        return ("A sentence about squeaks.",)
+
+    def works(self) -> tuple[Use, ...]:
+        return (make_use("squeaks", "Johnson1985"),)
 
 
 @pytest.fixture
 def squeaking(monkeypatch: pytest.MonkeyPatch) -> Squeaking:
-    monkeypatch.setattr(surface, "SQUEAKING_KIND", KIND, raising=False)
-    monkeypatch.setitem(
-        PRESENTATIONS, "Squeaking", ("analyses.solve.surface_report:SQUEAKING_KIND",)
-    )
+    monkeypatch.setattr(surface, "Squeaking", SqueakingPresentation, raising=False)
+    monkeypatch.setitem(PRESENTATIONS, "Squeaking", "analyses.solve.surface_report:Squeaking")
     heights, pixel = rc.reference_map(32)
     steel = rc.Material(210e9, 0.3, 1e9)
     result = rc.solve(rc.Surface(heights, pixel), material=steel, load=0.1)
@@ -154,26 +161,9 @@ def test_new_kind_is_drawn_cited_and_reported(squeaking: Squeaking, tmp_path: Pa
 def test_a_kind_without_a_question_has_no_report(
     squeaking: Squeaking, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    mute = replace(KIND, question=lambda _: "")
-    monkeypatch.setattr(surface, "SQUEAKING_KIND", mute)
+    monkeypatch.setattr(SqueakingPresentation, "question", lambda _: "")
     with pytest.raises(rc.InputError, match="no report on a Squeaking alone"):
         squeaking.report(tmp_path / "out.html")
-
-
-def test_every_kind_is_listed_once_and_the_narrower_first() -> None:
-    listed = kinds.all_presentations()
-    assert len(set(map(id, listed))) == len(listed)
-    for name, places in PRESENTATIONS.items():
-        assert {kinds._loaded(place).result.__name__ for place in places} == {name}
-    usual = Presentation(object, ()).when
-    for at, kind in enumerate(listed):
-        later = [other for other in listed[at + 1 :] if other.result is kind.result]
-        # Only the last of a class takes all that is left of it.
-        assert bool(later) == (kind.when is not usual)
-    trace = rc.Surface(np.array([0.0, 1e-7, 0.0]), 1e-6)
-    assert kinds.presentation_of(trace) is not kinds.presentation_of(
-        rc.Surface(*rc.reference_map(32))
-    )
 
 
 @pytest.mark.long

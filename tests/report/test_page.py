@@ -184,11 +184,9 @@ def test_every_figure_has_image_and_caption(whole: tuple[ContactResult, str]) ->
 def test_no_text_of_a_figure_prints_below_seven_points(
     whole: tuple[ContactResult, str], width: int
 ) -> None:
-    for entry in kinds.presentation_of(whole[0]).figures:
+    for entry in kinds.presentation_of(whole[0]).own("figures"):
         picture = layout.Picture(
-            lambda entry=entry: entry.draw(kinds.presentation_of(whole[0]).scene(whole[0])),
-            "",
-            width,
+            lambda entry=entry: entry.draw(kinds.presentation_of(whole[0]).scene), "", width
         )
         figure = picture.draw_figure()
         printed = width / 25.4 / figure.get_figwidth()
@@ -325,8 +323,7 @@ def test_every_case_states_its_assumptions(problem: dict[str, Any], words: str) 
     page = report(result, layout.Edition(date=DAY))
     assert words in page.words
     assert result.regime in page.words
-    case = assumptions.contact_case(result)
-    for row in assumptions.assumption_rows(assumptions.ASSUMPTIONS, case):
+    for row in assumptions.assumption_rows(assumptions.contact_case(result)):
         assert list(row) in page.cells
     two = result.counter_surface is not None
     assert ("Roughness of the counter-body" in page.words) is two

@@ -181,7 +181,7 @@ GROUPS: dict[str, tuple[Command, ...]] = {
 COMMANDS = {command.name: command for group in GROUPS.values() for command in group}
 TASKS = tuple(command for command in COMMANDS.values() if isinstance(command, Task))
 _TASKS = {task.name: task for task in TASKS}
-PRESENTATIONS = {name: places for task in TASKS for name, places in task.presentations.items()}
+PRESENTATIONS = {name: place for task in TASKS for name, place in task.presentations.items()}
 """Import paths of the presentations by class of results."""
 PROJECT_TASKS = {task.name: task for task in TASKS if task.in_projects}
 """Tasks that project files can request."""

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from roughcontact.material.catalog import Entry
     from roughcontact.report.inputs import Measured
     from roughcontact.report.kind import Headline
+    from roughcontact.report.page import Block
     from roughcontact.request.outcome import Outcome
     from roughcontact.surface.surface import Surface
 
@@ -50,12 +51,15 @@ _MAX_WIDTH = 100
 
 def print_outcome(outcome: Outcome, display: DisplayOptions) -> None:
     """Print the outcome of a request."""
-    from roughcontact.report import kinds
+    from roughcontact.report.presentation import presentation_of
 
     result, task = outcome.result, outcome.request.task
-    _print_headline(kinds.headline(result, **outcome.extra_results), task)
+    shown = presentation_of(result, **outcome.extra_results, is_drawn=False)
+    first = shown.headline()
+    _print_headline(first, task)
     if display is DisplayOptions.VERBOSE:
-        show_all(result, task, **outcome.extra_results)
+        _print_blocks(shown.tables(), {_lower_first(row) for row in first.rows}, task)
+        _print_cautions(result.cautions, task)
     else:
         _print_messages(result.cautions, task)
     _print_written(outcome.written)
@@ -63,7 +67,7 @@ def print_outcome(outcome: Outcome, display: DisplayOptions) -> None:
 
 def print_outcomes(names: Sequence[str], outcomes: Sequence[Outcome | Exception]) -> None:
     """Print the answer for each of several files, and the range of their contact areas."""
-    from roughcontact.report import kinds
+    from roughcontact.report.presentation import presentation_of
 
     rows: list[Cells] = []
     shares: list[float] = []
@@ -71,7 +75,7 @@ def print_outcomes(names: Sequence[str], outcomes: Sequence[Outcome | Exception]
         if isinstance(item, Exception):
             rows.append((name, "not solved"))
             continue
-        rows.append((name, kinds.headline(item.result, **item.extra_results).answer))
+        rows.append((name, presentation_of(item.result, **item.extra_results).answer()))
         # The elastoplastic result has its contact as its solution.
         shares.append(getattr(item.result, "solution", item.result).contact_fraction)
     _print_table(rows, heads=("file", "result"), fold=True)
@@ -82,13 +86,10 @@ def print_outcomes(names: Sequence[str], outcomes: Sequence[Outcome | Exception]
     _print_lines(f"{text}.")
 
 
-def show_all(result: Any, task: Command, **reference: Any) -> None:
-    """Print tables and text of the report of a result, without rows of its headline."""
-    from roughcontact.report import kinds
-
-    known = {_lower_first(row) for row in kinds.headline(result, **reference).rows}
+def _print_blocks(blocks: Iterable[Block], known: set[Cells], task: Command) -> None:
+    """Print the tables and the text of a report, without known rows."""
     title = ""
-    for kind, content in kinds.tables(result, **reference):
+    for kind, content in blocks:
         if kind == "head":
             title = content
         elif kind in ("table", "aside"):
@@ -105,7 +106,6 @@ def show_all(result: Any, task: Command, **reference: Any) -> None:
                 title = ""
         elif kind == "text":
             _print_paragraph(terminal.spell_options(content, task))
-    _print_cautions(result.cautions, task)
 
 
 def _lower_first(row: Cells) -> Cells:
@@ -330,15 +330,15 @@ def show_demo(
     from dataclasses import replace
 
     from roughcontact.analyses.solve import fields as contact_fields
-    from roughcontact.report import kinds
     from roughcontact.report.kind import quantity_of
+    from roughcontact.report.presentation import presentation_of
 
     limited = results[1]
     rows = [
         (quantity.row(limited).title, *(quantity.row(result).text for result in results))
         for quantity in (quantity_of(contact_fields.CONTACT, key) for key in _MAIN_QUANTITIES)
     ]
-    first = kinds.headline(limited)
+    first = presentation_of(limited).headline()
     _print_headline(replace(first, heads=("", *labels), rows=rows, remarks=first.remarks[-1:]))
     print(f"written to:\n{replace_unprintable(str(folder))}")
     _print_lines(", ".join(files))

@@ -82,7 +82,7 @@ def _analysis_outcome(tell: Tell, outcome: Outcome) -> AnalysisOutcome:
         if outcome.converged and not isinstance(result, LoadCurve)
         else (),
         kinds.sentences(result),
-        kinds.presentation_of(result).answer(result),
+        kinds.presentation_of(result).answer(),
     )
 
 
@@ -127,7 +127,7 @@ def _quantity_change(
     quantity: kind.Quantity, first: ContactResult, second: ContactResult
 ) -> tuple[str, str]:
     """Return the first value minus the second, as text and in percent of the second."""
-    if not (quantity.when(first) and quantity.when(second)):
+    if not (quantity.is_shown(first) and quantity.is_shown(second)):
         return "", ""
     values = [quantity.value(result) for result in (first, second)]
     if not all(isinstance(value, (int, float)) and math.isfinite(value) for value in values):

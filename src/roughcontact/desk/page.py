@@ -488,7 +488,7 @@ class Page:
 
 
 def _shown_result(request: Request, result: ContactResult) -> ShownResult:
-    heads, answer = contact.with_calibrated_column(contact.kind_of(result), result)
+    heads, answer = contact.ContactPresentation(result).rows_by_ceiling()
     rows = [(row.title, *texts) for row, texts in answer]
     empty = ("",) * (len(heads) - 1)
     rows += [(row.title, row.text, *empty) for row in kinds.rows(result, TRUST)]

@@ -21,13 +21,12 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic
 from roughcontact.material.material import Material, contact_modulus, softer_material
 from roughcontact.report import phrases
+from roughcontact.report.kind import Cells
 from roughcontact.report.phrases import is_rigid
 from roughcontact.surface.provenance import Provenance
 from roughcontact.units import count_noun, format_engineering, format_lengths, format_percent
 
 HEAD = ("The model assumes", "In this case", "Matters if")
-
-Cells = tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +62,10 @@ class Case:
         return any(step.method == method for item in self.origins for step in item.operations)
 
 
-def contact_case(result: ContactResult, history: Any = None) -> Case:
-    """Return the case of a contact, alone or as the largest load of a history."""
+def contact_case(
+    result: ContactResult, history: Any = None, volume: ElastoplasticResult | None = None
+) -> Case:
+    """Return the case of a contact, alone, after a load history or of the volume model."""
     pair = result.pair
     return Case(
         (result.material, result.counter_material),
@@ -78,26 +79,8 @@ def contact_case(result: ContactResult, history: Any = None) -> Case:
         result.ceiling,
         result.saturated_fraction > 0,
         result,
-        history=history,
-    )
-
-
-def volume_case(result: ElastoplasticResult) -> Case:
-    """Return the case of an elastoplastic contact."""
-    contact = result.solution
-    return Case(
-        (contact.material, contact.counter_material),
-        contact.boundary,
-        contact.pair.origins,
-        contact.pair.size,
-        contact.pair.pixel,
-        contact.pair.rms_slope,
-        near_contact.rms_slope(contact),
-        contact.max_pressure,
-        None,
-        False,
-        contact,
-        result,
+        volume,
+        history,
     )
 
 
@@ -126,15 +109,6 @@ class Assumption:
     case: str | Callable[[Any], str]  # The assumption in this case, with its values
     matters: str  # Where it does not hold
     when: Callable[[Any], bool] = lambda _: True  # Whether the model makes it
-
-
-def assumption_rows(table: Sequence[Assumption], case: Any) -> list[Cells]:
-    """Return the assumptions of a model in a case."""
-    return [
-        (item.name, item.case if isinstance(item.case, str) else item.case(case), item.matters)
-        for item in table
-        if item.when(case)
-    ]
 
 
 def slope_errors(case: Case) -> tuple[float, float]:
@@ -385,3 +359,12 @@ ASSUMPTIONS = (
     ),
 )
 """Assumptions of any contact, for a `Case`."""
+
+
+def assumption_rows(case: Case) -> list[Cells]:
+    """Return the assumptions of a model in a case."""
+    return [
+        (item.name, item.case if isinstance(item.case, str) else item.case(case), item.matters)
+        for item in ASSUMPTIONS
+        if item.when(case)
+    ]

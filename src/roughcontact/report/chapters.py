@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from importlib import metadata
 from typing import Any
@@ -13,25 +12,16 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
 from roughcontact.material.material import Material
 from roughcontact.report import figures, inputs
-from roughcontact.report.kind import TRUST, Presentation, Row, Table, side_by_side
-from roughcontact.report.page import Block, Cells, PageTable, Picture
+from roughcontact.report.kind import Cells, Row, Table, side_by_side
+from roughcontact.report.page import Block, PageTable, Picture
 from roughcontact.surface.surface import Surface
 
 # --- Blocks of reports ---
 
 
-# Maximum number of rows of steps in a report.
-_MAX_ROWS = 24
-
-
 def cells(rows: Iterable[Row]) -> list[Cells]:
     """Return rows as cells of a page: name, value, meaning."""
     return [(row.title, row.text, row.meaning) for row in rows]
-
-
-def headlines(kind: Presentation, result: Any, keys: Iterable[str]) -> list[Cells]:
-    """Return the headline rows of a report: names, values and remarks."""
-    return cells(replace(kind.row(result, key), symbol="") for key in keys)
 
 
 def table(rows: Sequence[Cells], head: Cells = (), style: str = "") -> list[Block]:
@@ -47,16 +37,6 @@ def quantities(rows: Iterable[Row]) -> list[Block]:
     return table(told, ("quantity", "value", "meaning"), "wide")
 
 
-def steps(kind: Presentation, result: Any, count: int = _MAX_ROWS) -> list[Block]:
-    """Return the block of the steps of a result, at most ``count`` of them, evenly spaced."""
-    head, rows = kind.listing(result)
-    chosen = evenly_spaced(rows, count)
-    blocks = table(chosen, head)
-    if len(chosen) < len(rows):
-        blocks.append(Block("small", f"{len(chosen)} of {len(rows)} steps; files have all."))
-    return blocks
-
-
 def evenly_spaced(rows: Sequence[Cells], count: int) -> list[Cells]:
     """Return at most ``count`` rows, evenly spaced, with the first and the last."""
     if len(rows) <= count:
@@ -64,24 +44,15 @@ def evenly_spaced(rows: Sequence[Cells], count: int) -> list[Cells]:
     return [rows[round(index * (len(rows) - 1) / (count - 1))] for index in range(count)]
 
 
-def picture_list(table: figures.Illustrations, scene: Any, chapter: str) -> list[Picture]:
-    """Return the figures of a table that belong to a chapter; none without a scene."""
-    return (
-        []
-        if scene is None
-        else [
-            Picture(partial(entry.draw, scene), entry.text(scene), entry.width)
-            for entry in table
-            if entry.chapter == chapter and entry.when(scene)
-        ]
-    )
-
-
 def figure_blocks(
     table: figures.Illustrations, scene: Any, chapter: str = figures.RESULTS
 ) -> list[Block]:
-    """Return the blocks of the figures of a table that belong to a chapter."""
-    return [Block("figure", item) for item in picture_list(table, scene, chapter)]
+    """Return the blocks of the figures of a chapter; none without a scene."""
+    return [
+        Block("figure", Picture(partial(entry.draw, scene), entry.text(scene), entry.width))
+        for entry in table
+        if scene is not None and entry.chapter == chapter and entry.when(scene)
+    ]
 
 
 # --- Input ---
@@ -108,13 +79,10 @@ def map_blocks(result: ContactResult, drawn: bool = True) -> list[Block]:
     for surface in measured:
         of = " of the counter-body" if surface is result.counter_surface else ""
         entry = figures.PROFILE_MAP if surface.is_profile else figures.MAP
-        (picture,) = picture_list((entry,), figures.MapScene(surface, of), figures.FILES)
-        beside = surface is measured[0] and not surface.is_profile
-        blocks.append(
-            Block("aside", (picture, [PageTable(rows, head, style)]))
-            if beside
-            else Block("figure", picture)
-        )
+        (block,) = figure_blocks((entry,), figures.MapScene(surface, of), figures.FILES)
+        if surface is measured[0] and not surface.is_profile:
+            block = Block("aside", (block.content, [PageTable(rows, head, style)]))
+        blocks.append(block)
     for surface in measured:
         blocks += _roughness(surface, surface is result.counter_surface)
     return blocks
@@ -175,34 +143,21 @@ RIGHT_PROBLEM = "It verifies the solution of this model; sections 3 and 4 cover 
 _LIBRARIES = ("numpy", "scipy", "ducc0", "matplotlib")
 
 
-def trust_blocks(kind: Presentation, result: Any, checked: Sequence[str]) -> list[Block]:
-    """Return the blocks on the accuracy of a result and the checks performed."""
-    rows = [(row.title, row.text) for row in kind.rows(result, TRUST, brief=True)]
-    return [
-        *table(rows, style="key"),
-        *([Block("small", f"Checked: {', '.join(checked)}.")] if checked else []),
-    ]
-
-
-def certificate(result: ContactResult) -> list[Block]:
-    """Return the blocks on the method of a contact and its certificate."""
+def certificate(result: ContactResult) -> Iterator[str]:
+    """Yield the paragraphs on the method of a contact and its certificate."""
     kernel = "plane strain" if result.pair.is_profile else f"the {result.boundary} half-space"
     below = "" if result.ceiling is None else " and at most the ceiling"
-    return [
-        Block(
-            "text",
-            "The pressure minimizes the elastic energy of two half-spaces without overlap; it is "
-            f"nowhere negative{below}. The displacement is an FFT convolution with the kernel of "
-            f"{kernel}.",
-        ),
-        Block(
-            "text",
-            "Certificate: ε = ‖p − clip(p − g/K₀₀, 0, p_lim)‖ / ‖p‖, with pressure p, ceiling "
-            "p_lim, and a gap g computed again from p; K₀₀ is the displacement of a pixel under "
-            "unit pressure. Zero means: no overlap without pressure, no pressure across a gap, "
-            f"yielding only at the ceiling. {RIGHT_PROBLEM}",
-        ),
-    ]
+    yield (
+        "The pressure minimizes the elastic energy of two half-spaces without overlap; it is "
+        f"nowhere negative{below}. The displacement is an FFT convolution with the kernel of "
+        f"{kernel}."
+    )
+    yield (
+        "Certificate: ε = ‖p − clip(p − g/K₀₀, 0, p_lim)‖ / ‖p‖, with pressure p, ceiling p_lim, "
+        "and a gap g computed again from p; K₀₀ is the displacement of a pixel under unit "
+        "pressure. Zero means: no overlap without pressure, no pressure across a gap, yielding "
+        f"only at the ceiling. {RIGHT_PROBLEM}"
+    )
 
 
 def script_blocks(version: str, command: str, script: str, what: str) -> list[Block]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any
 
 from roughcontact.contact.nominal_hertz import ELLIPSE
 from roughcontact.contact.result import ContactResult
@@ -11,8 +10,8 @@ from roughcontact.elastoplastic.volume_result import ElastoplasticResult
 from roughcontact.formats import instruments
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Hardening, Kinematic, Swift
-from roughcontact.references import NO_REFERENCES, Reference, References, make_use
-from roughcontact.report.kind import Presentation, Use
+from roughcontact.references import Reference, make_use
+from roughcontact.report.kind import Use
 from roughcontact.surface.provenance import Operation, Provenance
 
 Uses = Iterator[Use]
@@ -27,24 +26,6 @@ _STEPS = {
 
 CEILING = make_use("ceiling of the pressure", "EngineeringModel", "Almqvist2007", "Tabor1951")
 RECOMMENDED = make_use("calibrated ceiling", "Jackson2005")
-
-
-def references_of(kind: Presentation, result: Any) -> References:
-    """Return the works cited for a result, by use."""
-    contact = () if kind.contact is None else contact_references(kind.contact(result))
-    return _gathered([*contact, *kind.works(result)])
-
-
-def cited_works(works: References) -> list[str]:
-    """Return the works whose authors or publishers are known, one line each."""
-    return [work.text for work in works if work.authors or work.year]
-
-
-def _gathered(uses: Iterable[Use]) -> References:
-    result = NO_REFERENCES
-    for use in uses:
-        result += References((use,))
-    return result
 
 
 def contact_references(result: ContactResult) -> Uses:

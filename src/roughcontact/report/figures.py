@@ -162,6 +162,7 @@ class Illustration:
 
 
 Illustrations = Sequence[Illustration]
+Plots = Sequence[Callable[..., Any]]  # Functions that draw a result
 
 
 # Sections get a close-up if the plastic zone is less deep than this part of the map width; width
@@ -325,7 +326,7 @@ def _closely(region: str, chapter: str, when: Callable[[Any], bool]) -> Illustra
     )
 
 
-CONTACT: Illustrations = (
+CONTACT = (
     _nested_figure("map", MAP),
     _closely("touched", FRONT, lambda s: s.is_sparse),
     Illustration(
@@ -409,7 +410,7 @@ SECTION = replace(_CUT, name="", chapter=FRONT, draw=lambda scene: _CUT.draw(sce
 """Section of an elastoplastic body, as a close-up if the plastic zone is small."""
 
 
-VOLUME: Illustrations = (
+VOLUME = (
     _contact_figure("surface"),
     SECTION,
     _pressure_figure("pressure"),
@@ -490,7 +491,7 @@ def _close(scene: ContactScene) -> str:
 PROFILE_MAP = Illustration("surface", lambda s: profiles.heights(s.surface), _trace, FILES, WIDE)
 """Figures of a prepared profile."""
 
-PROFILE_CONTACT: Illustrations = (
+PROFILE_CONTACT = (
     _nested_figure("map", PROFILE_MAP),
     Illustration(
         "pressure", lambda s: profiles.loaded_profile(s.result), _profile_caption, FRONT, WIDE

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +21,7 @@ from roughcontact.report.kind import (
     Headline,
     Quantity,
     Table,
+    always,
     capitalize_first,
     delegated,
     format_value,
@@ -56,38 +57,29 @@ def _missing(surface: Surface) -> str:
     return f"{surface.missing} ({format_percent(share)})" if surface.missing else "none"
 
 
-SURFACE: Table = (
-    Quantity("source", "source", of=lambda s: s.provenance.source, form=lambda v: v or "not named"),
+SURFACE = (
+    Quantity("source", "source", of="provenance.source", form=lambda v: v or "not named"),
     Quantity(
         "instrument",
         "instrument",
-        of=lambda s: s.provenance.instrument,
+        of="provenance.instrument",
         brief=False,
         form=lambda v: v or "not named",
     ),
     Quantity(
-        "channel",
-        "channel",
-        of=lambda s: s.provenance.channel,
-        when=lambda s: bool(s.provenance.channel),
+        "channel", "channel", of="provenance.channel", when=lambda s: bool(s.provenance.channel)
     ),
-    Quantity(
-        "shape",
-        "grid (y × x)",
-        of=lambda s: list(s.shape),
-        form=lambda v: f"{v[0]} × {v[1]} points",
-    ),
-    Quantity("pixel", "pixel (y × x)", unit="m", of=lambda s: list(s.pixel), form=_pair),
-    Quantity("size", "size (y × x)", unit="m", of=lambda s: list(s.size), form=_pair),
+    Quantity("shape", "grid (y × x)", form=lambda v: f"{v[0]} × {v[1]} points"),
+    Quantity("pixel", "pixel (y × x) [m]", form=_pair),
+    Quantity("size", "size (y × x) [m]", form=_pair),
     Quantity(
         "height_min",
-        "heights",
-        unit="m",
+        "heights [m]",
         of=lambda s: float(np.nanmin(s.heights)),
         brief=False,
         text=_range,
     ),
-    Quantity("height_max", unit="m", of=lambda s: float(np.nanmax(s.heights))),
+    Quantity("height_max", "[m]", of=lambda s: float(np.nanmax(s.heights))),
     Quantity("missing", "missing points", of=lambda s: s.missing, brief=False, text=_missing),
 )
 """Quantities of a `Surface`."""
@@ -95,13 +87,13 @@ SURFACE: Table = (
 
 _OF_A_MAP = ("shape", "pixel", "size")
 
-TRACE: Table = (
+TRACE = (
     *(quantity for quantity in SURFACE[:3]),
     Quantity(
         "points", "points", of=lambda s: s.shape[1], text=lambda s: f"{s.shape[1]} of a profile"
     ),
-    Quantity("spacing", "distance of the points", unit="m", of=lambda s: s.pixel[1]),
-    Quantity("length", "length", unit="m", of=lambda s: s.size[1]),
+    Quantity("spacing", "distance of the points [m]", of=lambda s: s.pixel[1]),
+    Quantity("length", "length [m]", of=lambda s: s.size[1]),
     *(quantity for quantity in SURFACE[3:] if quantity.key not in _OF_A_MAP),
 )
 """Quantities of a `Surface` that is a profile."""
@@ -122,58 +114,33 @@ def _strength(name: str) -> Callable[[Material], str]:
     return text
 
 
-BODY: Table = (
+BODY = (
     Quantity("rigid", of=phrases.is_rigid),
     Quantity(
         "name", "material", of=lambda b: b.name, form=lambda v: v or "not named", stored=False
     ),
     Quantity(
         "young",
-        "Young's modulus",
-        symbol="E",
-        unit="Pa",
+        "Young's modulus $E$ [Pa]",
         form=lambda v: "rigid" if math.isinf(v) else format_engineering(v, "Pa"),
     ),
     Quantity(
         "poisson",
-        "Poisson's ratio",
-        symbol="ν",
+        "Poisson's ratio $ν$",
         text=lambda b: ABSENT if phrases.is_rigid(b) else f"{b.poisson:g}",
     ),
-    Quantity("yield_strength", "yield strength", "σ_Y", "Pa", text=_strength("yield_strength")),
     Quantity(
-        "coating",
-        "coating, outermost first",
-        of=lambda b: [asdict(layer) for layer in b.coating],
-        when=lambda b: bool(b.coating),
-        text=phrases.coating,
+        "yield_strength", "yield strength $σ_Y$ [Pa]", text=_strength("yield_strength"), when=always
     ),
+    Quantity("coating", "coating, outermost first", text=phrases.coating),
     Quantity("hardening", "hardening", of=phrases.hardening, stored=False),
-    Quantity("hardness", "hardness", unit="Pa", text=_strength("hardness")),
-    Quantity(
-        "first_yield_pressure",
-        "peak pressure at first yield of a sphere",
-        unit="Pa",
-        text=_strength("first_yield_pressure"),
-        stored=False,
-        brief=False,
-    ),
+    Quantity("hardness", "hardness [Pa]", text=_strength("hardness"), when=always),
 )
 """Quantities of a `Material`."""
 
 
-def bodies(model: str, profile: bool = False) -> Table:
+def bodies(model: str) -> Table:
     """Return the relevant quantities of a material; the volume model has no hardness."""
-    if profile:
-        sphere = quantity_of(BODY, "first_yield_pressure")
-        line = "line_yield_pressure"
-        cylinder = replace(
-            sphere,
-            key=line,
-            name="peak pressure at first yield of a cylinder",
-            text=_strength(line),
-        )
-        return tuple(cylinder if q is sphere else q for q in bodies(model))
     if model == "volume":
         return tuple(quantity for quantity in BODY if quantity.key != "hardness")
     law = quantity_of(BODY, "hardening")
@@ -217,7 +184,7 @@ def _both(name: str, unit: str) -> Quantity:
         )
         return f"{first}, after plane {second}"
 
-    return Quantity(name, name, unit=unit, of=f"surface.{name}", text=text)
+    return Quantity(name, f"{name} [{unit}]", of=f"surface.{name}", text=text)
 
 
 # Str below which a texture is directional, and from which it is isotropic; skewness and excess
@@ -347,21 +314,20 @@ def files_verdict(results: Sequence[Measured | None]) -> str:
     return f"{text}."
 
 
-_MISSING_PART: Table = (
+_MISSING_PART = (
     Quantity("missing_fraction", of=lambda f: f.surface.missing / f.surface.heights.size),
     Quantity(
         "no_data",
         "value of missing points",
         of=lambda f: list(_codes(f.surface)),
-        when=lambda f: bool(_codes(f.surface)),
         form=lambda codes: ", ".join(map(format_code, codes)),
     ),
 )
 
-FILE: Table = (
+FILE = (
     *(delegated("surface", quantity) for quantity in SURFACE if quantity.key != "missing"),
     _both("Sq", "m"),
-    Quantity("Sq_leveled", unit="m", of="leveled.Sq"),
+    Quantity("Sq_leveled", "[m]", of="leveled.Sq"),
     _both("Sdq", "1"),
     Quantity("Sdq_leveled", of="leveled.Sdq"),
     delegated("surface", quantity_of(SURFACE, "missing")),
@@ -370,14 +336,14 @@ FILE: Table = (
 )
 """Quantities of a map in a file, `Measured`."""
 
-FILE_OF_PROFILE: Table = (
+FILE_OF_PROFILE = (
     *(delegated("surface", quantity) for quantity in TRACE),
     *_MISSING_PART,
     Quantity(
         "cutoff",
-        "roughness without waves beyond λc",
-        unit="m",
+        "roughness without waves beyond λc [m]",
         of=lambda result: roughness.cutoff(result.surface.size[1]),
+        when=always,
         form=lambda v: (
             "λc not determined: five of 0.08 mm do not fit into the profile"
             if v is None

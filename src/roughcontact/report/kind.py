@@ -1,31 +1,17 @@
-"""Presentation of a class of results in console, report, app and files."""
+"""Quantities of a class of results: their sources, names, units and formats."""
 
 from __future__ import annotations
 
-import os
+import re
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
-from operator import attrgetter
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass, field, is_dataclass, replace
+from enum import Enum
+from functools import cache
+from typing import Any
 
-from roughcontact._tools.files import require_suffix, to_json, write_atomically
 from roughcontact._tools.text import csv_cell
-from roughcontact._version import __version__
-from roughcontact.errors import InputError
 from roughcontact.references import Reference
 from roughcontact.units import format_engineering, group_digits, plain_decimal
-
-if TYPE_CHECKING:
-    import pandas
-    import xarray
-    from matplotlib.figure import Figure
-
-    from roughcontact._tools.netcdf import Dataset
-    from roughcontact.report.assumptions import Assumption, Case
-    from roughcontact.report.figures import Illustrations
-    from roughcontact.report.page import Block
 
 PROBLEM, ANSWER, TRUST, HEADLINE = "problem", "answer", "trust", "headline"
 """Parts of a table: input, result, accuracy, and the headline of a report."""
@@ -41,11 +27,11 @@ class Row:
     """Quantity of one result."""
 
     key: str  # Name in files
-    symbol: str  # Symbol of the quantity
     name: str  # Name of the quantity
-    value: Any  # Value in SI units
+    symbol: str  # Symbol of the quantity
     unit: str  # SI unit of the value
     meaning: str  # Short description
+    value: Any  # Value in SI units
     text: str  # The value as text, with its unit
 
     @property
@@ -65,27 +51,71 @@ class Headline:
     remarks: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """Quantity of a class of results: its source and its format."""
+def read_attribute(value: Any, path: str) -> Any:
+    """Return an attribute of an attribute; of a sequence on the path, that of each item.
 
-    key: str  # Name in files
-    name: str = ""  # Label
-    symbol: str = ""  # As in `Row`
-    unit: str = "1"  # As in `Row`
-    meaning: str = ""  # As in `Row`
-    of: Callable[[Any], Any] | str = ""  # `of(result)` returns the value in SI units
+    None where the path ends early.
+    """
+    name, _, rest = path.partition(".")
+    value = getattr(value, name)
+    if not rest or value is None:
+        return value
+    if isinstance(value, (tuple, list)) and not hasattr(value, "_fields"):
+        return [read_attribute(item, rest) for item in value]
+    return read_attribute(value, rest)
+
+
+def plain_value(value: Any) -> Any:
+    """Return a value ready for JSON."""
+    if hasattr(value, "summary"):
+        return value.summary()
+    if is_dataclass(value):
+        return asdict(value)  # type: ignore[arg-type]
+    if hasattr(value, "_asdict"):
+        return value._asdict()
+    if isinstance(value, (tuple, list)):
+        return [plain_value(item) for item in value]
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return str(value) if isinstance(value, Enum) else value
+
+
+def always(_: Any) -> bool:
+    """Return True: the condition of a quantity that is shown even without a value."""
+    return True
+
+
+_LABEL = re.compile(r"(.*?)(?: \$(.*)\$)?(?: ?\[(.*?)\])?(?:: (.*))?")
+
+
+@cache
+def split_label(label: str) -> tuple[str, str, str, str]:
+    """Return name, symbol, SI unit and meaning of ``"mean gap $ū$ [m]: of the open gap"``."""
+    parts = _LABEL.fullmatch(label)
+    assert parts is not None
+    return parts[1], parts[2] or "", parts[3] or "1", parts[4] or ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Labeled:
+    key: str = field(kw_only=False)  # Name in files
+    label: str = field(default="", kw_only=False)  # As in `split_label`; in files only without name
+    of: Callable[[Any], Any] | str = ""  # `of(result)`, or the attribute, if not the key
     digits: int = 4  # Significant digits
-    form: Callable[[Any], str] | None = None
-    text: Callable[[Any], str] | None = None
-    part: str = ANSWER  # Part of the table
-    when: Callable[[Any], bool] = lambda _: True  # `when(result)`: whether the quantity is shown
+    form: Callable[[Any], str] | None = None  # `form(value)` returns a value as text
+    when: Callable[[Any], bool] | None = None  # Whether it is shown; if a value exists
     brief: bool = True  # Whether the console shows the quantity
     stored: bool = True  # Whether the quantity is in the summary, and so in JSON
 
-    def value(self, result: Any) -> Any:
-        """Return the value [SI]."""
-        return self.of(result) if callable(self.of) else attrgetter(self.of or self.key)(result)
+    @property
+    def name(self) -> str:
+        """Name in tables."""
+        return split_label(self.label)[0]
+
+    @property
+    def unit(self) -> str:
+        """SI unit."""
+        return split_label(self.label)[2]
 
     def format_value(self, value: Any) -> str:
         """Return a value as text."""
@@ -93,39 +123,57 @@ class Quantity:
             format_value(value, self.unit, self.digits) if self.form is None else self.form(value)
         )
 
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity(_Labeled):
+    """Quantity of a class of results: its source and its format."""
+
+    text: Callable[[Any], str] | None = None  # `text(result)` returns the value as text
+    part: str = ANSWER  # Part of the table
+
+    def value(self, result: Any) -> Any:
+        """Return the value [SI]."""
+        return self.of(result) if callable(self.of) else read_attribute(result, self.of or self.key)
+
+    def is_shown(self, result: Any) -> bool:
+        """Return whether a result has this quantity."""
+        if self.when is not None:
+            return self.when(result)
+        value = self.value(result)
+        return value is not None and not (isinstance(value, (tuple, list)) and not value)
+
     def row(self, result: Any) -> Row:
         """Return the row of a result."""
         value = self.value(result)
         text = self.format_value(value) if self.text is None else self.text(result)
-        return Row(self.key, self.symbol, self.name, value, self.unit, self.meaning, text)
+        return Row(self.key, *split_label(self.label), value, text)
 
 
-@dataclass(frozen=True)
-class Column:
+@dataclass(frozen=True, kw_only=True)
+class Column(_Labeled):
     """Quantity of each step of a result."""
 
-    key: str  # Name in files
-    name: str = ""  # Head of the column
-    unit: str = "1"  # SI unit
-    of: Callable[[Any], Sequence[Any]] | None = None
-    steps: str = "steps"  # Attribute of the result that holds its steps
-    digits: int = 4  # Significant digits
-    form: Callable[[Any], str] | None = None  # `form(value)` returns a value as text
-    shown: Callable[[Any], Sequence[Any]] | None = None
-    when: Callable[[Any], bool] = lambda _: True  # As for `Quantity`
-    brief: bool = True  # As for `Quantity`
-    stored: bool = True  # As for `Quantity`
+    shown: Callable[[Any], Sequence[Any]] | None = None  # Values in tables, if others
+    listed: Callable[[Any], bool] = always  # Whether tables show it, too
 
     def values(self, result: Any) -> Sequence[Any]:
-        """Return the values of all steps [SI]."""
-        if self.of is not None:
-            return self.of(result)
-        return [getattr(step, self.key) for step in getattr(result, self.steps)]
+        """Return the values of all steps [SI]; by default of the steps, if they have them."""
+        if callable(self.of):
+            values = self.of(result)
+        else:
+            steps: Sequence[Any] = () if self.of else getattr(result, "steps", ())
+            is_step = len(steps) and hasattr(steps[0], self.key)
+            path = self.of or (f"steps.{self.key}" if is_step else self.key)
+            values = read_attribute(result, path)
+        return values.tolist() if hasattr(values, "tolist") else values
+
+    def is_shown(self, result: Any) -> bool:
+        """Return whether the steps of a result have this quantity."""
+        return self.values(result) is not None if self.when is None else self.when(result)
 
     def texts(self, result: Any) -> list[str]:
         """Return the cells of the column."""
-        form = self.form or (lambda value: format_value(value, self.unit, self.digits))
-        return [form(value) for value in (self.shown or self.values)(result)]
+        return [self.format_value(value) for value in (self.shown or self.values)(result)]
 
 
 # Values below this part of the sum over all steps are rounding errors.
@@ -153,7 +201,7 @@ Columns = Sequence[Column]
 def format_value(value: Any, unit: str, digits: int = 4) -> str:
     """Return a value with its unit, in the format of all tables."""
     if isinstance(value, str):
-        return value
+        return str(value)
     if isinstance(value, (tuple, list)):
         return ", ".join(format_value(entry, unit, digits) for entry in value)
     if unit == "m³":
@@ -178,7 +226,7 @@ def rows_of(table: Table, result: Any, part: str = ANSWER, brief: bool = False) 
         quantity.row(result)
         for quantity in table
         if quantity.name and quantity.part == part
-        if (quantity.brief or not brief) and quantity.when(result)
+        if (quantity.brief or not brief) and quantity.is_shown(result)
     ]
 
 
@@ -213,48 +261,79 @@ def quantity_of(table: Table, key: str) -> Quantity:
     return next(quantity for quantity in table if quantity.key == key)
 
 
-def pick_quantities(table: Table, *keys: str) -> Table:
-    """Return some quantities by their keys."""
-    return [quantity_of(table, key) for key in keys]
-
-
 def delegated(attribute: str, quantity: Quantity, **changes: Any) -> Quantity:
     """Return a quantity of an attribute of a result as a quantity of the result."""
-    inner = attrgetter(attribute)
 
     def delegate(call: Callable[[Any], Any]) -> Callable[[Any], Any]:
-        return lambda result: call(inner(result))
+        return lambda result: call(read_attribute(result, attribute))
 
-    text = None if quantity.text is None else delegate(quantity.text)
-    moved = replace(quantity, of=delegate(quantity.value), text=text, when=delegate(quantity.when))
+    text = quantity.text and delegate(quantity.text)
+    when = quantity.when and delegate(quantity.when)
+    moved = replace(quantity, of=delegate(quantity.value), text=text, when=when)
     return replace(moved, **changes)
+
+
+# A profile is a map 1 m wide: its quantities are per meter of width.
+_UNITS = {"N": "N/m", "N/m": "N/m/m", "J": "J/m", "m²": "m", "m³": "m²"}
+_KEYS = {
+    "contact_area": "contact_length",
+    "saturated_area": "saturated_length",
+    "nominal_area": "length",
+    "spots": "segments",
+    "mean_spot_area": "mean_segment",
+    "largest_spot_area": "largest_segment",
+    "yielded_volume": "yielded_section",
+}
+_WORDS = {
+    "pixel": "point",
+    "pixels": "points",
+    "map": "profile",
+    "area": "length",
+    "spots": "segments",
+    "volume": "cross-section",
+}
+
+
+def _profile_names(item: Quantity | Column) -> dict[str, Any]:
+    label = re.sub(r"\w+", lambda word: _WORDS.get(word[0], word[0]), item.label)
+    label = re.sub(r"\[(.*?)\]", lambda unit: f"[{_UNITS.get(unit[1], unit[1])}]", label)
+    return {"key": _KEYS.get(item.key, item.key), "label": label}
+
+
+def profile_table(table: Table, *absent: str, **changes: dict[str, Any]) -> Table:
+    """Return the quantities of profiles: those of maps without some, and with changes by key."""
+    return tuple(
+        replace(item, **_profile_names(item) | {"of": item.value} | changes.get(item.key, {}))
+        for item in table
+        if item.key not in absent
+    )
+
+
+def profile_columns(columns: Columns, *absent: str) -> Columns:
+    """Return the columns of profiles: those of maps without some."""
+    return tuple(
+        replace(item, of=item.values, **_profile_names(item))
+        for item in columns
+        if item.key not in absent
+    )
 
 
 def stored_values(table: Table, result: Any) -> dict[str, Any]:
     """Return the stored quantities of a result by key, in SI units, ready for JSON."""
-    return {quantity.key: quantity.value(result) for quantity in table if quantity.stored}
+    return {item.key: plain_value(item.value(result)) for item in table if item.stored}
 
 
-def _stored_only(columns: Columns, result: Any) -> list[Column]:
-    return [column for column in columns if column.stored and column.when(result)]
+def stored_only(columns: Columns, result: Any) -> list[Column]:
+    """Return the columns of a result that are in files."""
+    return [column for column in columns if column.stored and column.is_shown(result)]
 
 
 def stored_columns(columns: Columns, result: Any) -> dict[str, list[float]]:
     """Return the stored columns of the steps of a result."""
     return {
         column.key: [float(value) for value in column.values(result)]
-        for column in _stored_only(columns, result)
+        for column in stored_only(columns, result)
     }
-
-
-def frame_of(columns: Columns, result: Any) -> pandas.DataFrame:
-    """Return the steps of a result as a pandas table, with units in its attributes."""
-    import pandas
-
-    stored_only = _stored_only(columns, result)
-    frame = pandas.DataFrame({column.key: column.values(result) for column in stored_only})
-    frame.attrs["units"] = {column.key: column.unit for column in stored_only}
-    return frame
 
 
 def listing_of(
@@ -264,7 +343,8 @@ def listing_of(
     text = [
         column
         for column in columns
-        if column.name and (column.brief or not brief) and column.when(result)
+        if column.name and (column.brief or not brief)
+        if column.is_shown(result) and column.listed(result)
     ]
     texts = (column.texts(result) for column in text)
     return tuple(column.name for column in text), list(zip(*texts, strict=True))
@@ -272,9 +352,9 @@ def listing_of(
 
 def csv_text(columns: Columns, result: Any) -> str:
     """Return the steps of a result as CSV text, with units in the head."""
-    stored_only = _stored_only(columns, result)
-    lines = [",".join(f"{column.key} [{column.unit}]" for column in stored_only)]
-    steps = zip(*(column.values(result) for column in stored_only), strict=True)
+    stored = stored_only(columns, result)
+    lines = [",".join(f"{column.key} [{column.unit}]" for column in stored)]
+    steps = zip(*(column.values(result) for column in stored), strict=True)
     lines += [
         ",".join(csv_cell(value) if isinstance(value, str) else repr(value) for value in step)
         for step in steps
@@ -282,129 +362,9 @@ def csv_text(columns: Columns, result: Any) -> str:
     return "\n".join(lines) + "\n"
 
 
-CAUTIONS: Table = (
-    Quantity("warnings", of=lambda r: list(r.warnings)),
-    Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
-)
+CAUTIONS = (Quantity("warnings"), Quantity("cautions"))
 """Stored cautions of any result."""
 
 
-# --- Presentation ---
-
 Use = tuple[str, tuple[Reference, ...]]
 CellTable = tuple[Cells, Sequence[Cells]]  # Heads, none if empty, and rows
-
-
-def _none(_: Any, **__: Any) -> tuple[Any, ...]:
-    return ()
-
-
-def _empty(_: Any) -> str:
-    return ""
-
-
-def _nothing(*_: Any, **more: Any) -> list[Any]:
-    return []
-
-
-def _itself(result: Any) -> Any:
-    return result
-
-
-@dataclass(frozen=True)
-class Presentation:
-    """Presentation of a class of results, or of a part of the class."""
-
-    result: type  # The class
-    table: Table  # Quantities of the result
-    columns: Columns = ()  # Quantities of each step
-    when: Callable[[Any], bool] = lambda _: True
-    listed: bool = False  # Whether the summary includes the columns
-    brief: bool = True  # Whether a session shows only the main rows
-    problem: Callable[[Any], str] = _empty  # Bodies and load in one line
-    question: Callable[[Any], str] = _empty  # Question: title of the report
-    answer: Callable[..., str] = _empty  # Answer in one sentence, with its interval
-    numbers: Callable[..., CellTable] | None = None  # Key quantities, in place of the steps
-    remarks: Callable[..., tuple[str, ...]] = _none  # Interval, other ceiling, status, in lines
-    sentences: Callable[[Any], tuple[str, ...]] = _none
-    meaning: Callable[[Any], str] = _empty  # Meaning, in a sentence or two
-    inputs: Callable[[Any, bool], list[Block]] | None = None  # Inputs, with or without figures
-    details: Callable[..., list[Block]] = _nothing  # Further blocks of the report
-    case: Callable[[Any], Case | None] | None = None  # Case of the assumptions, if not a contact's
-    assumptions: Sequence[Assumption] = ()  # In addition to those of a contact
-    method: Callable[[Any], list[Block]] = _nothing  # Method, in addition to a contact's
-    checked: Callable[[Any], tuple[str, ...]] = _none  # Performed checks
-    script: Callable[[Any], str] = _empty  # Python script that repeats it
-    figures: Illustrations = ()  # Figures of reports and of `--figures`
-    scene: Callable[[Any], Any] = _itself  # `scene(result)` returns the scene of the figures
-    plots: tuple[Callable[..., Figure], ...] = ()
-    contact: Callable[[Any], Any] | None = None  # `contact(result)`: its contact
-    largest: Callable[[Any], Any] | None = None  # `largest(result)` solves its contact
-    uncertainty: Callable[[Any, Any], list[Block]] = _nothing  # Intervals, given a study
-    contact_blocks: Callable[[Any], list[Block]] = _nothing  # Its blocks in other reports
-    works: Callable[[Any], Iterable[Use]] = _none
-    save: Callable[[Any, str | os.PathLike[str]], None] | None = None
-    dataset: Callable[[Any], Dataset] | None = None  # Content of a NetCDF file
-
-    @property
-    def has_answer(self) -> bool:
-        """Whether a sentence answers the question."""
-        return self.answer is not _empty
-
-    def rows(self, result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
-        """Return the rows of a result; see `rows_of`."""
-        return rows_of(self.table, result, part, brief)
-
-    def headline(self, result: Any, **more: Any) -> Headline:
-        """Return the headline of a result."""
-        listed: CellTable = (
-            self.listing(result, True) if self.numbers is None else self.numbers(result, **more)
-        )
-        heads, rows = listed
-        answer, remarks = self.answer(result, **more), self.remarks(result, **more)
-        return Headline(self.problem(result), answer, heads, first_and_last(rows), remarks)
-
-    def row(self, result: Any, key: str) -> Row:
-        """Return the row of one quantity of a result."""
-        return quantity_of(self.table, key).row(result)
-
-    def listing(
-        self, result: Any, brief: bool = False
-    ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-        """Return the head and the rows of the steps of a result; see `listing_of`."""
-        return listing_of(self.columns, result, brief)
-
-    def drawings(self, result: Any) -> dict[str, Callable[[], Figure]]:
-        """Return the functions that draw the figures of files, by name."""
-        scene = self.scene(result)
-        return {item.name: partial(item.draw, scene) for item in self.figures if item.name}
-
-    def write(self, result: Any, path: str | os.PathLike[str]) -> None:
-        """Write the steps of a result as a table, or the whole result as JSON."""
-        require_suffix(path, *((".csv", ".json") if self.columns else (".json",)))
-        table = Path(path).suffix.lower() == ".csv"
-        text = csv_text(self.columns, result) if table else to_json(self.summary(result)) + "\n"
-        write_atomically(path, text)
-
-    def to_pandas(self, result: Any) -> pandas.DataFrame:
-        """Return the steps of a result as a pandas table, or its quantities as one row."""
-        if self.columns:
-            return frame_of(self.columns, result)
-        import pandas
-
-        frame = pandas.DataFrame([stored_values(self.table, result)])
-        frame.attrs["units"] = {item.key: item.unit for item in self.table if item.stored}
-        return frame
-
-    def to_xarray(self, result: Any) -> xarray.Dataset:
-        """Return a result as an xarray dataset."""
-        if self.dataset is None:
-            raise InputError(f"{self.result.__name__} has no NetCDF form: use to_pandas()")
-        return self.dataset(result).to_xarray()
-
-    def summary(self, result: Any) -> dict[str, Any]:
-        """Return the values of a result by name, in SI units, ready for JSON."""
-        numbers = stored_values(self.table, result)
-        if self.listed:
-            return {**numbers, **stored_columns(self.columns, result), "version": __version__}
-        return numbers

@@ -1,271 +1,58 @@
-"""Registry of the presentations of all classes of results."""
+"""Display of any result: in a session, a notebook and a report."""
 
 from __future__ import annotations
 
 import base64
 import html as markup
 import os
-import pkgutil
 import textwrap
 from collections.abc import Callable
 from functools import partial, update_wrapper
 from typing import TYPE_CHECKING, Any
 
 from roughcontact.cautions import Severity
-from roughcontact.contact import plausibility
-from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
-from roughcontact.references import References
-from roughcontact.report import (
-    assumptions,
-    chapters,
-    citations,
-    figures,
-    inputs,
-    page,
-    phrases,
-    python_script,
-)
-from roughcontact.report.kind import (
-    ANSWER,
-    PROBLEM,
-    TRUST,
-    Headline,
-    Presentation,
-    Row,
-    first_and_last,
-)
-from roughcontact.report.page import PLAIN, Block, Chapter, Edition, Front, PageTable
-from roughcontact.result import presentation as connected_module
-from roughcontact.units import format_engineering
+from roughcontact.report import page
+from roughcontact.report.kind import ANSWER, Headline, Row
+from roughcontact.report.page import PLAIN, Edition
+from roughcontact.report.presentation import presentation_of as presentation_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def presentation_of(result: Any) -> Presentation:
-    """Return the presentation of a result; raise `TypeError` for other objects."""
-    places = connected_module().presentations
-    for name in (base.__name__ for base in type(result).__mro__):
-        for kind in map(_loaded, places.get(name, ())):
-            if isinstance(result, kind.result) and kind.when(result):
-                return kind
-    raise TypeError(f"there is no kind of results for a {type(result).__name__}")
-
-
-def all_presentations() -> list[Presentation]:
-    """Return all presentations."""
-    places = connected_module().presentations.values()
-    return [_loaded(place) for some in places for place in some]
-
-
-def _loaded(place: str) -> Presentation:
-    return pkgutil.resolve_name(f"roughcontact.{place}")
-
-
-# --- Functions for any result, by its presentation ---
-
-
 def rows(result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
     """Return the rows of a result; see `kind.rows_of`."""
-    return presentation_of(result).rows(result, part, brief)
+    return presentation_of(result).rows(part, brief)
 
 
 def listing(result: Any, brief: bool = False) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return the head and the rows of the steps of a result; see `kind.listing_of`."""
-    return presentation_of(result).listing(result, brief)
+    return presentation_of(result).listing(brief)
 
 
 def sentences(result: Any) -> tuple[str, ...]:
     """Return the sentences that precede the quantities of a result."""
-    return presentation_of(result).sentences(result)
-
-
-def summary(result: Any) -> dict[str, Any]:
-    """Return the values of a result by name, in SI units, ready for JSON."""
-    return presentation_of(result).summary(result)
-
-
-def references(result: Any) -> References:
-    """Return the references of a result."""
-    return citations.references_of(presentation_of(result), result)
-
-
-def headline(result: Any, **more: Any) -> Headline:
-    """Return the headline of a result."""
-    return presentation_of(result).headline(result, **more)
-
-
-def tables(result: Any, **more: Any) -> list[Block]:
-    """Return the content of a report except its figures and method."""
-    kind = presentation_of(result)
-    contact_of = None if kind.contact is None else kind.contact(result)
-    stated = [
-        *_inputs(kind, result, contact_of, drawn=False),
-        *_results(kind, result, None, contact_of, more),
-    ]
-    stated += _uncertainty(contact_of, more.get("study"))
-    solved = [block for block in kind.method(result) if block.kind == "table"]
-    return [*stated, *solved, *_sentences(kind, result), *_trust(kind, result, contact_of)]
+    return tuple(presentation_of(result).sentences())
 
 
 def drawings(result: Any) -> dict[str, Callable[[], Figure]]:
     """Return the functions that draw the figures of files, by name."""
-    return presentation_of(result).drawings(result)
-
-
-def save(result: Any, path: str | os.PathLike[str]) -> None:
-    """Write a map or a result to a file; the suffix selects the format."""
-    kind = presentation_of(result)
-    (kind.save or kind.write)(result, path)
-
-
-# --- The report on any result ---
+    return presentation_of(result).drawings()
 
 
 def report(result: Any, path: str | os.PathLike[str], edition: Edition, **more: Any) -> None:
     """Write the report on a result to an HTML file."""
     page.check_path(path)
-    if not presentation_of(result).question(result):
+    shown = presentation_of(result, **more)
+    if not shown.question():
         raise InputError(f"there is no report on a {type(result).__name__} alone")
-    more = {name: item for name, item in more.items() if item}
-    page.save(render(result, edition, **more), path)
+    page.save(shown.render(edition), path)
 
 
 def render(result: Any, edition: Edition = PLAIN, **more: Any) -> str:
     """Return the report on any result as the text of an HTML file."""
-    kind = presentation_of(result)
-    scene = kind.scene(result)
-    pressed_by = kind.largest or kind.contact
-    pressed = None if pressed_by is None else pressed_by(result)
-    sections: dict[str, list[Block]] = {
-        "Input": _inputs(kind, result, pressed),
-        "Results": _results(kind, result, scene, pressed, more),
-        "Uncertainty": _uncertainty(pressed, more.get("study")),
-        "Assumptions": _assumptions(kind, result, pressed),
-        "Method and certificate": _method(kind, result, pressed),
-        "How to repeat": _repetition(kind, result, pressed, edition),
-        "References": [Block("list", citations.cited_works(references(result)))],
-    }
-    return page.render(
-        _front_page(kind, result, scene, pressed, more.get("study")),
-        [Chapter(title, blocks) for title, blocks in sections.items() if blocks],
-        edition,
-    )
-
-
-def _front_page(kind: Presentation, result: Any, scene: Any, pressed: Any, study: Any) -> Front:
-    first = kind.headline(result, **({} if study is None else {"study": study}))
-    numbers = PageTable(first.rows, first.heads, "" if first.heads else "key")
-    lead = next(iter(chapters.picture_list(kind.figures, scene, figures.FRONT)), None)
-    meaning = kind.meaning(result)
-    if not meaning and pressed is not None and result is not pressed and pressed.load:
-        under = format_engineering(pressed.total_load, pressed.pair.load_unit)
-        meaning = phrases.regime(pressed, in_layers=bool(getattr(result, "faces", ())))
-        meaning = meaning and f"{meaning} (Under {under}.)"
-    return Front(
-        kind.question(result),
-        first.problem,
-        first.answer,
-        numbers,
-        [*filter(None, (meaning, *first.remarks))],
-        lead,
-        result.cautions,
-        getattr(result, "status", "converged"),
-    )
-
-
-def _inputs(
-    kind: Presentation, result: Any, pressed: ContactResult | None, drawn: bool = True
-) -> list[Block]:
-    """Return the blocks on the input of a result: maps, bodies and load of its contact."""
-    if kind.inputs is not None:
-        return kind.inputs(result, drawn)
-    if pressed is None:
-        return chapters.quantities(kind.rows(result, PROBLEM))
-    of_contact = presentation_of(pressed)
-    rows = [
-        *kind.rows(result, PROBLEM),
-        of_contact.row(pressed, pressed.control),
-        *of_contact.rows(pressed, PROBLEM),
-    ]
-    specified = {row.key: row for row in reversed(rows)}.values()
-    return [
-        *chapters.map_blocks(pressed, drawn),
-        *chapters.body_blocks(
-            (pressed.material, pressed.counter_material),
-            reversed(specified),
-            inputs.bodies("ceiling", pressed.pair.is_profile),
-        ),
-    ]
-
-
-def _uncertainty(pressed: ContactResult | None, study: Any) -> list[Block]:
-    return [] if pressed is None else presentation_of(pressed).uncertainty(pressed, study)
-
-
-def _contact_blocks(pressed: ContactResult) -> list[Block]:
-    return presentation_of(pressed).contact_blocks(pressed)
-
-
-def _fits_on_front(kind: Presentation, result: Any) -> bool:
-    """Return whether the first page shows all rows of the steps."""
-    _, rows = kind.listing(result)
-    return not rows or (kind.numbers is None and first_and_last(rows) == rows)
-
-
-def _results(
-    kind: Presentation, result: Any, scene: Any, pressed: ContactResult | None, more: dict[str, Any]
-) -> list[Block]:
-    if result is pressed:
-        return kind.details(result, scene, **more)
-    return [
-        *chapters.quantities(kind.rows(result)),
-        *([] if _fits_on_front(kind, result) else chapters.steps(kind, result)),
-        *chapters.figure_blocks(kind.figures, scene),
-        *kind.details(result, scene, **more),
-        *([] if pressed is None or not pressed.load else _contact_blocks(pressed)),
-    ]
-
-
-def _assumptions(kind: Presentation, result: Any, pressed: ContactResult | None) -> list[Block]:
-    case = None if kind.case is None else kind.case(result)
-    if case is None and pressed is not None:
-        case = assumptions.contact_case(pressed)
-    rows = [] if case is None else assumptions.assumption_rows(assumptions.ASSUMPTIONS, case)
-    rows += assumptions.assumption_rows(kind.assumptions, result)
-    explained = Block("small", "The user guide explains each assumption: “Assumptions”.")
-    return [explained, *chapters.table(rows, assumptions.HEAD)] if rows else []
-
-
-def _method(kind: Presentation, result: Any, pressed: ContactResult | None) -> list[Block]:
-    certificate = [] if pressed is None else chapters.certificate(pressed)
-    known = _sentences(kind, result)
-    return [*kind.method(result), *known, *certificate, *_trust(kind, result, pressed)]
-
-
-def _sentences(kind: Presentation, result: Any) -> list[Block]:
-    text = " ".join(kind.sentences(result))
-    return [Block("text", text)] if text else []
-
-
-def _trust(kind: Presentation, result: Any, pressed: ContactResult | None) -> list[Block]:
-    """Return the blocks on the accuracy of a result and the checks performed."""
-    checked = kind.checked(result)
-    if pressed is not None:
-        checked = checked or plausibility.performed_checks(pressed)
-    if not kind.rows(result, TRUST) and pressed is not None:
-        return chapters.trust_blocks(presentation_of(pressed), pressed, checked)
-    return chapters.trust_blocks(kind, result, checked)
-
-
-def _repetition(
-    kind: Presentation, result: Any, pressed: ContactResult | None, edition: Edition
-) -> list[Block]:
-    script, what, version = kind.script(result), "the same problem", getattr(result, "version", "")
-    if pressed is not None and not script:
-        script, what = python_script.script_of_result(pressed), "the contact under the largest load"
-    return chapters.script_blocks(version, edition.command, script, what)
+    return presentation_of(result, **more).render(edition)
 
 
 # --- Display of a result in a session and in a notebook ---
@@ -314,11 +101,11 @@ def headline_html(shown: Any) -> str:
 def _headline_of(shown: Any) -> Headline:
     """Return the headline of a result; of a map, its roughness parameters."""
     kind = presentation_of(shown)
-    if kind.has_answer:
-        return headline(shown)
-    rows = [(row.name, row.text) for row in kind.rows(shown, brief=kind.brief)]
-    heads, steps = kind.listing(shown, brief=True)
-    return Headline("", "", (), [*rows, *([heads, *steps] if not rows else [])], ())
+    first = kind.headline()
+    if first.answer:
+        return first
+    rows = [(row.name, row.text) for row in kind.rows()]
+    return Headline("", "", (), rows or [first.heads, *first.rows], ())
 
 
 def _table(first: Headline) -> list[tuple[str, ...]]:
@@ -369,7 +156,7 @@ class Plots:
 
     def __init__(self, shown: object) -> None:
         self._shown = shown
-        self._figures = {figure.__name__: figure for figure in presentation_of(shown).plots}
+        self._figures = {figure.__name__: figure for figure in presentation_of(shown).own("plots")}
         if not self._figures:
             raise AttributeError(f"{type(shown).__name__} has no figures")
 

@@ -28,6 +28,7 @@ from roughcontact.errors import (
     message_parts,
     render_message,
 )
+from roughcontact.report.kind import Cells, Headline
 
 if TYPE_CHECKING:
     import jinja2
@@ -49,8 +50,6 @@ _MANY_COLUMNS = 7
 
 # Number of rows up to which a table is kept on one page.
 _FEW_ROWS = 12
-
-Cells = tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,13 +115,22 @@ class Front:
     """First page of a report: question, answer, one figure and the key quantities."""
 
     question: str  # Title
-    problem: str  # Bodies and load in one line
-    answer: str  # Answer in one sentence
-    numbers: PageTable  # Key quantities
-    remarks: Sequence[str]  # Sentences below the table, one paragraph each
+    headline: Headline  # Problem, answer, key quantities and remarks
+    meaning: str  # Meaning of the result
     figure: Picture | None  # Most informative figure
     cautions: Sequence[Caution]  # Cautions
     status: str = "converged"  # Or the reason why the solver stopped
+
+    @property
+    def numbers(self) -> PageTable:
+        """Table of the key quantities."""
+        heads = self.headline.heads
+        return PageTable(self.headline.rows, heads, "" if heads else "key")
+
+    @property
+    def remarks(self) -> list[str]:
+        """Sentences below the table, one paragraph each."""
+        return [*filter(None, (self.meaning, *self.headline.remarks))]
 
 
 @dataclass(frozen=True)

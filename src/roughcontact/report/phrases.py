@@ -140,12 +140,16 @@ def span(texts: Sequence[str]) -> str:
     return first if first == last else f"{first} to {last}"
 
 
+def _has_pressure(contact: ContactResult) -> bool:
+    """Return whether the load was given as a nominal pressure."""
+    specified = contact.specified_load
+    return specified is not None and isinstance(specified.form, load_case.NominalPressure)
+
+
 def load_range(result: Any) -> str:
     """Return the loads of several contacts as the end of a question."""
     contact = result.largest
-    if contact.specified_load is not None and isinstance(
-        contact.specified_load.form, load_case.NominalPressure
-    ):
+    if _has_pressure(contact):
         area = contact.nominal_area
         ends = [format_engineering(step.load / area, "Pa", 3) for step in result.steps]
         return f"at {span(ends)}"
@@ -515,9 +519,7 @@ def problem_of_loads(contact: ContactResult, loads: Sequence[float]) -> str:
     if len(loads) == 1:
         return problem(contact)
     ends = (min(loads), max(loads))
-    if contact.specified_load is not None and isinstance(
-        contact.specified_load.form, load_case.NominalPressure
-    ):
+    if _has_pressure(contact):
         area = contact.nominal_area
         span = range_text(ends[0] / area, ends[1] / area, lambda value: format_short(value, "Pa"))
         what = f"nominal pressures from {span}"

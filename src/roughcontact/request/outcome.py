@@ -140,10 +140,10 @@ class Outcome:
 
     def record(self) -> dict[str, Any]:
         """Return all values by name, in SI units, ready for JSON."""
-        from roughcontact.report import kinds
+        from roughcontact.report.presentation import presentation_of
 
         record = self.request.task.record(self)
-        answer = kinds.presentation_of(self.result).answer(self.result, **self.extra_results)
+        answer = presentation_of(self.result, **self.extra_results).answer()
         return {"answer": answer, **record, "written": [str(path) for path in self.written]}
 
 

@@ -170,8 +170,7 @@ class Task(Command):
     in_projects: bool = True  # Whether project files may contain it
     pieces: Subtasks | None = None  # Subtasks, if any
     reads_map: bool = True
-    presentations: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    # Locations of the presentations of its result classes, the most specific first
+    presentations: Mapping[str, str] = field(default_factory=dict)  # By class of results
 
     @property
     def many_maps(self) -> bool:

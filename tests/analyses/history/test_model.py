@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import roughcontact as rc
-from roughcontact.analyses.history import fields as history_fields
+from roughcontact.analyses.history import report as history_report
 from roughcontact.analyses.history.model import (
     TOLERANCE,
     HistoryStep,
@@ -483,7 +483,7 @@ def test_saved_csv_keeps_every_number(found: LoadHistory, tmp_path: Path) -> Non
     found.save(tmp_path / "history.csv")
     with (tmp_path / "history.csv").open(newline="", encoding="utf-8") as stream:
         head, *rows = csv.reader(stream)
-    columns = [column for column in history_fields.HISTORY_COLUMNS if column.stored]
+    columns = [column for column in history_report.HISTORY_COLUMNS if column.stored]
     assert head == [f"{column.key} [{column.unit}]" for column in columns]
     names = [field.name for field in dataclasses.fields(HistoryStep)]
     assert [column.key for column in columns] == names

@@ -16,7 +16,7 @@ import pytest
 import roughcontact as rc
 from reading import measurement, needs_reader
 from rollers import Line
-from roughcontact.analyses.roll import figures as movie, report as rolling_report, task as request
+from roughcontact.analyses.roll import figures as movie, task as request
 from roughcontact.analyses.roll.model import (
     Shakedown,
     load_rolling,
@@ -213,7 +213,7 @@ def test_the_report_leads_with_the_passes(found: rc.results.RollingResult) -> No
     text = " ".join(kinds.render(found).split())
     front = text[: text.index('id="messages"')]
     assert "shake down in 2 passes?" in front
-    assert rolling_report.criterion(found) in front
+    assert kinds.presentation_of(found).meaning() in front
     for number in range(2):
         assert f'<th scope="row">{number + 1}</th>' in front
     assert "Rolling without slip zones" in text
@@ -224,7 +224,7 @@ def test_hardening_carries_load_only_in_bodies_that_harden(
 ) -> None:
     monkeypatch.setattr(type(found), "shakedown", Shakedown.ELASTIC_SHAKEDOWN)
     hardens = any(body.material.hardens for body in found.result.bodies)
-    text = rolling_report.criterion(found)
+    text = kinds.presentation_of(found).meaning()
     assert "residual stress" in text
     assert ("hardening" in text) is hardens
 

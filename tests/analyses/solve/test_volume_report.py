@@ -76,9 +76,7 @@ def test_question_first_then_sections_in_the_order_of_the_other_report(pressed) 
         assert format_engineering(step.approach, "m") in page
         assert f"{step.residual:.1e}" in page
     assert f"{pressed.contact.certificate:.1e}" in page
-    for row in assumptions.assumption_rows(
-        assumptions.ASSUMPTIONS, assumptions.volume_case(pressed)
-    ):
+    for row in assumptions.assumption_rows(kinds.presentation_of(pressed).case()):
         assert " ".join(row) in page
     assert "Checked: convergence, stress against" in page
     assert "Hardening Swift hardening, 1.24 GPa (30 + 1e6 e)^0.085 rigid" in page
@@ -183,7 +181,7 @@ def cautions(result: Any) -> dict[str, Caution]:
 def test_small_deformations_are_checked(pressed) -> None:
     assert not cautions(pressed)
     # By hand: r/R at the edge of a spot is √2 times the root mean square over a disc.
-    table = assumptions.assumption_rows(assumptions.ASSUMPTIONS, assumptions.volume_case(pressed))
+    table = assumptions.assumption_rows(kinds.presentation_of(pressed).case())
     (small,) = (case for name, case, _ in table if name == "Small strains")
     slope = re.search(r"slope under the contact ([\d.]+)", small)
     assert slope is not None

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from roughcontact._tools import statistics
 from roughcontact._tools.statistics import Difference, Mean
 from roughcontact._version import __version__
-from roughcontact.analyses.compare import fields as compare_fields, figures
+from roughcontact.analyses.compare import figures
 from roughcontact.analyses.compare.model import Comparison, rows_by_ceiling
 from roughcontact.analyses.compare.sampling import (
     CONTACT,
@@ -26,19 +27,19 @@ from roughcontact.drawing.style import prefixed
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.references import make_use
 from roughcontact.report import assumptions, chapters, inputs, phrases
+from roughcontact.report.citations import Uses
 from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration
 from roughcontact.report.kind import (
     ABSENT,
     CAUTIONS,
     PROBLEM,
     TRUST,
+    Cells,
     CellTable,
     Column,
-    Columns,
-    Presentation,
     Quantity,
+    Row,
     Table,
-    Use,
     capitalize_first,
     delegated,
     quantity_of,
@@ -46,6 +47,7 @@ from roughcontact.report.kind import (
     stored_values,
 )
 from roughcontact.report.page import WIDE, Block
+from roughcontact.report.presentation import Presentation
 from roughcontact.units import (
     count_noun,
     format_change,
@@ -66,19 +68,13 @@ MEANS = f"mean ± half of its {LEVEL} interval (s: standard deviation)"
 
 _ROUNDING = 1e-6
 _SHARES = ("contact_fraction", "saturated_fraction")
-_PRESSURES = ("max_pressure",)
-_LENGTHS = ("mean_gap", "approach")
-
-Cells = tuple[str, ...]
 
 
 def unit_of(name: str) -> str:
     """Return the SI unit of a compared quantity."""
-    if name in _PRESSURES:
-        return "Pa"
-    if name in _LENGTHS:
-        return "m"
-    return inputs.ROUGHNESS[name][0] or "1" if name in inputs.ROUGHNESS else "1"
+    if name in inputs.ROUGHNESS:
+        return inputs.ROUGHNESS[name][0] or "1"
+    return quantity_of(contact_fields.CONTACT, name).unit
 
 
 def name_of(name: str, ceiling: str = "") -> str:
@@ -261,22 +257,12 @@ def _pressures(values: Sequence[float]) -> str:
     return f"{last} on every map{below}"
 
 
-COMPARISON: Table = (
-    Quantity(
-        "pressures",
-        "nominal pressure",
-        unit="Pa",
-        of=lambda c: list(c.pressures),
-        part=PROBLEM,
-        form=_pressures,
-    ),
+COMPARISON = (
+    Quantity("pressures", "nominal pressure [Pa]", part=PROBLEM, form=_pressures),
     Quantity(
         "preload_pressure",
-        "first loading",
-        unit="Pa",
+        "first loading [Pa]: nominal pressure between before and after",
         part=PROBLEM,
-        meaning="nominal pressure between before and after",
-        when=lambda c: c.preload_pressure is not None,
     ),
     Quantity("paired"),
     Quantity("confidence", of=lambda _: statistics.LEVEL),
@@ -285,7 +271,6 @@ COMPARISON: Table = (
     Quantity("components", of=_components),
     Quantity(
         "base",
-        meaning="the same under the ceiling of the base of coated bodies",
         of=lambda c: (
             c.base
             and {
@@ -294,10 +279,9 @@ COMPARISON: Table = (
                 "components": _components(c.base),
             }
         ),
-        when=lambda c: c.base is not None,
     ),
     Quantity(
-        "worst_certificate", "certificates", "ε", part=TRUST, form=lambda v: f"{v:.1e} at most"
+        "worst_certificate", "certificates $ε$", part=TRUST, form=lambda v: f"{v:.1e} at most"
     ),
     Quantity("sampling", of=lambda c: [stored_values(SAMPLING, study) for study in c.sampling]),
     *CAUTIONS,
@@ -310,20 +294,19 @@ def _lines(comparison: Comparison) -> list[tuple[Any, ...]]:
     """Return the lines of a text table: means of groups, then differences."""
     result: list[tuple[Any, ...]] = []
     for name, ceiling, case in rows_by_ceiling(comparison):
+        unit = unit_of(name)
         for index, group in enumerate(case.groups):
             item = case.mean(index, name)
-            label = group.name or "all"
             ends = item.value, item.deviation, item.low, item.high
-            result.append((name, label, item.count, *ends, "", ceiling))
+            result.append((name, unit, group.name or "all", item.count, *ends, "", ceiling))
         if len(case.groups) < 2:
             continue
         for (first, second), gap in case.differences(name).items():
             pair = pair_of(comparison, first, second)
             count = sum(len(comparison.groups[index].samples) for index in (first, second))
             said = "" if not gap.known else "yes" if gap.excludes_zero else "no"
-            result.append(
-                (name, pair, count, gap.value, math.nan, gap.low, gap.high, said, ceiling)
-            )
+            ends = gap.value, math.nan, gap.low, gap.high
+            result.append((name, unit, pair, count, *ends, said, ceiling))
     return result
 
 
@@ -336,17 +319,11 @@ def _plain(cell: Any) -> Any:
     return cell.replace(",", " ") if isinstance(cell, str) else cell
 
 
-COMPARISON_COLUMNS: Columns = (
-    Column("quantity", of=_cell(0)),
-    Column("unit", of=lambda c: [unit_of(line[0]) for line in _lines(c)]),
-    Column("group", of=_cell(1)),
-    Column("maps", of=_cell(2)),
-    Column("mean", of=_cell(3)),
-    Column("deviation", of=_cell(4)),
-    Column("low", of=_cell(5)),
-    Column("high", of=_cell(6)),
-    Column("excludes_zero", of=_cell(7)),
-    Column("ceiling", of=_cell(8), when=lambda c: c.base is not None),
+_CELLS = ("quantity", "unit", "group", "maps", "mean", "deviation", "low", "high", "excludes_zero")
+
+COMPARISON_COLUMNS = (
+    *(Column(key, of=_cell(index)) for index, key in enumerate(_CELLS)),
+    Column("ceiling", of=_cell(len(_CELLS)), when=lambda c: c.base is not None),
 )
 """Columns of the means and differences of a `Comparison`."""
 
@@ -404,8 +381,8 @@ def _parts_text(item: SamplingError) -> str:
 
 SAMPLING: Table = (
     Quantity("source", of="whole.source"),
-    Quantity("size", unit="m", of=lambda s: list(s.whole.size)),
-    Quantity("pressure", "nominal pressure", unit="Pa", part=PROBLEM),
+    Quantity("size", "[m]", of="whole.size"),
+    Quantity("pressure", "nominal pressure [Pa]", part=PROBLEM),
     Quantity("wanted", of=lambda _: WANTED),
     Quantity("confidence", of=lambda _: statistics.LEVEL),
     Quantity(
@@ -417,18 +394,21 @@ SAMPLING: Table = (
             str(n * n): {item.name: s.values(n, item.name) for item in s.errors} for n in s.levels
         },
     ),
-    Quantity(
-        "base",
-        meaning="the same under the ceiling of the base of a coated body",
-        of=lambda s: s.base and stored_values(SAMPLING, s.base),
-        when=lambda s: s.base is not None,
-    ),
+    Quantity("base", of=lambda s: s.base and stored_values(SAMPLING, s.base)),
     *CAUTIONS,
     Quantity("version", of=lambda _: __version__),
 )
 """Quantities of a `SamplingStudy`."""
 
-SAMPLING_COLUMNS: Columns = (
+
+def _error_column(
+    key: str, label: str = "", shown: Callable[[SamplingError], Any] | None = None
+) -> Column:
+    """Return the column of an attribute of each error, with another text if ``shown``."""
+    return Column(key, label, of=_each(attrgetter(key)), shown=shown and _each(shown))
+
+
+SAMPLING_COLUMNS = (
     Column("quantity", of=_each(lambda item: item.name)),
     Column("unit", of=_each(lambda item: unit_of(item.name))),
     Column(
@@ -437,21 +417,14 @@ SAMPLING_COLUMNS: Columns = (
         of=lambda study: [name_of(item.name, ceiling) for ceiling, item in _errors(study)],
         stored=False,
     ),
-    Column(
-        "value",
-        "this map",
-        of=_each(lambda item: item.value),
-        shown=_each(lambda item: quantity_text(item.name, item.value)),
-    ),
-    Column("half", f"± ({LEVEL})", of=_each(lambda item: item.half), shown=_each(_error)),
-    Column(
-        "area", f"side for {FIVE}", "m²", of=_each(lambda item: item.area), shown=_each(_needed)
-    ),
-    Column("area_low", unit="m²", of=_each(lambda item: item.area_low)),
-    Column("area_high", unit="m²", of=_each(lambda item: item.area_high)),
-    Column("parts", "from", of=_each(lambda item: item.parts), shown=_each(_parts_text)),
-    Column("drift", of=_each(lambda item: item.drift)),
-    Column("scaling", of=_each(lambda item: item.scaling)),
+    _error_column("value", "this map", lambda item: quantity_text(item.name, item.value)),
+    _error_column("half", f"± ({LEVEL})", _error),
+    _error_column("area", f"side for {FIVE} [m²]", _needed),
+    _error_column("area_low", "[m²]"),
+    _error_column("area_high", "[m²]"),
+    _error_column("parts", "from", _parts_text),
+    _error_column("drift"),
+    _error_column("scaling"),
     Column(
         "ceiling",
         of=lambda study: [ceiling for ceiling, _ in _errors(study)],
@@ -502,62 +475,6 @@ _TERMS = (
 _FIRST = ("contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sdq")
 
 
-def question(result: Comparison) -> str:
-    """Return the question that a comparison answers."""
-    pressure = format_engineering(result.pressure, "Pa")
-    names = [group.name for group in result.groups if group.name]
-    if result.preload_pressure is not None:
-        count = count_noun(len(result.groups[0].samples), "map")
-        return f"How does a first loading change {count} at {pressure}?"
-    if len(result.groups) < 2:
-        return f"How much do {count_noun(len(result.samples), 'map')} scatter at {pressure}?"
-    if not 1 < len(names) <= _NAMED:
-        return f"Do {len(result.groups)} groups of maps differ at {pressure}?"
-    *others, last = names
-    return f"Do {', '.join(others)} and {last} differ at {pressure}?"
-
-
-def _meaning(result: Comparison) -> str:
-    """Return which differences are significant."""
-    if len(result.groups) < 2:
-        return f"Means with their {LEVEL} intervals (s: standard deviation)."
-    text = []
-    for first, second in result.differences(result.names[0]):
-        differ = [
-            name_of(name) for name in result.names if result.is_significant(name, (first, second))
-        ]
-        text.append(
-            f"{capitalize_first(pair_of(result, first, second))}: significant ({LEVEL}, Holm) "
-            f"in {', '.join(differ) or 'nothing'}."
-        )
-    return " ".join(text)
-
-
-def _details(result: Comparison, scene: Any, **more: Any) -> list[Block]:
-    head, rows = means(result)
-    blocks = [Block("head", f"Means ({MEANS})"), *chapters.table(rows, head)]
-    if len(result.groups) > 1:
-        head, rows = differences(result)
-        how = (
-            "Student's t of the pairs"
-            if result.paired
-            else "Welch's t"
-            if len(result.groups) == 2
-            else "Games and Howell, for all pairs at once"
-        )
-        blocks += [Block("head", f"Differences ({LEVEL} intervals by {how})")]
-        blocks += chapters.table(rows, head)
-        shares, split = components(result)
-        if split:
-            blocks += [Block("head", "Scatter between and within groups (one-way, random effects)")]
-            blocks += chapters.table(split, shares)
-    for study in result.sampling:
-        blocks += [Block("head", f"Required area: {study.name}")]
-        blocks += [Block("text", f"{answer(study)}."), *chapters.steps(SAMPLING_KIND, study)]
-        blocks += chapters.figure_blocks(SAMPLING_KIND.figures, study, FRONT)
-    return blocks
-
-
 def _maps(result: Comparison) -> list[Cells]:
     return [
         (
@@ -581,43 +498,8 @@ def _prepared(samples: Sequence[Sample]) -> list[Block]:
     return [Block("text", f"Preparation of each map: {steps[0]}.")]
 
 
-def _inputs(result: Comparison | SamplingStudy, drawn: bool) -> list[Block]:
-    """Return the blocks on the maps, their preparation and the load case."""
-    samples = [result.whole] if isinstance(result, SamplingStudy) else result.samples
-    specified = [*kind_of(result).rows(result, PROBLEM), *rows_of(_TERMS, samples[0], PROBLEM)]
-    listed: list[Block] = []
-    if isinstance(result, Comparison):
-        rows = chapters.evenly_spaced(_maps(result), _MAX_LISTED_MAPS)
-        head = ("map", "group", "size (y × x)", "pixel (y × x)", "shortest wave")
-        listed = chapters.table(rows, head)
-    bodies = chapters.body_blocks(samples[0].bodies, specified, inputs.bodies("ceiling"))
-    return [*listed, *_prepared(samples), *bodies]
-
-
 # Largest number of maps in the list of a report.
 _MAX_LISTED_MAPS = 16
-
-
-def _method(_: Comparison) -> list[Block]:
-    return [
-        Block(
-            "text",
-            "Each map is solved separately under the nominal pressure. The certificates give the "
-            "accuracy of the solutions, the intervals how well the maps represent their surfaces.",
-        )
-    ]
-
-
-def _sampling_method(study: SamplingStudy) -> list[Block]:
-    parts = ", ".join(str(len(level)) for level in study.levels.values())
-    return [
-        Block(
-            "text",
-            f"The map was divided into {parts} equal parts; each was leveled and solved "
-            "separately. Their scatter gives the error of the whole map, which decreases with the "
-            "root of the area if the parts are independent.",
-        )
-    ]
 
 
 def overview(result: Comparison) -> Figure:
@@ -630,20 +512,15 @@ def sampling(study: SamplingStudy) -> Figure:
     return figures.sampling(study, name_of)
 
 
-def _works(study: SamplingStudy) -> Iterator[Use]:
-    yield from sweep_fields.curve_references(study.whole.curve)
-    yield make_use("intervals of the means", "Student1908")
+def _load_case(samples: Sequence[Sample], specified: Sequence[Row]) -> list[Block]:
+    """Return the blocks on the preparation and the load case of maps."""
+    rows = [*specified, *rows_of(_TERMS, samples[0], PROBLEM)]
+    bodies = chapters.body_blocks(samples[0].bodies, rows, inputs.bodies("ceiling"))
+    return [*_prepared(samples), *bodies]
 
 
-# --- Headline ---
-
-
-def _first_problem(result: Comparison | SamplingStudy) -> str:
-    pressure = f"{phrases.format_short(result.pressure, 'Pa')} nominal"
-    if isinstance(result, SamplingStudy):
-        return f"{result.name}, {pressure}"
-    groups = [f"{len(group.samples)} {group.name}".rstrip() for group in result.groups]
-    return f"{' and '.join(groups)} maps, {pressure}"
+def _nominal(pressure: float) -> str:
+    return f"{phrases.format_short(pressure, 'Pa')} nominal"
 
 
 def _change(result: Comparison, name: str, case: Comparison | None = None) -> str:
@@ -663,76 +540,13 @@ def _change(result: Comparison, name: str, case: Comparison | None = None) -> st
     return f"{value} % ({low} to {high} %){mark}".replace("-", "−")
 
 
-def _first_answer(result: Comparison | SamplingStudy) -> str:
-    """Return the difference of the contact area, or its mean or sampling error."""
-    if isinstance(result, SamplingStudy):
-        return f"{answer(result)}."
-    name = result.names[0]
-    if len(result.groups) < 2:
-        share, under = _mean(name, result.mean(0, name)), ""
-        if result.base is not None:
-            other = _mean(name, result.base.mean(0, name))
-            under = f" under the ceiling of the coating, {other} under that of the base"
-        return f"On average {share} of the face is in contact{under}."
-    groups, change = result.groups, _change(result, name)
-    cases = [result] if result.base is None else [result, result.base]
-    pair = f"{groups[1].name or 'the second group'} against {groups[0].name or 'the first'}"
-    if not change:
-        return f"Too few maps to compare {pair}."
-    if result.base is not None:
-        change = (
-            f"{change} under the ceiling of the coating, {_change(result, name, result.base)} "
-            "under that of the base"
-        )
-    if result.is_significant(name):
-        return f"The contact area differs: {pair} {change.replace(' *', '')}, {LEVEL}."
-    if result.is_ceiling_dependent(name):
-        return (
-            f"The sign of the difference in contact area depends on the ceiling: {pair} {change}."
-        )
-    if all(case.differences(name)[0, 1].excludes_zero for case in cases):
-        alone = f"only if tested alone, not with all {len(result.names)} quantities"
-        return f"The contact area differs {alone}: {pair} {change}, {LEVEL}."
-    return f"No difference shown in contact area: {pair} {change}, {LEVEL}."
+class ComparisonPresentation(Presentation):
+    """Presentation of a comparison of maps."""
 
-
-def _first_numbers(result: Comparison | SamplingStudy) -> CellTable:
-    """Return the means of the main quantities and their difference."""
-    if isinstance(result, SamplingStudy):
-        heads, rows = SAMPLING_KIND.listing(result, brief=True)
-        return heads, rows
-    several = len(result.groups) > 1
-    heads = tuple(group.name or "mean" for group in result.groups)
-    rows = [
-        (
-            capitalize_first(name_of(name, ceiling)),
-            *(
-                _mean(name, case.mean(index, name)).partition(" (s ")[0]
-                for index in range(len(result.groups))
-            ),
-            *([_change(result, name, case)] if several else ()),
-        )
-        for name, ceiling, case in rows_by_ceiling(result)
-        if name in _FIRST
-    ]
-    return ("", *heads, *(["difference"] if several else ())), rows
-
-
-def _first_remarks(result: Comparison | SamplingStudy) -> tuple[str, ...]:
-    if isinstance(result, SamplingStudy):
-        return ()
-    count = len(result.names)
-    mark = f"* significant ({LEVEL}, Holm); " if len(result.groups) > 1 else ""
-    rest = f"{count} quantities: {ArgumentRef('to_pandas()')}"
-    return (Sentence(f"{mark}±: half the interval; {rest}"),)
-
-
-KIND = Presentation(
-    Comparison,
-    COMPARISON,
-    COMPARISON_COLUMNS,
-    works=compare_fields.comparison_references,
-    figures=(
+    result: Comparison
+    table = COMPARISON
+    columns = COMPARISON_COLUMNS
+    figures = (
         Illustration("comparison", overview, "", FILES),
         Illustration(
             "",
@@ -749,24 +563,167 @@ KIND = Presentation(
             WIDE,
             lambda result: len(result.pressures) > 1,
         ),
-    ),
-    question=question,
-    problem=_first_problem,
-    answer=_first_answer,
-    numbers=_first_numbers,
-    remarks=_first_remarks,
-    meaning=_meaning,
-    inputs=_inputs,
-    details=_details,
-    case=lambda result: assumptions.sample_case(result.samples),
-    method=_method,
-)
-SAMPLING_KIND = Presentation(
-    SamplingStudy,
-    SAMPLING,
-    SAMPLING_COLUMNS,
-    works=_works,
-    figures=(
+    )
+
+    def question(self) -> str:
+        """Return the question that a comparison answers."""
+        result = self.result
+        pressure = format_engineering(result.pressure, "Pa")
+        names = [group.name for group in result.groups if group.name]
+        if result.preload_pressure is not None:
+            count = count_noun(len(result.groups[0].samples), "map")
+            return f"How does a first loading change {count} at {pressure}?"
+        if len(result.groups) < 2:
+            return f"How much do {count_noun(len(result.samples), 'map')} scatter at {pressure}?"
+        if not 1 < len(names) <= _NAMED:
+            return f"Do {len(result.groups)} groups of maps differ at {pressure}?"
+        *others, last = names
+        return f"Do {', '.join(others)} and {last} differ at {pressure}?"
+
+    def problem(self) -> str:
+        """Return the numbers of maps and the pressure."""
+        groups = [f"{len(group.samples)} {group.name}".rstrip() for group in self.result.groups]
+        return f"{' and '.join(groups)} maps, {_nominal(self.result.pressure)}"
+
+    def answer(self) -> str:
+        """Return the difference of the contact area, or its mean."""
+        result = self.result
+        name = result.names[0]
+        if len(result.groups) < 2:
+            share, under = _mean(name, result.mean(0, name)), ""
+            if result.base is not None:
+                other = _mean(name, result.base.mean(0, name))
+                under = f" under the ceiling of the coating, {other} under that of the base"
+            return f"On average {share} of the face is in contact{under}."
+        groups, change = result.groups, _change(result, name)
+        cases = [result] if result.base is None else [result, result.base]
+        pair = f"{groups[1].name or 'the second group'} against {groups[0].name or 'the first'}"
+        if not change:
+            return f"Too few maps to compare {pair}."
+        if result.base is not None:
+            change = (
+                f"{change} under the ceiling of the coating, {_change(result, name, result.base)} "
+                "under that of the base"
+            )
+        if result.is_significant(name):
+            return f"The contact area differs: {pair} {change.replace(' *', '')}, {LEVEL}."
+        if result.is_ceiling_dependent(name):
+            sign = "The sign of the difference in contact area"
+            return f"{sign} depends on the ceiling: {pair} {change}."
+        if all(case.differences(name)[0, 1].excludes_zero for case in cases):
+            alone = f"only if tested alone, not with all {len(result.names)} quantities"
+            return f"The contact area differs {alone}: {pair} {change}, {LEVEL}."
+        return f"No difference shown in contact area: {pair} {change}, {LEVEL}."
+
+    def numbers(self) -> CellTable:
+        """Return the means of the main quantities and their difference."""
+        result = self.result
+        several = len(result.groups) > 1
+        heads = tuple(group.name or "mean" for group in result.groups)
+        rows = [
+            (
+                capitalize_first(name_of(name, ceiling)),
+                *(
+                    _mean(name, case.mean(index, name)).partition(" (s ")[0]
+                    for index in range(len(result.groups))
+                ),
+                *([_change(result, name, case)] if several else ()),
+            )
+            for name, ceiling, case in rows_by_ceiling(result)
+            if name in _FIRST
+        ]
+        return ("", *heads, *(["difference"] if several else ())), rows
+
+    def remarks(self) -> tuple[str, ...]:
+        """Return the meaning of the marks, and the number of quantities."""
+        mark = f"* significant ({LEVEL}, Holm); " if len(self.result.groups) > 1 else ""
+        rest = f"{len(self.result.names)} quantities: {ArgumentRef('to_pandas()')}"
+        return (Sentence(f"{mark}±: half the interval; {rest}"),)
+
+    def meaning(self) -> str:
+        """Return which differences are significant."""
+        result = self.result
+        if len(result.groups) < 2:
+            return f"Means with their {LEVEL} intervals (s: standard deviation)."
+        text = []
+        for first, second in result.differences(result.names[0]):
+            differ = [
+                name_of(name)
+                for name in result.names
+                if result.is_significant(name, (first, second))
+            ]
+            text.append(
+                f"{capitalize_first(pair_of(result, first, second))}: significant ({LEVEL}, Holm) "
+                f"in {', '.join(differ) or 'nothing'}."
+            )
+        return " ".join(text)
+
+    def inputs(self) -> list[Block]:
+        """Return the blocks on the maps, their preparation and the load case."""
+        rows = chapters.evenly_spaced(_maps(self.result), _MAX_LISTED_MAPS)
+        head = ("map", "group", "size (y × x)", "pixel (y × x)", "shortest wave")
+        specified = self.rows(PROBLEM)
+        return [*chapters.table(rows, head), *_load_case(self.result.samples, specified)]
+
+    def details(self) -> list[Block]:
+        """Return means, differences, components and required areas."""
+        result = self.result
+        head, rows = means(result)
+        blocks = [Block("head", f"Means ({MEANS})"), *chapters.table(rows, head)]
+        if len(result.groups) > 1:
+            head, rows = differences(result)
+            how = (
+                "Student's t of the pairs"
+                if result.paired
+                else "Welch's t"
+                if len(result.groups) == 2
+                else "Games and Howell, for all pairs at once"
+            )
+            blocks += [Block("head", f"Differences ({LEVEL} intervals by {how})")]
+            blocks += chapters.table(rows, head)
+            shares, split = components(result)
+            if split:
+                blocks += [
+                    Block("head", "Scatter between and within groups (one-way, random effects)")
+                ]
+                blocks += chapters.table(split, shares)
+        for study in result.sampling:
+            blocks += [Block("head", f"Required area: {study.name}")]
+            sampled = SamplingPresentation(study)
+            blocks += [Block("text", f"{answer(study)}."), *sampled.steps()]
+            blocks += sampled.figure_blocks(FRONT)
+        return blocks
+
+    def case(self) -> assumptions.Case:
+        """Return the worst of each value of all maps."""
+        return assumptions.sample_case(self.result.samples)
+
+    def method(self) -> Iterator[str]:
+        """Yield how certificates and intervals are understood."""
+        yield (
+            "Each map is solved separately under the nominal pressure. The certificates give the "
+            "accuracy of the solutions, the intervals how well the maps represent their surfaces."
+        )
+
+    def works(self) -> Uses:
+        """Yield the works on the maps and the statistics."""
+        for sample in self.result.samples:
+            yield from sweep_fields.curve_references(sample.curve)
+        yield make_use("intervals of the means", "Student1908")
+        if len(self.result.groups) > 1 and not self.result.paired:
+            wide = len(self.result.groups) > 2
+            yield make_use("intervals of the differences", "Games1976" if wide else "Welch1947")
+        if any(self.result.components(name) for name in self.result.names):
+            yield make_use("scatter between groups and within", "Searle1992")
+
+
+class SamplingPresentation(Presentation):
+    """Presentation of a sampling study."""
+
+    result: SamplingStudy
+    table = SAMPLING
+    columns = SAMPLING_COLUMNS
+    figures = (
         Illustration(
             "sampling",
             sampling,
@@ -774,20 +731,39 @@ SAMPLING_KIND = Presentation(
             f"root of the area (lines). {FIVE} is dashed.",
             FRONT,
         ),
-    ),
-    inputs=_inputs,
-    method=_sampling_method,
-    problem=_first_problem,
-    answer=_first_answer,
-    numbers=_first_numbers,
-    remarks=_first_remarks,
-    question=lambda study: (
-        f"Is {study.whole.name} large enough at {format_engineering(study.pressure, 'Pa')}?"
-    ),
-    case=lambda study: assumptions.sample_case([study.whole]),
-)
+    )
 
+    def question(self) -> str:
+        """Return the question that the study answers."""
+        pressure = format_engineering(self.result.pressure, "Pa")
+        return f"Is {self.result.whole.name} large enough at {pressure}?"
 
-def kind_of(result: Comparison | SamplingStudy) -> Presentation:
-    """Return the presentation of a comparison or of a sampling study."""
-    return SAMPLING_KIND if isinstance(result, SamplingStudy) else KIND
+    def problem(self) -> str:
+        """Return the map and the pressure."""
+        return f"{self.result.name}, {_nominal(self.result.pressure)}"
+
+    def answer(self) -> str:
+        """Return the required map size for the contact area as a sentence."""
+        return f"{answer(self.result)}."
+
+    def inputs(self) -> list[Block]:
+        """Return the blocks on the map, its preparation and the load case."""
+        return _load_case([self.result.whole], self.rows(PROBLEM))
+
+    def case(self) -> assumptions.Case:
+        """Return the case of the whole map."""
+        return assumptions.sample_case([self.result.whole])
+
+    def method(self) -> Iterator[str]:
+        """Yield how the map was divided."""
+        parts = ", ".join(str(len(level)) for level in self.result.levels.values())
+        yield (
+            f"The map was divided into {parts} equal parts; each was leveled and solved "
+            "separately. Their scatter gives the error of the whole map, which decreases with the "
+            "root of the area if the parts are independent."
+        )
+
+    def works(self) -> Uses:
+        """Yield the works on the map and the statistics."""
+        yield from sweep_fields.curve_references(self.result.whole.curve)
+        yield make_use("intervals of the means", "Student1908")

@@ -304,7 +304,7 @@ roughcontact compare --group "ground=ground-?.x3p" \\
     maps=("files", "groups"),
     pieces=Subtasks(part_names, find_one_map, file_of, (options.GROUP, PAIRED)),
     presentations={
-        "Comparison": ("analyses.compare.report:KIND",),
-        "SamplingStudy": ("analyses.compare.report:SAMPLING_KIND",),
+        "Comparison": "analyses.compare.report:ComparisonPresentation",
+        "SamplingStudy": "analyses.compare.report:SamplingPresentation",
     },
 )

@@ -3,32 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import asdict
-from operator import attrgetter
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
-from roughcontact.analyses.conductance import (
-    illustrations as conductance_illustrations,
-    model as joint,
-)
+from roughcontact.analyses.conductance import model as joint
+from roughcontact.analyses.conductance.figures import conductance
 from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
 from roughcontact.analyses.solve.fields import PAIR
+from roughcontact.drawing import maps
 from roughcontact.material.material import Conductor
 from roughcontact.references import make_use
 from roughcontact.report import phrases
-from roughcontact.report.assumptions import Assumption
-from roughcontact.report.kind import (
-    CAUTIONS,
-    CellTable,
-    Column,
-    Columns,
-    Presentation,
-    Quantity,
-    Table,
-)
+from roughcontact.report.figures import FRONT, Illustration
+from roughcontact.report.kind import CAUTIONS, CellTable, Column, Columns, Quantity, Use
+from roughcontact.report.page import MIDDLE, WIDE
+from roughcontact.report.phrases import format_short, range_text
+from roughcontact.report.presentation import Presentation
 from roughcontact.theory.constriction import CORRELATION_RANGE
 from roughcontact.uncertainty.intervals import Interval
 from roughcontact.units import format_change, format_engineering, format_percent, plain_decimal
@@ -115,8 +107,7 @@ def _fillings() -> tuple[Quantity, ...]:
     return tuple(
         Quantity(
             f"with_{name}",
-            f"with {name} in the gap",
-            unit="W/(m² K)",
+            f"with {name} in the gap [W/(m² K)]",
             stored=False,
             when=_has_filling_estimate,
             of=_filled_by(name),
@@ -130,9 +121,7 @@ def _filled_columns() -> Columns:
     return tuple(
         Column(
             f"thermal_conductance_{name}",
-            f"with {name}",
-            unit="W/(m² K)",
-            brief=False,
+            f"with {name} [W/(m² K)]",
             of=_filled_by(name),
             when=_has_filling_estimate,
         )
@@ -164,126 +153,59 @@ def _correlation_words(values: dict[str, float]) -> str:
     return text
 
 
-CONDUCTANCE: Table = (
+CONDUCTANCE = (
     *PAIR,
-    Quantity("nominal_area", unit="m²"),
+    Quantity("nominal_area", "[m²]"),
     Quantity("body", "body", of=_body(0), text=lambda r: _words(r.bodies[0])),
     Quantity("counter_body", "counter-body", of=_body(1), text=lambda r: _words(r.bodies[1])),
     Quantity(
-        "film",
-        "film",
-        unit="Ω m²",
-        form=lambda v: f"{v:.4g} Ω m²" if v else "none",
-        when=_electrical,
+        "film", "film [Ω m²]", form=lambda v: f"{v:.4g} Ω m²" if v else "none", when=_electrical
     ),
     Quantity(
         "thermal_film",
-        "thermal film",
-        unit="m² K/W",
+        "thermal film [m² K/W]",
         form=lambda v: f"{v:.4g} m² K/W" if v else "none",
         when=_thermal,
     ),
-    Quantity(
-        "gap",
-        "gap",
-        of=lambda r: r.filling and asdict(r.filling),
-        when=_has_filling,
-        text=lambda r: f"{r.filling.name}: {_share_of_gap(r)}",
-    ),
-    Quantity("temperature", unit="K"),
-    Quantity("current", unit="A", of=lambda r: r.current),
+    Quantity("gap", "gap", of="filling", text=lambda r: f"{r.filling.name}: {_share_of_gap(r)}"),
+    Quantity("temperature", "[K]"),
+    Quantity("current", "[A]"),
     *_fillings(),
     Quantity(
         "coarser",
         "on a coarser grid",
-        of=lambda r: r.coarser and asdict(r.coarser),
         text=lambda r: (
             f"pixels of {format_engineering(r.coarser.pixel, 'm')}: length "
             f"{format_change(r.coarser.length)},"
             f" contact area {format_change(r.coarser.contact_area)}"
         ),
-        when=lambda r: r.coarser is not None,
     ),
-    Quantity("calibrated", of=lambda r: r.calibrated and asdict(r.calibrated)),
+    Quantity("calibrated"),
     Quantity("correlation_inputs", "for COMSOL, Ansys", form=_correlation_words),
-    Quantity("draws", of=lambda r: [asdict(mean) for mean in r.draws]),
-    Quantity("interval", of=lambda r: _interval(r).summary()),
+    Quantity("draws"),
+    Quantity("interval", of=lambda r: _interval(r)),
     *CAUTIONS,
 )
 """Quantities of a `Conductance`."""
 
-CONDUCTANCE_COLUMNS: Columns = (
-    Column("load", "load", unit="N"),
-    Column("contact_area", "contact", unit="m²", shown=contact_fields.shares("contact_area")),
-    Column(
-        "saturated_area",
-        "saturated",
-        unit="m²",
-        brief=False,
-        shown=contact_fields.shares("saturated_area"),
-    ),
-    Column("spots", "spots", brief=False),
-    Column("length", "length", unit="m"),
-    Column(
-        "electrical_resistance",
-        "resistance",
-        unit="Ω",
-        when=_electrical,
-        of=lambda r: r.electrical_resistance.tolist(),
-    ),
-    Column(
-        "thermal_resistance", unit="K/W", when=_thermal, of=lambda r: r.thermal_resistance.tolist()
-    ),
-    Column(
-        "electrical_conductance",
-        unit="S/m²",
-        when=_electrical,
-        of=lambda r: r.electrical_conductance.tolist(),
-    ),
-    Column(
-        "thermal_conductance",
-        unit="W/(m² K)",
-        when=_thermal,
-        of=lambda r: r.thermal_conductance.tolist(),
-    ),
-    # Resistance of a free map, conductance per area of a periodic one.
-    Column(
-        "thermal_resistance",
-        "thermal",
-        unit="K/W",
-        stored=False,
-        of=lambda r: r.thermal_resistance.tolist(),
-        when=lambda r: _thermal(r) and not _by_area(r),
-    ),
-    Column(
-        "thermal_conductance",
-        "per area",
-        unit="W/(m² K)",
-        stored=False,
-        of=lambda r: r.thermal_conductance.tolist(),
-        when=lambda r: _thermal(r) and _by_area(r),
-    ),
-    Column("voltage", unit="V", of=lambda r: r.voltage.tolist(), when=_has_current),
-    Column("hottest", unit="K", of=lambda r: r.hottest.tolist(), when=_has_current),
-    Column(
-        "gap_conductance",
-        "gap",
-        unit="W/(m² K)",
-        when=_has_filling,
-        of=lambda r: r.column("filled_gap").tolist(),
-    ),
-    Column(
-        "joint_conductance",
-        "joint",
-        unit="W/(m² K)",
-        when=_has_filling,
-        of=lambda r: r.joint_conductance.tolist(),
-    ),
+CONDUCTANCE_COLUMNS = (
+    Column("load", "load [N]"),
+    Column("contact_area", "contact [m²]", shown=contact_fields.shares("contact_area")),
+    Column("saturated_area", "saturated [m²]", shown=contact_fields.shares("saturated_area")),
+    Column("spots", "spots"),
+    Column("length", "length [m]"),
+    Column("electrical_resistance", "resistance [Ω]", when=_electrical),
+    # Tables show the resistance of a free map, and the conductance per area of a periodic one.
+    Column("thermal_resistance", "thermal [K/W]", when=_thermal, listed=lambda r: not _by_area(r)),
+    Column("electrical_conductance", "[S/m²]", when=_electrical),
+    Column("thermal_conductance", "per area [W/(m² K)]", when=_thermal, listed=_by_area),
+    Column("voltage", "[V]", when=_has_current),
+    Column("hottest", "[K]", when=_has_current),
+    Column("gap_conductance", "gap [W/(m² K)]", when=_has_filling, of="steps.filled_gap"),
+    Column("joint_conductance", "joint [W/(m² K)]", when=_has_filling),
     *_filled_columns(),
-    Column(
-        "greenwood_length", "Greenwood", unit="m", shown=_ratio("greenwood_length", joint.DISCS)
-    ),
-    Column("correlation_length", "correlation", unit="m", shown=_ratio("correlation_length")),
+    Column("greenwood_length", "Greenwood [m]", shown=_ratio("greenwood_length", joint.DISCS)),
+    Column("correlation_length", "correlation [m]", shown=_ratio("correlation_length")),
 )
 """Columns of the loads of a `Conductance`."""
 
@@ -313,64 +235,26 @@ def _gap_sentence(result: joint.Conductance) -> str:
     return f"the gap conducts nothing{filled if _has_filling_estimate(result) else ''}"
 
 
-def sentences(result: joint.Conductance) -> tuple[str, ...]:
-    """Return the sentences that precede the resistances."""
-    meaning = _MEANING.get(result.largest.boundary.periodic_axes, _STRIP)
-    film = result.film or result.thermal_film
-    return (
-        "The constriction length over the sum of the resistivities of the two bodies, or of their "
-        "1/k, is the conductance.",
-        meaning,
-        f"The whole contact conducts, including yielded metal; {_gap_sentence(result)}.",
-        *(
-            (
-                "The film is added over the contact area; as it makes the flow more uniform, the "
-                "true resistance is slightly larger, on a disk by at most "
-                f"{format_percent(joint.EVEN_FLOW)} of the constriction.",
-            )
-            if film
-            else ()
-        ),
-        "The resistance of an elastic contact depends on its coarse outline, where the current "
-        "concentrates: a cluster of small spots conducts like one spot of its size. The contact "
-        "area, and a film on it, depend on the finest scales; under a ceiling, which bounds the "
-        "area, more and smaller spots conduct better.",
-        "The last two columns are estimates of the constriction length, relative to the computed "
-        "one: Greenwood's formula from radii and places of the spots (1966), and the correlation "
-        "for large flat rough joints, which depends on the slope and so on the pixel; 95 % of "
-        f"{joint.CASES} rough maps had {_span(joint.GREENWOOD_RANGE)} and "
-        f"{_span(CORRELATION_RANGE)}. A dash is outside the range of the formula.",
-    )
-
-
-def question(result: joint.Conductance) -> str:
-    """Return the question that a conductance answers."""
-    names = [name for name, of in (("heat", _thermal), ("current", _electrical)) if of(result)]
-    verb = "does" if len(names) == 1 else "do"
-    return f"How well {verb} {' and '.join(names)} cross the joint {phrases.load_range(result)}?"
-
-
-_ASSUMPTIONS = (
-    Assumption(
-        "The whole contact conducts",
-        lambda r: "film included" if r.film or r.thermal_film else "no oxide or other film",
-        "the bodies carry films",
+_FIGURES = (
+    Illustration(
+        "conductance",
+        conductance,
+        "Resistance over load, computed and by two estimates: Greenwood's formula for circular "
+        "spots and the correlation for large flat joints.",
+        FRONT,
+        WIDE,
+        lambda result: len(result.steps) > 1,
     ),
-    Assumption(
-        "The gap conducts nothing",
-        lambda r: "air or oil: see the rows above",
-        "gas, oil or radiation carry heat",
-        lambda r: _thermal(r) and not _has_filling(r),
-    ),
-    Assumption(
-        "Contact and gap conduct side by side",
-        lambda r: f"k/(g + M), {r.filling.name}",
-        "the gap conducts nearly as well as the metal",
-        _has_filling,
+    Illustration(
+        "crossed",
+        lambda result: maps.pressure(result.largest),
+        "Contact pressure. Heat and current cross the spots in color.",
+        FRONT,
+        MIDDLE,
+        lambda result: len(result.steps) == 1,
     ),
 )
 
-# --- Headline ---
 
 _ZERO_CELSIUS = 273.15
 
@@ -381,19 +265,23 @@ def _joint_texts(result: joint.Conductance, index: int) -> list[str]:
     if _thermal(result):
         if _by_area(result):
             h = result.joint_conductance[index]
-            texts.append(f"h = {phrases.format_short(h, 'W/(m² K)')}")
+            texts.append(f"h = {format_short(h, 'W/(m² K)')}")
         else:
-            texts.append(
-                f"R = {phrases.format_short(result.thermal_resistance[index], 'K/W')} (thermal)"
-            )
+            texts.append(f"R = {format_short(result.thermal_resistance[index], 'K/W')} (thermal)")
     if _electrical(result):
         resistance = result.electrical_resistance[index]
         if _by_area(result):
             area = resistance * result.nominal_area
             texts.append(f"R·A = {plain_decimal(area * 1e12, 3)} Ω µm²")
         else:
-            texts.append(f"R = {phrases.format_short(resistance, 'Ω')}")
+            texts.append(f"R = {format_short(resistance, 'Ω')}")
     return texts
+
+
+def _joint_values(result: joint.Conductance, index: int) -> list[str]:
+    """Return `_joint_texts` without their names."""
+    texts = _joint_texts(result, index)
+    return [text.partition(" = ")[2].removesuffix(" (thermal)") for text in texts]
 
 
 def _interval(result: joint.Conductance) -> Interval:
@@ -404,97 +292,119 @@ def _interval(result: joint.Conductance) -> Interval:
     )
 
 
-def _answer(result: joint.Conductance) -> str:
-    texts, interval = _joint_texts(result, -1), _interval(result)
-    if uncertainty.has_ends(interval):
-        shown = [
-            [
-                text.partition(" = ")[2].removesuffix(" (thermal)")
-                for text in _joint_texts(result.with_length(length), -1)
+class ConductancePresentation(Presentation):
+    """Presentation of a conductance."""
+
+    result: joint.Conductance
+    table = CONDUCTANCE
+    columns = CONDUCTANCE_COLUMNS
+    is_listed = True
+    figures = _FIGURES
+    contact_name = "largest"
+
+    def question(self) -> str:
+        """Return the question that a conductance answers."""
+        names = [
+            name for name, of in (("heat", _thermal), ("current", _electrical)) if of(self.result)
+        ]
+        verb = "does" if len(names) == 1 else "do"
+        loads = phrases.load_range(self.result)
+        return f"How well {verb} {' and '.join(names)} cross the joint {loads}?"
+
+    def answer(self) -> str:
+        """Return the answer in one sentence."""
+        result = self.result
+        texts, interval = _joint_texts(result, -1), _interval(result)
+        if uncertainty.has_ends(interval):
+            shown = [
+                _joint_values(result.with_length(length), -1)
+                for length in (interval.low, interval.high)
             ]
-            for length in (interval.low, interval.high)
-        ]
-        # The smaller constriction length gives the larger resistance.
-        pairs = [
-            ends if text[0] == "h" else ends[::-1]
-            for text, *ends in zip(texts, *shown, strict=True)
-        ]
-        texts = [
-            f"{text} ({phrases.range_text(low, high, str)})"
-            for text, (low, high) in zip(texts, pairs, strict=True)
-        ]
-    return f"At {phrases.load(result.largest)}: {', '.join(texts)}."
+            # The smaller constriction length gives the larger resistance.
+            pairs = [
+                ends if text[0] == "h" else ends[::-1]
+                for text, *ends in zip(texts, *shown, strict=True)
+            ]
+            texts = [
+                f"{text} ({range_text(low, high, str)})"
+                for text, (low, high) in zip(texts, pairs, strict=True)
+            ]
+        return f"At {phrases.load(result.largest)}: {', '.join(texts)}."
 
+    def numbers(self) -> CellTable:
+        """Return pressure, contact, conductance and resistance of each load."""
+        result = self.result
+        head, loads = phrases.load_column(result.largest, result.column("load"))
+        heads = ["thermal h" if _by_area(result) else "thermal R"] * _thermal(result)
+        heads += ["electrical R·A" if _by_area(result) else "electrical R"] * _electrical(result)
+        contacts = contact_fields.shares("contact_area")(result)
+        texts = [_joint_values(result, index) for index in range(len(loads))]
+        cells = [(*row, *text) for *row, text in zip(loads, contacts, texts, strict=True)]
+        return (head, "contact", *heads), cells
 
-def _numbers(result: joint.Conductance) -> CellTable:
-    """Return pressure, contact, conductance and resistance of each load."""
-    head, loads = phrases.load_column(result.largest, result.column("load"))
-    heads = [head, "contact"]
-    heads += ["thermal h" if _by_area(result) else "thermal R"] * _thermal(result)
-    heads += ["electrical R·A" if _by_area(result) else "electrical R"] * _electrical(result)
-    contacts = contact_fields.shares("contact_area")(result)
-    rows = [
-        (
-            load,
-            contact,
-            *(
-                text.partition(" = ")[2].removesuffix(" (thermal)")
-                for text in _joint_texts(result, index)
-            ),
+    def remarks(self) -> Iterator[str]:
+        """Yield the effects of a filled gap and of the pixel, and the accuracy."""
+        result = self.result
+        if result.filling is not None:
+            solid = result.thermal_conductance
+            ends = sorted({0, len(solid) - 1})
+            yield f"Contact: {' to '.join(format_short(solid[end], 'W/(m² K)') for end in ends)}"
+            yield f"Gap ({result.filling.name}): {_share_of_gap(result)}"
+        elif _has_filling_estimate(result):
+            yield f"Gas is not included. With air in the gap: {_in_gap('air')(result)}"
+        if result.current is not None:
+            amperes = format_short(result.current, "A")
+            voltage = format_short(float(result.voltage[0]), "V")
+            hot = plain_decimal(float(result.hottest[0]) - _ZERO_CELSIUS, 3)
+            smallest = " under the smallest load" * (len(result.steps) > 1)
+            yield f"At {amperes}: contact voltage {voltage}, hottest spot {hot} °C{smallest}"
+        yield uncertainty.sources(_interval(result), hint=False)
+        yield from phrases.draws_text(result.draws)
+        others = []
+        if result.coarser is not None:
+            others.append(f"twice the pixel {format_change(result.coarser.length)}")
+        if result.calibrated is not None:
+            others.append(uncertainty.under_calibrated(result, 0))
+        if others:
+            yield f"Constriction length: {', '.join(others)}"
+        yield phrases.status(result.largest)
+
+    def sentences(self) -> Iterator[str]:
+        """Yield the sentences that precede the resistances."""
+        result = self.result
+        yield (
+            "The constriction length over the sum of the resistivities of the two bodies, or of "
+            "their 1/k, is the conductance."
         )
-        for index, (load, contact) in enumerate(zip(loads, contacts, strict=True))
-    ]
-    return tuple(heads), rows
-
-
-def _remarks(result: joint.Conductance) -> tuple[str, ...]:
-    """Return the effects of a filled gap and of the pixel, and the accuracy."""
-    lines = []
-    if _has_filling(result):
-        name = result.filling.name if result.filling else ""
-        solid = result.thermal_conductance
-        parts = " to ".join(
-            phrases.format_short(solid[end], "W/(m² K)") for end in sorted({0, len(solid) - 1})
+        yield _MEANING.get(result.largest.boundary.periodic_axes, _STRIP)
+        yield f"The whole contact conducts, including yielded metal; {_gap_sentence(result)}."
+        if result.film or result.thermal_film:
+            yield (
+                "The film is added over the contact area; as it makes the flow more uniform, the "
+                "true resistance is slightly larger, on a disk by at most "
+                f"{format_percent(joint.EVEN_FLOW)} of the constriction."
+            )
+        yield (
+            "The resistance of an elastic contact depends on its coarse outline, where the current "
+            "concentrates: a cluster of small spots conducts like one spot of its size. The "
+            "contact area, and a film on it, depend on the finest scales; under a ceiling, which "
+            "bounds the area, more and smaller spots conduct better. The last two columns are "
+            "estimates of the constriction length, relative to the computed one: Greenwood's "
+            "formula from radii and places of the spots (1966), and the correlation for large flat "
+            "rough joints, which depends on the slope and so on the pixel; 95 % of "
+            f"{joint.CASES} rough maps had {_span(joint.GREENWOOD_RANGE)} and "
+            f"{_span(CORRELATION_RANGE)}. A dash is outside the range of the formula."
         )
-        lines += [f"Contact: {parts}", f"Gap ({name}): {_share_of_gap(result)}"]
-    elif _has_filling_estimate(result):
-        lines.append(f"Gas is not included. With air in the gap: {_in_gap('air')(result)}")
-    if result.current is not None:
-        amperes = phrases.format_short(result.current, "A")
-        voltage = phrases.format_short(float(result.voltage[0]), "V")
-        hot = plain_decimal(float(result.hottest[0]) - _ZERO_CELSIUS, 3)
-        smallest = " under the smallest load" * (len(result.steps) > 1)
-        lines.append(f"At {amperes}: contact voltage {voltage}, hottest spot {hot} °C{smallest}")
-    lines += [uncertainty.sources(_interval(result), hint=False), *phrases.draws_text(result.draws)]
-    others = []
-    if result.coarser is not None:
-        others.append(f"twice the pixel {format_change(result.coarser.length)}")
-    if result.calibrated is not None:
-        others.append(uncertainty.under_calibrated(result, 0))
-    if others:
-        lines.append(f"Constriction length: {', '.join(others)}")
-    return (*lines, phrases.status(result.largest))
 
+    def problem(self) -> str:
+        """Return the bodies and the range of loads."""
+        return phrases.problem_of_loads(self.result.largest, self.result.column("load").tolist())
 
-KIND = Presentation(
-    joint.Conductance,
-    CONDUCTANCE,
-    CONDUCTANCE_COLUMNS,
-    listed=True,
-    question=question,
-    answer=_answer,
-    numbers=_numbers,
-    remarks=_remarks,
-    problem=lambda result: phrases.problem_of_loads(result.largest, result.column("load").tolist()),
-    assumptions=_ASSUMPTIONS,
-    sentences=sentences,
-    figures=conductance_illustrations.CONDUCTANCE,
-    contact=attrgetter("largest"),
-    works=lambda result: (
-        *((make_use("temperature of the spots", "Kohlrausch1900"),) if result.current else ()),
-        make_use("conductance from the stiffness", "Barber2003"),
-        make_use("resistance of the spots", "Holm1967", "Greenwood1966"),
-        make_use("correlations of flat joints", "Cooper1969", "Mikic1974", "Sridhar1996"),
-        make_use("gas in the gap", "Song1993", "Yovanovich1982"),
-    ),
-)
+    def works(self) -> Iterator[Use]:
+        """Yield the works on spots, joints and gaps."""
+        if self.result.current:
+            yield make_use("temperature of the spots", "Kohlrausch1900")
+        yield make_use("conductance from the stiffness", "Barber2003")
+        yield make_use("resistance of the spots", "Holm1967", "Greenwood1966")
+        yield make_use("correlations of flat joints", "Cooper1969", "Mikic1974", "Sridhar1996")
+        yield make_use("gas in the gap", "Song1993", "Yovanovich1982")

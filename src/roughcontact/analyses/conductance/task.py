@@ -185,5 +185,5 @@ roughcontact conductance ground.x3p --load "20 MPa, 50 MPa" \\
         ),
     ),
     shares_contacts=True,
-    presentations={"Conductance": ("analyses.conductance.report:KIND",)},
+    presentations={"Conductance": "analyses.conductance.report:ConductancePresentation"},
 )

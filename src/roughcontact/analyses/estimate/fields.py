@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from roughcontact.contact.result import ContactResult
-from roughcontact.report.kind import Quantity, Table
+from roughcontact.report.kind import Quantity
 from roughcontact.units import format_engineering, format_percent
 
 
@@ -23,10 +23,6 @@ def length_of(result: Any) -> str:
         format_engineering(v, "m", 3) for v in (result.value, result.low, result.high)
     )
     return f"{value} ({low} to {high})"
-
-
-def _has_estimate(result: ContactResult) -> bool:
-    return result.estimate is not None
 
 
 def _side(by: float) -> str:
@@ -49,25 +45,21 @@ def _compare_gap(result: ContactResult) -> str:
     return f"{length_of(answer.gap)}; this one is {format_percent(abs(by))} of Sq {_side(by)} it"
 
 
-BESIDE: Table = (
+BESIDE = (
     Quantity(
         "estimated_contact",
-        "real contact by formula",
-        meaning="of nominally flat surfaces like it, with the interval of 90 in 100",
-        of=lambda result: result.estimate and result.estimate.contact.value,
+        "real contact by formula: of nominally flat surfaces like it, with the interval of 90 in "
+        "100",
+        of="estimate.contact.value",
         text=_compare_contact,
-        when=_has_estimate,
         stored=False,
         brief=False,
     ),
     Quantity(
         "estimated_gap",
-        "mean gap by formula",
-        unit="m",
-        meaning="the same",
-        of=lambda result: result.estimate and result.estimate.gap.value,
+        "mean gap by formula [m]: the same",
+        of="estimate.gap.value",
         text=_compare_gap,
-        when=_has_estimate,
         stored=False,
         brief=False,
     ),

@@ -145,5 +145,5 @@ roughcontact estimate --sq "0.5 um" --sdq 0.1 --sal "12 um" \\
     memory=_memory,
     needs_map=False,
     in_projects=False,
-    presentations={"Estimate": ("analyses.estimate.report:KIND",)},
+    presentations={"Estimate": "analyses.estimate.report:EstimatePresentation"},
 )

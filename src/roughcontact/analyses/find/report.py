@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
-from operator import attrgetter
 from typing import Any
 
 from roughcontact.analyses.find import model as search
@@ -13,19 +12,9 @@ from roughcontact.analyses.solve import fields as contact_fields, uncertainty_re
 from roughcontact.analyses.solve.fields import PAIR, largest_load_quantity
 from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.report import citations, phrases
-from roughcontact.report.kind import (
-    CAUTIONS,
-    TRUST,
-    CellTable,
-    Column,
-    Columns,
-    Presentation,
-    Quantity,
-    Table,
-    Use,
-    quantity_of,
-)
-from roughcontact.report.page import Block
+from roughcontact.report.kind import CAUTIONS, TRUST, CellTable, Column, Quantity, Use, quantity_of
+from roughcontact.report.phrases import format_share, format_short, range_text
+from roughcontact.report.presentation import Presentation
 from roughcontact.units import format_change, format_engineering, format_percent, order_of_magnitude
 
 _NAMES = {
@@ -108,12 +97,10 @@ def _each(read: Callable[[Any], Any]) -> Callable[[search.LoadSearch], list[Any]
     return lambda loads: [read(item) for item in loads.answers]
 
 
-FOUND: Table = (
+FOUND = (
     *PAIR,
     Quantity("answers", of=_answers),
-    Quantity(
-        "base_answers", of=lambda r: r.base and _answers(r.base), when=lambda r: r.base is not None
-    ),
+    Quantity("base_answers", of=lambda r: r.base and _answers(r.base)),
     Quantity(
         "solves",
         "contacts solved",
@@ -121,11 +108,10 @@ FOUND: Table = (
         text=lambda r: f"{r.solves}, {r.convolutions} convolutions on the full grid",
     ),
     Quantity("convolutions"),
-    Quantity("seconds", "time of the search", unit="s", part=TRUST),
+    Quantity("seconds", "time of the search [s]", part=TRUST),
     Quantity(
         "worst_certificate",
-        "certificates",
-        symbol="ε",
+        "certificates $ε$",
         part=TRUST,
         stored=False,
         of=lambda r: max(item.certificate for item in r.answers),
@@ -136,37 +122,25 @@ FOUND: Table = (
 )
 """Quantities of a `LoadSearch`."""
 
-FOUND_COLUMNS: Columns = (
-    Column("quantity", of=_each(lambda item: item.quantity)),
+FOUND_COLUMNS = (
+    Column("quantity", of="answers.quantity"),
     Column("unit", of=_each(lambda item: _unit(item.quantity))),
     Column("wanted", "wanted", of=_targets, stored=False),
-    Column("target", of=_each(lambda item: item.target)),
-    Column("load", "load", unit="N", digits=_DIGITS, of=_each(lambda item: item.load)),
+    Column("target", of="answers.target"),
+    Column("load", "load [N]", digits=_DIGITS, of="answers.load"),
     Column("bracket", "bracket", of=_bracket, stored=False),
-    Column("bracket_low", unit="N", of=_each(lambda item: item.bracket_low.load)),
-    Column("bracket_high", unit="N", of=_each(lambda item: item.bracket_high.load)),
+    Column("bracket_low", "[N]", of="answers.bracket_low.load"),
+    Column("bracket_high", "[N]", of="answers.bracket_high.load"),
     Column(
         "value",
         "there",
-        of=_each(lambda item: item.value),
+        of="answers.value",
         shown=_each(lambda item: _value_text(item.quantity, item.value)),
     ),
-    Column(
-        "certificate", of=_each(lambda item: item.certificate), form=order_of_magnitude, brief=False
-    ),
-    Column(
-        "base_load",
-        "load (base)",
-        unit="N",
-        digits=_DIGITS,
-        of=lambda loads: [item.load for item in loads.base.answers],
-        when=lambda loads: loads.base is not None,
-    ),
+    Column("certificate", of="answers.certificate", form=order_of_magnitude),
+    Column("base_load", "load (base) [N]", digits=_DIGITS, of="base.answers.load"),
 )
 """Columns of the answers of a `LoadSearch`."""
-
-
-# --- Headline ---
 
 
 def _format_target(item: Any) -> str:
@@ -175,102 +149,89 @@ def _format_target(item: Any) -> str:
     value = item.target
     if item.quantity in search.COUNTED:
         state = "in contact" if item.quantity == search.CONTACT else "of the contact at the ceiling"
-        return f"{phrases.format_share(value)} {state}"
-    return f"{_NAMES[item.quantity]} {phrases.format_short(value, 'm')}"
+        return f"{format_share(value)} {state}"
+    return f"{_NAMES[item.quantity]} {format_short(value, 'm')}"
 
 
 def _pressure(loads: search.LoadSearch, force: float) -> str:
     contact = loads.largest
-    return phrases.format_short(
-        force / contact.nominal_area, "N/m" if contact.pair.is_profile else "Pa"
-    )
+    return format_short(force / contact.nominal_area, "N/m" if contact.pair.is_profile else "Pa")
 
 
-def _answer(loads: search.LoadSearch) -> str:
-    """Return the load of the first target as a sentence."""
-    first, unit = loads.answers[0], loads.largest.pair.load_unit
-    force = phrases.format_short(first.load, unit)
-    wanted = _format_target(first)
-    subject = wanted[:1].upper() + wanted[1:]
-    pressure, under = _pressure(loads, first.load), ""
-    if loads.base is not None:
-        other = loads.base.answers[0].load
-        force = phrases.range_text(first.load, other, lambda v: phrases.format_short(v, unit))
-        pressure = phrases.range_text(first.load, other, lambda v: _pressure(loads, v))
-        under = ", from the ceiling of the coating to that of the base"
-    if loads.largest.pair.is_profile or has_nominal_body(loads.largest.pair.origins):
-        return f"{subject} needs {force}{under}."
-    return f"{subject} needs {pressure} nominal pressure ({force}){under}."
+class SearchPresentation(Presentation):
+    """Presentation of a load search."""
 
+    result: search.LoadSearch
+    table = FOUND
+    columns = FOUND_COLUMNS
+    contact_name = "largest"
 
-def _numbers(loads: search.LoadSearch) -> CellTable:
-    """Return nominal pressure, load and bracket of each target."""
-    pair, rows = loads.largest.pair, []
-    unit, is_bounded = pair.load_unit, has_nominal_body(pair.origins)
-    searches = {"": loads.answers}
-    if loads.base is not None:
-        searches = {", coating": loads.answers, ", base": loads.base.answers}
-    for ceiling, answers in searches.items():
-        for item in answers:
-            low, high = item.bracket
-            half = (high - low) / 2 / item.load if item.load else 0.0
-            row = (
-                _format_target(item) + ceiling,
-                *([] if is_bounded else [_pressure(loads, item.load)]),
-                phrases.format_short(item.load, unit),
-            )
-            rows.append((*row, f"± {100 * half:.1g} %"))
-    return ("wanted", *([] if is_bounded else ["nominal pressure"]), "load", "bracket"), rows
+    def question(self) -> str:
+        """Return the question that a load search answers."""
+        name = phrases.source(self.result.largest.surface.provenance)
+        return f"Which load gives {' and '.join(_targets(self.result))} of {name}?"
 
+    def answer(self) -> str:
+        """Return the load of the first target as a sentence."""
+        loads = self.result
+        first, unit = loads.answers[0], loads.largest.pair.load_unit
+        force = format_short(first.load, unit)
+        wanted = _format_target(first)
+        subject = wanted[:1].upper() + wanted[1:]
+        pressure, under = _pressure(loads, first.load), ""
+        if loads.base is not None:
+            other = loads.base.answers[0].load
+            force = range_text(first.load, other, lambda v: format_short(v, unit))
+            pressure = range_text(first.load, other, lambda v: _pressure(loads, v))
+            under = ", from the ceiling of the coating to that of the base"
+        if loads.largest.pair.is_profile or has_nominal_body(loads.largest.pair.origins):
+            return f"{subject} needs {force}{under}."
+        return f"{subject} needs {pressure} nominal pressure ({force}){under}."
 
-def _remarks(loads: search.LoadSearch) -> tuple[str, ...]:
-    """Return the uncertainty of the load by the model, and the accuracy of the solution."""
-    lines = []
-    for item in loads.answers:
-        interval = (
-            uncertainty.area_interval(item.result) if item.quantity == search.CONTACT else None
-        )
-        if interval is not None and interval.low < interval.high < math.inf:
-            ends = [format_change(item.target / end - 1) for end in (interval.high, interval.low)]
-            lines.append(
-                f"Model: the load for {_format_target(item)} may change by {' to '.join(ends)}"
-            )
-            break
-    certificate = max(item.certificate for item in loads.answers)
-    return (*lines, phrases.worst(certificate, loads.largest.tolerance, loads.solves))
+    def numbers(self) -> CellTable:
+        """Return nominal pressure, load and bracket of each target."""
+        loads = self.result
+        pair, rows = loads.largest.pair, []
+        unit, is_bounded = pair.load_unit, has_nominal_body(pair.origins)
+        searches = {"": loads.answers}
+        if loads.base is not None:
+            searches = {", coating": loads.answers, ", base": loads.base.answers}
+        for ceiling, answers in searches.items():
+            for item in answers:
+                low, high = item.bracket
+                half = (high - low) / 2 / item.load if item.load else 0.0
+                row = (
+                    _format_target(item) + ceiling,
+                    *([] if is_bounded else [_pressure(loads, item.load)]),
+                    format_short(item.load, unit),
+                )
+                rows.append((*row, f"± {100 * half:.1g} %"))
+        return ("wanted", *([] if is_bounded else ["nominal pressure"]), "load", "bracket"), rows
 
+    def remarks(self) -> Iterator[str]:
+        """Yield the uncertainty of the load by the model, and the accuracy of the solution."""
+        loads = self.result
+        for item in loads.answers:
+            is_contact = item.quantity == search.CONTACT
+            interval = uncertainty.area_interval(item.result) if is_contact else None
+            if interval is not None and interval.low < interval.high < math.inf:
+                ends = [item.target / end - 1 for end in (interval.high, interval.low)]
+                by = " to ".join(map(format_change, ends))
+                yield f"Model: the load for {_format_target(item)} may change by {by}"
+                break
+        certificate = max(item.certificate for item in loads.answers)
+        yield phrases.worst(certificate, loads.largest.tolerance, loads.solves)
 
-def question(loads: search.LoadSearch) -> str:
-    """Return the question that a load search answers."""
-    name = phrases.source(loads.largest.surface.provenance)
-    return f"Which load gives {' and '.join(_targets(loads))} of {name}?"
+    def method(self) -> Iterator[str]:
+        """Yield the paragraphs on the method."""
+        ends = "under the larger and not under the smaller"
+        yield f"Each value is reached between two solved loads, {ends}."
 
+    def works(self) -> Iterator[Use]:
+        """Yield the works cited for the result."""
+        if any(answer.quantity == search.YIELD for answer in self.result.answers):
+            yield citations.stress_references(self.result.largest.boundary)
 
-def _method(_: search.LoadSearch) -> list[Block]:
-    return [
-        Block(
-            "text",
-            "Each value is reached between two solved loads, under the larger and not under the "
-            "smaller.",
-        )
-    ]
-
-
-def _works(loads: search.LoadSearch) -> Iterator[Use]:
-    if any(answer.quantity == search.YIELD for answer in loads.answers):
-        yield citations.stress_references(loads.largest.boundary)
-
-
-KIND = Presentation(
-    search.LoadSearch,
-    FOUND,
-    FOUND_COLUMNS,
-    contact=attrgetter("largest"),
-    works=_works,
-    question=question,
-    method=_method,
-    answer=_answer,
-    numbers=_numbers,
-    remarks=_remarks,
-    problem=lambda loads: phrases.bodies(loads.largest) + phrases.boundary(loads.largest),
-)
+    def problem(self) -> str:
+        """Return the bodies and the boundary."""
+        return phrases.bodies(self.result.largest) + phrases.boundary(self.result.largest)

@@ -104,5 +104,5 @@ roughcontact find ground.x3p --contact-fraction "5 %" --mean-gap "0.3 um" \\
             short_help=((CONTACT, "5 %"),),
         ),
     ),
-    presentations={"LoadSearch": ("analyses.find.report:KIND",)},
+    presentations={"LoadSearch": "analyses.find.report:SearchPresentation"},
 )

@@ -128,5 +128,5 @@ roughcontact history ground.x3p --path "1 N, 0 N, 1 N" --boundary periodic \\
             short_help=((PATH, "10 MPa, 0 N, 10 MPa"),),
         ),
     ),
-    presentations={"LoadHistory": ("analyses.history.report:KIND",)},
+    presentations={"LoadHistory": "analyses.history.report:HistoryPresentation"},
 )

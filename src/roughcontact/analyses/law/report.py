@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict
-from operator import attrgetter
 from typing import Any
 
 from roughcontact._tools.statistics import LEVEL, mean_with_interval
-from roughcontact.analyses.law import illustrations as law_illustrations
 from roughcontact.analyses.law.curve import ERROR
 from roughcontact.analyses.law.figures import interface_law
 from roughcontact.analyses.law.formats import LAW_FORMATS
@@ -18,17 +16,11 @@ from roughcontact.analyses.solve import uncertainty_report as uncertainty
 from roughcontact.analyses.solve.fields import PAIR
 from roughcontact.references import make_use
 from roughcontact.report import chapters, phrases
-from roughcontact.report.kind import (
-    CAUTIONS,
-    PROBLEM,
-    CellTable,
-    Column,
-    Columns,
-    Presentation,
-    Quantity,
-    Table,
-    Use,
-)
+from roughcontact.report.figures import FRONT, Illustration
+from roughcontact.report.kind import CAUTIONS, PROBLEM, CellTable, Column, Quantity, Use
+from roughcontact.report.page import WIDE
+from roughcontact.report.phrases import format_short, range_text
+from roughcontact.report.presentation import Presentation
 from roughcontact.surface.surface import Surface
 from roughcontact.uncertainty.intervals import Interval
 from roughcontact.units import count_noun, format_engineering, format_percent, plain_decimal
@@ -74,69 +66,54 @@ def _backbone(law: InterfaceLaw) -> dict[str, dict[str, list[float]]]:
     }
 
 
-LAW: Table = (
+LAW = (
     *PAIR,
     Quantity(
         "maps",
         "maps",
-        of=lambda law: [item.name for item in law.maps],
+        of="maps.name",
         text=lambda law: count_noun(len(law.maps), "map"),
         part=PROBLEM,
     ),
-    Quantity("rim", "rim that is excluded", unit="m", part=PROBLEM, when=lambda law: law.rim > 0),
+    Quantity("rim", "rim that is excluded [m]", part=PROBLEM, when=lambda law: law.rim > 0),
     Quantity(
-        "first_touch",
-        "separation at first touch",
-        "ū₀",
-        unit="m",
-        of=lambda law: law.curve().first_touch,
+        "first_touch", "separation at first touch $ū₀$ [m]", of=lambda law: law.curve().first_touch
     ),
     Quantity(
         "resolved",
         "p̄(ū) resolved from",
-        of=lambda law: [law.resolved.low, law.resolved.high],
+        of=lambda law: (law.resolved.low, law.resolved.high),
         text=_range,
     ),
-    Quantity(
-        "part_size",
-        "map size",
-        of=lambda law: law.part_size and asdict(law.part_size),
-        text=_part_size,
-        when=lambda law: law.part_size is not None,
-    ),
+    Quantity("part_size", "map size", text=_part_size),
     Quantity(
         "persson_length",
-        "Persson's u₀ from the spectrum",
-        unit="m",
+        "Persson's u₀ from the spectrum [m]",
         when=lambda law: math.isfinite(law.persson_length),
     ),
-    Quantity("deviation", "standard deviation of the heights", "σ", "m", of="asperities.deviation"),
+    Quantity("deviation", "standard deviation of the heights $σ$ [m]", of="asperities.deviation"),
     Quantity(
         "summit_density",
-        "density of summits",
-        "η",
-        "1/m²",
+        "density of summits $η$ [1/m²]",
         of="asperities.density",
         form=lambda value: f"{value * 1e-6:.4g} /mm²",
-        brief=False,
     ),
-    Quantity("summit_radius", "radius of summits", "R", "m", of="asperities.radius", brief=False),
-    Quantity("bandwidth", "bandwidth", "α", of="asperities.bandwidth", brief=False),
+    Quantity("summit_radius", "radius of summits $R$ [m]", of="asperities.radius"),
+    Quantity("bandwidth", "bandwidth $α$", of="asperities.bandwidth"),
     Quantity("branches", of=lambda law: {branch: _columns(law, branch) for branch in law.branches}),
     Quantity("tables", of=_tables),
-    Quantity("friction", of=lambda law: law.friction and asdict(law.friction)),
+    Quantity("friction"),
     Quantity(
         "elastic_slip",
-        "elastic slip μ p̄/k_t",
-        unit="m",
+        "elastic slip μ p̄/k_t [m]",
         of=lambda law: law.elastic_slip()[-1],
         when=lambda law: law.friction is not None,
     ),
     Quantity("backbone", of=lambda law: law.friction and _backbone(law)),
-    Quantity("coarser", of=lambda law: law.coarser and asdict(law.coarser)),
-    Quantity("calibrated", of=lambda law: law.calibrated and asdict(law.calibrated)),
-    Quantity("intervals", of=lambda law: [item.summary() for item in _intervals(law)]),
-    Quantity("thermal_conductance", of=lambda law: law.conductance.tolist()),
+    Quantity("coarser"),
+    Quantity("calibrated"),
+    Quantity("intervals", of=lambda law: _intervals(law)),
+    Quantity("thermal_conductance", of="conductance"),
     *CAUTIONS,
 )
 """Quantities of an `InterfaceLaw`."""
@@ -168,40 +145,35 @@ def _flows(law: InterfaceLaw) -> bool:
     return not law.is_elastic
 
 
-LAW_COLUMNS: Columns = (
+LAW_COLUMNS = (
     Column("branch", "branch", when=_flows, form=lambda branch: branch.removesuffix("ing")),
-    Column("pressure", "pressure", unit="Pa", digits=3),
-    Column("separation", "ū", unit="m", digits=3),
-    Column("separation_half", "±", unit="m", shown=_separations, when=_several),
-    Column("mean_gap", "mean gap", unit="m", digits=3, brief=False),
+    Column("pressure", "pressure [Pa]", digits=3),
+    Column("separation", "ū [m]", digits=3),
+    Column("separation_half", "± [m]", shown=_separations, when=_several),
+    Column("mean_gap", "mean gap [m]", digits=3),
     Column("contact_fraction", "contact", form=format_percent),
-    Column("contact_half", "±", shown=_contacts, when=_several, brief=False),
+    Column("contact_half", "±", shown=_contacts, when=_several),
     Column("saturated_fraction", "saturated", form=format_percent, when=_flows),
-    Column("stiffness", "loading", unit="Pa/m", form=_per_length),
-    Column("unloading_stiffness", "falling", unit="Pa/m", form=_per_length, when=_flows),
+    Column("stiffness", "loading [Pa/m]", form=_per_length),
+    Column("unloading_stiffness", "falling [Pa/m]", form=_per_length, when=_flows),
     Column(
         "thermal_conductance",
-        "conductance",
-        unit="W/(m² K)",
+        "conductance [W/(m² K)]",
         digits=3,
-        brief=False,
         when=lambda law: law.bodies is not None,
     ),
     Column(
         "tangential_stiffness",
-        "tangential",
-        unit="Pa/m",
+        "tangential [Pa/m]",
         form=_per_length,
-        brief=False,
         when=lambda law: law.friction is not None,
     ),
-    Column("separation_deviation", unit="m"),
+    Column("separation_deviation", "[m]"),
     Column("contact_deviation"),
-    Column("stiffness_deviation", unit="Pa/m"),
-    Column("stiffness_half", unit="Pa/m"),
-    Column("persson_separation", unit="m"),
-    Column("persson_separation", "Persson", unit="m", digits=3, stored=False, when=_elastic),
-    Column("resolved", "resolved", form=lambda value: "yes" if value else "no", brief=False),
+    Column("stiffness_deviation", "[Pa/m]"),
+    Column("stiffness_half", "[Pa/m]"),
+    Column("persson_separation", "Persson [m]", digits=3, listed=_elastic),
+    Column("resolved", "resolved", form=lambda value: "yes" if value else "no"),
 )
 """Columns of the steps of an `InterfaceLaw`."""
 
@@ -214,69 +186,20 @@ def _known(law: InterfaceLaw) -> str:
     return f"; between the solved pressures the law has an error of about {100 * error:.2g} %."
 
 
-def sentences(law: InterfaceLaw) -> tuple[str, ...]:
-    """Return the sentences that precede the law."""
-    several = len(law.maps) > 1
-    return (
-        "The separation ū is the distance of the mean planes of the two surfaces, where indented "
-        "points have a negative gap; at first touch it is the height of the highest summit. "
-        "Overclosure is minus the separation.",
-        "Stiffness per area, in GPa/µm: during loading only the elastic contact resists, during "
-        "unloading the whole contact.",
-        *(
-            ()
-            if law.is_elastic
-            else (
-                "Around spots at the ceiling the elastic contact is often one pixel wide: loading "
-                "stiffness scatters by a tenth and more about the slope of the curve.",
-            )
-        ),
-        *(
-            (
-                f"± is half of the {100 * LEVEL:.0f} % interval of the mean over all maps of this "
-                "surface.",
-            )
-            if several
-            else ()
-        ),
-        *(
-            ()
-            if law.is_elastic or len(law.branches) > 1
-            else ("The unloading branch was not solved.",)
-        ),
-        *(
-            ("No point is at the ceiling: unloading follows the loading curve.",)
-            if law.is_elastic
-            else ()
-        ),
-        *(
-            ("Persson's theory is evaluated for the elastic joint with the spectrum of the maps.",)
-            if math.isfinite(law.persson_length)
-            else ("Persson's theory needs maps without missing points.",)
-        ),
-        f"Tables for other programs have enough rows for linear interpolation to {100 * ERROR:.0f} "
-        f"% of the pressure{_known(law)}",
-    )
+_FIGURES = (
+    Illustration(
+        "law",
+        interface_law,
+        "Pressure over separation, areas, stiffness, and gap. Thick: mean of the maps. Thin: each "
+        "map. Dashed: Persson's elastic theory. Gray: not resolved by the maps.",
+        FRONT,
+        WIDE,
+    ),
+)
 
-
-# --- Headline ---
 
 # Maximum number of pressures in the headline table.
 _MAX_SCREEN_ROWS = 5
-
-
-def _problem(law: InterfaceLaw) -> str:
-    contact, pairs = law.largest, [item.pair for item in law.maps]
-    if len(pairs) == 1 or contact.counter_surface is None:
-        name = count_noun(len(pairs), "map") if len(pairs) > 1 else ""
-        return f"{phrases.bodies(contact, name)}{phrases.boundary(contact)}"
-    # Maps of both faces met at random.
-    body, other = map(phrases.material_name, (contact.material, contact.counter_material))
-    names, counter_names = (
-        _map_names(getattr(pair, face) for pair in pairs) for face in ("surface", "counter_surface")
-    )
-    faces = f"{names} ({body}) against {counter_names} ({other})"
-    return f"{faces}, {count_noun(len(pairs), 'pair')}{phrases.boundary(contact)}"
 
 
 def _map_names(surfaces: Iterable[Surface]) -> str:
@@ -300,94 +223,134 @@ def _intervals(law: InterfaceLaw) -> tuple[Interval, Interval]:
     return closing, stiffness
 
 
-def _answer(law: InterfaceLaw) -> str:
-    """Return approach and final stiffness over the range of pressures as a sentence."""
-    steps = law.of_branch(law.branches[0])
-    first, last = steps[0].pressure, steps[-1].pressure
-    ends = phrases.range_text(first, last, lambda value: phrases.format_short(value, "Pa"))
-    closing, stiffness = _intervals(law)
-    by = uncertainty.with_interval(closing, lambda value: phrases.format_short(value, "m"))
-    stiff = uncertainty.with_interval(stiffness, lambda value: f"{_per_length(value)} GPa/µm")
-    return f"From {ends} the faces approach by {by}; the stiffness reaches {stiff}."
+class LawPresentation(Presentation):
+    """Presentation of an interface law."""
 
+    result: InterfaceLaw
+    table = LAW
+    columns = LAW_COLUMNS
+    figures = _FIGURES
+    plots = (interface_law,)
+    contact_name = "largest"
 
-def _numbers(law: InterfaceLaw) -> CellTable:
-    """Return separation, contact and stiffness at some pressures of first loading."""
-    steps = law.of_branch(law.branches[0])
-    several, flows = _several(law), _flows(law)
-    heads = ["pressure", "separation", *([f"± {100 * LEVEL:.0f} %"] * several), "contact"]
-    heads.append("stiffness")
-    heads += ["unloading"] * flows
-    rows = []
-    for step in steps:
-        row = [
-            phrases.format_short(step.pressure, "Pa"),
-            phrases.format_short(step.separation, "m"),
-        ]
-        row += [format_engineering(step.separation_half, "m", 2)] * several
-        row += [format_percent(step.contact_fraction), f"{_per_length(step.stiffness)} GPa/µm"]
-        row += [f"{_per_length(step.unloading_stiffness)} GPa/µm"] * flows
-        rows.append(tuple(row))
-    return tuple(heads), chapters.evenly_spaced(rows, _MAX_SCREEN_ROWS)
+    def question(self) -> str:
+        """Return the question that an interface law answers."""
+        pressures = [step.pressure for step in self.result.steps]
+        ends = [format_engineering(value, "Pa", 3) for value in (min(pressures), max(pressures))]
+        return f"How far does the joint close from {phrases.span(ends)}?"
 
-
-def _remarks(law: InterfaceLaw) -> tuple[str, ...]:
-    """Return resolved range, interpolation error, and tangential and unloading results."""
-    _, stiffness = _intervals(law)
-    lines: list[str] = []
-    if uncertainty.has_ends(stiffness):
-        lines.append(uncertainty.sources(stiffness, hint=False))
-    lines.append(f"Resolved: {_range(law)}")
-    error = max(law.curve(branch).error for branch in law.branches)
-    if not math.isnan(error):
-        lines[-1] += f"; interpolation error {100 * error:.2g} %"
-    if law.friction is not None:
-        last = law.of_branch(law.branches[0])[-1]
-        each = [
-            f"{_per_length(last.unloading_stiffness * ratio)} ({axis})"
-            for axis, ratio in zip("yx", law.friction.ratios, strict=True)
-        ]
-        lines.append(
-            f"Tangential at {phrases.format_short(last.pressure, 'Pa')}: {', '.join(each)} GPa/µm; "
-            f"elastic slip {phrases.format_short(float(law.elastic_slip()[-1]), 'm')}"
+    def problem(self) -> str:
+        """Return bodies and load in one line."""
+        contact, pairs = self.result.largest, [item.pair for item in self.result.maps]
+        if len(pairs) == 1 or contact.counter_surface is None:
+            name = count_noun(len(pairs), "map") if len(pairs) > 1 else ""
+            return f"{phrases.bodies(contact, name)}{phrases.boundary(contact)}"
+        # Maps of both faces met at random.
+        body, other = map(phrases.material_name, (contact.material, contact.counter_material))
+        names, counter_names = (
+            _map_names(getattr(pair, face) for pair in pairs)
+            for face in ("surface", "counter_surface")
         )
-    if len(law.branches) > 1:
-        last = min(law.of_branch(law.branches[1]), key=lambda step: step.pressure)
-        lines.append(
-            f"Unloaded to {phrases.format_short(last.pressure, 'Pa')}: "
-            f"{phrases.format_short(last.separation, 'm')}"
-            f", contact {format_percent(last.contact_fraction)}"
+        faces = f"{names} ({body}) against {counter_names} ({other})"
+        return f"{faces}, {count_noun(len(pairs), 'pair')}{phrases.boundary(contact)}"
+
+    def answer(self) -> str:
+        """Return approach and final stiffness over the range of pressures as a sentence."""
+        law = self.result
+        steps = law.of_branch(law.branches[0])
+        first, last = steps[0].pressure, steps[-1].pressure
+        ends = range_text(first, last, lambda value: format_short(value, "Pa"))
+        closing, stiffness = _intervals(law)
+        by = uncertainty.with_interval(closing, lambda value: format_short(value, "m"))
+        stiff = uncertainty.with_interval(stiffness, lambda value: f"{_per_length(value)} GPa/µm")
+        return f"From {ends} the faces approach by {by}; the stiffness reaches {stiff}."
+
+    def numbers(self) -> CellTable:
+        """Return separation, contact and stiffness at some pressures of first loading."""
+        law = self.result
+        steps = law.of_branch(law.branches[0])
+        several, flows = _several(law), _flows(law)
+        heads = ["pressure", "separation", *([f"± {100 * LEVEL:.0f} %"] * several), "contact"]
+        rows = [
+            (
+                format_short(step.pressure, "Pa"),
+                format_short(step.separation, "m"),
+                *([format_engineering(step.separation_half, "m", 2)] * several),
+                format_percent(step.contact_fraction),
+                f"{_per_length(step.stiffness)} GPa/µm",
+                *([f"{_per_length(step.unloading_stiffness)} GPa/µm"] * flows),
+            )
+            for step in steps
+        ]
+        shown = chapters.evenly_spaced(rows, _MAX_SCREEN_ROWS)
+        return (*heads, "stiffness", *["unloading"] * flows), shown
+
+    def remarks(self) -> Iterator[str]:
+        """Yield resolved range, interpolation error, and tangential and unloading results."""
+        law = self.result
+        _, stiffness = _intervals(law)
+        if uncertainty.has_ends(stiffness):
+            yield uncertainty.sources(stiffness, hint=False)
+        error = max(law.curve(branch).error for branch in law.branches)
+        known = "" if math.isnan(error) else f"; interpolation error {100 * error:.2g} %"
+        yield f"Resolved: {_range(law)}{known}"
+        if law.friction is not None:
+            last = law.of_branch(law.branches[0])[-1]
+            each = [
+                f"{_per_length(last.unloading_stiffness * ratio)} ({axis})"
+                for axis, ratio in zip("yx", law.friction.ratios, strict=True)
+            ]
+            yield (
+                f"Tangential at {format_short(last.pressure, 'Pa')}: {', '.join(each)} "
+                f"GPa/µm; elastic slip {format_short(float(law.elastic_slip()[-1]), 'm')}"
+            )
+        if len(law.branches) > 1:
+            last = min(law.of_branch(law.branches[1]), key=lambda step: step.pressure)
+            at, separation = format_short(last.pressure, "Pa"), format_short(last.separation, "m")
+            contact = format_percent(last.contact_fraction)
+            yield f"Unloaded to {at}: {separation}, contact {contact}"
+
+    def sentences(self) -> Iterator[str]:
+        """Yield the sentences that precede the law."""
+        law = self.result
+        yield (
+            "The separation ū is the distance of the mean planes of the two surfaces, where "
+            "indented points have a negative gap; at first touch it is the height of the highest "
+            "summit. Overclosure is minus the separation."
         )
-    return tuple(lines)
+        yield (
+            "Stiffness per area, in GPa/µm: during loading only the elastic contact resists, "
+            "during unloading the whole contact."
+        )
+        if not law.is_elastic:
+            yield (
+                "Around spots at the ceiling the elastic contact is often one pixel wide: "
+                "loading stiffness scatters by a tenth and more about the slope of the curve."
+            )
+        if len(law.maps) > 1:
+            share = f"{100 * LEVEL:.0f} %"
+            yield f"± is half of the {share} interval of the mean over all maps of this surface."
+        if law.is_elastic:
+            yield "No point is at the ceiling: unloading follows the loading curve."
+        elif len(law.branches) == 1:
+            yield "The unloading branch was not solved."
+        if math.isfinite(law.persson_length):
+            of_maps = "the elastic joint with the spectrum of the maps"
+            yield f"Persson's theory is evaluated for {of_maps}."
+        else:
+            yield "Persson's theory needs maps without missing points."
+        yield (
+            "Tables for other programs have enough rows for linear interpolation to "
+            f"{100 * ERROR:.0f} % of the pressure{_known(law)}"
+        )
 
+    def works(self) -> Iterator[Use]:
+        """Yield the works cited for the result."""
+        yield make_use("separation by theory", "Persson2007", "Yang2008", "Almqvist2011")
+        yield make_use("asperities", "Greenwood1970", "Nayak1971")
+        if self.result.bodies is not None:
+            yield make_use("conductance from the stiffness", "Barber2003")
 
-def _works(law: InterfaceLaw) -> Iterator[Use]:
-    yield make_use("separation by theory", "Persson2007", "Yang2008", "Almqvist2011")
-    yield make_use("asperities", "Greenwood1970", "Nayak1971")
-    if law.bodies is not None:
-        yield make_use("conductance from the stiffness", "Barber2003")
-
-
-def question(law: InterfaceLaw) -> str:
-    """Return the question that an interface law answers."""
-    pressures = [step.pressure for step in law.steps]
-    ends = [format_engineering(value, "Pa", 3) for value in (min(pressures), max(pressures))]
-    return f"How far does the joint close from {phrases.span(ends)}?"
-
-
-KIND = Presentation(
-    InterfaceLaw,
-    LAW,
-    LAW_COLUMNS,
-    question=question,
-    sentences=sentences,
-    figures=law_illustrations.LAW,
-    plots=(interface_law,),
-    contact=attrgetter("largest"),
-    works=_works,
-    save=LAW_FORMATS.write,
-    problem=_problem,
-    answer=_answer,
-    numbers=_numbers,
-    remarks=_remarks,
-)
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the law for a program; the suffix selects the format."""
+        LAW_FORMATS.write(self.result, path)

@@ -158,5 +158,5 @@ roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
     ),
     maps=("file", "files"),
     shares_contacts=True,
-    presentations={"InterfaceLaw": ("analyses.law.report:KIND",)},
+    presentations={"InterfaceLaw": "analyses.law.report:LawPresentation"},
 )

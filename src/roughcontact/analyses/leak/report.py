@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, replace
-from operator import attrgetter
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from roughcontact.analyses.leak.figures import flow_factors, leak
-from roughcontact.analyses.leak.model import AXES, MIN_FLUID_SHARE, THRESHOLD, Leakage, flow_of
+from roughcontact.analyses.leak.model import AXES, MIN_FLUID_SHARE, Leakage, flow_of
 from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
 from roughcontact.analyses.solve.fields import PAIR
 from roughcontact.contact.nominal_hertz import has_nominal_body
@@ -19,19 +18,19 @@ from roughcontact.contact.series import relative_change
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.references import make_use
 from roughcontact.report import phrases
-from roughcontact.report.assumptions import Assumption
-from roughcontact.report.figures import FRONT, RESULTS, Illustration, Illustrations
+from roughcontact.report.figures import FRONT, RESULTS, Illustration
 from roughcontact.report.kind import (
     CAUTIONS,
     TRUST,
     CellTable,
     Column,
     Columns,
-    Presentation,
     Quantity,
-    Table,
+    Use,
+    always,
 )
 from roughcontact.report.page import WIDE
+from roughcontact.report.presentation import Presentation
 from roughcontact.uncertainty.intervals import Cause, ErrorSource, Interval
 from roughcontact.units import (
     format_change,
@@ -62,6 +61,14 @@ def _seal(result: Leakage) -> str:
 
 def _is_gas(result: Leakage) -> bool:
     return result.seal is not None and result.seal.gas is not None
+
+
+def _is_liquid(result: Leakage) -> bool:
+    return result.seal is not None and result.seal.gas is None
+
+
+def _is_smooth(result: Leakage) -> bool:
+    return result.largest.counter_surface is None
 
 
 def _coarser(result: Leakage) -> str:
@@ -106,13 +113,8 @@ def _has_axis(axis: int) -> Callable[[Leakage], bool]:
     return lambda result: axis in result.axes
 
 
-def _digits(unit: str, values: Callable[[Leakage], Any]) -> Callable[[Leakage], list[str]]:
-    def format_values(result: Leakage) -> list[str]:
-        return [
-            f"{value:.3g} {unit}".rstrip() if value else "0" for value in values(result).tolist()
-        ]
-
-    return format_values
+def _digits(unit: str) -> Callable[[float], str]:
+    return lambda value: f"{value:.3g} {unit}".rstrip() if value else "0"
 
 
 _FLOWS = (
@@ -126,94 +128,57 @@ _FLOWS = (
 _SHOWN_FLOW = "throughput_mbar"
 
 
-def _gas_column(axis: int, key: str, unit: str) -> Column:
-    name, requested = AXES[axis], _has_axis(axis)
-    return Column(
-        f"{key}_{name}",
-        f"leak along {name}" if key == _SHOWN_FLOW else "",
-        unit=unit,
-        of=lambda r: r.throughput(axis, unit).tolist(),
-        shown=_digits(unit, lambda r: r.throughput(axis, unit)),
-        when=lambda r: requested(r) and _is_gas(r),
-    )
-
-
 def _along(axis: int) -> Columns:
     """Return the columns of a flow direction, with leak rate or permeability."""
-    name, requested = AXES[axis], _has_axis(axis)
+    name = AXES[axis]
+
+    def column(
+        key: str,
+        label: str,
+        unit: str,
+        of: Callable[[Leakage], Any],
+        when: Callable[[Leakage], bool] = always,
+        **more: Any,
+    ) -> Column:
+        return Column(
+            f"{key}_{name}",
+            f"{label and f'{label} along {name}'} [{unit}]",
+            of=of,
+            when=lambda r: axis in r.axes and when(r),
+            **more,
+        )
+
+    def throughput(unit: str) -> Callable[[Leakage], Any]:
+        return lambda r: r.throughput(axis, unit)
+
     return (
-        Column(
-            f"permeability_{name}",
-            f"k along {name}",
-            unit="m³",
-            when=requested,
-            of=lambda r: r.permeability(axis).tolist(),
-            brief=False,
-            shown=_digits("m³", lambda r: r.permeability(axis)),
+        column("permeability", "k", "m³", lambda r: r.permeability(axis), form=_digits("m³")),
+        column("flow_factor", "φ", "1", lambda r: r.flow_factor(axis), form=_digits("")),
+        column("critical_gap", "narrowest", "m", lambda r: r.critical_gap(axis)),
+        column(
+            "leak_rate", "leak", "m³/s", lambda r: r.rate(axis), _is_liquid, form=_digits("m³/s")
         ),
-        Column(
-            f"flow_factor_{name}",
-            f"φ along {name}",
-            unit="1",
-            when=requested,
-            of=lambda r: r.flow_factor(axis).tolist(),
-            shown=_digits("", lambda r: r.flow_factor(axis)),
+        column("shear_flow_factor", "", "1", lambda r: r.shear_flow_factor(axis), _is_smooth),
+        *(
+            column(
+                key,
+                "leak" if key == _SHOWN_FLOW else "",
+                unit,
+                throughput(unit),
+                _is_gas,
+                form=_digits(unit),
+            )
+            for key, unit in _FLOWS
         ),
-        Column(
-            f"critical_gap_{name}",
-            f"narrowest along {name}",
-            unit="m",
-            when=requested,
-            of=lambda r: r.critical_gap(axis).tolist(),
-            brief=False,
-        ),
-        Column(
-            f"leak_rate_{name}",
-            f"leak along {name}",
-            unit="m³/s",
-            of=lambda r: r.rate(axis).tolist(),
-            shown=_digits("m³/s", lambda r: r.rate(axis)),
-            when=lambda r: requested(r) and r.seal is not None and not _is_gas(r),
-        ),
-        Column(
-            f"shear_flow_factor_{name}",
-            unit="1",
-            brief=False,
-            of=lambda r: r.shear_flow_factor(axis).tolist(),
-            when=lambda r: requested(r) and r.largest.counter_surface is None,
-        ),
-        *(_gas_column(axis, key, unit) for key, unit in _FLOWS),
-        Column(
-            f"gas_factor_{name}",
-            unit="1",
-            brief=False,
-            of=lambda r: [step.gas_factor[axis] for step in r.steps],
-            when=lambda r: requested(r) and _is_gas(r),
-        ),
-        # Without a fluid the console shows the permeability.
-        Column(
-            f"permeability_{name}",
-            f"k along {name}",
-            unit="m³",
-            stored=False,
-            of=lambda r: r.permeability(axis).tolist(),
-            shown=_digits("m³", lambda r: r.permeability(axis)),
-            when=lambda r: requested(r) and r.seal is None,
-        ),
+        column("gas_factor", "", "1", lambda r: [s.gas_factor[axis] for s in r.steps], _is_gas),
     )
 
 
-_TABLE: Table = (
+_TABLE = (
     *PAIR,
-    Quantity("nominal_area", unit="m²"),
-    Quantity("roughness", "roughness", "σ", unit="m"),
-    Quantity(
-        "sealing",
-        "fluid",
-        of=lambda r: r.seal and asdict(r.seal),
-        text=_seal,
-        when=lambda r: r.seal is not None,
-    ),
+    Quantity("nominal_area", "[m²]"),
+    Quantity("roughness", "roughness $σ$ [m]"),
+    Quantity("sealing", "fluid", of="seal", text=_seal),
     *(
         Quantity(
             f"narrowest_{name}",
@@ -224,22 +189,12 @@ _TABLE: Table = (
         )
         for axis, name in enumerate(AXES)
     ),
-    Quantity(
-        "permeability_tensor",
-        unit="m³",
-        of=lambda r: [[list(row) for row in step.permeability] for step in r.steps],
-    ),
-    Quantity(
-        "coarser",
-        "on a coarser grid",
-        of=lambda r: r.coarser and asdict(r.coarser),
-        text=_coarser,
-        when=lambda r: r.coarser is not None,
-    ),
+    Quantity("permeability_tensor", "[m³]", of="steps.permeability"),
+    Quantity("coarser", "on a coarser grid", text=_coarser),
     Quantity("leak_class", of=lambda r: r.leak_class and r.leak_class[0]),
-    Quantity("calibrated", of=lambda r: r.calibrated and asdict(r.calibrated)),
-    Quantity("draws", of=lambda r: [asdict(mean) for mean in r.draws]),
-    Quantity("intervals", of=lambda r: [_interval(r, axis).summary() for axis in r.axes]),
+    Quantity("calibrated"),
+    Quantity("draws"),
+    Quantity("intervals", of=lambda r: [_interval(r, axis) for axis in r.axes]),
     Quantity(
         "unbalanced",
         "flow out of balance",
@@ -251,38 +206,23 @@ _TABLE: Table = (
 )
 
 _COLUMNS: tuple[Column, ...] = (
-    Column("load", "load", unit="N"),
-    Column("contact_area", "contact", unit="m²", shown=contact_fields.shares("contact_area")),
-    Column("saturated_area", unit="m²", brief=False),
-    Column("mean_gap", "mean gap", unit="m", brief=False),
-    Column("gap_ratio", "ū/σ", unit="1", of=lambda r: r.gap_ratio.tolist()),
-    Column(
-        "shear_stress_factor", unit="1", of=lambda r: r.shear_stress_factor.tolist(), brief=False
-    ),
+    Column("load", "load [N]"),
+    Column("contact_area", "contact [m²]", shown=contact_fields.shares("contact_area")),
+    Column("saturated_area", "[m²]"),
+    Column("mean_gap", "mean gap [m]"),
+    Column("gap_ratio", "ū/σ"),
+    Column("shear_stress_factor"),
     *_along(0),
     *_along(1),
     Column(
         "permeability_yx",
-        unit="m³",
-        of=lambda r: r.permeability(0, 1).tolist(),
+        "[m³]",
+        of=lambda r: r.permeability(0, 1),
         when=lambda r: not np.isnan(r.permeability(0, 1)).all(),
-        brief=False,
     ),
-    Column(
-        "fluid_share",
-        unit="1",
-        of=lambda r: r.fluid_share.tolist(),
-        brief=False,
-        when=lambda r: r.seal is not None,
-    ),
-    Column(
-        "fluid_load",
-        unit="N",
-        of=lambda r: r.fluid_load.tolist(),
-        brief=False,
-        when=lambda r: r.seal is not None,
-    ),
-    Column("unbalanced", unit="1", brief=False),
+    Column("fluid_share", when=lambda r: r.seal is not None),
+    Column("fluid_load", "[N]", of="fluid_load", when=lambda r: r.seal is not None),
+    Column("unbalanced"),
 )
 
 
@@ -298,9 +238,9 @@ def _of_base(column: Column) -> Column:
     return replace(
         column,
         key=f"base_{column.key}",
-        name="",
+        label=f"[{column.unit}]",
         of=lambda r: column.values(r.base),
-        when=lambda r: r.base is not None and column.when(r),
+        when=lambda r: r.base is not None and column.is_shown(r),
     )
 
 
@@ -320,26 +260,6 @@ def _sides(result: Leakage) -> str:
         "Where the map ends the pressure is given at two opposite sides, and no fluid flows "
         "through the other two. The gap along the sides of a free map is for contact inside the "
         "map only: for a part of a larger face use a periodic boundary."
-    )
-
-
-def _sentences(result: Leakage) -> tuple[str, ...]:
-    fluid = (
-        "The gas flows from viscous to free molecular by the local Knudsen number, walls reflect "
-        "its molecules diffusely, and its temperature is constant."
-        if _is_gas(result)
-        else "The rate is k Δp w/(12 η l) for a liquid; for a gas without slip it is the volume at "
-        "the mean of inlet and outlet pressure."
-    )
-    return (
-        "Reynolds' equation of a thin film in the gap: nothing flows through contact.",
-        *([_pressed(result)] if result.seal is not None else []),
-        _sides(result),
-        *((fluid,) if result.seal is not None else ()),
-        "The flow factor φ is k over the cube of the mean gap ū, 1 between smooth plates; closed "
-        "points are included in ū as zero.",
-        "The leak rate depends on the narrowest constrictions, and so on single summits. Another "
-        "part of the same face may differ by a factor, near sealing most of all.",
     )
 
 
@@ -403,14 +323,6 @@ def _gas_rate(throughput: float) -> str:
     return f"{throughput:.3g} mbar l/s"
 
 
-def _answer(result: Leakage) -> str:
-    """Return the leak rate or permeability under the largest load as a sentence."""
-    if result.base is None:
-        return _leaks(result) + _class(result)
-    coating, base = (f"Ceiling of the {name}: " for name in ("coating", "base"))
-    return f"{coating}{_leaks(result)} {base}{_leaks(result.base)}{_class(result)}"
-
-
 def _leaks(result: Leakage) -> str:
     """Return the leak rate or permeability under one ceiling as a sentence."""
     at = phrases.load(result.largest)
@@ -443,19 +355,6 @@ def _with_interval(result: Leakage, axis: int) -> str:
     return f"{uncertainty.with_interval(_interval(result, axis), form)} along {AXES[axis]}"
 
 
-def _numbers(result: Leakage) -> CellTable:
-    """Return contact, gap, rate and flow factor of each load."""
-    head, loads = phrases.load_column(result.largest, result.column("load"))
-    columns = _number_columns(result)
-    if result.base is not None:
-        # Two columns each of contact and rate; without gaps and flow factors they are not too wide.
-        base = {f"{head} (base)": cells for head, cells in _number_columns(result.base).items()}
-        pairs = zip(columns.items(), base.items(), strict=True)
-        kept = ("contact", "leak", "k ")
-        columns = dict(item for pair in pairs for item in pair if item[0].startswith(kept))
-    return (head, *columns), list(zip(loads, *columns.values(), strict=True))
-
-
 def _number_columns(result: Leakage) -> dict[str, list[str]]:
     """Return the cells of contact, gap, rate and flow factor, by head."""
     columns = {
@@ -473,36 +372,6 @@ def _number_columns(result: Leakage) -> dict[str, list[str]]:
     for axis in result.axes:
         columns[f"φ {AXES[axis]}"] = [f"{value:.3g}" for value in result.flow_factor(axis)]
     return columns
-
-
-def _remarks(result: Leakage) -> tuple[str, ...]:
-    """Return remarks on the scaling of the rate, the narrowest constriction and accuracy."""
-    lines: list[str] = []
-    seal = result.seal
-    if seal is not None and has_nominal_body(result.largest.pair.origins):
-        if not seal.is_whole:
-            lines.append(Sentence(f"Rate scales with the width: {ArgumentRef('seal_width')}"))
-    elif seal is not None and (seal.length is None or not seal.is_whole):
-        edges = f"{ArgumentRef('seal_width')}, {ArgumentRef('seal_length')}"
-        lines.append(Sentence(f"Rate scales with width/length of the land: {edges}"))
-    lines += _fluid_lines(result)
-    places = [
-        f"{phrases.format_short(place.gap, 'm')} (along {AXES[axis]})"
-        for axis, place in enumerate(result.steps[-1].constriction)
-        if place is not None and axis in result.axes
-    ]
-    narrowest = f"Narrowest constriction at the largest load: {', '.join(places)}"
-    if places:
-        lines.append(narrowest)
-    flowing = [axis for axis in result.axes if _flows(result, axis)]
-    lines += [
-        f"Along {AXES[axis]}: {uncertainty.under_calibrated(result, axis)}"
-        for axis in flowing[:1]
-        if result.calibrated is not None
-    ]
-    lines += [uncertainty.sources(_interval(result, axis), hint=False) for axis in flowing[:1]]
-    lines += phrases.draws_text(result.draws)
-    return (*lines, phrases.status(result.largest))
 
 
 def _fluid_lines(result: Leakage) -> Iterator[str]:
@@ -538,7 +407,7 @@ def _fluid_lines(result: Leakage) -> Iterator[str]:
     )
 
 
-_FIGURES: Illustrations = (
+_FIGURES = (
     Illustration(
         "leak",
         leak,
@@ -559,53 +428,110 @@ _FIGURES: Illustrations = (
 )
 
 
-def _question(result: Leakage) -> str:
-    source, loads = phrases.source(result.largest.surface.provenance), phrases.load_range(result)
-    if result.seal is None:
-        return f"How permeable is the gap of {source} {loads}?"
-    return f"How much leaks past {source} {loads}?"
+class LeakagePresentation(Presentation):
+    """Presentation of a leakage."""
 
+    result: Leakage
+    table = _TABLE
+    columns = _COLUMNS
+    is_listed = True
+    figures = _FIGURES
+    plots = (leak, flow_factors)
+    contact_name = "largest"
 
-_ASSUMPTIONS = (
-    Assumption(
-        "Thin film (Reynolds)",
-        lambda r: "gas from viscous to free molecular" if _is_gas(r) else "viscous fluid",
-        "the fluid pressure is near the nominal pressure",
-    ),
-    Assumption(
-        "One map is typical",
-        lambda r: f"{format_percent(r.largest.contact_fraction)} in contact under the largest load",
-        f"near {format_percent(THRESHOLD)} single constrictions decide",
-    ),
-)
+    def question(self) -> str:
+        """Return the question that the result answers."""
+        result = self.result
+        source, loads = (
+            phrases.source(result.largest.surface.provenance),
+            phrases.load_range(result),
+        )
+        if result.seal is None:
+            return f"How permeable is the gap of {source} {loads}?"
+        return f"How much leaks past {source} {loads}?"
 
-KIND = Presentation(
-    Leakage,
-    _TABLE,
-    _COLUMNS,
-    listed=True,
-    question=_question,
-    assumptions=_ASSUMPTIONS,
-    sentences=_sentences,
-    figures=_FIGURES,
-    plots=(leak, flow_factors),
-    contact=attrgetter("largest"),
-    answer=_answer,
-    numbers=_numbers,
-    remarks=_remarks,
-    problem=lambda result: phrases.problem_of_loads(result.largest, result.column("load").tolist()),
-    works=lambda result: (
-        make_use("flow through the gap", "Patir1978"),
-        *(
-            (
-                make_use("gas of any rarefaction", "Cercignani1963", "Fukui1990"),
-                make_use("classes of leak rates", "Rottlaender2016"),
+    def answer(self) -> str:
+        """Return the leak rate or permeability under the largest load as a sentence."""
+        result = self.result
+        if result.base is None:
+            return _leaks(result) + _class(result)
+        coating, base = (f"Ceiling of the {name}: " for name in ("coating", "base"))
+        return f"{coating}{_leaks(result)} {base}{_leaks(result.base)}{_class(result)}"
+
+    def numbers(self) -> CellTable:
+        """Return contact, gap, rate and flow factor of each load."""
+        result = self.result
+        head, loads = phrases.load_column(result.largest, result.column("load"))
+        columns = _number_columns(result)
+        if result.base is not None:
+            # Two columns each of contact and rate; gaps and flow factors would not fit.
+            base = {f"{head} (base)": cells for head, cells in _number_columns(result.base).items()}
+            pairs = zip(columns.items(), base.items(), strict=True)
+            kept = ("contact", "leak", "k ")
+            columns = dict(item for pair in pairs for item in pair if item[0].startswith(kept))
+        return (head, *columns), list(zip(loads, *columns.values(), strict=True))
+
+    def remarks(self) -> Iterator[str]:
+        """Yield remarks on the scaling of the rate, the narrowest constriction and accuracy."""
+        result, seal = self.result, self.result.seal
+        if seal is not None and has_nominal_body(result.largest.pair.origins):
+            if not seal.is_whole:
+                yield Sentence(f"Rate scales with the width: {ArgumentRef('seal_width')}")
+        elif seal is not None and (seal.length is None or not seal.is_whole):
+            edges = f"{ArgumentRef('seal_width')}, {ArgumentRef('seal_length')}"
+            yield Sentence(f"Rate scales with width/length of the land: {edges}")
+        yield from _fluid_lines(result)
+        places = [
+            f"{phrases.format_short(place.gap, 'm')} (along {AXES[axis]})"
+            for axis, place in enumerate(result.steps[-1].constriction)
+            if place is not None and axis in result.axes
+        ]
+        if places:
+            yield f"Narrowest constriction at the largest load: {', '.join(places)}"
+        flowing = [axis for axis in result.axes if _flows(result, axis)]
+        for axis in flowing[:1]:
+            if result.calibrated is not None:
+                yield f"Along {AXES[axis]}: {uncertainty.under_calibrated(result, axis)}"
+            yield uncertainty.sources(_interval(result, axis), hint=False)
+        yield from phrases.draws_text(result.draws)
+        yield phrases.status(result.largest)
+
+    def sentences(self) -> Iterator[str]:
+        """Yield the sentences on the model."""
+        result = self.result
+        yield "Reynolds' equation of a thin film in the gap: nothing flows through contact."
+        if result.seal is not None:
+            yield _pressed(result)
+        yield _sides(result)
+        if _is_gas(result):
+            yield (
+                "The gas flows from viscous to free molecular by the local Knudsen number, walls "
+                "reflect its molecules diffusely, and its temperature is constant."
             )
-            if _is_gas(result)
-            else (make_use("gas that slips", "Burgdorfer1959"),)
-        ),
-        make_use("pressure of the fluid", "Kuznetsov1985"),
-        make_use("equations of the flow", "Notay2010"),
-        make_use("narrowest place of the gap", "Persson2008", "Dapp2012"),
-    ),
-)
+        elif result.seal is not None:
+            yield (
+                "The rate is k Δp w/(12 η l) for a liquid; for a gas without slip it is the "
+                "volume at the mean of inlet and outlet pressure."
+            )
+        yield (
+            "The flow factor φ is k over the cube of the mean gap ū, 1 between smooth plates; "
+            "closed points are included in ū as zero. The leak rate depends on the narrowest "
+            "constrictions, and so on single summits. Another part of the same face may differ by "
+            "a factor, near sealing most of all."
+        )
+
+    def problem(self) -> str:
+        """Return the bodies and the range of loads."""
+        return phrases.problem_of_loads(self.result.largest, self.result.column("load").tolist())
+
+    def works(self) -> Iterator[Use]:
+        """Yield the works on the flow."""
+        yield make_use("flow through the gap", "Patir1978")
+        if _is_gas(self.result):
+            yield make_use("gas of any rarefaction", "Cercignani1963", "Fukui1990")
+            yield make_use("classes of leak rates", "Rottlaender2016")
+        else:
+            yield make_use("gas that slips", "Burgdorfer1959")
+        yield make_use("pressure of the fluid", "Kuznetsov1985")
+        yield make_use("equations of the flow", "Notay2010")
+        yield make_use("narrowest place of the gap", "Persson2008", "Dapp2012")

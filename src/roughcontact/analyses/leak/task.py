@@ -211,5 +211,5 @@ roughcontact leak ground.x3p --load "30 MPa, 100 MPa" --boundary periodic \\
         ),
     ),
     shares_contacts=True,
-    presentations={"Leakage": ("analyses.leak.report:KIND",)},
+    presentations={"Leakage": "analyses.leak.report:LeakagePresentation"},
 )

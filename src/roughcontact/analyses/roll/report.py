@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from roughcontact._tools.netcdf import Dataset
 from roughcontact._version import __version__
 from roughcontact.analyses.roll import figures as plots
 from roughcontact.analyses.roll.formats import ROLLING_FORMATS
@@ -15,21 +16,19 @@ from roughcontact.analyses.roll.model import RollingResult, Shakedown, to_datase
 from roughcontact.analyses.solve import volume_report as elastoplastic
 from roughcontact.elastoplastic import plausibility
 from roughcontact.references import make_use
-from roughcontact.report import assumptions, chapters, citations, figures, phrases, python_script
-from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration, Illustrations
+from roughcontact.report import assumptions, citations, figures, phrases
+from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration
 from roughcontact.report.kind import (
+    CAUTIONS,
     PROBLEM,
-    CellTable,
     Column,
     Columns,
-    Presentation,
     Quantity,
-    Table,
     Use,
-    first_and_last,
     stored_columns,
 )
 from roughcontact.report.page import WIDE, Block
+from roughcontact.report.presentation import Presentation
 from roughcontact.units import count_noun, format_engineering, order_of_magnitude
 
 
@@ -62,10 +61,6 @@ def _last(key: str) -> Callable[[RollingResult], Any]:
     return lambda rolling: getattr(rolling.passes[-1], key)
 
 
-def _profile(key: str) -> Callable[[RollingResult], Any]:
-    return lambda rolling: getattr(rolling.passes[-1], key).tolist()
-
-
 def _ran_in(key: str) -> Callable[[RollingResult], str]:
     def text(rolling: RollingResult) -> str:
         surface = rolling.result.solution.surface
@@ -82,78 +77,64 @@ def _friction(rolling: RollingResult) -> float:
     return rolling.result.increments[-1].friction
 
 
-ROLLING: Table = (
+ROLLING = (
     Quantity("passes", "passes", of=lambda r: len(r.passes), text=_way, part=PROBLEM),
     Quantity(
         "direction",
-        "direction",
-        unit="degree",
+        "direction [degree]: where the counter-body moves, from x, counter-clockwise",
         form=lambda v: f"{v:g}°",
         part=PROBLEM,
-        meaning="where the counter-body moves, from x, counter-clockwise",
     ),
     Quantity(
         "friction",
-        "friction",
-        symbol="μ",
+        "friction $μ$: of full sliding",
         of=_friction,
         part=PROBLEM,
-        meaning="of full sliding",
         when=lambda r: bool(_friction(r)),
     ),
     Quantity("requested", of=lambda r: r.requested or len(r.passes)),
     Quantity("reciprocating"),
-    Quantity("shakedown", "outcome", of=lambda r: str(r.shakedown), text=lambda r: r.outcome_text),
+    Quantity("shakedown", "outcome", text=lambda r: r.outcome_text),
     Quantity("settled_after"),
     Quantity(
         "strain_added",
-        "strain by the last pass",
+        "strain by the last pass: plastic, largest, forward and backward added",
         of=_last("strain_added"),
         form=strain,
-        meaning="plastic, largest, forward and backward added",
     ),
     Quantity(
-        "strain_net",
-        "net strain of the last pass",
-        of=_last("strain_net"),
-        form=strain,
-        meaning="largest",
+        "strain_net", "net strain of the last pass: largest", of=_last("strain_net"), form=strain
     ),
     Quantity(
         "shear",
-        "shear by the last pass",
-        symbol="γ",
+        "shear by the last pass $γ$: largest of all layers, towards where the counter-body moved "
+        "on the first pass",
         of=_last("largest_shear"),
         form=strain,
-        meaning="largest of all layers, towards where the counter-body moved on the first pass",
     ),
-    Quantity(
-        "strain_threshold", "threshold of no strain", form=strain, meaning="1 % of the yield strain"
-    ),
+    Quantity("strain_threshold", "threshold of no strain: 1 % of the yield strain", form=strain),
     Quantity(
         "in_plane_stress",
-        "residual stress in the plane",
-        unit="Pa",
+        "residual stress in the plane [Pa]: largest of all layers along and across the pass; "
+        "tension is positive",
         of=_last("in_plane_stress"),
-        meaning="largest of all layers along and across the pass; tension is positive",
     ),
-    Quantity("Sq", "Sq", unit="m", of=_last("Sq"), text=_ran_in("Sq")),
-    Quantity("Spk", "Spk", unit="m", of=_last("Spk"), text=_ran_in("Spk")),
-    Quantity("depth", unit="m", of=lambda r: r.result.bodies[0].depth.tolist()),
-    Quantity("shear_over_depth", of=_profile("shear")),
-    Quantity("residual_along", unit="Pa", of=_profile("residual_along")),
-    Quantity("residual_across", unit="Pa", of=_profile("residual_across")),
+    Quantity("Sq", "Sq [m]", of=_last("Sq"), text=_ran_in("Sq")),
+    Quantity("Spk", "Spk [m]", of=_last("Spk"), text=_ran_in("Spk")),
+    Quantity("depth", "[m]", of=lambda r: r.result.bodies[0].depth),
+    Quantity("shear_over_depth", of=_last("shear")),
+    Quantity("residual_along", "[Pa]", of=_last("residual_along")),
+    Quantity("residual_across", "[Pa]", of=_last("residual_across")),
     Quantity("each", of=lambda r: stored_columns(PASSES, r)),
-    Quantity("volume", of=lambda r: r.result.summary()),
-    Quantity("warnings", of=lambda r: [caution.text for caution in r.cautions]),
-    Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
+    Quantity("volume", of="result"),
+    *CAUTIONS,
     Quantity("version", of=lambda _: __version__),
 )
 """Quantities of a `RollingResult`."""
 
 
-def _column(key: str, name: str = "", unit: str = "1", **text: Any) -> Column:
-    return Column(key, name, unit=unit, steps="passes", **text)
+def _column(key: str, label: str = "", **text: Any) -> Column:
+    return Column(key, label, of=f"passes.{key}", **text)
 
 
 PASSES: Columns = (
@@ -161,16 +142,16 @@ PASSES: Columns = (
     _column("strain_added", "strain", form=strain),
     _column("strain_net", "net strain", form=strain),
     _column("largest_shear", "shear", form=strain),
-    _column("max_plastic_strain", "in all", form=strain, brief=False),
-    _column("max_pressure", "largest pressure", "Pa", digits=3),
-    _column("contact_area", "contact area", "m²", brief=False),
-    _column("approach", "approach", "m", brief=False),
-    _column("max_residual_stress", "residual von Mises stress", "Pa", brief=False),
-    _column("in_plane_stress", "residual stress", "Pa", digits=3),
-    _column("Sq", "Sq", "m", digits=3),
-    _column("Spk", "Spk", "m", digits=3),
-    _column("max_residual_displacement", "deepest", "m", brief=False),
-    _column("steps", "steps", brief=False),
+    _column("max_plastic_strain", "in all", form=strain),
+    _column("max_pressure", "largest pressure [Pa]", digits=3),
+    _column("contact_area", "contact area [m²]"),
+    _column("approach", "approach [m]"),
+    _column("max_residual_stress", "residual von Mises stress [Pa]"),
+    _column("in_plane_stress", "residual stress [Pa]", digits=3),
+    _column("Sq", "Sq [m]", digits=3),
+    _column("Spk", "Spk [m]", digits=3),
+    _column("max_residual_displacement", "deepest [m]"),
+    _column("steps", "steps"),
 )
 """Columns of the passes of a `RollingResult`."""
 
@@ -200,21 +181,13 @@ _CRITERIA = {
 }
 
 
-def criterion(rolling: RollingResult) -> str:
-    """Return the criterion of the outcome as a sentence."""
-    hardens = any(body.material.hardens for body in rolling.result.bodies)
-    carried = "residual stress and hardening carry" if hardens else "residual stress carries"
-    least = strain(rolling.strain_threshold)
-    return _CRITERIA[rolling.shakedown].format(least=least, carried=carried)
-
-
 def _last_state_figure(entry: Illustration) -> Illustration:
     chapter = RESULTS if entry is figures.SECTION else FILES
     moved = replace(entry, chapter=chapter)
     return figures.within_scene(lambda rolling: figures.VolumeScene(rolling.result), moved)
 
 
-FIGURES: Illustrations = (
+FIGURES = (
     Illustration(
         "passes",
         plots.passes,
@@ -244,119 +217,113 @@ FIGURES: Illustrations = (
 """Figures of a `RollingResult`, and of its last state."""
 
 
-# --- Presentation of repeated passes ---
+class RollingPresentation(Presentation):
+    """Presentation of repeated passes."""
 
-
-def question(rolling: RollingResult) -> str:
-    """Return the question that repeated passes answer."""
-    name = phrases.source(rolling.result.solution.surface.provenance)
-    return f"Does {name} shake down in {_passes(rolling)}?"
-
-
-def _inputs(rolling: RollingResult, drawn: bool) -> list[Block]:
-    state = elastoplastic.KIND.rows(rolling.result, PROBLEM)
-    kept = [row for row in state if row.key not in ("turns", "increments")]
-    specified = [*KIND.rows(rolling, PROBLEM), *kept]
-    return elastoplastic.inputs_of(rolling.result, specified, drawn)
-
-
-def _performed_checks(rolling: RollingResult) -> tuple[str, ...]:
-    state = plausibility.performed_checks(rolling.result)
-    return ("steps, pixel and direction of the passes", *state)
-
-
-def _method(rolling: RollingResult) -> list[Block]:
-    state = elastoplastic.KIND
-    return [
-        *elastoplastic.method(rolling.result),
-        *chapters.trust_blocks(state, rolling.result, ()),
-    ]
-
-
-def _works(rolling: RollingResult) -> Iterator[Use]:
-    yield from citations.volume_references(rolling.result)
-    yield make_use("passes and shakedown", "Johnson1985", "Boucly2007")
-
-
-# --- Headline ---
-
-
-def _problem(rolling: RollingResult) -> str:
-    return phrases.problem(rolling.result.solution)
-
-
-def _answer(rolling: RollingResult) -> str:
-    """Return the outcome of the passes as a sentence."""
-    count, last = len(rolling.passes), rolling.passes[-1]
-    added = strain(last.strain_added)
-    match rolling.shakedown:
-        case Shakedown.ELASTIC:
-            return "Nothing yields: no pass adds plastic strain."
-        case Shakedown.ELASTIC_SHAKEDOWN:
-            settled = count_noun(rolling.settled_after or 0, "pass")
-            return f"Shakes down after {settled}: the last one adds {added} plastic strain."
-        case Shakedown.PLASTIC_SHAKEDOWN:
-            return f"Plastic shakedown: each pass strains by {added} and back. Expect fatigue."
-        case Shakedown.RATCHETING:
-            net = strain(last.strain_net)
-            return f"Ratchets: each pass adds {net} of net plastic strain."
-        case Shakedown.NOT_SETTLED:
-            return f"Not settled after {count_noun(count, 'pass')}: the last one adds {added}."
-    return "Not resolved: the steps are longer than the contact half-width."
-
-
-def _numbers(rolling: RollingResult) -> CellTable:
-    """Return strain, pressure, residual stress and Sq of the first and last passes."""
-    rows = [
-        (
-            str(number),
-            strain(item.strain_added),
-            strain(item.strain_net),
-            phrases.format_short(item.max_pressure, "Pa"),
-            phrases.format_short(item.in_plane_stress, "Pa"),
-            phrases.format_short(item.Sq, "m"),
-        )
-        for number, item in enumerate(rolling.passes, 1)
-    ]
-    heads = ("pass", "strain added", "net strain", "peak pressure", "residual stress", "Sq")
-    return heads, first_and_last(rows)
-
-
-def _remarks(rolling: RollingResult) -> tuple[str, ...]:
-    """Return the strain threshold, and the accuracy of the passes."""
-    state = rolling.result
-    count = count_noun(len(state.increments), "increment")
-    least = strain(rolling.strain_threshold)
-    return (
-        f"No strain added: below {least} (1 % of the yield strain)",
-        f"Solved: residual {order_of_magnitude(state.residual)} (limit {state.tolerance:.0e}), "
-        f"{count}",
+    result: RollingResult
+    table = ROLLING
+    columns = PASSES
+    front = (
+        ("number", "pass"),
+        ("strain_added", "strain added"),
+        ("strain_net", "net strain"),
+        ("max_pressure", "peak pressure"),
+        ("in_plane_stress", "residual stress"),
+        ("Sq", "Sq"),
     )
+    figures = FIGURES
+    plots = (plots.passes, plots.depths, plots.heights)
 
+    def question(self) -> str:
+        """Return the question that repeated passes answer."""
+        name = phrases.source(self.result.result.solution.surface.provenance)
+        return f"Does {name} shake down in {_passes(self.result)}?"
 
-def _save(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
-    of_passes = Path(path).suffix.lower() in (".csv", ".json")
-    (KIND.write if of_passes else ROLLING_FORMATS.write)(rolling, path)
+    def problem(self) -> str:
+        """Return bodies and load in one line."""
+        return phrases.problem(self.result.result.solution)
 
+    def answer(self) -> str:
+        """Return the outcome of the passes as a sentence."""
+        rolling = self.result
+        count, last = len(rolling.passes), rolling.passes[-1]
+        added = strain(last.strain_added)
+        match rolling.shakedown:
+            case Shakedown.ELASTIC:
+                return "Nothing yields: no pass adds plastic strain."
+            case Shakedown.ELASTIC_SHAKEDOWN:
+                settled = count_noun(rolling.settled_after or 0, "pass")
+                return f"Shakes down after {settled}: the last one adds {added} plastic strain."
+            case Shakedown.PLASTIC_SHAKEDOWN:
+                return f"Plastic shakedown: each pass strains by {added} and back. Expect fatigue."
+            case Shakedown.RATCHETING:
+                net = strain(last.strain_net)
+                return f"Ratchets: each pass adds {net} of net plastic strain."
+            case Shakedown.NOT_SETTLED:
+                return f"Not settled after {count_noun(count, 'pass')}: the last one adds {added}."
+        return "Not resolved: the steps are longer than the contact half-width."
 
-KIND = Presentation(
-    RollingResult,
-    ROLLING,
-    PASSES,
-    figures=FIGURES,
-    plots=(plots.passes, plots.depths, plots.heights),
-    works=_works,
-    save=_save,
-    dataset=lambda rolling: to_dataset(rolling)[0],
-    problem=_problem,
-    answer=_answer,
-    numbers=_numbers,
-    remarks=_remarks,
-    question=question,
-    meaning=criterion,
-    inputs=_inputs,
-    case=lambda rolling: assumptions.volume_case(rolling.result),
-    method=_method,
-    checked=_performed_checks,
-    script=lambda rolling: python_script.repeating_volume(rolling.result),
-)
+    def remarks(self) -> tuple[str, ...]:
+        """Return the strain threshold, and the accuracy of the passes."""
+        state = self.result.result
+        count = count_noun(len(state.increments), "increment")
+        least = strain(self.result.strain_threshold)
+        return (
+            f"No strain added: below {least} (1 % of the yield strain)",
+            f"Solved: residual {order_of_magnitude(state.residual)} (limit {state.tolerance:.0e}), "
+            f"{count}",
+        )
+
+    def meaning(self) -> str:
+        """Return the criterion of the outcome as a sentence."""
+        rolling = self.result
+        hardens = any(body.material.hardens for body in rolling.result.bodies)
+        carried = "residual stress and hardening carry" if hardens else "residual stress carries"
+        least = strain(rolling.strain_threshold)
+        return _CRITERIA[rolling.shakedown].format(least=least, carried=carried)
+
+    def inputs(self) -> list[Block]:
+        """Return the blocks on maps, bodies and load."""
+        rolling = self.result
+        state = elastoplastic.VolumePresentation(rolling.result).rows(PROBLEM)
+        kept = [row for row in state if row.key not in ("turns", "increments")]
+        specified = [*self.rows(PROBLEM), *kept]
+        return elastoplastic.inputs_of(rolling.result, specified, self.is_drawn)
+
+    def method(self) -> Iterator[str]:
+        """Yield the paragraphs on the volume model."""
+        return elastoplastic.VolumePresentation(self.result.result).method()
+
+    def trust_blocks(self, checked: Sequence[str] | None = None) -> list[Block]:
+        """Return the accuracy of the last state, and the performed checks."""
+        state = elastoplastic.VolumePresentation(self.result.result)
+        return [*state.trust_blocks(()), *super().trust_blocks(checked)]
+
+    def checks(self) -> tuple[str, ...]:
+        """Return the performed checks."""
+        state = plausibility.performed_checks(self.result.result)
+        return ("steps, pixel and direction of the passes", *state)
+
+    def works(self) -> Iterator[Use]:
+        """Yield the works cited for the result."""
+        yield from citations.volume_references(self.result.result)
+        yield make_use("passes and shakedown", "Johnson1985", "Boucly2007")
+
+    def case(self) -> assumptions.Case:
+        """Return the case of the last state."""
+        return elastoplastic.VolumePresentation(self.result.result).case()
+
+    def script(self) -> tuple[str, str]:
+        """Return a script that repeats the path of loads."""
+        return elastoplastic.VolumePresentation(self.result.result).script()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the passes as CSV or JSON, or the last state."""
+        if Path(path).suffix.lower() in (".csv", ".json"):
+            super().save(path)
+        else:
+            ROLLING_FORMATS.write(self.result, path)
+
+    def dataset(self) -> Dataset:
+        """Return the last state and the passes."""
+        return to_dataset(self.result)[0]

@@ -261,5 +261,5 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
             is_command=True,
         ),
     ),
-    presentations={"RollingResult": ("analyses.roll.report:KIND",)},
+    presentations={"RollingResult": "analyses.roll.report:RollingPresentation"},
 )

@@ -7,7 +7,6 @@ them, with the same digits.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from operator import attrgetter
 from typing import Any
 
@@ -27,11 +26,10 @@ from roughcontact.report.kind import (
     PROBLEM,
     TRUST,
     Column,
-    Columns,
     Quantity,
-    Table,
+    always,
     delegated,
-    pick_quantities,
+    profile_table,
     quantity_of,
 )
 from roughcontact.units import count_noun, format_engineering, format_percent, order_of_magnitude
@@ -48,17 +46,14 @@ def _status(result: Any) -> str:
     return "converged" if result.converged else f"NOT CONVERGED: {result.status}"
 
 
-def _specified_text(quantity: str, unit: str) -> Callable[[ContactResult], str]:
-    def text(result: ContactResult) -> str:
-        value = format_engineering(getattr(result, quantity), unit)
-        return f"{value} (given)" if result.control == quantity else value
-
-    return text
+def _specified_text(result: ContactResult, quantity: str, unit: str) -> str:
+    value = format_engineering(getattr(result, quantity), unit)
+    return f"{value} (given)" if result.control == quantity else value
 
 
 def _load(result: ContactResult) -> str:
     if not result.fluid_load:
-        return _specified_text("load", "N")(result)
+        return _specified_text(result, "load", result.pair.load_unit)
     solid, total = (format_engineering(load, "N") for load in (result.load, result.total_load))
     return f"{solid} of {total}; a fluid carries the rest"
 
@@ -82,9 +77,9 @@ def _touches(result: ContactResult) -> bool:
     return result.contact_area > 0
 
 
-def _area_and_share(result: ContactResult) -> str:
-    return (
-        f"{format_engineering(result.contact_area, 'm²')} "
+def _area_and_share(unit: str) -> Callable[[Any], str]:
+    return lambda result: (
+        f"{format_engineering(result.contact_area, unit)} "
         f"({format_percent(result.contact_fraction)})"
     )
 
@@ -106,40 +101,29 @@ def _format_residual(key: str) -> Callable[[Any], str]:
     )
 
 
-CONTACT: Table = (
+CONTACT = (
     Quantity("status", "status", part=TRUST, text=_status),
-    Quantity(
-        "certificate", "certificate", symbol="ε", part=TRUST, text=_format_residual("certificate")
-    ),
+    Quantity("certificate", "certificate $ε$", part=TRUST, text=_format_residual("certificate")),
     Quantity("load_error", "load error", part=TRUST, text=_load_error),
     Quantity("tolerance"),
-    Quantity("load", "load", "W", "N", "normal force that the pressure adds up to", text=_load),
+    Quantity("load", "load $W$ [N]: normal force that the pressure adds up to", text=_load),
     Quantity(
         "approach",
-        "approach",
-        symbol="ω",
-        unit="m",
-        meaning="of the bodies from the first touch",
-        text=_specified_text("approach", "m"),
+        "approach $ω$ [m]: of the bodies from the first touch",
+        text=lambda r: _specified_text(r, "approach", "m"),
     ),
     Quantity("control"),
     Quantity(
         "given_load",
         "load given as",
         part=PROBLEM,
-        of=lambda r: r.specified_load and r.specified_load.summary(),
+        of="specified_load",
         text=lambda r: phrases.given_load(r.specified_load, r),
-        when=lambda r: r.specified_load is not None,
     ),
     Quantity(
         "moments",
-        "moments",
-        symbol="W·y, W·x",
-        unit="N m",
-        meaning="of the load about the center of the map, as given",
-        of=lambda r: None if r.moments is None else list(r.moments),
+        "moments $W·y, W·x$ [N m]: of the load about the center of the map, as given",
         part=PROBLEM,
-        when=_tilts,
     ),
     Quantity(
         "moment_error",
@@ -150,87 +134,64 @@ CONTACT: Table = (
     ),
     Quantity(
         "tilt",
-        "tilt (y, x)",
-        unit="rad",
-        meaning="rotation of the counter-body away from the body, about the center",
-        of=lambda r: list(r.tilt),
+        "tilt (y, x) [rad]: rotation of the counter-body away from the body, about the center",
         when=_tilts,
     ),
     Quantity(
         "center_of_pressure",
-        "center of pressure (y, x)",
-        unit="m",
-        meaning="from the center of the map",
-        of=lambda r: list(r.center_of_pressure),
+        "center of pressure (y, x) [m]: from the center of the map",
         when=_tilts,
         stored=False,
     ),
     Quantity(
-        "boundary",
-        "boundary",
-        of=lambda r: str(r.boundary),
-        part=PROBLEM,
-        text=lambda r: f"{r.boundary}: {r.boundary.meaning}",
+        "boundary", "boundary", part=PROBLEM, text=lambda r: f"{r.boundary}: {r.boundary.meaning}"
     ),
     Quantity(
         "contact_modulus",
-        "contact modulus",
-        symbol="E*",
-        unit="Pa",
-        meaning="from 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂",
+        "contact modulus $E*$ [Pa]: from 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂",
         part=PROBLEM,
     ),
     Quantity(
         "ceiling",
-        "pressure ceiling",
-        unit="Pa",
+        "pressure ceiling [Pa]",
         of=ceiling_stored,
         part=PROBLEM,
         text=phrases.ceiling,
+        when=always,
     ),
-    Quantity(
-        "nominal_area", "nominal area", "", "m²", "of the whole map", stored=False, brief=False
-    ),
+    Quantity("nominal_area", "nominal area [m²]: of the whole map", stored=False, brief=False),
     Quantity(
         "nominal_pressure",
-        "nominal pressure",
-        unit="Pa",
-        meaning="load over nominal area",
+        "nominal pressure [Pa]: load over nominal area",
         of=lambda r: r.load / r.nominal_area,
         stored=False,
         brief=False,
     ),
     Quantity(
         "contact_area",
-        "contact area",
-        unit="m²",
-        meaning="pixels with pressure, and their share of the map",
-        text=_area_and_share,
+        "contact area [m²]: pixels with pressure, and their share of the map",
+        text=_area_and_share("m²"),
     ),
     Quantity(
         "contact_fraction",
-        "real contact",
-        meaning="share of the map in contact",
+        "real contact: share of the map in contact",
         form=format_percent,
         part=HEADLINE,
     ),
     Quantity(
         "perimeter_corrected_area",
-        "perimeter-corrected area",
-        unit="m²",
-        meaning="without the excess of whole pixels at the perimeter of spots",
+        "perimeter-corrected area [m²]: without the excess of whole pixels at the perimeter of "
+        "spots",
     ),
     Quantity(
         "saturated_fraction",
-        "saturated area",
-        meaning="share of the map at the ceiling",
+        "saturated area: share of the map at the ceiling",
         form=format_percent,
         when=_limited,
     ),
     Quantity(
         "saturated_share",
-        "saturated share",
-        meaning="of the contact area that is at the ceiling",
+        "saturated share: of the contact area that is at the ceiling",
         of=lambda result: result.saturated_fraction / result.contact_fraction,
         form=format_percent,
         stored=False,
@@ -239,47 +200,39 @@ CONTACT: Table = (
     ),
     Quantity(
         "mean_pressure",
-        "mean pressure",
-        unit="Pa",
-        meaning="load over contact area",
+        "mean pressure [Pa]: load over contact area",
         of=lambda r: r.load / r.contact_area,
         stored=False,
         when=_touches,
     ),
-    Quantity(
-        "max_pressure", "largest pressure", "", "Pa", "on any pixel", text=phrases.largest_pressure
-    ),
-    Quantity("mean_gap", "mean gap", unit="m", meaning="of the open gap; closed points count 0"),
+    Quantity("max_pressure", "largest pressure [Pa]: on any pixel", text=phrases.largest_pressure),
+    Quantity("mean_gap", "mean gap [m]: of the open gap; closed points count 0"),
     Quantity(
         "max_residual_indentation",
-        "residual indentation",
-        unit="m",
-        meaning="residual depth of saturated points",
+        "residual indentation [m]: residual depth of saturated points",
         of="totals.max_indentation",
         form=up_to,
         when=_limited,
     ),
     Quantity(
         "calibration",
-        "with three yield strengths",
-        of=lambda r: r.calibration and r.calibration.summary(),
-        meaning="before calibration of the ceiling, and its difference",
+        "with three yield strengths: before calibration of the ceiling, and its difference",
         text=phrases.with_usual_ceiling,
         when=_has_usual_ceiling,
     ),
-    Quantity("regime", "regime", meaning="of the softer body", of=lambda r: str(r.regime)),
-    Quantity("calibrated", of=lambda r: r.calibrated and r.calibrated.summary()),
-    Quantity("uncertainty", of=lambda r: r.measurement and r.measurement.summary()),
+    Quantity("regime", "regime: of the softer body"),
+    Quantity("calibrated"),
+    Quantity("uncertainty", of="measurement"),
     *formulas.BESIDE,
     Quantity("hertz", of=hertz_comparison.record),
     *CAUTIONS,
-    Quantity("shape", of=lambda r: list(r.surface.shape)),
-    Quantity("pixel", unit="m", of=lambda r: list(r.surface.pixel)),
-    Quantity("source", of=lambda r: r.surface.provenance.source),
-    Quantity("preparation", of=lambda r: list(r.surface.provenance.steps)),
+    Quantity("shape", of="surface.shape"),
+    Quantity("pixel", "[m]", of="surface.pixel"),
+    Quantity("source", of="surface.provenance.source"),
+    Quantity("preparation", of="surface.provenance.steps"),
     Quantity("iterations", "iterations", part=TRUST, brief=False),
     Quantity("convolutions", "convolutions on the full grid", part=TRUST),
-    Quantity("seconds", "time of the solve", unit="s", part=TRUST),
+    Quantity("seconds", "time of the solve [s]", part=TRUST),
     Quantity(
         "precision",
         "arithmetic of the transforms",
@@ -330,17 +283,14 @@ def _laws(result: ElastoplasticResult) -> str:
     return law
 
 
-VOLUME: Table = (
+VOLUME = (
     Quantity(
         "turns",
-        "loads",
-        symbol="W",
-        unit="N",
+        "loads $W$ [N]: as given",
         part=PROBLEM,
         stored=False,
         brief=False,
         form=lambda loads: " → ".join(format_engineering(load, "N") for load in [0.0, *loads]),
-        meaning="as given",
     ),
     Quantity("status", "status", part=TRUST, text=_status),
     Quantity(
@@ -349,10 +299,12 @@ VOLUME: Table = (
         part=TRUST,
         text=lambda r: f"{_format_residual('residual')(r)}, the worst of all increments",
     ),
-    Quantity("step_error", "error of the load steps", part=TRUST, text=phrases.step_error),
+    Quantity(
+        "step_error", "error of the load steps", part=TRUST, text=phrases.step_error, when=always
+    ),
     Quantity("yield_excess", "yield excess", part=TRUST, form=lambda v: f"{v:+.1e}", brief=False),
     Quantity("tolerance"),
-    _contact_quantity("certificate", name="certificate of the contact", when=_loaded),
+    _contact_quantity("certificate", label="certificate of the contact $ε$", when=_loaded),
     _contact_quantity("load", text=_path_of_loads),
     _contact_quantity("load_error", when=_loaded, brief=False),
     _contact_quantity("given_load"),
@@ -362,9 +314,8 @@ VOLUME: Table = (
     _contact_quantity("contact_fraction"),
     Quantity(
         "perimeter_corrected_area",
-        "perimeter-corrected area",
-        unit="m²",
-        meaning="less the excess of whole pixels at the elastic rim of spots",
+        "perimeter-corrected area [m²]: less the excess of whole pixels at the elastic rim of "
+        "spots",
         when=_loaded,
         stored=False,
         brief=False,
@@ -374,17 +325,13 @@ VOLUME: Table = (
     _contact_quantity("mean_gap", stored=False, brief=False),
     Quantity(
         "max_residual_displacement",
-        "residual displacement",
-        unit="m",
-        meaning="increase of the gap by plastic strain",
+        "residual displacement [m]: increase of the gap by plastic strain",
         of=lambda r: float(r.residual_displacement.max()),
         form=up_to,
     ),
     Quantity(
         "raised",
-        "raised surface",
-        unit="m",
-        meaning="decrease of the gap by plastic strain (pile-up)",
+        "raised surface [m]: decrease of the gap by plastic strain (pile-up)",
         of=lambda result: max(-float(result.residual_displacement.min()), 0.0),
         form=up_to,
         stored=False,
@@ -392,19 +339,15 @@ VOLUME: Table = (
     ),
     Quantity(
         "max_residual_stress",
-        "residual stress",
-        unit="Pa",
-        meaning="von Mises, at most",
+        "residual stress [Pa]: von Mises, at most",
         of=lambda r: max(body.max_residual_von_mises for body in r.bodies),
         stored=False,
         part=HEADLINE,
     ),
-    Quantity(
-        "max_plastic_strain", "plastic strain", meaning="accumulated, at most", form=format_percent
-    ),
-    Quantity("plastic_volume", "plastic volume", unit="m³", meaning="with any plastic strain"),
-    Quantity("plastic_depth", "plastic depth", unit="m", meaning="that plastic strain reaches"),
-    Quantity("regime", "regime", meaning="of the bodies", of=lambda r: str(r.regime)),
+    Quantity("max_plastic_strain", "plastic strain: accumulated, at most", form=format_percent),
+    Quantity("plastic_volume", "plastic volume [m³]: with any plastic strain"),
+    Quantity("plastic_depth", "plastic depth [m]: that plastic strain reaches"),
+    Quantity("regime", "regime: of the bodies"),
     *CAUTIONS,
     _contact_quantity("boundary"),
     Quantity(
@@ -421,11 +364,10 @@ VOLUME: Table = (
     _contact_quantity("contact_modulus", stored=False),
     Quantity(
         "plasticity",
-        "plasticity",
+        "plasticity: in the volume: von Mises, radial return, and how each body hardens",
         of=_laws,
         part=PROBLEM,
         stored=False,
-        meaning="in the volume: von Mises, radial return, and how each body hardens",
     ),
     Quantity(
         "iterations",
@@ -441,7 +383,7 @@ VOLUME: Table = (
         stored=False,
         brief=False,
     ),
-    Quantity("seconds", "time of the solve", unit="s", part=TRUST),
+    Quantity("seconds", "time of the solve [s]", part=TRUST),
     Quantity("version"),
 )
 """Quantities of an `ElastoplasticResult`."""
@@ -452,28 +394,25 @@ def _offset(axis: int) -> Callable[[ElastoplasticResult], list[float]]:
 
 
 _TRAVELLED = attrgetter("has_moved")
-INCREMENTS: Columns = (
-    Column("number", "increment", of=lambda r: range(1, len(r.increments) + 1), stored=False),
-    Column("load", "load", unit="N", steps="increments", stored=False),
-    Column("offset_y", "moved along y", unit="m", of=_offset(0), stored=False, when=_TRAVELLED),
-    Column("offset_x", "moved along x", unit="m", of=_offset(1), stored=False, when=_TRAVELLED),
-    Column("friction", "friction", steps="increments", stored=False, when=_TRAVELLED),
-    Column(
-        "direction", "towards", unit="degree", steps="increments", stored=False, when=_TRAVELLED
-    ),
-    Column("approach", "approach", unit="m", steps="increments", stored=False),
-    Column("contact_area", "contact area", unit="m²", steps="increments", stored=False),
-    Column("max_pressure", "largest pressure", unit="Pa", steps="increments", stored=False),
+INCREMENTS = (
+    Column("number", "increment", of=lambda r: range(1, len(r.increments) + 1)),
+    Column("load", "load [N]", of="increments.load"),
+    Column("offset_y", "moved along y [m]", of=_offset(0), when=_TRAVELLED),
+    Column("offset_x", "moved along x [m]", of=_offset(1), when=_TRAVELLED),
+    Column("friction", "friction", of="increments.friction", when=_TRAVELLED),
+    Column("direction", "towards [degree]", of="increments.direction", when=_TRAVELLED),
+    Column("approach", "approach [m]", of="increments.approach"),
+    Column("contact_area", "contact area [m²]", of="increments.contact_area"),
+    Column("max_pressure", "largest pressure [Pa]", of="increments.max_pressure"),
     Column(
         "max_plastic_strain",
         "plastic strain",
-        steps="increments",
-        stored=False,
+        of="increments.max_plastic_strain",
         form=format_percent,
     ),
-    Column("plastic_volume", "plastic volume", unit="m³", steps="increments", stored=False),
-    Column("residual", "residual", steps="increments", stored=False, form=order_of_magnitude),
-    Column("iterations", "iterations", steps="increments", stored=False),
+    Column("plastic_volume", "plastic volume [m³]", of="increments.plastic_volume"),
+    Column("residual", "residual", of="increments.residual", form=order_of_magnitude),
+    Column("iterations", "iterations", of="increments.iterations"),
 )
 """Columns of the increments of an `ElastoplasticResult`."""
 
@@ -483,10 +422,10 @@ INCREMENTS: Columns = (
 
 def largest_load_quantity(key: str) -> Quantity:
     """Return a quantity of the contact under the largest load, which is only in files."""
-    return delegated("largest", quantity_of(CONTACT, key), name="", part=PROBLEM)
+    return delegated("largest", quantity_of(CONTACT, key), label="", part=PROBLEM)
 
 
-PAIR: Table = tuple(
+PAIR = tuple(
     largest_load_quantity(key) for key in ("source", "preparation", "boundary", "contact_modulus")
 )
 """Quantities of the bodies, from the contact under the largest load."""
@@ -521,68 +460,25 @@ def edge_condition(result: ContactResult) -> str:
     return BOUNDARY[result.boundary][0]
 
 
-def _changed_quantity(key: str, **changes: Any) -> Quantity:
-    return replace(quantity_of(CONTACT, key), **changes)
-
-
-def _length(result: ContactResult) -> str:
-    return (
-        f"{format_engineering(result.contact_area, 'm')} "
-        f"({format_percent(result.contact_fraction)})"
-    )
-
-
-PROFILE_CONTACT: Table = (
-    *pick_quantities(CONTACT, "status", "certificate", "load_error", "tolerance"),
+PROFILE_CONTACT = (
+    *profile_table(
+        CONTACT,
+        *("moments", "moment_error", "tilt", "center_of_pressure", "nominal_area"),
+        *("perimeter_corrected_area", "calibration", "calibrated", "uncertainty"),
+        *("estimated_contact", "estimated_gap", "shape", "pixel"),
+        load={
+            "label": "load per length $W′$ [N/m]: normal force that the pressure adds up "
+            "to, per meter along y"
+        },
+        approach={"label": f"approach $ω$ [m]: {REFERENCE}"},
+        boundary={"of": edge_condition, "text": lambda r: ": ".join(BOUNDARY[r.boundary])},
+        contact_area={"text": _area_and_share("m")},
+        contact_fraction={"label": "contact: share of the profile in contact"},
+    ),
     Quantity("kind", of=lambda _: "profile"),
-    _changed_quantity(
-        "load",
-        name="load per length",
-        symbol="W′",
-        unit=LOAD,
-        text=_specified_text("load", LOAD),
-        meaning="normal force that the pressure adds up to, per meter along y",
-    ),
     Quantity("load_unit", of=lambda _: LOAD),
-    _changed_quantity("approach", meaning=REFERENCE),
-    *pick_quantities(CONTACT, "control", "given_load"),
-    _changed_quantity(
-        "boundary", of=edge_condition, part=PROBLEM, text=lambda r: ": ".join(BOUNDARY[r.boundary])
-    ),
-    *pick_quantities(CONTACT, "contact_modulus", "ceiling"),
-    Quantity(
-        "nominal_pressure",
-        "nominal pressure",
-        unit="Pa",
-        meaning="load over length",
-        of=lambda r: r.load / r.surface.size[1],
-        stored=False,
-        brief=False,
-    ),
-    Quantity(
-        "contact_length",
-        "contact length",
-        unit="m",
-        of="contact_area",
-        text=_length,
-        meaning="points with pressure, and their share of the profile",
-    ),
-    _changed_quantity(
-        "contact_fraction", name="contact", meaning="share of the profile in contact"
-    ),
-    _changed_quantity(
-        "saturated_fraction", name="saturated length", meaning="share of the profile at the ceiling"
-    ),
-    _changed_quantity("saturated_share", meaning="of the contact length that is at the ceiling"),
-    _changed_quantity("max_pressure", meaning="on any point"),
-    _changed_quantity("mean_pressure", meaning="load over contact length"),
-    *pick_quantities(CONTACT, "mean_gap", "max_residual_indentation", "regime", "hertz"),
-    *CAUTIONS,
     Quantity("points", of=lambda r: r.pressure.size),
-    Quantity("spacing", unit="m", of=lambda r: r.surface.pixel[1]),
-    *pick_quantities(CONTACT, "source", "preparation", "iterations"),
-    _changed_quantity("convolutions", name="convolutions"),
-    *pick_quantities(CONTACT, "seconds", "precision", "version"),
+    Quantity("spacing", "[m]", of=lambda r: r.surface.pixel[1]),
 )
 """Quantities of a `ContactResult` of profiles."""
 

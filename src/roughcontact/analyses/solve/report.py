@@ -6,151 +6,119 @@ All blocks are from the result, except the elastic solution, which is computed f
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any
+from functools import cached_property, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from roughcontact._tools.netcdf import Dataset
 from roughcontact.analyses.estimate import fields as formulas
 from roughcontact.analyses.solve import (
     fields as contact_fields,
     hertz_fields as hertz_comparison,
     uncertainty_report as uncertainty,
 )
-from roughcontact.analyses.solve.blocks import hertz_blocks, spot_rows
-from roughcontact.contact import archive, plausibility
-from roughcontact.contact.hertz_comparison import is_beyond_map, is_unresolved
+from roughcontact.contact import archive
+from roughcontact.contact.hertz_comparison import comparison_limits, is_beyond_map, is_unresolved
 from roughcontact.contact.nominal_hertz import is_smooth
+from roughcontact.contact.plausibility import load_bearing_spot_pixels
 from roughcontact.contact.result import ContactResult, Regime
-from roughcontact.drawing import maps, profiles as draw
-from roughcontact.drawing.sections import pressure_histogram, section
+from roughcontact.contact.spots import Spots
+from roughcontact.drawing import maps, profiles
+from roughcontact.drawing.sections import pressure_histogram, section, versus_hertz
 from roughcontact.errors import ConvergenceError, InsufficientMemoryError, Sentence
 from roughcontact.formats import export
-from roughcontact.report import chapters, figures, phrases, python_script
-from roughcontact.report.figures import FRONT
+from roughcontact.report import chapters, page, phrases
+from roughcontact.report.figures import CONTACT, FRONT, PROFILE_CONTACT, ContactScene
 from roughcontact.report.kind import (
     ABSENT,
+    Cells,
     CellTable,
-    Presentation,
+    Quantity,
     Row,
     capitalize_first,
     quantity_of,
     rows_of,
 )
-from roughcontact.report.page import Block, Cells
+from roughcontact.report.page import Block, PageTable, Picture
+from roughcontact.report.phrases import format_share, format_short, range_text
+from roughcontact.report.presentation import Presentation
 from roughcontact.uncertainty.intervals import QUANTITIES, Cause, Interval
-from roughcontact.uncertainty.resolution import ResolutionStudy
-from roughcontact.units import count_noun, format_change, format_engineering
+from roughcontact.units import count_noun, format_change, format_engineering, format_percent
 
 
-def question(result: ContactResult) -> str:
-    """Return the question that a contact answers."""
-    name, under = phrases.source(result.surface.provenance), phrases.load_phrase(result)
-    if result.control == "approach":
-        return f"Which load does {name} carry {under}?"
-    if result.hertz is not None:
-        return f"How large is the contact of {name} {under}?"
-    return f"How much of {name} is in contact {under}?"
+class ContactWithSpots(NamedTuple):
+    """A contact with its spots."""
+
+    result: ContactResult
+    spots: Spots
 
 
-def uncertainty_of(result: ContactResult, study: ResolutionStudy | None) -> list[Block]:
-    """Return the blocks on the intervals of a contact and their contributions."""
-    if not (result.converged and result.load):
+def _share_of_load(result: ContactWithSpots, count: int) -> str:
+    load = result.spots.load
+    return format_percent(min(float(load[:count].sum()) / float(load.sum()), 1.0))
+
+
+SPOTS = (
+    Quantity("count", "contact spots: connected pixels in contact", of="spots.count"),
+    Quantity(
+        "largest_area",
+        "largest spot [m²]: area, and the load that it carries",
+        of=lambda s: float(s.spots.area[0]),
+        text=lambda s: (
+            f"{format_engineering(float(s.spots.area[0]), 'm²')}, "
+            f"{_share_of_load(s, 1)} of the load"
+        ),
+    ),
+    Quantity(
+        "carrying_pixels",
+        "pixels of a load-bearing spot: spots of at least this size carry half of the load",
+        of=lambda s: load_bearing_spot_pixels(s.result, s.spots),
+    ),
+)
+"""Quantities of the contact spots of a `ContactWithSpots`."""
+
+
+def spot_rows(result: ContactResult) -> list[Cells]:
+    """Return the rows of number, size and load of the spots."""
+    found = result.spots()
+    if found.count == 0:
+        return [("Contact spots", "none", "the bodies do not touch")]
+    if result.pair.is_profile:
+        return list(contact_fields.segments(result, found))
+    return chapters.cells(rows_of(SPOTS, ContactWithSpots(result, found)))
+
+
+def hertz_blocks(result: ContactResult) -> list[Block]:
+    """Return the blocks that compare with Hertz; none without nominal bodies."""
+    contact = result.hertz
+    if contact is None or not hertz_comparison.applies(result):
         return []
-    measured, known = result.measurement, uncertainty.intervals_by_key(result, study)
-    rows = [
-        (capitalize_first(name), interval, causes)
-        for name, interval, causes in uncertainty.uncertainty_rows(result, study)
-        if interval in known.values()
+    rows = [(capitalize_first(name), *texts) for name, *texts in hertz_comparison.rows(result)]
+    picture = Picture(
+        partial(versus_hertz, result),
+        "Mean and maximum pressure over the distance from the middle, and that of the smooth "
+        "bodies. Compare how far roughness spreads the load.",
+        page.HALF,
+    )
+    return [
+        Block("head", "Compared with the smooth bodies (Hertz)"),
+        Block(
+            "small",
+            f"{capitalize_first(hertz_comparison.bodies(contact))}. {hertz_comparison.SIZE}",
+        ),
+        Block("aside", (picture, [PageTable(rows, ("", *hertz_comparison.heads(result)[1:]))])),
+        *(Block("small", page.as_sentence(limit.text)) for limit in comparison_limits(result)),
     ]
-    head = "interval" if measured is None else "95 % interval"
-    blocks = chapters.table(rows, ("quantity", head, "contributions"))
-    table = kind_of(result).table
-    blocks += uncertainty.budget_block(result, study)
-    others = [quantity_of(table, key).name for key in QUANTITIES if key not in known]
-    if measured is not None:
-        blocks.append(Block("small", uncertainty.measurement_text(measured)))
-        blocks += [Block("small", remark) for remark in measured.remarks]
-    else:
-        hint = "" if study is not None else f" The pixel was not studied ({uncertainty.STUDY_REF})."
-        if uncertainty.is_correctable(result):
-            hint += f" The instrument was not given ({uncertainty.INSTRUMENT_REF})."
-        text = Sentence(f"No interval is known of: {', '.join(others)}.{hint}")
-        blocks.append(Block("small", text))
-    formula = chapters.cells(rows_of(formulas.BESIDE, result))
-    blocks += chapters.table([(name, text) for name, text, _ in formula])
-    if study is not None:
-        blocks += [Block("text", " ".join(study.sentences))]
-        blocks += chapters.steps(uncertainty.KIND, study)
-    return [*blocks, Block("small", uncertainty.NOT_INCLUDED)]
-
-
-def details(result: ContactResult, scene: Any, **more: Any) -> list[Block]:
-    """Return the blocks with all results of a contact, with an elastic column if drawn."""
-    kind, elastic = kind_of(result), None
-    if scene is not None and result.saturated_fraction > 0:
-        elastic = _elastic_or_best(result.elastic)
-    answer = [*_columns(kind, result, elastic)]
-    if elastic is not None and not elastic.converged:
-        answer.append(
-            Block(
-                "warning",
-                f"The elastic solution did not converge: certificate {elastic.certificate:.1e}, "
-                f"limit {elastic.tolerance:.0e}. Its column is not a solution.",
-            )
-        )
-    answer += chapters.figure_blocks(kind.figures, scene, FRONT)[1:]
-    answer += chapters.figure_blocks(kind.figures, scene)
-    return [*answer, *hertz_blocks(result)]
-
-
-def short_blocks(result: ContactResult) -> list[Block]:
-    """Return the blocks on the contact under the largest load, for other results."""
-    kind = kind_of(result)
-    keys = [key for key in headlines(result) if quantity_of(kind.table, key).when(result)]
-    rows = [*chapters.headlines(kind, result, keys), *spot_rows(result)]
-    load = format_engineering(result.total_load, result.pair.load_unit)
-    head = f"Contact under {load}, the largest load"
-    scene = figures.ContactScene(result)
-    front = chapters.figure_blocks(kind.figures, scene, FRONT)
-    if not (result.pair.is_profile or scene.is_sparse):
-        # The gap is that of the deformed bodies, also after a load history.
-        front += chapters.figure_blocks(kind.figures, scene)
-    count = 1 if result.pair.is_profile or scene.is_sparse else 2
-    shown = [*chapters.table(rows, style="key"), *front[:count], *hertz_blocks(result)]
-    return [Block("head", head), *shown]
-
-
-def _columns(
-    kind: Presentation, result: ContactResult, elastic: ContactResult | None = None
-) -> list[Block]:
-    """Return the block of all results: a column for each ceiling, the elastic one last."""
-    heads, answer = with_calibrated_column(kind, result, brief=True)
-    others = {}
-    if elastic is not None:
-        heads = (*(heads or (_ceiling_head(result),)), "elastic")
-        others = {row.key: row.text for row in kind.rows(elastic, brief=True)}
-    rows = [
-        (row.title, *texts, *((others.get(row.key, ABSENT),) if others else ()), row.meaning)
-        for row, texts in answer
-    ]
-    if result.load:
-        empty = ("",) * (len(heads or ("value",)) - 1)
-        rows += [(name, text, *empty, note) for name, text, note in spot_rows(result)]
-    return chapters.table(rows, ("quantity", *(heads or ("value",)), "meaning"), "wide")
 
 
 def _ceiling_head(result: ContactResult) -> str:
     if isinstance(result.ceiling, np.ndarray):
         return "with ceiling"
     return f"ceiling {format_engineering(float(result.ceiling or 0), 'Pa', 3)}"
-
-
-def headlines(result: ContactResult) -> tuple[str, ...]:
-    """Return the keys of the main quantities."""
-    other = "approach" if result.control == "load" else "load"
-    return (*contact_fields.HEADLINES, other, "max_residual_indentation")
 
 
 def _elastic_or_best(solve: Callable[[], ContactResult]) -> ContactResult | None:
@@ -196,36 +164,10 @@ def _ceilings(result: ContactResult) -> tuple[str, str]:
     return f"ceiling {own}", f"calibrated, {other}"
 
 
-def with_calibrated_column(
-    kind: Presentation, result: Any, brief: bool = False
-) -> tuple[Cells, list[tuple[Row, Cells]]]:
-    """Return heads and rows, with a second column if the calibrated ceiling differs."""
-    answer, calibrated = kind.rows(result, brief=brief), calibrated_numbers(result)
-    if not calibrated:
-        return (), [(row, (row.text,)) for row in answer]
-    return _ceilings(result), [(row, (row.text, calibrated.get(row.key, ""))) for row in answer]
-
-
 # --- Headline ---
 
 # Relative difference up to which rough and smooth contact areas are treated as equal.
 _AREA_TOLERANCE = 0.05
-
-
-def answer(result: ContactResult, study: ResolutionStudy | None = None) -> str:
-    """Return contact area with its interval, and yielding, as a sentence."""
-    if not result.converged:
-        return "No solution: do not use these numbers."
-    if not result.contact_area:
-        return "The bodies do not touch."
-    interval = uncertainty.area_interval(result, study)
-    smooth = result.hertz if hertz_comparison.applies(result) else None
-    if smooth is not None:
-        return _hertz_comparison(result, smooth.area, interval)
-    what = "profile" if result.pair.is_profile else "face"
-    ends = _ends(interval, lambda value: phrases.format_share(value))
-    share = phrases.format_share(interval.value if interval else result.contact_fraction)
-    return f"{share} of the {what} is in contact{ends}{_yields(result)}"
 
 
 def _ends(interval: Interval | None, form: Callable[[float], str]) -> str:
@@ -234,7 +176,7 @@ def _ends(interval: Interval | None, form: Callable[[float], str]) -> str:
         return ""
     if math.isinf(interval.high):
         return " (depends on the pixel, no limit)"
-    text = phrases.range_text(interval.low, interval.high, form)
+    text = range_text(interval.low, interval.high, form)
     if interval.measured is not None:
         return f" ({text} in 95 of 100; as measured {form(interval.measured)})"
     return f" ({text})" if text.partition(" to ")[0] != text.rpartition(" to ")[2] else ""
@@ -242,15 +184,15 @@ def _ends(interval: Interval | None, form: Callable[[float], str]) -> str:
 
 def _hertz_comparison(result: ContactResult, smooth: float, interval: Interval | None) -> str:
     unit = "m" if result.pair.is_profile else "m²"
-    ends = _ends(interval, lambda value: phrases.format_short(value * result.nominal_area, unit))
+    ends = _ends(interval, lambda value: format_short(value * result.nominal_area, unit))
     value = result.nominal_area * interval.value if interval else result.contact_area
-    area, ratio = phrases.format_short(value, unit), value / smooth
+    area, ratio = format_short(value, unit), value / smooth
     if abs(ratio - 1) < _AREA_TOLERANCE:
         return f"The bodies touch on {area}{ends}, as in Hertz's theory{_yields(result)}"
-    known = phrases.format_short(smooth, unit)
+    known = format_short(smooth, unit)
     if is_beyond_map(result):
         return f"The Hertz contact of {known} is larger than the map; solved: {area}{ends}."
-    share = f", {phrases.format_share(ratio)} of the Hertz contact{_yields(result)}"
+    share = f", {format_share(ratio)} of the Hertz contact{_yields(result)}"
     if not is_smooth(result.pair):
         return f"Roughness carries the load on {area}{ends}{share}"
     if not is_unresolved(result):
@@ -270,7 +212,7 @@ _YIELDING = {
 def _yields(result: ContactResult) -> str:
     if result.regime is Regime.SATURATED:
         saturated, area = (_known(result, f"{what}_fraction") for what in ("saturated", "contact"))
-        share = phrases.format_share(min(saturated / area, 1.0))
+        share = format_share(min(saturated / area, 1.0))
         return f"; {share} of that is at the pressure ceiling."
     return "." if result.pair.is_coated else f"; {_YIELDING[result.regime]}."
 
@@ -281,51 +223,14 @@ def _known(result: ContactResult, name: str) -> float:
     return float(item.value if item else getattr(result, name))
 
 
-def numbers(result: ContactResult, study: ResolutionStudy | None = None) -> CellTable:
-    """Return the main quantities of a contact."""
-    if not result.contact_area:
-        return (), [("Load", phrases.format_short(result.load, result.pair.load_unit))]
-    if result.measurement is not None:
-        return uncertainty.CORRECTED, uncertainty.corrected_rows(result)
-    if hertz_comparison.applies(result):
-        return hertz_comparison.heads(result), hertz_comparison.rows(result)
-    unit, what = ("m", "length") if result.pair.is_profile else ("m²", "area")
-    nominal = phrases.format_short(result.nominal_area, unit)
-    area = f"{phrases.format_short(result.contact_area, unit)} of {nominal}"
-    area += f", {count_noun(result.spots().count, 'spot')}"
-    rows = [
-        (f"Real contact {what}", area),
-        (
-            "Contact pressure",
-            f"{phrases.format_short(result.load / result.contact_area, 'Pa')} mean; "
-            f"{_upper(result)}",
-        ),
-        ("Mean gap", phrases.format_short(result.mean_gap, "m")),
-    ]
-    if result.control == "load":
-        rows.append(
-            ("Approach", f"{phrases.format_short(result.approach, 'm')} from first contact")
-        )
-    else:
-        rows.insert(0, ("Load", phrases.format_short(result.load, result.pair.load_unit)))
-    if result.saturated_fraction:
-        depth = phrases.format_short(result.totals.max_indentation, "m")
-        rows.append(("Residual indentation", f"{depth} at most"))
-    if result.moments is not None:
-        rows.append(
-            ("Tilt (y, x)", ", ".join(phrases.format_short(value, "rad") for value in result.tilt))
-        )
-    return (), rows
-
-
 def _upper(result: ContactResult) -> str:
     """Return the ceiling if it is reached, else the largest pressure, as text."""
     if not result.saturated_fraction or isinstance(result.ceiling, np.ndarray):
         edge = result.ceiling is None and result.totals.edge_load is not None
         limit = ", no limit at the map edge" if edge else ""
-        return f"{phrases.format_short(result.max_pressure, 'Pa')} peak{limit}"
+        return f"{format_short(result.max_pressure, 'Pa')} peak{limit}"
     assert result.ceiling is not None
-    return f"ceiling {phrases.format_short(float(result.ceiling), 'Pa')}{_in_strengths(result)}"
+    return f"ceiling {format_short(float(result.ceiling), 'Pa')}{_in_strengths(result)}"
 
 
 def _in_strengths(result: ContactResult) -> str:
@@ -333,20 +238,6 @@ def _in_strengths(result: ContactResult) -> str:
     if body is None or body.yield_strength is None:
         return ""
     return f" ({float(result.ceiling or 0) / body.yield_strength:.3g} σ_Y)"
-
-
-def remarks(result: ContactResult, study: ResolutionStudy | None = None) -> tuple[str, ...]:
-    """Return the sources of the interval, the calibrated results, and the status."""
-    if not result.converged:
-        return (phrases.status(result),)
-    interval = uncertainty.area_interval(result, study) if result.load else None
-    lines: list[str] = []
-    if interval is not None:
-        told = uncertainty.is_correctable(result)
-        lines = [uncertainty.sources(interval, instrument=told)]
-    if result.measurement is not None:
-        lines += result.measurement.remarks
-    return tuple(filter(None, (*lines, _calibrated(result), phrases.status(result))))
 
 
 def _calibrated(result: ContactResult) -> str:
@@ -360,18 +251,18 @@ def _calibrated(result: ContactResult) -> str:
     if other.is_of_base:
         ceiling = f"ceiling of the base ({format_engineering(other.ceiling, 'Pa', 3)})"
     return (
-        f"With the {ceiling}: contact "
-        f"{phrases.format_share(other.contact_fraction)} ({area}), mean gap "
-        f"{phrases.format_short(other.mean_gap, 'm')} ({gap})"
+        f"With the {ceiling}: contact {format_share(other.contact_fraction)} ({area}), mean gap "
+        f"{format_short(other.mean_gap, 'm')} ({gap})"
     )
 
 
-KIND = Presentation(
-    ContactResult,
-    contact_fields.CONTACT,
-    figures=figures.CONTACT,
-    scene=figures.ContactScene,
-    plots=(
+class ContactPresentation(Presentation):
+    """Presentation of a contact, alone and in the reports of other results."""
+
+    result: ContactResult
+    table = contact_fields.CONTACT
+    figures = CONTACT
+    plots = (
         maps.overview,
         maps.pressure,
         maps.contact,
@@ -380,31 +271,204 @@ KIND = Presentation(
         maps.spots,
         section,
         pressure_histogram,
-    ),
-    contact=lambda result: result,
-    save=export.save_contact,
-    dataset=archive.to_dataset,
-    problem=phrases.problem,
-    answer=answer,
-    numbers=numbers,
-    remarks=remarks,
-    question=question,
-    details=details,
-    uncertainty=uncertainty_of,
-    contact_blocks=short_blocks,
-    meaning=phrases.regime,
-    checked=plausibility.performed_checks,
-    script=python_script.script_of_result,
-)
-PROFILE_KIND = replace(
-    KIND,
-    table=contact_fields.PROFILE_CONTACT,
-    when=lambda result: result.pair.is_profile,
-    figures=figures.PROFILE_CONTACT,
-    plots=(draw.loaded_profile,),
-)
+    )
+    profile_table = contact_fields.PROFILE_CONTACT
+    profile_figures = PROFILE_CONTACT
+    profile_plots = (profiles.loaded_profile,)
 
+    @cached_property
+    def contact(self) -> ContactResult:
+        """The result."""
+        return self.result
 
-def kind_of(result: ContactResult) -> Presentation:
-    """Return the presentation of a contact of a map or a profile."""
-    return PROFILE_KIND if result.pair.is_profile else KIND
+    @cached_property
+    def scene(self) -> ContactScene:
+        """Scene of the contact."""
+        return ContactScene(self.result)
+
+    def question(self) -> str:
+        """Return the question that a contact answers."""
+        result = self.result
+        name, under = phrases.source(result.surface.provenance), phrases.load_phrase(result)
+        if result.control == "approach":
+            return f"Which load does {name} carry {under}?"
+        if result.hertz is not None:
+            return f"How large is the contact of {name} {under}?"
+        return f"How much of {name} is in contact {under}?"
+
+    def answer(self) -> str:
+        """Return contact area with its interval, and yielding, as a sentence."""
+        result = self.result
+        if not result.converged:
+            return "No solution: do not use these numbers."
+        if not result.contact_area:
+            return "The bodies do not touch."
+        interval = uncertainty.area_interval(result, self.study)
+        smooth = result.hertz if hertz_comparison.applies(result) else None
+        if smooth is not None:
+            return _hertz_comparison(result, smooth.area, interval)
+        what = "profile" if result.pair.is_profile else "face"
+        ends = _ends(interval, lambda value: format_share(value))
+        share = format_share(interval.value if interval else result.contact_fraction)
+        return f"{share} of the {what} is in contact{ends}{_yields(result)}"
+
+    def numbers(self) -> CellTable:
+        """Return the main quantities of a contact."""
+        result = self.result
+        if not result.contact_area:
+            return (), [("Load", format_short(result.load, result.pair.load_unit))]
+        if result.measurement is not None:
+            return uncertainty.CORRECTED, uncertainty.corrected_rows(result)
+        if hertz_comparison.applies(result):
+            return hertz_comparison.heads(result), hertz_comparison.rows(result)
+        unit, what = ("m", "length") if result.pair.is_profile else ("m²", "area")
+        nominal = format_short(result.nominal_area, unit)
+        area = f"{format_short(result.contact_area, unit)} of {nominal}"
+        area += f", {count_noun(result.spots().count, 'spot')}"
+        rows = [
+            (f"Real contact {what}", area),
+            (
+                "Contact pressure",
+                f"{format_short(result.load / result.contact_area, 'Pa')} mean; {_upper(result)}",
+            ),
+            ("Mean gap", format_short(result.mean_gap, "m")),
+        ]
+        if result.control == "load":
+            rows.append(("Approach", f"{format_short(result.approach, 'm')} from first contact"))
+        else:
+            rows.insert(0, ("Load", format_short(result.load, result.pair.load_unit)))
+        if result.saturated_fraction:
+            depth = format_short(result.totals.max_indentation, "m")
+            rows.append(("Residual indentation", f"{depth} at most"))
+        if result.moments is not None:
+            rows.append(
+                ("Tilt (y, x)", ", ".join(format_short(value, "rad") for value in result.tilt))
+            )
+        return (), rows
+
+    def remarks(self) -> Iterator[str]:
+        """Yield the sources of the interval, the calibrated results, and the status."""
+        result = self.result
+        if result.converged:
+            interval = uncertainty.area_interval(result, self.study) if result.load else None
+            if interval is not None:
+                hint = uncertainty.is_correctable(result)
+                yield uncertainty.sources(interval, instrument=hint)
+            if result.measurement is not None:
+                yield from result.measurement.remarks
+            yield _calibrated(result)
+        yield phrases.status(result)
+
+    def meaning(self) -> str:
+        """Return the regime of the contact."""
+        return phrases.regime(self.result)
+
+    def results(self) -> list[Block]:
+        """Return the blocks with all results of a contact, with an elastic column if drawn."""
+        elastic = None
+        if self.is_drawn and self.result.saturated_fraction > 0:
+            elastic = _elastic_or_best(self.result.elastic)
+        answer = self._results_table(elastic)
+        if elastic is not None and not elastic.converged:
+            answer.append(
+                Block(
+                    "warning",
+                    "The elastic solution did not converge: certificate "
+                    f"{elastic.certificate:.1e}, limit {elastic.tolerance:.0e}. Its column is not "
+                    "a solution.",
+                )
+            )
+        answer += self.figure_blocks(FRONT)[1:]
+        answer += self.figure_blocks()
+        return [*answer, *hertz_blocks(self.result)]
+
+    def _results_table(self, elastic: ContactResult | None) -> list[Block]:
+        """Return the block of all results: a column for each ceiling, the elastic one last."""
+        result = self.result
+        heads, answer = self.rows_by_ceiling(brief=True)
+        others = {}
+        if elastic is not None:
+            heads = (*(heads or (_ceiling_head(result),)), "elastic")
+            others = {row.key: row.text for row in type(self)(elastic).rows(brief=True)}
+        rows = [
+            (row.title, *texts, *((others.get(row.key, ABSENT),) if others else ()), row.meaning)
+            for row, texts in answer
+        ]
+        if result.load:
+            empty = ("",) * (len(heads or ("value",)) - 1)
+            rows += [(name, text, *empty, note) for name, text, note in spot_rows(result)]
+        return chapters.table(rows, ("quantity", *(heads or ("value",)), "meaning"), "wide")
+
+    def rows_by_ceiling(self, brief: bool = False) -> tuple[Cells, list[tuple[Row, Cells]]]:
+        """Return heads and rows, with a second column if the calibrated ceiling differs."""
+        answer, calibrated = self.rows(brief=brief), calibrated_numbers(self.result)
+        if not calibrated:
+            return (), [(row, (row.text,)) for row in answer]
+        return _ceilings(self.result), [
+            (row, (row.text, calibrated.get(row.key, ""))) for row in answer
+        ]
+
+    def contact_blocks(self) -> list[Block]:
+        """Return the blocks on the contact under the largest load, for other results."""
+        result, scene = self.result, self.scene
+        other = "approach" if result.control == "load" else "load"
+        keys = (*contact_fields.HEADLINES, other, "max_residual_indentation")
+        known = [key for key in keys if quantity_of(self.own("table"), key).is_shown(result)]
+        rows = [
+            *chapters.cells(replace(self.row(key), symbol="") for key in known),
+            *spot_rows(result),
+        ]
+        load = format_engineering(result.total_load, result.pair.load_unit)
+        head = f"Contact under {load}, the largest load"
+        front = self.figure_blocks(FRONT)
+        if not (result.pair.is_profile or scene.is_sparse):
+            # The gap is that of the deformed bodies, also after a load history.
+            front += self.figure_blocks()
+        count = 1 if result.pair.is_profile or scene.is_sparse else 2
+        shown = [*chapters.table(rows, style="key"), *front[:count], *hertz_blocks(result)]
+        return [Block("head", head), *shown]
+
+    def uncertainty(self) -> list[Block]:
+        """Return the blocks on the intervals of a contact and their contributions."""
+        result, study = self.result, self.study
+        if not (result.converged and result.load):
+            return []
+        measured, known = result.measurement, uncertainty.intervals_by_key(result, study)
+        rows = [
+            (capitalize_first(name), interval, causes)
+            for name, interval, causes in uncertainty.uncertainty_rows(result, study)
+            if interval in known.values()
+        ]
+        head = "interval" if measured is None else "95 % interval"
+        blocks = chapters.table(rows, ("quantity", head, "contributions"))
+        blocks += uncertainty.budget_block(result, study)
+        others = [
+            quantity_of(self.own("table"), key).name for key in QUANTITIES if key not in known
+        ]
+        if measured is not None:
+            blocks.append(Block("small", uncertainty.measurement_text(measured)))
+            blocks += [Block("small", remark) for remark in measured.remarks]
+        else:
+            hint = (
+                ""
+                if study is not None
+                else f" The pixel was not studied ({uncertainty.STUDY_REF})."
+            )
+            if uncertainty.is_correctable(result):
+                hint += f" The instrument was not given ({uncertainty.INSTRUMENT_REF})."
+            text = Sentence(f"No interval is known of: {', '.join(others)}.{hint}")
+            blocks.append(Block("small", text))
+        formula = chapters.cells(rows_of(formulas.BESIDE, result))
+        blocks += chapters.table([(name, text) for name, text, _ in formula])
+        if study is not None:
+            blocks += [Block("text", " ".join(study.sentences))]
+            blocks += uncertainty.StudyPresentation(study).steps()
+        return [*blocks, Block("small", uncertainty.NOT_INCLUDED)]
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write maps or quantities; the suffix selects the format."""
+        export.save_contact(self.result, path)
+
+    def dataset(self) -> Dataset:
+        """Return maps and quantities."""
+        return archive.to_dataset(self.result)

@@ -296,13 +296,10 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
         ),
     ),
     presentations={
-        "Surface": (
-            "analyses.solve.surface_report:PROFILE_KIND",
-            "analyses.solve.surface_report:KIND",
-        ),
-        "ContactResult": ("analyses.solve.report:PROFILE_KIND", "analyses.solve.report:KIND"),
-        "ElastoplasticResult": ("analyses.solve.volume_report:KIND",),
-        "ResolutionStudy": ("analyses.solve.uncertainty_report:KIND",),
-        "Uncertainty": ("analyses.solve.uncertainty_report:MEASURED_KIND",),
+        "Surface": "analyses.solve.surface_report:SurfacePresentation",
+        "ContactResult": "analyses.solve.report:ContactPresentation",
+        "ElastoplasticResult": "analyses.solve.volume_report:VolumePresentation",
+        "ResolutionStudy": "analyses.solve.uncertainty_report:StudyPresentation",
+        "Uncertainty": "analyses.solve.uncertainty_report:UncertaintyPresentation",
     },
 )

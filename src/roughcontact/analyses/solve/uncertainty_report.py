@@ -13,56 +13,52 @@ from roughcontact.analyses.solve import fields as contact_fields
 from roughcontact.contact.result import ContactResult
 from roughcontact.drawing.uncertainty import uncertainty_budget
 from roughcontact.errors import ArgumentRef, Sentence
-from roughcontact.report import chapters, figures, page, phrases
-from roughcontact.report.kind import (
-    Column,
-    Columns,
-    Presentation,
-    Quantity,
-    Table,
-    capitalize_first,
-    quantity_of,
-)
+from roughcontact.report import chapters, figures, page
+from roughcontact.report.kind import Column, Quantity, capitalize_first, quantity_of
+from roughcontact.report.phrases import format_share, format_short, range_text
+from roughcontact.report.presentation import Presentation
 from roughcontact.uncertainty import intervals as uncertainty
 from roughcontact.uncertainty.intervals import Cause, ErrorSource, Interval, Uncertainty
 from roughcontact.uncertainty.resolution import QUANTITIES, ResolutionStudy
 from roughcontact.units import format_change, format_engineering, format_percent
 
-STUDY: Table = (
-    Quantity("grids", of=lambda study: [vars(grid) for grid in study.grids]),
-    Quantity("cutoffs", of=lambda study: [vars(cutoff) for cutoff in study.cutoffs]),
-    Quantity("ceilings", of=lambda study: [vars(ceiling) for ceiling in study.ceilings]),
+STUDY = (
+    Quantity("grids"),
+    Quantity("cutoffs"),
+    Quantity("ceilings"),
     Quantity("independent", of=lambda s: {name: s.independent(name) for name in QUANTITIES}),
     Quantity("at_ceiling"),
-    Quantity("sentences", of=lambda study: list(study.sentences)),
+    Quantity("sentences"),
 )
 """Quantities of a `ResolutionStudy`."""
 
 
-def _cases(key: str) -> Callable[[ResolutionStudy], list[float]]:
-    return lambda study: [getattr(case, key) for _, case in study.named()]
+def _case(key: str, label: str, **more: Any) -> Column:
+    """Return the column of a quantity of each solve of a study."""
+    return Column(key, label, of=lambda s: [getattr(case, key) for _, case in s.named()], **more)
 
 
-STUDY_COLUMNS: Columns = (
+STUDY_COLUMNS = (
     Column("case", "case", of=lambda study: [name for name, _ in study.named()]),
-    Column("contact_fraction", "contact", of=_cases("contact_fraction"), form=format_percent),
-    Column(
-        "corrected_fraction",
-        "perimeter-corrected",
-        of=_cases("corrected_fraction"),
-        form=format_percent,
-    ),
-    Column("saturated_fraction", "saturated", of=_cases("saturated_fraction"), form=format_percent),
-    Column("max_pressure", "largest pressure", unit="Pa", of=_cases("max_pressure")),
-    Column("mean_pressure", "mean pressure", unit="Pa", of=_cases("mean_pressure")),
+    _case("contact_fraction", "contact", form=format_percent),
+    _case("corrected_fraction", "perimeter-corrected", form=format_percent),
+    _case("saturated_fraction", "saturated", form=format_percent),
+    _case("max_pressure", "largest pressure [Pa]"),
+    _case("mean_pressure", "mean pressure [Pa]"),
 )
 """Columns of the solves of a `ResolutionStudy`."""
 
 
-# Without references: those of the contact are in the same report.
-KIND = Presentation(
-    ResolutionStudy, STUDY, STUDY_COLUMNS, answer=lambda study: "".join(study.sentences[:1])
-)
+class StudyPresentation(Presentation):
+    """Presentation of a resolution study; the report on its contact has the references."""
+
+    result: ResolutionStudy
+    table = STUDY
+    columns = STUDY_COLUMNS
+
+    def answer(self) -> str:
+        """Return the main sentence of the study."""
+        return "".join(self.result.sentences[:1])
 
 
 # --- Rows of the intervals of the main quantities ---
@@ -72,9 +68,9 @@ NOT_INCLUDED = (
     "Not included: another place on the part, another part. Measure at least three maps for these."
 )
 
-_MORE: Table = (
-    Quantity("stiffness", "stiffness", unit="N/m"),
-    Quantity("constriction_length", "constriction length", unit="m"),
+_MORE = (
+    Quantity("stiffness", "stiffness [N/m]"),
+    Quantity("constriction_length", "constriction length [m]"),
 )
 
 # Smaller changes and shares are negligible compared with the others.
@@ -114,10 +110,8 @@ def corrected_rows(result: ContactResult) -> list[tuple[str, ...]]:
         if item.name in ("mean_pressure", "constriction_length"):
             continue
         is_share = item.name.endswith("fraction")
-        form = (
-            phrases.format_share if is_share else partial(phrases.format_short, unit=quantity.unit)
-        )
-        ends = phrases.range_text(item.low, item.high, form)
+        form = format_share if is_share else partial(format_short, unit=quantity.unit)
+        ends = range_text(item.low, item.high, form)
         measured = form(item.value if item.measured is None else item.measured)
         rows.append((capitalize_first(quantity.name), form(item.value), ends, measured))
     return rows
@@ -225,7 +219,7 @@ def with_interval(interval: Interval, form: Callable[[float], str]) -> str:
     text = form(interval.value)
     if not has_ends(interval):
         return text
-    return f"{text} ({phrases.range_text(interval.low, interval.high, form)})"
+    return f"{text} ({range_text(interval.low, interval.high, form)})"
 
 
 def intervals_by_key(result: ContactResult, study: ResolutionStudy | None = None) -> dict[str, str]:
@@ -244,7 +238,7 @@ def brief_ends(result: ContactResult) -> dict[str, str]:
     if not (result.converged and result.load):
         return {}
     return {
-        interval.name: phrases.range_text(interval.low, interval.high, quantity.format_value)
+        interval.name: range_text(interval.low, interval.high, quantity.format_value)
         for quantity, interval in _interval_quantities(result, None)
         if interval.high < math.inf
         and quantity.format_value(interval.low) != quantity.format_value(interval.high)
@@ -268,24 +262,24 @@ def _ends(quantity: Quantity, interval: Interval) -> str:
 # --- The study of a measured map ---
 
 
-MEASURED: Table = (
+MEASURED = (
     Quantity("instrument", of=lambda known: known.instrument and vars(known.instrument)),
-    Quantity("shortest_wave", unit="m"),
-    Quantity("resolved", unit="m"),
+    Quantity("shortest_wave", "[m]"),
+    Quantity("resolved", "[m]"),
     Quantity("draws"),
     Quantity("seed"),
-    Quantity("remarks", of=lambda known: [str(remark) for remark in known.remarks]),
+    Quantity("remarks"),
     Quantity("closing", of=lambda known: dict(known.closing)),
     Quantity("intervals", of=lambda known: {i.name: i.summary() for i in known.intervals}),
 )
 """Quantities of an `Uncertainty`."""
 
-MEASURED_COLUMNS: Columns = (
-    Column("name", "quantity", steps="intervals"),
-    Column("measured", "as measured", steps="intervals"),
-    Column("value", "corrected", steps="intervals"),
-    Column("low", "lower end", steps="intervals"),
-    Column("high", "upper end", steps="intervals"),
+MEASURED_COLUMNS = (
+    Column("name", "quantity", of="intervals.name"),
+    Column("measured", "as measured", of="intervals.measured"),
+    Column("value", "corrected", of="intervals.value"),
+    Column("low", "lower end", of="intervals.low"),
+    Column("high", "upper end", of="intervals.high"),
 )
 """Columns of the intervals of an `Uncertainty`."""
 
@@ -303,11 +297,11 @@ def measurement_text(known: Uncertainty) -> str:
     tool = known.instrument
     if tool is None:
         return "Intervals of grid and material, without the instrument."
-    resolved = f"the map shows waves down to {phrases.format_short(known.resolved, 'm')}"
+    resolved = f"the map shows waves down to {format_short(known.resolved, 'm')}"
     down = (
         ""
         if known.shortest_wave is None
-        else (f", the surface has waves down to {phrases.format_short(known.shortest_wave, 'm')}")
+        else (f", the surface has waves down to {format_short(known.shortest_wave, 'm')}")
     )
     lengths = (
         ("resolution", tool.resolution),
@@ -317,7 +311,7 @@ def measurement_text(known: Uncertainty) -> str:
     stated = ", ".join(
         (
             *filter(None, (_TRANSFERS.get(tool.kind),)),
-            *(f"{name} {phrases.format_short(value, 'm')}" for name, value in lengths if value),
+            *(f"{name} {format_short(value, 'm')}" for name, value in lengths if value),
         )
     )
     name = tool.name or f"{tool.kind} instrument"
@@ -340,4 +334,8 @@ def budget_block(result: ContactResult, study: ResolutionStudy | None) -> list[p
     return chapters.figure_blocks((figure,), result) if rows else []
 
 
-MEASURED_KIND = Presentation(Uncertainty, MEASURED, MEASURED_COLUMNS)
+class UncertaintyPresentation(Presentation):
+    """Presentation of the uncertainty of a contact."""
+
+    table = MEASURED
+    columns = MEASURED_COLUMNS

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
 from functools import cached_property
-from typing import Any
 
+from roughcontact._tools.netcdf import Dataset
 from roughcontact.analyses.solve import fields as contact_fields
-from roughcontact.analyses.solve.blocks import hertz_blocks, spot_rows
+from roughcontact.analyses.solve.report import hertz_blocks, spot_rows
 from roughcontact.drawing import elastoplastic as plots
 from roughcontact.elastoplastic import archive, plausibility, volume_result as depth
 from roughcontact.elastoplastic.plastic_body import LayerProfile
@@ -22,21 +23,12 @@ from roughcontact.report import (
     phrases,
     python_script,
 )
-from roughcontact.report.kind import PROBLEM, CellTable, Presentation, Quantity, Row, Table, rows_of
+from roughcontact.report.figures import VolumeScene
+from roughcontact.report.kind import PROBLEM, CellTable, Quantity, Row, Use, rows_of
 from roughcontact.report.page import Block
+from roughcontact.report.phrases import format_share, format_short
+from roughcontact.report.presentation import Presentation
 from roughcontact.units import count_noun, format_engineering, format_percent, order_of_magnitude
-
-
-def question(result: ElastoplasticResult) -> str:
-    """Return the question that an elastoplastic contact answers."""
-    contact = result.solution
-    name = phrases.source(contact.surface.provenance)
-    if contact.load:
-        return f"How deep does {name} yield {phrases.load_phrase(contact)}?"
-    if not result.increments:
-        return f"How deep does {name} yield?"
-    largest = format_engineering(contact_fields.largest_load(result), "N")
-    return f"Which indentation does a load of {largest} leave on {name}?"
 
 
 def inputs_of(result: ElastoplasticResult, specified: Sequence[Row], drawn: bool) -> list[Block]:
@@ -48,130 +40,6 @@ def inputs_of(result: ElastoplasticResult, specified: Sequence[Row], drawn: bool
             (contact.material, contact.counter_material), specified, inputs.bodies("volume")
         ),
     ]
-
-
-def _inputs(result: ElastoplasticResult, drawn: bool) -> list[Block]:
-    return inputs_of(result, rows_of(contact_fields.VOLUME, result, PROBLEM), drawn)
-
-
-def _details(result: ElastoplasticResult, scene: Any, **more: Any) -> list[Block]:
-    blocks = []
-    for number in range(len(result.bodies)):
-        body = figures.VolumeScene(result, number)
-        if len(result.bodies) > 1:
-            blocks.append(Block("head", f"Plastic strain and stress{body.where}"))
-        blocks += chapters.quantities(rows_of(YIELDING, Yielding(result, number)))
-        # The section of the first body is on the first page.
-        if scene is not None:
-            blocks += chapters.figure_blocks(
-                (figures.SECTION,) if number else (), body, figures.FRONT
-            )
-            blocks += chapters.figure_blocks(figures.VOLUME, body.close(), figures.BODY)
-    contact = result.solution
-    if contact.spots().count:
-        blocks += [*chapters.table(spot_rows(contact)), *hertz_blocks(contact)]
-    return blocks
-
-
-def method(result: ElastoplasticResult) -> list[Block]:
-    """Return the blocks on the method of the volume model."""
-    texts = (
-        "Plastic strain follows from J2 plasticity with radial return, layer by layer. It is "
-        "iterated with the contact until both agree. Each increment starts from the one before; "
-        "increments that did not converge were halved.",
-        "Residual: largest change of the plastic strain in the last iteration of an increment, "
-        "over its largest strain or the yield strain σ_Y/(2μ). Yield excess: von Mises stress over "
-        "yield strength, less one, computed again from strain and pressure. Certificate of the "
-        f"contact: ε = ‖p − max(p − g/K₀₀, 0)‖ / ‖p‖. {chapters.RIGHT_PROBLEM}",
-    )
-    return [Block("text", text) for text in texts]
-
-
-# --- Headline ---
-
-
-def _answer(result: ElastoplasticResult) -> str:
-    """Return contact area or residual indentation, and plastic depth, as a sentence."""
-    if not result.converged:
-        return "No solution: the numbers are those of the last load that was reached."
-    depth = f"plastic strain reaches {phrases.format_short(result.plastic_depth, 'm')} deep"
-    if not result.plastic_volume:
-        depth = "nothing yields"
-    if not result.solution.load:
-        dent = phrases.format_short(float(result.residual_displacement.max()), "m")
-        return f"Unloaded: an indentation of {dent} remains; {depth}."
-    return (
-        f"{phrases.format_share(result.solution.contact_fraction)} of the face is in contact; "
-        f"{depth}."
-    )
-
-
-def _numbers(result: ElastoplasticResult) -> CellTable:
-    """Return the main quantities of an elastoplastic contact."""
-    contact, rows = result.solution, []
-    if contact.load:
-        area, mean = contact.contact_area, contact.load / contact.contact_area
-        whole = phrases.format_short(contact.nominal_area, "m²")
-        rows = [
-            ("Real contact area", f"{phrases.format_short(area, 'm²')} of {whole}"),
-            (
-                "Contact pressure",
-                f"{phrases.format_short(mean, 'Pa')} mean; "
-                f"{phrases.format_short(contact.max_pressure, 'Pa')} peak",
-            ),
-            ("Approach", f"{phrases.format_short(contact.approach, 'm')} from first contact"),
-        ]
-    strain = format_percent(result.max_plastic_strain)
-    volume = KIND.row(result, "plastic_volume").text
-    return (), [
-        *rows,
-        ("Plastic depth", phrases.format_short(result.plastic_depth, "m")),
-        ("Plastic strain", f"{strain} at most, in {volume}"),
-        ("Residual displacement", KIND.row(result, "max_residual_displacement").text),
-    ]
-
-
-def _remarks(result: ElastoplasticResult) -> tuple[str, ...]:
-    """Return the error of the load steps, and the accuracy of the solution."""
-    status = (
-        f"Solved: residual {order_of_magnitude(result.residual)} (limit {result.tolerance:.0e}), "
-        f"{count_noun(len(result.increments), 'increment')}"
-        if result.converged
-        else f"Not converged: {result.status}. Do not use these numbers."
-    )
-    return f"Load steps: {phrases.step_error(result)}", status
-
-
-KIND = Presentation(
-    ElastoplasticResult,
-    contact_fields.VOLUME,
-    contact_fields.INCREMENTS,
-    figures=figures.VOLUME,
-    scene=figures.VolumeScene,
-    plots=(
-        plots.section,
-        plots.profile,
-        plots.layers,
-        plots.path,
-        plots.residual_displacement,
-        plots.convergence,
-    ),
-    works=citations.volume_references,
-    save=export.VOLUME.write,
-    dataset=lambda result: archive.to_dataset(result)[0],
-    problem=lambda result: phrases.problem(result.solution),
-    answer=_answer,
-    numbers=_numbers,
-    remarks=_remarks,
-    question=question,
-    meaning=phrases.volume_regime,
-    inputs=_inputs,
-    details=_details,
-    case=assumptions.volume_case,
-    method=method,
-    checked=plausibility.performed_checks,
-    script=python_script.repeating_volume,
-)
 
 
 class Yielding:
@@ -212,7 +80,7 @@ def _layers(result: Yielding) -> str:
     return f"{thickness.size}, {format_engineering(float(thickness.sum()), 'm')} deep in all"
 
 
-YIELDING: Table = (
+YIELDING = (
     Quantity(
         "max_plastic_strain",
         "largest accumulated plastic strain",
@@ -222,37 +90,28 @@ YIELDING: Table = (
     ),
     Quantity(
         "max_von_mises",
-        "largest stress",
-        unit="Pa",
+        "largest stress [Pa]",
         of="body.max_von_mises",
         text=lambda b: f"{format_engineering(b.body.max_von_mises, 'Pa')}, {_place(b)}",
         when=lambda b: not b.body.plastic_volume,
     ),
     Quantity(
         "plastic_depth",
-        "plastic depth",
-        unit="m",
+        "plastic depth [m]: lower face of the lowest layer with plastic strain",
         of="body.plastic_depth",
-        meaning="lower face of the lowest layer with plastic strain",
     ),
     Quantity(
-        "plastic_volume",
-        "plastic volume",
-        unit="m³",
-        of="body.plastic_volume",
-        meaning="with any plastic strain",
+        "plastic_volume", "plastic volume [m³]: with any plastic strain", of="body.plastic_volume"
     ),
     Quantity(
         "max_residual_stress",
-        "largest residual von Mises stress",
-        unit="Pa",
+        "largest residual von Mises stress [Pa]",
         of=lambda b: float(b.layers.max_residual_von_mises.max()),
         text=lambda b: _deepest(b, "max_residual_von_mises"),
     ),
     Quantity(
         "max_stress_under_load",
-        "largest von Mises stress under load",
-        unit="Pa",
+        "largest von Mises stress under load [Pa]",
         of=lambda b: float(b.layers.max_von_mises.max()),
         text=lambda b: _deepest(b, "max_von_mises"),
         when=lambda b: b.loaded,
@@ -260,3 +119,158 @@ YIELDING: Table = (
     Quantity("layers", "layers", of=lambda b: b.body.thickness.size, text=_layers),
 )
 """Quantities of one yielding body, `Yielding`."""
+
+
+class VolumePresentation(Presentation):
+    """Presentation of an elastoplastic contact."""
+
+    result: ElastoplasticResult
+    table = contact_fields.VOLUME
+    columns = contact_fields.INCREMENTS
+    figures = figures.VOLUME
+    plots = (
+        plots.section,
+        plots.profile,
+        plots.layers,
+        plots.path,
+        plots.residual_displacement,
+        plots.convergence,
+    )
+
+    @property
+    def scene(self) -> VolumeScene:
+        """Scene of the first body."""
+        return VolumeScene(self.result)
+
+    def question(self) -> str:
+        """Return the question that an elastoplastic contact answers."""
+        result = self.result
+        contact = result.solution
+        name = phrases.source(contact.surface.provenance)
+        if contact.load:
+            return f"How deep does {name} yield {phrases.load_phrase(contact)}?"
+        if not result.increments:
+            return f"How deep does {name} yield?"
+        largest = format_engineering(contact_fields.largest_load(result), "N")
+        return f"Which indentation does a load of {largest} leave on {name}?"
+
+    def answer(self) -> str:
+        """Return contact area or residual indentation, and plastic depth, as a sentence."""
+        result = self.result
+        if not result.converged:
+            return "No solution: the numbers are those of the last load that was reached."
+        depth = f"plastic strain reaches {format_short(result.plastic_depth, 'm')} deep"
+        if not result.plastic_volume:
+            depth = "nothing yields"
+        if not result.solution.load:
+            dent = format_short(float(result.residual_displacement.max()), "m")
+            return f"Unloaded: an indentation of {dent} remains; {depth}."
+        return (
+            f"{format_share(result.solution.contact_fraction)} of the face is in contact; {depth}."
+        )
+
+    def numbers(self) -> CellTable:
+        """Return the main quantities of an elastoplastic contact."""
+        result = self.result
+        contact, rows = result.solution, []
+        if contact.load:
+            area, mean = contact.contact_area, contact.load / contact.contact_area
+            whole = format_short(contact.nominal_area, "m²")
+            rows = [
+                ("Real contact area", f"{format_short(area, 'm²')} of {whole}"),
+                (
+                    "Contact pressure",
+                    f"{format_short(mean, 'Pa')} mean; "
+                    f"{format_short(contact.max_pressure, 'Pa')} peak",
+                ),
+                ("Approach", f"{format_short(contact.approach, 'm')} from first contact"),
+            ]
+        strain = format_percent(result.max_plastic_strain)
+        volume = self.row("plastic_volume").text
+        return (), [
+            *rows,
+            ("Plastic depth", format_short(result.plastic_depth, "m")),
+            ("Plastic strain", f"{strain} at most, in {volume}"),
+            ("Residual displacement", self.row("max_residual_displacement").text),
+        ]
+
+    def remarks(self) -> tuple[str, ...]:
+        """Return the error of the load steps, and the accuracy of the solution."""
+        result = self.result
+        status = (
+            f"Solved: residual {order_of_magnitude(result.residual)} (limit "
+            f"{result.tolerance:.0e}), {count_noun(len(result.increments), 'increment')}"
+            if result.converged
+            else f"Not converged: {result.status}. Do not use these numbers."
+        )
+        return f"Load steps: {phrases.step_error(result)}", status
+
+    def inputs(self) -> list[Block]:
+        """Return the blocks on maps, bodies and load."""
+        return inputs_of(self.result, self.rows(PROBLEM), self.is_drawn)
+
+    def details(self) -> list[Block]:
+        """Return further blocks of results."""
+        result = self.result
+        blocks = []
+        for number in range(len(result.bodies)):
+            body = VolumeScene(result, number)
+            if len(result.bodies) > 1:
+                blocks.append(Block("head", f"Plastic strain and stress{body.where}"))
+            blocks += chapters.quantities(rows_of(YIELDING, Yielding(result, number)))
+            # The section of the first body is on the first page.
+            if self.is_drawn:
+                blocks += chapters.figure_blocks(
+                    (figures.SECTION,) if number else (), body, figures.FRONT
+                )
+                blocks += chapters.figure_blocks(figures.VOLUME, body.close(), figures.BODY)
+        contact = result.solution
+        if contact.spots().count:
+            blocks += [*chapters.table(spot_rows(contact)), *hertz_blocks(contact)]
+        return blocks
+
+    def problem(self) -> str:
+        """Return the bodies and the load."""
+        return phrases.problem(self.result.solution)
+
+    def meaning(self) -> str:
+        """Return the regime."""
+        return phrases.volume_regime(self.result)
+
+    def case(self) -> assumptions.Case:
+        """Return the case of the volume model."""
+        return assumptions.contact_case(self.result.solution, volume=self.result)
+
+    def method(self) -> Iterator[str]:
+        """Yield the paragraphs on the method of the volume model."""
+        yield (
+            "Plastic strain follows from J2 plasticity with radial return, layer by layer. It is "
+            "iterated with the contact until both agree. Each increment starts from the one "
+            "before; increments that did not converge were halved."
+        )
+        yield (
+            "Residual: largest change of the plastic strain in the last iteration of an increment, "
+            "over its largest strain or the yield strain σ_Y/(2μ). Yield excess: von Mises stress "
+            "over yield strength, less one, computed again from strain and pressure. Certificate "
+            f"of the contact: ε = ‖p − max(p − g/K₀₀, 0)‖ / ‖p‖. {chapters.RIGHT_PROBLEM}"
+        )
+
+    def checks(self) -> tuple[str, ...]:
+        """Return the performed checks."""
+        return plausibility.performed_checks(self.result)
+
+    def script(self) -> tuple[str, str]:
+        """Return a script that repeats the path of loads."""
+        return python_script.repeating_volume(self.result), "the same problem"
+
+    def works(self) -> Iterator[Use]:
+        """Yield the works on contact and plasticity."""
+        return citations.volume_references(self.result)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write fields and quantities; the suffix selects the format."""
+        export.VOLUME.write(self.result, path)
+
+    def dataset(self) -> Dataset:
+        """Return fields and quantities."""
+        return archive.to_dataset(self.result)[0]

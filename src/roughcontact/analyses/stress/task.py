@@ -103,10 +103,10 @@ def _record(outcome: Outcome) -> dict[str, Any]:
 
 
 def _figures(_: Request) -> tuple[str, ...]:
-    from roughcontact.analyses.stress import illustrations as stress_illustrations
+    from roughcontact.analyses.stress.fields import FIGURES
     from roughcontact.report import figures
 
-    return figures.names(stress_illustrations.STRESS)
+    return figures.names(FIGURES)
 
 
 TASK = Task(
@@ -155,7 +155,5 @@ roughcontact stress ground.x3p --load "100 MPa" --boundary periodic \\
             (IN_BODY, FRICTION, DIRECTION, DEPTHS, FIRST_YIELD),
         ),
     ),
-    presentations={
-        "StressResult": ("analyses.stress.report:PROFILE_KIND", "analyses.stress.report:KIND")
-    },
+    presentations={"StressResult": "analyses.stress.report:StressPresentation"},
 )

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from roughcontact.analyses.solve.fields import BOUNDARY, LOAD, ceiling_stored
+from roughcontact.analyses.solve.fields import BOUNDARY, ceiling_stored
 from roughcontact.analyses.sweep.model import LoadCurve
 from roughcontact.contact.result import CALIBRATED
 from roughcontact.references import make_use
@@ -18,11 +17,9 @@ from roughcontact.report.kind import (
     CAUTIONS,
     TRUST,
     Column,
-    Columns,
     Quantity,
-    Table,
-    pick_quantities,
-    quantity_of,
+    profile_columns,
+    profile_table,
 )
 from roughcontact.units import format_percent, order_of_magnitude
 
@@ -40,8 +37,7 @@ def certificates_of() -> Quantity:
     """Return the quantity of the largest certificate."""
     return Quantity(
         "worst_certificate",
-        "certificates",
-        symbol="ε",
+        "certificates $ε$",
         of=lambda result: max(step.certificate for step in result.steps),
         form=lambda v: f"{v:.1e} at most",
         part=TRUST,
@@ -61,27 +57,24 @@ def given_loads_of(unit: Callable[[Any], str] = lambda _: "N") -> Quantity:
     return Quantity(
         "given_loads",
         "loads given as",
-        of=lambda r: [item.summary() for item in r.specified_load],
+        of="specified_load",
         text=lambda r: phrases.given_loads(r.specified_load, unit(r)),
-        when=lambda r: bool(r.specified_load),
     )
 
 
-CURVE: Table = (
+CURVE = (
     Quantity("source"),
-    Quantity("preparation", of=lambda curve: list(curve.preparation)),
+    Quantity("preparation"),
     Quantity("control"),
     given_loads_of(lambda curve: "N/m" if curve.is_profile else "N"),
-    Quantity("boundary", of=lambda curve: str(curve.boundary)),
-    Quantity("nominal_area", unit="m²"),
-    Quantity("contact_modulus", unit="Pa"),
-    Quantity("rms_gradient", "root-mean-square slope", symbol="h′"),
-    Quantity("ceiling", unit="Pa", of=ceiling_stored),
+    Quantity("boundary"),
+    Quantity("nominal_area", "[m²]"),
+    Quantity("contact_modulus", "[Pa]"),
+    Quantity("rms_gradient", "root-mean-square slope $h′$"),
+    Quantity("ceiling", "[Pa]", of=ceiling_stored),
     Quantity(
         "low_load_slope",
-        "low-load slope",
-        symbol="κ",
-        meaning="of A = κ W/(E* h′)",
+        "low-load slope $κ$: of A = κ W/(E* h′)",
         text=_slope,
         when=lambda curve: math.isfinite(curve.low_load_slope),
     ),
@@ -102,7 +95,7 @@ def _contact_intervals(curve: LoadCurve) -> list[str]:
     ]
 
 
-_INTERVALS: Columns = (
+_INTERVALS = (
     Column(
         "contact",
         "95 of 100",
@@ -114,7 +107,7 @@ _INTERVALS: Columns = (
     *(
         Column(
             f"{name}_{end}",
-            unit=unit,
+            f"[{unit}]",
             of=partial(_ends, name=name, end=end),
             when=lambda curve: bool(curve.intervals),
         )
@@ -132,100 +125,74 @@ _INTERVALS: Columns = (
 """Columns of the intervals of each step of a `LoadCurve`, if computed."""
 
 
-def _of_base(key: str, name: str, unit: str, **shown: Any) -> Column:
+def _of_base(key: str, label: str, **shown: Any) -> Column:
     """Return the column of a quantity under the ceiling of the base of a coated body."""
-    return Column(
-        f"base_{key}",
-        f"{name} (base)" if name else "",
-        unit=unit,
-        of=lambda curve: curve.base.column(key).tolist(),
-        when=lambda curve: curve.base is not None,
-        **shown,
-    )
+    return Column(f"base_{key}", label, of=f"base.steps.{key}", **shown)
 
 
-_BASE: Columns = (
+_BASE = (
     _of_base(
         "contact_area",
-        "contact",
-        "m²",
+        "contact (base) [m²]",
         shown=lambda curve: share_of("contact_area")(curve.base),
         form=format_percent,
     ),
-    _of_base("saturated_area", "", "m²"),
-    _of_base("mean_gap", "mean gap", "m", brief=False),
-    _of_base("approach", "", "m"),
-    _of_base("stiffness", "", "N/m"),
+    _of_base("saturated_area", "[m²]"),
+    _of_base("mean_gap", "mean gap (base) [m]", brief=False),
+    _of_base("approach", "[m]"),
+    _of_base("stiffness", "[N/m]"),
 )
 """Columns of the steps of the ``base`` of a `LoadCurve`."""
 
 
-CURVE_COLUMNS: Columns = (
-    Column("load", "load", unit="N"),
-    Column("approach", "approach", unit="m"),
+CURVE_COLUMNS = (
+    Column("load", "load [N]"),
+    Column("approach", "approach [m]"),
+    Column("contact_area", "contact [m²]", shown=share_of("contact_area"), form=format_percent),
+    Column("perimeter_corrected_area", "[m²]"),
     Column(
-        "contact_area", "contact", unit="m²", shown=share_of("contact_area"), form=format_percent
+        "saturated_area", "saturated [m²]", shown=share_of("saturated_area"), form=format_percent
     ),
-    Column("perimeter_corrected_area", unit="m²"),
-    Column(
-        "saturated_area", "saturated", "m²", shown=share_of("saturated_area"), form=format_percent
-    ),
-    Column("max_pressure", "largest pressure", unit="Pa", brief=False),
-    Column("mean_gap", "mean gap", unit="m"),
-    Column("stiffness", "stiffness", unit="N/m"),
-    Column("unloading_stiffness", unit="N/m"),
+    Column("max_pressure", "largest pressure [Pa]", brief=False),
+    Column("mean_gap", "mean gap [m]"),
+    Column("stiffness", "stiffness [N/m]"),
+    Column("unloading_stiffness", "[N/m]"),
     Column("spots", "spots"),
-    Column("mean_spot_area", unit="m²"),
-    Column("largest_spot_area", unit="m²"),
+    Column("mean_spot_area", "[m²]"),
+    Column("largest_spot_area", "[m²]"),
     Column("certificate", "certificate", form=order_of_magnitude, brief=False),
     Column("load_error"),
     Column(
         "pressure_ceiling",
-        "ceiling",
-        unit="Pa",
+        "ceiling [Pa]",
         of=lambda c: c.column("ceiling"),
         when=lambda c: isinstance(c.ceiling, str),
     ),
     Column("convolutions"),
-    Column("seconds", unit="s"),
-    Column("constriction_length", unit="m", of=lambda c: c.constriction_length.tolist()),
-    Column("persson_contact_area", unit="m²", of=lambda c: c.persson[0].tolist()),
-    Column("persson_saturated_area", unit="m²", of=lambda c: c.persson[1].tolist()),
+    Column("seconds", "[s]"),
+    Column("constriction_length", "[m]"),
+    Column("persson_contact_area", "[m²]", of=lambda c: c.persson[0]),
+    Column("persson_saturated_area", "[m²]", of=lambda c: c.persson[1]),
     *_INTERVALS,
     *_BASE,
 )
 """Columns of the steps of a `LoadCurve`."""
 
 
-def _column(key: str, new: str = "", **changes: Any) -> Column:
-    result = next(column for column in CURVE_COLUMNS if column.key == key)
-    of = result.of or (lambda curve: [getattr(step, key) for step in curve.steps])
-    return replace(result, key=new or key, of=of, **changes)
-
-
-PROFILE_CURVE: Table = (
-    *pick_quantities(CURVE, "source", "preparation", "control", "given_loads"),
+PROFILE_CURVE = (
+    *profile_table(
+        CURVE, "low_load_slope", boundary={"of": lambda curve: BOUNDARY[curve.boundary][0]}
+    ),
     Quantity("kind", of=lambda _: "profile"),
-    Quantity("boundary", of=lambda curve: BOUNDARY[curve.boundary][0]),
-    Quantity("length", unit="m", of="nominal_area"),
-    *pick_quantities(CURVE, "contact_modulus", "rms_gradient", "ceiling", "warnings", "cautions"),
-    quantity_of(CURVE, "worst_certificate"),
 )
 """Quantities of a `LoadCurve` of profiles."""
 
 
-PROFILE_CURVE_COLUMNS: Columns = (
-    _column("load", unit=LOAD),
-    _column("approach"),
-    _column("contact_area", "contact_length", unit="m", shown=share_of("contact_area")),
-    _column("saturated_area", "saturated_length", unit="m", shown=share_of("saturated_area")),
-    *(_column(key) for key in ("max_pressure", "mean_gap")),
-    *(_column(key, unit="N/m/m") for key in ("stiffness", "unloading_stiffness")),
-    _column("spots", "segments", name="segments"),
-    _column("mean_spot_area", "mean_segment", unit="m"),
-    _column("largest_spot_area", "largest_segment", unit="m"),
-    *(_column(key) for key in ("certificate", "load_error", "pressure_ceiling")),
-    *(_column(key) for key in ("convolutions", "seconds")),
+PROFILE_CURVE_COLUMNS = profile_columns(
+    CURVE_COLUMNS,
+    *("perimeter_corrected_area", "constriction_length"),
+    *("persson_contact_area", "persson_saturated_area"),
+    *(column.key for column in (*_INTERVALS, *_BASE)),
 )
 """Columns of the steps of a `LoadCurve` of profiles."""
 

@@ -162,9 +162,7 @@ roughcontact sweep ground.x3p --from "10 MPa" --to "300 MPa" \\
             short_help=((FROM, "1 MPa"), (TO, "100 MPa")),
         ),
     ),
-    presentations={
-        "LoadCurve": ("analyses.sweep.report:PROFILE_KIND", "analyses.sweep.report:KIND")
-    },
+    presentations={"LoadCurve": "analyses.sweep.report:CurvePresentation"},
 )
 
 

@@ -153,7 +153,5 @@ roughcontact tangential ground.x3p --load "100 MPa" --boundary periodic \\
             short_help=((FRICTION, "0.15"),),
         ),
     ),
-    presentations={
-        "Tangential": ("analyses.tangential.report:PROFILE_KIND", "analyses.tangential.report:KIND")
-    },
+    presentations={"Tangential": "analyses.tangential.report:TangentialPresentation"},
 )

@@ -116,5 +116,5 @@ roughcontact wear ground.x3p --load "50 MPa" --wear "1e-15 m2/N" \\
             short_help=((WEAR, "1e-15 m2/N"), (DISTANCE, "1 m")),
         ),
     ),
-    presentations={"Wear": ("analyses.wear.report:KIND",)},
+    presentations={"Wear": "analyses.wear.report:WearPresentation"},
 )

@@ -1,0 +1,390 @@
+"""Presentation of a result: its quantities, sentences and figures, and the report of them."""
+
+from __future__ import annotations
+
+import os
+import pkgutil
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from functools import cached_property, partial
+from operator import attrgetter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from roughcontact._tools.files import require_suffix, to_json, write_atomically
+from roughcontact._tools.netcdf import Dataset
+from roughcontact._version import __version__
+from roughcontact.contact import plausibility
+from roughcontact.contact.result import ContactResult
+from roughcontact.errors import InputError
+from roughcontact.references import NO_REFERENCES, References
+from roughcontact.report import (
+    assumptions,
+    chapters,
+    citations,
+    inputs,
+    page,
+    phrases,
+    python_script,
+)
+from roughcontact.report.figures import FRONT, RESULTS, Illustrations, Plots
+from roughcontact.report.kind import (
+    ANSWER,
+    PROBLEM,
+    TRUST,
+    Cells,
+    CellTable,
+    Columns,
+    Headline,
+    Row,
+    Table,
+    Use,
+    csv_text,
+    first_and_last,
+    listing_of,
+    quantity_of,
+    rows_of,
+    stored_columns,
+    stored_only,
+    stored_values,
+)
+from roughcontact.report.page import PLAIN, Block, Chapter, Edition, Front
+from roughcontact.result import presentation as connected_module
+from roughcontact.units import format_engineering, format_percent
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.figure import Figure
+
+
+def presentation_of(result: Any, **more: Any) -> Presentation:
+    """Return the presentation of a result; raise `TypeError` for other objects."""
+    for base in type(result).__mro__:
+        place = connected_module().presentations.get(base.__name__)
+        if place is not None:
+            return pkgutil.resolve_name(f"roughcontact.{place}")(result, **more)
+    raise TypeError(f"there is no kind of results for a {type(result).__name__}")
+
+
+# Maximum number of rows of steps in a report.
+_MAX_ROWS = 24
+
+
+class Presentation:
+    """Presentation of a result in console, report, app and files.
+
+    Each class of results has a subclass; a method that it does not override shows nothing, or what
+    follows from the contact of the result. A resolution study and the stress at first yield are
+    shown with the result; without ``is_drawn``, as on the console, no figures are.
+    """
+
+    table: Table = ()  # Quantities of the result
+    columns: Columns = ()  # Quantities of each step
+    is_listed = False  # Whether the summary includes the columns
+    front: Sequence[tuple[str, str]] = ()  # Columns of the first table, with their heads
+    figures: Illustrations = ()  # Figures of reports and of `--figures`
+    plots: Plots = ()  # Figures of `result.plot`, the default first
+    profile_table: Table = ()  # The same for profiles, if others
+    profile_columns: Columns = ()
+    profile_figures: Illustrations = ()
+    profile_plots: Plots = ()
+    contact_name = ""  # Attribute of the result that holds its contact, if any
+
+    def __init__(
+        self, result: Any, study: Any = None, onset: Any = None, is_drawn: bool = True
+    ) -> None:
+        self.result, self.study, self.onset, self.is_drawn = result, study, onset, is_drawn
+
+    # --- Methods that subclasses override ---
+
+    @cached_property
+    def contact(self) -> ContactResult | None:
+        """Contact that the result is computed from, if any."""
+        return attrgetter(self.contact_name)(self.result) if self.contact_name else None
+
+    @cached_property
+    def report_contact(self) -> ContactResult | None:
+        """Contact whose inputs and results the report includes, if any."""
+        return self.contact
+
+    @property
+    def is_profile(self) -> bool:
+        """Whether the bodies are profiles."""
+        return self.contact is not None and self.contact.pair.is_profile
+
+    @property
+    def scene(self) -> Any:
+        """Scene of the figures."""
+        return self.result
+
+    def question(self) -> str:
+        """Return the question that the result answers: the title of a report."""
+        return ""
+
+    def problem(self) -> str:
+        """Return bodies and load in one line."""
+        return "" if self.contact is None else phrases.problem(self.contact)
+
+    def answer(self) -> str:
+        """Return the answer in one sentence, with its interval."""
+        return ""
+
+    def numbers(self) -> CellTable:
+        """Return head and rows of the key quantities: by default some columns of the steps."""
+        if not self.front:
+            return self.listing(brief=True)
+        known, columns = {column.key: column for column in self.own("columns")}, []
+        for key, head in self.front:
+            column, digits = known[key], phrases.DIGITS
+            form = phrases.format_share if column.form is format_percent else column.form
+            label = f"{head} [{column.unit}]"
+            columns.append(replace(column, label=label, form=form, digits=digits))
+        return listing_of(columns, self.result)
+
+    def remarks(self) -> Iterable[str]:
+        """Return the sources of the interval, and the accuracy, one line each."""
+        return ()
+
+    def meaning(self) -> str:
+        """Return the meaning of the result in a sentence or two."""
+        if self.report_contact is None or not self.report_contact.load:
+            return ""
+        under = format_engineering(
+            self.report_contact.total_load, self.report_contact.pair.load_unit
+        )
+        text = phrases.regime(
+            self.report_contact, in_layers=bool(getattr(self.result, "faces", ()))
+        )
+        return text and f"{text} (Under {under}.)"
+
+    def inputs(self) -> list[Block]:
+        """Return the blocks on maps, bodies and load."""
+        if self.report_contact is None:
+            return chapters.quantities(self.rows(PROBLEM))
+        contact = presentation_of(self.report_contact)
+        rows = [
+            *self.rows(PROBLEM),
+            contact.row(self.report_contact.control),
+            *contact.rows(PROBLEM),
+        ]
+        specified = {row.key: row for row in reversed(rows)}.values()
+        return [
+            *chapters.map_blocks(self.report_contact, self.is_drawn),
+            *chapters.body_blocks(
+                (self.report_contact.material, self.report_contact.counter_material),
+                reversed(specified),
+                inputs.bodies("ceiling"),
+            ),
+        ]
+
+    def details(self) -> list[Block]:
+        """Return further blocks of results."""
+        return []
+
+    def contact_blocks(self) -> list[Block]:
+        """Return the blocks of a contact in reports on other results."""
+        return []
+
+    def uncertainty(self) -> list[Block]:
+        """Return the blocks on the intervals of the contact."""
+        if self.report_contact is None:
+            return []
+        return presentation_of(self.report_contact, study=self.study).uncertainty()
+
+    def case(self) -> assumptions.Case | None:
+        """Return the case of the assumptions, if the model makes those of a contact."""
+        return (
+            None if self.report_contact is None else assumptions.contact_case(self.report_contact)
+        )
+
+    def method(self) -> Iterable[str]:
+        """Return the paragraphs on the method, in addition to those of a contact."""
+        return ()
+
+    def sentences(self) -> Iterable[str]:
+        """Return the sentences on the model that precede the quantities."""
+        return ()
+
+    def checks(self) -> tuple[str, ...]:
+        """Return the performed checks."""
+        return (
+            ()
+            if self.report_contact is None
+            else plausibility.performed_checks(self.report_contact)
+        )
+
+    def script(self) -> tuple[str, str]:
+        """Return a Python script that repeats the result, and what it solves."""
+        if self.report_contact is None:
+            return "", ""
+        is_whole = self.report_contact is self.result
+        what = "the same problem" if is_whole else "the contact under the largest load"
+        return python_script.script_of_result(self.report_contact), what
+
+    def works(self) -> Iterable[Use]:
+        """Return the works cited for the result, without those of its contact."""
+        return ()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the steps of the result as a table, or the whole result as JSON."""
+        require_suffix(path, *((".csv", ".json") if self.columns else (".json",)))
+        table = Path(path).suffix.lower() == ".csv"
+        text = (
+            csv_text(self.own("columns"), self.result) if table else f"{to_json(self.summary())}\n"
+        )
+        write_atomically(path, text)
+
+    def dataset(self) -> Dataset:
+        """Return the content of a NetCDF file."""
+        raise InputError(f"{type(self.result).__name__} has no NetCDF form: use to_pandas()")
+
+    # --- Quantities ---
+
+    def own(self, name: str) -> Any:
+        """Return a table of the class by name; for a profile that of profiles, if there is one."""
+        return (self.is_profile and getattr(self, f"profile_{name}")) or getattr(self, name)
+
+    def rows(self, part: str = ANSWER, brief: bool = False) -> list[Row]:
+        """Return the rows of the result; see `rows_of`."""
+        return rows_of(self.own("table"), self.result, part, brief)
+
+    def row(self, key: str) -> Row:
+        """Return the row of one quantity."""
+        return quantity_of(self.own("table"), key).row(self.result)
+
+    def listing(self, brief: bool = False) -> tuple[Cells, list[Cells]]:
+        """Return the head and the rows of the steps; see `listing_of`."""
+        return listing_of(self.own("columns"), self.result, brief)
+
+    def headline(self) -> Headline:
+        """Return problem, answer, key quantities and remarks."""
+        heads, rows = self.numbers()
+        remarks = tuple(filter(None, self.remarks()))
+        return Headline(self.problem(), self.answer(), heads, first_and_last(rows), remarks)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the values of the result by name, in SI units, ready for JSON."""
+        numbers = stored_values(self.own("table"), self.result)
+        if self.is_listed:
+            numbers |= {**stored_columns(self.own("columns"), self.result), "version": __version__}
+        return numbers
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the steps of the result as a pandas table, or its quantities as one row."""
+        import pandas
+
+        table = [item for item in self.own("table") if item.stored]
+        data: Any = [stored_values(table, self.result)]
+        if self.columns:
+            table = stored_only(self.own("columns"), self.result)
+            data = {column.key: column.values(self.result) for column in table}
+        frame = pandas.DataFrame(data)
+        frame.attrs["units"] = {item.key: item.unit for item in table}
+        return frame
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the result as an xarray dataset."""
+        return self.dataset().to_xarray()
+
+    def references(self) -> References:
+        """Return the works cited for the result, by use."""
+        contact = () if self.contact is None else citations.contact_references(self.contact)
+        return sum((References((use,)) for use in (*contact, *self.works())), NO_REFERENCES)
+
+    def drawings(self) -> dict[str, Callable[[], Figure]]:
+        """Return the functions that draw the figures of files, by name."""
+        return {
+            item.name: partial(item.draw, self.scene) for item in self.own("figures") if item.name
+        }
+
+    # --- Blocks of the report ---
+
+    def steps(self, count: int = _MAX_ROWS) -> list[Block]:
+        """Return the block of the steps, at most ``count`` of them, evenly spaced."""
+        head, rows = self.listing()
+        chosen = chapters.evenly_spaced(rows, count)
+        blocks = chapters.table(chosen, head)
+        if len(chosen) < len(rows):
+            blocks.append(Block("small", f"{len(chosen)} of {len(rows)} steps; files have all."))
+        return blocks
+
+    def figure_blocks(self, chapter: str = RESULTS) -> list[Block]:
+        """Return the blocks of the figures of a chapter."""
+        scene = self.scene if self.is_drawn else None
+        return chapters.figure_blocks(self.own("figures"), scene, chapter)
+
+    def results(self) -> list[Block]:
+        """Return the blocks of all results."""
+        _, rows = self.listing()
+        # The first page may show all columns and rows.
+        is_own = self.front or type(self).numbers is not Presentation.numbers
+        is_front = not is_own and first_and_last(rows) == rows
+        contact = (
+            self.report_contact
+            if self.report_contact is not None and self.report_contact.load
+            else None
+        )
+        return [
+            *chapters.quantities(self.rows()),
+            *([] if is_front else self.steps()),
+            *self.figure_blocks(),
+            *self.details(),
+            *([] if contact is None else presentation_of(contact).contact_blocks()),
+        ]
+
+    def tables(self) -> list[Block]:
+        """Return the content of a report except its figures and method."""
+        stated = [*self.inputs(), *self.results(), *self.uncertainty()]
+        return [*stated, Block("text", " ".join(self.sentences())), *self.trust_blocks()]
+
+    def trust_blocks(self, checked: Sequence[str] | None = None) -> list[Block]:
+        """Return the blocks on the accuracy of the result and the checks performed."""
+        checked = self.checks() if checked is None else checked
+        rows = [(row.title, row.text) for row in self.rows(TRUST, brief=True)]
+        if not rows and self.report_contact is not None and self.report_contact is not self.result:
+            return presentation_of(self.report_contact).trust_blocks(checked)
+        return [
+            *chapters.table(rows, style="key"),
+            *([Block("small", f"Checked: {', '.join(checked)}.")] if checked else []),
+        ]
+
+    def _assumption_blocks(self) -> list[Block]:
+        case = self.case()
+        if case is None:
+            return []
+        explained = Block("small", "The user guide explains each assumption: “Assumptions”.")
+        return [explained, *chapters.table(assumptions.assumption_rows(case), assumptions.HEAD)]
+
+    def _front(self) -> Front:
+        lead = next(iter(self.figure_blocks(FRONT)), None)
+        return Front(
+            self.question(),
+            self.headline(),
+            self.meaning(),
+            lead and lead.content,
+            self.result.cautions,
+            getattr(self.result, "status", "converged"),
+        )
+
+    def render(self, edition: Edition = PLAIN) -> str:
+        """Return the report as the text of an HTML file."""
+        texts = [*self.method(), " ".join(self.sentences())]
+        if self.report_contact is not None:
+            texts += chapters.certificate(self.report_contact)
+        version = getattr(self.result, "version", "")
+        cited = [work.text for work in self.references() if work.authors or work.year]
+        sections: dict[str, list[Block]] = {
+            "Input": self.inputs(),
+            "Results": self.results(),
+            "Uncertainty": self.uncertainty(),
+            "Assumptions": self._assumption_blocks(),
+            "Method and certificate": [
+                *(Block("text", text) for text in texts if text),
+                *self.trust_blocks(),
+            ],
+            "How to repeat": chapters.script_blocks(version, edition.command, *self.script()),
+            "References": [Block("list", cited)],
+        }
+        chapters_shown = [Chapter(title, blocks) for title, blocks in sections.items() if blocks]
+        return page.render(self._front(), chapters_shown, edition)
