@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -104,14 +105,11 @@ def table_of(surface: Surface) -> Table:
     return TRACE if surface.is_profile else SURFACE
 
 
-def _strength(name: str) -> Callable[[Material], str]:
-    def text(body: Material) -> str:
-        value: float | None = getattr(body, name)
-        if value is None:
-            return ABSENT if phrases.is_rigid(body) else "not given"
-        return format_engineering(value, "Pa")
-
-    return text
+def _strength(body: Material, name: str) -> str:
+    value: float | None = getattr(body, name)
+    if value is None:
+        return ABSENT if phrases.is_rigid(body) else "not given"
+    return format_engineering(value, "Pa")
 
 
 BODY = (
@@ -130,11 +128,14 @@ BODY = (
         text=lambda b: ABSENT if phrases.is_rigid(b) else f"{b.poisson:g}",
     ),
     Quantity(
-        "yield_strength", "yield strength $σ_Y$ [Pa]", text=_strength("yield_strength"), when=always
+        "yield_strength",
+        "yield strength $σ_Y$ [Pa]",
+        text=partial(_strength, name="yield_strength"),
+        when=always,
     ),
     Quantity("coating", "coating, outermost first", text=phrases.coating),
     Quantity("hardening", "hardening", of=phrases.hardening, stored=False),
-    Quantity("hardness", "hardness [Pa]", text=_strength("hardness"), when=always),
+    Quantity("hardness", "hardness [Pa]", text=partial(_strength, name="hardness"), when=always),
 )
 """Quantities of a `Material`."""
 
@@ -176,15 +177,10 @@ class Measured(NamedTuple):
     leveled: Surface
 
 
-def _both(name: str, unit: str) -> Quantity:
-    def text(result: Measured) -> str:
-        first, second = (
-            format_value(getattr(surface, name), unit)
-            for surface in (result.surface, result.leveled)
-        )
-        return f"{first}, after plane {second}"
-
-    return Quantity(name, f"{name} [{unit}]", of=f"surface.{name}", text=text)
+def _both(result: Measured, name: str, unit: str) -> str:
+    both = (result.surface, result.leveled)
+    first, second = (format_value(getattr(surface, name), unit) for surface in both)
+    return f"{first}, after plane {second}"
 
 
 # Str below which a texture is directional, and from which it is isotropic; skewness and excess
@@ -326,9 +322,9 @@ _MISSING_PART = (
 
 FILE = (
     *(delegated("surface", quantity) for quantity in SURFACE if quantity.key != "missing"),
-    _both("Sq", "m"),
+    Quantity("Sq", "Sq [m]", of="surface.Sq", text=partial(_both, name="Sq", unit="m")),
     Quantity("Sq_leveled", "[m]", of="leveled.Sq"),
-    _both("Sdq", "1"),
+    Quantity("Sdq", "Sdq", of="surface.Sdq", text=partial(_both, name="Sdq", unit="1")),
     Quantity("Sdq_leveled", of="leveled.Sdq"),
     delegated("surface", quantity_of(SURFACE, "missing")),
     *_MISSING_PART,

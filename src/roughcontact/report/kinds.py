@@ -10,6 +10,7 @@ from collections.abc import Callable
 from functools import partial, update_wrapper
 from typing import TYPE_CHECKING, Any
 
+from roughcontact._tools.files import write_atomically
 from roughcontact.cautions import Severity
 from roughcontact.errors import InputError
 from roughcontact.report import page
@@ -47,7 +48,7 @@ def report(result: Any, path: str | os.PathLike[str], edition: Edition, **more: 
     shown = presentation_of(result, **more)
     if not shown.question():
         raise InputError(f"there is no report on a {type(result).__name__} alone")
-    page.save(shown.render(edition), path)
+    write_atomically(path, shown.render(edition))
 
 
 def render(result: Any, edition: Edition = PLAIN, **more: Any) -> str:

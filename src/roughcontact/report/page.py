@@ -14,7 +14,6 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from roughcontact._tools.files import write_atomically
 from roughcontact._tools.text import replace_unprintable
 from roughcontact._version import __version__
 from roughcontact.cautions import Caution, CautionTag, Severity
@@ -147,12 +146,6 @@ class Edition:
 
 PLAIN = Edition()
 """Edition without a command, with the date of today."""
-
-
-def save(text: str, path: str | os.PathLike[str]) -> None:
-    """Write a page to an HTML file; the file appears only when complete."""
-    check_path(path)
-    write_atomically(path, text)
 
 
 def check_path(path: str | os.PathLike[str]) -> None:

@@ -356,17 +356,6 @@ class Presentation:
         explained = Block("small", "The user guide explains each assumption: “Assumptions”.")
         return [explained, *chapters.table(assumptions.assumption_rows(case), assumptions.HEAD)]
 
-    def _front(self) -> Front:
-        lead = next(iter(self.figure_blocks(FRONT)), None)
-        return Front(
-            self.question(),
-            self.headline(),
-            self.meaning(),
-            lead and lead.content,
-            self.result.cautions,
-            getattr(self.result, "status", "converged"),
-        )
-
     def render(self, edition: Edition = PLAIN) -> str:
         """Return the report as the text of an HTML file."""
         texts = [*self.method(), " ".join(self.sentences())]
@@ -387,4 +376,13 @@ class Presentation:
             "References": [Block("list", cited)],
         }
         chapters_shown = [Chapter(title, blocks) for title, blocks in sections.items() if blocks]
-        return page.render(self._front(), chapters_shown, edition)
+        lead = next(iter(self.figure_blocks(FRONT)), None)
+        front = Front(
+            self.question(),
+            self.headline(),
+            self.meaning(),
+            lead and lead.content,
+            self.result.cautions,
+            getattr(self.result, "status", "converged"),
+        )
+        return page.render(front, chapters_shown, edition)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from roughcontact.material.material import Conductor
 from roughcontact.references import make_use
 from roughcontact.report import phrases
 from roughcontact.report.figures import FRONT, Illustration
-from roughcontact.report.kind import CAUTIONS, CellTable, Column, Columns, Quantity, Use
+from roughcontact.report.kind import CAUTIONS, CellTable, Column, Quantity, Use
 from roughcontact.report.page import MIDDLE, WIDE
 from roughcontact.report.phrases import format_short, range_text
 from roughcontact.report.presentation import Presentation
@@ -66,19 +67,15 @@ def _has_filling_estimate(result: joint.Conductance) -> bool:
     return _thermal(result) and _by_area(result) and result.filling is None
 
 
-def _in_gap(filling: str) -> Callable[[joint.Conductance], str]:
-    """Return a formatter of h with a filled gap, and its excess, at both ends of the loads."""
-
-    def text(result: joint.Conductance) -> str:
-        whole = result.filled_conductance(filling)
-        with np.errstate(divide="ignore"):
-            added = result.column(f"{filling}_gap") / result.thermal_conductance
-        return " to ".join(
-            f"{format_engineering(whole[end], 'W/(m² K)', 3)} ({format_change(added[end])})"
-            for end in sorted({0, len(result.steps) - 1})
-        )
-
-    return text
+def _in_gap(result: joint.Conductance, filling: str) -> str:
+    """Return h with a filled gap, and its excess, at both ends of the loads."""
+    whole = result.filled_conductance(filling)
+    with np.errstate(divide="ignore"):
+        added = result.column(f"{filling}_gap") / result.thermal_conductance
+    return " to ".join(
+        f"{format_engineering(whole[end], 'W/(m² K)', 3)} ({format_change(added[end])})"
+        for end in sorted({0, len(result.steps) - 1})
+    )
 
 
 def _share_of_gap(result: joint.Conductance) -> str:
@@ -99,47 +96,14 @@ def _has_current(result: joint.Conductance) -> bool:
     return result.current is not None
 
 
-def _filled_by(name: str) -> Callable[[joint.Conductance], list[float]]:
-    return lambda result: result.filled_conductance(name).tolist()
+def _filled_by(name: str) -> Callable[[joint.Conductance], Any]:
+    return lambda result: result.filled_conductance(name)
 
 
-def _fillings() -> tuple[Quantity, ...]:
-    return tuple(
-        Quantity(
-            f"with_{name}",
-            f"with {name} in the gap [W/(m² K)]",
-            stored=False,
-            when=_has_filling_estimate,
-            of=_filled_by(name),
-            text=_in_gap(name),
-        )
-        for name in ("air", "oil")
-    )
-
-
-def _filled_columns() -> Columns:
-    return tuple(
-        Column(
-            f"thermal_conductance_{name}",
-            f"with {name} [W/(m² K)]",
-            of=_filled_by(name),
-            when=_has_filling_estimate,
-        )
-        for name in ("air", "oil")
-    )
-
-
-def _ratio(
-    name: str, within: tuple[float, float] = (0.0, math.inf)
-) -> Callable[[joint.Conductance], list[str]]:
-    """Return a formatter of estimated over computed constriction length, within a range."""
-
-    def format_ratios(result: joint.Conductance) -> list[str]:
-        ratios = result.column(name) / result.column("length")
-        low, high = within
-        return [f"{ratio:.3g}" if low <= ratio <= high else "–" for ratio in ratios.tolist()]
-
-    return format_ratios
+def _ratio(result: joint.Conductance, name: str, low: float, high: float) -> list[str]:
+    """Return the estimated over the computed constriction length, within a range."""
+    ratios = result.column(name) / result.column("length")
+    return [f"{ratio:.3g}" if low <= ratio <= high else "–" for ratio in ratios.tolist()]
 
 
 def _correlation_words(values: dict[str, float]) -> str:
@@ -170,7 +134,17 @@ CONDUCTANCE = (
     Quantity("gap", "gap", of="filling", text=lambda r: f"{r.filling.name}: {_share_of_gap(r)}"),
     Quantity("temperature", "[K]"),
     Quantity("current", "[A]"),
-    *_fillings(),
+    *(
+        Quantity(
+            f"with_{name}",
+            f"with {name} in the gap [W/(m² K)]",
+            stored=False,
+            when=_has_filling_estimate,
+            of=_filled_by(name),
+            text=partial(_in_gap, filling=name),
+        )
+        for name in ("air", "oil")
+    ),
     Quantity(
         "coarser",
         "on a coarser grid",
@@ -203,9 +177,25 @@ CONDUCTANCE_COLUMNS = (
     Column("hottest", "[K]", when=_has_current),
     Column("gap_conductance", "gap [W/(m² K)]", when=_has_filling, of="steps.filled_gap"),
     Column("joint_conductance", "joint [W/(m² K)]", when=_has_filling),
-    *_filled_columns(),
-    Column("greenwood_length", "Greenwood [m]", shown=_ratio("greenwood_length", joint.DISCS)),
-    Column("correlation_length", "correlation [m]", shown=_ratio("correlation_length")),
+    *(
+        Column(
+            f"thermal_conductance_{name}",
+            f"with {name} [W/(m² K)]",
+            of=_filled_by(name),
+            when=_has_filling_estimate,
+        )
+        for name in ("air", "oil")
+    ),
+    Column(
+        "greenwood_length",
+        "Greenwood [m]",
+        shown=lambda r: _ratio(r, "greenwood_length", *joint.DISCS),
+    ),
+    Column(
+        "correlation_length",
+        "correlation [m]",
+        shown=lambda r: _ratio(r, "correlation_length", 0.0, math.inf),
+    ),
 )
 """Columns of the loads of a `Conductance`."""
 
@@ -351,7 +341,7 @@ class ConductancePresentation(Presentation):
             yield f"Contact: {' to '.join(format_short(solid[end], 'W/(m² K)') for end in ends)}"
             yield f"Gap ({result.filling.name}): {_share_of_gap(result)}"
         elif _has_filling_estimate(result):
-            yield f"Gas is not included. With air in the gap: {_in_gap('air')(result)}"
+            yield f"Gas is not included. With air in the gap: {_in_gap(result, 'air')}"
         if result.current is not None:
             amperes = format_short(result.current, "A")
             voltage = format_short(float(result.voltage[0]), "V")

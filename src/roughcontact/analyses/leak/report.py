@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -84,33 +85,27 @@ def _coarser(result: Leakage) -> str:
     )
 
 
-def _narrowest(axis: int) -> Callable[[Leakage], dict[str, float] | None]:
-    def constriction(result: Leakage) -> dict[str, float] | None:
-        place = result.steps[-1].constriction[axis]
-        if place is None:
-            return None
-        y, x = (
-            (index + 0.5) * edge
-            for index, edge in zip(place.place, result.largest.pair.pixel, strict=True)
-        )
-        return {"gap": place.gap, "y": y, "x": x}
-
-    return constriction
+def _narrowest(result: Leakage, axis: int) -> dict[str, float] | None:
+    place = result.steps[-1].constriction[axis]
+    if place is None:
+        return None
+    y, x = (
+        (index + 0.5) * edge
+        for index, edge in zip(place.place, result.largest.pair.pixel, strict=True)
+    )
+    return {"gap": place.gap, "y": y, "x": x}
 
 
-def _place(axis: int) -> Callable[[Leakage], str]:
-    def format_constriction(result: Leakage) -> str:
-        place = _narrowest(axis)(result)
-        if place is None:
-            return "no way through"
-        y, x = (format_engineering(place[name], "m") for name in ("y", "x"))
-        return f"{format_engineering(place['gap'], 'm')} at y {y}, x {x}"
-
-    return format_constriction
+def _place(result: Leakage, axis: int) -> str:
+    place = _narrowest(result, axis)
+    if place is None:
+        return "no way through"
+    y, x = (format_engineering(place[name], "m") for name in ("y", "x"))
+    return f"{format_engineering(place['gap'], 'm')} at y {y}, x {x}"
 
 
-def _has_axis(axis: int) -> Callable[[Leakage], bool]:
-    return lambda result: axis in result.axes
+def _has_axis(result: Leakage, axis: int) -> bool:
+    return axis in result.axes
 
 
 def _digits(unit: str) -> Callable[[float], str]:
@@ -183,9 +178,9 @@ _TABLE = (
         Quantity(
             f"narrowest_{name}",
             f"narrowest place along {name}",
-            of=_narrowest(axis),
-            text=_place(axis),
-            when=_has_axis(axis),
+            of=partial(_narrowest, axis=axis),
+            text=partial(_place, axis=axis),
+            when=partial(_has_axis, axis=axis),
         )
         for axis, name in enumerate(AXES)
     ),

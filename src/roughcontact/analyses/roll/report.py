@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -61,16 +62,10 @@ def _last(key: str) -> Callable[[RollingResult], Any]:
     return lambda rolling: getattr(rolling.passes[-1], key)
 
 
-def _ran_in(key: str) -> Callable[[RollingResult], str]:
-    def text(rolling: RollingResult) -> str:
-        surface = rolling.result.solution.surface
-        before, after = (
-            format_engineering(value, "m", 3)
-            for value in (surface.roughness()[key], getattr(rolling.passes[-1], key))
-        )
-        return f"{before} before, {after} after"
-
-    return text
+def _ran_in(rolling: RollingResult, key: str) -> str:
+    heights = rolling.result.solution.surface.roughness()[key], getattr(rolling.passes[-1], key)
+    before, after = (format_engineering(value, "m", 3) for value in heights)
+    return f"{before} before, {after} after"
 
 
 def _friction(rolling: RollingResult) -> float:
@@ -119,8 +114,8 @@ ROLLING = (
         "tension is positive",
         of=_last("in_plane_stress"),
     ),
-    Quantity("Sq", "Sq [m]", of=_last("Sq"), text=_ran_in("Sq")),
-    Quantity("Spk", "Spk [m]", of=_last("Spk"), text=_ran_in("Spk")),
+    Quantity("Sq", "Sq [m]", of=_last("Sq"), text=partial(_ran_in, key="Sq")),
+    Quantity("Spk", "Spk [m]", of=_last("Spk"), text=partial(_ran_in, key="Spk")),
     Quantity("depth", "[m]", of=lambda r: r.result.bodies[0].depth),
     Quantity("shear_over_depth", of=_last("shear")),
     Quantity("residual_along", "[Pa]", of=_last("residual_along")),
