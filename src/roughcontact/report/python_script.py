@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import inspect
+import math
 import textwrap
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -295,35 +296,27 @@ def _materials(result: ContactResult) -> dict[str, Material]:
     return {name: body for name, body in materials.items() if body != RIGID}
 
 
+def _created(value: Material | Layer, *absent: str) -> str:
+    """Return the call that creates a material or a layer, with all values but the defaults."""
+    words = [
+        f"{item.name}={_value(getattr(value, item.name))}"
+        for item in fields(value)
+        if getattr(value, item.name) != item.default and item.name not in absent
+    ]
+    return f"rc.{type(value).__name__}({', '.join(words)})"
+
+
 def _material(body: Material) -> str:
-    young = 'float("inf")' if body.young == RIGID.young else _number(body.young)
-    words = [f"young={young}", f"poisson={_number(body.poisson)}"]
-    if body.hardening is not None:
-        words.append(f"hardening={body.hardening!r}")
-    elif body.yield_strength is not None:
-        words.append(f"yield_strength={_number(body.yield_strength)}")
-    if body.hardness is not None:
-        words.append(f"hardness={_number(body.hardness)}")
-    if body.name:
-        words.append(f"name={_quoted(body.name)}")
-    if body.caveat:
-        words.append(f"caveat={_quoted(body.caveat)}")
-    if body.coating:
-        words.append(f"coating=[{', '.join(map(_layer, body.coating))}]")
-    if body.base != "bonded":
-        words.append(f"base={_quoted(body.base)}")
-    return f"rc.Material({', '.join(words)})"
+    # A hardening law includes the yield strength.
+    return _created(body, *(["yield_strength"] if body.hardening is not None else []))
 
 
-def _layer(layer: Layer) -> str:
-    words = [_number(value) for value in (layer.young, layer.poisson, layer.thickness)]
-    for name in ("yield_strength", "hardness"):
-        value = getattr(layer, name)
-        words += [] if value is None else [f"{name}={_number(value)}"]
-    words += [f"name={_quoted(layer.name)}"] if layer.name else []
-    if layer.residual_stress:
-        words.append(f"residual_stress={_number(layer.residual_stress)}")
-    return f"rc.Layer({', '.join(words)})"
+def _value(value: Any) -> str:
+    if isinstance(value, float):
+        return 'float("inf")' if math.isinf(value) else _number(value)
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_created, value))}]"
+    return _quoted(value) if isinstance(value, str) else repr(value)
 
 
 def _number(value: float) -> str:
