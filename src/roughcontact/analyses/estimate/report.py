@@ -10,7 +10,7 @@ from roughcontact.analyses.estimate.model import Estimate, EstimateRange
 from roughcontact.material.material import RIGID
 from roughcontact.references import make_use
 from roughcontact.report import phrases
-from roughcontact.report.kind import CAUTIONS, PROBLEM, CellTable, Quantity, Table, Use
+from roughcontact.report.kind import CAUTIONS, PROBLEM, CellTable, Quantity, Table, Use, split_label
 from roughcontact.report.phrases import format_share, format_short, range_text
 from roughcontact.report.presentation import Presentation
 from roughcontact.units import format_engineering, format_percent, plain_decimal
@@ -18,9 +18,10 @@ from roughcontact.units import format_engineering, format_percent, plain_decimal
 
 def _ranged(key: str, label: str, form: Callable[[EstimateRange], str]) -> Table:
     """Return the row of a quantity with its interval, and the stored interval ends."""
+    unit = f"[{split_label(label)[2]}]"
     return (
         Quantity(key, label, of=f"{key}.value", text=lambda result: form(getattr(result, key))),
-        *(Quantity(f"{key}_{end}", of=f"{key}.{end}") for end in ("low", "high")),
+        *(Quantity(f"{key}_{end}", unit, of=f"{key}.{end}") for end in ("low", "high")),
     )
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from roughcontact.analyses.find import model as search
 from roughcontact.analyses.solve import fields as contact_fields, uncertainty_report as uncertainty
-from roughcontact.analyses.solve.fields import PAIR, largest_load_quantity
+from roughcontact.analyses.solve.fields import PAIR, stored_quantity
 from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.report import citations, phrases
 from roughcontact.report.kind import CAUTIONS, TRUST, CellTable, Column, Quantity, Use, quantity_of
@@ -118,7 +118,7 @@ FOUND = (
         form=lambda v: f"{v:.1e} at most",
     ),
     *CAUTIONS,
-    largest_load_quantity("version"),
+    stored_quantity("largest", "version"),
 )
 """Quantities of a `LoadSearch`."""
 

@@ -420,13 +420,15 @@ INCREMENTS = (
 # --- Bodies of contacts under several loads ---
 
 
-def largest_load_quantity(key: str) -> Quantity:
-    """Return a quantity of the contact under the largest load, which is only in files."""
-    return delegated("largest", quantity_of(CONTACT, key), label="", part=PROBLEM)
+def stored_quantity(attribute: str, key: str) -> Quantity:
+    """Return a quantity of the contact of a result, which is only in files."""
+    quantity = quantity_of(CONTACT, key)
+    return delegated(attribute, quantity, label=f"[{quantity.unit}]", part=PROBLEM)
 
 
 PAIR = tuple(
-    largest_load_quantity(key) for key in ("source", "preparation", "boundary", "contact_modulus")
+    stored_quantity("largest", key)
+    for key in ("source", "preparation", "boundary", "contact_modulus")
 )
 """Quantities of the bodies, from the contact under the largest load."""
 

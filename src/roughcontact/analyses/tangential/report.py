@@ -20,13 +20,11 @@ from roughcontact.references import make_use
 from roughcontact.report import figures, phrases
 from roughcontact.report.figures import FRONT, RESULTS, Illustration
 from roughcontact.report.kind import (
-    PROBLEM,
     TRUST,
     CellTable,
     Column,
     Quantity,
     Use,
-    delegated,
     profile_columns,
     profile_table,
     quantity_of,
@@ -68,7 +66,7 @@ def _ruiz(value: float) -> str:
 
 _TABLE = (
     *(
-        delegated("solution", quantity_of(contact_fields.CONTACT, key), label="", part=PROBLEM)
+        contact_fields.stored_quantity("solution", key)
         for key in ("source", "preparation", "boundary", "contact_modulus")
     ),
     Quantity("friction", "friction $μ$"),

@@ -12,7 +12,7 @@ import numpy as np
 
 from roughcontact._tools import netcdf
 from roughcontact._tools.files import require_suffix
-from roughcontact.analyses.solve.fields import CONTACT
+from roughcontact.analyses.solve.fields import stored_quantity
 from roughcontact.analyses.wear.figures import running_in
 from roughcontact.analyses.wear.model import Wear
 from roughcontact.contact import archive
@@ -29,9 +29,7 @@ from roughcontact.report.kind import (
     Columns,
     Quantity,
     Use,
-    delegated,
     format_value,
-    quantity_of,
     stored_columns,
 )
 from roughcontact.report.page import WIDE
@@ -93,7 +91,7 @@ _COLUMNS: Columns = (
 
 _STORED = ("source", "preparation", "load", "boundary", "contact_modulus", "ceiling", "tolerance")
 _TABLE = (
-    *(delegated("first", quantity_of(CONTACT, key), label="", part=PROBLEM) for key in _STORED),
+    *(stored_quantity("first", key) for key in _STORED),
     Quantity("motion", "motion", part=PROBLEM),
     Quantity("coefficients", "wear coefficients $k$ [m²/N]", form=_coefficients, part=PROBLEM),
     Quantity("friction"),
