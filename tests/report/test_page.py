@@ -19,6 +19,7 @@ import roughcontact as rc
 from roughcontact.contact import solve
 from roughcontact.contact.result import ContactResult
 from roughcontact.report import assumptions, kinds, page as layout
+from roughcontact.report.kind import Headline
 from roughcontact.surface import nominal_bodies
 from roughcontact.surface.provenance import Operation
 from roughcontact.units import format_engineering, format_percent
@@ -260,7 +261,7 @@ def test_the_date_is_today_if_none_is_given() -> None:
 
 
 def test_head_names_project_and_leaves_a_line_for_the_signature() -> None:
-    front = layout.Front("Question", "", "", layout.PageTable([]), (), None, ())
+    front = layout.Front("Question", Headline("", "", (), [], ()), "", None, ())
     edition = layout.Edition(date=DAY, head=[("Project", "Pump <7>"), ("Author", "A. B.")])
     rows = [["Project", "Pump <7>"], ["Author", "A. B."], ["Signature", ""]]
     assert Page(layout.render(front, [], edition)).cells == rows
