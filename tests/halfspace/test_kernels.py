@@ -36,6 +36,14 @@ def test_love_against_many_digits():
         assert found[row, column] == pytest.approx(expected, rel=8 * EPS * (1 + distance))
 
 
+@pytest.mark.parametrize("dx", [0.3, 1.0, 4.0])
+def test_self_displacement_in_closed_form(dx):
+    # Four equal triangles at each side: Johnson (1985), eq. (3.26) at the center.
+    expected = 2 * (dx * math.asinh(1 / dx) + math.asinh(dx)) / (math.pi * 7.0)
+    found = kernels.love((1, 1), (1.0, dx), 7.0)
+    assert found == pytest.approx(expected, rel=10 * EPS)
+
+
 def test_row_blocks_leave_no_seam(monkeypatch):
     whole = kernels.love((37, 11), (0.4, 1.0), 1.0)
     monkeypatch.setattr(kernels, "_BLOCK_BYTES", 8 * 12 * 5)
