@@ -186,13 +186,11 @@ def test_steep_surface_under_a_very_low_ceiling(independent, boundary):
 
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 @pytest.mark.parametrize("ceiling", [None, 2e9, "map"])
-@pytest.mark.parametrize("change", ["transposed", "upside down", "left right", "both"])
+@pytest.mark.parametrize("change", ["transposed", "upside down"])
 def test_transposed_and_mirrored_maps(change, ceiling, boundary):
     apply = {
         "transposed": lambda a: np.ascontiguousarray(a.T),
         "upside down": lambda a: np.ascontiguousarray(a[::-1]),
-        "left right": lambda a: np.ascontiguousarray(a[:, ::-1]),
-        "both": lambda a: np.ascontiguousarray(a[::-1, ::-1].T),
     }[change]
     surface = rough()
     there = back = ceiling
@@ -200,7 +198,7 @@ def test_transposed_and_mirrored_maps(change, ceiling, boundary):
         there = np.random.default_rng(1).uniform(1e9, 4e9, surface.shape)
         back = apply(there)
     pixel = surface.pixel
-    if change in ("transposed", "both"):
+    if change == "transposed":
         pixel = pixel[::-1]
     options = {"material": STEEL, "load": 0.5, "boundary": boundary, "tolerance": 1e-9}
     one = rc.solve(surface, ceiling=there, **options)

@@ -43,21 +43,21 @@ def strip(n, ratio):
 
 def test_a_smooth_periodic_contact_converges_with_the_square_of_the_pixel():
     # At half load the edges lie alike on every grid: no jumps. Measured 2.05, and 2.04 from 64 on.
-    points = [32, 64, 128, 256, 512, 1024]
+    points = [32, 64, 128, 256, 512]
     approach, pressure = zip(*(strip(n, 0.5) for n in points), strict=True)
     assert order(points, approach) == pytest.approx(2, abs=0.1)
     assert order(points[1:], approach[1:]) == pytest.approx(2, abs=0.06)
     # The pressure falls like a root at the edges: half a pixel there is first order.
     assert order(points, pressure) == pytest.approx(1, abs=0.05)
     # The fit is one of errors, not of rounding.
-    assert approach[-1] > 1e-8
+    assert approach[-1] > 4e-8
 
 
 @pytest.mark.parametrize("aspect", [1.0, 1.5])
 def test_hertz_converges_with_the_square_of_the_pixel(aspect):
     load, radius = 5.0, 1e-2
     a = hertz.contact_radius(load, radius, MODULUS)
-    points = [24, 32, 48, 64, 96, 128, 192, 256]
+    points = [24, 32, 48, 64, 96, 128]
     errors = []
     for n in points:
         pixel = (3 * a / n * aspect, 3 * a / n)
@@ -68,4 +68,4 @@ def test_hertz_converges_with_the_square_of_the_pixel(aspect):
         errors.append(abs((result.approach + touch) / hertz.approach(load, radius, MODULUS) - 1))
     # Measured 2.06 and 1.88: the area jumps by pixels.
     assert order(points, errors) == pytest.approx(2, abs=0.3)
-    assert errors[-1] < 2e-5
+    assert errors[-1] < 8e-5

@@ -366,7 +366,7 @@ COATED = {
 
 
 def test_bracket_compares_under_both_ceilings(tmp_path: Path) -> None:
-    groups = {"fine": make_group(0.02, range(4), 64), "coarse": make_group(0.06, range(10, 14), 64)}
+    groups = {"fine": make_group(0.02, range(4), 48), "coarse": make_group(0.06, range(10, 14), 48)}
     both = rc.compare(groups, ceiling="bracket", **COATED)
     assert both.base is not None
     coating, base = (rc.compare(groups, ceiling=name, **COATED) for name in ("coating", "base"))
