@@ -184,6 +184,15 @@ def test_smoothing_is_found_at_the_filter(
     assert resolution.noise_cutoff(heights[part], PIXEL) is None
 
 
+def test_a_sharp_end_of_the_spectrum_is_found() -> None:
+    heights = rough(6, shortest=8.0)
+    assert resolution.smoothing_cutoff(heights, PIXEL) == pytest.approx(8 * NM, rel=0.5)
+    # Scales go along with the pixel.
+    assert resolution.smoothing_cutoff(heights, (5.0, 5.0)) == pytest.approx(
+        5 / NM * resolution.smoothing_cutoff(heights, PIXEL)
+    )
+
+
 def test_regular_grooves_are_not_smoothing() -> None:
     grooves = 20 * NM * np.sin(2 * math.pi * np.arange(256) / 32)
     heights = rough(7, 0.5, 2 * NM, shortest=2.0000001) + grooves
