@@ -11,9 +11,9 @@ import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 from roughcontact._tools import checksums, files
 from roughcontact._tools.files import atomic_write, to_json, write_atomically
 from roughcontact.errors import FormatError, InputError, OtherRunError
+
+Step = TypeVar("Step")
 
 
 @dataclass(frozen=True)
@@ -104,9 +106,9 @@ def _closed_error(folder: Path, reason: str = "") -> InputError:
     )
 
 
-def write_step(path: Path, arrays: Mapping[str, Any], mark: Mapping[str, Any]) -> None:
-    """Write the arrays of a finished step, atomically, with the mark of its run."""
-    held = {**arrays, **mark}
+def write_step(path: Path, step: Any, arrays: Mapping[str, Any], mark: Mapping[str, Any]) -> None:
+    """Write the numbers and arrays of a finished step, atomically, with the mark of its run."""
+    held = {**arrays, **asdict(step), **mark}
     try:
         with atomic_write(path) as stream:
             np.savez(stream, **held, checksum=checksums.checksum_arrays(held))
@@ -117,12 +119,15 @@ def write_step(path: Path, arrays: Mapping[str, Any], mark: Mapping[str, Any]) -
 
 
 def read_step(
-    path: Path, names: Sequence[str], mark: Mapping[str, Any], kind: str
-) -> dict[str, NDArray[Any]]:
-    """Return the arrays of a step of `write_step`; ``kind`` names the run in errors."""
+    path: Path, step: type[Step], names: Sequence[str], mark: Mapping[str, Any], kind: str
+) -> tuple[Step, dict[str, NDArray[Any]]]:
+    """Return a step of `write_step` and its arrays; ``kind`` names the run in errors."""
+    numbers = {
+        item.name: int if item.type == "int" else float for item in fields(cast("Any", step))
+    }
     try:
         with path.open("rb") as stream, np.load(stream) as stored:
-            arrays = {name: stored[name] for name in (*names, *mark)}
+            arrays = {name: stored[name] for name in (*names, *numbers, *mark)}
             sound = str(stored["checksum"]) == checksums.checksum_arrays(arrays)
     # NumPy and zipfile raise many types of errors on damaged files.
     except Exception as error:
@@ -138,7 +143,7 @@ def read_step(
         raise FormatError(
             f"{path} is a step of another {kind} or of another load; remove it to solve it again"
         )
-    return arrays
+    return step(**{name: number(arrays[name]) for name, number in numbers.items()}), arrays
 
 
 def digest_arrays(*parts: Any) -> str:

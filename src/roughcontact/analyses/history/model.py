@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from numbers import Real
 from pathlib import Path
@@ -779,8 +779,8 @@ def _save_step(
     if place is not None:
         file, mark = _place(way, number, place)
         index = np.flatnonzero(new)
-        arrays = {"index": index, "indented": new.ravel()[index], **asdict(step)}
-        checkpoints.write_step(file, arrays, mark)
+        arrays = {"index": index, "indented": new.ravel()[index]}
+        checkpoints.write_step(file, step, arrays, mark)
 
 
 def _cached_step(
@@ -792,12 +792,11 @@ def _cached_step(
     file, mark = _place(way, number, place)
     if not file.exists():
         return None
-    kinds = {field.name: int if field.type == "int" else float for field in fields(HistoryStep)}
-    arrays = checkpoints.read_step(file, ("index", "indented", *kinds), mark, "history")
+    names = "index", "indented"
+    step, arrays = checkpoints.read_step(file, HistoryStep, names, mark, "history")
     new = np.zeros(way.bodies.pair.shape)
     new.ravel()[arrays["index"]] = arrays["indented"]
-    values: dict[str, Any] = {name: kind(arrays[name]) for name, kind in kinds.items()}
-    return HistoryStep(**values), new
+    return step, new
 
 
 def _solve_stage(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import pairwise
 from numbers import Real
@@ -545,22 +545,16 @@ def _write_step(
         "pressure": pressure.ravel()[index],
         "following_index": start,
         "following": following.ravel()[start],
-        **asdict(step),
     }
-    checkpoints.write_step(path, arrays, mark)
+    checkpoints.write_step(path, step, arrays, mark)
 
 
 def _read_step(
     path: Path, shape: tuple[int, int], mark: Mapping[str, Any]
 ) -> tuple[LoadStep, Array, Array]:
-    names = [item.name for item in fields(LoadStep)]
-    held = ("index", "pressure", "following_index", "following", *names)
-    arrays = checkpoints.read_step(path, held, mark, "sweep")
+    names = "index", "pressure", "following_index", "following"
+    step, arrays = checkpoints.read_step(path, LoadStep, names, mark, "sweep")
     pressure, following = np.zeros(shape), np.zeros(shape)
     pressure.ravel()[arrays["index"]] = arrays["pressure"]
     following.ravel()[arrays["following_index"]] = arrays["following"]
-    values: dict[str, Any] = {
-        item.name: (int if item.type == "int" else float)(arrays[item.name])
-        for item in fields(LoadStep)
-    }
-    return LoadStep(**values), pressure, following
+    return step, pressure, following
