@@ -20,12 +20,11 @@ doi:10.1016/S0301-679X(99)00012-2
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -567,9 +566,13 @@ def _file(place: RunFolder, number: int) -> tuple[Path, dict[str, Any]]:
 def _write_step(place: RunFolder, number: int, step: WearStep, state: _State) -> None:
     file, mark = _file(place, number)
     index = np.flatnonzero(state.pressure)
-    numbers = json.dumps([asdict(step), state.proposed, state.compliance])
-    arrays = {"index": index, "pressure": state.pressure.ravel()[index], "numbers": numbers}
-    checkpoints.write_step(file, arrays, mark)
+    arrays = {
+        "index": index,
+        "pressure": state.pressure.ravel()[index],
+        "proposed": state.proposed,
+        "compliance": state.compliance,
+    }
+    checkpoints.write_step(file, step, arrays, mark)
 
 
 def _read_step(place: RunFolder, number: int, before: _State) -> tuple[WearStep, _State] | None:
@@ -577,9 +580,10 @@ def _read_step(place: RunFolder, number: int, before: _State) -> tuple[WearStep,
     file, mark = _file(place, number)
     if not file.exists():
         return None
-    arrays = checkpoints.read_step(file, ("index", "pressure", "numbers"), mark, "wear")
+    names = "index", "pressure", "proposed", "compliance"
+    step, arrays = checkpoints.read_step(file, WearStep, names, mark, "wear")
     pressure = np.zeros(before.pressure.shape)
     pressure.ravel()[arrays["index"]] = arrays["pressure"]
-    values, proposed, compliance = json.loads(str(arrays["numbers"]))
-    step, depth = WearStep(**values), before.depth + compliance * pressure
+    compliance = float(arrays["compliance"])
+    depth, proposed = before.depth + compliance * pressure, float(arrays["proposed"])
     return step, _State(step.distance, depth, pressure, proposed, compliance)
