@@ -427,7 +427,7 @@ def encoding_of(path: Path) -> str | None:
 
 
 def open_text(path: Path, errors: str = "strict") -> TextIO:
-    """Open a text in its encoding; ``errors`` as in `open`."""
+    """Open a text in its encoding; ``errors`` as in ``open``."""
     return path.open(encoding=encoding_of(path) or "utf-8-sig", errors=errors)
 
 

@@ -464,7 +464,7 @@ def uniform_pressure(x_edges: Array, y_edges: Array, z: float, poisson: float) -
     Yields
     ------
     ndarray, shape (nx, ny)
-        xx, yy, zz, yz, xz, xy, one after the other; see `coefficients`.
+        xx, yy, zz, yz, xz, xy, one after the other; see `stress_coefficients`.
 
     Notes
     -----

@@ -47,8 +47,8 @@ ISO 13565-2:1996.
 
 ISO 25178-2:2021, section 4.5; the ratios of Sxp are from ISO 25178-3.
 
-`mean_slope`: Mean of |∂z/∂x| and of |∂z/∂y|, over the same differences as Sdq, and their
-root-mean-square: the slope m along a profile of an isotropic surface. Of a Gaussian one it is
+`mean_slope`: Mean of the absolute slopes along x and along y, over the same differences as Sdq, and
+their root-mean-square: the slope m along a profile of an isotropic surface. Of a Gaussian one it is
 Sdq/√π.
 
 Cooper, Mikic and Yovanovich 1969, Int. J. Heat Mass Transfer 12, 279,

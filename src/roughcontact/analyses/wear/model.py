@@ -12,7 +12,7 @@ any length. The flow is contractive: errors of the steps add up, and do not grow
 In a step, m = ½ Σ|Δp| / Σp is the part of the load that moves from some pixels to others. Steps
 grow or shrink towards a given m. Later wear removes the errors of early steps, so that m is no
 measure of the error: the last step is repeated as two steps of half its length, whose result is
-kept (`Wear.step_errors`).
+kept (``Wear.step_errors``).
 
 Archard 1953, doi:10.1063/1.1721448; steps of computed wear after Põdra and Andersson 1999,
 doi:10.1016/S0301-679X(99)00012-2
