@@ -312,6 +312,18 @@ def test_a_single_narrow_pixel_balances_over_many_decades(decades: int) -> None:
     assert found.permeability[0] == near(expected, rel=2 * 10.0 ** (-decades) * 10 + 1e-8)
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+def test_narrow_pixels_in_series_balance(axis: int) -> None:
+    # Between two walls, each with one open pixel, a wide region has a pressure that only these
+    # pixels define: its rounding exceeded the flow.
+    random = np.random.default_rng(axis)
+    gap = random.uniform(0.5, 1, (48, 48))
+    for row, column in ((0, 31), (16, 7)):
+        gap[row], gap[row, column] = 0, 1e-4
+    result = flow(gap if axis == 0 else gap.T, (1.0, 1.0), axis, (0, 1))
+    assert result.permeability[axis] == near(1e-12 / 2, rel=1e-9)
+
+
 @pytest.mark.long
 def test_steps_do_not_grow_with_the_grid() -> None:
     steps = []
