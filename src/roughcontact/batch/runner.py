@@ -214,8 +214,8 @@ class _ProjectRun:
             self._tell.say(
                 f"{len(known)} of {len(words)} subtasks of {part.entry.name} from an earlier run"
             )
-        separately = [self._make_task((part,), piece=word) for word in words if word not in known]
-        return separately or [self._finish_pieces(part)]
+        tasks = [self._make_task((part,), piece=word) for word in words if word not in known]
+        return tasks or [self._finish_pieces(part)]
 
     def _make_task(self, parts: tuple[jobs.SubtaskRequest, ...], **more: Any) -> jobs.BatchTask:
         """Return a task with the checksums of its input files."""

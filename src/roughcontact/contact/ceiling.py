@@ -393,8 +393,8 @@ def _contact_slope(result: ContactResult) -> float:
         before, after = list(places), list(places)
         before[axis] = np.maximum(places[axis] - 1, 0)
         after[axis] = np.minimum(places[axis] + 1, gap.shape[axis] - 1)
-        separately = np.maximum(after[axis] - before[axis], 1) * edge
-        slope = (gap[tuple(after)] - gap[tuple(before)]) / separately
+        distance = np.maximum(after[axis] - before[axis], 1) * edge
+        slope = (gap[tuple(after)] - gap[tuple(before)]) / distance
         # Missing points have no contact; at their rim only the slope of the spot is used.
         known = ~np.isnan(slope)
         total = np.bincount(spot[known], slope[known], count.size)

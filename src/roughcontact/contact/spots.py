@@ -108,10 +108,10 @@ def _merge_groups(
     minimum = np.arange(count)
     while True:
         item, two = minimum[first], minimum[second]
-        separately = item != two
-        if not separately.any():
+        differ = item != two
+        if not differ.any():
             return np.unique(minimum, return_inverse=True)[1]
-        item, two = item[separately], two[separately]
+        item, two = item[differ], two[differ]
         np.minimum.at(minimum, np.maximum(item, two), np.minimum(item, two))
         # Follow the pointers of each item to their end.
         while (further := minimum[minimum]).tobytes() != minimum.tobytes():

@@ -164,7 +164,7 @@ class AnalysisPanel(TabPanel):
         name, outcome = self._choice.value, self._session.outcome
         contact = None if outcome is None else outcome.contact
         if self._formulas.visible:
-            rows = [] if contact is None else rows_of(formulas.BESIDE, contact)
+            rows = [] if contact is None else rows_of(formulas.BY_FORMULA, contact)
             text = controls.markup_table((row.title, row.text) for row in rows)
             self._formulas.object = text if rows else _NO_ESTIMATE_HTML
         if self._forms[name].is_command:

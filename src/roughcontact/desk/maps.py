@@ -41,7 +41,7 @@ from roughcontact.units import format_engineering, format_percent
 # Side of the handle at each end [dots].
 _HANDLE = 16
 # Distance of the name from its end [dots].
-_BESIDE = 10
+_LABEL_OFFSET = 10
 
 
 class MapScale(NamedTuple):
@@ -61,7 +61,7 @@ class SectionLine:
         self._drawing = False
         self._call: Callable[[Line], None] | None = None
         self.source: Any = models.ColumnDataSource(
-            {"x": [], "y": [], "name": [], "beside": []}, syncable=False
+            {"x": [], "y": [], "name": [], "offset": []}, syncable=False
         )
         self.ends: list[Any] = [
             models.BoxAnnotation(
@@ -91,7 +91,7 @@ class SectionLine:
             "y",
             "name",
             source=self.source,
-            x_offset="beside",
+            x_offset="offset",
             y_offset=-8,
             text_font=value(FONT),
             text_font_size=style.TEXT_SIZE,
@@ -140,7 +140,7 @@ class SectionLine:
             "x": [x * factor for _, x in places],
             "y": [y * factor for y, _ in places],
             "name": ["A", "B"][: len(places)],
-            "beside": [_BESIDE if x < middle else -_BESIDE - 8 for _, x in places],
+            "offset": [_LABEL_OFFSET if x < middle else -_LABEL_OFFSET - 8 for _, x in places],
         }
         self._drawing = True
         for end, (y, x) in zip(self.ends, places, strict=False):
@@ -282,12 +282,12 @@ _MIN_MAP_PIXELS = 60
 # Margins of the large map [dots]: title and tools, x-axis, y-axis, color bar.
 _ABOVE, _BELOW, _BEFORE, _BEHIND = 24, 44, 46, 76
 # Thumbnails [dots]: spacing, height of the name, smallest and largest side.
-_APART, _NAME, _NARROWEST, _WIDEST = 8, 32, 60, 92
+_SPACING, _NAME, _NARROWEST, _WIDEST = 8, 32, 60, 92
 # Delay of the thumbnails after the large map [ms].
 _OTHERS = 80
 
 _SHORT = {RESIDUAL: "Indentation"}
-_BESIDES = {TOUCH: ("touching", "saturated", "missing"), GAP: ("cover",)}
+_FIELDS = {TOUCH: ("touching", "saturated", "missing"), GAP: ("cover",)}
 """Further columns in the data source of a map."""
 
 
@@ -359,7 +359,7 @@ class MapsView:
         self._home = self._wanted = Box(0.0, 0.0, 1.0, 1.0)
         self._fitted: tuple[float, ...] = ()
         self.sources: dict[str, Any] = {
-            key: style.empty_source("x", "y", "dw", "dh", key, *_BESIDES.get(key, ()), "told")
+            key: style.empty_source("x", "y", "dw", "dh", key, *_FIELDS.get(key, ()), "told")
             for key in NAMES
         }
         self.mappers = color_mappers()
@@ -376,13 +376,13 @@ class MapsView:
         names = [f"{number} {_SHORT.get(key, NAMES[key])}" for number, key in enumerate(NAMES, 1)]
         self.strip = TabStrip(names=names, active=1, pictured=True, margin=0)
         self.strip.param.watch(lambda event: self.enlarge(list(NAMES)[event.new]), "active")
-        beside = pn.Column(
+        readings = pn.Column(
             self.readout, self.legend, margin=0, styles={"flex": "1 1 100px", "min-width": "0"}
         )
         self.root = pn.Row(
             pn.pane.Bokeh(self.plot, margin=0),
             self.strip,
-            beside,
+            readings,
             sizing_mode="stretch_width",
             margin=0,
             stylesheets=[style.CSS["MAPS"]],
@@ -446,12 +446,12 @@ class MapsView:
         width, height = self._room
         tall, wide = self._home.bottom - self._home.top, self._home.right - self._home.left
         down = max(height - _ABOVE - _BELOW, _MIN_MAP_PIXELS)
-        side, beside = 0.0, 0.0
+        side, strip = 0.0, 0.0
         if self._result is not None:
             # Thumbnails in one column.
             side = min(max(height / len(NAMES) - _NAME, _NARROWEST), _WIDEST)
-            beside = side + 2 * _APART
-        large = min((width - beside - _BEFORE - _BEHIND) / wide, down / tall)
+            strip = side + 2 * _SPACING
+        large = min((width - strip - _BEFORE - _BEHIND) / wide, down / tall)
         large = max(large, _MIN_MAP_PIXELS / min(tall, wide) / 2)
         self._frame = round(tall * large), round(wide * large)
         self.plot.update(frame_height=self._frame[0], frame_width=self._frame[1])
@@ -672,7 +672,7 @@ class MapsView:
 def _columns(key: str, part: rasters.ResultWindow) -> dict[str, Any]:
     """Return the data columns of a map of a result [SI], one value per cell."""
     if key == TOUCH:
-        shares = dict(zip(_BESIDES[TOUCH], rasters.contact_shares(part), strict=True))
+        shares = dict(zip(_FIELDS[TOUCH], rasters.contact_shares(part), strict=True))
         return {TOUCH: rasters.contact_colors(part), **shares}
     if key == GAP:
         return {GAP: rasters.mean_gap(part), "cover": rasters.closed_colors(part)}

@@ -597,8 +597,8 @@ class ContactView:
             # The section is in view unless the map would be less than a half of the window.
             available = height - (140 if width >= style.WRAPPED else 204)
             wanted = min(max(available - _SECTION, _SHARE * width - 54), available)
-            beside = _READOUT if width >= style.WRAPPED else 0
-            self.maps.fit(main - beside, int(max(wanted, 380)))
+            readout = _READOUT if width >= style.WRAPPED else 0
+            self.maps.fit(main - readout, int(max(wanted, 380)))
 
     def enlarge(self, place: int) -> None:
         """Show a map as the large map, by its index."""

@@ -313,14 +313,14 @@ def _steps(path: Path, axis: str, values: Array) -> tuple[NDArray[np.int64], flo
     extent = float(known[-1] - known[0])
     gaps = np.diff(known)
     # Digits are cut off: coordinates within a millionth of the map are one position.
-    separately = gaps[gaps > 1e-6 * extent]
-    if separately.size == 0:
+    steps = gaps[gaps > 1e-6 * extent]
+    if steps.size == 0:
         raise FormatError(
             f"{path.name} lists points that all have the same {axis}; a map was expected"
         )
-    step = extent / max(round(extent / float(separately.min())), 1)
+    step = extent / max(round(extent / float(steps.min())), 1)
     # The smallest step has the largest rounding error: the mean of similar steps is more accurate.
-    alike = separately[separately < 1.5 * step]
+    alike = steps[steps < 1.5 * step]
     step = extent / max(round(extent / float(alike.mean())), 1)
     place = (values - known[0]) / step
     nearest = np.rint(place)

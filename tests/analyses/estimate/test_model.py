@@ -12,7 +12,7 @@ import pytest
 
 import roughcontact as rc
 from paths import ROOT
-from roughcontact.analyses.estimate.fields import BESIDE
+from roughcontact.analyses.estimate.fields import BY_FORMULA
 from roughcontact.analyses.estimate.model import LEVEL, Estimate, load_atlas
 from roughcontact.cautions import CautionTag
 from roughcontact.cli import app
@@ -325,12 +325,12 @@ def test_profile_and_flat_map_raise_input_error() -> None:
 def test_report_compares_result_with_estimate() -> None:
     surface = rc.Surface(*rc.reference_map(128, 3))
     periodic = rc.solve(surface, material=STEEL, load="500 MPa", boundary="periodic")
-    told = {row.key: row.text for row in rows_of(BESIDE, periodic)}
+    told = {row.key: row.text for row in rows_of(BY_FORMULA, periodic)}
     assert "perimeter-corrected, this one is" in told["estimated_contact"]
     assert "of Sq" in told["estimated_gap"]
     free = rc.solve(surface, material=STEEL, load="500 MPa")
     assert free.estimate is None
-    assert rows_of(BESIDE, free) == []
+    assert rows_of(BY_FORMULA, free) == []
     faint = rc.solve(surface, material=STEEL, load="10 kPa", boundary="periodic")
     assert faint.estimate is None
 

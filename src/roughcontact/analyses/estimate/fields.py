@@ -45,7 +45,7 @@ def _compare_gap(result: ContactResult) -> str:
     return f"{length_of(answer.gap)}; this one is {format_percent(abs(by))} of Sq {_side(by)} it"
 
 
-BESIDE = (
+BY_FORMULA = (
     Quantity(
         "estimated_contact",
         "real contact by formula: of nominally flat surfaces like it, with the interval of 90 in "

@@ -562,8 +562,8 @@ class _Finder:
             (round(there[CONTACT] * pixels), round(there["saturated_fraction"] * pixels))
             for there in (self.seen[low], self.seen[high])
         ]
-        separately = [abs(b - a) for a, b in zip(*counts, strict=True)]
-        return separately[0] <= 1 and (name == CONTACT or separately[1] <= 1)
+        differences = [abs(b - a) for a, b in zip(*counts, strict=True)]
+        return differences[0] <= 1 and (name == CONTACT or differences[1] <= 1)
 
     def refusal(self, target: Target, end: Point) -> InputError:
         """Return the error for a value that no load gives."""

@@ -287,15 +287,15 @@ def _make_deck(
     ]
     for table in (_thin_table(law, branch) for branch in law.branches):
         across = overclosure(table) * _LENGTH
-        separately = [0]
+        selected = [0]
         for number in range(1, across.size):
-            if across[number] - across[separately[-1]] >= _MIN_SPACING:
-                separately.append(number)
+            if across[number] - across[selected[-1]] >= _MIN_SPACING:
+                selected.append(number)
         lines += [
             f"** {_words(table)}",
             f"*SURFACE INTERACTION, NAME=ROUGH_{table.branch.upper()}",
             "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TABULAR",
-            *_rows(table.pressure[separately] * _PRESSURE, across[separately]),
+            *_rows(table.pressure[selected] * _PRESSURE, across[selected]),
             *(friction(table.branch) if law.friction is not None else ()),
             *(conductance(table.branch) if law.bodies is not None else ()),
         ]

@@ -223,7 +223,7 @@ CONTACT = (
     Quantity("regime", "regime: of the softer body"),
     Quantity("calibrated"),
     Quantity("uncertainty", of="measurement"),
-    *formulas.BESIDE,
+    *formulas.BY_FORMULA,
     Quantity("hertz", of=hertz_comparison.record),
     *CAUTIONS,
     Quantity("shape", of="surface.shape"),

@@ -458,7 +458,7 @@ class ContactPresentation(Presentation):
                 hint += f" The instrument was not given ({uncertainty.INSTRUMENT_REF})."
             text = Sentence(f"No interval is known of: {', '.join(others)}.{hint}")
             blocks.append(Block("small", text))
-        formula = chapters.cells(rows_of(formulas.BESIDE, result))
+        formula = chapters.cells(rows_of(formulas.BY_FORMULA, result))
         blocks += chapters.table([(name, text) for name, text, _ in formula])
         if study is not None:
             blocks += [Block("text", " ".join(study.sentences))]
