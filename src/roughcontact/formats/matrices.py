@@ -195,11 +195,9 @@ def read_text(path: Path, name: str, requested: ReadOptions) -> Surface:
         requested.check_shape(values.shape)
         about = Provenance(path.name, f"matrix ({name})", "", steps)
         return _scaled(path, values, about, scale, requested)
-    head = _foreign_head(path)
-    trace = None if head.is_map else text_files.find_profile(path)
+    head, values, steps, trace = _read_table(path)
     if trace is not None:
         return text_files.read_trace(path, trace, requested)
-    values, steps = _read_text(path, head.lines)
     if head.skipped:
         steps += (f"read: {count_noun(head.lines, 'line')} above the numbers skipped",)
     if _lists_points(path, values, head):
@@ -227,11 +225,9 @@ def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
         quantity, unit = stated.get("quantity", ""), stated.get("unit", "")
         values, _ = _read_text(path)
         return (Channel(quantity, unit, quantity == "height", values.shape),)
-    head = _foreign_head(path)
-    trace = None if head.is_map else text_files.find_profile(path)
+    head, values, _, trace = _read_table(path)
     if trace is not None:
         return (Channel("", trace.units[1], True, (1, len(trace.columns))),)
-    values, _ = _read_text(path, head.lines)
     if _lists_points(path, values, head):
         values = text_files.grid_points(path, values)[0]
     elif values.shape[1] == 1:
@@ -243,13 +239,25 @@ def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
     return (Channel(head.channel, head.unit, True, values.shape),)
 
 
-def _foreign_head(path: Path) -> Head:
-    """Return the header of another program above the values, if any."""
+def _read_table(path: Path) -> tuple[Head, Array, tuple[str, ...], text_files.Trace | None]:
+    """Return header, values and notes of a text of another program, and its profile, if any."""
     try:
         with source.open_text(path, errors="replace") as stream:
-            return text_files.parse_head(path, _lines(path, stream)) or Head(0)
+            head = text_files.parse_head(path, _lines(path, stream))
     except OSError as error:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None
+    try:
+        values, steps = _read_text(path, head.lines)
+        trace = None if head.is_map else text_files.find_trace(values, head)
+    except FormatError:
+        if not head.doubtful:
+            raise
+        trace = None
+    if trace is None and head.doubtful:
+        # A damaged row above the numbers raises an error here.
+        head = replace(head, lines=head.lines - head.doubtful)
+        values, steps = _read_text(path, head.lines)
+    return head, values, steps, trace
 
 
 def _lists_points(path: Path, values: Array, head: Head) -> bool:

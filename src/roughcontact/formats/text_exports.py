@@ -33,6 +33,9 @@ class Head:
     turned: bool = False  # Whether a line of the file is along y
     columns: bool = False  # Whether three columns are named x, y and z
     skipped: bool = False  # Whether its lines were not understood
+    doubtful: int = 0  # Number of its last lines that may be rows with a damaged number
+    texts: tuple[str, ...] = ()  # Its lines
+    announced: str = ""  # Number of values that a line of its own states
 
     @property
     def is_map(self) -> bool:

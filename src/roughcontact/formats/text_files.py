@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +16,6 @@ from roughcontact import units
 from roughcontact._tools import memory
 from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, FormatError, InputError
-from roughcontact.formats import source
 from roughcontact.formats.no_data import mark_missing
 from roughcontact.formats.source import (
     ReadOptions,
@@ -83,6 +81,8 @@ _CELL = re.compile(
     r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan|bad|n/?a|\*+|-{2,}", re.IGNORECASE
 )
 
+_RULE = re.compile(r"[-*=_]{5,}")
+
 # Names of three columns, optionally with units: X [mm], y (um), z/nm.
 _COLUMN = re.compile(r"\s*([xyz])\w*\s*(?:[\[(/]\s*([^\])\s]+)\s*[\])]?)?\s*", re.IGNORECASE)
 
@@ -90,20 +90,28 @@ _COLUMN = re.compile(r"\s*([xyz])\w*\s*(?:[\[(/]\s*([^\])\s]+)\s*[\])]?)?\s*", r
 _TELLING = {"side_x", "points", "points_x", "pixel", "pixel_x", "wyko", "unit_x", "columns"}
 
 
-def parse_head(path: Path, lines: Iterable[str]) -> Head | None:
+def parse_head(path: Path, lines: Iterable[str]) -> Head:
     """Return the properties that the first lines of a text state."""
     result: dict[str, tuple[str, ...]] = {}
-    count, named = 0, True
+    texts: list[str] = []
+    named, announced = True, ""
     lines = iter(lines)
     export, read = parse_export(path, lines, MAX_HEAD_LINES)
     if export is not None:
         return export
     for quoted in itertools.islice(itertools.chain(read, lines), MAX_HEAD_LINES):
         line = quoted.replace('"', "")
-        if is_data(line):
-            break
         text = line[:_MAX_LINE_LENGTH].strip()
-        count += 1
+        if is_data(line) and not _RULE.fullmatch(text):
+            # Some programs write the number of values first; others only one column.
+            if texts and texts[-1] == announced and len(_cells(text)) == 1:
+                announced, _ = "", texts.pop()
+            elif not announced and text.isdecimal():
+                announced = text
+                texts.append(text)
+                continue
+            break
+        texts.append(text)
         named = named and _is_remark(text)
         for key, pattern in _KEYS.items():
             match = re.search(pattern, text, re.IGNORECASE)
@@ -113,11 +121,13 @@ def parse_head(path: Path, lines: Iterable[str]) -> Head | None:
         if columns:
             result["columns"] = columns
     else:
-        return None
+        return Head(0)
+    head = Head(len(texts), texts=tuple(texts), announced=announced)
     if not _TELLING & result.keys():
-        return Head(count, skipped=True) if named and count else None
+        certain = (texts.index(announced) if announced else len(texts)) if named else 0
+        return replace(head, skipped=certain > 0, doubtful=len(texts) - certain)
     try:
-        return _parse_head_text(path, result, count)
+        return _parse_head_text(path, result, head)
     except InputError as error:
         raise FormatError(f"{path.name} states its scale wrongly: {error}") from None
 
@@ -156,9 +166,9 @@ def _columns(text: str) -> tuple[str, ...]:
     return tuple(unit for _, unit in named)
 
 
-def _parse_head_text(path: Path, result: dict[str, tuple[str, ...]], lines: int) -> Head:
-    """Return the header as text."""
-    head = Head(lines, channel=_first(result, "channel").strip())
+def _parse_head_text(path: Path, result: dict[str, tuple[str, ...]], head: Head) -> Head:
+    """Return the header with the properties found in its lines."""
+    head = replace(head, channel=_first(result, "channel").strip())
     if "wyko" in result:
         return _wyko(head, result)
     head = replace(head, points=_points(result))
@@ -340,10 +350,8 @@ MIN_POINTS = 9
 
 _MIN_NAMED_POINTS = 3
 
-# Memory for reading in bytes per point, and maximum number of lines before the first numbers.
-_TRACES_EACH, _HEAD = 200, 200
-# Maximum number of characters of a line, which has two numbers.
-_TRACES_LONGEST = 10_000
+# Memory for resampling, in bytes per point.
+_BYTES_PER_TRACE_POINT = 200
 # Deviation from an even grid due to printed digits, in steps; ratio of a step to the median from
 # which the points in between are missing.
 _EVEN, _GAP = 0.02, 5.0
@@ -351,11 +359,6 @@ _EVEN, _GAP = 0.02, 5.0
 # for positions that are rounded.
 _MIXED, _ROUNDED = 0.1, 1.2
 
-_TRACES_NUMBER = r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?"
-_BLANK = r"|nan|n/?a|bad|\*+|-{2,}"
-_TRACES_CELL = re.compile(rf"\s*(?:{_TRACES_NUMBER}{_BLANK})\s*", re.IGNORECASE)
-_OF_A_MAP = "# roughcontact map"
-_FILLED = re.compile(rf"\s*{_TRACES_NUMBER}\s*")
 _BRACKETED = re.compile(r"[\[(]\s*([a-zA-Z\u00b5\u03bcÅ]+)\s*[\])]")
 _UNIT = re.compile(r"[\[(/]\s*([a-zA-Z\u00b5\u03bcÅ]+)\s*[\])]?\s*$")
 # A unit without brackets, if unambiguous: "x in um", "Raw Micrometer".
@@ -376,48 +379,6 @@ class Trace:
     units: tuple[str, str]  # Units of positions and heights in the header of the columns
 
 
-def find_profile(path: Path) -> Trace | None:
-    """Return the trace in a text; None without two columns of which the first increases."""
-    head: list[str] = []
-    rows: list[tuple[float, ...]] = []
-    room, count = 0, ""
-    try:
-        with source.open_text(path) as stream:
-            while line := stream.readline(_TRACES_LONGEST):
-                text = line.split("#", 1)[0].strip(" \r\n") if rows else line.strip(" \r\n")
-                cells = _cells(text)
-                numbers = all(map(_TRACES_CELL.fullmatch, cells))
-                if not (numbers and len(cells) in (2, 3)):
-                    no_head = numbers and any(map(_FILLED.fullmatch, cells))
-                    if no_head and len(cells) == 1 and not rows and not count:
-                        # Number of the following values.
-                        count = cells[0].strip()
-                        continue
-                    if (
-                        (rows and text)
-                        or no_head
-                        or len(line) == _TRACES_LONGEST
-                        or len(head) == _HEAD
-                    ):
-                        return None
-                    if text.startswith(_OF_A_MAP):
-                        return None
-                    head.append(text)
-                    continue
-                if len(cells) != (len(rows[0]) if rows else 3 if _third_column_name(head) else 2):
-                    return None
-                if len(rows) >= room:
-                    room = 2 * room + 1024
-                    memory.require_points(path.name, (room, len(cells)), _TRACES_EACH)
-                rows.append(tuple(map(_value, cells)))
-    # The reader of maps reports the error.
-    except (UnicodeDecodeError, OSError):
-        return None
-    if not rows or (count and count not in (str(len(rows)), str(len(rows) - 1))):
-        return None
-    return _trace_from_rows(np.array(rows, dtype=np.float64), head)
-
-
 def _third_column_name(head: Sequence[str]) -> str:
     """Return the quantity of the third column of a profile by its name; empty without one."""
     named = [cells for line in head if len(cells := _cells(line.lstrip("# "))) == 3]
@@ -426,13 +387,21 @@ def _third_column_name(head: Sequence[str]) -> str:
     return "number" if any(_NUMBERED.fullmatch(cells[0]) for cells in named) else ""
 
 
-def _trace_from_rows(values: Array, head: Sequence[str]) -> Trace | None:
+def find_trace(values: Array, head: Head) -> Trace | None:
     """Return the trace in rows of two or three numbers below a header."""
-    third = _third_column_name(head) if values.shape[1] == 3 else ""
-    if third == "valid":
-        values[values[:, 2] != 1.0, 1] = np.nan
+    if head.announced and head.announced not in (str(len(values)), str(len(values) - 1)):
+        return None
+    # Some programs end each row with several delimiters.
+    while values.shape[1] > 2 and np.isnan(values[:, -1]).all():
+        values = values[:, :-1]
+    third = _third_column_name(head.texts) if values.shape[1] == 3 else ""
     first = int(third == "number")
-    return read_columns(values[:, first : first + 2], _units(head, values.shape[1], first))
+    pair = values[:, first : first + 2]
+    if third == "valid":
+        pair = np.stack((pair[:, 0], np.where(values[:, 2] == 1.0, pair[:, 1], np.nan)), axis=1)
+    elif values.shape[1] == 3 and not third:
+        return None
+    return read_columns(pair, _units(head.texts, values.shape[1], first))
 
 
 def read_columns(values: NDArray[Any], units: tuple[str, str] = ("", "")) -> Trace | None:
@@ -486,7 +455,7 @@ def resample_evenly(
             note = "read: positions rounded to {} are taken as {} apart".format(*text)
             return np.ascontiguousarray(heights), slope, (note,)
     count = round(length / median) + 1
-    memory.require_points("the profile", (1, count), _TRACES_EACH)
+    memory.require_points("the profile", (1, count), _BYTES_PER_TRACE_POINT)
     spacing = length / (count - 1)
     place = position[0] + spacing * np.arange(count)
     even = np.interp(place, position, heights)
@@ -508,27 +477,12 @@ def _last_digit(position: Array) -> float:
 
 
 def _cells(text: str) -> list[str]:
-    for mark in (";", "\t"):
-        if mark in text:
-            cells = text.split(mark)
-            break
-    else:
-        # A comma next to white space is a decimal comma.
-        words = text.split()
-        cells = (
-            words if len(words) > 1 and all(map(_TRACES_CELL.fullmatch, words)) else text.split(",")
-        )
-        if len(cells) == 1:
-            cells = words
+    mark = next((mark for mark in ";\t," if mark in text), None)
+    cells = text.split(mark)
     # Many programs end each row with the delimiter, some with several.
     while len(cells) > 2 and not cells[-1].strip():
         cells = cells[:-1]
     return cells
-
-
-def _value(cell: str) -> float:
-    text = cell.strip().replace(",", ".")
-    return float(text) if re.fullmatch(_TRACES_NUMBER, text) else math.nan
 
 
 def _units(head: Sequence[str], count: int = 2, first: int = 0) -> tuple[str, str]:
