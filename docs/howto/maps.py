@@ -123,12 +123,13 @@ def main() -> None:
 
 
 def plate() -> None:
-    """Write two measurements of a lapped plate: all of it, coarse, and a part of it with CSI 50x."""
+    """Write a lapped plate and two measurements: all of it, coarse, and a part with CSI 50x."""
     points, pixel, rng = 512, 2.5e-7, np.random.default_rng(12)
     heights = random_surfaces.self_affine(
         points, pixel, rms_height=0.3e-6, rolloff_wavelength=4e-5, cutoff_wavelength=2e-6, rng=rng
     )
     surface = rc.Surface(heights, (pixel, pixel))
+    save(Path("plate-known.sdf"), heights, pixel)
     coarse = rc.measure.Instrument("optical", resolution=6e-6, noise=1e-9)
     image = coarse.measure(surface, points=(128, 128), periodic=True, rng=rng)
     save(Path("plate.sdf"), image.heights, image.pixel[0])

@@ -50,6 +50,14 @@ def test_a_cylinder_is_line_hertz():
     assert result.pressure.sum() * surface.pixel[1] == pytest.approx(LINE, rel=1e-10)
 
 
+@pytest.mark.parametrize("sides", [9.0, 18.0])
+def test_row_of_cylinders_has_higher_peak_pressure(sides):
+    # The kernel -ln|2 sin(πx/L)| is -ln|2πx/L| + (πx/L)²/6: the neighbors add curvature.
+    _, surface = cylinder(2048, sides)
+    found = solve_profile(surface, boundary="periodic").max_pressure
+    assert found / PEAK - 1 == pytest.approx(math.pi**2 / (12 * sides**2), rel=0.02)
+
+
 def test_the_approach_counts_from_the_length_of_the_profile():
     # A line load displaces nothing at that distance: u = 2 w/(π E*) ln(L/|x|).
     for sides in (3.0, 12.0):

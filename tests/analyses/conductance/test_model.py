@@ -265,6 +265,17 @@ def test_the_scatter_of_the_estimates_is_that_of_the_stored_cases() -> None:
         assert found == pytest.approx(told, abs=0.006)
 
 
+def test_documented_fluids_match_the_catalog() -> None:
+    page = (ROOT / "docs" / "howto" / "conductance.md").read_text("utf-8")
+    rows = re.findall(r"^\| (\w+)[^|]* \| ([\d.]+) W/\(m K\) \| ([\d.]+)", page, re.MULTILINE)
+    assert len(rows) == 6
+    for name, conductivity, jump in rows:
+        found = filling_of(name)
+        for shown, value in ((conductivity, found.conductivity), (jump, 1e6 * found.jump)):
+            digits = len(shown.partition(".")[2])
+            assert round(value, digits) == float(shown), name
+
+
 def test_conductance_is_saved_as_csv_and_json(tmp_path: Path) -> None:
     found = rc.conductance(RESULT, COPPER, "6061-T6")
     found.save(tmp_path / "joint.csv")
