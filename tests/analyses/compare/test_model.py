@@ -182,6 +182,11 @@ def test_incomparable_groups_raise_input_error() -> None:
         rc.compare(
             MAPS[:2], material=STEEL, counter_material=soft, pressure=1e6, preload_pressure=1e8
         )
+    coated = rc.Material(210e9, 0.3, 1e9, coating=[rc.Layer(450e9, 0.25, 2e-6)])
+    for bodies in ({"material": coated}, {"material": STEEL, "counter_material": coated}):
+        with pytest.raises(rc.InputError, match="bodies without a coating") as caught:
+            rc.compare(MAPS[:2], **bodies, ceiling=1e9, pressure=1e6, preload_pressure=1e8)
+        assert caught.value.argument == "preload_pressure"
     for pressure in ("1 N", 0, -1.0):
         with pytest.raises(rc.InputError) as caught:
             rc.compare(MAPS[:2], material=STEEL, pressure=pressure)

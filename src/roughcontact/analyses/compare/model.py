@@ -479,6 +479,13 @@ def _names(sources: Sequence[str]) -> list[str]:
 def _after_preload(surface: Surface, pressure: float, problem: Mapping[str, Any]) -> Surface:
     """Return a map as a first loading leaves it."""
     terms = {key: value for key, value in problem.items() if key != "tolerance"}
+    bodies = (problem.get(name) for name in ("material", "counter_material"))
+    if any(isinstance(body, Material) and body.coating for body in bodies):
+        raise InputError(
+            "needs bodies without a coating: the base yields below it, and how the coated surface "
+            "is indented then is not modeled",
+            argument="preload_pressure",
+        )
     load = pressure * surface.size[0] * surface.size[1]
     history = load_history(surface, [load, 0.0], **terms)
     if history.indented_body != "surface":
