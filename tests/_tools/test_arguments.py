@@ -1,10 +1,14 @@
 """Numbers with their units, as text or of pint, wherever the public face takes a number."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pint
 import pytest
 
 import roughcontact as rc
+from roughcontact._tools.arguments import set_fields
 from roughcontact.cautions import CautionTag, Severity
 from roughcontact.errors import InputError
 from roughcontact.surface import nominal_bodies
@@ -130,3 +134,12 @@ def test_moduli_of_solids_raise_no_error() -> None:
         material = rc.Material(young, 0.3, strength)
         result = rc.solve(BALL, material=material, load=1e-9 * young / 1e6)
         assert CautionTag.UNITS not in [caution.kind for caution in result.cautions]
+
+
+def test_set_fields_rejects_names_without_field() -> None:
+    set_fields(steel := replace(STEEL), name="C45")
+    assert (steel.name, STEEL.name) == ("C45", "")
+    with pytest.raises(AttributeError, match="Material has no field 'color'"):
+        set_fields(steel, color="gray")
+    for path in Path(rc.__file__).parent.rglob("*.py"):
+        assert "vars(self).update" not in path.read_text("utf-8"), path

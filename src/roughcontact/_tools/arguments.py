@@ -69,6 +69,14 @@ def as_pair(value: Any, name: str) -> tuple[Any, Any]:
     return pair
 
 
+def set_fields(instance: Any, **values: Any) -> None:
+    """Set fields of a frozen dataclass, in its constructor."""
+    for name, value in values.items():
+        if name not in instance.__dataclass_fields__:
+            raise AttributeError(f"{type(instance).__name__} has no field {name!r}")
+        object.__setattr__(instance, name, value)
+
+
 @functools.cache
 def _argument_types(function: Callable[..., Any]) -> dict[str, list[_ArgumentType]]:
     """Return the accepted types of each argument; empty where they are unknown."""

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import units
 from roughcontact._tools import memory
-from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.arguments import set_fields, validate_arguments
 from roughcontact._tools.checkpoints import digest_arrays
 from roughcontact.contact import nominal_hertz
 from roughcontact.contact.pair import Pair
@@ -280,9 +280,9 @@ class LoadCase:
             ceiling = stress(ceiling, "ceiling")
         force, moved = to_si(load, "force", "load"), to_si(approach, "length", "approach")
         turned = to_si(moments, "moment", "moments")
-        vars(self).update(load=force, approach=moved, moments=turned, ceiling=ceiling)
-        vars(self).update(tolerance=tolerance, max_iterations=max_iterations)
-        vars(self).update(precision=precision, specified=specified)
+        set_fields(self, load=force, approach=moved, moments=turned, ceiling=ceiling)
+        set_fields(self, tolerance=tolerance, max_iterations=max_iterations)
+        set_fields(self, precision=precision, specified=specified)
 
     @property
     def control(self) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.arguments import set_fields, validate_arguments
 from roughcontact.cautions import Caution
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
@@ -67,7 +67,7 @@ class PathPoint:
         direction: float = 0.0,
     ) -> None:
         force, way = to_si(load, "force", "load"), _as_direction(to_si(offset, "length", "offset"))
-        vars(self).update(load=force, offset=way, friction=friction, direction=direction)
+        set_fields(self, load=force, offset=way, friction=friction, direction=direction)
         for name, minimum in (("load", 0.0), ("friction", 0.0), ("direction", -math.inf)):
             value = getattr(self, name)
             if not (isinstance(value, Real) and minimum <= float(value) < math.inf):

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.arguments import set_fields, validate_arguments
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
 from roughcontact.units import Quantities, Quantity, to_si
 
@@ -141,7 +141,7 @@ class Swift:
     @validate_arguments
     def __init__(self, coefficient: Quantity, offset: float, exponent: float) -> None:
         stress = to_si(coefficient, "pressure", "coefficient")
-        vars(self).update(coefficient=stress, offset=offset, exponent=exponent)
+        set_fields(self, coefficient=stress, offset=offset, exponent=exponent)
         require_positive(coefficient=self.coefficient, offset=self.offset)
         if not isinstance(self.exponent, Real) or not 0 <= self.exponent <= 1:
             raise input_error("exponent", self.exponent, "must be in [0, 1]")
@@ -189,7 +189,7 @@ class Tabulated:
 
     @validate_arguments
     def __init__(self, strain: Sequence[float], stress: Quantities) -> None:
-        vars(self).update(strain=strain, stress=to_si(stress, "pressure", "stress"))
+        set_fields(self, strain=strain, stress=to_si(stress, "pressure", "stress"))
         self._check()
 
     def _check(self) -> None:
@@ -217,7 +217,7 @@ class Tabulated:
                 argument="stress",
                 value=self.stress,
             )
-        vars(self).update(strain=tuple(strain.tolist()), stress=tuple(stress.tolist()))
+        set_fields(self, strain=tuple(strain.tolist()), stress=tuple(stress.tolist()))
 
     @property
     def initial(self) -> float:
@@ -276,7 +276,7 @@ class Kinematic:
 
     @validate_arguments
     def __init__(self, isotropic: Isotropic, modulus: Quantity) -> None:
-        vars(self).update(isotropic=isotropic, modulus=to_si(modulus, "pressure", "modulus"))
+        set_fields(self, isotropic=isotropic, modulus=to_si(modulus, "pressure", "modulus"))
         _require_modulus(self.modulus)
 
     @property

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from numbers import Real
 
-from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.arguments import set_fields, validate_arguments
 from roughcontact._tools.text import replace_unprintable
 from roughcontact.errors import (
     ArgumentRef,
@@ -98,8 +98,8 @@ class Layer:
         if not math.isfinite(residual):
             raise input_error("residual_stress", residual_stress, "must be finite")
         shared = ("young", "poisson", "yield_strength", "hardness", "name")
-        vars(self).update({key: getattr(bulk, key) for key in shared})
-        vars(self).update(thickness=deep, residual_stress=residual)
+        set_fields(self, **{key: getattr(bulk, key) for key in shared})
+        set_fields(self, thickness=deep, residual_stress=residual)
 
     @property
     def bulk(self) -> Material:
@@ -168,9 +168,9 @@ class Material:
     ) -> None:
         strength = to_si(yield_strength, "pressure", "yield_strength")
         modulus, hard = to_si(young, "pressure", "young"), stress(hardness, "hardness")
-        vars(self).update(young=modulus, poisson=poisson, yield_strength=strength, hardness=hard)
-        vars(self).update(name=replace_unprintable(name), caveat=replace_unprintable(caveat))
-        vars(self).update(hardening=hardening, coating=tuple(coating), base=base)
+        set_fields(self, young=modulus, poisson=poisson, yield_strength=strength, hardness=hard)
+        set_fields(self, name=replace_unprintable(name), caveat=replace_unprintable(caveat))
+        set_fields(self, hardening=hardening, coating=tuple(coating), base=base)
         self._check()
 
     @classmethod

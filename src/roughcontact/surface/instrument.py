@@ -39,7 +39,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact._tools.arguments import validate_public_methods
+from roughcontact._tools.arguments import set_fields, validate_public_methods
 from roughcontact._tools.text import replace_unprintable
 from roughcontact.errors import InputError, input_error, require_choice
 from roughcontact.halfspace import fft
@@ -167,10 +167,10 @@ class Instrument:
         for key, value in numbers.items():
             if not 0 <= value < math.inf:
                 raise input_error(key, value, "must not be negative")
-            vars(self)[key] = float(value)
+            set_fields(self, **{key: float(value)})
         pairs = tuple((float(x), float(t)) for x, t in curve)
         form = min(known[0] if shape is None else float(shape), 1.0)
-        vars(self).update(kind=kind, shape=form, curve=pairs, name=replace_unprintable(name))
+        set_fields(self, kind=kind, shape=form, curve=pairs, name=replace_unprintable(name))
 
     @classmethod
     def named(cls, name: str, noise: Quantity = 0.0) -> Instrument:

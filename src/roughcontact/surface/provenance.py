@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from roughcontact._tools.arguments import set_fields
 from roughcontact._tools.text import replace_unprintable
 from roughcontact.units import format_engineering
 
@@ -86,8 +87,8 @@ class Provenance:
     ) -> None:
         # Names reach every written text: a line separator would end a comment of a script.
         names = {"source": source, "instrument": instrument, "channel": channel}
-        vars(self).update({name: replace_unprintable(text) for name, text in names.items()})
-        vars(self).update(origin=origin, operations=(*map(Operation.note, steps), *operations))
+        set_fields(self, **{name: replace_unprintable(text) for name, text in names.items()})
+        set_fields(self, origin=origin, operations=(*map(Operation.note, steps), *operations))
 
     @property
     def steps(self) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._tools import memory
-from roughcontact._tools.arguments import validate_public_methods
+from roughcontact._tools.arguments import set_fields, validate_public_methods
 from roughcontact._tools.arrays import Array
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_pixel
 from roughcontact.result import Displayable
@@ -92,8 +92,8 @@ class Surface(Displayable):
         holes_masked: bool = False,
     ) -> None:
         array, edges = grids.check_grid(to_si(heights, "length", "heights"), pixel)
-        vars(self).update(heights=array, pixel=edges, provenance=provenance or Provenance())
-        vars(self).update(holes_masked=bool(holes_masked))
+        set_fields(self, heights=array, pixel=edges, provenance=provenance or Provenance())
+        set_fields(self, holes_masked=bool(holes_masked))
 
     @property
     def shape(self) -> tuple[int, int]:

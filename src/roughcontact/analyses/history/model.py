@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roughcontact._tools import checkpoints, memory
-from roughcontact._tools.arguments import validate_arguments
+from roughcontact._tools.arguments import set_fields, validate_arguments
 from roughcontact._tools.arrays import Array
 from roughcontact._tools.checkpoints import RunFolder
 from roughcontact.cautions import Caution, sort_cautions
@@ -224,7 +224,7 @@ class Stage:
         shift: Quantities = (0.0, 0.0),
     ) -> None:
         way, moved = to_si(approach, "length", "approach"), to_si(shift, "length", "shift")
-        vars(self).update(load=load_case.parse_load(load), approach=way, shift=moved)
+        set_fields(self, load=load_case.parse_load(load), approach=way, shift=moved)
         self._check()
 
     def _check(self) -> None:
