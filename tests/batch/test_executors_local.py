@@ -77,3 +77,16 @@ def test_an_end_after_the_tasks_lets_them_end() -> None:
     with LocalExecutor(1) as pool:
         tasks = [pool.submit(abs, -number) for number in range(3)]
     assert [task.result() for task in tasks] == [0, 1, 2]
+
+
+def test_shutdown_without_waiting_returns_while_tasks_run() -> None:
+    pool = LocalExecutor(1)
+    pid = pool.submit(os.getpid).result()
+    tasks = [pool.submit(time.sleep, 0.3), pool.submit(abs, -3)]
+    begun = time.monotonic()
+    pool.shutdown(wait=False)
+    assert time.monotonic() - begun < 0.2
+    with pytest.raises(RuntimeError, match="after shutdown"):
+        pool.submit(abs, 1)
+    assert [task.result() for task in tasks] == [None, 3]
+    assert wait_for(lambda: ended(pid), 5.0)

@@ -226,7 +226,7 @@ class LocalExecutor(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes: after the tasks if waited for, at once if canceled."""
+        """End the processes: after the tasks, or at once if canceled."""
         if cancel_futures:
             # The threads notify the waiters of futures canceled here; a ThreadPoolExecutor that
             # cancels its futures itself notifies no waiter (Python 3.11).
@@ -235,7 +235,14 @@ class LocalExecutor(Executor):
             for future in waiting:
                 future.cancel()
             self._end()
-        self._threads.shutdown(wait)
+        self._threads.shutdown(wait=False)
+        if wait:
+            self._end_after_tasks()
+        else:
+            threading.Thread(target=self._end_after_tasks).start()
+
+    def _end_after_tasks(self) -> None:
+        self._threads.shutdown()
         self._end()
 
     def _end(self) -> None:
