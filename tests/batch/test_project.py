@@ -15,8 +15,8 @@ from fleets import wait_for
 from roughcontact.batch import plan, project, runner
 from roughcontact.cli import app
 from roughcontact.elastoplastic.archive import load_elastoplastic
-from roughcontact.request import outputs
-from roughcontact.request.options import CEILING, LOAD
+from roughcontact.request import measurement, outputs
+from roughcontact.request.options import CEILING, HEAD, LOAD
 
 Capture = pytest.CaptureFixture[str]
 
@@ -190,6 +190,51 @@ def test_contacts_are_solved_saved_and_solved_again_after_change(
     assert app.main(["run", str(folder / "project.toml"), "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)["contacts"]
     assert [report["state"] for report in told] == ["solved before", "solved", "solved"]
+
+
+INSTRUMENT = """\
+uncertainty = true
+instrument = "measured itf.csv"
+noise = "second.npy"
+also = ["fine.npy=CSI 100x", "finer.npy"]
+"""
+
+
+def test_files_of_the_instrument_are_relative_to_the_project(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (folder / "itf.csv").write_text("0,1\n250,0.5\n500,0\n", encoding="utf-8")
+    for name in ("second", "fine", "finer"):
+        np.save(folder / f"{name}.npy", np.load(folder / "rough.npy"))
+    path = write_changed_project(folder, 'load = "0.5 N"\n', f'load = "0.5 N"\n{INSTRUMENT}')
+    (folder / "elsewhere").mkdir()
+    monkeypatch.chdir(folder / "elsewhere")
+    entry = project.read_project(path)[-1]
+    assert entry.request[measurement.NOISE] == folder / "second.npy"
+    assert [place for place, _ in entry.request[measurement.ALSO]] == [
+        folder / "fine.npy",
+        folder / "finer.npy",
+    ]
+    read = ("rough.npy", "second.npy", "fine.npy", "finer.npy", "itf.csv")
+    assert set(entry.request.read_files) == {folder / name for name in read}
+    # A changed second map changes the intervals.
+    before = plan.request_digest(entry)
+    np.save(folder / "second.npy", np.zeros((40, 64)))
+    assert plan.request_digest(entry) != before
+
+
+def test_report_table_heads_the_reports(folder: Path) -> None:
+    head = '[report]\nproject = "P 7"\nauthor = "A. Sample"\n\n[materials'
+    path = write_changed_project(folder, "[materials", head)
+    with pytest.raises(rc.InputError, match=r'report needs write = \["html"\]'):
+        project.read_project(path)
+    text = PROJECT.replace('"csv"]', '"html"]')
+    path.write_text(text.replace("[materials", head), encoding="utf-8")
+    for entry in project.read_project(path):
+        assert [entry.request.get(option) for option in HEAD] == ["P 7", None, "A. Sample"]
+    path.write_text(text.replace("[materials", head.replace("author", "autor")), encoding="utf-8")
+    with pytest.raises(rc.InputError, match="did you mean author"):
+        project.read_project(path)
 
 
 def test_material_of_contact_overrides_defaults(folder: Path) -> None:

@@ -56,7 +56,7 @@ class BatchTask:
         """Input files of the task."""
         if self.piece or self.known_results:
             return [*self.parts[0].entry.request.subtask_inputs(self.piece)]
-        return [path for part in self.parts for path in part.entry.request.inputs]
+        return [path for part in self.parts for path in part.entry.request.read_files]
 
 
 @dataclass(frozen=True)

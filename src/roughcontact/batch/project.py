@@ -23,23 +23,25 @@ from roughcontact.errors import ArgumentRef, FormatError, InputError, shorten_va
 from roughcontact.request import outputs, parsing
 from roughcontact.request.options import (
     COATINGS,
-    COUNTER_SURFACE,
     FOLDER,
     GROUP,
+    HEAD,
     HERTZ,
     LOAD,
+    REPORT,
     SHOWN,
     Option,
 )
 from roughcontact.request.request import Request
 from roughcontact.request.task import Task
 
-_KEYS = ("folder", "write", "materials", "defaults", "contact")
+_KEYS = ("folder", "write", "report", "materials", "defaults", "contact")
 DESK_TABLE = "desk"
 """Table with the state of the browser app, ignored by batch runs."""
 
 _MAPS = {"file": "a file", "files": "files, a list", "groups": "groups, a table"}
 """Keys for the maps of a contact, with their description in messages."""
+_HEAD = [option.name for option in HEAD]
 _MATERIAL_KEYS = ("young", "poisson", "yield-strength")
 # A task without these options would solve bare bodies.
 _COATINGS = {option.name for option in COATINGS}
@@ -166,6 +168,7 @@ class _Project:
     source: _Source
     target: Path
     write: list[str]
+    head: Mapping[str, str]
     materials: Mapping[str, Mapping[str, Any]]
     defaults: Mapping[str, Any]
     contacts: list[Any]
@@ -229,6 +232,14 @@ def _parse_project(source: _Source, read: dict[str, Any]) -> _Project:
         raise source.make_error(
             ("write",), f"write must be a list of {', '.join(WRITABLE_SUFFIXES)}, got {write!r}"
         )
+    head = read.get("report", {})
+    if not isinstance(head, dict) or not all(isinstance(text, str) for text in head.values()):
+        raise source.make_error(("report",), "report must be a table of texts, [report]")
+    for key in head:
+        if key not in _HEAD:
+            raise source.make_error(("report", key), _unknown_key(key, _HEAD))
+    if head and "html" not in write:
+        raise source.make_error(("report",), 'report needs write = ["html"]')
     tables = source.tables(read.get("materials", {}), "materials")
     materials = {name: _hyphenate_keys(table) for name, table in tables.items()}
     for name, constants in materials.items():
@@ -239,12 +250,12 @@ def _parse_project(source: _Source, read: dict[str, Any]) -> _Project:
     if not isinstance(defaults, dict):
         raise source.make_error(("defaults",), "defaults must be a table, [defaults]")
     contacts = [_hyphenate_keys(contact) for contact in contacts]
-    return _Project(source, target, write, materials, defaults, contacts)
+    return _Project(source, target, write, head, materials, defaults, contacts)
 
 
 def _check_places(path: Path, result: list[tuple[_Contact, Entry]]) -> None:
     """Raise `InputError` for a project that overwrites inputs, other outputs or itself."""
-    read = [other for _, entry in result for other in entry.request.inputs]
+    read = [other for _, entry in result for other in entry.request.read_files]
     inputs = {outputs.file_identity(other) for other in (*read, path)}
     writers: dict[outputs.Identity, Entry] = {}
     for contact, entry in result:
@@ -308,6 +319,8 @@ def _make_request(
     folder = project.source.path.parent
     described = _as_options(contact, values, project.materials)
     described |= _output_options(project, contact.task, stem)
+    if REPORT.name in described:
+        described = {**project.head, **described}
     if FOLDER.name in described:
         # All contacts may have the same folder: each gets a subfolder.
         described[FOLDER.name] = str(folder / str(described[FOLDER.name]) / stem)
@@ -445,10 +458,20 @@ def _as_options(
                     contact.origins[option] = ("materials", value, constant)
                     specified[option] = _option_text(contact, option, text, constant)
             continue
-        specified[key] = _option_text(contact, key, value, key)
-        if key == COUNTER_SURFACE.name:
-            specified[key] = str(contact.source.path.parent / str(value))
+        is_list = contact.task.by_name[key].many and isinstance(value, list)
+        texts = [
+            _relocate_files(contact, key, _option_text(contact, key, item, key))
+            for item in (value if is_list else [value])
+        ]
+        specified[key] = texts if is_list else texts[0]
     return specified
+
+
+def _relocate_files(contact: _Contact, key: str, text: Any) -> Any:
+    """Return the text of an option with its files relative to the project file."""
+    for name in [] if isinstance(text, bool) else contact.task.by_name[key].files_in(text):
+        text = text.replace(name, str(contact.source.path.parent / name), 1)
+    return text
 
 
 def _match_files(folder: Path, word: str) -> list[str]:

@@ -46,7 +46,17 @@ def _maps(text: str, argument: str) -> tuple[tuple[Path, Instrument | None], ...
 
 def _noise(text: str, argument: str) -> float | Path:
     """Return a noise [m], or the file of a second map of the same place."""
-    return LENGTH(text, argument) if re.match(r"\s*[-+.\d]", text) else Path(text)
+    return Path(text) if _noise_file(text) else LENGTH(text, argument)
+
+
+def _noise_file(text: str) -> list[str]:
+    """Return the file of a noise, if it is one."""
+    return [] if re.match(r"\s*[-+.\d]", text) else [text]
+
+
+def _transfer_file(text: str) -> list[str]:
+    """Return the file of a measured transfer function of an instrument, if it has one."""
+    return re.findall(r"^measured (.+)", text)
 
 
 def _uncertainties(text: str, argument: str) -> dict[str, float]:
@@ -73,6 +83,7 @@ INSTRUMENT: Option[Any] = Option(
     _instrument,
     None,
     Panel.SOLVER,
+    files_in=_transfer_file,
 )
 NOISE: Option[Any] = Option(
     "noise",
@@ -81,6 +92,7 @@ NOISE: Option[Any] = Option(
     _noise,
     None,
     Panel.SOLVER,
+    files_in=_noise_file,
 )
 SHORTEST_WAVE = Option(
     "shortest-wave",
@@ -106,6 +118,7 @@ ALSO: Option[Any] = Option(
     (),
     Panel.SOLVER,
     many=True,
+    files_in=lambda text: [text.partition("=")[0], *_transfer_file(text.partition("=")[2])],
 )
 OPTIONS: tuple[Option[Any], ...] = (
     UNCERTAINTY,

@@ -56,6 +56,7 @@ class Option(Generic[T_co]):
     prepares: bool = False  # Whether the prepared maps depend on it
     many: bool = False  # Whether it may be given several times
     suffixes: tuple[str, ...] = ()  # Suffixes allowed for a file to write
+    files_in: Callable[[str], list[str]] = lambda text: []  # Names of the files to read in a text
     arguments: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -70,7 +71,8 @@ class Option(Generic[T_co]):
     @property
     def is_place(self) -> bool:
         """Whether the value is a file or a folder."""
-        return self.parse in (parsing.path, parsing.paths, parsing.groups) or bool(self.suffixes)
+        is_path = self.parse in (parsing.path, parsing.groups)
+        return is_path or bool(self.suffixes or self.files_in("measured file"))
 
     @property
     def is_flag(self) -> bool:
@@ -473,6 +475,7 @@ COUNTER_SURFACE = Option(
     None,
     label="Counter-body map",
     prepares=True,
+    files_in=lambda text: [text],
 )
 COUNTER_MAPS: Option[Any] = Option(
     "counter-maps",
@@ -483,6 +486,7 @@ COUNTER_MAPS: Option[Any] = Option(
     label="Maps of the counter-body's face",
     many=True,
     prepares=True,
+    files_in=lambda text: [text],
 )
 DRAWS = Option(
     "draws", "NUMBER", "Number of pairs of faces drawn; default: 5.", parsing.int_parser(2, 100), 5

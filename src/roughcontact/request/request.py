@@ -63,6 +63,19 @@ class Request(OptionValues):
         return [*(path for path in single if path is not None), *maps, *counter_maps]
 
     @property
+    def read_files(self) -> list[Path]:
+        """Input files, and the other files that options name."""
+        texts = (
+            (option, text)
+            for option in self.task.options
+            for value in [self.specified.get(option.name, [])]
+            for text in (value if isinstance(value, list) else [value])
+            if isinstance(text, str)
+        )
+        named = (Path(name) for option, text in texts for name in option.files_in(text))
+        return list(dict.fromkeys((*self.inputs, *named)))
+
+    @property
     def groups(self) -> dict[str, list[Path]]:
         """Files to compare, by group; the name of files without a group is empty."""
         result: dict[str, list[Path]] = {"": list(self.files)} if self.files else {}
@@ -167,7 +180,7 @@ class Request(OptionValues):
     def check_places(self) -> None:
         """Raise `InputError` for outputs that cannot be written or would replace an input."""
         for argument, path in self.places:
-            outputs.check_place(path, argument, self.inputs)
+            outputs.check_place(path, argument, self.read_files)
 
     def _check_maps(self) -> None:
         nominal = all(
