@@ -71,7 +71,7 @@ def test_solved_contact_is_recognized_from_any_folder(
         assert app.main(["run", path, "--json"]) == app.SOLVED
         (report,) = json.loads(capsys.readouterr().out)["contacts"]
         assert report["state"] == plan.KEPT
-        written = [Path(name) for name in report["told"]["written"]]
+        written = [Path(name) for name in report["summary"]["written"]]
         # Where they lie now.
         assert [name.resolve() for name in written] == [
             moved_project / "p" / f"one.{suffix}" for suffix in ("csv", "svg")

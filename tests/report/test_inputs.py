@@ -7,6 +7,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.report import inputs
+from roughcontact.report.kind import quantity_of
 from roughcontact.units import format_engineering
 
 
@@ -61,6 +62,15 @@ def iso_parameters(heights: np.ndarray, spacing: float, cutoff: float) -> dict[s
         "Rp": float(sections.max(axis=1).mean()),
         "Rv": float(-sections.min(axis=1).mean()),
     }
+
+
+def test_filled_points_are_counted_in_the_row_of_missing_points() -> None:
+    heights = np.random.default_rng(2).standard_normal((20, 20))
+    heights[3:5, 4:7] = np.nan
+    surface = rc.Surface(heights * 1e-7, (1e-6, 1e-6))
+    row = quantity_of(inputs.SURFACE, "missing")
+    assert row.row(surface).text.startswith("6 (")
+    assert row.row(surface.filled()).text == "none left; 6 filled"
 
 
 def test_profile_parameters_match_an_independent_computation() -> None:

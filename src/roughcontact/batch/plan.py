@@ -67,7 +67,7 @@ class ContactReport:
 
     def record(self) -> dict[str, Any]:
         """Return the report as values for JSON."""
-        return {"name": self.name, "state": self.state, "told": self.summary, "reason": self.reason}
+        return {name: getattr(self, name) for name in ("name", "state", "summary", "reason")}
 
 
 def spell_key(mention: ArgumentRef, task: Command) -> str:
@@ -131,7 +131,7 @@ def request_digest(
     sizes = map(len, comparison.groups(request).values())
     groups = [list(group) for group in zip(comparison.labels(request), sizes, strict=True)]
     about = {"piece": of} if piece else {"groups": groups} if groups else {}
-    inputs = request.subtask_inputs(piece) if piece else request.inputs
+    inputs = request.subtask_inputs(piece) if piece else request.read_files
     return checksums.checksum_json(
         {
             "version": __version__,

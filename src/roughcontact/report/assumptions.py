@@ -46,6 +46,7 @@ class Case:
     contact: ContactResult | None = None  # Contact, if any
     volume: ElastoplasticResult | None = None  # Result of the volume model, if any
     history: Any = None  # Load history, if any
+    wear: Any = None  # Wear, if any
 
     @property
     def is_profile(self) -> bool:
@@ -339,7 +340,13 @@ ASSUMPTIONS = (
         "One slow loading",
         _loading,
         "faces are run in, creep or wear",
-        lambda c: c.history is None and not _yields(c),
+        lambda c: c.history is None and c.wear is None and not _yields(c),
+    ),
+    Assumption(
+        "Archard's law of wear",
+        lambda c: f"{format_engineering(c.wear.distance, 'm')} under one load; debris leaves",
+        "debris, films, heat or creep change the faces",
+        lambda c: c.wear is not None,
     ),
     Assumption(
         "Path of loads",

@@ -54,8 +54,11 @@ def _range(surface: Surface) -> str:
 
 
 def _missing(surface: Surface) -> str:
-    share = surface.missing / math.prod(surface.shape)
-    return f"{surface.missing} ({format_percent(share)})" if surface.missing else "none"
+    points, left = math.prod(surface.shape), "none"
+    if surface.missing:
+        left = f"{surface.missing} ({format_percent(surface.missing / points)})"
+    filled = round(surface.provenance.filled_share(points) * points)
+    return f"{left} left; {filled} filled" if filled else left
 
 
 SURFACE = (

@@ -15,6 +15,8 @@ import pytest
 import roughcontact as rc
 from roughcontact.analyses.wear.model import WearStep, wear
 from roughcontact.cli import app
+from roughcontact.report import assumptions
+from roughcontact.report.presentation import presentation_of
 
 STEEL = rc.Material(210e9, 0.3)
 TERMS: dict[str, Any] = {
@@ -207,3 +209,11 @@ def test_profile_wears(found: rc.results.Wear) -> None:
     assert math.isclose(
         float(result.depth.sum()) * result.last.pixel_area, 1e-15 * 1e3 * 0.5, rel_tol=1e-9
     )
+
+
+def test_report_assumes_wear_instead_of_one_loading(found: rc.results.Wear) -> None:
+    case = presentation_of(found).case()
+    assert case is not None
+    names = [name for name, *_ in assumptions.assumption_rows(case)]
+    assert "Archard's law of wear" in names
+    assert "One slow loading" not in names

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from roughcontact.contact import archive
 from roughcontact.contact.nominal_hertz import has_nominal_body
 from roughcontact.drawing import maps
 from roughcontact.references import make_use
-from roughcontact.report import chapters, phrases
+from roughcontact.report import assumptions, chapters, phrases
 from roughcontact.report.figures import FRONT, Illustration
 from roughcontact.report.kind import (
     CAUTIONS,
@@ -204,6 +205,10 @@ class WearPresentation(Presentation):
             "same points meet: rough bodies slide farther than an asperity, films form, and debris "
             "may be trapped."
         )
+
+    def case(self) -> assumptions.Case:
+        """Return the case of the worn contact."""
+        return replace(assumptions.contact_case(self.result.last), wear=self.result)
 
     def works(self) -> Iterator[Use]:
         """Yield the works on wear."""
